@@ -1,0 +1,118 @@
+//! The typed view of the tree: a struct for each node of `mauve.ungram`, its parts by name.
+//!
+//! Everything may be missing, since the text may be half typed: each accessor gives an `Option`, and
+//! [`is_whole`](crate::is_whole) tells whether something was lost.
+
+use crate::{SyntaxKind, SyntaxNode, SyntaxToken};
+
+pub use crate::generated::nodes::*;
+
+/// A node of a known kind, or of one of several.
+pub trait AstNode: Sized {
+    /// Can a node of this kind be seen so?
+    fn can_cast(kind: SyntaxKind) -> bool;
+
+    /// The typed view of `node`, if it is one.
+    fn cast(node: SyntaxNode) -> Option<Self>;
+
+    /// The node itself.
+    fn syntax(&self) -> &SyntaxNode;
+}
+
+pub(crate) fn child<N: AstNode>(parent: &SyntaxNode) -> Option<N> {
+    parent.children().find_map(N::cast)
+}
+
+pub(crate) fn nth_child<N: AstNode>(parent: &SyntaxNode, index: usize) -> Option<N> {
+    parent.children().filter_map(N::cast).nth(index)
+}
+
+pub(crate) fn children<N: AstNode>(parent: &SyntaxNode) -> impl Iterator<Item = N> + use<N> {
+    parent.children().filter_map(N::cast)
+}
+
+pub(crate) fn token(parent: &SyntaxNode, kind: SyntaxKind) -> Option<SyntaxToken> {
+    parent.children_with_tokens().filter_map(rowan::NodeOrToken::into_token).find(|token| token.kind() == kind)
+}
+
+impl Literal {
+    /// The one token that a literal is.
+    pub fn token(&self) -> Option<SyntaxToken> {
+        first_token(self.syntax())
+    }
+}
+
+impl UnaryExpr {
+    /// `!` or `-`.
+    pub fn operator(&self) -> Option<SyntaxToken> {
+        first_token(self.syntax())
+    }
+}
+
+impl BinaryExpr {
+    /// The operator between the two sides.
+    pub fn operator(&self) -> Option<SyntaxToken> {
+        self.syntax()
+            .children_with_tokens()
+            .filter_map(rowan::NodeOrToken::into_token)
+            .find(|token| !token.kind().is_trivia())
+    }
+}
+
+impl Hook {
+    /// `configure`, `start`, `update`, `stop` or `cleanup`.
+    pub fn keyword(&self) -> Option<SyntaxToken> {
+        first_token(self.syntax())
+    }
+}
+
+impl Method {
+    /// `entry`, `run`, `handle` or `exit`.
+    pub fn keyword(&self) -> Option<SyntaxToken> {
+        first_token(self.syntax())
+    }
+}
+
+impl Include {
+    /// The path between the quotes, escapes resolved; none while it is not closed.
+    pub fn path(&self) -> Option<String> {
+        self.string_token().map(|token| unescape(token.text()))
+    }
+}
+
+/// The meaning of a string literal: the text between its quotes with `\"`, `\\`, `\n` and `\t` resolved.
+///
+/// ```
+/// assert_eq!(mauve_syntax::ast::unescape(r#""a\"b\\""#), "a\"b\\");
+/// ```
+pub fn unescape(literal: &str) -> String {
+    let inner = literal.strip_prefix('"').unwrap_or(literal);
+    let mut out = String::with_capacity(inner.len());
+    let mut letters = inner.chars();
+    while let Some(letter) = letters.next() {
+        match letter {
+            '"' => break,
+            '\\' => match letters.next() {
+                Some('n') => out.push('\n'),
+                Some('t') => out.push('\t'),
+                Some(other) => out.push(other),
+                None => {}
+            },
+            _ => out.push(letter),
+        }
+    }
+    out
+}
+
+impl Type {
+    /// The parts of the name, as they stand: `geometry_msgs::Pose` has two.
+    pub fn segments(&self) -> impl Iterator<Item = NameRef> {
+        self.name_refs()
+    }
+}
+
+fn first_token(node: &SyntaxNode) -> Option<SyntaxToken> {
+    node.children_with_tokens()
+        .filter_map(rowan::NodeOrToken::into_token)
+        .find(|token| !token.kind().is_trivia())
+}

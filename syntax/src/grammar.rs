@@ -1,0 +1,253 @@
+//! The rules: tokens in, events out. A rule named `foo` always makes a node or an error; `opt_foo` may make nothing.
+//!
+//! The comment above a rule that begins with `test` and a name is parsed by a test, and its tree compared with
+//! `test_data/<name>.txt`: `test` must have no error, `test_err` must have one.
+
+mod architecture;
+mod core;
+mod deployment;
+mod expression;
+mod shell;
+mod statement;
+
+use crate::SyntaxKind::{self, *};
+use crate::parser::{CompletedMarker, DEEPEST, List, Parser};
+
+use expression::expression;
+use statement::block;
+
+// test source_file
+// include "hokuyo.mal"
+// library nav { use geometry_msgs codel f(): int }
+// codel g(): int;
+pub(crate) fn source_file(p: &mut Parser<'_>) {
+    let m = p.start();
+    p.enter(List::File);
+    while p.at(INCLUDE_KW) || p.at(SEMICOLON) {
+        if !p.eat(SEMICOLON) {
+            include(p);
+        }
+    }
+    while !p.at_end() {
+        if p.at(LIBRARY_KW) {
+            library(p);
+        } else {
+            declaration(p);
+        }
+    }
+    p.leave();
+    p.rest();
+    m.complete(p, SOURCE_FILE);
+}
+
+const DECLARATION: &str = "a declaration (`library`, `use`, `codel`, `shell`, `core`, `component`, `architecture` or `deployment`)";
+
+fn declaration(p: &mut Parser<'_>) {
+    match p.current() {
+        INCLUDE_KW => {
+            p.error("an `include` stands before all declarations of its file");
+            include(p);
+        }
+        USE_KW => use_(p),
+        CODEL_KW => codel(p),
+        SHELL_KW => shell::shell(p),
+        CORE_KW => core::core(p),
+        COMPONENT_KW => component(p),
+        ARCHITECTURE_KW => architecture::architecture(p),
+        DEPLOYMENT_KW => deployment::deployment(p),
+        SEMICOLON => p.bump(),
+        _ => unknown(p, DECLARATION, List::Library),
+    }
+}
+
+// test_err include_after_declaration
+// codel f(): int
+// include "late.mal"
+fn include(p: &mut Parser<'_>) {
+    let m = p.start();
+    p.bump();
+    if p.at(UNTERMINATED_STRING) {
+        p.bump();
+    } else {
+        p.expect(STRING);
+    }
+    m.complete(p, INCLUDE);
+}
+
+// test library
+// library nav {
+//   use std_msgs;
+//   codel f(): int
+// }
+// library nav { }
+fn library(p: &mut Parser<'_>) {
+    let m = p.start();
+    p.bump();
+    name(p);
+    list(p, List::Library, declaration);
+    m.complete(p, LIBRARY);
+}
+
+// test use_
+// use geometry_msgs
+// use use
+fn use_(p: &mut Parser<'_>) {
+    let m = p.start();
+    p.bump();
+    name_ref(p, "the name of a library or a message package");
+    m.complete(p, USE);
+}
+
+// test codel
+// codel astar(in start: geometry_msgs::PoseStamped, goal: nav.Pose, out path: Path, inout in: int): bool
+// codel in(out: int): void
+fn codel(p: &mut Parser<'_>) {
+    let m = p.start();
+    p.bump();
+    name(p);
+    parameters(p);
+    colon_type(p);
+    m.complete(p, CODEL);
+}
+
+/// `( [in|out|inout] name: Type, … )`
+fn parameters(p: &mut Parser<'_>) {
+    if !p.at(L_PAREN) {
+        p.missing("`(` and the parameters");
+        return;
+    }
+    let m = p.start();
+    p.bump();
+    separated(p, R_PAREN, "a parameter", parameter);
+    p.expect(R_PAREN);
+    m.complete(p, PARAM_LIST);
+}
+
+fn parameter(p: &mut Parser<'_>) -> bool {
+    if !p.at_name() {
+        return false;
+    }
+    let m = p.start();
+    // `in`, `out` and `inout` are directions only before a name.
+    if matches!(p.current(), IN_KW | OUT_KW | INOUT_KW) && p.nth(1).is_word() {
+        p.bump();
+    }
+    name(p);
+    colon_type(p);
+    m.complete(p, PARAM);
+    true
+}
+
+// test component
+// component Pilot(PilotShell, nav::PilotCore)
+fn component(p: &mut Parser<'_>) {
+    let m = p.start();
+    p.bump();
+    name(p);
+    p.expect(L_PAREN);
+    type_(p, "the name of a shell");
+    p.expect(COMMA);
+    type_(p, "the name of a core");
+    p.expect(R_PAREN);
+    m.complete(p, COMPONENT);
+}
+
+// Names, types and lists, which every rule uses
+
+fn name(p: &mut Parser<'_>) {
+    word(p, NAME, "a name");
+}
+
+fn name_ref(p: &mut Parser<'_>, what: &str) {
+    word(p, NAME_REF, what);
+}
+
+fn word(p: &mut Parser<'_>, kind: SyntaxKind, what: &str) {
+    if !p.at_name() {
+        p.missing(what);
+        return;
+    }
+    let m = p.start();
+    p.bump_as(IDENT);
+    m.complete(p, kind);
+}
+
+// test type_
+// shell S { input port a: std_msgs.msg::Float64 }
+// test_err type_without_its_last_part
+// shell S { input port a: std_msgs:: }
+fn type_(p: &mut Parser<'_>, what: &str) {
+    if !p.at_name() {
+        p.missing(what);
+        return;
+    }
+    let m = p.start();
+    name_ref(p, what);
+    while matches!(p.current(), DOT | COLON2) {
+        p.bump();
+        name_ref(p, "a name");
+    }
+    m.complete(p, TYPE);
+}
+
+fn colon_type(p: &mut Parser<'_>) {
+    if p.expect(COLON) {
+        type_(p, "a type");
+    }
+}
+
+/// `{ item … }`. Items may be separated by `;`.
+fn list(p: &mut Parser<'_>, kind: List, item: impl Fn(&mut Parser<'_>)) {
+    if !p.expect(L_CURLY) {
+        return;
+    }
+    p.enter(kind);
+    while !p.at_end() && !p.at(R_CURLY) && !p.at_outer_item() {
+        if !p.eat(SEMICOLON) {
+            item(p);
+        }
+    }
+    p.leave();
+    p.expect(R_CURLY);
+}
+
+/// `one, two, …` up to `close`, which is left to the caller.
+fn separated(p: &mut Parser<'_>, close: SyntaxKind, what: &str, one: impl Fn(&mut Parser<'_>) -> bool) {
+    while !p.at_end() && !p.at(close) {
+        if !one(p) {
+            p.missing(what);
+            if !p.at(COMMA) {
+                break;
+            }
+        }
+        if !p.eat(COMMA) {
+            break;
+        }
+        if p.at(close) {
+            p.missing(what);
+        }
+    }
+}
+
+/// What fits nowhere in a list: one error, up to the next thing that does, or the next line.
+fn unknown(p: &mut Parser<'_>, expected: &str, list: List) {
+    let message = format!("expected {expected}, found {}", p.current().describe());
+    p.skip(&message, |p| {
+        // Outside all braces one stray `}` is one mistake, with all that it leaves without a place.
+        let outside = !p.is_in(List::Library) && list == List::Library;
+        p.at_item() || p.at_start_of(list) || !outside && (p.at(R_CURLY) || p.at(SEMICOLON) || p.begins_line())
+    });
+}
+
+// test every_keyword_is_contextual
+// shell shell { input port map: input  output port next: to  property state: int  input port port: entry }
+// core core(shell) {
+//   var var: int
+//   statemachine {
+//     initial state entry { entry = { if = 1; return = if; } transition to if (x) to to }
+//     state to { transition transition to entry }
+//   }
+// }
+// component component(shell, core)
+// architecture architecture { instance switch: component  connection connection.next -> to.map  instance instance: a }
+// deployment deployment { architecture architecture activity activity { priority = background period = period } }

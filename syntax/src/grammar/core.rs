@@ -1,0 +1,156 @@
+//! `core C(S) { … }`: the behaviour of a component, and the state machines in it.
+
+use super::*;
+
+// test core
+// core PilotCore(PilotShell): {
+//   var speed: double = 0.5; var goal: Pose
+//   handler plan: planner
+//   provide reset(in hard: bool): bool = { return true; }
+//   provide ping() = { }
+//   configure = { return open(device); }
+//   start = { }
+//   update = { loop(); }
+//   stop = { } ; cleanup = { }
+// }
+pub(super) fn core(p: &mut Parser<'_>) {
+    let m = p.start();
+    p.bump();
+    name(p);
+    p.expect(L_PAREN);
+    type_(p, "the name of a shell");
+    p.expect(R_PAREN);
+    p.eat(COLON);
+    list(p, List::Core, core_item);
+    m.complete(p, CORE);
+}
+
+fn core_item(p: &mut Parser<'_>) {
+    match p.current() {
+        VAR_KW => variable(p),
+        HANDLER_KW => handler(p),
+        PROVIDE_KW => operation_definition(p),
+        CONFIGURE_KW | START_KW | UPDATE_KW | STOP_KW | CLEANUP_KW => program(p, HOOK),
+        STATEMACHINE_KW => state_machine(p),
+        _ => {
+            let expected = "`var`, `handler`, `provide`, `configure`, `start`, `update`, `statemachine`, `stop` or `cleanup`";
+            unknown(p, expected, List::Core);
+        }
+    }
+}
+
+// test_err variable_continues_on_the_next_line_but_not_over_an_item
+// core C(S) {
+//   var a: int = 1
+//     + 2
+//   var b:
+//   var c: int =
+//   update = { }
+// }
+pub(super) fn variable(p: &mut Parser<'_>) {
+    let m = p.start();
+    p.bump();
+    name(p);
+    colon_type(p);
+    shell::opt_initializer(p);
+    m.complete(p, VAR);
+}
+
+fn handler(p: &mut Parser<'_>) {
+    let m = p.start();
+    p.bump();
+    name(p);
+    colon_type(p);
+    m.complete(p, HANDLER);
+}
+
+fn operation_definition(p: &mut Parser<'_>) {
+    let m = p.start();
+    p.bump();
+    name(p);
+    parameters(p);
+    if p.at(COLON) {
+        let result = p.start();
+        colon_type(p);
+        result.complete(p, RESULT_TYPE);
+    }
+    p.expect(EQ);
+    block(p);
+    m.complete(p, OPERATION_DEFINITION);
+}
+
+/// `keyword = { … }`
+fn program(p: &mut Parser<'_>, kind: SyntaxKind) {
+    let m = p.start();
+    p.bump();
+    p.expect(EQ);
+    block(p);
+    m.complete(p, kind);
+}
+
+// test state_machine
+// core C(S) {
+//   statemachine {
+//     var n: int = 0;
+//     initial state Waiting {
+//       entry = { } run = { n = n + 1; } handle = { } exit = { }
+//       transition go if (n > 3) to Moving { reset(n); }
+//       transition again to Waiting
+//     }
+//     state Moving { }
+//   }
+// }
+fn state_machine(p: &mut Parser<'_>) {
+    let m = p.start();
+    p.bump();
+    list(p, List::StateMachine, |p| match p.current() {
+        VAR_KW => variable(p),
+        INITIAL_KW | STATE_KW => state(p),
+        _ => unknown(p, "`var`, `state` or `initial state`", List::StateMachine),
+    });
+    m.complete(p, STATE_MACHINE);
+}
+
+fn state(p: &mut Parser<'_>) {
+    let m = p.start();
+    p.eat(INITIAL_KW);
+    if p.expect(STATE_KW) {
+        name(p);
+        list(p, List::State, |p| match p.current() {
+            ENTRY_KW | RUN_KW | HANDLE_KW | EXIT_KW => program(p, METHOD),
+            TRANSITION_KW => transition(p),
+            _ => unknown(p, "`entry`, `run`, `handle`, `exit` or `transition`", List::State),
+        });
+    }
+    m.complete(p, STATE);
+}
+
+// test_err transition_half_typed
+// core C(S) {
+//   statemachine {
+//     initial state A {
+//       transition t if
+//       transition u if (x) to
+//       run = { f(
+//       transition v to A
+//     }
+//   }
+// }
+fn transition(p: &mut Parser<'_>) {
+    let m = p.start();
+    p.bump();
+    name(p);
+    if p.at(IF_KW) {
+        let guard = p.start();
+        p.bump();
+        expression(p);
+        guard.complete(p, GUARD);
+    }
+    if p.expect(TO_KW) {
+        name_ref(p, "the name of a state");
+        if p.at(L_CURLY) {
+            block(p);
+        }
+    }
+    m.complete(p, TRANSITION);
+}

@@ -1,0 +1,65 @@
+//! `deployment D { … }`: an activity for each instance, and values.
+
+use super::*;
+
+// test deployment
+// deployment D {
+//   architecture nav.A
+//   activity laser { affinity = 0x1 priority = 9; period = 100 deadline = 80.5 }
+//   activity ui { priority = background }
+//   property laser.device = "/dev/ttyACM0";
+//   constant laser.rate = 10
+// }
+pub(super) fn deployment(p: &mut Parser<'_>) {
+    let m = p.start();
+    p.bump();
+    name(p);
+    list(p, List::Deployment, |p| match p.current() {
+        ARCHITECTURE_KW => target(p),
+        ACTIVITY_KW => activity(p),
+        PROPERTY_KW | CONSTANT_KW => architecture::setting(p),
+        _ => unknown(p, "`architecture`, `activity`, `property` or `constant`", List::Deployment),
+    });
+    m.complete(p, DEPLOYMENT);
+}
+
+fn target(p: &mut Parser<'_>) {
+    let m = p.start();
+    p.bump();
+    type_(p, "the name of an architecture");
+    m.complete(p, TARGET);
+}
+
+// test_err activity_half_typed
+// deployment D {
+//   architecture A
+//   activity a { priority =
+//   activity b { priority = 3 period =
+//     deadline = 10 }
+//   activity
+//   property x.y = 1
+// }
+fn activity(p: &mut Parser<'_>) {
+    let m = p.start();
+    p.bump();
+    name_ref(p, "the name of an instance");
+    list(p, List::Activity, field);
+    m.complete(p, ACTIVITY);
+}
+
+/// `word = expression`: which words mean something, and what values, is checked where the names are.
+fn field(p: &mut Parser<'_>) {
+    if !p.current().is_word() {
+        unknown(p, "`affinity`, `priority`, `period` or `deadline`", List::Activity);
+        return;
+    }
+    let m = p.start();
+    // A field may begin its line: here nothing else can be meant.
+    let name = p.start();
+    p.bump_as(IDENT);
+    name.complete(p, NAME_REF);
+    if p.expect(EQ) {
+        expression(p);
+    }
+    m.complete(p, FIELD);
+}

@@ -1,0 +1,181 @@
+//! Expressions, by precedence climbing. All binary operators are left-associative.
+
+use super::statement::starts_expression;
+use super::*;
+
+// test expressions
+// core C(S) { update = {
+//   x = a || b && c == d + e * -f % (g - 1) / 2;
+//   y = !done && read(scan, s) == new_data;
+//   z = 1.5e-3 + 0x1F - "text" + true;
+// } }
+// test_err missing_operand
+// core C(S) { update = {
+//   x = a +
+//   y = (b
+//   z = f(a,
+//   w = ;
+// } }
+pub(super) fn expression(p: &mut Parser<'_>) {
+    if let Some((_, _)) = operators(p, 1) {
+        return;
+    }
+    p.missing("an expression");
+}
+
+/// How tightly an operator binds, from 1.
+fn strength(kind: SyntaxKind) -> u8 {
+    match kind {
+        PIPE2 => 1,
+        AMP2 => 2,
+        EQ2 | NEQ => 3,
+        LT | LTEQ | GT | GTEQ => 4,
+        PLUS | MINUS => 5,
+        STAR | SLASH | PERCENT => 6,
+        _ => 0,
+    }
+}
+
+const COMPARISON: u8 = 4;
+
+/// An expression of operators that bind at least as `weakest`, and the height of its tree; nothing where none begins.
+// test_err comparisons_do_not_chain
+// core C(S) { update = { x = a < b < c; } }
+fn operators(p: &mut Parser<'_>, weakest: u8) -> Option<(CompletedMarker, u32)> {
+    let (mut lhs, mut height) = operand(p)?;
+    loop {
+        let strength = strength(p.current());
+        if strength == 0 || strength < weakest {
+            return Some((lhs, height));
+        }
+        if strength == COMPARISON && weakest == COMPARISON + 1 {
+            return Some((lhs, height));
+        }
+        // Each operator lifts all that stands left of it by a level.
+        if p.depth + height >= DEEPEST {
+            let m = lhs.precede(p);
+            p.too_deep(ends_expression);
+            return Some((m.complete(p, BINARY_EXPR), height + 1));
+        }
+        let m = lhs.precede(p);
+        p.bump();
+        p.depth += 1;
+        let rhs = if p.at_item() { None } else { operators(p, strength + 1) };
+        p.depth -= 1;
+        if rhs.is_none() {
+            p.missing("an expression");
+        }
+        if strength == COMPARISON && self::strength(p.current()) == COMPARISON {
+            p.error("comparisons do not chain: write `a < b && b < c`");
+        }
+        height = height.max(rhs.map_or(0, |(_, height)| height)) + 1;
+        lhs = m.complete(p, BINARY_EXPR);
+    }
+}
+
+fn operand(p: &mut Parser<'_>) -> Option<(CompletedMarker, u32)> {
+    if !starts_expression(p.current()) || p.at_item() {
+        return None;
+    }
+    let m = p.start();
+    if p.depth >= DEEPEST && !(p.current().is_word() && p.nth(1) != L_PAREN) && !is_literal(p.current()) {
+        p.too_deep(ends_expression);
+        return Some((m.complete(p, PAREN_EXPR), 1));
+    }
+    p.depth += 1;
+    let operand = match p.current() {
+        BANG | MINUS => {
+            p.bump();
+            let inner = operand(p);
+            if inner.is_none() {
+                p.missing("an expression");
+            }
+            (m.complete(p, UNARY_EXPR), inner.map_or(0, |(_, height)| height) + 1)
+        }
+        L_PAREN => {
+            p.bump();
+            let inner = operators(p, 1);
+            if inner.is_none() {
+                p.missing("an expression");
+            }
+            p.expect(R_PAREN);
+            (m.complete(p, PAREN_EXPR), inner.map_or(0, |(_, height)| height) + 1)
+        }
+        kind if is_literal(kind) => {
+            p.bump();
+            (m.complete(p, LITERAL), 1)
+        }
+        _ => {
+            name_ref(p, "a name");
+            if p.at(L_PAREN) && (!p.begins_line() || p.is_in(List::Block)) {
+                let height = arguments(p);
+                (m.complete(p, CALL_EXPR), height + 2)
+            } else {
+                opt_access(p);
+                (m.complete(p, NAME_EXPR), 2)
+            }
+        }
+    };
+    p.depth -= 1;
+    Some(operand)
+}
+
+fn is_literal(kind: SyntaxKind) -> bool {
+    matches!(
+        kind,
+        INT_NUMBER
+            | FLOAT_NUMBER
+            | BAD_NUMBER
+            | STRING
+            | UNTERMINATED_STRING
+            | TRUE_KW
+            | FALSE_KW
+            | NO_DATA_KW
+            | OLD_DATA_KW
+            | NEW_DATA_KW
+            | FAILURE_KW
+            | SUCCESS_KW
+            | NOT_READY_KW
+    )
+}
+
+/// `( one, two, … )`; the height of the tree in it.
+fn arguments(p: &mut Parser<'_>) -> u32 {
+    let m = p.start();
+    p.bump();
+    let height = std::cell::Cell::new(0);
+    separated(p, R_PAREN, "an argument", |p| match operators(p, 1) {
+        Some((_, inner)) => {
+            height.set(height.get().max(inner));
+            true
+        }
+        None => false,
+    });
+    p.expect(R_PAREN);
+    m.complete(p, ARGUMENT_LIST);
+    height.get()
+}
+
+// test_err fields_and_indices_are_for_codels
+// core C(S) { update = { x = pose.x; y = scan[3] + 1; } }
+fn opt_access(p: &mut Parser<'_>) {
+    if p.begins_line() {
+        return;
+    }
+    match p.current() {
+        DOT if p.is_in(List::Block) => p.skip("a program does not look into a message: a codel does that", |p| {
+            !(p.current().is_word() && p.previous() == DOT || p.at(DOT))
+        }),
+        L_BRACK if p.is_in(List::Block) => {
+            p.skip("a program does not look into an array: a codel does that", |_| true);
+        }
+        _ => {}
+    }
+}
+
+/// Where the rest of an expression that is too deep ends.
+fn ends_expression(p: &Parser<'_>) -> bool {
+    matches!(p.current(), SEMICOLON | COMMA | R_PAREN | R_BRACK | R_CURLY | THEN_KW | TO_KW)
+        || p.at_item()
+        || p.at_outer_item()
+}

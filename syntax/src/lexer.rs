@@ -1,0 +1,272 @@
+//! Text → tokens. Every byte is in exactly one token.
+
+use logos::Logos;
+
+use crate::SyntaxKind::{self, *};
+
+/// The tokens of a text, trivia included.
+pub struct Lexed {
+    kinds: Vec<SyntaxKind>,
+    /// Where each token starts, and [`BEGINS_LINE`]; one more than there are tokens, the last is the text's length.
+    starts: Vec<u32>,
+    errors: Vec<(u32, LexError)>,
+}
+
+/// Set on the start of a token that is no trivia and the first such of its line. (Texts are shorter than 2³¹ bytes.)
+const BEGINS_LINE: u32 = 1 << 31;
+
+/// What is wrong inside a token.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum LexError {
+    BadNumber,
+    UnterminatedString,
+    UnterminatedComment,
+    UnknownEscape,
+    Characters,
+}
+
+impl LexError {
+    pub(crate) fn message(self) -> &'static str {
+        match self {
+            LexError::BadNumber => {
+                "this is not a number: write digits, `0x…` or a decimal such as `1.5e-3`, without a unit"
+            }
+            LexError::UnterminatedString => "this string is not closed: a string ends on its line with `\"`",
+            LexError::UnterminatedComment => "this comment is not closed: close it with `*/`",
+            LexError::UnknownEscape => {
+                "unknown escape in a string: only `\\\"`, `\\\\`, `\\n` and `\\t` mean something"
+            }
+            LexError::Characters => "these characters mean nothing in MAUVE outside strings and comments",
+        }
+    }
+}
+
+/// Cuts `text` into tokens.
+///
+/// ```
+/// let lexed = mauve_syntax::lex("period = 100 // ms");
+/// assert_eq!(lexed.len(), 7);
+/// assert_eq!(lexed.range(4), 9..12);
+/// ```
+pub fn lex(text: &str) -> Lexed {
+    let mut kinds = Vec::with_capacity(text.len() / 3);
+    let mut starts = Vec::with_capacity(text.len() / 3 + 1);
+    let mut errors = Vec::new();
+    // A byte order mark is white space; anywhere else it is a stray character.
+    let bom = if text.starts_with('\u{feff}') { '\u{feff}'.len_utf8() } else { 0 };
+    if bom > 0 {
+        kinds.push(WHITESPACE);
+        starts.push(0);
+    }
+    let mut lexer = SyntaxKind::lexer(text);
+    lexer.bump(bom);
+    let mut begins_line = BEGINS_LINE;
+    while let Some(token) = lexer.next() {
+        let start = lexer.span().start as u32;
+        let index = kinds.len() as u32;
+        let kind = match token {
+            Ok(kind) => kind,
+            // Neighbouring stray characters are one token, and one error.
+            Err(()) if kinds.last() == Some(&ERROR_CHARACTERS) => continue,
+            Err(()) => {
+                errors.push((index, LexError::Characters));
+                ERROR_CHARACTERS
+            }
+        };
+        match kind {
+            BAD_NUMBER => errors.push((index, LexError::BadNumber)),
+            UNTERMINATED_STRING => errors.push((index, LexError::UnterminatedString)),
+            STRING if has_unknown_escape(lexer.slice()) => errors.push((index, LexError::UnknownEscape)),
+            BLOCK_COMMENT if lexer.slice().len() < 4 || !lexer.slice().ends_with("*/") => {
+                errors.push((index, LexError::UnterminatedComment));
+            }
+            _ => {}
+        }
+        kinds.push(kind);
+        if kind.is_trivia() {
+            let breaks = kind != LINE_COMMENT && lexer.slice().bytes().any(|byte| matches!(byte, b'\n' | b'\r'));
+            begins_line |= u32::from(breaks) * BEGINS_LINE;
+            starts.push(start);
+        } else {
+            starts.push(start | begins_line);
+            begins_line = 0;
+        }
+    }
+    starts.push(text.len() as u32);
+    Lexed { kinds, starts, errors }
+}
+
+impl Lexed {
+    /// How many tokens there are.
+    pub fn len(&self) -> usize {
+        self.kinds.len()
+    }
+
+    /// Is there no token at all?
+    pub fn is_empty(&self) -> bool {
+        self.kinds.is_empty()
+    }
+
+    /// What the token is; [`SyntaxKind::EOF`] past the last.
+    pub fn kind(&self, index: usize) -> SyntaxKind {
+        self.kinds.get(index).copied().unwrap_or(EOF)
+    }
+
+    /// The bytes of the token; empty, at the end of the text, past the last.
+    pub fn range(&self, index: usize) -> std::ops::Range<usize> {
+        let start = self.start(index);
+        start..self.start(index + 1).max(start)
+    }
+
+    fn start(&self, index: usize) -> usize {
+        (self.starts.get(index).or(self.starts.last()).copied().unwrap_or(0) & !BEGINS_LINE) as usize
+    }
+
+    /// Is this token the first of its line that is no trivia? So is the end of the text.
+    pub(crate) fn begins_line(&self, index: usize) -> bool {
+        index >= self.len() || self.starts.get(index).is_none_or(|start| start & BEGINS_LINE != 0)
+    }
+
+    pub(crate) fn kinds(&self) -> &[SyntaxKind] {
+        &self.kinds
+    }
+
+    /// The errors by token, in the order of the text.
+    pub(crate) fn errors(&self) -> &[(u32, LexError)] {
+        &self.errors
+    }
+}
+
+/// Called by the lexer at `/*`: takes everything up to the first `*/`, or to the end.
+pub(crate) fn block_comment(lexer: &mut logos::Lexer<'_, SyntaxKind>) {
+    let rest = lexer.remainder();
+    lexer.bump(rest.find("*/").map_or(rest.len(), |at| at + 2));
+}
+
+fn has_unknown_escape(string: &str) -> bool {
+    let mut letters = string.chars();
+    while let Some(letter) = letters.next() {
+        if letter == '\\' && !matches!(letters.next(), Some('"' | '\\' | 'n' | 't')) {
+            return true;
+        }
+    }
+    false
+}
+
+#[cfg(test)]
+mod tests {
+    use expect_test::{Expect, expect};
+
+    use super::*;
+
+    fn check(text: &str, expected: Expect) {
+        let lexed = lex(text);
+        let mut out = String::new();
+        for index in 0..lexed.len() {
+            out += &format!("{:?} {:?}\n", lexed.kind(index), &text[lexed.range(index)]);
+        }
+        for (index, error) in lexed.errors() {
+            out += &format!("error at token {index}: {error:?}\n");
+        }
+        expected.assert_eq(&out);
+    }
+
+    #[test]
+    fn numbers() {
+        check(
+            "10 0x1F 1.5 1e-3 1.5e3 010 5ms 1.5s 0x 1.",
+            expect![[r#"
+                INT_NUMBER "10"
+                WHITESPACE " "
+                INT_NUMBER "0x1F"
+                WHITESPACE " "
+                FLOAT_NUMBER "1.5"
+                WHITESPACE " "
+                FLOAT_NUMBER "1e-3"
+                WHITESPACE " "
+                FLOAT_NUMBER "1.5e3"
+                WHITESPACE " "
+                INT_NUMBER "010"
+                WHITESPACE " "
+                BAD_NUMBER "5ms"
+                WHITESPACE " "
+                BAD_NUMBER "1.5s"
+                WHITESPACE " "
+                BAD_NUMBER "0x"
+                WHITESPACE " "
+                INT_NUMBER "1"
+                DOT "."
+                error at token 12: BadNumber
+                error at token 14: BadNumber
+                error at token 16: BadNumber
+            "#]],
+        );
+    }
+
+    #[test]
+    fn strings_end_with_their_line() {
+        check(
+            "\"a\\\"b\" \"open\r\n\"\\q\" \"end\\",
+            expect![[r#"
+                STRING "\"a\\\"b\""
+                WHITESPACE " "
+                UNTERMINATED_STRING "\"open"
+                WHITESPACE "\r\n"
+                STRING "\"\\q\""
+                WHITESPACE " "
+                UNTERMINATED_STRING "\"end\\"
+                error at token 2: UnterminatedString
+                error at token 4: UnknownEscape
+                error at token 6: UnterminatedString
+            "#]],
+        );
+    }
+
+    #[test]
+    fn comments_and_stray_characters() {
+        check(
+            "\u{feff}// a\n/* b /* */ é§\u{feff} /*/",
+            expect![[r#"
+                WHITESPACE "\u{feff}"
+                LINE_COMMENT "// a"
+                WHITESPACE "\n"
+                BLOCK_COMMENT "/* b /* */"
+                WHITESPACE " "
+                ERROR_CHARACTERS "é§\u{feff}"
+                WHITESPACE " "
+                BLOCK_COMMENT "/*/"
+                error at token 5: Characters
+                error at token 7: UnterminatedComment
+            "#]],
+        );
+    }
+
+    #[test]
+    fn words_and_punctuation() {
+        check(
+            "state statex -> :: : <= < ! != &",
+            expect![[r#"
+                STATE_KW "state"
+                WHITESPACE " "
+                IDENT "statex"
+                WHITESPACE " "
+                ARROW "->"
+                WHITESPACE " "
+                COLON2 "::"
+                WHITESPACE " "
+                COLON ":"
+                WHITESPACE " "
+                LTEQ "<="
+                WHITESPACE " "
+                LT "<"
+                WHITESPACE " "
+                BANG "!"
+                WHITESPACE " "
+                NEQ "!="
+                WHITESPACE " "
+                ERROR_CHARACTERS "&"
+                error at token 18: Characters
+            "#]],
+        );
+    }
+}

@@ -1,0 +1,440 @@
+//! What the grammar's rules are written with: look-ahead, markers, errors, recovery and the cap on depth.
+
+use rowan::{TextRange, TextSize};
+
+use crate::SyntaxKind::{self, *};
+use crate::lexer::{LexError, Lexed};
+use crate::tree::{SyntaxError, comment_error};
+
+/// How deep blocks, parentheses, operators and `else if` may stand in one another. A tree is dropped recursively, and
+/// everything that walks it recurses: a stack overflow is not caught.
+pub(crate) const DEEPEST: u32 = 256;
+
+/// The parser: non-trivia tokens in, events out.
+pub(crate) struct Parser<'a> {
+    lexed: &'a Lexed,
+    kinds: Vec<SyntaxKind>,
+    /// For each of `kinds`, its number in `lexed`.
+    tokens: Vec<u32>,
+    position: usize,
+    events: Vec<Event>,
+    errors: Vec<SyntaxError>,
+    /// The token at which the last error stands: there a second one would be the same mistake.
+    last_error: Option<usize>,
+    next_lex_error: usize,
+    /// What lists we are in, the innermost last.
+    lists: Vec<List>,
+    pub(crate) depth: u32,
+}
+
+/// What a rule did, for the tree to be built from.
+#[derive(Debug)]
+pub(crate) enum Event {
+    /// A node starts; `parent` is the distance to the `Start` of a node that was put around it later.
+    Start { kind: SyntaxKind, parent: Option<u32> },
+    /// The innermost open node ends.
+    Finish,
+    /// The next token, seen as `kind`.
+    Token { kind: SyntaxKind },
+    /// The trivia at the end of the file.
+    Rest,
+    /// Nothing: a start that the tree has already taken.
+    Taken,
+}
+
+pub(crate) struct Events {
+    pub(crate) events: Vec<Event>,
+    pub(crate) errors: Vec<SyntaxError>,
+}
+
+/// The kinds of list; each has items that are known by their first tokens.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum List {
+    File,
+    Library,
+    Shell,
+    Core,
+    StateMachine,
+    State,
+    Architecture,
+    Deployment,
+    Activity,
+    Block,
+}
+
+impl<'a> Parser<'a> {
+    pub(crate) fn new(lexed: &'a Lexed) -> Parser<'a> {
+        let mut kinds = Vec::with_capacity(lexed.len() / 2 + 1);
+        let mut tokens = Vec::with_capacity(lexed.len() / 2 + 1);
+        for (index, &kind) in lexed.kinds().iter().enumerate() {
+            if !kind.is_trivia() {
+                kinds.push(kind);
+                tokens.push(index as u32);
+            }
+        }
+        Parser {
+            lexed,
+            events: Vec::with_capacity(kinds.len() * 3),
+            kinds,
+            tokens,
+            position: 0,
+            errors: Vec::new(),
+            last_error: None,
+            next_lex_error: 0,
+            lists: Vec::new(),
+            depth: 0,
+        }
+    }
+
+    pub(crate) fn finish(mut self) -> Events {
+        self.errors.extend(comment_error(self.lexed));
+        self.errors.sort_by_key(|error| error.range.start());
+        Events { events: self.events, errors: self.errors }
+    }
+
+    // Looking ahead
+
+    #[inline]
+    pub(crate) fn current(&self) -> SyntaxKind {
+        self.nth(0)
+    }
+
+    #[inline]
+    pub(crate) fn nth(&self, n: usize) -> SyntaxKind {
+        self.kinds.get(self.position + n).copied().unwrap_or(EOF)
+    }
+
+    #[inline]
+    pub(crate) fn at(&self, kind: SyntaxKind) -> bool {
+        self.current() == kind
+    }
+
+    #[inline]
+    pub(crate) fn at_end(&self) -> bool {
+        self.position >= self.kinds.len()
+    }
+
+    /// The token before the current one.
+    pub(crate) fn previous(&self) -> SyntaxKind {
+        self.position.checked_sub(1).and_then(|position| self.kinds.get(position)).copied().unwrap_or(EOF)
+    }
+
+    /// Is the current token the first of its line?
+    #[inline]
+    pub(crate) fn begins_line(&self) -> bool {
+        self.nth_begins_line(0)
+    }
+
+    pub(crate) fn nth_begins_line(&self, n: usize) -> bool {
+        self.tokens.get(self.position + n).is_none_or(|&token| self.lexed.begins_line(token as usize))
+    }
+
+    /// Does an item of the list begin here, by its first tokens?
+    ///
+    /// `whole` asks for more of them: enough to be sure even where the list that stands inside has items of its own.
+    fn item_of(&self, list: List, whole: bool) -> bool {
+        let next = self.nth(1);
+        let named = |follows: &[SyntaxKind]| next.is_word() && follows.contains(&self.nth(2));
+        match list {
+            List::File => match self.current() {
+                INCLUDE_KW => matches!(next, STRING | UNTERMINATED_STRING),
+                LIBRARY_KW => named(&[L_CURLY]),
+                _ => self.item_of(List::Library, whole),
+            },
+            List::Library => match self.current() {
+                USE_KW => next.is_word() && !self.nth_begins_line(1),
+                CODEL_KW | CORE_KW | COMPONENT_KW => named(&[L_PAREN]),
+                SHELL_KW => named(&[L_CURLY, EXTENDS_KW]),
+                ARCHITECTURE_KW | DEPLOYMENT_KW => named(&[L_CURLY]),
+                _ => false,
+            },
+            List::Shell => match self.current() {
+                CONSTANT_KW | PROPERTY_KW => named(&[COLON]),
+                INPUT_KW | OUTPUT_KW => next == PORT_KW,
+                REQUIRE_KW | PROVIDE_KW => named(&[L_PAREN]),
+                _ => false,
+            },
+            List::Core => match self.current() {
+                VAR_KW | HANDLER_KW => named(&[COLON]),
+                PROVIDE_KW => named(&[L_PAREN]),
+                CONFIGURE_KW | START_KW | UPDATE_KW | STOP_KW | CLEANUP_KW => {
+                    next == EQ && (!whole || self.nth(2) == L_CURLY)
+                }
+                STATEMACHINE_KW => next == L_CURLY,
+                _ => false,
+            },
+            List::StateMachine => match self.current() {
+                VAR_KW => named(&[COLON]),
+                STATE_KW => named(&[L_CURLY]),
+                INITIAL_KW => next == STATE_KW,
+                _ => false,
+            },
+            List::State => match self.current() {
+                ENTRY_KW | RUN_KW | HANDLE_KW | EXIT_KW => next == EQ && (!whole || self.nth(2) == L_CURLY),
+                TRANSITION_KW => named(&[IF_KW, TO_KW]),
+                _ => false,
+            },
+            List::Architecture => match self.current() {
+                IMPORT_KW => next.is_word() && !self.nth_begins_line(1),
+                INSTANCE_KW => named(&[COLON]),
+                CONNECTION_KW | OPERATION_KW | PROPERTY_KW | CONSTANT_KW => named(&[DOT]),
+                _ => false,
+            },
+            List::Deployment => match self.current() {
+                ARCHITECTURE_KW => next.is_word() && !self.nth_begins_line(1) && self.nth(2) != L_CURLY,
+                ACTIVITY_KW => named(&[L_CURLY]),
+                PROPERTY_KW | CONSTANT_KW => named(&[DOT]),
+                _ => false,
+            },
+            List::Activity => {
+                matches!(self.current(), AFFINITY_KW | PRIORITY_KW | PERIOD_KW | DEADLINE_KW) && next == EQ
+            }
+            List::Block => match self.current() {
+                VAR_KW => named(&[COLON]),
+                RETURN_KW => next.is_word() || matches!(next, SEMICOLON | INT_NUMBER | FLOAT_NUMBER | STRING),
+                IF_KW => next.is_word() || matches!(next, L_PAREN | BANG | MINUS),
+                kind => kind.is_word() && next == EQ && self.nth(2) != L_CURLY,
+            },
+        }
+    }
+
+    /// Does this line begin an item of one of the lists that the innermost one stands in? Then that one was not closed.
+    pub(crate) fn at_outer_item(&self) -> bool {
+        self.begins_line()
+            && self.current().is_word()
+            && match self.lists.split_last() {
+                Some((&inner, outer)) => {
+                    !self.item_of(inner, false) && outer.iter().any(|&list| self.item_of(list, true))
+                }
+                None => false,
+            }
+    }
+
+    /// Does this line begin an item, of any list that we are in? Then it is no name, type or expression.
+    pub(crate) fn at_item(&self) -> bool {
+        self.begins_line()
+            && self.current().is_word()
+            && match self.lists.split_last() {
+                Some((&inner, outer)) => {
+                    self.item_of(inner, false) || outer.iter().any(|&list| self.item_of(list, true))
+                }
+                None => false,
+            }
+    }
+
+    /// Can the word here be a name? Any word is one, unless it begins an item on a new line.
+    pub(crate) fn at_name(&self) -> bool {
+        self.current().is_word() && !self.at_item()
+    }
+
+    /// Does an item of `list` begin here, wherever in its line?
+    pub(crate) fn at_start_of(&self, list: List) -> bool {
+        self.item_of(list, false)
+    }
+
+    /// Opens a list, until [`Parser::leave`].
+    pub(crate) fn enter(&mut self, list: List) {
+        self.lists.push(list);
+    }
+
+    pub(crate) fn leave(&mut self) {
+        self.lists.pop();
+    }
+
+    pub(crate) fn is_in(&self, list: List) -> bool {
+        self.lists.contains(&list)
+    }
+
+    // Moving on
+
+    pub(crate) fn start(&mut self) -> Marker {
+        let position = self.events.len();
+        self.events.push(Event::Start { kind: ERROR, parent: None });
+        Marker { position }
+    }
+
+    /// Takes the current token as what it is.
+    pub(crate) fn bump(&mut self) {
+        self.bump_as(self.current());
+    }
+
+    /// Takes the current token, seen as `kind`: a word as a name.
+    pub(crate) fn bump_as(&mut self, kind: SyntaxKind) {
+        if self.at_end() {
+            return;
+        }
+        let broken = self.lex_error();
+        if broken.is_some() {
+            self.error("this is not understood");
+        }
+        self.position += 1;
+        self.events.push(Event::Token { kind });
+        if let Some(error) = broken {
+            self.next_lex_error += 1;
+            if error == LexError::UnterminatedString {
+                // What it hides, such as the `)` behind it, would be a second error for the same mistake.
+                self.last_error = Some(self.position);
+            }
+        }
+    }
+
+    /// What is wrong inside the current token.
+    fn lex_error(&self) -> Option<LexError> {
+        let (at, error) = self.lexed.errors().get(self.next_lex_error)?;
+        (self.tokens.get(self.position) == Some(at)).then_some(*error)
+    }
+
+    pub(crate) fn eat(&mut self, kind: SyntaxKind) -> bool {
+        let found = self.at(kind);
+        if found {
+            self.bump();
+        }
+        found
+    }
+
+    /// Takes `kind`, or reports that it is missing here.
+    pub(crate) fn expect(&mut self, kind: SyntaxKind) -> bool {
+        let found = self.eat(kind);
+        if !found {
+            self.missing(kind.describe());
+        }
+        found
+    }
+
+    /// The white space and comments at the end of the file.
+    pub(crate) fn rest(&mut self) {
+        self.events.push(Event::Rest);
+    }
+
+    // Errors
+
+    /// Reports that `what` is missing here, and marks the place in the tree.
+    pub(crate) fn missing(&mut self, what: &str) {
+        // Behind the last token, where the user would type it, when this one belongs to another line.
+        if self.position > 0 && (self.at_end() || self.begins_line()) {
+            let end = self.range_of(self.position - 1).end();
+            self.report(TextRange::empty(end), format!("expected {what}"));
+        } else {
+            self.report(self.range_of(self.position), format!("expected {what}, found {}", self.current().describe()));
+        }
+        self.mark();
+    }
+
+    /// Reports `message` at the current token, which stays.
+    pub(crate) fn error(&mut self, message: &str) {
+        self.report(self.range_of(self.position), message.to_owned());
+        self.mark();
+    }
+
+    /// Something was lost in the node that is open: whoever reads it must know.
+    fn mark(&mut self) {
+        let marker = self.start();
+        marker.complete(self, ERROR);
+    }
+
+    fn report(&mut self, range: TextRange, message: String) {
+        if self.last_error == Some(self.position) {
+            return;
+        }
+        self.last_error = Some(self.position);
+        if let Some(error) = self.lex_error() {
+            let range = self.range_of(self.position);
+            self.errors.push(SyntaxError { range, message: error.message().to_owned() });
+            return;
+        }
+        // Behind an unterminated comment nothing is left to find: it is the one mistake.
+        let swallowed = self.at_end() && comment_error(self.lexed).is_some();
+        if !swallowed {
+            self.errors.push(SyntaxError { range, message });
+        }
+    }
+
+    fn range_of(&self, position: usize) -> TextRange {
+        let range = match self.tokens.get(position) {
+            Some(&token) => self.lexed.range(token as usize),
+            None => self.lexed.range(self.lexed.len()),
+        };
+        TextRange::new(TextSize::new(range.start as u32), TextSize::new(range.end as u32))
+    }
+
+    /// Skips tokens that fit nowhere, into one error node: up to where `stop` says, but at least one token, and
+    /// whole `{ … }`, `( … )`, `[ … ]`.
+    pub(crate) fn skip(&mut self, message: &str, stop: impl Fn(&Parser<'_>) -> bool) {
+        self.report(self.range_of(self.position), message.to_owned());
+        let marker = self.start();
+        loop {
+            self.skip_balanced();
+            if self.at_end() || stop(self) {
+                break;
+            }
+        }
+        // The next thing may be wrong on its own account.
+        marker.complete(self, ERROR);
+    }
+
+    /// Takes one token, or all from an opening bracket to the one that closes it, flat.
+    fn skip_balanced(&mut self) {
+        let mut open = 0usize;
+        loop {
+            match self.current() {
+                L_CURLY | L_PAREN | L_BRACK => open += 1,
+                R_CURLY | R_PAREN | R_BRACK => open = open.saturating_sub(1),
+                _ => {}
+            }
+            let from = self.position;
+            self.bump();
+            if self.at_end() {
+                if open > 0 {
+                    // The brackets that stay open are part of what was already reported.
+                    self.last_error = Some(self.position);
+                }
+                return;
+            }
+            if open == 0 || self.position == from {
+                return;
+            }
+            // Half-typed text: a declaration that begins a line is not part of what is skipped.
+            if self.begins_line() && self.item_of(List::File, true) {
+                return;
+            }
+        }
+    }
+
+    /// Too deep: the rest of the construct as flat tokens in one error node.
+    pub(crate) fn too_deep(&mut self, stop: impl Fn(&Parser<'_>) -> bool) {
+        let message = format!("this is nested more than {DEEPEST} levels deep, and is not read");
+        self.skip(&message, stop);
+    }
+}
+
+/// A node that has started, to be completed.
+pub(crate) struct Marker {
+    position: usize,
+}
+
+impl Marker {
+    pub(crate) fn complete(self, p: &mut Parser<'_>, kind: SyntaxKind) -> CompletedMarker {
+        if let Some(Event::Start { kind: slot, .. }) = p.events.get_mut(self.position) {
+            *slot = kind;
+        }
+        p.events.push(Event::Finish);
+        CompletedMarker { position: self.position }
+    }
+}
+
+/// A node that is complete, and can still be wrapped.
+pub(crate) struct CompletedMarker {
+    position: usize,
+}
+
+impl CompletedMarker {
+    /// Starts a node around this one.
+    pub(crate) fn precede(self, p: &mut Parser<'_>) -> Marker {
+        let outer = p.start();
+        let distance = (outer.position - self.position) as u32;
+        if let Some(Event::Start { parent, .. }) = p.events.get_mut(self.position) {
+            *parent = Some(distance);
+        }
+        outer
+    }
+}

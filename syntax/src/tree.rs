@@ -1,0 +1,175 @@
+//! Events and tokens → the tree, with white space and comments back in their places.
+
+use rowan::{GreenNode, GreenNodeBuilder, Language as _, TextRange, TextSize};
+
+use crate::lexer::{LexError, Lexed};
+use crate::parser::{Event, Events};
+use crate::{Mauve, SyntaxKind, SyntaxNode};
+
+/// A tree and what is wrong with its text.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Parse {
+    green: GreenNode,
+    errors: Box<[SyntaxError]>,
+}
+
+/// Something that the grammar does not allow: what was found, what was expected.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SyntaxError {
+    /// The token that is wrong, or the empty range behind the last one before something that is missing.
+    pub range: TextRange,
+    /// For the user.
+    pub message: String,
+}
+
+impl Parse {
+    /// The root of the tree, a `SOURCE_FILE`.
+    pub fn syntax(&self) -> SyntaxNode {
+        SyntaxNode::new_root(self.green.clone())
+    }
+
+    /// The typed root.
+    pub fn file(&self) -> crate::ast::SourceFile {
+        crate::ast::SourceFile(self.syntax())
+    }
+
+    /// The tree as a value, without places.
+    pub fn green(&self) -> &GreenNode {
+        &self.green
+    }
+
+    /// The errors in the order of the text.
+    pub fn errors(&self) -> &[SyntaxError] {
+        &self.errors
+    }
+
+
+    /// The tree and its errors as text, one node, token or error a line: for tests and `mauve parse`.
+    ///
+    /// ```
+    /// let parse = mauve_syntax::parse("use std_msgs");
+    /// assert_eq!(parse.debug_dump().lines().next(), Some("SOURCE_FILE@0..12"));
+    /// ```
+    pub fn debug_dump(&self) -> String {
+        let mut out = String::new();
+        let mut depth = 0;
+        for event in self.syntax().preorder_with_tokens() {
+            match event {
+                rowan::WalkEvent::Enter(element) => {
+                    out.extend(std::iter::repeat_n("  ", depth));
+                    match element {
+                        rowan::NodeOrToken::Node(node) => {
+                            out += &format!("{:?}@{:?}\n", node.kind(), node.text_range());
+                        }
+                        rowan::NodeOrToken::Token(token) => {
+                            let (kind, range) = (token.kind(), token.text_range());
+                            out += &format!("{kind:?}@{range:?} {:?}\n", token.text());
+                        }
+                    }
+                    depth += 1;
+                }
+                rowan::WalkEvent::Leave(_) => depth -= 1,
+            }
+        }
+        for error in self.errors() {
+            out += &format!("error {:?}: {}\n", error.range, error.message);
+        }
+        out
+    }
+}
+
+/// Was nothing lost in `node`: has it no `ERROR` anywhere in it?
+///
+/// ```
+/// use mauve_syntax::{is_whole, parse};
+/// assert!(is_whole(&parse("codel f(): int").syntax()));
+/// assert!(!is_whole(&parse("codel f(: int").syntax()));
+/// ```
+pub fn is_whole(node: &SyntaxNode) -> bool {
+    node.kind() != SyntaxKind::ERROR && node.descendants().all(|inner| inner.kind() != SyntaxKind::ERROR)
+}
+
+pub(crate) fn too_long() -> Parse {
+    let mut builder = GreenNodeBuilder::new();
+    builder.start_node(Mauve::kind_to_raw(SyntaxKind::SOURCE_FILE));
+    builder.start_node(Mauve::kind_to_raw(SyntaxKind::ERROR));
+    builder.finish_node();
+    builder.finish_node();
+    let message = format!("this file is longer than {} bytes, and is not read", crate::LONGEST_TEXT);
+    let range = TextRange::empty(TextSize::new(0));
+    Parse { green: builder.finish(), errors: Box::new([SyntaxError { range, message }]) }
+}
+
+pub(crate) fn build(text: &str, lexed: &Lexed, events: Events) -> Parse {
+    let Events { mut events, errors } = events;
+    let mut sink = Sink { text, lexed, next: 0, builder: GreenNodeBuilder::new() };
+    let mut outer = Vec::new();
+    for index in 0..events.len() {
+        match std::mem::replace(&mut events[index], Event::Taken) {
+            Event::Taken => {}
+            Event::Start { kind, parent } => {
+                // A node that was wrapped later: its wrappers start first, the last of them outermost.
+                outer.push(kind);
+                let mut next = parent.map(|distance| index + distance as usize);
+                while let Some(at) = next {
+                    let Event::Start { kind, parent } = std::mem::replace(&mut events[at], Event::Taken)
+                    else {
+                        break;
+                    };
+                    outer.push(kind);
+                    next = parent.map(|distance| at + distance as usize);
+                }
+                for kind in outer.drain(..).rev() {
+                    // White space and comments stand before a node, never first in it: but the root holds all, and
+                    // what is missing is marked right behind what it should follow.
+                    if !matches!(kind, SyntaxKind::SOURCE_FILE | SyntaxKind::ERROR)
+                        || matches!(events.get(index + 1), Some(Event::Token { .. })) && kind == SyntaxKind::ERROR
+                    {
+                        sink.trivia();
+                    }
+                    sink.builder.start_node(Mauve::kind_to_raw(kind));
+                }
+            }
+            Event::Finish => sink.builder.finish_node(),
+            Event::Token { kind } => {
+                sink.trivia();
+                sink.token(kind);
+            }
+            Event::Rest => sink.trivia(),
+        }
+    }
+    Parse { green: sink.builder.finish(), errors: errors.into_boxed_slice() }
+}
+
+struct Sink<'a> {
+    text: &'a str,
+    lexed: &'a Lexed,
+    next: usize,
+    builder: GreenNodeBuilder<'static>,
+}
+
+impl Sink<'_> {
+    fn trivia(&mut self) {
+        while self.lexed.kind(self.next).is_trivia() {
+            self.token(self.lexed.kind(self.next));
+        }
+    }
+
+    fn token(&mut self, kind: SyntaxKind) {
+        let text = self.text.get(self.lexed.range(self.next)).unwrap_or_default();
+        self.builder.token(Mauve::kind_to_raw(kind), text);
+        self.next += 1;
+    }
+}
+
+/// The error of an unterminated comment, which no rule of the grammar ever sees.
+pub(crate) fn comment_error(lexed: &Lexed) -> Option<SyntaxError> {
+    let (index, error) = lexed.errors().last()?;
+    let range = lexed.range(*index as usize);
+    // Only its opening: marking all that it swallowed would hide where it starts.
+    let start = TextSize::new(range.start as u32);
+    (*error == LexError::UnterminatedComment).then(|| SyntaxError {
+        range: TextRange::at(start, TextSize::new(2)),
+        message: error.message().to_owned(),
+    })
+}

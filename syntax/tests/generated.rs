@@ -1,0 +1,300 @@
+//! Makes `src/generated/` again from `mauve.ungram`, and fails where the committed files differ.
+//!
+//! `UPDATE_EXPECT=1 cargo test -p mauve-syntax --test generated` writes them.
+
+use std::fmt::Write as _;
+
+use ungrammar::{Grammar, Node, Rule};
+
+#[test]
+fn the_generated_files_are_those_of_the_grammar() {
+    let grammar: Grammar = include_str!("../mauve.ungram").parse().expect("mauve.ungram is a grammar");
+    let kinds = kinds(&grammar);
+    let nodes = nodes(&grammar);
+    expect_test::expect_file!["../src/generated/kinds.rs"].assert_eq(&kinds);
+    expect_test::expect_file!["../src/generated/nodes.rs"].assert_eq(&nodes);
+}
+
+const PUNCTUATION: &[(&str, &str)] = &[
+    ("{", "L_CURLY"),
+    ("}", "R_CURLY"),
+    ("(", "L_PAREN"),
+    (")", "R_PAREN"),
+    ("[", "L_BRACK"),
+    ("]", "R_BRACK"),
+    (",", "COMMA"),
+    (";", "SEMICOLON"),
+    (":", "COLON"),
+    ("::", "COLON2"),
+    (".", "DOT"),
+    ("->", "ARROW"),
+    ("=", "EQ"),
+    ("==", "EQ2"),
+    ("!=", "NEQ"),
+    ("<", "LT"),
+    ("<=", "LTEQ"),
+    (">", "GT"),
+    (">=", "GTEQ"),
+    ("+", "PLUS"),
+    ("-", "MINUS"),
+    ("*", "STAR"),
+    ("/", "SLASH"),
+    ("%", "PERCENT"),
+    ("!", "BANG"),
+    ("&&", "AMP2"),
+    ("||", "PIPE2"),
+];
+
+/// Words that are keywords without standing in the grammar as tokens.
+const MORE_KEYWORDS: &[&str] = &["affinity", "priority", "period", "deadline", "background"];
+
+/// Tokens that are no fixed text: kind, regular expression or callback for logos, what it is in a message.
+const CLASSES: &[(&str, &str, &str)] = &[
+    ("IDENT", r##"#[regex("[A-Za-z_][A-Za-z0-9_]*", priority = 3)]"##, "a name"),
+    ("INT_NUMBER", r##"#[regex("[0-9]+|0[xX][0-9a-fA-F]+", priority = 5)]"##, "a whole number"),
+    (
+        "FLOAT_NUMBER",
+        r##"#[regex(r"[0-9]+\.[0-9]+([eE][+-]?[0-9]+)?|[0-9]+[eE][+-]?[0-9]+", priority = 6)]"##,
+        "a number",
+    ),
+    (
+        "BAD_NUMBER",
+        r##"#[regex(r"[0-9][A-Za-z0-9_]*|[0-9]+\.[0-9]+[A-Za-z_][A-Za-z0-9_]*", priority = 4)]"##,
+        "a number",
+    ),
+    ("STRING", r##"#[regex(r#""([^"\\\r\n]|\\[^\r\n])*""#)]"##, "a string"),
+    ("UNTERMINATED_STRING", r##"#[regex(r#""([^"\\\r\n]|\\[^\r\n])*\\?"#, priority = 2)]"##, "a string"),
+    ("WHITESPACE", r##"#[regex(r"[ \t\r\n\x0C]+")]"##, "white space"),
+    ("LINE_COMMENT", r##"#[regex(r"//[^\r\n]*", allow_greedy = true)]"##, "a comment"),
+    ("BLOCK_COMMENT", r##"#[token("/*", crate::lexer::block_comment)]"##, "a comment"),
+    ("ERROR_CHARACTERS", "", "characters that mean nothing here"),
+];
+
+fn kinds(grammar: &Grammar) -> String {
+    let keywords = keywords(grammar);
+    let mut out = String::from(HEADER);
+    out += "\nuse logos::Logos;\n\n";
+    out += "/// What a token or a node of the syntax tree is.\n";
+    out += "#[allow(missing_docs, non_camel_case_types, clippy::upper_case_acronyms)]\n";
+    out += "#[derive(Logos, Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]\n#[repr(u16)]\n";
+    out += "pub enum SyntaxKind {\n    /// The end of the text: never in a tree.\n    EOF,\n";
+    for (text, kind) in PUNCTUATION {
+        writeln!(out, "    #[token(\"{text}\")]\n    {kind},").unwrap();
+    }
+    for keyword in &keywords {
+        writeln!(out, "    #[token(\"{keyword}\")]\n    {}_KW,", keyword.to_uppercase()).unwrap();
+    }
+    for (kind, rule, _) in CLASSES {
+        if !rule.is_empty() {
+            writeln!(out, "    {rule}").unwrap();
+        }
+        writeln!(out, "    {kind},").unwrap();
+    }
+    for node in grammar.iter().filter(|&node| !is_enum(grammar, node)) {
+        writeln!(out, "    {},", upper(&grammar[node].name)).unwrap();
+    }
+    out += "    /// Something is missing here, or these tokens fit nowhere.\n    ERROR,\n}\n\n";
+    out += "impl SyntaxKind {\n";
+    writeln!(out, "    const LAST: u16 = SyntaxKind::ERROR as u16;\n").unwrap();
+    out += "    /// All kinds, in the order of their numbers.\n";
+    out += "    pub(crate) const ALL: [SyntaxKind; SyntaxKind::LAST as usize + 1] = [\n        SyntaxKind::EOF,\n";
+    let tokens = PUNCTUATION.iter().map(|(_, kind)| kind.to_string());
+    let words = keywords.iter().map(|keyword| format!("{}_KW", keyword.to_uppercase()));
+    let classes = CLASSES.iter().map(|(kind, _, _)| kind.to_string());
+    let structs =
+        grammar.iter().filter(|&node| !is_enum(grammar, node)).map(|node| upper(&grammar[node].name));
+    for kind in tokens.chain(words.clone()).chain(classes).chain(structs) {
+        writeln!(out, "        SyntaxKind::{kind},").unwrap();
+    }
+    out += "        SyntaxKind::ERROR,\n    ];\n\n";
+    out += "    /// Is this a word, so that it can be a name?\n";
+    out += "    #[inline]\n    pub fn is_word(self) -> bool {\n";
+    let first = words.clone().next().unwrap();
+    writeln!(out, "        (SyntaxKind::{first}..=SyntaxKind::IDENT).contains(&self)\n    }}\n").unwrap();
+    out += "    /// White space or a comment.\n";
+    out += "    #[inline]\n    pub fn is_trivia(self) -> bool {\n";
+    out += "        matches!(self, SyntaxKind::WHITESPACE | SyntaxKind::LINE_COMMENT | SyntaxKind::BLOCK_COMMENT)\n    }\n\n";
+    out += "    /// How a message names this token.\n    pub fn describe(self) -> &'static str {\n        match self {\n";
+    for (text, kind) in PUNCTUATION {
+        writeln!(out, "            SyntaxKind::{kind} => \"`{text}`\",").unwrap();
+    }
+    for keyword in &keywords {
+        writeln!(out, "            SyntaxKind::{}_KW => \"`{keyword}`\",", keyword.to_uppercase()).unwrap();
+    }
+    for (kind, _, what) in CLASSES {
+        writeln!(out, "            SyntaxKind::{kind} => \"{what}\",").unwrap();
+    }
+    out += "            SyntaxKind::EOF => \"the end of the file\",\n            _ => \"this\",\n        }\n    }\n}\n";
+    out
+}
+
+fn nodes(grammar: &Grammar) -> String {
+    let mut out = String::from(HEADER);
+    out += "\n#![allow(missing_docs)]\n\nuse crate::SyntaxKind::{self, *};\n";
+    out += "use crate::ast::{AstNode, children, child, nth_child, token};\n";
+    out += "use crate::{SyntaxNode, SyntaxToken};\n";
+    for node in grammar.iter() {
+        let name = &grammar[node].name;
+        if is_enum(grammar, node) { enumeration(&mut out, grammar, node) } else { structure(&mut out, grammar, node, name) }
+    }
+    out
+}
+
+fn structure(out: &mut String, grammar: &Grammar, node: Node, name: &str) {
+    let kind = upper(name);
+    writeln!(out, "\n#[derive(Debug, Clone, PartialEq, Eq, Hash)]\npub struct {name}(pub(crate) SyntaxNode);\n").unwrap();
+    writeln!(out, "impl AstNode for {name} {{").unwrap();
+    writeln!(out, "    fn can_cast(kind: SyntaxKind) -> bool {{\n        kind == {kind}\n    }}\n").unwrap();
+    writeln!(out, "    fn cast(node: SyntaxNode) -> Option<Self> {{\n        Self::can_cast(node.kind()).then_some({name}(node))\n    }}\n").unwrap();
+    writeln!(out, "    fn syntax(&self) -> &SyntaxNode {{\n        &self.0\n    }}\n}}").unwrap();
+    let mut fields = Vec::new();
+    collect(grammar, &grammar[node].rule, None, false, &mut fields);
+    let mut methods = String::new();
+    let mut done: Vec<String> = Vec::new();
+    for field in &fields {
+        let (method, result, body) = match field {
+            Field::Token(text) => {
+                let kind = token_kind(text);
+                let method = kind.to_lowercase().trim_end_matches("_kw").to_owned() + "_token";
+                (method, "Option<SyntaxToken>".to_owned(), format!("token(&self.0, {kind})"))
+            }
+            Field::Node { label, ty, many: true } => {
+                let method = label.clone().unwrap_or_else(|| plural(&accessor(ty)));
+                (method, format!("impl Iterator<Item = {ty}>"), "children(&self.0)".to_owned())
+            }
+            Field::Node { label, ty, many: false } => {
+                let position = fields
+                    .iter()
+                    .filter(|other| matches!(other, Field::Node { ty: other, many: false, .. } if other == ty))
+                    .position(|other| std::ptr::eq(other, field))
+                    .unwrap();
+                let method = label.clone().unwrap_or_else(|| accessor(ty));
+                let body =
+                    if position == 0 { "child(&self.0)".to_owned() } else { format!("nth_child(&self.0, {position})") };
+                (method, format!("Option<{ty}>"), body)
+            }
+        };
+        if done.contains(&method) {
+            continue;
+        }
+        let gap = if done.is_empty() { "" } else { "\n" };
+        writeln!(methods, "{gap}    pub fn {method}(&self) -> {result} {{\n        {body}\n    }}").unwrap();
+        done.push(method);
+    }
+    if !methods.is_empty() {
+        writeln!(out, "\nimpl {name} {{\n{methods}}}").unwrap();
+    }
+}
+
+fn enumeration(out: &mut String, grammar: &Grammar, node: Node) {
+    let name = &grammar[node].name;
+    let Rule::Alt(alternatives) = &grammar[node].rule else { unreachable!() };
+    let variants: Vec<&str> = alternatives
+        .iter()
+        .map(|rule| match rule {
+            Rule::Node(node) => grammar[*node].name.as_str(),
+            _ => unreachable!("checked by is_enum"),
+        })
+        .collect();
+    writeln!(out, "\n#[derive(Debug, Clone, PartialEq, Eq, Hash)]\npub enum {name} {{").unwrap();
+    for variant in &variants {
+        writeln!(out, "    {variant}({variant}),").unwrap();
+    }
+    writeln!(out, "}}\n\nimpl AstNode for {name} {{\n    fn can_cast(kind: SyntaxKind) -> bool {{").unwrap();
+    let kinds: Vec<String> = variants.iter().map(|variant| upper(variant)).collect();
+    writeln!(out, "        matches!(kind, {})\n    }}\n", kinds.join(" | ")).unwrap();
+    writeln!(out, "    fn cast(node: SyntaxNode) -> Option<Self> {{\n        Some(match node.kind() {{").unwrap();
+    for (variant, kind) in variants.iter().zip(&kinds) {
+        writeln!(out, "            {kind} => {name}::{variant}({variant}(node)),").unwrap();
+    }
+    writeln!(out, "            _ => return None,\n        }})\n    }}\n").unwrap();
+    writeln!(out, "    fn syntax(&self) -> &SyntaxNode {{\n        match self {{").unwrap();
+    for variant in &variants {
+        writeln!(out, "            {name}::{variant}(it) => it.syntax(),").unwrap();
+    }
+    writeln!(out, "        }}\n    }}\n}}").unwrap();
+}
+
+enum Field {
+    Token(String),
+    Node { label: Option<String>, ty: String, many: bool },
+}
+
+fn collect(grammar: &Grammar, rule: &Rule, label: Option<&str>, many: bool, fields: &mut Vec<Field>) {
+    match rule {
+        Rule::Labeled { label, rule } => collect(grammar, rule, Some(label), many, fields),
+        Rule::Node(node) => {
+            let ty = grammar[*node].name.clone();
+            let same = |field: &Field| matches!(field, Field::Node { ty: other, label: None, .. } if *other == ty);
+            if many && let Some(field) = fields.iter_mut().find(|field| same(field)) {
+                *field = Field::Node { label: None, ty, many };
+                return;
+            }
+            fields.push(Field::Node { label: label.map(str::to_owned), ty, many });
+        }
+        Rule::Token(token) => fields.push(Field::Token(grammar[*token].name.clone())),
+        Rule::Seq(rules) | Rule::Alt(rules) => {
+            rules.iter().for_each(|rule| collect(grammar, rule, label, many, fields));
+        }
+        Rule::Opt(rule) => collect(grammar, rule, label, many, fields),
+        Rule::Rep(rule) => collect(grammar, rule, label, true, fields),
+    }
+}
+
+fn keywords(grammar: &Grammar) -> Vec<String> {
+    let mut keywords: Vec<String> = grammar
+        .tokens()
+        .map(|token| grammar[token].name.clone())
+        .filter(|text| token_kind(text).ends_with("_KW"))
+        .chain(MORE_KEYWORDS.iter().map(|keyword| (*keyword).to_owned()))
+        .collect();
+    keywords.sort();
+    keywords
+}
+
+fn token_kind(text: &str) -> String {
+    if let Some((_, kind)) = PUNCTUATION.iter().find(|(punctuation, _)| *punctuation == text) {
+        return (*kind).to_owned();
+    }
+    match CLASSES.iter().find(|(kind, _, _)| kind.to_lowercase() == text) {
+        Some((kind, _, _)) => (*kind).to_owned(),
+        None => text.to_uppercase() + "_KW",
+    }
+}
+
+fn is_enum(grammar: &Grammar, node: Node) -> bool {
+    matches!(&grammar[node].rule, Rule::Alt(rules) if rules.iter().all(|rule| matches!(rule, Rule::Node(_))))
+}
+
+fn upper(name: &str) -> String {
+    lower(name).to_uppercase()
+}
+
+fn lower(name: &str) -> String {
+    let mut out = String::new();
+    for (index, letter) in name.char_indices() {
+        if letter.is_uppercase() && index > 0 {
+            out.push('_');
+        }
+        out.extend(letter.to_lowercase());
+    }
+    out
+}
+
+/// The name of an accessor: that of the node, unless it is a word of Rust.
+fn accessor(name: &str) -> String {
+    match lower(name).as_str() {
+        "type" => "ty".to_owned(),
+        "else" => "else_branch".to_owned(),
+        name => name.to_owned(),
+    }
+}
+
+fn plural(name: &str) -> String {
+    match name.strip_suffix('y').filter(|stem| *stem != "t") {
+        Some(stem) => format!("{stem}ies"),
+        None => format!("{name}s"),
+    }
+}
+
+const HEADER: &str = "//! Made by `tests/generated.rs` from `mauve.ungram`: do not edit.\n#![cfg_attr(rustfmt, rustfmt_skip)]\n";
