@@ -113,8 +113,10 @@ fn state_machine(p: &mut Parser<'_>) {
 
 fn state(p: &mut Parser<'_>) {
     let m = p.start();
-    p.eat(INITIAL_KW);
-    if p.expect(STATE_KW) {
+    // An `initial` alone on its line is half typed: it must not change what the state on the next line means.
+    if p.eat(INITIAL_KW) && p.at_item() {
+        p.missing("`state`");
+    } else if p.expect(STATE_KW) {
         name(p);
         list(p, List::State, |p| match p.current() {
             ENTRY_KW | RUN_KW | HANDLE_KW | EXIT_KW => program(p, METHOD),

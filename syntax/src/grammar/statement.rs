@@ -76,6 +76,11 @@ pub(super) fn starts_expression(kind: SyntaxKind) -> bool {
 // } }
 fn if_(p: &mut Parser<'_>) {
     let m = p.start();
+    if p.depth >= DEEPEST {
+        p.too_deep(|p| p.at(R_CURLY) || p.previous() == R_CURLY && !p.at(ELSE_KW));
+        m.complete(p, IF_STATEMENT);
+        return;
+    }
     p.bump();
     expression(p);
     if p.expect(THEN_KW) {
@@ -91,9 +96,6 @@ fn else_(p: &mut Parser<'_>) {
     let m = p.start();
     p.bump();
     match p.current() {
-        IF_KW if p.depth >= DEEPEST => {
-            p.too_deep(|p| p.at(R_CURLY) || p.previous() == R_CURLY && !p.at(ELSE_KW));
-        }
         IF_KW => {
             p.depth += 1;
             if_(p);
