@@ -1,1 +1,66 @@
-//! mauve-model
+//! What MAUVE models mean: from syntax trees to names, state machines, task sets, response times and diagnostics.
+//!
+//! Everything here is a query of a salsa database ([`Database`]): asked again after an edit, only what the edit touched
+//! is computed again. One keystroke goes this way, and each arrow stops where nothing changed:
+//!
+//! ```text
+//! text → parse → item tree (no places) → declarations → names ─┐
+//!                     └→ data of a declaration ────────────────┼→ behaviour of a core ─┐
+//! mauve.toml → config → tables → timetable ─────────────────────────────────────────────┼→ psm ─┐
+//!                                        └→ system (a deployment's activities) ─────────────────┴→ response times
+//! ```
+//!
+//! | file | holds |
+//! |---|---|
+//! | `db.rs` | the inputs: files and workspaces |
+//! | `item_tree.rs`, `lower.rs` | what a file declares, without places; and where its parts stand |
+//! | `source.rs` | declarations, their data, and [`Place`]s |
+//! | `project.rs`, `config.rs` | roots, includes, `mauve.toml` |
+//! | `names.rs` | what a name means; the features of a shell |
+//! | `behaviour.rs` | a core's states, edges and the codels of its programs |
+//! | `timetable.rs` | the timing tables, joined |
+//! | `psm.rs` | behaviour + times: the periodic state machine of a component |
+//! | `system.rs` | a deployment's activities, with the architecture flattened |
+//! | `response.rs` | response times, and what a codel without a time may take |
+//! | `diagnostics/` | a file for each diagnostic: its page, its message, its fixes |
+//!
+//! Nothing is analysed that rests on what was lost: a syntax error in a program, a name that means nothing, a table
+//! that cannot be read, all make the activities that they touch *not analysed*, with the reason ([`Refusal`]), and
+//! with them whatever they may delay.
+//!
+//! This crate knows no editor, no protocol and no file system.
+
+mod behaviour;
+mod config;
+mod db;
+pub mod diagnostics;
+pub mod item_tree;
+mod lower;
+mod names;
+mod project;
+mod psm;
+mod response;
+mod source;
+mod system;
+mod timetable;
+
+pub use behaviour::{Behaviour, Cost, Edge, Refusal, TimedProgram, behaviour_of};
+pub use config::Config;
+pub use db::{Database, File, ModelDb, Workspace, normalised};
+pub use lower::{DeclarationMap, SourceMap};
+pub use names::{FeatureOf, Features, Names, Unresolved, features, names_of, similar};
+pub use project::{
+    CONFIG_FILE, Project, config_of, config_file, include_candidates, includes, is_model, project_files, projects,
+};
+pub use psm::{Psm, PsmEdge, Refused, core_of, psm_of, shell_of, worst_path};
+pub use response::{
+    ActivityReport, Budget, CpuReport, InterferenceReport, Query, Report, Verdict, budgets, missing_times,
+    response_times,
+};
+pub use source::{
+    Decl, Place, architecture, codel, component, core, data, declarations, deployment, item_tree_of, parse, shell,
+    source_map,
+};
+pub use system::{Flat, FlatInstance, Priority, Row, System, cpu_names, flat, system_of};
+pub use timetable::{Lookup, TableFiles, Timetable, table, table_files, timetable_of};
+

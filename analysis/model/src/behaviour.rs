@@ -1,0 +1,512 @@
+//! From a core to what one period of it executes: states, edges, and for each program its codels.
+//!
+//! Times are not known here, so that a changed table re-runs none of this, and a changed program only its own core.
+
+use rustc_hash::FxHashSet;
+
+use crate::diagnostics::{self, Diagnostic};
+use crate::item_tree::{
+    Core, Expr, FeatureKind, HookKind, Kind, Machine, MethodKind, Name, NameRef, Program,
+    State, Statement, Transition, Variable,
+};
+use crate::names::{Features, Names, Unresolved, features, names_of, similar};
+use crate::project::Project;
+use crate::source::{Decl, Place, core};
+use crate::ModelDb;
+
+/// What a core executes each period.
+#[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
+pub struct Behaviour<'db> {
+    /// The states that the initial one reaches, in the order of the text.
+    pub states: Vec<Name>,
+    /// What one period may do (paper, eq. 6, as generated code does it).
+    pub edges: Vec<Edge>,
+    /// The programs that the edges execute.
+    pub programs: Vec<TimedProgram<'db>>,
+    /// The operations that the core defines, which its programs may call.
+    pub operations: Vec<TimedProgram<'db>>,
+    /// Why the core cannot be analysed, in the user's words; then the rest is not to be used.
+    pub refusals: Vec<Refusal<'db>>,
+    /// What is wrong in the core.
+    pub diagnostics: Vec<Diagnostic<'db>>,
+}
+
+/// One way through a period: from a state to a state, executing these programs one after the other.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Edge {
+    /// Index of the state in which the period starts.
+    pub source: usize,
+    /// Index of the state in which the next one starts.
+    pub target: usize,
+    /// The transition that fires; none where the machine stays.
+    pub transition: Option<Name>,
+    /// Indices of the programs, in the order of execution.
+    pub programs: Vec<usize>,
+}
+
+/// A program with a key of its own in a timing table.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub struct TimedProgram<'db> {
+    /// The key behind `Component/`: `update`, `state.run`, `state.transition.guard`, `operation`.
+    pub key: String,
+    /// What it costs at most.
+    pub cost: Cost<'db>,
+}
+
+/// The cost of a program along its worst path, by codels.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub enum Cost<'db> {
+    /// One execution of a codel.
+    Codel(Decl<'db>),
+    /// One execution of an operation that the core itself provides: an index into [`Behaviour::operations`].
+    Operation(usize),
+    /// All of these.
+    Sum(Vec<Cost<'db>>),
+    /// The greatest of these.
+    Greatest(Vec<Cost<'db>>),
+}
+
+/// Why something is not analysed.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub struct Refusal<'db> {
+    /// In the user's words.
+    pub message: String,
+    /// Where the reason stands.
+    pub at: Option<Place<'db>>,
+    /// Does a diagnostic of its own say so already?
+    pub reported: bool,
+}
+
+impl<'db> Refusal<'db> {
+    /// A reason that another diagnostic reports at its place.
+    pub(crate) fn reported(message: impl Into<String>, at: Place<'db>) -> Refusal<'db> {
+        Refusal { message: message.into(), at: Some(at), reported: true }
+    }
+
+    /// A reason that nothing else reports.
+    pub(crate) fn own(message: impl Into<String>, at: Place<'db>) -> Refusal<'db> {
+        Refusal { message: message.into(), at: Some(at), reported: false }
+    }
+}
+
+/// The name of the one state of a core that has `update` instead of a state machine.
+pub const UPDATE_STATE: &str = "update";
+
+/// Reads a core.
+#[salsa::tracked(returns(ref))]
+pub fn behaviour_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Behaviour<'db> {
+    let Some(data) = core(db, of) else { return Behaviour::default() };
+    let names = names_of(db, project);
+    let shell = names.resolve_type(db, of, Kind::Shell, data.shell.as_ref());
+    let none = Features::default();
+    let features = shell.as_ref().map_or(&none, |&shell| features(db, project, shell));
+    let mut reader =
+        Reader { db, of, names, features, core: data, scope: Vec::new(), found: Behaviour::default() };
+    if let Err(unresolved) = &shell {
+        let ty = data.shell.as_ref();
+        reader.found.diagnostics.extend(diagnostics::unresolved_type(of, Kind::Shell, ty, unresolved));
+        reader.refuse_here("its shell is unknown");
+    } else if features.lost || features.cycle {
+        reader.refuse_here("its shell has an error: an operation may be missing in it");
+    }
+    if !data.whole {
+        reader.refuse_here("it has a syntax error");
+    }
+    reader.read();
+    reader.found
+}
+
+struct Reader<'a, 'db> {
+    db: &'db dyn ModelDb,
+    of: Decl<'db>,
+    names: &'db Names<'db>,
+    features: &'a Features<'db>,
+    core: &'db Core,
+    /// The variables in scope, innermost last.
+    scope: Vec<Name>,
+    found: Behaviour<'db>,
+}
+
+impl<'db> Reader<'_, 'db> {
+    fn at(&self, part: crate::item_tree::Part) -> Place<'db> {
+        Place::Part(self.of, part)
+    }
+
+    /// The core is not analysed, because of what a diagnostic elsewhere in it says.
+    fn refuse_here(&mut self, why: &str) {
+        let message = format!("core {}: {why}", self.of.name(self.db));
+        self.found.refusals.push(Refusal::reported(message, Place::name_of(self.of)));
+    }
+
+    /// Reports a mistake that keeps the core from being analysed.
+    fn refuse(&mut self, diagnostic: Diagnostic<'db>) {
+        let at = diagnostic.at.clone();
+        self.found.refusals.push(Refusal::reported(diagnostic.message.clone(), at));
+        self.found.diagnostics.push(diagnostic);
+    }
+
+    fn read(&mut self) {
+        self.scope = self.core.variables.iter().map(|variable| variable.name.name.clone()).collect();
+        self.duplicates_of_core();
+        self.operations();
+        self.hooks();
+        match (self.core.machines.as_slice(), self.update()) {
+            ([machine], None) => self.machine(machine),
+            ([], Some(update)) => {
+                let cost = self.program(update);
+                self.found.states.push(UPDATE_STATE.into());
+                self.found.programs.push(TimedProgram { key: UPDATE_STATE.to_owned(), cost });
+                self.found.edges.push(Edge { source: 0, target: 0, transition: None, programs: vec![0] });
+            }
+            ([], None) => self.refuse(diagnostics::update_or_statemachine::neither(self.of)),
+            ([.., last], None) => {
+                let at = self.at(last.part);
+                self.refuse(diagnostics::update_or_statemachine::both(at, "a second `statemachine`"));
+            }
+            ([machine, ..], Some(_)) => {
+                let at = self.at(machine.part);
+                self.refuse(diagnostics::update_or_statemachine::both(at, "both `update` and `statemachine`"));
+            }
+        }
+    }
+
+    fn update(&self) -> Option<&'db Program> {
+        self.core.hooks.iter().find(|hook| hook.kind == HookKind::Update).map(|hook| &hook.program)
+    }
+
+    fn duplicates_of_core(&mut self) {
+        let of = self.of;
+        let variables = self.core.variables.iter().map(|it| (&it.name, "variable"));
+        let handlers = self.core.handlers.iter().map(|it| (it, "handler"));
+        let found = diagnostics::duplicate_definition::among(of, variables.chain(handlers));
+        self.found.diagnostics.extend(found);
+        let operations = self.core.operations.iter().map(|it| (&it.name, "definition of the operation"));
+        for duplicate in diagnostics::duplicate_definition::among(of, operations) {
+            self.refuse(duplicate);
+        }
+        let mut seen = FxHashSet::default();
+        for hook in &self.core.hooks {
+            if !seen.insert(hook.kind) {
+                let duplicate = diagnostics::duplicate_hook::report(self.at(hook.part), hook.kind.keyword());
+                match hook.kind {
+                    HookKind::Update => self.refuse(duplicate),
+                    _ => self.found.diagnostics.push(duplicate),
+                }
+            }
+        }
+    }
+
+    /// The hooks that no period executes: their calls are looked at, their times count nothing.
+    fn hooks(&mut self) {
+        for hook in self.core.hooks.iter().filter(|hook| hook.kind != HookKind::Update) {
+            let refusals = self.found.refusals.len();
+            self.program(&hook.program);
+            self.found.refusals.truncate(refusals);
+        }
+    }
+
+    fn operations(&mut self) {
+        for operation in &self.core.operations {
+            let depth = self.scope.len();
+            self.scope.extend(operation.parameters.iter().map(|parameter| parameter.name.name.clone()));
+            // An operation that cannot be read refuses whoever calls it, and the core is refused for all of them: it
+            // executes in the core's own thread.
+            let cost = self.program(&operation.program);
+            self.scope.truncate(depth);
+            self.found.operations.push(TimedProgram { key: operation.name.name.to_string(), cost });
+        }
+        let calls: Vec<Vec<usize>> = self.found.operations.iter().map(|it| operations_in(&it.cost)).collect();
+        for (index, operation) in self.core.operations.iter().enumerate() {
+            if reaches_itself(&calls, index) {
+                let at = self.at(operation.name.part);
+                self.refuse(diagnostics::recursive_operation::report(at, &operation.name.name));
+            }
+        }
+    }
+
+    fn machine(&mut self, machine: &'db Machine) {
+        if !machine.whole || machine.states.iter().any(|state| !state.whole) {
+            self.refuse_here("its state machine has a syntax error");
+        }
+        self.scope.extend(machine.variables.iter().map(|variable| variable.name.name.clone()));
+        let variables = machine.variables.iter().map(|it| (&it.name, "variable"));
+        let found = diagnostics::duplicate_definition::among(self.of, variables);
+        self.found.diagnostics.extend(found);
+        let states = machine.states.iter().map(|it| (&it.name, "state"));
+        for duplicate in diagnostics::duplicate_definition::among(self.of, states) {
+            self.refuse(duplicate);
+        }
+        let initial: Vec<usize> = (0..machine.states.len()).filter(|&it| machine.states[it].initial).collect();
+        let start = match initial.as_slice() {
+            [one] => *one,
+            [] => {
+                let at = self.at(machine.part);
+                self.refuse(diagnostics::initial_state::none(at));
+                return;
+            }
+            [first, second, ..] => {
+                let (first, second) = (&machine.states[*first], &machine.states[*second]);
+                let first = (self.at(first.name.part), &first.name.name);
+                let second = (self.at(second.name.part), &second.name.name);
+                self.refuse(diagnostics::initial_state::several(first, second));
+                return;
+            }
+        };
+        let mut edges = Vec::new();
+        for index in 0..machine.states.len() {
+            self.state(machine, index, &mut edges);
+        }
+        self.keep_reachable(machine, start, edges);
+    }
+
+    /// The edges out of a state: its transitions in the order of the text, then staying.
+    fn state(&mut self, machine: &'db Machine, index: usize, edges: &mut Vec<Edge>) {
+        let state = &machine.states[index];
+        let transitions = state.transitions.iter().map(|it| (&it.name, "transition"));
+        for duplicate in diagnostics::duplicate_definition::among(self.of, transitions) {
+            self.refuse(duplicate);
+        }
+        let mut seen = FxHashSet::default();
+        for method in &state.methods {
+            if !seen.insert(method.kind) {
+                let at = self.at(method.part);
+                self.refuse(diagnostics::duplicate_hook::report(at, method.kind.keyword()));
+            }
+        }
+        let run = self.method(state, MethodKind::Run);
+        let exit = self.method(state, MethodKind::Exit);
+        let handle = self.method(state, MethodKind::Handle);
+        // `run`, then each guard up to the one that holds.
+        let mut before: Vec<usize> = run.into_iter().collect();
+        let mut fires_always = false;
+        for transition in &state.transitions {
+            if !transition.whole {
+                self.refuse_here("a transition has a syntax error");
+            }
+            let key = |part: &str| format!("{}.{}.{part}", state.name.name, transition.name.name);
+            if let Some(guard) = &transition.guard {
+                if !guard.whole {
+                    self.refuse_here("a guard has a syntax error");
+                }
+                let mut costs = Vec::new();
+                self.expr(&guard.condition, &mut costs);
+                self.push_program(&mut before, key("guard"), Cost::Sum(costs));
+            }
+            let effect = transition.effect.as_ref().map(|effect| (key("effect"), self.program(effect)));
+            let target = self.target(machine, transition);
+            // What comes after a transition without a guard never happens, but it is read all the same.
+            if fires_always {
+                continue;
+            }
+            let mut programs = before.clone();
+            programs.extend(exit);
+            if let Some((key, cost)) = effect {
+                self.push_program(&mut programs, key, cost);
+            }
+            if let Some(target) = target {
+                programs.extend(self.method(&machine.states[target], MethodKind::Entry));
+                let transition = Some(transition.name.name.clone());
+                edges.push(Edge { source: index, target, transition, programs });
+            }
+            fires_always = transition.guard.is_none();
+        }
+        if !fires_always {
+            before.extend(handle);
+            edges.push(Edge { source: index, target: index, transition: None, programs: before });
+        }
+    }
+
+    fn push_program(&mut self, programs: &mut Vec<usize>, key: String, cost: Cost<'db>) {
+        programs.push(self.found.programs.len());
+        self.found.programs.push(TimedProgram { key, cost });
+    }
+
+    /// The index of a method's program, read when it is first met.
+    fn method(&mut self, state: &'db State, kind: MethodKind) -> Option<usize> {
+        let key = format!("{}.{}", state.name.name, kind.keyword());
+        let method = state.methods.iter().find(|method| method.kind == kind)?;
+        if let Some(known) = self.found.programs.iter().position(|program| program.key == key) {
+            return Some(known);
+        }
+        let cost = self.program(&method.program);
+        self.found.programs.push(TimedProgram { key, cost });
+        Some(self.found.programs.len() - 1)
+    }
+
+    fn target(&mut self, machine: &'db Machine, transition: &Transition) -> Option<usize> {
+        let Some(target) = &transition.target else {
+            self.refuse_here("a transition has a syntax error");
+            return None;
+        };
+        let found = machine.states.iter().position(|state| state.name.name == target.name);
+        if found.is_none() {
+            let near = similar(&target.name, machine.states.iter().map(|state| &state.name.name));
+            let at = self.at(target.part);
+            self.refuse(diagnostics::unresolved_state::report(at, &target.name, near));
+        }
+        found
+    }
+
+    /// States that the initial one does not reach are left out: no period of theirs ever happens.
+    fn keep_reachable(&mut self, machine: &Machine, start: usize, edges: Vec<Edge>) {
+        let mut reached = vec![false; machine.states.len()];
+        let mut open = vec![start];
+        while let Some(state) = open.pop() {
+            if std::mem::replace(&mut reached[state], true) {
+                continue;
+            }
+            open.extend(edges.iter().filter(|edge| edge.source == state).map(|edge| edge.target));
+        }
+        let mut number = vec![0; machine.states.len()];
+        for (index, state) in machine.states.iter().enumerate().filter(|(index, _)| reached[*index]) {
+            number[index] = self.found.states.len();
+            self.found.states.push(state.name.name.clone());
+        }
+        let kept = edges.into_iter().filter(|edge| reached[edge.source]);
+        self.found.edges = kept
+            .map(|edge| Edge { source: number[edge.source], target: number[edge.target], ..edge })
+            .collect();
+    }
+
+    /// The cost of a program along its worst path.
+    fn program(&mut self, program: &Program) -> Cost<'db> {
+        if !program.whole {
+            self.refuse_here("a program has a syntax error");
+        }
+        self.block(&program.statements)
+    }
+
+    fn block(&mut self, statements: &[Statement]) -> Cost<'db> {
+        let depth = self.scope.len();
+        let mut costs = Vec::new();
+        for statement in statements {
+            self.statement(statement, &mut costs);
+        }
+        self.scope.truncate(depth);
+        Cost::Sum(costs)
+    }
+
+    fn statement(&mut self, statement: &Statement, costs: &mut Vec<Cost<'db>>) {
+        match statement {
+            Statement::Variable(Variable { name, value, .. }) => {
+                if let Some(value) = value {
+                    self.expr(value, costs);
+                }
+                self.scope.push(name.name.clone());
+            }
+            Statement::If { condition, then, otherwise } => {
+                self.expr(condition, costs);
+                let then = self.block(then);
+                let otherwise = self.block(otherwise.as_deref().unwrap_or_default());
+                costs.push(Cost::Greatest(vec![then, otherwise]));
+            }
+            Statement::Block(statements) => costs.push(self.block(statements)),
+            // What follows a `return` does not happen on that path; counting it is safe.
+            Statement::Return(value) => {
+                if let Some(value) = value {
+                    self.expr(value, costs);
+                }
+            }
+            Statement::Assign(_, value) | Statement::Expr(value) => self.expr(value, costs),
+        }
+    }
+
+    /// Both sides of `&&` and `||` count: the worst path evaluates them.
+    fn expr(&mut self, expr: &Expr, costs: &mut Vec<Cost<'db>>) {
+        match expr {
+            Expr::Missing | Expr::Literal(..) | Expr::Name(_) => {}
+            Expr::Unary(_, inner) => self.expr(inner, costs),
+            Expr::Binary(_, lhs, rhs) => {
+                // Sums are left-deep: the loop keeps the recursion to the right.
+                let mut spine = vec![rhs];
+                let mut left = lhs;
+                while let Expr::Binary(_, lhs, rhs) = left.as_ref() {
+                    spine.push(rhs);
+                    left = lhs;
+                }
+                self.expr(left, costs);
+                for rhs in spine.into_iter().rev() {
+                    self.expr(rhs, costs);
+                }
+            }
+            Expr::Call { callee, arguments } => {
+                for argument in arguments {
+                    self.expr(argument, costs);
+                }
+                costs.extend(self.call(callee));
+            }
+        }
+    }
+
+    /// What a call costs: a codel, an operation of one's own, or nothing.
+    fn call(&mut self, callee: &NameRef) -> Option<Cost<'db>> {
+        let name = &callee.name;
+        let at = self.at(callee.part);
+        if self.scope.contains(name) {
+            self.refuse(diagnostics::unresolved_codel::not_callable(at, name, "a variable"));
+            return None;
+        }
+        if let Some(feature) = self.features.get(name) {
+            match feature.kind {
+                FeatureKind::Provided => {
+                    let defined = self.core.operations.iter().position(|operation| operation.name.name == *name);
+                    if defined.is_none() {
+                        self.refuse(diagnostics::undefined_operation::report(at, name));
+                    }
+                    return defined.map(Cost::Operation);
+                }
+                FeatureKind::Required => self.refuse(diagnostics::blocking_call::report(at, name)),
+                FeatureKind::Input | FeatureKind::Output => {
+                    self.refuse(diagnostics::unresolved_codel::not_callable(at, name, "a port"));
+                }
+                FeatureKind::Constant | FeatureKind::Property => {
+                    self.refuse(diagnostics::unresolved_codel::not_callable(at, name, "a property"));
+                }
+            }
+            return None;
+        }
+        match self.names.resolve(self.db, self.of.library(self.db).as_ref(), Kind::Codel, std::slice::from_ref(name)) {
+            Ok(codel) => Some(Cost::Codel(codel)),
+            Err(Unresolved::Ambiguous) => {
+                self.refuse(diagnostics::ambiguous_name::report(at, Kind::Codel, name));
+                None
+            }
+            Err(_) if is_built_in(name) => None,
+            Err(unresolved) => {
+                let near = match unresolved {
+                    Unresolved::Unknown(near) => near,
+                    _ => None,
+                };
+                self.refuse(diagnostics::unresolved_codel::report(at, name, near));
+                None
+            }
+        }
+    }
+}
+
+/// Is this one of the functions that every program has? They cost nothing: ports are lock-free (paper, Property 2).
+pub fn is_built_in(name: &str) -> bool {
+    matches!(name, "read" | "write" | "status" | "send" | "collect")
+}
+
+fn operations_in(cost: &Cost<'_>) -> Vec<usize> {
+    match cost {
+        Cost::Codel(_) => Vec::new(),
+        Cost::Operation(index) => vec![*index],
+        Cost::Sum(costs) | Cost::Greatest(costs) => costs.iter().flat_map(operations_in).collect(),
+    }
+}
+
+fn reaches_itself(calls: &[Vec<usize>], start: usize) -> bool {
+    let mut seen = vec![false; calls.len()];
+    let mut open = calls[start].clone();
+    while let Some(next) = open.pop() {
+        if next == start {
+            return true;
+        }
+        if !std::mem::replace(&mut seen[next], true) {
+            open.extend(&calls[next]);
+        }
+    }
+    false
+}

@@ -1,0 +1,234 @@
+//! `mauve.toml`: what the user says about a workspace.
+
+use std::ops::Range;
+
+use mauve_timing::{Level, Rounding, Time};
+use toml::de::{DeTable, DeValue};
+use toml::Spanned;
+
+/// What `mauve.toml` says.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Config {
+    /// `[project] root` or `roots`: paths from the configuration's folder.
+    pub roots: Vec<(String, Range<usize>)>,
+    /// `[timing] tables`: globs from the configuration's folder.
+    pub tables: Vec<(String, Range<usize>)>,
+    /// `[timing] significance`: the level that is shown and checked.
+    pub significance: Option<Level>,
+    /// `[assume] codel`: the time of a codel that no table has.
+    pub assume: Option<Time>,
+    /// `[platform] cpus`.
+    pub cpus: Option<u32>,
+    /// `[platform] rt_throttling`: Linux keeps 50 ms of each second from real-time tasks.
+    pub rt_throttling: bool,
+    /// `[clocks] synchronised`: instances that are released together.
+    pub synchronised: Vec<String>,
+    /// `[chains]`: named, and not analysed yet.
+    pub chains: Vec<(String, Range<usize>)>,
+    /// What is wrong, and where.
+    pub errors: Vec<(String, Range<usize>)>,
+    /// Was something lost that response times may rest on?
+    pub lost: bool,
+}
+
+impl Config {
+    /// The level that is shown: `[timing] significance`, otherwise 10⁻⁴.
+    pub fn level(&self) -> Level {
+        self.significance.unwrap_or(Level::TEN_TO_MINUS_FOUR)
+    }
+}
+
+/// Reads a `mauve.toml`. Whatever is wrong in it is an error at its place, and the rest is read all the same.
+pub(crate) fn read(text: &str) -> Config {
+    let mut reader = Reader { config: Config::default() };
+    match DeTable::parse(text) {
+        Ok(document) => reader.document(document.get_ref()),
+        Err(error) => {
+            let at = error.span().unwrap_or(0..text.len().min(1));
+            reader.lost(error.message().to_owned(), at);
+        }
+    }
+    reader.config
+}
+
+struct Reader {
+    config: Config,
+}
+
+type Key<'a> = Spanned<std::borrow::Cow<'a, str>>;
+type Value<'a> = Spanned<DeValue<'a>>;
+
+impl Reader {
+    fn error(&mut self, message: String, at: Range<usize>) {
+        self.config.errors.push((message, at));
+    }
+
+    /// An error that may hide something that makes response times longer.
+    fn lost(&mut self, message: String, at: Range<usize>) {
+        self.config.lost = true;
+        self.error(message, at);
+    }
+
+    fn document(&mut self, document: &DeTable<'_>) {
+        for (key, value) in document {
+            let Some(section) = value.get_ref().as_table() else {
+                self.lost(format!("unknown key `{}`: expected a section such as `[timing]`", key.get_ref()), key.span());
+                continue;
+            };
+            match key.get_ref().as_ref() {
+                "project" => self.each(section, Reader::project),
+                "timing" => self.each(section, Reader::timing),
+                "assume" => self.each(section, Reader::assume),
+                "platform" => self.each(section, Reader::platform),
+                "clocks" => self.each(section, Reader::clocks),
+                "chains" => {
+                    let chains = section.iter().map(|(key, _)| (key.get_ref().to_string(), key.span()));
+                    self.config.chains.extend(chains);
+                }
+                // Nothing here reads these: who does checks them.
+                "types" | "generate" | "lints" => {}
+                name => {
+                    let known = "project, timing, types, generate, lints, assume, platform, clocks or chains";
+                    self.lost(format!("unknown section `[{name}]`: expected {known}"), key.span());
+                }
+            }
+        }
+    }
+
+    fn each(&mut self, section: &DeTable<'_>, read: fn(&mut Reader, &str, &Key<'_>, &Value<'_>)) {
+        for (key, value) in section {
+            read(self, key.get_ref(), key, value);
+        }
+    }
+
+    fn project(&mut self, name: &str, key: &Key<'_>, value: &Value<'_>) {
+        match name {
+            "root" | "roots" => match strings(value) {
+                Some(roots) => self.config.roots.extend(roots),
+                None => self.error(format!("`{name}` is a path, or a list of paths"), value.span()),
+            },
+            _ => self.error(format!("unknown key `{name}` in [project]: expected root or roots"), key.span()),
+        }
+    }
+
+    fn timing(&mut self, name: &str, key: &Key<'_>, value: &Value<'_>) {
+        match name {
+            "tables" => match strings(value) {
+                Some(tables) => self.config.tables.extend(tables),
+                None => self.lost("`tables` is a list of paths, which may have `*`".to_owned(), value.span()),
+            },
+            "significance" => match number(value).and_then(Level::from_f64) {
+                Some(level) => self.config.significance = Some(level),
+                None => {
+                    self.lost("`significance` is a number between 0 and 1, such as 1e-4".to_owned(), value.span());
+                }
+            },
+            _ => {
+                let message = format!("unknown key `{name}` in [timing]: expected tables or significance");
+                self.lost(message, key.span());
+            }
+        }
+    }
+
+    fn assume(&mut self, name: &str, key: &Key<'_>, value: &Value<'_>) {
+        if name != "codel" {
+            self.lost(format!("unknown key `{name}` in [assume]: expected codel"), key.span());
+            return;
+        }
+        let time = value.get_ref().as_str().map(|text| Time::parse_with_unit(text, Rounding::Up));
+        match time {
+            Some(Ok(time)) => self.config.assume = Some(time),
+            Some(Err(error)) => self.lost(format!("`codel` is a time such as \"5 ms\": {error}"), value.span()),
+            None => self.lost("`codel` is a time with its unit, such as \"5 ms\"".to_owned(), value.span()),
+        }
+    }
+
+    fn platform(&mut self, name: &str, key: &Key<'_>, value: &Value<'_>) {
+        match name {
+            "cpus" => match value.get_ref().as_integer().and_then(|it| it.as_str().parse::<u32>().ok()) {
+                Some(cpus @ 1..=64) => self.config.cpus = Some(cpus),
+                _ => self.lost("`cpus` is a whole number from 1 to 64".to_owned(), value.span()),
+            },
+            "rt_throttling" => match value.get_ref().as_bool() {
+                Some(throttling) => self.config.rt_throttling = throttling,
+                None => self.lost("`rt_throttling` is true or false".to_owned(), value.span()),
+            },
+            _ => {
+                let message = format!("unknown key `{name}` in [platform]: expected cpus or rt_throttling");
+                self.lost(message, key.span());
+            }
+        }
+    }
+
+    fn clocks(&mut self, name: &str, key: &Key<'_>, value: &Value<'_>) {
+        match (name, strings(value)) {
+            ("synchronised", Some(instances)) => {
+                self.config.synchronised.extend(instances.into_iter().map(|(name, _)| name));
+            }
+            ("synchronised", None) => self.lost("`synchronised` is a list of instances".to_owned(), value.span()),
+            _ => self.lost(format!("unknown key `{name}` in [clocks]: expected synchronised"), key.span()),
+        }
+    }
+}
+
+/// A string, or a list of them, with their places.
+fn strings(value: &Value<'_>) -> Option<Vec<(String, Range<usize>)>> {
+    let one = |value: &Value<'_>| Some((value.get_ref().as_str()?.to_owned(), value.span()));
+    match value.get_ref() {
+        DeValue::Array(values) => values.iter().map(one).collect(),
+        _ => Some(vec![one(value)?]),
+    }
+}
+
+fn number(value: &Value<'_>) -> Option<f64> {
+    let text = match value.get_ref() {
+        DeValue::Float(number) => number.as_str(),
+        DeValue::Integer(number) => number.as_str(),
+        _ => return None,
+    };
+    text.replace('_', "").parse().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn messages(text: &str) -> (Vec<String>, bool) {
+        let config = read(text);
+        let show = |(message, at): &(String, Range<usize>)| format!("{:?}: {message}", &text[at.clone()]);
+        (config.errors.iter().map(show).collect(), config.lost)
+    }
+
+    #[test]
+    fn everything_that_is_known() {
+        let config = read(
+            "[project]\nroot = \"a.mal\"\n[timing]\ntables = [\"t/*.toml\"]\nsignificance = 1e-6\n\
+             [types.X]\ncpp = \"X*\"\n[assume]\ncodel = \"5 ms\"\n[platform]\ncpus = 2\nrt_throttling = true\n\
+             [clocks]\nsynchronised = [\"a\", \"b\"]\n[chains]\nc = [\"a.x\"]\n[lints]\nlost-write = \"warn\"\n",
+        );
+        assert_eq!(config.errors, []);
+        assert!(!config.lost);
+        assert_eq!(config.roots[0].0, "a.mal");
+        assert_eq!(config.level().to_string(), "1e-6");
+        assert_eq!(config.assume, Some(Time::from_nanos(5_000_000)));
+        assert_eq!((config.cpus, config.rt_throttling), (Some(2), true));
+        assert_eq!(config.synchronised, ["a", "b"]);
+    }
+
+    #[test]
+    fn what_may_hide_a_longer_time_is_lost() {
+        let (found, lost) = messages("[platfrm]\nrt_throttling = true\n");
+        assert!(lost && found[0].starts_with("\"platfrm\": unknown section `[platfrm]`"), "{found:?}");
+        let (found, lost) = messages("[platform]\ncpus = 0\n");
+        assert_eq!((found, lost), (vec!["\"0\": `cpus` is a whole number from 1 to 64".to_owned()], true));
+        let (found, lost) = messages("[timing\ntables = []\n");
+        assert!(lost && found.len() == 1);
+    }
+
+    #[test]
+    fn what_cannot_is_only_an_error() {
+        let (found, lost) = messages("[project]\nrot = \"a.mal\"\n");
+        let message = "\"rot\": unknown key `rot` in [project]: expected root or roots".to_owned();
+        assert_eq!((found, lost), (vec![message], false));
+    }
+}

@@ -1,0 +1,98 @@
+//! The database: what is given from outside, and nothing else. Everything that is computed is a query of its own module.
+
+use std::collections::BTreeMap;
+use std::path::{Component, Path, PathBuf};
+use std::sync::{Arc, Mutex};
+
+/// A text: a model, a timing table or a `mauve.toml`.
+#[salsa::input(debug)]
+pub struct File {
+    /// Where it is, absolute.
+    #[returns(ref)]
+    pub path: PathBuf,
+    /// What is in it; as far as it is UTF-8.
+    #[returns(ref)]
+    pub text: Arc<str>,
+    /// Why the text is not all of it: it could not be read, or is no UTF-8.
+    #[returns(ref)]
+    pub problem: Option<String>,
+}
+
+/// A folder with models in it, and the files that they need.
+#[salsa::input(debug)]
+pub struct Workspace {
+    /// The folder, absolute; its `mauve.toml` is the configuration.
+    #[returns(ref)]
+    pub folder: PathBuf,
+    /// Every file known, by every path that leads to it (two, where there are links).
+    #[returns(ref)]
+    pub files: Arc<BTreeMap<PathBuf, File>>,
+    /// `MAUVE_MODELS`: where includes are looked for after the including file's own folder.
+    #[returns(ref)]
+    pub model_path: Vec<PathBuf>,
+    /// Taken as the one root, whatever the configuration says: a file named on the command line.
+    #[returns(copy)]
+    pub only_root: Option<File>,
+}
+
+/// What every query runs on.
+#[salsa::db]
+pub trait ModelDb: salsa::Database {}
+
+/// The one implementation of [`ModelDb`].
+#[salsa::db]
+#[derive(Clone, Default)]
+pub struct Database {
+    storage: salsa::Storage<Self>,
+    executed: Option<Arc<Mutex<Vec<String>>>>,
+}
+
+#[salsa::db]
+impl salsa::Database for Database {}
+
+#[salsa::db]
+impl ModelDb for Database {}
+
+impl Database {
+    /// A database that notes which queries it executes, for tests and for `mauve analysis-stats`.
+    pub fn with_log() -> Database {
+        let executed: Arc<Mutex<Vec<String>>> = Arc::default();
+        let log = executed.clone();
+        let storage = salsa::Storage::new(Some(Box::new(move |event: salsa::Event| {
+            if let salsa::EventKind::WillExecute { database_key } = event.kind
+                && let Ok(mut log) = log.lock()
+            {
+                log.push(format!("{database_key:?}"));
+            }
+        })));
+        Database { storage, executed: Some(executed) }
+    }
+
+    /// The queries executed since the last call, by name, in order; empty without [`Database::with_log`].
+    pub fn take_log(&self) -> Vec<String> {
+        let Some(executed) = &self.executed else { return Vec::new() };
+        let Ok(mut log) = executed.lock() else { return Vec::new() };
+        let name = |key: String| key.split('(').next().unwrap_or_default().to_owned();
+        std::mem::take(&mut *log).into_iter().map(name).collect()
+    }
+}
+
+/// `path` without `.` and `..`, by its text alone: links are not followed.
+///
+/// ```
+/// use std::path::{Path, PathBuf};
+/// assert_eq!(mauve_model::normalised(Path::new("/a/b/../c/./d.mal")), PathBuf::from("/a/c/d.mal"));
+/// ```
+pub fn normalised(path: &Path) -> PathBuf {
+    let mut out = PathBuf::new();
+    for component in path.components() {
+        match component {
+            Component::CurDir => {}
+            Component::ParentDir => {
+                out.pop();
+            }
+            other => out.push(other),
+        }
+    }
+    out
+}

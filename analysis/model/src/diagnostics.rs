@@ -1,0 +1,421 @@
+//! What is wrong in a model: a file for each code, with its page, its messages and its fixes.
+//!
+//! The header of such a file is the page of `mauve explain CODE`, and the models in it are tests: a line that ends with
+//! `// error` (or `warning`, `hint`) has that diagnostic, and no other line has.
+
+use mauve_timing::{Status, Time};
+use rustc_hash::FxHashMap;
+
+use crate::behaviour::behaviour_of;
+use crate::item_tree::{Expr, Field, Kind, Literal, Name, NameRef, TypeRef};
+use crate::names::{Unresolved, features, names_of};
+use crate::project::{Project, config_of, config_file, include_candidates, includes, project_files, projects};
+use crate::response::{ActivityReport, Budget, Query, Verdict, budgets, missing_times, response_times};
+use crate::source::{Decl, Place, component, item_tree_of, parse, shell};
+use crate::system::{check_architecture, check_settings, system_of};
+use crate::timetable::timetable_of;
+use crate::{File, ModelDb, Workspace};
+
+/// A kind of diagnostic.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Code {
+    /// Its stable name, such as `deadline-missed`.
+    pub name: &'static str,
+    /// How bad it is.
+    pub severity: Severity,
+}
+
+/// How bad a diagnostic is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Severity {
+    /// The model cannot be used so.
+    Error,
+    /// It can, and perhaps it should not.
+    Warning,
+    /// It can be better.
+    Hint,
+}
+
+impl Severity {
+    /// `error`, `warning` or `hint`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Severity::Error => "error",
+            Severity::Warning => "warning",
+            Severity::Hint => "hint",
+        }
+    }
+}
+
+/// Something wrong, at a place.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub struct Diagnostic<'db> {
+    /// What kind of thing.
+    pub code: &'static Code,
+    /// Where.
+    pub at: Place<'db>,
+    /// What was found, what was expected, what to do.
+    pub message: String,
+    /// Other places that matter.
+    pub related: Vec<(Place<'db>, String)>,
+    /// What would mend it.
+    pub fixes: Vec<Fix<'db>>,
+}
+
+/// An edit that mends something.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub struct Fix<'db> {
+    /// For the user to choose by.
+    pub title: String,
+    /// What is replaced.
+    pub at: Place<'db>,
+    /// By what.
+    pub text: String,
+}
+
+impl<'db> Diagnostic<'db> {
+    fn new(code: &'static Code, at: Place<'db>, message: String) -> Diagnostic<'db> {
+        Diagnostic { code, at, message, related: Vec::new(), fixes: Vec::new() }
+    }
+
+    fn related(mut self, at: Place<'db>, message: impl Into<String>) -> Diagnostic<'db> {
+        self.related.push((at, message.into()));
+        self
+    }
+
+    fn fix(mut self, title: impl Into<String>, at: Place<'db>, text: String) -> Diagnostic<'db> {
+        self.fixes.push(Fix { title: title.into(), at, text });
+        self
+    }
+
+    /// Asks whether `near` was meant, and offers to write it.
+    fn did_you_mean(mut self, at: Place<'db>, near: Option<Name>) -> Diagnostic<'db> {
+        let Some(near) = near else { return self };
+        self.message += &format!("; did you mean `{near}`?");
+        self.fix(format!("Change to `{near}`"), at, near.to_string())
+    }
+}
+
+macro_rules! code {
+    ($name:ident, $severity:ident, $text:literal) => {
+        pub(super) static $name: Code = Code { name: $text, severity: Severity::$severity };
+    };
+}
+
+macro_rules! codes {
+    ($($module:ident::$name:ident;)*) => {
+        $(pub(crate) mod $module;)*
+
+        /// All kinds of diagnostic, with the sources of their pages.
+        static CODES: &[(&Code, &str)] =
+            &[$((&$module::$name, include_str!(concat!("diagnostics/", stringify!($module), ".rs")))),*];
+    };
+}
+
+codes! {
+    syntax_error::SYNTAX_ERROR;
+    unreadable_file::UNREADABLE_FILE;
+    unresolved_include::UNRESOLVED_INCLUDE;
+    include_cycle::INCLUDE_CYCLE;
+    unresolved_shell::UNRESOLVED_SHELL;
+    unresolved_core::UNRESOLVED_CORE;
+    unresolved_component::UNRESOLVED_COMPONENT;
+    unresolved_architecture::UNRESOLVED_ARCHITECTURE;
+    unresolved_instance::UNRESOLVED_INSTANCE;
+    unresolved_feature::UNRESOLVED_FEATURE;
+    unresolved_codel::UNRESOLVED_CODEL;
+    unresolved_state::UNRESOLVED_STATE;
+    ambiguous_name::AMBIGUOUS_NAME;
+    duplicate_definition::DUPLICATE_DEFINITION;
+    duplicate_hook::DUPLICATE_HOOK;
+    duplicate_activity::DUPLICATE_ACTIVITY;
+    duplicate_field::DUPLICATE_FIELD;
+    initial_state::INITIAL_STATE;
+    update_or_statemachine::UPDATE_OR_STATEMACHINE;
+    undefined_operation::UNDEFINED_OPERATION;
+    recursive_operation::RECURSIVE_OPERATION;
+    blocking_call::BLOCKING_CALL;
+    inheritance_cycle::INHERITANCE_CYCLE;
+    import_cycle::IMPORT_CYCLE;
+    deployment_target::DEPLOYMENT_TARGET;
+    missing_activity::MISSING_ACTIVITY;
+    missing_field::MISSING_FIELD;
+    unknown_field::UNKNOWN_FIELD;
+    invalid_field::INVALID_FIELD;
+    deadline_exceeds_period::DEADLINE_EXCEEDS_PERIOD;
+    deadline_missed::DEADLINE_MISSED;
+    missing_time::MISSING_TIME;
+    not_analysed::NOT_ANALYSED;
+    invalid_configuration::INVALID_CONFIGURATION;
+    invalid_table::INVALID_TABLE;
+    unknown_timing_key::UNKNOWN_TIMING_KEY;
+}
+
+/// All kinds of diagnostic.
+pub fn codes() -> impl Iterator<Item = &'static Code> {
+    CODES.iter().map(|(code, _)| *code)
+}
+
+/// The page of a diagnostic, in Markdown: what `mauve explain` shows.
+///
+/// ```
+/// assert!(mauve_model::diagnostics::page("deadline-missed").is_some_and(|page| page.starts_with("# deadline-missed")));
+/// ```
+pub fn page(name: &str) -> Option<String> {
+    let (_, source) = CODES.iter().find(|(code, _)| code.name == name)?;
+    let lines = source.lines().take_while(|line| line.starts_with("//!"));
+    Some(lines.map(|line| line.trim_start_matches("//!").strip_prefix(' ').unwrap_or("").to_owned() + "\n").collect())
+}
+
+/// The name of a shell, core, component or architecture that means nothing; nothing where that is reported already.
+pub(crate) fn unresolved_type<'db>(
+    of: Decl<'db>,
+    kind: Kind,
+    ty: Option<&TypeRef>,
+    why: &Unresolved,
+) -> Option<Diagnostic<'db>> {
+    let ty = ty?;
+    let at = Place::Part(of, ty.part);
+    let near = match why {
+        Unresolved::Unknown(near) => near.clone(),
+        Unresolved::Ambiguous => return Some(ambiguous_name::report(at, kind, &ty.to_string())),
+        Unresolved::Missing => return None,
+    };
+    let code = match kind {
+        Kind::Core => &unresolved_core::UNRESOLVED_CORE,
+        Kind::Component => &unresolved_component::UNRESOLVED_COMPONENT,
+        Kind::Architecture => &unresolved_architecture::UNRESOLVED_ARCHITECTURE,
+        _ => &unresolved_shell::UNRESOLVED_SHELL,
+    };
+    Some(Diagnostic::new(code, at.clone(), format!("no {kind} `{ty}`")).did_you_mean(at, near))
+}
+
+/// Everything that is wrong in a project, its timing included, in no particular order.
+#[salsa::tracked(returns(ref))]
+pub fn project_diagnostics<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Box<[Diagnostic<'db>]> {
+    let mut found: Vec<Diagnostic<'db>> = Vec::new();
+    for &file in project_files(db, project) {
+        found.extend(file_diagnostics(db, project.workspace(db), file).iter().cloned());
+    }
+    let names = names_of(db, project);
+    found.extend(duplicates(db, project));
+    for &decl in &names.all {
+        found.extend(declaration_diagnostics(db, project, decl).iter().cloned());
+    }
+    found.extend(timetable_of(db, project).diagnostics.iter().cloned());
+    found.into_boxed_slice()
+}
+
+/// What is wrong in a file by itself: its text, its syntax, its includes.
+#[salsa::tracked(returns(ref))]
+pub fn file_diagnostics<'db>(
+    db: &'db dyn ModelDb,
+    workspace: Workspace,
+    file: File,
+) -> Box<[Diagnostic<'db>]> {
+    let mut found = Vec::new();
+    if let Some(problem) = file.problem(db) {
+        let end = file.text(db).len() as u32;
+        found.push(unreadable_file::report(Place::Range(file, end, end), problem));
+    }
+    for error in parse(db, file).errors() {
+        let at = Place::Range(file, error.range.start().into(), error.range.end().into());
+        found.push(syntax_error::report(at, error.message.clone()));
+    }
+    let tree = item_tree_of(db, file);
+    for (index, (path, target)) in tree.includes.iter().zip(includes(db, workspace, file)).enumerate() {
+        let at = Place::Include(file, index as u32);
+        match (path, target) {
+            (Some(path), None) => found.push(missing_include(db, workspace, file, at, path)),
+            (Some(path), Some(target)) if crate::project::files_from(db, workspace, *target).contains(&file) => {
+                found.push(include_cycle::report(at, path));
+            }
+            _ => {}
+        }
+    }
+    found.into_boxed_slice()
+}
+
+fn missing_include<'db>(
+    db: &'db dyn ModelDb,
+    workspace: Workspace,
+    file: File,
+    at: Place<'db>,
+    path: &str,
+) -> Diagnostic<'db> {
+    let candidates = include_candidates(db, workspace, file, path);
+    let looked: Vec<String> = candidates.iter().map(|path| path.display().to_string()).collect();
+    let beside = candidates.first().and_then(|path| path.parent());
+    let here = workspace.files(db).keys().filter(|known| known.parent() == beside && *known != file.path(db));
+    let here: Vec<Name> = here.filter_map(|known| Some(known.file_name()?.to_str()?.into())).collect();
+    let (folder, name) = path.rsplit_once('/').map_or(("", path), |(folder, name)| (folder, name));
+    let near = crate::names::similar(name, &here);
+    let near = near.map(|near| if folder.is_empty() { near } else { format!("{folder}/{near}").into() });
+    unresolved_include::report(at, path, &looked, near)
+}
+
+/// What is wrong in one declaration, response times aside.
+#[salsa::tracked(returns(ref))]
+pub fn declaration_diagnostics<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    decl: Decl<'db>,
+) -> Box<[Diagnostic<'db>]> {
+    let mut found = Vec::new();
+    match decl.kind(db) {
+        Kind::Core => found.extend(behaviour_of(db, project, decl).diagnostics.iter().cloned()),
+        Kind::Architecture => found.extend(check_architecture(db, project, decl)),
+        Kind::Deployment => {
+            found.extend(system_of(db, project, decl).diagnostics.iter().cloned());
+            found.extend(check_settings(db, project, decl));
+            let level = config_of(db, project.workspace(db)).level();
+            let query = Query { level, method: mauve_timing::Method::Psm, horizon: None };
+            found.extend(timing_diagnostics(db, project, decl, query));
+        }
+        Kind::Component => {
+            let Some(data) = component(db, decl) else { return found.into_boxed_slice() };
+            for (kind, ty) in [(Kind::Shell, &data.shell), (Kind::Core, &data.core)] {
+                if let Err(why) = names_of(db, project).resolve_type(db, decl, kind, ty.as_ref()) {
+                    found.extend(unresolved_type(decl, kind, ty.as_ref(), &why).filter(|_| data.whole));
+                }
+            }
+        }
+        Kind::Shell => {
+            let Some(data) = shell(db, decl) else { return found.into_boxed_slice() };
+            for base in &data.bases {
+                if let Err(why) = names_of(db, project).resolve_type(db, decl, Kind::Shell, Some(base)) {
+                    found.extend(unresolved_type(decl, Kind::Shell, Some(base), &why));
+                }
+            }
+            if features(db, project, decl).cycle {
+                found.push(inheritance_cycle::report(decl, decl.name(db)));
+            }
+            let features = data.features.iter().map(|feature| (&feature.name, "feature"));
+            found.extend(duplicate_definition::among(decl, features));
+        }
+        Kind::Use | Kind::Codel => {}
+    }
+    found.into_boxed_slice()
+}
+
+/// Missed deadlines, missing times, and what is not analysed for a reason that nothing else reports.
+fn timing_diagnostics<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployment: Decl<'db>,
+    query: Query,
+) -> Vec<Diagnostic<'db>> {
+    let mut found = Vec::new();
+    let missing = missing_times(db, project, deployment, query.level);
+    if !missing.is_empty() && timetable_of(db, project).is_empty() {
+        found.push(missing_time::no_table(Place::name_of(deployment), missing.len()));
+    } else if !missing.is_empty() {
+        let budgets = budgets(db, project, deployment, query);
+        for (codel, why, users) in &missing {
+            let budget = budgets.iter().find(|budget| budget.codel == *codel);
+            let name = codel.qualified(db);
+            let at = Place::name_of(*codel);
+            found.push(missing_time::report(at, &name, why.as_deref(), users, budget));
+        }
+    }
+    for activity in &response_times(db, project, deployment, query).activities {
+        match activity.verdict {
+            Verdict::RealTime(Status::Missed | Status::Unbounded | Status::NoBound) => {
+                found.push(deadline_missed::report(activity));
+            }
+            Verdict::RealTime(Status::NotAnalysed) => {
+                let own = activity.reasons.iter().filter(|reason| !reason.reported);
+                let reasons: Vec<String> = own.map(|reason| reason.message.clone()).collect();
+                if !reasons.is_empty() {
+                    let at = activity.row.at.clone();
+                    found.push(not_analysed::report(at, &activity.row.instance, &reasons));
+                }
+            }
+            Verdict::RealTime(Status::Met) | Verdict::Background => {}
+        }
+    }
+    found
+}
+
+/// Declarations of one kind and name in one library, over all files.
+fn duplicates<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<Diagnostic<'db>> {
+    let mut first: FxHashMap<(&Option<Name>, Kind, &Name), Decl<'db>> = FxHashMap::default();
+    let mut found = Vec::new();
+    for &decl in names_of(db, project).all.iter().filter(|decl| !decl.name(db).is_empty()) {
+        let kind = decl.kind(db);
+        let first = *first.entry((decl.library(db), kind, decl.name(db))).or_insert(decl);
+        if first != decl {
+            let (at, first) = (Place::name_of(decl), Place::name_of(first));
+            found.push(duplicate_definition::report(at, &kind.to_string(), decl.name(db), first));
+        }
+    }
+    found
+}
+
+/// A diagnostic, and the root of the project that has it where the projects of the workspace differ.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub struct Finding<'db> {
+    /// What is wrong.
+    pub diagnostic: Diagnostic<'db>,
+    /// The project that has it; none where every project that has the file has it.
+    pub only_in: Option<Project<'db>>,
+}
+
+/// Everything that is wrong in a workspace, each thing once, by file and place.
+pub fn workspace_diagnostics<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Finding<'db>> {
+    let projects = projects(db, workspace);
+    let mut found: Vec<(Diagnostic<'db>, Vec<Project<'db>>)> = Vec::new();
+    let mut index: FxHashMap<(File, u32, &'static str, String), usize> = FxHashMap::default();
+    for &project in projects {
+        for diagnostic in project_diagnostics(db, project) {
+            let start = diagnostic.at.range(db).start().into();
+            let file = diagnostic.at.file(db);
+            let key = (file, start, diagnostic.code.name, diagnostic.message.clone());
+            let at = *index.entry(key).or_insert(found.len());
+            match found.get_mut(at) {
+                Some((_, having)) if having.last() == Some(&project) => {}
+                Some((_, having)) => having.push(project),
+                None => found.push((diagnostic.clone(), vec![project])),
+            }
+        }
+    }
+    let has_file = |project: &Project<'db>, file: File| {
+        let is_table = crate::table_files(db, workspace).files.contains(&file);
+        is_table || project_files(db, *project).contains(&file)
+    };
+    let mut findings: Vec<Finding<'db>> = Vec::new();
+    for (diagnostic, having) in found {
+        let file = diagnostic.at.file(db);
+        let everywhere = projects.iter().filter(|project| has_file(project, file)).count() <= having.len();
+        let only_in = having.first().copied().filter(|_| !everywhere);
+        findings.push(Finding { diagnostic, only_in });
+    }
+    let of_config = config_diagnostics(db, workspace).into_iter();
+    findings.extend(of_config.map(|diagnostic| Finding { diagnostic, only_in: None }));
+    findings.sort_by_cached_key(|finding| {
+        let at = &finding.diagnostic.at;
+        (at.file(db).path(db).clone(), at.range(db).start(), finding.diagnostic.code.name)
+    });
+    findings
+}
+
+/// What is wrong in `mauve.toml`, globs of tables aside: those are part of the timetable.
+fn config_diagnostics<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Diagnostic<'db>> {
+    let Some(file) = config_file(db, workspace) else { return Vec::new() };
+    let config = config_of(db, workspace);
+    let at = |span: &std::ops::Range<usize>| Place::Range(file, span.start as u32, span.end as u32);
+    let mut found: Vec<Diagnostic<'db>> = Vec::new();
+    for (message, span) in &config.errors {
+        found.push(invalid_configuration::report(at(span), message.clone()));
+    }
+    for (path, span) in &config.roots {
+        let absolute = crate::normalised(&workspace.folder(db).join(path));
+        if !workspace.files(db).contains_key(&absolute) {
+            found.push(invalid_configuration::report(at(span), format!("no file `{path}` in this folder")));
+        }
+    }
+    for (name, span) in &config.chains {
+        found.push(not_analysed::chain(at(span), name));
+    }
+    found
+}

@@ -1,0 +1,38 @@
+//! # deadline-exceeds-period
+//!
+//! A deadline later than the next release: the analysis assumes D ≤ T (Hypothesis 1 of the paper).
+//!
+//! ```mauve
+//! shell S { }
+//! core C(S) { update = { } }
+//! component Laser(S, C)
+//! architecture A { instance front: Laser  instance back: Laser }
+//! deployment D {
+//!   architecture A
+//!   activity front { priority = 1 period = 50 deadline = 80 }   // error
+//!   activity back { priority = 2 period = 80 deadline = 80 }
+//! }
+//! ```
+//!
+//! Fixes: make the deadline the period; make the period the deadline.
+
+use super::*;
+
+code!(DEADLINE_EXCEEDS_PERIOD, Error, "deadline-exceeds-period");
+
+pub(crate) fn report<'db>(of: Decl<'db>, deadline: (&Field, Time), period: (&Field, Time)) -> Diagnostic<'db> {
+    let message = format!("deadline {} is later than period {}", deadline.1, period.1);
+    let at = Place::Part(of, deadline.0.value_part);
+    let other = Place::Part(of, period.0.value_part);
+    Diagnostic::new(&DEADLINE_EXCEEDS_PERIOD, at.clone(), message)
+        .related(other.clone(), "the period")
+        .fix("Set the deadline to the period", at, text_of(period.0))
+        .fix("Set the period to the deadline", other, text_of(deadline.0))
+}
+
+fn text_of(field: &Field) -> String {
+    match &field.value {
+        Expr::Literal(Literal::Int(text) | Literal::Float(text), _) => text.to_string(),
+        _ => String::new(),
+    }
+}

@@ -1,0 +1,25 @@
+//! # duplicate-activity
+//!
+//! An instance has two activities. Which one counts is unknown: nothing that either may delay is analysed.
+//!
+//! ```mauve
+//! shell S { }
+//! core C(S) { update = { } }
+//! component Laser(S, C)
+//! architecture A { instance front: Laser  instance back: Laser }
+//! deployment D {
+//!   architecture A
+//!   activity front { priority = 1 period = 10 }
+//!   activity back { priority = 2 period = 10 }
+//!   activity front { priority = 3 period = 10 }   // error
+//! }
+//! ```
+
+use super::*;
+
+code!(DUPLICATE_ACTIVITY, Error, "duplicate-activity");
+
+pub(crate) fn report<'db>(at: Place<'db>, instance: &str, first: Place<'db>) -> Diagnostic<'db> {
+    let message = format!("a second activity for `{instance}`: remove one");
+    Diagnostic::new(&DUPLICATE_ACTIVITY, at, message).related(first, "the first is here")
+}

@@ -1,0 +1,21 @@
+//! # duplicate-hook
+//!
+//! A core has two programs for one hook (`configure`, `start`, `update`, `stop`, `cleanup`), or a state two for one
+//! method (`entry`, `run`, `handle`, `exit`). Write one program that does both.
+//!
+//! ```mauve
+//! shell S { }
+//! core C(S) {
+//!   start = { }
+//!   start = { }   // error
+//!   update = { }
+//! }
+//! ```
+
+use super::*;
+
+code!(DUPLICATE_HOOK, Error, "duplicate-hook");
+
+pub(crate) fn report<'db>(at: Place<'db>, keyword: &str) -> Diagnostic<'db> {
+    Diagnostic::new(&DUPLICATE_HOOK, at, format!("a second `{keyword}`: write one program that does both"))
+}

@@ -1,0 +1,17 @@
+//! # inheritance-cycle
+//!
+//! A shell that extends itself, over others or directly.
+//!
+//! ```mauve
+//! shell A extends B { }   // error
+//! shell B extends A { }   // error
+//! ```
+
+use super::*;
+
+code!(INHERITANCE_CYCLE, Error, "inheritance-cycle");
+
+pub(super) fn report<'db>(of: Decl<'db>, name: &str) -> Diagnostic<'db> {
+    let message = format!("shell {name} extends itself: remove one of the `extends`");
+    Diagnostic::new(&INHERITANCE_CYCLE, Place::name_of(of), message)
+}

@@ -1,0 +1,19 @@
+//! # invalid-configuration
+//!
+//! `mauve.toml` is not TOML, or has a section, a key or a value that means nothing. Where it may hide something that
+//! makes response times longer, nothing is analysed until it is mended.
+//!
+//! ```mauve
+//! codel plan(): int
+//! //- /mauve.toml
+//! [platfrom]   # error
+//! rt_throttling = true
+//! ```
+
+use super::*;
+
+code!(INVALID_CONFIGURATION, Error, "invalid-configuration");
+
+pub(crate) fn report<'db>(at: Place<'db>, message: String) -> Diagnostic<'db> {
+    Diagnostic::new(&INVALID_CONFIGURATION, at, message)
+}

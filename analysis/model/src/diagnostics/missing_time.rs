@@ -1,0 +1,66 @@
+//! # missing-time
+//!
+//! A codel that a real-time activity executes has no time in any timing table. Neither the activity nor what it may
+//! delay is analysed: a bound that leaves it out would be too low.
+//!
+//! ```mauve
+//! codel plan(): int   // warning
+//! codel land(): int
+//! shell S { }
+//! core C(S) { update = { plan(); } }
+//! component Pilot(S, C)
+//! architecture A { instance pilot: Pilot }
+//! deployment D { architecture A  activity pilot { priority = 1 period = 100 } }
+//! //- /mauve.toml
+//! [timing]
+//! tables = ["times.toml"]
+//! //- /times.toml
+//! [codel]
+//! land = 3
+//! ```
+//!
+//! The message says what the codel may take: the greatest time with which every deadline still holds. Write its time
+//! into a table (`"library.codel" = 3`), or a time for all that lack one under `[assume]` in `mauve.toml`.
+
+use super::*;
+
+code!(MISSING_TIME, Warning, "missing-time");
+
+pub(super) fn report<'db>(
+    at: Place<'db>,
+    codel: &str,
+    why: Option<&str>,
+    users: &[(Name, Place<'db>)],
+    budget: Option<&Budget<'db>>,
+) -> Diagnostic<'db> {
+    let names: Vec<&str> = users.iter().map(|(name, _)| name.as_str()).collect();
+    let what = why.map_or_else(|| format!("no time for codel `{codel}`"), str::to_owned);
+    let may = match budget {
+        Some(Budget { time: Some(time), alone: true, .. }) => format!(" — it may take up to {time}"),
+        Some(Budget { time: Some(time), .. }) => {
+            format!(" — it may take up to {time} if the others without a time take nothing")
+        }
+        Some(Budget { time: None, .. }) => " — a deadline is missed even if it takes nothing".to_owned(),
+        None => String::new(),
+    };
+    let message = format!("{what}: {} not analysed{may}", list(&names));
+    let diagnostic = Diagnostic::new(&MISSING_TIME, at, message);
+    users.iter().fold(diagnostic, |it, (name, at)| it.related(at.clone(), format!("{name} executes it")))
+}
+
+/// One warning for a deployment without any timing table: a warning for each codel would say no more.
+pub(super) fn no_table<'db>(at: Place<'db>, codels: usize) -> Diagnostic<'db> {
+    let message = format!(
+        "no execution times: {codels} codels have none, so nothing is analysed. Name timing tables in mauve.toml \
+         (`[timing] tables = [\"timing/*.toml\"]`)"
+    );
+    Diagnostic::new(&MISSING_TIME, at, message)
+}
+
+fn list(names: &[&str]) -> String {
+    match names {
+        [one] => format!("{one} is"),
+        [rest @ .., last] => format!("{} and {last} are", rest.join(", ")),
+        [] => "nothing is".to_owned(),
+    }
+}

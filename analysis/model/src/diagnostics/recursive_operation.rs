@@ -1,0 +1,20 @@
+//! # recursive-operation
+//!
+//! An operation calls itself, over others or directly: its time has no bound.
+//!
+//! ```mauve
+//! shell S { provide reset(): void }
+//! core C(S) {
+//!   provide reset() = { reset(); }   // error
+//!   update = { }
+//! }
+//! ```
+
+use super::*;
+
+code!(RECURSIVE_OPERATION, Error, "recursive-operation");
+
+pub(crate) fn report<'db>(at: Place<'db>, name: &str) -> Diagnostic<'db> {
+    let message = format!("`{name}` calls itself: its time has no bound");
+    Diagnostic::new(&RECURSIVE_OPERATION, at, message)
+}

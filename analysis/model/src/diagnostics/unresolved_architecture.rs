@@ -1,0 +1,16 @@
+//! # unresolved-architecture
+//!
+//! A deployment or an import names an architecture that is not declared.
+//!
+//! ```mauve
+//! architecture Robot { }
+//! architecture Explorer { import Robt }   // error
+//! deployment D { architecture Robot }
+//! ```
+//!
+//! A name is looked up in its own library, then in the libraries that it uses (`use nav`). What stands outside any
+//! library sees everything.
+
+use super::*;
+
+code!(UNRESOLVED_ARCHITECTURE, Error, "unresolved-architecture");

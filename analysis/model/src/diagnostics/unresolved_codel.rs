@@ -1,0 +1,29 @@
+//! # unresolved-codel
+//!
+//! A program calls something that is no codel, no operation of its own component and no built-in function (`read`,
+//! `write`, `status`, `send`, `collect`).
+//!
+//! ```mauve
+//! codel plan(): int
+//! shell S { input port goal: int }
+//! core C(S) {
+//!   update = {
+//!     plna();   // error
+//!     goal();   // error
+//!     plan();
+//!   }
+//! }
+//! ```
+
+use super::*;
+
+code!(UNRESOLVED_CODEL, Error, "unresolved-codel");
+
+pub(crate) fn report<'db>(at: Place<'db>, name: &str, near: Option<Name>) -> Diagnostic<'db> {
+    let message = format!("no codel or operation `{name}`");
+    Diagnostic::new(&UNRESOLVED_CODEL, at.clone(), message).did_you_mean(at, near)
+}
+
+pub(crate) fn not_callable<'db>(at: Place<'db>, name: &str, what: &str) -> Diagnostic<'db> {
+    Diagnostic::new(&UNRESOLVED_CODEL, at, format!("`{name}` is {what}: only codels and operations are called"))
+}

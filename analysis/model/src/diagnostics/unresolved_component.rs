@@ -1,0 +1,20 @@
+//! # unresolved-component
+//!
+//! An instance names a component that is not declared.
+//!
+//! ```mauve
+//! shell S { }
+//! core C(S) { update = { } }
+//! component Laser(S, C)
+//! architecture A {
+//!   instance front: Lazer   // error
+//!   instance back: Laser
+//! }
+//! ```
+//!
+//! A name is looked up in its own library, then in the libraries that it uses (`use nav`). What stands outside any
+//! library sees everything.
+
+use super::*;
+
+code!(UNRESOLVED_COMPONENT, Error, "unresolved-component");

@@ -1,0 +1,17 @@
+//! # unresolved-core
+//!
+//! A component names a core that is not declared.
+//!
+//! ```mauve
+//! shell S { }
+//! core LaserCore(S) { update = { } }
+//! component Laser(S, LaserCor)   // error
+//! component Good(S, LaserCore)
+//! ```
+//!
+//! A name is looked up in its own library, then in the libraries that it uses (`use nav`). What stands outside any
+//! library sees everything.
+
+use super::*;
+
+code!(UNRESOLVED_CORE, Error, "unresolved-core");

@@ -1,0 +1,34 @@
+//! # unresolved-feature
+//!
+//! A connection, an operation or a value names a port, operation, property or constant that the shell of the instance
+//! does not have.
+//!
+//! ```mauve
+//! shell S { output port scan: int  input port mark: int  property rate: int }
+//! core C(S) { update = { } }
+//! component Laser(S, C)
+//! architecture A {
+//!   instance front: Laser
+//!   instance back: Laser
+//!   connection front.scna -> back.mark   // error
+//!   connection front.scan -> back.mark
+//!   property front.scan = 3   // error
+//!   property front.rate = 3
+//! }
+//! ```
+
+use super::*;
+
+code!(UNRESOLVED_FEATURE, Error, "unresolved-feature");
+
+pub(crate) fn report<'db>(
+    at: Place<'db>,
+    what: &str,
+    name: &str,
+    instance: &str,
+    shell: &str,
+    near: Option<Name>,
+) -> Diagnostic<'db> {
+    let message = format!("no {what} `{name}` in {shell}, the shell of {instance}");
+    Diagnostic::new(&UNRESOLVED_FEATURE, at.clone(), message).did_you_mean(at, near)
+}

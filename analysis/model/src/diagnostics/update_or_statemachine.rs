@@ -1,0 +1,27 @@
+//! # update-or-statemachine
+//!
+//! A core says what it does each period by `update = { … }` or by a `statemachine { … }`: by one of them, once.
+//!
+//! ```mauve
+//! shell S { }
+//! core Neither(S) { }   // error
+//! core Both(S) {
+//!   update = { }
+//!   statemachine { initial state Waiting { } }   // error
+//! }
+//! core Good(S) { update = { } }
+//! ```
+
+use super::*;
+
+code!(UPDATE_OR_STATEMACHINE, Error, "update-or-statemachine");
+
+pub(crate) fn neither<'db>(of: Decl<'db>) -> Diagnostic<'db> {
+    let message = "this core does nothing each period: write `update = { … }` or a `statemachine { … }`";
+    Diagnostic::new(&UPDATE_OR_STATEMACHINE, Place::name_of(of), message.to_owned())
+}
+
+pub(crate) fn both<'db>(at: Place<'db>, what: &str) -> Diagnostic<'db> {
+    let message = format!("this core has {what}: one of them says what it does each period");
+    Diagnostic::new(&UPDATE_OR_STATEMACHINE, at, message)
+}

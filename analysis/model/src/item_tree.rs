@@ -1,0 +1,563 @@
+//! What a file declares, without a place in it: the form that every later query reads.
+//!
+//! No range stands here, so a comment or a blank line changes nothing. What a diagnostic may point at has a [`Part`],
+//! a number in the order of the declaration's text, and `source_map` knows where that is now.
+
+use std::borrow::Borrow;
+use std::fmt;
+use std::ops::Deref;
+use std::sync::Arc;
+
+/// A name, or another short text, as it stands in the file. Cheap to clone.
+#[derive(Clone, PartialEq, Eq, Hash, PartialOrd, Ord, Default, salsa::SalsaValue)]
+pub struct Name(Arc<str>);
+
+impl Name {
+    /// The text.
+    pub fn as_str(&self) -> &str {
+        &self.0
+    }
+}
+
+impl Deref for Name {
+    type Target = str;
+
+    fn deref(&self) -> &str {
+        &self.0
+    }
+}
+
+impl Borrow<str> for Name {
+    fn borrow(&self) -> &str {
+        &self.0
+    }
+}
+
+impl From<&str> for Name {
+    fn from(text: &str) -> Name {
+        Name(text.into())
+    }
+}
+
+impl From<String> for Name {
+    fn from(text: String) -> Name {
+        Name(text.into())
+    }
+}
+
+impl PartialEq<str> for Name {
+    fn eq(&self, other: &str) -> bool {
+        *self.0 == *other
+    }
+}
+
+impl PartialEq<&str> for Name {
+    fn eq(&self, other: &&str) -> bool {
+        *self.0 == **other
+    }
+}
+
+impl fmt::Display for Name {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(&self.0)
+    }
+}
+
+impl fmt::Debug for Name {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:?}", &*self.0)
+    }
+}
+
+/// Something in a declaration that can be pointed at, numbered in the order of the text; 0 is its name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Default)]
+pub struct Part(pub u32);
+
+/// The declarations of a file.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct ItemTree {
+    /// The paths of the `include` lines; none where it is missing.
+    pub includes: Vec<Option<String>>,
+    /// In the order of the text.
+    pub declarations: Vec<Declaration>,
+    /// Was there text between the declarations that fits nowhere?
+    pub lost: bool,
+}
+
+/// A declaration, and how it is known from elsewhere.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Declaration {
+    /// The library around it, if any.
+    pub library: Option<Name>,
+    /// Empty while it is missing.
+    pub name: Name,
+    /// What it is.
+    pub kind: Kind,
+    /// What stands in it.
+    pub data: Arc<Data>,
+}
+
+/// The kinds of declaration; each is a namespace.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, salsa::SalsaValue)]
+#[allow(missing_docs)]
+pub enum Kind {
+    Use,
+    Codel,
+    Shell,
+    Core,
+    Component,
+    Architecture,
+    Deployment,
+}
+
+impl fmt::Display for Kind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Kind::Use => "use",
+            Kind::Codel => "codel",
+            Kind::Shell => "shell",
+            Kind::Core => "core",
+            Kind::Component => "component",
+            Kind::Architecture => "architecture",
+            Kind::Deployment => "deployment",
+        })
+    }
+}
+
+/// What stands in a declaration.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum Data {
+    Use,
+    Codel(Codel),
+    Shell(Shell),
+    Core(Core),
+    Component(Component),
+    Architecture(Architecture),
+    Deployment(Deployment),
+}
+
+/// The name of a type, shell, component, … as it stands: one part or several.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TypeRef {
+    /// Its parts; the last may be missing while it is typed.
+    pub path: Vec<Name>,
+    /// Where it stands.
+    pub part: Part,
+}
+
+impl fmt::Display for TypeRef {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (index, part) in self.path.iter().enumerate() {
+            write!(f, "{}{part}", if index == 0 { "" } else { "." })?;
+        }
+        Ok(())
+    }
+}
+
+/// A name that refers to something.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct NameRef {
+    /// The name.
+    pub name: Name,
+    /// Where it stands.
+    pub part: Part,
+}
+
+/// `codel f(…): T`
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Codel {
+    /// Its parameters.
+    pub parameters: Vec<Parameter>,
+    /// What it gives.
+    pub result: Option<TypeRef>,
+}
+
+/// A parameter of a codel or an operation.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Parameter {
+    /// Which way the value goes.
+    pub direction: Direction,
+    /// Its name.
+    pub name: NameRef,
+    /// Its type.
+    pub ty: Option<TypeRef>,
+}
+
+/// Which way the value of a parameter goes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum Direction {
+    In,
+    Out,
+    InOut,
+}
+
+/// `shell S { … }`
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Shell {
+    /// The shells that it extends.
+    pub bases: Vec<TypeRef>,
+    /// Properties, ports and operations.
+    pub features: Vec<Feature>,
+    /// Was none of its items lost?
+    pub whole: bool,
+}
+
+/// Something that a shell offers.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Feature {
+    /// What it is.
+    pub kind: FeatureKind,
+    /// Its name.
+    pub name: NameRef,
+    /// Its type, or what the operation gives.
+    pub ty: Option<TypeRef>,
+    /// Of an operation.
+    pub parameters: Vec<Parameter>,
+}
+
+/// The kinds of feature of a shell.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum FeatureKind {
+    Constant,
+    Property,
+    Input,
+    Output,
+    Required,
+    Provided,
+}
+
+/// `core C(S) { … }`
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Core {
+    /// The shell that it is for.
+    pub shell: Option<TypeRef>,
+    /// Its variables.
+    pub variables: Vec<Variable>,
+    /// Its handlers.
+    pub handlers: Vec<NameRef>,
+    /// The operations that it provides.
+    pub operations: Vec<Operation>,
+    /// `configure`, `start`, `update`, `stop`, `cleanup`.
+    pub hooks: Vec<Hook>,
+    /// Its state machines: one, or none; more are an error.
+    pub machines: Vec<Machine>,
+    /// Was none of its items lost?
+    pub whole: bool,
+}
+
+/// `var n: T = …`
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Variable {
+    /// Its name.
+    pub name: NameRef,
+    /// Its type.
+    pub ty: Option<TypeRef>,
+    /// Its first value.
+    pub value: Option<Expr>,
+}
+
+/// `provide f(…): T = { … }`
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Operation {
+    /// Its name.
+    pub name: NameRef,
+    /// Its parameters.
+    pub parameters: Vec<Parameter>,
+    /// What it does.
+    pub program: Program,
+}
+
+/// `update = { … }` and the like.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Hook {
+    /// Which of them.
+    pub kind: HookKind,
+    /// The keyword.
+    pub part: Part,
+    /// What it does.
+    pub program: Program,
+}
+
+/// The hooks of a core.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[allow(missing_docs)]
+pub enum HookKind {
+    Configure,
+    Start,
+    Update,
+    Stop,
+    Cleanup,
+}
+
+impl HookKind {
+    /// The keyword.
+    pub fn keyword(self) -> &'static str {
+        match self {
+            HookKind::Configure => "configure",
+            HookKind::Start => "start",
+            HookKind::Update => "update",
+            HookKind::Stop => "stop",
+            HookKind::Cleanup => "cleanup",
+        }
+    }
+}
+
+/// `statemachine { … }`
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Machine {
+    /// The keyword.
+    pub part: Part,
+    /// Its variables.
+    pub variables: Vec<Variable>,
+    /// Its states.
+    pub states: Vec<State>,
+    /// Was none of its items lost?
+    pub whole: bool,
+}
+
+/// `state S { … }`
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct State {
+    /// Its name; empty while it is missing.
+    pub name: NameRef,
+    /// Is it where the machine starts?
+    pub initial: bool,
+    /// `entry`, `run`, `handle`, `exit`.
+    pub methods: Vec<Method>,
+    /// In the order of the text, which is that of their guards.
+    pub transitions: Vec<Transition>,
+    /// Was none of its items lost?
+    pub whole: bool,
+}
+
+/// `run = { … }` and the like.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Method {
+    /// Which of them.
+    pub kind: MethodKind,
+    /// The keyword.
+    pub part: Part,
+    /// What it does.
+    pub program: Program,
+}
+
+/// The methods of a state.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[allow(missing_docs)]
+pub enum MethodKind {
+    Entry,
+    Run,
+    Handle,
+    Exit,
+}
+
+impl MethodKind {
+    /// The keyword.
+    pub fn keyword(self) -> &'static str {
+        match self {
+            MethodKind::Entry => "entry",
+            MethodKind::Run => "run",
+            MethodKind::Handle => "handle",
+            MethodKind::Exit => "exit",
+        }
+    }
+}
+
+/// `transition t if … to S { … }`
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Transition {
+    /// Its name.
+    pub name: NameRef,
+    /// What must hold; nothing: it always fires.
+    pub guard: Option<Guard>,
+    /// The state that it leads to.
+    pub target: Option<NameRef>,
+    /// What it does.
+    pub effect: Option<Program>,
+    /// Was nothing of the transition itself lost?
+    pub whole: bool,
+}
+
+/// `if …` of a transition.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Guard {
+    /// The condition.
+    pub condition: Expr,
+    /// Was nothing in it lost?
+    pub whole: bool,
+}
+
+/// `{ … }`
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Program {
+    /// Its statements.
+    pub statements: Vec<Statement>,
+    /// Was nothing in it lost?
+    pub whole: bool,
+}
+
+/// A statement.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum Statement {
+    Variable(Variable),
+    If { condition: Expr, then: Vec<Statement>, otherwise: Option<Vec<Statement>> },
+    Block(Vec<Statement>),
+    Return(Option<Expr>),
+    Assign(NameRef, Expr),
+    Expr(Expr),
+}
+
+/// An expression.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum Expr {
+    /// It is not there, or not understood.
+    Missing,
+    Literal(Literal, Part),
+    Name(NameRef),
+    Call { callee: NameRef, arguments: Vec<Expr> },
+    Unary(UnaryOperator, Box<Expr>),
+    Binary(BinaryOperator, Box<Expr>, Box<Expr>),
+}
+
+/// A literal, numbers as they stand.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum Literal {
+    Int(Name),
+    Float(Name),
+    String(Name),
+    Bool(bool),
+    /// `no_data`, `success`, …
+    Status(Name),
+}
+
+/// The unary operators.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum UnaryOperator {
+    Not,
+    Minus,
+}
+
+/// The binary operators.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum BinaryOperator {
+    Or,
+    And,
+    Equal,
+    NotEqual,
+    Less,
+    LessOrEqual,
+    Greater,
+    GreaterOrEqual,
+    Add,
+    Subtract,
+    Multiply,
+    Divide,
+    Remainder,
+}
+
+/// `component C(S, K)`
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Component {
+    /// Its shell.
+    pub shell: Option<TypeRef>,
+    /// Its core.
+    pub core: Option<TypeRef>,
+    /// Was nothing in it lost? Otherwise the shell may stand for the core.
+    pub whole: bool,
+}
+
+/// `architecture A { … }`
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Architecture {
+    /// The architectures whose content it takes over; none where the name is missing.
+    pub imports: Vec<Option<TypeRef>>,
+    /// Its own instances.
+    pub instances: Vec<Instance>,
+    /// Between ports.
+    pub connections: Vec<Connection>,
+    /// Between operations.
+    pub operations: Vec<Connection>,
+    /// Values of properties and constants.
+    pub settings: Vec<Setting>,
+    /// Can no instance have been lost?
+    pub whole: bool,
+}
+
+/// `instance i: C`
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Instance {
+    /// Its name.
+    pub name: NameRef,
+    /// Its component.
+    pub component: Option<TypeRef>,
+}
+
+/// `connection a.b -> c.d`, `operation a.b -> c.d`
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Connection {
+    /// Where it starts; none while it is half typed.
+    pub source: Option<Endpoint>,
+    /// Where it ends.
+    pub target: Option<Endpoint>,
+}
+
+/// `instance.feature`
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Endpoint {
+    /// The instance.
+    pub instance: NameRef,
+    /// The port, property or operation of it.
+    pub feature: Option<NameRef>,
+}
+
+/// `property a.b = …`, `constant a.b = …`
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Setting {
+    /// Whose.
+    pub endpoint: Option<Endpoint>,
+    /// The value.
+    pub value: Expr,
+}
+
+/// `deployment D { … }`
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Deployment {
+    /// What is deployed: one; none or several are an error.
+    pub targets: Vec<TypeRef>,
+    /// How its instances run.
+    pub activities: Vec<Activity>,
+    /// Values of properties and constants.
+    pub settings: Vec<Setting>,
+    /// Can no activity have been lost?
+    pub whole: bool,
+}
+
+/// `activity i { … }`
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Activity {
+    /// The instance; its name is empty while it is missing.
+    pub instance: NameRef,
+    /// `period = …` and the like.
+    pub fields: Vec<Field>,
+    /// Was none of its fields lost?
+    pub whole: bool,
+}
+
+/// `period = 100`
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Field {
+    /// Any word; which mean something is checked.
+    pub name: NameRef,
+    /// As it stands.
+    pub value: Expr,
+    /// Where the value stands.
+    pub value_part: Part,
+}

@@ -1,0 +1,544 @@
+//! Tree → [`ItemTree`], and beside it where each [`Part`] stands.
+
+use std::sync::Arc;
+
+use mauve_syntax::ast::{self, AstNode};
+use mauve_syntax::{SyntaxKind, SyntaxNode, SyntaxToken, TextRange, is_whole};
+use rustc_hash::FxHashMap;
+
+use crate::item_tree::*;
+
+/// Where things stand in a file. Only what is shown to a user may read it.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct SourceMap {
+    /// For each declaration of the item tree.
+    pub declarations: Vec<DeclarationMap>,
+    /// For each include of the item tree, its path or, where that is missing, the line.
+    pub includes: Vec<TextRange>,
+}
+
+/// Where a declaration and its parts stand.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct DeclarationMap {
+    /// The whole of it.
+    pub range: TextRange,
+    /// Its parts, by number; 0 is its name, or the keyword while that is missing.
+    pub parts: Vec<TextRange>,
+}
+
+/// Reads a file's tree.
+pub(crate) fn lower(file: &ast::SourceFile) -> (ItemTree, SourceMap) {
+    let mut lowering = Lowering::default();
+    lowering.items(file.items(), None);
+    lowering.tree.lost = has_error_child(file.syntax())
+        || file.items().any(|item| matches!(item, ast::Item::Library(it) if has_error_child(it.syntax())));
+    (lowering.tree, lowering.map)
+}
+
+/// Was something lost right in `node`, between its items rather than inside one?
+fn has_error_child(node: &SyntaxNode) -> bool {
+    node.children().any(|child| child.kind() == SyntaxKind::ERROR)
+}
+
+#[derive(Default)]
+struct Lowering {
+    tree: ItemTree,
+    map: SourceMap,
+    /// The parts of the declaration that is being read.
+    parts: Vec<TextRange>,
+}
+
+impl Lowering {
+    fn items(&mut self, items: impl Iterator<Item = ast::Item>, library: Option<&Name>) {
+        for item in items {
+            match item {
+                ast::Item::Include(it) => self.include(&it),
+                ast::Item::Library(it) => {
+                    let name = it.name().map_or_else(Name::default, |name| text_of(name.syntax()));
+                    self.items(it.items(), Some(&name));
+                }
+                ast::Item::Use(it) => {
+                    let name = it.name_ref().map(|name| name.syntax().clone());
+                    self.declare(it.syntax(), name, Kind::Use, library, |_| Data::Use);
+                }
+                ast::Item::Codel(it) => {
+                    self.declare_named(it.syntax(), it.name(), Kind::Codel, library, |this| {
+                        Data::Codel(this.codel(&it))
+                    });
+                }
+                ast::Item::Shell(it) => {
+                    self.declare_named(it.syntax(), it.name(), Kind::Shell, library, |this| {
+                        Data::Shell(this.shell(&it))
+                    });
+                }
+                ast::Item::Core(it) => {
+                    self.declare_named(it.syntax(), it.name(), Kind::Core, library, |this| {
+                        Data::Core(this.core(&it))
+                    });
+                }
+                ast::Item::Component(it) => {
+                    self.declare_named(it.syntax(), it.name(), Kind::Component, library, |this| {
+                        let shell = it.shell().map(|ty| this.type_ref(&ty));
+                        let core = it.core().map(|ty| this.type_ref(&ty));
+                        Data::Component(Component { shell, core, whole: is_whole(it.syntax()) })
+                    });
+                }
+                ast::Item::Architecture(it) => {
+                    self.declare_named(it.syntax(), it.name(), Kind::Architecture, library, |this| {
+                        Data::Architecture(this.architecture(&it))
+                    });
+                }
+                ast::Item::Deployment(it) => {
+                    self.declare_named(it.syntax(), it.name(), Kind::Deployment, library, |this| {
+                        Data::Deployment(this.deployment(&it))
+                    });
+                }
+            }
+        }
+    }
+
+    fn include(&mut self, include: &ast::Include) {
+        self.tree.includes.push(include.path());
+        let range = include.string_token().map_or(include.syntax().text_range(), |token| token.text_range());
+        self.map.includes.push(range);
+    }
+
+    fn declare_named(
+        &mut self,
+        node: &SyntaxNode,
+        name: Option<ast::Name>,
+        kind: Kind,
+        library: Option<&Name>,
+        read: impl FnOnce(&mut Self) -> Data,
+    ) {
+        self.declare(node, name.map(|name| name.syntax().clone()), kind, library, read);
+    }
+
+    fn declare(
+        &mut self,
+        node: &SyntaxNode,
+        name: Option<SyntaxNode>,
+        kind: Kind,
+        library: Option<&Name>,
+        read: impl FnOnce(&mut Self) -> Data,
+    ) {
+        let keyword = node.first_token().map_or(node.text_range(), |token| token.text_range());
+        self.parts = vec![name.as_ref().map_or(keyword, |name| name.text_range())];
+        let data = Arc::new(read(self));
+        let name = name.map_or_else(Name::default, |name| text_of(&name));
+        self.tree.declarations.push(Declaration { library: library.cloned(), name, kind, data });
+        let parts = std::mem::take(&mut self.parts);
+        self.map.declarations.push(DeclarationMap { range: node.text_range(), parts });
+    }
+
+    fn part(&mut self, range: TextRange) -> Part {
+        self.parts.push(range);
+        Part((self.parts.len() - 1) as u32)
+    }
+
+    /// The name in `node`, or an empty one that stands for all of `whole` where it is missing.
+    fn name(&mut self, name: Option<ast::Name>, whole: &SyntaxNode) -> NameRef {
+        self.word(name.map(|name| name.syntax().clone()), whole)
+    }
+
+    fn name_ref(&mut self, name: &ast::NameRef) -> NameRef {
+        self.word(Some(name.syntax().clone()), name.syntax())
+    }
+
+    fn word(&mut self, name: Option<SyntaxNode>, whole: &SyntaxNode) -> NameRef {
+        match name {
+            Some(node) => NameRef { name: text_of(&node), part: self.part(node.text_range()) },
+            None => NameRef { name: Name::default(), part: self.part(whole.text_range()) },
+        }
+    }
+
+    fn type_ref(&mut self, ty: &ast::Type) -> TypeRef {
+        let path = ty.segments().map(|segment| text_of(segment.syntax())).collect();
+        TypeRef { path, part: self.part(ty.syntax().text_range()) }
+    }
+
+    fn codel(&mut self, codel: &ast::Codel) -> Codel {
+        let parameters = self.parameters(codel.param_list());
+        Codel { parameters, result: codel.ty().map(|ty| self.type_ref(&ty)) }
+    }
+
+    fn parameters(&mut self, list: Option<ast::ParamList>) -> Vec<Parameter> {
+        let parameters = list.into_iter().flat_map(|list| list.params().collect::<Vec<_>>());
+        parameters
+            .map(|parameter| Parameter {
+                direction: if parameter.out_token().is_some() {
+                    Direction::Out
+                } else if parameter.inout_token().is_some() {
+                    Direction::InOut
+                } else {
+                    Direction::In
+                },
+                name: self.name(parameter.name(), parameter.syntax()),
+                ty: parameter.ty().map(|ty| self.type_ref(&ty)),
+            })
+            .collect()
+    }
+
+    fn shell(&mut self, shell: &ast::Shell) -> Shell {
+        let bases = shell.extends().into_iter().flat_map(|extends| extends.tys().collect::<Vec<_>>());
+        let bases = bases.map(|ty| self.type_ref(&ty)).collect();
+        let features = shell.shell_items().map(|item| self.feature(item)).collect();
+        let extends_whole = shell.extends().is_none_or(|extends| is_whole(extends.syntax()));
+        Shell { bases, features, whole: extends_whole && !has_error_child(shell.syntax()) }
+    }
+
+    fn feature(&mut self, item: ast::ShellItem) -> Feature {
+        let (kind, name, ty, parameters) = match &item {
+            ast::ShellItem::Property(it) => {
+                let kind = match it.constant_token() {
+                    Some(_) => FeatureKind::Constant,
+                    None => FeatureKind::Property,
+                };
+                (kind, it.name(), it.ty(), None)
+            }
+            ast::ShellItem::Port(it) => {
+                let kind = match it.input_token() {
+                    Some(_) => FeatureKind::Input,
+                    None => FeatureKind::Output,
+                };
+                (kind, it.name(), it.ty(), None)
+            }
+            ast::ShellItem::OperationDeclaration(it) => {
+                let kind = match it.require_token() {
+                    Some(_) => FeatureKind::Required,
+                    None => FeatureKind::Provided,
+                };
+                (kind, it.name(), it.ty(), it.param_list())
+            }
+        };
+        let name = self.name(name, item.syntax());
+        let parameters = self.parameters(parameters);
+        Feature { kind, name, ty: ty.map(|ty| self.type_ref(&ty)), parameters }
+    }
+
+    fn core(&mut self, core: &ast::Core) -> Core {
+        let shell = core.ty().map(|ty| self.type_ref(&ty));
+        let mut lowered = Core {
+            shell,
+            variables: Vec::new(),
+            handlers: Vec::new(),
+            operations: Vec::new(),
+            hooks: Vec::new(),
+            machines: Vec::new(),
+            whole: !has_error_child(core.syntax()),
+        };
+        for item in core.core_items() {
+            match item {
+                ast::CoreItem::Var(it) => lowered.variables.push(self.variable(&it)),
+                ast::CoreItem::Handler(it) => lowered.handlers.push(self.name(it.name(), it.syntax())),
+                ast::CoreItem::OperationDefinition(it) => {
+                    let name = self.name(it.name(), it.syntax());
+                    let parameters = self.parameters(it.param_list());
+                    let program = self.program(it.block(), it.syntax());
+                    lowered.operations.push(Operation { name, parameters, program });
+                }
+                ast::CoreItem::Hook(it) => {
+                    let Some(keyword) = it.keyword() else { continue };
+                    let kind = match keyword.kind() {
+                        SyntaxKind::CONFIGURE_KW => HookKind::Configure,
+                        SyntaxKind::START_KW => HookKind::Start,
+                        SyntaxKind::UPDATE_KW => HookKind::Update,
+                        SyntaxKind::STOP_KW => HookKind::Stop,
+                        _ => HookKind::Cleanup,
+                    };
+                    let part = self.part(keyword.text_range());
+                    let program = self.program(it.block(), it.syntax());
+                    lowered.hooks.push(Hook { kind, part, program });
+                }
+                ast::CoreItem::StateMachine(it) => lowered.machines.push(self.machine(&it)),
+            }
+        }
+        lowered
+    }
+
+    fn variable(&mut self, variable: &ast::Var) -> Variable {
+        Variable {
+            name: self.name(variable.name(), variable.syntax()),
+            ty: variable.ty().map(|ty| self.type_ref(&ty)),
+            value: variable.initializer().map(|it| self.expr(it.expr())),
+        }
+    }
+
+    fn machine(&mut self, machine: &ast::StateMachine) -> Machine {
+        let keyword = machine.statemachine_token();
+        let part =
+            self.part(keyword.map_or(machine.syntax().text_range(), |token: SyntaxToken| token.text_range()));
+        let mut variables = Vec::new();
+        let mut states = Vec::new();
+        for item in machine.state_machine_items() {
+            match item {
+                ast::StateMachineItem::Var(it) => variables.push(self.variable(&it)),
+                ast::StateMachineItem::State(it) => states.push(self.state(&it)),
+            }
+        }
+        Machine { part, variables, states, whole: !has_error_child(machine.syntax()) }
+    }
+
+    fn state(&mut self, state: &ast::State) -> State {
+        let name = self.name(state.name(), state.syntax());
+        let mut methods = Vec::new();
+        let mut transitions = Vec::new();
+        for item in state.state_items() {
+            match item {
+                ast::StateItem::Method(it) => {
+                    let Some(keyword) = it.keyword() else { continue };
+                    let kind = match keyword.kind() {
+                        SyntaxKind::ENTRY_KW => MethodKind::Entry,
+                        SyntaxKind::RUN_KW => MethodKind::Run,
+                        SyntaxKind::HANDLE_KW => MethodKind::Handle,
+                        _ => MethodKind::Exit,
+                    };
+                    let part = self.part(keyword.text_range());
+                    methods.push(Method { kind, part, program: self.program(it.block(), it.syntax()) });
+                }
+                ast::StateItem::Transition(it) => transitions.push(self.transition(&it)),
+            }
+        }
+        let initial = state.initial_token().is_some();
+        State { name, initial, methods, transitions, whole: !has_error_child(state.syntax()) }
+    }
+
+    fn transition(&mut self, transition: &ast::Transition) -> Transition {
+        let name = self.name(transition.name(), transition.syntax());
+        let guard = transition.guard().map(|guard| Guard {
+            condition: self.expr(guard.expr()),
+            whole: is_whole(guard.syntax()),
+        });
+        Transition {
+            name,
+            guard,
+            target: transition.name_ref().map(|name| self.name_ref(&name)),
+            effect: transition.block().map(|block| self.program(Some(block), transition.syntax())),
+            whole: !has_error_child(transition.syntax()),
+        }
+    }
+
+    /// The program in `block`; `owner` is what it stands in, whose own errors (a missing `=` or block) are its errors.
+    fn program(&mut self, block: Option<ast::Block>, owner: &SyntaxNode) -> Program {
+        let whole = !has_error_child(owner) && block.as_ref().is_some_and(|block| is_whole(block.syntax()));
+        Program { statements: block.map_or_else(Vec::new, |block| self.block(&block)), whole }
+    }
+
+    fn block(&mut self, block: &ast::Block) -> Vec<Statement> {
+        block.statements().map(|statement| self.statement(statement)).collect()
+    }
+
+    fn statement(&mut self, statement: ast::Statement) -> Statement {
+        match statement {
+            ast::Statement::Var(it) => Statement::Variable(self.variable(&it)),
+            ast::Statement::IfStatement(it) => self.if_statement(&it),
+            ast::Statement::BlockStatement(it) => {
+                Statement::Block(it.block().map_or_else(Vec::new, |block| self.block(&block)))
+            }
+            ast::Statement::ReturnStatement(it) => {
+                Statement::Return(it.expr().map(|value| self.expr(Some(value))))
+            }
+            ast::Statement::AssignStatement(it) => {
+                let target = match it.name_ref() {
+                    Some(name) => self.name_ref(&name),
+                    None => self.word(None, it.syntax()),
+                };
+                Statement::Assign(target, self.expr(it.expr()))
+            }
+            ast::Statement::ExprStatement(it) => Statement::Expr(self.expr(it.expr())),
+        }
+    }
+
+    fn if_statement(&mut self, it: &ast::IfStatement) -> Statement {
+        let condition = self.expr(it.condition());
+        let then = it.then_block().map_or_else(Vec::new, |block| self.block(&block));
+        let otherwise = it.else_branch().map(|branch| match (branch.block(), branch.if_statement()) {
+            (Some(block), _) => self.block(&block),
+            (None, Some(nested)) => vec![self.if_statement(&nested)],
+            (None, None) => Vec::new(),
+        });
+        Statement::If { condition, then, otherwise }
+    }
+
+    fn expr(&mut self, expr: Option<ast::Expr>) -> Expr {
+        let Some(expr) = expr else { return Expr::Missing };
+        match expr {
+            ast::Expr::Literal(it) => self.literal(&it),
+            ast::Expr::NameExpr(it) => match it.name_ref() {
+                Some(name) => Expr::Name(self.name_ref(&name)),
+                None => Expr::Missing,
+            },
+            ast::Expr::CallExpr(it) => {
+                let Some(callee) = it.name_ref() else { return Expr::Missing };
+                let callee = self.name_ref(&callee);
+                let arguments = it.argument_list().into_iter().flat_map(|list| list.exprs().collect::<Vec<_>>());
+                Expr::Call { callee, arguments: arguments.map(|argument| self.expr(Some(argument))).collect() }
+            }
+            ast::Expr::ParenExpr(it) => self.expr(it.expr()),
+            ast::Expr::UnaryExpr(it) => {
+                let operator = match it.operator().map(|token| token.kind()) {
+                    Some(SyntaxKind::BANG) => UnaryOperator::Not,
+                    _ => UnaryOperator::Minus,
+                };
+                Expr::Unary(operator, Box::new(self.expr(it.expr())))
+            }
+            ast::Expr::BinaryExpr(it) => {
+                let lhs = Box::new(self.expr(it.lhs()));
+                let rhs = Box::new(self.expr(it.rhs()));
+                match it.operator().and_then(|token| binary_operator(token.kind())) {
+                    Some(operator) => Expr::Binary(operator, lhs, rhs),
+                    None => Expr::Missing,
+                }
+            }
+        }
+    }
+
+    fn literal(&mut self, literal: &ast::Literal) -> Expr {
+        let Some(token) = literal.token() else { return Expr::Missing };
+        let value = match token.kind() {
+            SyntaxKind::INT_NUMBER => Literal::Int(token.text().into()),
+            SyntaxKind::FLOAT_NUMBER => Literal::Float(token.text().into()),
+            SyntaxKind::STRING => Literal::String(ast::unescape(token.text()).into()),
+            SyntaxKind::TRUE_KW => Literal::Bool(true),
+            SyntaxKind::FALSE_KW => Literal::Bool(false),
+            kind if kind.is_word() => Literal::Status(token.text().into()),
+            _ => return Expr::Missing,
+        };
+        Expr::Literal(value, self.part(token.text_range()))
+    }
+
+    fn architecture(&mut self, architecture: &ast::Architecture) -> Architecture {
+        let mut lowered = Architecture {
+            imports: Vec::new(),
+            instances: Vec::new(),
+            connections: Vec::new(),
+            operations: Vec::new(),
+            settings: Vec::new(),
+            whole: !has_error_child(architecture.syntax()),
+        };
+        for item in architecture.architecture_items() {
+            match item {
+                ast::ArchitectureItem::Import(it) => {
+                    lowered.whole &= is_whole(it.syntax());
+                    lowered.imports.push(it.ty().map(|ty| self.type_ref(&ty)));
+                }
+                ast::ArchitectureItem::Instance(it) => {
+                    let name = self.name(it.name(), it.syntax());
+                    let component = it.ty().map(|ty| self.type_ref(&ty));
+                    lowered.whole &= !name.name.is_empty();
+                    lowered.instances.push(Instance { name, component });
+                }
+                ast::ArchitectureItem::Connection(it) => {
+                    lowered.connections.push(self.connection(it.source(), it.target()));
+                }
+                ast::ArchitectureItem::OperationConnection(it) => {
+                    lowered.operations.push(self.connection(it.source(), it.target()));
+                }
+                ast::ArchitectureItem::Setting(it) => lowered.settings.push(self.setting(&it)),
+            }
+        }
+        lowered
+    }
+
+    fn connection(&mut self, source: Option<ast::Endpoint>, target: Option<ast::Endpoint>) -> Connection {
+        Connection {
+            source: source.map(|endpoint| self.endpoint(&endpoint)),
+            target: target.map(|endpoint| self.endpoint(&endpoint)),
+        }
+    }
+
+    fn endpoint(&mut self, endpoint: &ast::Endpoint) -> Endpoint {
+        let instance = match endpoint.instance() {
+            Some(name) => self.name_ref(&name),
+            None => self.word(None, endpoint.syntax()),
+        };
+        Endpoint { instance, feature: endpoint.feature().map(|name| self.name_ref(&name)) }
+    }
+
+    fn setting(&mut self, setting: &ast::Setting) -> Setting {
+        Setting {
+            endpoint: setting.endpoint().map(|endpoint| self.endpoint(&endpoint)),
+            value: self.expr(setting.expr()),
+        }
+    }
+
+    fn deployment(&mut self, deployment: &ast::Deployment) -> Deployment {
+        let mut lowered = Deployment {
+            targets: deployment
+                .syntax()
+                .children()
+                .filter_map(ast::Target::cast)
+                .filter_map(|target| target.ty())
+                .map(|ty| self.type_ref(&ty))
+                .collect(),
+            activities: Vec::new(),
+            settings: Vec::new(),
+            whole: !has_error_child(deployment.syntax()),
+        };
+        for item in deployment.deployment_items() {
+            match item {
+                ast::DeploymentItem::Activity(it) => {
+                    let activity = self.activity(&it);
+                    lowered.whole &= !activity.instance.name.is_empty();
+                    lowered.activities.push(activity);
+                }
+                ast::DeploymentItem::Setting(it) => lowered.settings.push(self.setting(&it)),
+            }
+        }
+        lowered
+    }
+
+    fn activity(&mut self, activity: &ast::Activity) -> Activity {
+        let instance = match activity.name_ref() {
+            Some(name) => self.name_ref(&name),
+            None => self.word(None, activity.syntax()),
+        };
+        let mut fields = Vec::new();
+        for field in activity.fields() {
+            let Some(name) = field.name_ref() else { continue };
+            let name = self.name_ref(&name);
+            let place = field.expr().map_or(field.syntax().text_range(), |value| value.syntax().text_range());
+            let value_part = self.part(place);
+            let value = if is_whole(field.syntax()) { self.expr(field.expr()) } else { Expr::Missing };
+            fields.push(Field { name, value, value_part });
+        }
+        Activity { instance, fields, whole: !has_error_child(activity.syntax()) }
+    }
+}
+
+fn binary_operator(kind: SyntaxKind) -> Option<BinaryOperator> {
+    Some(match kind {
+        SyntaxKind::PIPE2 => BinaryOperator::Or,
+        SyntaxKind::AMP2 => BinaryOperator::And,
+        SyntaxKind::EQ2 => BinaryOperator::Equal,
+        SyntaxKind::NEQ => BinaryOperator::NotEqual,
+        SyntaxKind::LT => BinaryOperator::Less,
+        SyntaxKind::LTEQ => BinaryOperator::LessOrEqual,
+        SyntaxKind::GT => BinaryOperator::Greater,
+        SyntaxKind::GTEQ => BinaryOperator::GreaterOrEqual,
+        SyntaxKind::PLUS => BinaryOperator::Add,
+        SyntaxKind::MINUS => BinaryOperator::Subtract,
+        SyntaxKind::STAR => BinaryOperator::Multiply,
+        SyntaxKind::SLASH => BinaryOperator::Divide,
+        SyntaxKind::PERCENT => BinaryOperator::Remainder,
+        _ => return None,
+    })
+}
+
+/// The text of a name's one token.
+fn text_of(node: &SyntaxNode) -> Name {
+    node.first_token().map_or_else(Name::default, |token| token.text().into())
+}
+
+/// For each declaration of the tree, how many of its kind, library and name stand before it in the file.
+pub(crate) fn occurrences(tree: &ItemTree) -> Vec<u32> {
+    let mut seen: FxHashMap<(Kind, Option<&Name>, &Name), u32> = FxHashMap::default();
+    let declarations = tree.declarations.iter();
+    declarations
+        .map(|it| {
+            let count = seen.entry((it.kind, it.library.as_ref(), &it.name)).or_default();
+            *count += 1;
+            *count - 1
+        })
+        .collect()
+}

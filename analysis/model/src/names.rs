@@ -1,0 +1,231 @@
+//! What a name means in a project.
+
+use std::collections::BTreeMap;
+
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use crate::item_tree::{FeatureKind, Kind, Name, TypeRef};
+use crate::project::{Project, project_files};
+use crate::source::{Decl, declarations, shell};
+use crate::ModelDb;
+
+/// The declarations of a project by library, kind and name.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub struct Names<'db> {
+    /// In the order of the project's files and their texts.
+    pub all: Vec<Decl<'db>>,
+    by_name: FxHashMap<(Option<Name>, Kind, Name), Vec<Decl<'db>>>,
+    /// For each library, the libraries and message packages that it uses.
+    uses: FxHashMap<Option<Name>, Vec<Name>>,
+    libraries: FxHashSet<Name>,
+}
+
+/// The names of a project. A change *in* a declaration does not change them.
+#[salsa::tracked(returns(ref))]
+pub fn names_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Names<'db> {
+    let mut names = Names {
+        all: Vec::new(),
+        by_name: FxHashMap::default(),
+        uses: FxHashMap::default(),
+        libraries: FxHashSet::default(),
+    };
+    for &file in project_files(db, project) {
+        for &decl in declarations(db, file) {
+            let library = decl.library(db).clone();
+            let name = decl.name(db).clone();
+            names.libraries.extend(library.clone());
+            if decl.kind(db) == Kind::Use {
+                names.uses.entry(library).or_default().push(name);
+                continue;
+            }
+            names.all.push(decl);
+            if !name.is_empty() {
+                names.by_name.entry((library, decl.kind(db), name)).or_default().push(decl);
+            }
+        }
+    }
+    names
+}
+
+/// Why a name means nothing.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Unresolved {
+    /// Nothing of that kind has the name; perhaps this one was meant.
+    Unknown(Option<Name>),
+    /// Several do: the places are named by the error that reports them.
+    Ambiguous,
+    /// The name itself is missing; that is reported already.
+    Missing,
+}
+
+impl<'db> Names<'db> {
+    /// All declarations of this kind and name in that library; more than one is an error.
+    pub fn in_library(&self, library: Option<&Name>, kind: Kind, name: &Name) -> &[Decl<'db>] {
+        self.by_name.get(&(library.cloned(), kind, name.clone())).map_or(&[], Vec::as_slice)
+    }
+
+    /// All declarations of this kind and name, in any library.
+    pub fn anywhere(&self, db: &'db dyn ModelDb, kind: Kind, name: &str) -> Vec<Decl<'db>> {
+        self.all.iter().copied().filter(|decl| decl.kind(db) == kind && decl.name(db) == name).collect()
+    }
+
+    /// What `path`, written in `library`, means: looked up there, then in the libraries that it uses. What stands
+    /// outside any library sees everything.
+    pub fn resolve(
+        &self,
+        db: &'db dyn ModelDb,
+        library: Option<&Name>,
+        kind: Kind,
+        path: &[Name],
+    ) -> Result<Decl<'db>, Unresolved> {
+        let found: Vec<Decl<'db>> = match path {
+            [name] => {
+                let own = self.in_library(library, kind, name);
+                match own {
+                    [] => self.visible(library).flat_map(|it| self.in_library(Some(it), kind, name)).copied().collect(),
+                    own => own.to_vec(),
+                }
+            }
+            [of, name] => self.in_library(Some(of), kind, name).to_vec(),
+            _ => Vec::new(),
+        };
+        match found.as_slice() {
+            [decl] => Ok(*decl),
+            [] if path.is_empty() || path.iter().any(|part| part.is_empty()) => Err(Unresolved::Missing),
+            [] => Err(Unresolved::Unknown(self.similar(db, kind, path.last().map_or("", |name| name.as_str())))),
+            _ => Err(Unresolved::Ambiguous),
+        }
+    }
+
+    /// [`Names::resolve`] for the name of a type, shell, core, component or architecture.
+    pub fn resolve_type(
+        &self,
+        db: &'db dyn ModelDb,
+        from: Decl<'db>,
+        kind: Kind,
+        ty: Option<&TypeRef>,
+    ) -> Result<Decl<'db>, Unresolved> {
+        let Some(ty) = ty else { return Err(Unresolved::Missing) };
+        self.resolve(db, from.library(db).as_ref(), kind, &ty.path)
+    }
+
+    fn visible<'a>(&'a self, library: Option<&Name>) -> Box<dyn Iterator<Item = &'a Name> + 'a> {
+        match library {
+            None => Box::new(self.libraries.iter()),
+            Some(_) => {
+                let used = self.uses.get(&library.cloned()).map_or(&[] as &[Name], Vec::as_slice);
+                let once: FxHashSet<&Name> = used.iter().filter(|name| Some(*name) != library).collect();
+                Box::new(once.into_iter())
+            }
+        }
+    }
+
+    fn similar(&self, db: &'db dyn ModelDb, kind: Kind, name: &str) -> Option<Name> {
+        let names = self.all.iter().filter(|decl| decl.kind(db) == kind).map(|decl| decl.name(db));
+        similar(name, names)
+    }
+}
+
+/// The one of `names` that `name` may be a misspelling of.
+pub fn similar<'a>(name: &str, names: impl IntoIterator<Item = &'a Name>) -> Option<Name> {
+    let allowed = name.chars().count().div_ceil(3).min(3);
+    let near = |other: &'a Name| (distance(name, other), other);
+    let (found, other) = names.into_iter().map(near).min()?;
+    (found <= allowed && found > 0).then(|| other.clone())
+}
+
+/// How many letters must be added, removed, changed or swapped with their neighbour to make one word the other.
+fn distance(a: &str, b: &str) -> usize {
+    let (a, b): (Vec<char>, Vec<char>) = (a.chars().take(64).collect(), b.chars().take(64).collect());
+    let mut rows: Vec<Vec<usize>> = vec![(0..=b.len()).collect()];
+    for (i, &x) in a.iter().enumerate() {
+        let mut row = vec![i + 1];
+        for (j, &y) in b.iter().enumerate() {
+            let mut best = (rows[i][j] + usize::from(x != y)).min(rows[i][j + 1] + 1).min(row[j] + 1);
+            if i > 0 && j > 0 && x == b[j - 1] && a[i - 1] == y {
+                best = best.min(rows[i - 1][j - 1] + 1);
+            }
+            row.push(best);
+        }
+        rows.push(row);
+    }
+    rows.last().and_then(|row| row.last()).copied().unwrap_or(usize::MAX)
+}
+
+/// A feature of a shell, and the shell that declares it.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub struct FeatureOf<'db> {
+    /// The shell.
+    pub shell: Decl<'db>,
+    /// Its number there.
+    pub index: usize,
+    /// What it is.
+    pub kind: FeatureKind,
+}
+
+/// All features of a shell, its own and those of the shells that it extends, by name.
+#[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
+pub struct Features<'db> {
+    /// By name; several where they clash.
+    pub by_name: BTreeMap<Name, Vec<FeatureOf<'db>>>,
+    /// Does the shell extend itself, over others or directly? These are the shells of the ring.
+    pub cycle: bool,
+    /// Was a feature or a base shell lost?
+    pub lost: bool,
+}
+
+impl<'db> Features<'db> {
+    /// The feature of that name.
+    pub fn get(&self, name: &str) -> Option<&FeatureOf<'db>> {
+        self.by_name.get(name).and_then(|found| found.first())
+    }
+
+    /// Does the shell have a feature of this kind?
+    pub fn has_any(&self, kind: FeatureKind) -> bool {
+        self.by_name.values().flatten().any(|feature| feature.kind == kind)
+    }
+}
+
+/// The features of a shell.
+#[salsa::tracked(returns(ref))]
+pub fn features<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Features<'db> {
+    let names = names_of(db, project);
+    let mut features = Features::default();
+    let mut seen = vec![of];
+    let mut next = 0;
+    while let Some(&current) = seen.get(next) {
+        next += 1;
+        let Some(data) = shell(db, current) else { continue };
+        features.lost |= !data.whole;
+        for (index, feature) in data.features.iter().enumerate() {
+            let found = FeatureOf { shell: current, index, kind: feature.kind };
+            // A lost port or property changes no program's meaning; a lost operation may be called in one.
+            let operation = matches!(feature.kind, FeatureKind::Required | FeatureKind::Provided);
+            features.lost |= operation && feature.name.name.is_empty();
+            features.by_name.entry(feature.name.name.clone()).or_default().push(found);
+        }
+        for base in &data.bases {
+            match names.resolve_type(db, current, Kind::Shell, Some(base)) {
+                Ok(base) if base == of => features.cycle = true,
+                Ok(base) if !seen.contains(&base) => seen.push(base),
+                Ok(_) => {}
+                Err(_) => features.lost = true,
+            }
+        }
+    }
+    features
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn misspellings_are_recognised() {
+        let names: Vec<Name> = ["pilot", "laser", "navigation"].map(Name::from).to_vec();
+        assert_eq!(similar("pilto", &names), Some("pilot".into()));
+        assert_eq!(similar("Navigation", &names), Some("navigation".into()));
+        assert_eq!(similar("camera", &names), None);
+        assert_eq!(similar("", &names), None);
+    }
+}

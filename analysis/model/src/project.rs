@@ -1,0 +1,140 @@
+//! Which files belong together: the roots of a workspace, and what each includes.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use rustc_hash::FxHashSet;
+
+use crate::config::{self, Config};
+use crate::source::item_tree_of;
+use crate::{File, ModelDb, Workspace, normalised};
+
+/// A root file and all that it includes, directly or not.
+#[salsa::interned(debug)]
+pub struct Project<'db> {
+    /// Where it was found.
+    #[returns(copy)]
+    pub workspace: Workspace,
+    /// The root.
+    #[returns(copy)]
+    pub root: File,
+}
+
+/// The name of the configuration's file.
+pub const CONFIG_FILE: &str = "mauve.toml";
+
+/// The workspace's `mauve.toml`, where it has one.
+pub fn config_file(db: &dyn ModelDb, workspace: Workspace) -> Option<File> {
+    workspace.files(db).get(&workspace.folder(db).join(CONFIG_FILE)).copied()
+}
+
+/// What the workspace's `mauve.toml` says.
+#[salsa::tracked(returns(ref))]
+pub fn config_of(db: &dyn ModelDb, workspace: Workspace) -> Config {
+    let Some(file) = config_file(db, workspace) else { return Config::default() };
+    let mut config = config::read(file.text(db));
+    if let Some(problem) = file.problem(db) {
+        config.errors.push((problem.clone(), 0..0));
+        config.lost = true;
+    }
+    config
+}
+
+/// Where an include of `file` may be: beside it, then along the model path.
+pub fn include_candidates(db: &dyn ModelDb, workspace: Workspace, file: File, include: &str) -> Vec<PathBuf> {
+    let beside = file.path(db).parent().unwrap_or(Path::new("/"));
+    let folders = std::iter::once(beside).chain(workspace.model_path(db).iter().map(PathBuf::as_path));
+    folders.map(|folder| normalised(&folder.join(include))).collect()
+}
+
+/// The files that `file` includes, in the order of its lines; none where nothing is found.
+#[salsa::tracked(returns(ref))]
+pub fn includes(db: &dyn ModelDb, workspace: Workspace, file: File) -> Vec<Option<File>> {
+    let known = workspace.files(db);
+    let find = |include: &String| {
+        let candidates = include_candidates(db, workspace, file, include);
+        candidates.iter().find_map(|path| known.get(path)).copied()
+    };
+    item_tree_of(db, file).includes.iter().map(|include| include.as_ref().and_then(find)).collect()
+}
+
+/// Is this a model, by its name?
+pub fn is_model(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension == "mal")
+}
+
+/// The projects of a workspace: one for each root.
+///
+/// The roots are those of `mauve.toml`; without any, each model of the folder that no other includes, and of models
+/// that include one another in a ring, the one with the first path.
+#[salsa::tracked(returns(ref))]
+pub fn projects<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Project<'db>> {
+    let mut roots: Vec<File> = Vec::new();
+    if let Some(root) = workspace.only_root(db) {
+        // A part of a project means what it means there.
+        let homes: Vec<File> = all_roots(db, workspace)
+            .into_iter()
+            .filter(|&home| files_from(db, workspace, home).contains(&root))
+            .collect();
+        roots.extend(if homes.is_empty() { vec![root] } else { homes });
+    } else {
+        roots = all_roots(db, workspace);
+    }
+    roots.into_iter().map(|root| Project::new(db, workspace, root)).collect()
+}
+
+fn all_roots(db: &dyn ModelDb, workspace: Workspace) -> Vec<File> {
+    let config = config_of(db, workspace);
+    if !config.roots.is_empty() {
+        let known = workspace.files(db);
+        let root = |path: &str| known.get(&normalised(&workspace.folder(db).join(path))).copied();
+        return config.roots.iter().filter_map(|(path, _)| root(path)).collect();
+    }
+    let folder = workspace.folder(db);
+    let models: BTreeMap<&Path, File> = workspace
+        .files(db)
+        .values()
+        .map(|&file| (file.path(db).as_path(), file))
+        .filter(|(path, _)| is_model(path) && path.starts_with(folder))
+        .collect();
+    let models: Vec<File> = models.into_values().collect();
+    let included: FxHashSet<File> = models
+        .iter()
+        .flat_map(|&file| includes(db, workspace, file).iter().flatten().filter(move |&&it| it != file))
+        .copied()
+        .collect();
+    let mut roots: Vec<File> = models.iter().copied().filter(|file| !included.contains(file)).collect();
+    let mut reached: FxHashSet<File> = FxHashSet::default();
+    for &root in &roots {
+        reached.extend(files_from(db, workspace, root));
+    }
+    for file in models {
+        if !reached.contains(&file) {
+            reached.extend(files_from(db, workspace, file));
+            roots.push(file);
+        }
+    }
+    roots
+}
+
+/// `root` and all that it includes, each once, in the order in which they are met.
+pub(crate) fn files_from(db: &dyn ModelDb, workspace: Workspace, root: File) -> Vec<File> {
+    let mut files = vec![root];
+    let mut seen: FxHashSet<File> = files.iter().copied().collect();
+    let mut next = 0;
+    while let Some(&file) = files.get(next) {
+        next += 1;
+        for &included in includes(db, workspace, file).iter().flatten() {
+            if seen.insert(included) {
+                files.push(included);
+            }
+        }
+    }
+    files
+}
+
+/// The files of a project.
+#[salsa::tracked(returns(ref))]
+pub fn project_files<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<File> {
+    files_from(db, project.workspace(db), project.root(db))
+}

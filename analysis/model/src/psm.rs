@@ -1,0 +1,325 @@
+//! The periodic state machine of a component at a significance level: its behaviour with the times of a timetable.
+
+use std::collections::BTreeMap;
+
+use mauve_timing::{Edge, Level, StateMachine, Time};
+
+use crate::behaviour::{Behaviour, Cost, Refusal, TimedProgram, behaviour_of};
+use crate::item_tree::{Kind, Name};
+use crate::names::names_of;
+use crate::project::Project;
+use crate::source::{Decl, Place, component};
+use crate::timetable::{Lookup, Timetable, timetable_of};
+use crate::ModelDb;
+
+/// A component's periodic state machine (paper, Def. 3 and 4).
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub struct Psm {
+    /// The names of the states, by number.
+    pub states: Vec<Name>,
+    /// The machine that the analysis reads; its edges are those of `edges`, in the same order.
+    pub machine: StateMachine,
+    /// What each edge executes.
+    pub edges: Vec<PsmEdge>,
+    /// The component's own time, for the classic method, where a table has one; why not, where it cannot be used.
+    pub whole: Result<Option<Time>, String>,
+    /// Codels whose time is that of `[assume]`.
+    pub assumed: Vec<String>,
+}
+
+/// What one period may execute.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PsmEdge {
+    /// The transition that fires; none where the machine stays.
+    pub transition: Option<Name>,
+    /// The programs in their order, by their keys, with their times.
+    pub programs: Vec<(String, Time)>,
+    /// Dispatch and context switches.
+    pub overhead: Time,
+}
+
+/// Why a component has no periodic state machine.
+#[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
+pub struct Refused<'db> {
+    /// The reasons.
+    pub refusals: Vec<Refusal<'db>>,
+    /// The codels without a time, among them; with a reason where a table has one at other levels.
+    pub missing: Vec<(Decl<'db>, Option<String>)>,
+}
+
+/// The core of a component, where it has one.
+pub fn core_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Option<Decl<'db>> {
+    let data = component(db, of)?;
+    names_of(db, project).resolve_type(db, of, Kind::Core, data.core.as_ref()).ok()
+}
+
+/// The shell of a component, where it has one.
+pub fn shell_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Option<Decl<'db>> {
+    let data = component(db, of)?;
+    names_of(db, project).resolve_type(db, of, Kind::Shell, data.shell.as_ref()).ok()
+}
+
+/// The periodic state machine of a component.
+#[salsa::tracked(returns(ref))]
+pub fn psm_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    component: Decl<'db>,
+    level: Level,
+) -> Result<Psm, Refused<'db>> {
+    psm_with(db, project, component, level, &|_| None)
+}
+
+/// [`psm`], where `suppose` gives the times of codels that no table has.
+pub(crate) fn psm_with<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    level: Level,
+    suppose: &dyn Fn(Decl<'db>) -> Option<Time>,
+) -> Result<Psm, Refused<'db>> {
+    let refuse = |refusal| Err(Refused { refusals: vec![refusal], missing: Vec::new() });
+    let at = Place::name_of(of);
+    let name = of.name(db);
+    if component(db, of).is_some_and(|data| !data.whole) {
+        return refuse(Refusal::reported(format!("component {name} has a syntax error"), at));
+    }
+    if shell_of(db, project, of).is_none() {
+        return refuse(Refusal::reported(format!("the shell of component {name} is unknown"), at));
+    }
+    let Some(core) = core_of(db, project, of) else {
+        return refuse(Refusal::reported(format!("the core of component {name} is unknown"), at));
+    };
+    let behaviour = behaviour_of(db, project, core);
+    if !behaviour.refusals.is_empty() {
+        return Err(Refused { refusals: behaviour.refusals.clone(), missing: Vec::new() });
+    }
+    let times = timetable_of(db, project);
+    if let Some((why, at)) = times.doubt(of) {
+        return refuse(Refusal::reported(why.clone(), at.clone()));
+    }
+    let mut reader = Evaluator {
+        db,
+        component: of,
+        behaviour,
+        times,
+        level,
+        suppose,
+        operations: vec![None; behaviour.operations.len()],
+        refused: Refused::default(),
+        missing: BTreeMap::new(),
+        assumed: BTreeMap::new(),
+    };
+    reader.psm()
+}
+
+struct Evaluator<'a, 'db> {
+    db: &'db dyn ModelDb,
+    component: Decl<'db>,
+    behaviour: &'db Behaviour<'db>,
+    times: &'db Timetable<'db>,
+    level: Level,
+    suppose: &'a dyn Fn(Decl<'db>) -> Option<Time>,
+    /// Each operation is evaluated once, however often it is called.
+    operations: Vec<Option<Option<Time>>>,
+    refused: Refused<'db>,
+    missing: BTreeMap<String, (Decl<'db>, Option<String>)>,
+    assumed: BTreeMap<String, ()>,
+}
+
+impl<'db> Evaluator<'_, 'db> {
+    fn psm(&mut self) -> Result<Psm, Refused<'db>> {
+        let behaviour = self.behaviour;
+        let programs: Vec<Option<Time>> = behaviour.programs.iter().map(|it| self.program(it)).collect();
+        let overhead = self.times.overhead(self.db, self.level);
+        if overhead.is_none() {
+            self.refuse(format!("[overhead] of the timing table has no time at {}", self.level));
+        }
+        let mut edges = Vec::new();
+        let mut described = Vec::new();
+        for edge in &behaviour.edges {
+            let mut cost = overhead;
+            let mut parts = Vec::new();
+            for &index in &edge.programs {
+                let Some((program, time)) = behaviour.programs.get(index).zip(programs.get(index).copied().flatten())
+                else {
+                    cost = None;
+                    continue;
+                };
+                let sum = cost.and_then(|cost| cost.checked_add(time));
+                if cost.is_some() && sum.is_none() {
+                    self.refuse(format!("the time of `{}` exceeds 584 years", program.key));
+                }
+                cost = sum;
+                parts.push((program.key.clone(), time));
+            }
+            let Some(cost) = cost else { continue };
+            edges.push(Edge { source: edge.source as u32, target: edge.target as u32, cost });
+            let transition = edge.transition.clone();
+            described.push(PsmEdge { transition, programs: parts, overhead: overhead.unwrap_or_default() });
+        }
+        let missing = std::mem::take(&mut self.missing);
+        for (name, (decl, why)) in missing {
+            let message = why.clone().unwrap_or_else(|| format!("no time for codel `{name}`"));
+            self.refused.refusals.push(Refusal::reported(message, Place::name_of(decl)));
+            self.refused.missing.push((decl, why));
+        }
+        if !self.refused.refusals.is_empty() {
+            return Err(std::mem::take(&mut self.refused));
+        }
+        let states = behaviour.states.len() as u32;
+        let machine = match StateMachine::new(states, edges) {
+            Ok(machine) => machine,
+            Err(error) => {
+                self.refuse(error.to_string());
+                return Err(std::mem::take(&mut self.refused));
+            }
+        };
+        let whole = match self.times.component_time(self.db, self.component, self.level) {
+            Lookup::Known(time) | Lookup::Assumed(time) => Ok(Some(time)),
+            Lookup::Absent => Ok(None),
+            Lookup::OtherLevels(why) | Lookup::Unusable(why) => Err(why),
+        };
+        let assumed = std::mem::take(&mut self.assumed).into_keys().collect();
+        Ok(Psm { states: behaviour.states.clone(), machine, edges: described, whole, assumed })
+    }
+
+    fn refuse(&mut self, why: String) {
+        self.refused.refusals.push(Refusal::own(why, Place::name_of(self.component)));
+    }
+
+    /// The time of a program: the table's, as a whole, or the sum of its codels.
+    fn program(&mut self, program: &TimedProgram<'db>) -> Option<Time> {
+        match self.times.program_time(self.db, self.component, &program.key, self.level) {
+            Lookup::Known(time) | Lookup::Assumed(time) => Some(time),
+            Lookup::Absent => self.cost(&program.cost),
+            Lookup::OtherLevels(why) => {
+                self.refuse(why);
+                None
+            }
+            Lookup::Unusable(why) => {
+                self.refused.refusals.push(Refusal::reported(why, Place::name_of(self.component)));
+                None
+            }
+        }
+    }
+
+    fn cost(&mut self, cost: &Cost<'db>) -> Option<Time> {
+        match cost {
+            Cost::Codel(codel) => self.codel(*codel),
+            Cost::Operation(index) => self.operation(*index),
+            Cost::Sum(costs) => {
+                // Every codel is looked at, so that all that lack a time are named at once.
+                let times: Vec<Option<Time>> = costs.iter().map(|cost| self.cost(cost)).collect();
+                let mut sum = Time::ZERO;
+                for time in times {
+                    let Some(next) = sum.checked_add(time?) else {
+                        self.refuse("the time of a program exceeds 584 years".to_owned());
+                        return None;
+                    };
+                    sum = next;
+                }
+                Some(sum)
+            }
+            Cost::Greatest(costs) => {
+                let times: Vec<Option<Time>> = costs.iter().map(|cost| self.cost(cost)).collect();
+                times.into_iter().try_fold(Time::ZERO, |greatest, time| Some(greatest.max(time?)))
+            }
+        }
+    }
+
+    fn operation(&mut self, index: usize) -> Option<Time> {
+        if let Some(known) = self.operations.get(index).copied().flatten() {
+            return known;
+        }
+        let operation = self.behaviour.operations.get(index)?;
+        let time = self.program(operation);
+        if let Some(slot) = self.operations.get_mut(index) {
+            *slot = Some(time);
+        }
+        time
+    }
+
+    fn codel(&mut self, codel: Decl<'db>) -> Option<Time> {
+        let name = codel.qualified(self.db);
+        if let Some(time) = (self.suppose)(codel) {
+            return Some(time);
+        }
+        match self.times.codel_time(self.db, codel, self.level) {
+            Lookup::Known(time) => Some(time),
+            Lookup::Assumed(time) => {
+                self.assumed.insert(name, ());
+                Some(time)
+            }
+            Lookup::Absent => {
+                self.missing.insert(name, (codel, None));
+                None
+            }
+            Lookup::OtherLevels(why) => {
+                self.missing.insert(name, (codel, Some(why)));
+                None
+            }
+            Lookup::Unusable(why) => {
+                let refusal = Refusal::reported(why, Place::name_of(codel));
+                if !self.refused.refusals.contains(&refusal) {
+                    self.refused.refusals.push(refusal);
+                }
+                None
+            }
+        }
+    }
+}
+
+/// The codels of one program of a component along its worst path, with their times, in the order of execution: where
+/// the time of the program comes from. Empty where a table gives the program's time as a whole.
+pub fn worst_path<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    component: Decl<'db>,
+    level: Level,
+    program: &str,
+) -> Vec<(String, Time)> {
+    let Some(core) = core_of(db, project, component) else { return Vec::new() };
+    let behaviour = behaviour_of(db, project, core);
+    let times = timetable_of(db, project);
+    let whole = |key: &str| times.program_time(db, component, key, level) != Lookup::Absent;
+    let found = behaviour.programs.iter().find(|it| it.key == program);
+    let Some(found) = found.filter(|it| !whole(&it.key)) else { return Vec::new() };
+    let mut path = Vec::new();
+    walk(db, behaviour, times, level, &whole, &found.cost, &mut path);
+    path
+}
+
+fn walk<'db>(
+    db: &'db dyn ModelDb,
+    behaviour: &Behaviour<'db>,
+    times: &Timetable<'db>,
+    level: Level,
+    whole: &dyn Fn(&str) -> bool,
+    cost: &Cost<'db>,
+    path: &mut Vec<(String, Time)>,
+) {
+    match cost {
+        Cost::Codel(codel) => {
+            if let Lookup::Known(time) | Lookup::Assumed(time) = times.codel_time(db, *codel, level) {
+                path.push((codel.qualified(db), time));
+            }
+        }
+        Cost::Operation(index) => {
+            if let Some(operation) = behaviour.operations.get(*index).filter(|it| !whole(&it.key)) {
+                walk(db, behaviour, times, level, whole, &operation.cost, path);
+            }
+        }
+        Cost::Sum(costs) => costs.iter().for_each(|cost| walk(db, behaviour, times, level, whole, cost, path)),
+        Cost::Greatest(costs) => {
+            let of = |cost: &Cost<'db>| {
+                let mut path = Vec::new();
+                walk(db, behaviour, times, level, whole, cost, &mut path);
+                let sum = path.iter().try_fold(Time::ZERO, |sum, (_, time)| sum.checked_add(*time));
+                (sum.unwrap_or_default(), path)
+            };
+            let greatest = costs.iter().map(of).reduce(|best, next| if next.0 > best.0 { next } else { best });
+            path.extend(greatest.into_iter().flat_map(|(_, path)| path));
+        }
+    }
+}

@@ -1,0 +1,411 @@
+//! The response times of a deployment: its system, with the state machines of its components, analysed.
+
+use mauve_timing::{
+    Bound, Demand, Level, Method, Options, StateMachine, Status, Task, Time, Utilisation, Window,
+    response_times as analyse,
+};
+
+use crate::behaviour::Refusal;
+use crate::item_tree::Name;
+use crate::project::{Project, config_of};
+use crate::psm::{Psm, Refused, psm_of, psm_with};
+use crate::source::{Decl, Place};
+use crate::system::{Priority, Row, System, system_of};
+use crate::timetable::timetable_of;
+use crate::{ModelDb, cpu_names};
+
+/// What is asked of the analysis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Query {
+    /// The significance level.
+    pub level: Level,
+    /// How the demand of several jobs is bounded.
+    pub method: Method,
+    /// Unsafe, for comparison with the paper only; see [`Options::horizon`].
+    pub horizon: Option<Time>,
+}
+
+/// The response times of a deployment.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub struct Report<'db> {
+    /// In the order of the deployment.
+    pub activities: Vec<ActivityReport<'db>>,
+    /// The CPUs that are used.
+    pub cpus: Vec<CpuReport>,
+}
+
+/// The response time of one activity, and where it comes from.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub struct ActivityReport<'db> {
+    /// What was asked.
+    pub row: Row<'db>,
+    /// The greatest cost of one of its jobs.
+    pub own: Option<Time>,
+    /// See [`mauve_timing::Response::first_job`].
+    pub first_job: Option<Time>,
+    /// The greatest time from a release to the end of its job.
+    pub response: Option<Time>,
+    /// What that means.
+    pub verdict: Verdict,
+    /// What is executed before it in the window that gives the response time.
+    pub interference: Vec<InterferenceReport>,
+    /// The window that gives the response time.
+    pub window: Option<Window>,
+    /// Why there is no response time.
+    pub reasons: Vec<Refusal<'db>>,
+    /// Codels whose time is assumed, in its own component.
+    pub assumed: Vec<String>,
+}
+
+/// What is known of an activity.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Verdict {
+    /// It is real-time.
+    RealTime(Status),
+    /// It is not.
+    Background,
+}
+
+impl Verdict {
+    /// `met`, `missed`, `unbounded`, `no-bound`, `not-analysed` or `background`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Verdict::RealTime(status) => status.name(),
+            Verdict::Background => "background",
+        }
+    }
+
+    /// Is the deadline proved?
+    pub fn is_met(self) -> bool {
+        matches!(self, Verdict::Background | Verdict::RealTime(Status::Met))
+    }
+}
+
+/// What one activity executes in another's window.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct InterferenceReport {
+    /// The instance.
+    pub instance: Name,
+    /// How many jobs it releases in the window.
+    pub jobs: u64,
+    /// Their demand.
+    pub time: Time,
+}
+
+/// The load of a CPU.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct CpuReport {
+    /// Its bit.
+    pub mask: u64,
+    /// The share of its time that is asked for.
+    pub utilisation: Utilisation,
+    /// Is nothing missing in it?
+    pub complete: bool,
+}
+
+impl Report<'_> {
+    /// Is every deadline proved?
+    pub fn schedulable(&self) -> bool {
+        self.activities.iter().all(|activity| activity.verdict.is_met())
+    }
+}
+
+/// Linux keeps real-time tasks from the CPU for this long in each period, unless it is told otherwise
+/// (`kernel.sched_rt_runtime_us`, `kernel.sched_rt_period_us`).
+const THROTTLED: Time = Time::from_nanos(50_000_000);
+const THROTTLING_PERIOD: Time = Time::from_nanos(1_000_000_000);
+const THROTTLING: &str = "real-time throttling";
+
+/// Computes the response times of a deployment.
+#[salsa::tracked(returns(ref))]
+pub fn response_times<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployment: Decl<'db>,
+    query: Query,
+) -> Report<'db> {
+    let mut psms = Vec::new();
+    for row in &system_of(db, project, deployment).rows {
+        let component = row.component.filter(|_| row.priority != Priority::Background);
+        psms.push(component.map(|component| psm_of(db, project, component, query.level)));
+    }
+    report(db, project, deployment, query, &psms)
+}
+
+type Psms<'a, 'db> = [Option<&'a Result<Psm, Refused<'db>>>];
+
+fn report<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployment: Decl<'db>,
+    query: Query,
+    psms: &Psms<'_, 'db>,
+) -> Report<'db> {
+    let system = system_of(db, project, deployment);
+    let throttled = config_of(db, project.workspace(db)).rt_throttling;
+    let lost = timetable_of(db, project).lost.clone();
+    // Why a row itself is not analysed; whom it takes with it is decided by the analysis.
+    let reasons: Vec<Vec<Refusal<'db>>> =
+        system.rows.iter().zip(psms).map(|(row, psm)| own_reasons(query, row, *psm)).collect();
+    let mut tasks = Vec::new();
+    let mut row_of = Vec::new();
+    for (index, ((row, psm), reasons)) in system.rows.iter().zip(psms).zip(&reasons).enumerate() {
+        if row.priority == Priority::Background {
+            continue;
+        }
+        row_of.push(index);
+        tasks.push(task(row, *psm, reasons));
+    }
+    if throttled {
+        tasks.extend(throttling(&tasks));
+    }
+    let options = Options { method: query.method, horizon: query.horizon };
+    let analysis = analyse(&tasks, &options, &|| db.unwind_if_revision_cancelled());
+
+    let mut activities: Vec<ActivityReport<'db>> = system.rows.iter().map(background).collect();
+    for ((&index, response), task) in row_of.iter().zip(&analysis.responses).zip(&tasks) {
+        let (Some(activity), Some(row)) = (activities.get_mut(index), system.rows.get(index)) else { continue };
+        let psm = psms.get(index).copied().flatten().and_then(|psm| psm.as_ref().ok());
+        activity.own = response.own;
+        activity.assumed = psm.map_or_else(Vec::new, |psm| psm.assumed.clone());
+        activity.reasons = reasons.get(index).cloned().unwrap_or_default();
+        // Nothing is claimed of a deployment of which a part is unknown.
+        activity.reasons.extend(system.lost.iter().cloned());
+        let of_tables = lost.iter().map(|(why, at)| Refusal::reported(why.clone(), at.clone()));
+        activity.reasons.extend(of_tables);
+        let because = match &response.bound {
+            Bound::NotAnalysed { because } => because.as_slice(),
+            _ => &[],
+        };
+        for other in because.iter().filter_map(|&other| row_of.get(other)).filter(|&&other| other != index) {
+            if let Some(other) = system.rows.get(*other) {
+                let why = format!("{} may delay it, and is not analysed", other.instance);
+                activity.reasons.push(Refusal::reported(why, other.at.clone()));
+            }
+        }
+        if !activity.reasons.is_empty() {
+            activity.verdict = Verdict::RealTime(Status::NotAnalysed);
+            continue;
+        }
+        activity.first_job = response.first_job;
+        activity.verdict = Verdict::RealTime(response.status(task.deadline));
+        activity.window = response.window.clone();
+        let instance = |task: usize| match row_of.get(task).and_then(|&row| system.rows.get(row)) {
+            Some(row) => row.instance.clone(),
+            None => THROTTLING.into(),
+        };
+        let interference = response.interference.iter().filter(|it| it.jobs > 0);
+        activity.interference = interference
+            .map(|it| InterferenceReport { instance: instance(it.task), jobs: it.jobs, time: it.time })
+            .collect();
+        match &response.bound {
+            Bound::Response(time) => activity.response = Some(*time),
+            Bound::Unbounded { cpu } => {
+                let asked = utilisation_above(&tasks, task, query.method).as_f64() * 100.0;
+                let cpu = cpu_names(1 << cpu);
+                let why = format!("{cpu} is asked for {asked:.1} % by it and what is as urgent");
+                activity.reasons.push(Refusal::reported(why, row.at.clone()));
+            }
+            Bound::NoBound(why) => {
+                activity.reasons.push(Refusal::reported(format!("no bound found: {why}"), row.at.clone()));
+            }
+            Bound::NotAnalysed { .. } => {}
+        }
+    }
+    let cpus = analysis
+        .cpus
+        .iter()
+        .map(|load| CpuReport {
+            mask: 1 << load.cpu,
+            utilisation: load.utilisation.clone(),
+            complete: load.complete && system.lost.is_empty() && lost.is_none(),
+        })
+        .collect();
+    Report { activities, cpus }
+}
+
+fn own_reasons<'db>(
+    query: Query,
+    row: &Row<'db>,
+    psm: Option<&Result<Psm, Refused<'db>>>,
+) -> Vec<Refusal<'db>> {
+    let mut reasons = row.refusals.clone();
+    match psm {
+        Some(Err(refused)) => reasons.extend(refused.refusals.iter().cloned()),
+        Some(Ok(Psm { whole: Err(why), .. })) if query.method == Method::Classic => {
+            reasons.push(Refusal::own(why.clone(), row.at.clone()));
+        }
+        _ => {}
+    }
+    reasons
+}
+
+fn task<'db>(row: &Row<'db>, psm: Option<&Result<Psm, Refused<'db>>>, reasons: &[Refusal<'db>]) -> Task {
+    let priority = match row.priority {
+        Priority::RealTime(priority) => priority,
+        _ => u32::MAX,
+    };
+    let demand = match psm {
+        Some(Ok(psm)) if reasons.is_empty() => {
+            let whole = psm.whole.as_ref().ok().copied().flatten();
+            Demand::Machine { machine: psm.machine.clone(), whole }
+        }
+        _ => Demand::Unknown,
+    };
+    Task {
+        name: row.instance.to_string(),
+        priority,
+        period: row.period.unwrap_or_default(),
+        deadline: row.deadline.unwrap_or_default(),
+        cpus: row.cpus.unwrap_or(u64::MAX),
+        demand,
+    }
+}
+
+/// One task for each CPU, more urgent than all: what throttling takes.
+fn throttling(tasks: &[Task]) -> Vec<Task> {
+    let cpus = tasks.iter().filter(|task| task.demand != Demand::Unknown).fold(0, |all, task| all | task.cpus);
+    (0..64)
+        .filter(|bit| cpus & (1 << bit) != 0)
+        .map(|bit| Task {
+            name: THROTTLING.to_owned(),
+            priority: u32::MAX,
+            period: THROTTLING_PERIOD,
+            deadline: THROTTLING_PERIOD,
+            cpus: 1 << bit,
+            demand: Demand::Machine { machine: StateMachine::single(THROTTLED), whole: None },
+        })
+        .collect()
+}
+
+fn background<'db>(row: &Row<'db>) -> ActivityReport<'db> {
+    ActivityReport {
+        row: row.clone(),
+        own: None,
+        first_job: None,
+        response: None,
+        verdict: Verdict::Background,
+        interference: Vec::new(),
+        window: None,
+        reasons: Vec::new(),
+        assumed: Vec::new(),
+    }
+}
+
+/// What a task and those at least as urgent ask of its CPU.
+fn utilisation_above(tasks: &[Task], of: &Task, method: Method) -> Utilisation {
+    let above = tasks.iter().filter(|task| task.priority >= of.priority && task.cpus & of.cpus != 0);
+    Utilisation::new(above.filter_map(|task| {
+        let Demand::Machine { machine, whole } = &task.demand else { return None };
+        let mean = match (method, whole) {
+            (Method::Psm, _) => machine.greatest_cycle_mean(),
+            (Method::Classic, whole) => {
+                let cost = machine.greatest_cost().max(whole.unwrap_or_default());
+                StateMachine::single(cost).greatest_cycle_mean()
+            }
+        };
+        Some((mean, task.period))
+    }))
+}
+
+/// What a codel without a time may take: the greatest with which every deadline of the deployment still holds, when
+/// the other codels without a time take nothing.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub struct Budget<'db> {
+    /// The codel.
+    pub codel: Decl<'db>,
+    /// `None` where a deadline is missed already when it takes nothing.
+    pub time: Option<Time>,
+    /// Do others lack a time too, so that this is the most, not a promise?
+    pub alone: bool,
+}
+
+/// The budgets of the codels that a deployment lacks a time for; none where something else keeps it from being
+/// analysed.
+#[salsa::tracked(returns(ref))]
+pub fn budgets<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployment: Decl<'db>,
+    query: Query,
+) -> Vec<Budget<'db>> {
+    let system: &System<'db> = system_of(db, project, deployment);
+    let mut missing: Vec<Decl<'db>> = Vec::new();
+    for component in real_time_components(system) {
+        if let Err(refused) = psm_of(db, project, component, query.level) {
+            let new = refused.missing.iter().map(|(codel, _)| *codel).filter(|codel| !missing.contains(codel));
+            missing.extend(new.collect::<Vec<_>>());
+        }
+    }
+    let holds = |codel: Decl<'db>, time: Time| -> Option<bool> {
+        let suppose = |of: Decl<'db>| {
+            let supposed = if of == codel { time } else { Time::ZERO };
+            missing.contains(&of).then_some(supposed)
+        };
+        let psms: Vec<_> = system
+            .rows
+            .iter()
+            .map(|row| {
+                let component = row.component.filter(|_| row.priority != Priority::Background);
+                component.map(|component| psm_with(db, project, component, query.level, &suppose))
+            })
+            .collect();
+        let psms: Vec<_> = psms.iter().map(Option::as_ref).collect();
+        let report = report(db, project, deployment, query, &psms);
+        let analysed = |it: &ActivityReport<'db>| it.verdict != Verdict::RealTime(Status::NotAnalysed);
+        report.activities.iter().all(analysed).then(|| report.schedulable())
+    };
+    let longest = system.rows.iter().filter_map(|row| row.deadline).max().unwrap_or_default();
+    let mut budgets = Vec::new();
+    for &codel in &missing {
+        let time = match holds(codel, Time::ZERO) {
+            // Something else is in the way too.
+            None => continue,
+            Some(false) => None,
+            Some(true) => {
+                // The analysis is monotone in every time: bisect between what holds and what cannot.
+                let (mut good, mut bad) = (0, longest.as_nanos().saturating_add(1));
+                while bad - good > 1 {
+                    let middle = good + (bad - good) / 2;
+                    match holds(codel, Time::from_nanos(middle)) {
+                        Some(true) => good = middle,
+                        _ => bad = middle,
+                    }
+                }
+                Some(Time::from_nanos(good))
+            }
+        };
+        budgets.push(Budget { codel, time, alone: missing.len() == 1 });
+    }
+    budgets
+}
+
+fn real_time_components<'db>(system: &System<'db>) -> Vec<Decl<'db>> {
+    let mut components = Vec::new();
+    for row in system.rows.iter().filter(|row| row.priority != Priority::Background) {
+        components.extend(row.component.filter(|component| !components.contains(component)));
+    }
+    components
+}
+
+/// The codels that the real-time activities of a deployment lack a time for, with the instances that need them.
+pub fn missing_times<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployment: Decl<'db>,
+    level: Level,
+) -> Vec<(Decl<'db>, Option<String>, Vec<(Name, Place<'db>)>)> {
+    let mut missing: Vec<(Decl<'db>, Option<String>, Vec<(Name, Place<'db>)>)> = Vec::new();
+    for row in &system_of(db, project, deployment).rows {
+        let Some(component) = row.component.filter(|_| row.priority != Priority::Background) else { continue };
+        let Err(refused) = psm_of(db, project, component, level) else { continue };
+        for (codel, why) in &refused.missing {
+            let user = (row.instance.clone(), row.at.clone());
+            match missing.iter_mut().find(|(known, ..)| known == codel) {
+                Some((_, _, users)) => users.push(user),
+                None => missing.push((*codel, why.clone(), vec![user])),
+            }
+        }
+    }
+    missing
+}

@@ -1,0 +1,151 @@
+//! A file's tree, what it declares, and where that stands.
+
+use std::sync::Arc;
+
+use mauve_syntax::{Parse, TextRange};
+
+use crate::item_tree::{Data, ItemTree, Kind, Name, Part};
+use crate::lower::{SourceMap, lower, occurrences};
+use crate::{File, ModelDb};
+
+/// A declaration, known by its file, kind, library and name: it stays the same one while the text around it changes.
+#[salsa::interned(debug)]
+pub struct Decl<'db> {
+    /// Where it stands.
+    #[returns(copy)]
+    pub file: File,
+    /// What it is.
+    #[returns(copy)]
+    pub kind: Kind,
+    /// The library around it.
+    #[returns(ref)]
+    pub library: Option<Name>,
+    /// Empty while it is missing.
+    #[returns(ref)]
+    pub name: Name,
+    /// How many of the same kind, library and name stand before it in the file.
+    #[returns(copy)]
+    pub nth: u32,
+}
+
+impl<'db> Decl<'db> {
+    /// `library.name`, or the name alone outside libraries.
+    pub fn qualified(self, db: &'db dyn ModelDb) -> String {
+        match self.library(db) {
+            Some(library) => format!("{library}.{}", self.name(db)),
+            None => self.name(db).to_string(),
+        }
+    }
+}
+
+/// The tree of a file. Not compared: a text that changed is another tree.
+#[salsa::tracked(returns(ref), no_eq)]
+pub fn parse(db: &dyn ModelDb, file: File) -> Parse {
+    mauve_syntax::parse(file.text(db))
+}
+
+#[salsa::tracked(returns(ref), no_eq)]
+fn lowered(db: &dyn ModelDb, file: File) -> (ItemTree, SourceMap) {
+    lower(&parse(db, file).file())
+}
+
+/// What a file declares. Comments, blank lines and places change nothing in it.
+#[salsa::tracked(returns(ref))]
+pub fn item_tree_of(db: &dyn ModelDb, file: File) -> ItemTree {
+    lowered(db, file).0.clone()
+}
+
+/// Where its declarations stand. Only what is shown to a user reads it.
+pub fn source_map(db: &dyn ModelDb, file: File) -> &SourceMap {
+    &lowered(db, file).1
+}
+
+/// The declarations of a file, in the order of its text, and where each is in its item tree.
+///
+/// What stands *in* a declaration is not part of this: a changed period changes nothing here.
+#[salsa::tracked(returns(ref))]
+pub fn declarations<'db>(db: &'db dyn ModelDb, file: File) -> Vec<Decl<'db>> {
+    let tree = item_tree_of(db, file);
+    let nths = occurrences(tree);
+    let declare = |(it, nth): (&crate::item_tree::Declaration, u32)| {
+        Decl::new(db, file, it.kind, it.library.clone(), it.name.clone(), nth)
+    };
+    tree.declarations.iter().zip(nths).map(declare).collect()
+}
+
+fn index_of<'db>(db: &'db dyn ModelDb, decl: Decl<'db>) -> Option<usize> {
+    declarations(db, decl.file(db)).iter().position(|&it| it == decl)
+}
+
+/// What stands in a declaration; nothing, where it is no longer in its file.
+#[salsa::tracked(returns(ref))]
+pub fn data<'db>(db: &'db dyn ModelDb, decl: Decl<'db>) -> Option<Arc<Data>> {
+    let index = index_of(db, decl)?;
+    Some(item_tree_of(db, decl.file(db)).declarations.get(index)?.data.clone())
+}
+
+/// Something that a diagnostic points at, wherever it stands now.
+#[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
+pub enum Place<'db> {
+    /// In a declaration.
+    Part(Decl<'db>, Part),
+    /// The include of that number.
+    Include(File, u32),
+    /// A file that has no tree of its own here, such as a table: these bytes.
+    Range(File, u32, u32),
+}
+
+impl<'db> Place<'db> {
+    /// The name of a declaration.
+    pub fn name_of(decl: Decl<'db>) -> Place<'db> {
+        Place::Part(decl, Part(0))
+    }
+
+    /// The file.
+    pub fn file(&self, db: &'db dyn ModelDb) -> File {
+        match *self {
+            Place::Part(decl, _) => decl.file(db),
+            Place::Include(file, _) | Place::Range(file, ..) => file,
+        }
+    }
+
+    /// Where it stands now.
+    pub fn range(&self, db: &'db dyn ModelDb) -> TextRange {
+        let found = match *self {
+            Place::Part(decl, part) => index_of(db, decl).and_then(|index| {
+                let map = source_map(db, decl.file(db)).declarations.get(index)?;
+                Some(map.parts.get(part.0 as usize).copied().unwrap_or(map.range))
+            }),
+            Place::Include(file, index) => source_map(db, file).includes.get(index as usize).copied(),
+            Place::Range(_, start, end) => Some(TextRange::new(start.into(), end.max(start).into())),
+        };
+        found.unwrap_or_default()
+    }
+}
+
+macro_rules! data_of {
+    ($($(#[$doc:meta])* $name:ident: $ty:ident;)*) => {$(
+        $(#[$doc])*
+        pub fn $name<'db>(db: &'db dyn ModelDb, decl: Decl<'db>) -> Option<&'db crate::item_tree::$ty> {
+            match data(db, decl).as_deref() {
+                Some(Data::$ty(it)) => Some(it),
+                _ => None,
+            }
+        }
+    )*};
+}
+
+data_of! {
+    /// The codel that `decl` is.
+    codel: Codel;
+    /// The shell that `decl` is.
+    shell: Shell;
+    /// The core that `decl` is.
+    core: Core;
+    /// The component that `decl` is.
+    component: Component;
+    /// The architecture that `decl` is.
+    architecture: Architecture;
+    /// The deployment that `decl` is.
+    deployment: Deployment;
+}

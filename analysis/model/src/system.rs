@@ -1,0 +1,648 @@
+//! What a deployment runs: its architecture flattened, an activity for each instance, and what must not be left out.
+
+use mauve_timing::{Rounding, Time, TimeError, Unit};
+
+use crate::behaviour::Refusal;
+use crate::diagnostics::{self, Diagnostic};
+use crate::item_tree::{Activity, Expr, FeatureKind, Field, Instance, Kind, Literal, Name, UnaryOperator};
+use crate::names::{features, names_of, similar};
+use crate::project::{Project, config_of};
+use crate::psm::shell_of;
+use crate::source::{Decl, Place, architecture, deployment};
+use crate::ModelDb;
+
+/// An architecture with what it imports.
+#[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
+pub struct Flat<'db> {
+    /// The instances, those of imported architectures first.
+    pub instances: Vec<FlatInstance<'db>>,
+    /// The ends of the connections between operations: instance and feature.
+    pub operations: Vec<(Name, Option<Name>)>,
+    /// Can an instance have been lost? Why.
+    pub lost: Vec<Refusal<'db>>,
+    /// Can a connection between operations have been lost?
+    pub operations_lost: bool,
+    /// Does it import itself, over others or directly?
+    pub cycle: bool,
+}
+
+/// An instance of a component.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub struct FlatInstance<'db> {
+    /// Its name.
+    pub name: Name,
+    /// The architecture that declares it, and its number there.
+    pub declared: (Decl<'db>, usize),
+    /// Its component, where that is known.
+    pub component: Option<Decl<'db>>,
+    /// Does another one have the same name? That is reported where it stands.
+    pub repeated: bool,
+}
+
+/// The instances and operations of an architecture and of all that it imports.
+#[salsa::tracked(returns(ref))]
+pub fn flat<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Flat<'db> {
+    let names = names_of(db, project);
+    let mut flat = Flat::default();
+    let mut all = vec![of];
+    let mut next = 0;
+    while let Some(&current) = all.get(next) {
+        next += 1;
+        let Some(data) = architecture(db, current) else { continue };
+        let name = current.name(db);
+        if !data.whole {
+            let why = format!("architecture {name} has a syntax error: an instance may be missing in it");
+            flat.lost.push(Refusal::reported(why, Place::name_of(current)));
+        }
+        for import in data.imports.iter().flatten() {
+            match names.resolve_type(db, current, Kind::Architecture, Some(import)) {
+                Ok(import) if import == of => flat.cycle = true,
+                Ok(import) if !all.contains(&import) => all.push(import),
+                Ok(_) => {}
+                Err(_) => {
+                    let why = format!("architecture {name} imports `{import}`, which is unknown");
+                    flat.lost.push(Refusal::reported(why, Place::Part(current, import.part)));
+                }
+            }
+        }
+        for operation in &data.operations {
+            for end in [&operation.source, &operation.target] {
+                match end {
+                    Some(end) => {
+                        let feature = end.feature.as_ref().map(|feature| feature.name.clone());
+                        flat.operations.push((end.instance.name.clone(), feature));
+                    }
+                    None => flat.operations_lost = true,
+                }
+            }
+        }
+    }
+    for &current in all.iter().rev() {
+        let Some(data) = architecture(db, current) else { continue };
+        for (index, Instance { name, component }) in data.instances.iter().enumerate() {
+            if name.name.is_empty() {
+                continue;
+            }
+            let component = names.resolve_type(db, current, Kind::Component, component.as_ref()).ok();
+            let earlier = flat.instances.iter_mut().find(|earlier| earlier.name == name.name);
+            let repeated = earlier.is_some();
+            if let Some(earlier) = earlier {
+                earlier.repeated = true;
+            }
+            let declared = (current, index);
+            flat.instances.push(FlatInstance { name: name.name.clone(), declared, component, repeated });
+        }
+    }
+    flat
+}
+
+/// What a deployment asks to be run.
+#[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
+pub struct System<'db> {
+    /// In the order of the deployment; instances without an activity last.
+    pub rows: Vec<Row<'db>>,
+    /// Why nothing of it can be analysed: an activity may be missing.
+    pub lost: Vec<Refusal<'db>>,
+    /// What is wrong in the deployment.
+    pub diagnostics: Vec<Diagnostic<'db>>,
+}
+
+/// An activity, or an instance that has none.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub struct Row<'db> {
+    /// The instance.
+    pub instance: Name,
+    /// The name of its component as the architecture writes it.
+    pub component_name: Name,
+    /// Its component, where that is known.
+    pub component: Option<Decl<'db>>,
+    /// What it is, for whoever points at it.
+    pub at: Place<'db>,
+    /// How urgent it is.
+    pub priority: Priority,
+    /// The CPUs that it may use, a bit each; `None` where that is unknown.
+    pub cpus: Option<u64>,
+    /// T.
+    pub period: Option<Time>,
+    /// D; the period where it is left out.
+    pub deadline: Option<Time>,
+    /// Why it is not analysed.
+    pub refusals: Vec<Refusal<'db>>,
+}
+
+/// How urgent an activity is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Priority {
+    /// Greater is more urgent, 1 to 99.
+    RealTime(u32),
+    /// Not real-time.
+    Background,
+    /// It has none, or none that can be used: it may be the most urgent.
+    Unknown,
+}
+
+/// Reads a deployment.
+#[salsa::tracked(returns(ref))]
+pub fn system_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> System<'db> {
+    let Some(data) = deployment(db, of) else { return System::default() };
+    let mut reader = Reader { db, project, of, found: System::default() };
+    if !data.whole {
+        let why = format!("deployment {} has a syntax error: an activity may be missing in it", of.name(db));
+        reader.found.lost.push(Refusal::reported(why, Place::name_of(of)));
+    }
+    let names = names_of(db, project);
+    let target = match data.targets.as_slice() {
+        [target] => match names.resolve_type(db, of, Kind::Architecture, Some(target)) {
+            Ok(architecture) => Some(architecture),
+            Err(unresolved) => {
+                let ty = Some(target);
+                let found = diagnostics::unresolved_type(of, Kind::Architecture, ty, &unresolved);
+                reader.found.diagnostics.extend(found);
+                None
+            }
+        },
+        targets => {
+            if data.whole {
+                let second = targets.get(1).map(|second| Place::Part(of, second.part));
+                reader.found.diagnostics.push(diagnostics::deployment_target::report(of, second));
+            }
+            None
+        }
+    };
+    match target {
+        Some(target) => reader.activities(target, &data.activities),
+        None => {
+            let why = format!("deployment {} has no architecture that is known", of.name(db));
+            reader.found.lost.push(Refusal::reported(why, Place::name_of(of)));
+            for activity in data.activities.iter().filter(|activity| !activity.instance.name.is_empty()) {
+                reader.activity(None, activity);
+            }
+        }
+    }
+    reader.cpus();
+    reader.found
+}
+
+struct Reader<'db> {
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    found: System<'db>,
+}
+
+impl<'db> Reader<'db> {
+    fn activities(&mut self, target: Decl<'db>, activities: &'db [Activity]) {
+        let flat = flat(self.db, self.project, target);
+        self.found.lost.extend(flat.lost.iter().cloned());
+        if flat.cycle {
+            let why = format!("architecture {} imports itself", target.name(self.db));
+            self.found.lost.push(Refusal::reported(why, Place::name_of(target)));
+        }
+        for activity in activities.iter().filter(|activity| !activity.instance.name.is_empty()) {
+            let name = &activity.instance.name;
+            let first = activities.iter().find(|other| other.instance.name == *name);
+            let instance = flat.instances.iter().find(|instance| instance.name == *name);
+            if instance.is_none() {
+                let near = similar(name, flat.instances.iter().map(|instance| &instance.name));
+                let at = Place::Part(self.of, activity.instance.part);
+                let architecture = target.name(self.db);
+                self.found.diagnostics.push(diagnostics::unresolved_instance::report(at, name, architecture, near));
+            }
+            self.activity(instance, activity);
+            if let Some(first) = first.filter(|first| !std::ptr::eq(*first, activity)) {
+                let at = Place::Part(self.of, activity.instance.part);
+                let earlier = Place::Part(self.of, first.instance.part);
+                let diagnostic = diagnostics::duplicate_activity::report(at.clone(), name, earlier);
+                let refusal = Refusal::reported(diagnostic.message.clone(), at);
+                self.found.diagnostics.push(diagnostic);
+                // Which one counts is unknown: both may be as urgent as anything.
+                for row in self.found.rows.iter_mut().filter(|row| row.instance == *name) {
+                    row.refusals.push(refusal.clone());
+                    (row.priority, row.cpus) = (Priority::Unknown, None);
+                }
+            }
+        }
+        for instance in &flat.instances {
+            if activities.iter().any(|activity| activity.instance.name == instance.name) {
+                continue;
+            }
+            if self.found.rows.iter().any(|row| row.instance == instance.name) {
+                continue;
+            }
+            let at = Place::name_of(self.of);
+            let diagnostic = diagnostics::missing_activity::report(at.clone(), &instance.name, self.of.name(self.db));
+            let refusal = Refusal::reported("it has no activity", at.clone());
+            self.found.diagnostics.push(diagnostic);
+            self.found.rows.push(Row {
+                instance: instance.name.clone(),
+                component_name: self.component_name(instance),
+                component: instance.component,
+                at,
+                priority: Priority::Unknown,
+                cpus: None,
+                period: None,
+                deadline: None,
+                refusals: vec![refusal],
+            });
+        }
+        self.served(flat);
+        self.synchronised();
+    }
+
+    fn component_name(&self, instance: &FlatInstance<'db>) -> Name {
+        let (declared, index) = instance.declared;
+        let written = architecture(self.db, declared)
+            .and_then(|data| data.instances.get(index)?.component.as_ref()?.path.last().cloned());
+        instance.component.map(|component| component.name(self.db).clone()).or(written).unwrap_or_default()
+    }
+
+    fn activity(&mut self, instance: Option<&FlatInstance<'db>>, activity: &'db Activity) {
+        let at = Place::Part(self.of, activity.instance.part);
+        let mut row = Row {
+            instance: activity.instance.name.clone(),
+            component_name: instance.map_or_else(Name::default, |instance| self.component_name(instance)),
+            component: instance.and_then(|instance| instance.component),
+            at: at.clone(),
+            priority: Priority::Unknown,
+            cpus: Some(0),
+            period: None,
+            deadline: None,
+            refusals: Vec::new(),
+        };
+        match instance {
+            None => row.refusals.push(Refusal::reported("its instance is unknown", at.clone())),
+            Some(instance) if instance.repeated => {
+                row.refusals.push(Refusal::reported("several instances have its name", at.clone()));
+            }
+            Some(instance) if instance.component.is_none() => {
+                let (declared, _) = instance.declared;
+                let why = format!("the component of instance {} is unknown", instance.name);
+                row.refusals.push(Refusal::reported(why, Place::name_of(declared)));
+            }
+            Some(_) => {}
+        }
+        let mut fields = Fields::default();
+        for field in &activity.fields {
+            self.field(&mut row, &mut fields, field);
+        }
+        if !activity.whole {
+            row.refusals.push(Refusal::reported("its activity has a syntax error", at.clone()));
+        }
+        // A field that was lost may be any of those that are missing.
+        let lost = !activity.whole || fields.lost;
+        if lost && fields.affinity.is_none() {
+            row.cpus = None;
+        }
+        if row.priority == Priority::Unknown {
+            let refusal = Refusal::reported("it has no priority", at.clone());
+            if fields.priority.is_none() && !lost {
+                self.found.diagnostics.push(diagnostics::missing_field::report(at.clone(), &row.instance, "priority"));
+            }
+            row.refusals.push(refusal);
+        } else if row.priority != Priority::Background && row.period.is_none() {
+            if fields.period.is_none() && !lost {
+                self.found.diagnostics.push(diagnostics::missing_field::report(at.clone(), &row.instance, "period"));
+            }
+            row.refusals.push(Refusal::reported("it has no period", at.clone()));
+        }
+        match (fields.deadline, row.deadline) {
+            (None, _) => row.deadline = row.period,
+            (Some(_), None) => row.refusals.push(Refusal::reported("its deadline cannot be used", at)),
+            (Some(deadline), Some(of_row)) => {
+                if let Some((field, period)) = fields.period.zip(row.period)
+                    && of_row > period
+                {
+                    let report = diagnostics::deadline_exceeds_period::report;
+                    self.found.diagnostics.push(report(self.of, (deadline, of_row), (field, period)));
+                }
+            }
+        }
+        self.found.rows.push(row);
+    }
+
+    fn field(&mut self, row: &mut Row<'db>, fields: &mut Fields<'db>, field: &'db Field) {
+        let at = Place::Part(self.of, field.name.part);
+        let name = field.name.name.as_str();
+        let slot = match name {
+            "affinity" => &mut fields.affinity,
+            "priority" => &mut fields.priority,
+            "period" => &mut fields.period,
+            "deadline" => &mut fields.deadline,
+            _ => {
+                let report = diagnostics::unknown_field::report(at.clone(), name);
+                row.refusals.push(Refusal::reported(report.message.clone(), at));
+                self.found.diagnostics.push(report);
+                fields.lost = true;
+                return;
+            }
+        };
+        if let Some(first) = slot.replace(field) {
+            let first = Place::Part(self.of, first.name.part);
+            let report = diagnostics::duplicate_field::report(at.clone(), name, &row.instance, first);
+            row.refusals.push(Refusal::reported(report.message.clone(), at));
+            self.found.diagnostics.push(report);
+            match name {
+                "affinity" => row.cpus = None,
+                "priority" => row.priority = Priority::Unknown,
+                "period" => row.period = None,
+                _ => row.deadline = None,
+            }
+            return;
+        }
+        let value = Place::Part(self.of, field.value_part);
+        // A half-typed value is a syntax error, reported already.
+        if field.value == Expr::Missing {
+            let why = format!("its {name} has a syntax error");
+            row.refusals.push(Refusal::reported(why, value));
+            if name == "affinity" {
+                row.cpus = None;
+            }
+            return;
+        }
+        let expected = match name {
+            "affinity" => match whole_number(&field.value) {
+                Some(mask) => {
+                    row.cpus = Some(u64::from(mask));
+                    return;
+                }
+                None => "a whole number, a bit for each CPU: 1 for the first, 2 for the second, 3 for both".to_owned(),
+            },
+            "priority" => match (&field.value, whole_number(&field.value)) {
+                (Expr::Name(it), _) if it.name == "background" => {
+                    row.priority = Priority::Background;
+                    return;
+                }
+                (_, Some(priority @ 1..=99)) => {
+                    row.priority = Priority::RealTime(priority);
+                    return;
+                }
+                _ => "a whole number from 1 to 99, or `background`".to_owned(),
+            },
+            _ => match milliseconds(&field.value) {
+                Ok(time) if time > Time::ZERO => {
+                    let slot = if name == "period" { &mut row.period } else { &mut row.deadline };
+                    *slot = Some(time);
+                    return;
+                }
+                Ok(_) => "a time in milliseconds greater than 0".to_owned(),
+                Err(why) => format!("a time in milliseconds ({why})"),
+            },
+        };
+        if name == "affinity" {
+            row.cpus = None;
+        }
+        let report = diagnostics::invalid_field::report(value.clone(), name, &expected);
+        row.refusals.push(Refusal::reported(format!("its {name} cannot be used"), value));
+        self.found.diagnostics.push(report);
+    }
+
+    /// Operations are served in the time of their owner, which this analysis does not count yet.
+    fn served(&mut self, flat: &Flat<'db>) {
+        for row in &mut self.found.rows {
+            let Some(shell) = row.component.and_then(|component| shell_of(self.db, self.project, component)) else {
+                continue;
+            };
+            let features = features(self.db, self.project, shell);
+            if !features.has_any(FeatureKind::Provided) && !features.lost {
+                continue;
+            }
+            let may_serve = |(instance, feature): &&(Name, Option<Name>)| {
+                let named = feature.as_ref().and_then(|feature| features.get(feature));
+                *instance == row.instance && named.is_none_or(|feature| feature.kind != FeatureKind::Required)
+            };
+            let at = row.at.clone();
+            if let Some((_, feature)) = flat.operations.iter().find(may_serve) {
+                let which = feature.as_ref().map_or_else(String::new, |feature| format!(" `{feature}`"));
+                let why = format!("it serves the operation{which} for others, whose time is not analysed yet");
+                row.refusals.push(Refusal::own(why, at));
+            } else if flat.operations_lost {
+                let why = "it provides operations, and a connection between operations has a syntax error";
+                row.refusals.push(Refusal::reported(why, at));
+            }
+        }
+    }
+
+    fn synchronised(&mut self) {
+        let config = config_of(self.db, self.project.workspace(self.db));
+        for row in self.found.rows.iter_mut().filter(|row| row.priority != Priority::Background) {
+            if config.synchronised.iter().any(|name| *name == row.instance.as_str()) {
+                let why = "its clock is declared synchronised, which is not analysed yet: without `[clocks]` it is \
+                           analysed for any phasing";
+                row.refusals.push(Refusal::own(why, row.at.clone()));
+            }
+        }
+    }
+
+    /// Which CPUs each activity may use, and what of that cannot be analysed.
+    fn cpus(&mut self) {
+        let config = config_of(self.db, self.project.workspace(self.db));
+        let named = self.found.rows.iter().filter_map(|row| row.cpus).fold(0, |all, cpus| all | cpus);
+        let all = match config.cpus {
+            Some(64..) => u64::MAX,
+            Some(cpus) => (1 << cpus) - 1,
+            None if named == 0 => 1,
+            None => named,
+        };
+        for row in &mut self.found.rows {
+            let Some(cpus) = row.cpus else { continue };
+            let given = cpus != 0;
+            let cpus = if given { cpus } else { all };
+            row.cpus = Some(cpus);
+            if row.priority == Priority::Background {
+                continue;
+            }
+            let at = row.at.clone();
+            if cpus & !all != 0 {
+                let why = format!("affinity names {}, and [platform] has {}", cpu_names(cpus), cpu_names(all));
+                self.found.diagnostics.push(diagnostics::invalid_field::no_such_cpu(at.clone(), &why));
+                row.refusals.push(Refusal::reported(why, at));
+            } else if cpus.count_ones() > 1 {
+                let may = if given { "it may run on" } else { "it has no affinity: it may run on" };
+                let why = format!("{may} {}, which is not analysed yet: give it one CPU", cpu_names(cpus));
+                row.refusals.push(Refusal::own(why, at));
+            }
+        }
+    }
+}
+
+/// The fields that an activity has, by name, and whether one was lost.
+#[derive(Default)]
+struct Fields<'db> {
+    affinity: Option<&'db Field>,
+    priority: Option<&'db Field>,
+    period: Option<&'db Field>,
+    deadline: Option<&'db Field>,
+    lost: bool,
+}
+
+/// How CPUs are named to a user: by number from 1, bit 0 of the mask first.
+///
+/// ```
+/// assert_eq!(mauve_model::cpu_names(0b1), "CPU 1");
+/// assert_eq!(mauve_model::cpu_names(0b1011), "CPUs 1, 2 and 4");
+/// ```
+pub fn cpu_names(mask: u64) -> String {
+    let numbers: Vec<String> =
+        (0..64).filter(|bit| mask & (1 << bit) != 0).map(|bit| (bit + 1).to_string()).collect();
+    match numbers.as_slice() {
+        [one] => format!("CPU {one}"),
+        [rest @ .., last] => format!("CPUs {} and {last}", rest.join(", ")),
+        [] => "no CPU".to_owned(),
+    }
+}
+
+/// INT, decimal or `0x…`, of 32 bits.
+fn whole_number(value: &Expr) -> Option<u32> {
+    let Expr::Literal(Literal::Int(text), _) = value else { return None };
+    let number = match text.strip_prefix("0x").or(text.strip_prefix("0X")) {
+        Some(digits) => u32::from_str_radix(digits, 16).ok()?,
+        None => text.parse().ok()?,
+    };
+    i32::try_from(number).is_ok().then_some(number)
+}
+
+fn milliseconds(value: &Expr) -> Result<Time, String> {
+    let text = match value {
+        Expr::Literal(Literal::Int(text), _) if whole_number(value).is_none() => {
+            return Err(format!("`{text}` is greater than 2147483647"));
+        }
+        Expr::Literal(Literal::Int(text), _) if text.starts_with("0x") || text.starts_with("0X") => {
+            return Err("not in hexadecimal".to_owned());
+        }
+        Expr::Literal(Literal::Int(text) | Literal::Float(text), _) => text,
+        Expr::Unary(UnaryOperator::Minus, _) => return Err("it is never negative".to_owned()),
+        _ => return Err("a number, not an expression".to_owned()),
+    };
+    Time::parse(text, Unit::Milliseconds, Rounding::Exact).map_err(|error: TimeError| error.to_string())
+}
+
+/// Why a name of an instance or a feature in an architecture means nothing.
+pub(crate) fn check_architecture<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+) -> Vec<Diagnostic<'db>> {
+    let Some(data) = architecture(db, of) else { return Vec::new() };
+    let names = names_of(db, project);
+    let flat = flat(db, project, of);
+    let mut found = Vec::new();
+    for import in data.imports.iter().flatten() {
+        match names.resolve_type(db, of, Kind::Architecture, Some(import)) {
+            Ok(target) if flat.cycle && reaches(db, project, target, of) => {
+                found.push(diagnostics::import_cycle::report(Place::Part(of, import.part), of.name(db)));
+            }
+            Ok(_) => {}
+            Err(unresolved) => {
+                found.extend(diagnostics::unresolved_type(of, Kind::Architecture, Some(import), &unresolved));
+            }
+        }
+    }
+    for instance in &data.instances {
+        if let Err(unresolved) = names.resolve_type(db, of, Kind::Component, instance.component.as_ref()) {
+            let ty = instance.component.as_ref();
+            found.extend(diagnostics::unresolved_type(of, Kind::Component, ty, &unresolved));
+        }
+    }
+    // An instance of an imported architecture, or an earlier one, has the name already.
+    for (index, instance) in data.instances.iter().enumerate().filter(|(_, it)| !it.name.name.is_empty()) {
+        let same = flat.instances.iter().find(|other| {
+            let (declared, number) = other.declared;
+            other.name == instance.name.name && (declared != of || number < index)
+        });
+        let first = same.and_then(|same| {
+            let (declared, number) = same.declared;
+            let first = architecture(db, declared)?.instances.get(number)?;
+            Some(Place::Part(declared, first.name.part))
+        });
+        if let Some(first) = first {
+            let at = Place::Part(of, instance.name.part);
+            found.push(diagnostics::duplicate_definition::report(at, "instance", &instance.name.name, first));
+        }
+    }
+    if !flat.lost.is_empty() || flat.cycle {
+        return found;
+    }
+    let connections = data.connections.iter().flat_map(|it| [&it.source, &it.target]).map(|end| (end, "port"));
+    let operations = data.operations.iter().flat_map(|it| [&it.source, &it.target]).map(|end| (end, "operation"));
+    let settings = data.settings.iter().map(|it| (&it.endpoint, "property or constant"));
+    for (end, what) in connections.chain(operations).chain(settings) {
+        found.extend(end.as_ref().and_then(|end| endpoint(db, project, of, flat, of.name(db), end, what)));
+    }
+    found
+}
+
+/// The same for the settings of a deployment.
+pub(crate) fn check_settings<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+) -> Vec<Diagnostic<'db>> {
+    let Some(data) = deployment(db, of) else { return Vec::new() };
+    let [target] = data.targets.as_slice() else { return Vec::new() };
+    let Ok(target) = names_of(db, project).resolve_type(db, of, Kind::Architecture, Some(target)) else {
+        return Vec::new();
+    };
+    let flat = flat(db, project, target);
+    if !flat.lost.is_empty() || flat.cycle {
+        return Vec::new();
+    }
+    let settings = data.settings.iter().filter_map(|setting| setting.endpoint.as_ref());
+    settings
+        .filter_map(|end| endpoint(db, project, of, flat, target.name(db), end, "property or constant"))
+        .collect()
+}
+
+fn endpoint<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    flat: &Flat<'db>,
+    architecture: &str,
+    end: &crate::item_tree::Endpoint,
+    what: &str,
+) -> Option<Diagnostic<'db>> {
+    let name = &end.instance.name;
+    let Some(instance) = flat.instances.iter().find(|instance| instance.name == *name) else {
+        if name.is_empty() {
+            return None;
+        }
+        let near = similar(name, flat.instances.iter().map(|instance| &instance.name));
+        let at = Place::Part(of, end.instance.part);
+        return Some(diagnostics::unresolved_instance::report(at, name, architecture, near));
+    };
+    let feature = end.feature.as_ref()?;
+    let shell = shell_of(db, project, instance.component?)?;
+    let features = features(db, project, shell);
+    let fits = |kind: FeatureKind| match what {
+        "port" => matches!(kind, FeatureKind::Input | FeatureKind::Output),
+        "operation" => matches!(kind, FeatureKind::Required | FeatureKind::Provided),
+        _ => matches!(kind, FeatureKind::Constant | FeatureKind::Property),
+    };
+    if features.lost || features.get(&feature.name).is_some_and(|found| fits(found.kind)) {
+        return None;
+    }
+    let fitting = features.by_name.iter().filter(|(_, found)| found.iter().any(|it| fits(it.kind)));
+    let near = similar(&feature.name, fitting.map(|(name, _)| name));
+    let at = Place::Part(of, feature.part);
+    Some(diagnostics::unresolved_feature::report(at, what, &feature.name, name, shell.name(db), near))
+}
+
+fn reaches<'db>(db: &'db dyn ModelDb, project: Project<'db>, from: Decl<'db>, to: Decl<'db>) -> bool {
+    let names = names_of(db, project);
+    let mut all = vec![from];
+    let mut next = 0;
+    while let Some(&current) = all.get(next) {
+        next += 1;
+        if current == to {
+            return true;
+        }
+        for import in architecture(db, current).into_iter().flat_map(|data| data.imports.iter().flatten()) {
+            if let Ok(import) = names.resolve_type(db, current, Kind::Architecture, Some(import))
+                && !all.contains(&import)
+            {
+                all.push(import);
+            }
+        }
+    }
+    false
+}
