@@ -1,1 +1,94 @@
-//! mauve-tests
+//! What the tests and benchmarks of several crates share: the format of fixtures, the sample robot, generated projects.
+//!
+//! It knows no other crate of the workspace, so that each can use it. The end-to-end tests beside it belong to `server`,
+//! which builds the binary that they run.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+/// The files of a fixture: `//- /path` begins a file, and text before the first such line is `/model.mal`.
+///
+/// ```
+/// let files = mauve_tests::fixture("codel f(): int\n//- /times.toml\n[codel]\nf = 1\n");
+/// assert_eq!(files[0], ("/model.mal".to_owned(), "codel f(): int\n".to_owned()));
+/// assert_eq!(files[1].0, "/times.toml");
+/// ```
+pub fn fixture(text: &str) -> Vec<(String, String)> {
+    let mut files: Vec<(String, String)> = Vec::new();
+    for line in text.split_inclusive('\n') {
+        if let Some(path) = line.strip_prefix("//- ") {
+            files.push((path.trim().to_owned(), String::new()));
+            continue;
+        }
+        match files.last_mut() {
+            Some((_, text)) => text.push_str(line),
+            None if line.trim().is_empty() => {}
+            None => files.push(("/model.mal".to_owned(), line.to_owned())),
+        }
+    }
+    files
+}
+
+/// The folder `tests/models` of the repository.
+pub fn models() -> PathBuf {
+    PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/models"))
+}
+
+/// A project of `files` models and about `lines` lines that has no error: a root that includes all others, and for each
+/// a library with codels, a shell, a core with a state machine, a component and an instance of it.
+///
+/// The first file is the root, `/root.mal`; `/mauve.toml` and `/times.toml` stand beside it.
+pub fn generated_project(files: usize, lines: usize) -> Vec<(String, String)> {
+    let parts = files.saturating_sub(1).max(1);
+    let states = (lines / parts).saturating_sub(20).div_ceil(9).max(1);
+    let mut root = String::new();
+    let mut instances = String::from("architecture Robot {\n");
+    let mut activities = String::from("deployment Run {\n  architecture Robot\n");
+    let mut times = String::from("unit = \"us\"\n[codel]\n");
+    let mut texts = Vec::new();
+    for part in 0..parts {
+        let _ = writeln!(root, "include \"part{part}.mal\"");
+        let _ = writeln!(instances, "  instance i{part}: part{part}.Component{part}");
+        // Periods as robots have them, priorities by falling rate, the CPUs in turn.
+        let period = [10, 20, 50, 100, 1000][part % 5];
+        let priority = 99 - (part / 4).min(98);
+        let affinity = 1 << (part % 4);
+        let _ = writeln!(
+            activities,
+            "  activity i{part} {{ priority = {priority} period = {period} affinity = {affinity} }}"
+        );
+        for codel in ["sense", "decide", "act"] {
+            let _ = writeln!(times, "\"part{part}.{codel}\" = {}", 1 + part % 20);
+        }
+        texts.push((format!("/part{part}.mal"), part_text(part, states)));
+    }
+    let root = format!("{root}\n{instances}}}\n\n{activities}}}\n");
+    let config = "[project]\nroot = \"root.mal\"\n[timing]\ntables = [\"times.toml\"]\n[platform]\ncpus = 4\n";
+    texts.insert(0, ("/root.mal".to_owned(), root));
+    texts.push(("/mauve.toml".to_owned(), config.to_owned()));
+    texts.push(("/times.toml".to_owned(), times));
+    texts
+}
+
+fn part_text(part: usize, states: usize) -> String {
+    let mut text = format!(
+        "// Part {part} of a generated robot.\nlibrary part{part} {{\n  codel sense(in frame: int): int\n  \
+         codel decide(in value: int, out next: int): bool\n  codel act(in value: int): int\n\n  \
+         shell Shell{part} {{\n    property gain: double [0; 1] = 0.5\n    input port measure: int\n    \
+         output port command: int\n  }}\n\n  core Core{part}(Shell{part}) {{\n    var value: int = 0;\n    \
+         var next: int = 0;\n    statemachine {{\n"
+    );
+    for state in 0..states {
+        let initial = if state == 0 { "initial " } else { "" };
+        let next = (state + 1) % states;
+        let _ = write!(
+            text,
+            "      {initial}state S{state} {{\n        entry = {{ next = {state}; }}\n        run = {{\n          \
+             if (read(measure, value) == new_data) then {{ value = sense(value + {state}); }} else {{}}\n        }}\n        \
+             transition go if (decide(value, next) && value > {state}) to S{next} {{ write(command, act(next)); }}\n        \
+             handle = {{ write(command, value); }}\n      }}\n\n"
+        );
+    }
+    let _ = write!(text, "    }}\n  }}\n\n  component Component{part}(Shell{part}, Core{part})\n}}\n");
+    text
+}

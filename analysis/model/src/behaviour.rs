@@ -90,7 +90,7 @@ impl<'db> Refusal<'db> {
 }
 
 /// The name of the one state of a core that has `update` instead of a state machine.
-pub const UPDATE_STATE: &str = "update";
+pub(crate) const UPDATE_STATE: &str = "update";
 
 /// Reads a core.
 #[salsa::tracked(returns(ref))]
@@ -485,7 +485,7 @@ impl<'db> Reader<'_, 'db> {
 }
 
 /// Is this one of the functions that every program has? They cost nothing: ports are lock-free (paper, Property 2).
-pub fn is_built_in(name: &str) -> bool {
+fn is_built_in(name: &str) -> bool {
     matches!(name, "read" | "write" | "status" | "send" | "collect")
 }
 

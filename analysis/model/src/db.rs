@@ -1,5 +1,7 @@
 //! The database: what is given from outside, and nothing else. Everything that is computed is a query of its own module.
 
+#![allow(missing_docs, reason = "salsa writes constructors without any")]
+
 use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
 use std::sync::{Arc, Mutex};
@@ -52,6 +54,31 @@ impl salsa::Database for Database {}
 
 #[salsa::db]
 impl ModelDb for Database {}
+
+impl Workspace {
+    /// A workspace of these texts, by their absolute paths.
+    ///
+    /// ```
+    /// use mauve_model::{Database, Workspace, projects};
+    /// let db = Database::default();
+    /// let files = [("/robot/a.mal".into(), "codel f(): int".to_owned())];
+    /// let workspace = Workspace::of_texts(&db, "/robot".into(), files);
+    /// assert_eq!(projects(&db, workspace).len(), 1);
+    /// ```
+    pub fn of_texts(
+        db: &dyn ModelDb,
+        folder: PathBuf,
+        texts: impl IntoIterator<Item = (PathBuf, String)>,
+    ) -> Workspace {
+        let file = |(path, text): (PathBuf, String)| (path.clone(), File::new(db, path, text.into(), None));
+        Workspace::new(db, folder, Arc::new(texts.into_iter().map(file).collect()), Vec::new(), None)
+    }
+
+    /// The file at `path`.
+    pub fn file(self, db: &dyn ModelDb, path: &Path) -> Option<File> {
+        self.files(db).get(path).copied()
+    }
+}
 
 impl Database {
     /// A database that notes which queries it executes, for tests and for `mauve analysis-stats`.

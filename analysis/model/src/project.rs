@@ -1,5 +1,7 @@
 //! Which files belong together: the roots of a workspace, and what each includes.
 
+#![allow(missing_docs, reason = "salsa writes constructors without any")]
+
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 

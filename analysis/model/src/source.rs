@@ -1,5 +1,7 @@
 //! A file's tree, what it declares, and where that stands.
 
+#![allow(missing_docs, reason = "salsa writes constructors without any")]
+
 use std::sync::Arc;
 
 use mauve_syntax::{Parse, TextRange};

@@ -1,1 +1,51 @@
-//! mauve-timing
+//! Worst-case response times of periodic tasks that are state machines.
+//!
+//! A task of a robot is rarely the same every period: it waits, then plans once for long, then drives. Its code is a
+//! state machine that takes one edge per period, and an edge that must leave its state cannot come again at once. This
+//! crate bounds what any n consecutive periods of such a machine can ask for, and from that the response times of tasks
+//! under preemptive fixed priorities on each CPU, after "the paper": N. Gobillot, C. Lesire, D. Doose, "A Design and
+//! Analysis Methodology for Component-Based Real-Time Architectures of Autonomous Systems", Journal of Intelligent &
+//! Robotic Systems 96, 2019, section 5.
+//!
+//! A response time is a safety claim. What is reported as [`Bound::Response`] is never exceeded: all arithmetic is in
+//! integer nanoseconds and checked, shares of a CPU are compared as exact fractions, and where a time does not fit or a
+//! search takes too many steps (counted, never timed), the result is that no bound was found. Nothing here panics.
+//!
+//! The crate is pure mathematics. It must never know where tasks come from: no syntax of models, no files, no editor, no
+//! clock, no thread. Whoever calls it turns models into [`StateMachine`]s and [`Task`]s, and results into words. To
+//! cancel, the function given to [`response_times`] unwinds.
+//!
+//! | file | what is in it |
+//! |---|---|
+//! | `time.rs` | [`Time`]: nanoseconds, read exactly from decimal text |
+//! | `table.rs` | [`Table`]: execution times by codel, program and component, in TOML |
+//! | `machine.rs` | [`StateMachine`]: states and edges, one edge a period |
+//! | `cycle_mean.rs` | λ, what a machine asks for in the long run |
+//! | `trace_bound.rs` | [`TraceBound`]: M(n), what n consecutive periods ask for at most |
+//! | `utilisation.rs` | [`Utilisation`]: Σ λ/T, compared with 1 exactly |
+//! | `response_time.rs` | [`response_times`]: the analysis |
+//!
+//! The tests compare each of these with its definition on small random inputs. Beside them, `tests/reachability.rs` runs
+//! small systems in every possible way and finds nothing above a bound, `tests/literature.rs` compares with an
+//! independent implementation, and `tests/robot.rs` has the figures of the paper. `benches/` measures.
+
+mod cycle_mean;
+mod machine;
+mod response_time;
+mod table;
+#[cfg(test)]
+mod testing;
+mod time;
+mod trace_bound;
+mod utilisation;
+
+pub use cycle_mean::CycleMean;
+pub use machine::{Edge, MachineError, StateMachine};
+pub use response_time::{
+    Analysis, Bound, CpuLoad, Demand, Interference, Method, NoBoundReason, Options, Response, Status, Task,
+    Window, response_times,
+};
+pub use table::{Entry, Level, Overhead, Table, TableError, Times};
+pub use time::{Rounding, Time, TimeError, Unit};
+pub use trace_bound::{NoDemand, TraceBound, worst_trace};
+pub use utilisation::Utilisation;

@@ -1,0 +1,140 @@
+//! Where a response time comes from, in words: own time, interference, which iteration crossed the deadline.
+
+use std::fmt::Write as _;
+
+use mauve_model::{ActivityReport, ModelDb, Project, Query, psm_of, worst_path};
+use mauve_timing::{Time, worst_trace};
+
+/// How many periods of the worst trace are shown.
+const SHOWN_PERIODS: usize = 12;
+
+/// Explains the response time of an activity.
+pub fn explain_response<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    activity: &ActivityReport<'db>,
+    query: Query,
+) -> String {
+    let row = &activity.row;
+    let mut out = String::new();
+    let time = |time: Option<Time>| time.map_or_else(|| "—".to_owned(), |time| time.to_string());
+    let _ = writeln!(out, "{} ({}), at {}, method {}", row.instance, row.component_name, query.level, query.method);
+    let _ = writeln!(
+        out,
+        "  {}: response {}, deadline {}, period {}",
+        activity.verdict.name(),
+        time(activity.response),
+        time(row.deadline),
+        time(row.period)
+    );
+    for reason in &activity.reasons {
+        let _ = writeln!(out, "  because {}", reason.message);
+    }
+    own_time(&mut out, db, project, activity, query);
+    if let Some(first_job) = activity.first_job {
+        let _ = writeln!(out, "\nfirst job after a release of all together: {first_job}");
+        if query.horizon.is_some() {
+            out += "  (with --horizon: traces end there. For comparison only: this is not a bound)\n";
+        }
+    }
+    if let Some(window) = activity.window.as_ref().filter(|window| window.job > 1) {
+        let _ = writeln!(
+            out,
+            "job {} of the busy window responds last: it ends {} after the window began, its own jobs taking {}",
+            window.job, window.length, window.own
+        );
+    }
+    if !activity.interference.is_empty() {
+        out += "\ninterference in that window:\n";
+        for it in &activity.interference {
+            let jobs = if it.jobs == 1 { "job" } else { "jobs" };
+            let _ = writeln!(out, "  {:>12}  {:>4} {jobs:<4}  {}", it.time.to_string(), it.jobs, it.instance);
+        }
+    }
+    if let (Some(window), Some(deadline)) = (&activity.window, row.deadline)
+        && let Some(crossed) = window.iterations.iter().position(|&length| length > deadline)
+    {
+        let _ = writeln!(out, "\niterations: the {} crosses the deadline of {deadline}", ordinal(crossed + 1));
+        let shown: Vec<String> = window.iterations.iter().map(Time::to_string).collect();
+        let _ = writeln!(out, "  {}", shown.join(" → "));
+    }
+    trace(&mut out, db, project, activity, query);
+    out
+}
+
+/// The greatest edge, program by program, codel by codel.
+fn own_time<'db>(
+    out: &mut String,
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    activity: &ActivityReport<'db>,
+    query: Query,
+) {
+    let Some(component) = activity.row.component else { return };
+    let Ok(psm) = psm_of(db, project, component, query.level) else { return };
+    let greatest = psm.machine.greatest_edge();
+    let (Some(edge), Some(described)) = (psm.machine.edges().get(greatest), psm.edges.get(greatest)) else { return };
+    let state = |number: u32| psm.states.get(number as usize).map_or("", |name| name.as_str());
+    let (source, target) = (state(edge.source), state(edge.target));
+    let what = match &described.transition {
+        Some(name) => format!("{source} —{name}→ {target}"),
+        None if psm.states.len() == 1 => source.to_owned(),
+        None => format!("staying in {source}"),
+    };
+    let _ = writeln!(out, "\nown time {}: {what}", edge.cost);
+    for (program, time) in &described.programs {
+        let _ = writeln!(out, "  {:>12}  {program}", time.to_string());
+        for (codel, time) in worst_path(db, project, component, query.level, program) {
+            let assumed = if psm.assumed.contains(&codel) { "  (assumed)" } else { "" };
+            let _ = writeln!(out, "  {:>12}    {:>10}  {codel}{assumed}", "", time.to_string());
+        }
+    }
+    if described.overhead > Time::ZERO {
+        let _ = writeln!(out, "  {:>12}  dispatch and context switches", described.overhead.to_string());
+    }
+    if let Ok(Some(whole)) = psm.whole {
+        let _ = writeln!(out, "  the table gives {whole} for the whole component (for the classic method)");
+    }
+}
+
+/// The worst consecutive periods of the activity's own machine.
+fn trace<'db>(
+    out: &mut String,
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    activity: &ActivityReport<'db>,
+    query: Query,
+) {
+    let Some(component) = activity.row.component else { return };
+    let Ok(psm) = psm_of(db, project, component, query.level) else { return };
+    if psm.states.len() < 2 {
+        return;
+    }
+    let Some(edges) = worst_trace(&psm.machine, SHOWN_PERIODS) else { return };
+    let edges: Vec<_> = edges.iter().filter_map(|&edge| psm.machine.edges().get(edge)).collect();
+    let _ = writeln!(out, "\nits worst {SHOWN_PERIODS} periods in a row, as it delays others:");
+    let state = |number: u32| psm.states.get(number as usize).map_or("", |name| name.as_str());
+    let mut sum = Some(Time::ZERO);
+    for edge in edges {
+        sum = sum.and_then(|sum| sum.checked_add(edge.cost));
+        let total = sum.map_or_else(String::new, |sum| sum.to_string());
+        let _ = writeln!(
+            out,
+            "  {:>12}  {} → {}  (together {total})",
+            edge.cost.to_string(),
+            state(edge.source),
+            state(edge.target)
+        );
+    }
+}
+
+fn ordinal(number: usize) -> String {
+    let ending = match (number % 10, number % 100) {
+        (_, 11..=13) => "th",
+        (1, _) => "st",
+        (2, _) => "nd",
+        (3, _) => "rd",
+        _ => "th",
+    };
+    format!("{number}{ending}")
+}

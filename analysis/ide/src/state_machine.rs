@@ -1,0 +1,200 @@
+//! A component's periodic state machine as a picture: states, and for each pair of them the greatest cost of a period.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use mauve_model::Psm;
+use mauve_timing::{Time, Unit};
+
+/// How a state machine is drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Drawing {
+    /// For Graphviz.
+    Dot,
+    /// For a browser.
+    Svg,
+}
+
+/// Draws `psm`, the machine of `component`. Of several edges between two states, the greatest is drawn, with the
+/// names of all their transitions.
+pub fn draw_state_machine(component: &str, psm: &Psm, drawing: Drawing) -> String {
+    let mut arrows: BTreeMap<(usize, usize), Arrow> = BTreeMap::new();
+    for (edge, described) in psm.machine.edges().iter().zip(&psm.edges) {
+        let arrow = arrows.entry((edge.source as usize, edge.target as usize)).or_default();
+        arrow.cost = arrow.cost.max(edge.cost);
+        arrow.names.push(described.transition.as_ref().map_or("", |name| name.as_str()));
+    }
+    match drawing {
+        Drawing::Dot => dot(component, psm, &arrows),
+        Drawing::Svg => svg(component, psm, &arrows),
+    }
+}
+
+#[derive(Default)]
+struct Arrow<'a> {
+    cost: Time,
+    /// Of the transitions; empty for staying.
+    names: Vec<&'a str>,
+}
+
+impl Arrow<'_> {
+    fn label(&self) -> String {
+        let mut names: Vec<&str> = self.names.iter().copied().filter(|name| !name.is_empty()).collect();
+        names.dedup();
+        let names = names.join(", ");
+        // Times on the arrows of a picture are in milliseconds: its title says so.
+        let cost = self.cost.as_f64(Unit::Milliseconds);
+        if names.is_empty() { cost.to_string() } else { format!("{names}: {cost}") }
+    }
+}
+
+fn dot(component: &str, psm: &Psm, arrows: &BTreeMap<(usize, usize), Arrow<'_>>) -> String {
+    let quoted = |text: &str| format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\""));
+    let mut out = format!("digraph {} {{\n", quoted(component));
+    let _ = writeln!(out, "  label={}; labelloc=t; rankdir=LR; node [shape=box, style=rounded];", quoted(&title(component)));
+    for state in &psm.states {
+        let _ = writeln!(out, "  {};", quoted(state));
+    }
+    for ((source, target), arrow) in arrows {
+        let name = |state: &usize| quoted(psm.states.get(*state).map_or("", |name| name.as_str()));
+        let _ = writeln!(out, "  {} -> {} [label={}];", name(source), name(target), quoted(&arrow.label()));
+    }
+    out + "}\n"
+}
+
+fn title(component: &str) -> String {
+    format!("{component}: cost of a period, in ms")
+}
+
+/// The states on a circle, clockwise from the top in the order of the text.
+fn svg(component: &str, psm: &Psm, arrows: &BTreeMap<(usize, usize), Arrow<'_>>) -> String {
+    let count = psm.states.len().max(1);
+    let radius = if count == 1 { 0.0 } else { (60.0 * count as f64).max(150.0) };
+    let (width, height) = (2.0 * radius + 360.0, 2.0 * radius + 220.0);
+    let (cx, cy) = (width / 2.0, height / 2.0 + 20.0);
+    let place = |state: usize| {
+        let angle = std::f64::consts::TAU * state as f64 / count as f64 - std::f64::consts::FRAC_PI_2;
+        (cx + radius * angle.cos(), cy + radius * angle.sin())
+    };
+    let mut out = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width:.0}\" height=\"{height:.0}\" \
+         viewBox=\"0 0 {width:.0} {height:.0}\" font-family=\"sans-serif\" font-size=\"13\">\n\
+         <defs><marker id=\"tip\" viewBox=\"0 0 10 10\" refX=\"9\" refY=\"5\" markerWidth=\"8\" markerHeight=\"8\" \
+         orient=\"auto\"><path d=\"M0 0 L10 5 L0 10 z\" fill=\"#456\"/></marker></defs>\n\
+         <rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n\
+         <text x=\"{cx:.0}\" y=\"24\" text-anchor=\"middle\" font-weight=\"bold\">{}</text>\n",
+        escaped(&title(component))
+    );
+    let greatest = arrows.values().map(|arrow| arrow.cost).max().unwrap_or_default();
+    for (&(source, target), arrow) in arrows {
+        let heavy = if arrow.cost == greatest { " stroke-width=\"2.5\"" } else { "" };
+        let (path, (x, y)) = if source == target {
+            let (x, y) = place(source);
+            (format!("M{:.1} {:.1} C{:.1} {:.1} {:.1} {:.1} {:.1} {:.1}", x - 18.0, y - 20.0, x - 40.0, y - 70.0, x + 40.0, y - 70.0, x + 18.0, y - 20.0), (x, y - 64.0))
+        } else {
+            between(place(source), place(target))
+        };
+        let _ = writeln!(out, "<path d=\"{path}\" fill=\"none\" stroke=\"#456\"{heavy} marker-end=\"url(#tip)\"/>");
+        let _ = writeln!(
+            out,
+            "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"middle\" stroke=\"#fff\" stroke-width=\"4\" \
+             paint-order=\"stroke\" fill=\"#234\">{}</text>",
+            escaped(&arrow.label())
+        );
+    }
+    for (index, state) in psm.states.iter().enumerate() {
+        let (x, y) = place(index);
+        let width = 24.0 + 8.0 * state.chars().count() as f64;
+        let _ = writeln!(
+            out,
+            "<rect x=\"{:.1}\" y=\"{:.1}\" width=\"{width:.1}\" height=\"40\" rx=\"12\" fill=\"#eef3f8\" \
+             stroke=\"#456\"/>\n<text x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
+            x - width / 2.0,
+            y - 20.0,
+            y + 5.0,
+            escaped(state)
+        );
+    }
+    out + "</svg>\n"
+}
+
+/// A curve from one box to another, bent to the left so that two opposite ones stay apart; and where its label goes.
+fn between((x1, y1): (f64, f64), (x2, y2): (f64, f64)) -> (String, (f64, f64)) {
+    let (dx, dy) = (x2 - x1, y2 - y1);
+    let length = dx.hypot(dy).max(1.0);
+    let (nx, ny) = (dy / length, -dx / length);
+    let (mx, my) = ((x1 + x2) / 2.0 + 36.0 * nx, (y1 + y2) / 2.0 + 36.0 * ny);
+    // From edge to edge of boxes that are about 100 wide and 40 high.
+    let edge = |x: f64, y: f64| {
+        let (dx, dy) = (mx - x, my - y);
+        let scale = (58.0 / dx.abs().max(1e-6)).min(23.0 / dy.abs().max(1e-6)).min(1.0);
+        (x + dx * scale, y + dy * scale)
+    };
+    let ((sx, sy), (tx, ty)) = (edge(x1, y1), edge(x2, y2));
+    (format!("M{sx:.1} {sy:.1} Q{mx:.1} {my:.1} {tx:.1} {ty:.1}"), (mx - 8.0 * nx, my - 8.0 * ny + 4.0))
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::PathBuf;
+
+    use expect_test::expect;
+    use mauve_model::item_tree::Kind;
+    use mauve_model::{Database, Workspace, names_of, projects, psm_of};
+    use mauve_timing::Level;
+
+    use super::*;
+
+    const MODEL: &str = r#"
+codel plan(): int
+shell S { }
+core C(S) {
+  statemachine {
+    initial state Waiting { transition go if (plan() > 0) to Moving }
+    state Moving { run = { plan(); plan(); }  transition done to Waiting }
+  }
+}
+component Pilot(S, C)
+//- /mauve.toml
+[assume]
+codel = "1.5 ms"
+"#;
+
+    fn drawn(drawing: Drawing) -> String {
+        let db = Database::default();
+        let texts = mauve_tests::fixture(MODEL).into_iter().map(|(path, text)| (PathBuf::from(path), text));
+        let workspace = Workspace::of_texts(&db, "/".into(), texts);
+        let project = projects(&db, workspace)[0];
+        let pilot = names_of(&db, project).anywhere(&db, Kind::Component, "Pilot")[0];
+        let psm = psm_of(&db, project, pilot, Level::TEN_TO_MINUS_FOUR).as_ref().unwrap();
+        draw_state_machine("Pilot", psm, drawing)
+    }
+
+    #[test]
+    fn as_dot() {
+        expect![[r#"
+            digraph "Pilot" {
+              label="Pilot: cost of a period, in ms"; labelloc=t; rankdir=LR; node [shape=box, style=rounded];
+              "Waiting";
+              "Moving";
+              "Waiting" -> "Waiting" [label="1.5"];
+              "Waiting" -> "Moving" [label="go: 1.5"];
+              "Moving" -> "Waiting" [label="done: 3"];
+            }
+        "#]]
+        .assert_eq(&drawn(Drawing::Dot));
+    }
+
+    #[test]
+    fn as_svg() {
+        let svg = drawn(Drawing::Svg);
+        assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n"));
+        for label in [">1.5<", ">go: 1.5<", ">done: 3<", ">Waiting<", ">Moving<"] {
+            assert!(svg.contains(label), "{label} in {svg}");
+        }
+    }
+}

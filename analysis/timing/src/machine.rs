@@ -1,0 +1,266 @@
+//! Periodic state machines: one edge per period, each with its execution time (paper, definitions 3 and 4).
+
+use std::fmt;
+
+use crate::Time;
+use crate::cycle_mean::{self, CycleMean};
+
+/// One period of a machine: what it executes while it goes from `source` to `target`.
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+pub struct Edge {
+    /// The state at the start of the period.
+    pub source: u32,
+    /// The state at its end; it may be `source`.
+    pub target: u32,
+    /// The greatest execution time of the period (paper, eq. 6).
+    pub cost: Time,
+}
+
+/// A periodic state machine (PSM): states 0, 1, …, and at least one edge out of each.
+///
+/// Every state may be the one in which a busy window finds the machine, so a caller leaves out the states that the
+/// initial one does not reach. Parallel edges are allowed; the greatest of them counts.
+///
+/// ```
+/// use mauve_timing::{Edge, StateMachine, Time};
+///
+/// // A heavy edge that must leave its state before it can come again.
+/// let edge = |source, target, cost| Edge { source, target, cost: Time::from_nanos(cost) };
+/// let machine = StateMachine::new(2, vec![edge(0, 0, 1), edge(0, 1, 9), edge(1, 0, 2)])?;
+/// assert_eq!(machine.greatest_edge(), 1);
+/// let mean = machine.greatest_cycle_mean();
+/// assert_eq!((mean.cost.as_nanos(), mean.length), (11, 2));
+/// # Ok::<(), mauve_timing::MachineError>(())
+/// ```
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+pub struct StateMachine {
+    states: u32,
+    edges: Vec<Edge>,
+}
+
+impl StateMachine {
+    /// The most states that a machine may have, 2²⁴.
+    pub const MAX_STATES: u32 = 1 << 24;
+
+    /// A machine of `states` states, 1 to [`MAX_STATES`](Self::MAX_STATES).
+    ///
+    /// The ends of all `edges` are below `states`, and every state is the source of one.
+    pub fn new(states: u32, edges: Vec<Edge>) -> Result<StateMachine, MachineError> {
+        if states == 0 {
+            return Err(MachineError::NoState);
+        }
+        if states > StateMachine::MAX_STATES || u32::try_from(edges.len()).is_err() {
+            return Err(MachineError::TooLarge);
+        }
+        let mut has_edge = vec![false; states as usize];
+        let mut greatest = Time::ZERO;
+        for (index, edge) in edges.iter().enumerate() {
+            if edge.source >= states || edge.target >= states {
+                return Err(MachineError::NoSuchState { edge: index });
+            }
+            has_edge[edge.source as usize] = true;
+            greatest = greatest.max(edge.cost);
+        }
+        if let Some(state) = has_edge.iter().position(|&has_edge| !has_edge) {
+            return Err(MachineError::DeadEnd { state: state as u32 });
+        }
+        // A cycle that visits every state once must have a total.
+        if greatest.checked_mul(u64::from(states)).is_none() {
+            return Err(MachineError::TooLarge);
+        }
+        Ok(StateMachine { states, edges })
+    }
+
+    /// The machine of a classical task: one state, whose every period costs `cost`.
+    pub fn single(cost: Time) -> StateMachine {
+        StateMachine { states: 1, edges: vec![Edge { source: 0, target: 0, cost }] }
+    }
+
+    /// How many states there are, at least 1.
+    pub fn states(&self) -> u32 {
+        self.states
+    }
+
+    /// The edges, in the order in which they were given.
+    pub fn edges(&self) -> &[Edge] {
+        &self.edges
+    }
+
+    /// The index of the first edge of the greatest cost: what one period can cost at most.
+    pub fn greatest_edge(&self) -> usize {
+        let mut greatest = 0;
+        for (index, edge) in self.edges.iter().enumerate() {
+            if edge.cost > self.edges[greatest].cost {
+                greatest = index;
+            }
+        }
+        greatest
+    }
+
+    /// The cost of [`greatest_edge`](Self::greatest_edge).
+    pub fn greatest_cost(&self) -> Time {
+        self.edges.iter().map(|edge| edge.cost).max().unwrap_or_default()
+    }
+
+    /// Whether every state reaches every other (paper, property 4). No bound of this crate needs it.
+    pub fn is_strongly_connected(&self) -> bool {
+        let forward = Adjacency::new(self, |edge| (edge.source, edge.target));
+        let backward = Adjacency::new(self, |edge| (edge.target, edge.source));
+        forward.all_reached() && backward.all_reached()
+    }
+
+    /// λ, the greatest mean cost of a cycle: what a period costs on average, in the long run and at the worst.
+    ///
+    /// The result is exact; with several greatest cycles, it is one of them.
+    pub fn greatest_cycle_mean(&self) -> CycleMean {
+        let greatest = self.greatest_cost();
+        if self.repeats(greatest) {
+            return CycleMean { cost: greatest, length: 1 };
+        }
+        cycle_mean::greatest(&Adjacency::successors(self))
+    }
+
+    /// Whether an edge of `cost` can be taken in every period.
+    pub(crate) fn repeats(&self, cost: Time) -> bool {
+        self.edges.iter().any(|edge| edge.cost == cost && edge.source == edge.target)
+    }
+}
+
+/// Why states and edges do not make a machine.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum MachineError {
+    /// It has no state.
+    NoState,
+    /// The edge of this index starts or ends at a state that there is not.
+    NoSuchState {
+        /// The index of the edge.
+        edge: usize,
+    },
+    /// This state has no outgoing edge.
+    DeadEnd {
+        /// The state.
+        state: u32,
+    },
+    /// More than 2²⁴ states or 2³² edges, or as many times the greatest cost as there are states exceeds 2⁶⁴ ns.
+    TooLarge,
+}
+
+impl fmt::Display for MachineError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            MachineError::NoState => write!(f, "a state machine has at least one state"),
+            MachineError::NoSuchState { edge } => {
+                write!(f, "edge {edge} starts or ends at a state that is not there")
+            }
+            MachineError::DeadEnd { state } => write!(f, "state {state} has no outgoing edge"),
+            MachineError::TooLarge => write!(f, "the state machine is too large, or its times are too long"),
+        }
+    }
+}
+
+impl std::error::Error for MachineError {}
+
+/// The edges by the state at one of their ends, in one array: those of state s are `first[s]..first[s + 1]`.
+pub(crate) struct Adjacency {
+    pub(crate) first: Vec<u32>,
+    /// The state at the other end, and the cost in nanoseconds.
+    pub(crate) arcs: Vec<(u32, u64)>,
+}
+
+impl Adjacency {
+    /// The edges by their source.
+    pub(crate) fn successors(machine: &StateMachine) -> Adjacency {
+        Adjacency::new(machine, |edge| (edge.source, edge.target))
+    }
+
+    fn new(machine: &StateMachine, ends: impl Fn(&Edge) -> (u32, u32)) -> Adjacency {
+        // A counting sort: how many start before each state, then each edge to the next free place of its state.
+        let mut first = vec![0u32; machine.states as usize + 2];
+        for edge in &machine.edges {
+            first[ends(edge).0 as usize + 2] += 1;
+        }
+        for state in 2..first.len() {
+            first[state] += first[state - 1];
+        }
+        let mut arcs = vec![(0, 0); machine.edges.len()];
+        for edge in &machine.edges {
+            let (from, to) = ends(edge);
+            let place = &mut first[from as usize + 1];
+            arcs[*place as usize] = (to, edge.cost.as_nanos());
+            *place += 1;
+        }
+        first.pop();
+        Adjacency { first, arcs }
+    }
+
+    pub(crate) fn states(&self) -> usize {
+        self.first.len() - 1
+    }
+
+    /// The arcs of `state`, in the order of the machine's edges.
+    pub(crate) fn of(&self, state: usize) -> &[(u32, u64)] {
+        &self.arcs[self.first[state] as usize..self.first[state + 1] as usize]
+    }
+
+    fn all_reached(&self) -> bool {
+        let mut reached = vec![false; self.states()];
+        let mut open = vec![0];
+        while let Some(state) = open.pop() {
+            if !std::mem::replace(&mut reached[state], true) {
+                open.extend(self.of(state).iter().map(|&(to, _)| to as usize));
+            }
+        }
+        reached.into_iter().all(|reached| reached)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn edge(source: u32, target: u32, cost: u64) -> Edge {
+        Edge { source, target, cost: Time::from_nanos(cost) }
+    }
+
+    #[test]
+    fn what_is_not_a_machine() {
+        assert_eq!(StateMachine::new(0, vec![]), Err(MachineError::NoState));
+        assert_eq!(StateMachine::new(1, vec![]), Err(MachineError::DeadEnd { state: 0 }));
+        assert_eq!(
+            StateMachine::new(2, vec![edge(0, 1, 0), edge(0, 2, 0)]),
+            Err(MachineError::NoSuchState { edge: 1 })
+        );
+        assert_eq!(StateMachine::new(2, vec![edge(0, 1, 0)]), Err(MachineError::DeadEnd { state: 1 }));
+        assert_eq!(
+            StateMachine::new(2, vec![edge(0, 1, u64::MAX), edge(1, 0, 0)]),
+            Err(MachineError::TooLarge)
+        );
+        assert_eq!(StateMachine::new(u32::MAX, vec![]), Err(MachineError::TooLarge));
+    }
+
+    #[test]
+    fn the_first_greatest_edge() {
+        let machine = StateMachine::new(2, vec![edge(0, 1, 3), edge(1, 0, 5), edge(1, 1, 5)]).unwrap();
+        assert_eq!(machine.greatest_edge(), 1);
+        assert_eq!(machine.greatest_cost(), Time::from_nanos(5));
+        assert_eq!(StateMachine::single(Time::from_nanos(u64::MAX)).greatest_edge(), 0);
+    }
+
+    #[test]
+    fn connected_both_ways() {
+        let connected = |states, edges| StateMachine::new(states, edges).unwrap().is_strongly_connected();
+        assert!(connected(1, vec![edge(0, 0, 0)]));
+        assert!(connected(3, vec![edge(0, 1, 0), edge(1, 2, 0), edge(2, 0, 0)]));
+        assert!(!connected(2, vec![edge(0, 1, 0), edge(1, 1, 0)]));
+        assert!(!connected(2, vec![edge(0, 0, 0), edge(1, 0, 0)]));
+    }
+
+    #[test]
+    fn arcs_keep_the_order_of_the_edges() {
+        let machine =
+            StateMachine::new(2, vec![edge(1, 0, 4), edge(0, 1, 3), edge(1, 1, 2), edge(0, 0, 1)]).unwrap();
+        let successors = Adjacency::successors(&machine);
+        assert_eq!(successors.of(0), [(1, 3), (0, 1)]);
+        assert_eq!(successors.of(1), [(0, 4), (1, 2)]);
+    }
+}

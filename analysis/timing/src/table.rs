@@ -1,0 +1,693 @@
+//! Timing tables: execution times by codel, program or component, one per significance level, in TOML.
+
+use std::collections::HashMap;
+use std::fmt;
+use std::ops::Range;
+
+use toml::Spanned;
+use toml::de::{DeArray, DeInteger, DeTable, DeValue};
+
+use crate::{Rounding, Time, TimeError, Unit};
+
+/// A timing table, as it was read, and what is wrong with it.
+///
+/// ```
+/// use mauve_timing::{Level, Table, Time};
+///
+/// let table = Table::parse(
+///     r#"
+///     unit = "ms"                          # ns us ms s; ms where it is left out
+///     levels = [1e-3, 1e-4, 1e-5]          # none where every time holds at every level
+///     [codel]
+///     "navigation.astar" = [297, 297, 297]
+///     navigation.dist = 1                  # the same as "navigation.dist"
+///     [program]
+///     "Hokuyo/update" = [40, 43, 44]
+///     [component]
+///     "Navigation" = 299
+///     [overhead]
+///     dispatch = 0
+///     context_switch = 0
+///     "#,
+/// );
+/// assert!(table.errors.is_empty());
+/// let level = Level::from_f64(1e-4).expect("between 0 and 1");
+/// let update = table.programs[0].value.as_ref().and_then(|times| table.time(times, level));
+/// assert_eq!(update, Some(Time::from_nanos(43_000_000)));
+/// ```
+///
+/// Times finer than a nanosecond round up. An error in one entry loses that entry: its value is `None`, which is not
+/// the same as an entry that is not there.
+#[derive(Clone, PartialEq, Eq, Hash, Default, Debug)]
+pub struct Table {
+    /// The significance levels, in the order in which they are written; empty where every time holds at every level.
+    pub levels: Vec<Level>,
+    /// `[codel]`, in the order of the text.
+    pub codels: Vec<Entry>,
+    /// `[program]`: times of whole programs, which replace the sums of their codels.
+    pub programs: Vec<Entry>,
+    /// `[component]`: times of whole components, for the classic method only.
+    pub components: Vec<Entry>,
+    /// `[overhead]`, for each job.
+    pub overhead: Overhead,
+    /// What is wrong, in the order of the text.
+    pub errors: Vec<TableError>,
+    /// Something is wrong with the table as a whole, and nothing of it may be used: a part that was not understood
+    /// could have been the time that raises a bound. What depends on the table is not analysed.
+    pub lost: bool,
+}
+
+/// One line of a table: `"navigation.astar" = [297, 297, 297]`.
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+pub struct Entry {
+    /// The whole key: of `a.b = 1`, of `"a.b" = 1`, and of `b = 1` under `[codel.a]`, it is `a.b`.
+    pub key: String,
+    /// The bytes of the last part of the key as it is written, quotes included.
+    pub key_span: Range<usize>,
+    /// The times; `None` where an error was reported at the entry or at the levels.
+    pub value: Option<Times>,
+    /// The bytes of the value.
+    pub value_span: Range<usize>,
+}
+
+/// An execution time, at every level or at each.
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+pub enum Times {
+    /// One bound for every level.
+    Always(Time),
+    /// One for each of [`Table::levels`], in their order.
+    PerLevel(Vec<Time>),
+}
+
+impl Default for Times {
+    fn default() -> Times {
+        Times::Always(Time::ZERO)
+    }
+}
+
+/// What the platform takes for each job, beside what the job executes.
+#[derive(Clone, PartialEq, Eq, Hash, Default, Debug)]
+pub struct Overhead {
+    /// To dispatch it; 0 where it is left out.
+    pub dispatch: Times,
+    /// For one context switch (a job takes two); 0 where it is left out.
+    pub context_switch: Times,
+}
+
+/// Something wrong in a table.
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+pub struct TableError {
+    /// Where, in bytes.
+    pub span: Range<usize>,
+    /// What was found, what was expected, what to do.
+    pub message: String,
+}
+
+/// A significance level: the probability, between 0 and 1, with which one execution takes longer than its time says.
+///
+/// Ordered by the probability: `1e-9` < `1e-3`.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub struct Level {
+    /// Of a positive `f64`, the bits are ordered as the value.
+    bits: u64,
+}
+
+impl Level {
+    /// 10⁻⁴.
+    pub const TEN_TO_MINUS_FOUR: Level = Level { bits: 1e-4_f64.to_bits() };
+
+    /// `None` unless 0 < `probability` < 1.
+    pub fn from_f64(probability: f64) -> Option<Level> {
+        (probability > 0.0 && probability < 1.0).then(|| Level { bits: probability.to_bits() })
+    }
+
+    /// The probability.
+    pub fn as_f64(self) -> f64 {
+        f64::from_bits(self.bits)
+    }
+}
+
+/// `1e-4`, `2.5e-3`.
+impl fmt::Display for Level {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:e}", self.as_f64())
+    }
+}
+
+impl Table {
+    /// Reads the text of a table. Never fails: see [`errors`](Table::errors) and [`lost`](Table::lost).
+    pub fn parse(text: &str) -> Table {
+        let mut reader =
+            Reader { table: Table::default(), unit: Unit::Milliseconds, levels: Some(0), loses_all: false };
+        let (document, errors) = DeTable::parse_recoverable(text);
+        reader.document(document.get_ref());
+        let mut table = reader.table;
+        // Of text that is not TOML, what was read is a guess, and so are all errors but the first.
+        if let Some(error) = errors.into_iter().min_by_key(|error| error.span().map(|span| span.start)) {
+            let message = format!("not TOML: {}; nothing in this table is used", error.message());
+            table.lost = true;
+            table.errors = vec![TableError { span: error.span().unwrap_or(0..0), message }];
+        }
+        table.errors.sort_by_key(|error| (error.span.start, error.span.end));
+        table
+    }
+
+    /// The time at `level`; `None` where `times` are of other levels.
+    pub fn time(&self, times: &Times, level: Level) -> Option<Time> {
+        match times {
+            Times::Always(time) => Some(*time),
+            Times::PerLevel(times) => {
+                let column = self.levels.iter().position(|&column| column == level)?;
+                times.get(column).copied()
+            }
+        }
+    }
+
+    /// Whether every time of the table holds at `level`: it is one of `levels`, or no time depends on the level.
+    pub fn covers(&self, level: Level) -> bool {
+        self.levels.contains(&level) || !self.times().any(|times| matches!(times, Times::PerLevel(_)))
+    }
+
+    fn times(&self) -> impl Iterator<Item = &Times> {
+        let entries = self.codels.iter().chain(&self.programs).chain(&self.components);
+        let overhead = [&self.overhead.dispatch, &self.overhead.context_switch];
+        entries.filter_map(|entry| entry.value.as_ref()).chain(overhead)
+    }
+}
+
+struct Reader {
+    table: Table,
+    unit: Unit,
+    /// How many levels there are; `None` where they were in error, so that no array can be judged.
+    levels: Option<usize>,
+    /// What is being read is of the table as a whole.
+    loses_all: bool,
+}
+
+impl Reader {
+    fn error(&mut self, span: Range<usize>, message: String) {
+        self.table.lost |= self.loses_all;
+        self.table.errors.push(TableError { span, message });
+    }
+
+    fn document(&mut self, document: &DeTable) {
+        // First what the entries are read with.
+        self.loses_all = true;
+        for (key, value) in document.iter() {
+            match key.get_ref().as_ref() {
+                "unit" => self.unit(value),
+                "levels" => self.levels(value),
+                "codel" | "program" | "component" | "overhead" => {}
+                unknown => {
+                    let message = format!(
+                        "unknown section or key `{unknown}`: expected `unit`, `levels`, `[codel]`, `[program]`, \
+                         `[component]` or `[overhead]`; nothing in this table is used until it is corrected"
+                    );
+                    self.error(key.span(), message);
+                }
+            }
+        }
+        for (key, value) in document.iter() {
+            let name = key.get_ref().as_ref();
+            let DeValue::Table(section) = value.get_ref() else {
+                if matches!(name, "codel" | "program" | "component" | "overhead") {
+                    let found = kind(value.get_ref());
+                    self.error(value.span(), format!("`{name}` is {found}: expected a section `[{name}]`"));
+                }
+                continue;
+            };
+            match name {
+                "codel" => self.table.codels = self.section(section),
+                "program" => self.table.programs = self.section(section),
+                "component" => self.table.components = self.section(section),
+                "overhead" => self.overhead(section),
+                _ => {}
+            }
+        }
+    }
+
+    fn unit(&mut self, value: &Spanned<DeValue>) {
+        const EXPECTED: &str = "expected \"ns\", \"us\", \"ms\" or \"s\"";
+        let DeValue::String(name) = value.get_ref() else {
+            return self.error(value.span(), format!("the unit is {}: {EXPECTED}", kind(value.get_ref())));
+        };
+        match Unit::parse(name) {
+            Some(unit) => self.unit = unit,
+            None => self.error(value.span(), format!("unknown unit `{name}`: {EXPECTED}")),
+        }
+    }
+
+    fn levels(&mut self, value: &Spanned<DeValue>) {
+        let DeValue::Array(array) = value.get_ref() else {
+            self.levels = None;
+            let found = kind(value.get_ref());
+            return self.error(
+                value.span(),
+                format!("the levels are {found}: expected an array of probabilities, such as [1e-3, 1e-4]"),
+            );
+        };
+        let mut levels = Vec::with_capacity(array.len());
+        for item in array.iter() {
+            let probability = match item.get_ref() {
+                DeValue::Float(float) => float.as_str().parse().ok(),
+                DeValue::Integer(integer) => integer_text(integer).and_then(|text| text.parse().ok()),
+                _ => None,
+            };
+            match probability.and_then(Level::from_f64) {
+                Some(level) if levels.contains(&level) => {
+                    self.error(item.span(), format!("the level {level} twice: remove one, and its column"));
+                }
+                Some(level) => levels.push(level),
+                None => self.error(
+                    item.span(),
+                    "not a significance level: expected a probability between 0 and 1, such as 1e-4"
+                        .to_owned(),
+                ),
+            }
+        }
+        // A column of a level in error must not be taken for that of another.
+        self.levels = (levels.len() == array.len()).then_some(levels.len());
+        if self.levels.is_some() {
+            self.table.levels = levels;
+        }
+    }
+
+    fn overhead(&mut self, section: &DeTable) {
+        self.loses_all = true;
+        for (key, value) in section.iter() {
+            match key.get_ref().as_ref() {
+                "dispatch" => self.table.overhead.dispatch = self.times(value).unwrap_or_default(),
+                "context_switch" => {
+                    self.table.overhead.context_switch = self.times(value).unwrap_or_default()
+                }
+                unknown => self.error(
+                    key.span(),
+                    format!("unknown overhead `{unknown}`: expected `dispatch` or `context_switch`"),
+                ),
+            }
+        }
+    }
+
+    fn section(&mut self, section: &DeTable) -> Vec<Entry> {
+        self.loses_all = false;
+        let mut entries = Vec::with_capacity(section.len());
+        self.entries("", section, &mut entries);
+        entries.sort_by_key(|entry| entry.key_span.start);
+        let mut first_of: HashMap<String, usize> = HashMap::with_capacity(entries.len());
+        for index in 0..entries.len() {
+            let Some(&first) = first_of.get(&entries[index].key) else {
+                first_of.insert(entries[index].key.clone(), index);
+                continue;
+            };
+            // Neither is safe: the greater may be the mistake, or the smaller.
+            entries[first].value = None;
+            entries[index].value = None;
+            let message = format!("`{}` twice: keep one of the two entries", entries[index].key);
+            self.error(entries[index].key_span.clone(), message);
+        }
+        entries
+    }
+
+    fn entries(&mut self, prefix: &str, section: &DeTable, entries: &mut Vec<Entry>) {
+        for (key, value) in section.iter() {
+            let name = key.get_ref();
+            let whole = if prefix.is_empty() { name.to_string() } else { format!("{prefix}.{name}") };
+            if let DeValue::Table(section) = value.get_ref() {
+                self.entries(&whole, section, entries);
+                continue;
+            }
+            let times = self.times(value);
+            entries.push(Entry { key: whole, key_span: key.span(), value: times, value_span: value.span() });
+        }
+    }
+
+    fn times(&mut self, value: &Spanned<DeValue>) -> Option<Times> {
+        match value.get_ref() {
+            DeValue::Array(array) => self.times_per_level(value.span(), array),
+            _ => self.one_time(value).map(Times::Always),
+        }
+    }
+
+    fn times_per_level(&mut self, span: Range<usize>, array: &DeArray) -> Option<Times> {
+        let levels = self.levels?;
+        let found = array.len();
+        if levels == 0 {
+            let message = format!("{} but no `levels`: name them, or write one time", values(found));
+            self.error(span, message);
+            return None;
+        }
+        if found != levels {
+            let message = format!(
+                "{} for {levels} level{}: expected one for each of `levels`",
+                values(found),
+                if levels == 1 { "" } else { "s" }
+            );
+            self.error(span, message);
+            return None;
+        }
+        // All of them, so that every error is reported.
+        let times: Vec<Option<Time>> = array.iter().map(|item| self.one_time(item)).collect();
+        times.into_iter().collect::<Option<Vec<Time>>>().map(Times::PerLevel)
+    }
+
+    fn one_time(&mut self, value: &Spanned<DeValue>) -> Option<Time> {
+        let unit = self.unit;
+        let (text, time) = match value.get_ref() {
+            DeValue::Integer(integer) => {
+                let time = match integer_text(integer) {
+                    Some(text) => Time::parse(&text, unit, Rounding::Up),
+                    None => Err(TimeError::TooLarge),
+                };
+                (integer.to_string(), time)
+            }
+            DeValue::Float(float) => (float.to_string(), Time::parse(float.as_str(), unit, Rounding::Up)),
+            other => {
+                let message = format!("{}: expected a number of {unit}, or one for each level", kind(other));
+                self.error(value.span(), message);
+                return None;
+            }
+        };
+        let message = match time {
+            Ok(time) => return Some(time),
+            Err(TimeError::Negative) => format!("negative time {text}: expected a number of {unit} from 0"),
+            Err(TimeError::TooLarge) => format!("{text} {unit} is too large: the longest time is 584 years"),
+            Err(_) => format!("{text} is not a time: expected a finite number of {unit}"),
+        };
+        self.error(value.span(), message);
+        None
+    }
+}
+
+/// In decimal; `None` where it does not fit.
+fn integer_text(integer: &DeInteger) -> Option<String> {
+    match integer.radix() {
+        10 => Some(integer.as_str().to_owned()),
+        radix => u64::from_str_radix(integer.as_str(), radix).ok().map(|value| value.to_string()),
+    }
+}
+
+fn values(count: usize) -> String {
+    match count {
+        0 => "no value".to_owned(),
+        1 => "1 value".to_owned(),
+        _ => format!("{count} values"),
+    }
+}
+
+fn kind(value: &DeValue) -> &'static str {
+    match value {
+        DeValue::String(_) => "a text",
+        DeValue::Integer(_) | DeValue::Float(_) => "a number",
+        DeValue::Boolean(_) => "a truth value",
+        DeValue::Datetime(_) => "a date",
+        DeValue::Array(_) => "an array",
+        DeValue::Table(_) => "a table",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use expect_test::{Expect, expect};
+    use proptest::prelude::*;
+
+    fn check(text: &str, expected: Expect) {
+        let table = Table::parse(text);
+        let mut found = String::new();
+        for level in &table.levels {
+            found.push_str(&format!("level {level}\n"));
+        }
+        let sections =
+            [("codel", &table.codels), ("program", &table.programs), ("component", &table.components)];
+        for (name, entries) in sections {
+            for entry in entries {
+                let times = match &entry.value {
+                    None => "error".to_owned(),
+                    Some(Times::Always(time)) => time.to_string(),
+                    Some(Times::PerLevel(times)) => {
+                        times.iter().map(Time::to_string).collect::<Vec<_>>().join(", ")
+                    }
+                };
+                found.push_str(&format!(
+                    "{name} {} {:?}: {times} {:?}\n",
+                    entry.key,
+                    &text[entry.key_span.clone()],
+                    &text[entry.value_span.clone()]
+                ));
+            }
+        }
+        if table.overhead != Overhead::default() {
+            found.push_str(&format!("{:?}\n", table.overhead));
+        }
+        for error in &table.errors {
+            found.push_str(&format!("error at {:?}: {}\n", &text[error.span.clone()], error.message));
+        }
+        if table.lost {
+            found.push_str("lost\n");
+        }
+        expected.assert_eq(&found);
+    }
+
+    #[test]
+    fn keys_and_times() {
+        check(
+            r#"
+levels = [1e-3, 1e-4]
+[codel]
+"navigation.astar" = [297, 297.5]
+navigation.dist = 1
+loop = 0.0000001
+[codel.pose.filter]
+update = 0x10
+[program]
+"Hokuyo/update" = [40, 1_000]
+[component]
+Navigation = 2.5e2
+[overhead]
+context_switch = 0.002
+"#,
+            expect![[r#"
+                level 1e-3
+                level 1e-4
+                codel navigation.astar "\"navigation.astar\"": 297 ms, 297.5 ms "[297, 297.5]"
+                codel navigation.dist "dist": 1 ms "1"
+                codel loop "loop": 0.000001 ms "0.0000001"
+                codel pose.filter.update "update": 16 ms "0x10"
+                program Hokuyo/update "\"Hokuyo/update\"": 40 ms, 1000 ms "[40, 1_000]"
+                component Navigation "Navigation": 250 ms "2.5e2"
+                Overhead { dispatch: Always(Time(0)), context_switch: Always(Time(2000)) }
+            "#]],
+        );
+    }
+
+    #[test]
+    fn one_wrong_entry_is_lost_alone() {
+        check(
+            r#"
+unit = "us"
+levels = [1e-3, 1e-4, 1e-5]
+[codel]
+a = [1, 2]
+b = -1
+c = inf
+d = nan
+e = 1e40
+f = "5 ms"
+g = [1, -2, true]
+h = [[1], 2, 3]
+i = true
+j = []
+k = 99999999999999999999999999
+l = 0xfffffffffffffffffffff
+ok = 1
+"#,
+            expect![[r#"
+                level 1e-3
+                level 1e-4
+                level 1e-5
+                codel a "a": error "[1, 2]"
+                codel b "b": error "-1"
+                codel c "c": error "inf"
+                codel d "d": error "nan"
+                codel e "e": error "1e40"
+                codel f "f": error "\"5 ms\""
+                codel g "g": error "[1, -2, true]"
+                codel h "h": error "[[1], 2, 3]"
+                codel i "i": error "true"
+                codel j "j": error "[]"
+                codel k "k": error "99999999999999999999999999"
+                codel l "l": error "0xfffffffffffffffffffff"
+                codel ok "ok": 0.001 ms "1"
+                error at "[1, 2]": 2 values for 3 levels: expected one for each of `levels`
+                error at "-1": negative time -1: expected a number of us from 0
+                error at "inf": inf is not a time: expected a finite number of us
+                error at "nan": nan is not a time: expected a finite number of us
+                error at "1e40": 1e40 us is too large: the longest time is 584 years
+                error at "\"5 ms\"": a text: expected a number of us, or one for each level
+                error at "-2": negative time -2: expected a number of us from 0
+                error at "true": a truth value: expected a number of us, or one for each level
+                error at "[1]": an array: expected a number of us, or one for each level
+                error at "true": a truth value: expected a number of us, or one for each level
+                error at "[]": no value for 3 levels: expected one for each of `levels`
+                error at "99999999999999999999999999": 99999999999999999999999999 us is too large: the longest time is 584 years
+                error at "0xfffffffffffffffffffff": 0xfffffffffffffffffffff us is too large: the longest time is 584 years
+            "#]],
+        );
+    }
+
+    #[test]
+    fn arrays_need_levels() {
+        check(
+            "[codel]\na = [1]\nb = 2\n",
+            expect![[r#"
+                codel a "a": error "[1]"
+                codel b "b": 2 ms "2"
+                error at "[1]": 1 value but no `levels`: name them, or write one time
+            "#]],
+        );
+    }
+
+    #[test]
+    fn the_same_key_in_two_spellings() {
+        check(
+            "[codel]\n\"a.b\" = 1\na.b = 2\na.c = 3\n[program]\n\"a.b\" = 4\n",
+            expect![[r#"
+                codel a.b "\"a.b\"": error "1"
+                codel a.b "b": error "2"
+                codel a.c "c": 3 ms "3"
+                program a.b "\"a.b\"": 4 ms "4"
+                error at "b": `a.b` twice: keep one of the two entries
+            "#]],
+        );
+    }
+
+    #[test]
+    fn what_loses_the_whole_table() {
+        check(
+            "[codel]\na = 1\n[programs]\nx = 40\n",
+            expect![[r#"
+                codel a "a": 1 ms "1"
+                error at "programs": unknown section or key `programs`: expected `unit`, `levels`, `[codel]`, `[program]`, `[component]` or `[overhead]`; nothing in this table is used until it is corrected
+                lost
+            "#]],
+        );
+        check(
+            "[codel]\na = 1\nb = [1,\n[program]\n\"H/u\" = 40\n",
+            expect![[r#"
+                codel a "a": 1 ms "1"
+                codel b "b": error "[1,\n[program]\n\"H/u\" = 40"
+                error at "program": not TOML: string values must be quoted, expected literal string; nothing in this table is used
+                lost
+            "#]],
+        );
+        check(
+            "[codel]\na = 1\na = 2\n",
+            expect![[r#"
+                codel a "a": 1 ms "1"
+                error at "a": not TOML: duplicate key; nothing in this table is used
+                lost
+            "#]],
+        );
+        check(
+            "unit = \"min\"\n",
+            expect![[r#"
+                error at "\"min\"": unknown unit `min`: expected "ns", "us", "ms" or "s"
+                lost
+            "#]],
+        );
+        check(
+            "unit = 5\n",
+            expect![[r#"
+                error at "5": the unit is a number: expected "ns", "us", "ms" or "s"
+                lost
+            "#]],
+        );
+        check(
+            "levels = [1e-3, 1e-3]\n[codel]\na = [1, 2]\nb = [1]\n",
+            expect![[r#"
+                codel a "a": error "[1, 2]"
+                codel b "b": error "[1]"
+                error at "1e-3": the level 1e-3 twice: remove one, and its column
+                lost
+            "#]],
+        );
+        check(
+            "levels = [0, 1, 2.0, nan, \"1e-3\", 1e-400]\n",
+            expect![[r#"
+                error at "0": not a significance level: expected a probability between 0 and 1, such as 1e-4
+                error at "1": not a significance level: expected a probability between 0 and 1, such as 1e-4
+                error at "2.0": not a significance level: expected a probability between 0 and 1, such as 1e-4
+                error at "nan": not a significance level: expected a probability between 0 and 1, such as 1e-4
+                error at "\"1e-3\"": not a significance level: expected a probability between 0 and 1, such as 1e-4
+                error at "1e-400": not a significance level: expected a probability between 0 and 1, such as 1e-4
+                lost
+            "#]],
+        );
+        check(
+            "levels = 1e-3\n",
+            expect![[r#"
+                error at "1e-3": the levels are a number: expected an array of probabilities, such as [1e-3, 1e-4]
+                lost
+            "#]],
+        );
+        check(
+            "[overhead]\ndispatch = -1\n",
+            expect![[r#"
+                error at "-1": negative time -1: expected a number of ms from 0
+                lost
+            "#]],
+        );
+        check(
+            "[overhead]\nswitch = 1\n",
+            expect![[r#"
+                error at "switch": unknown overhead `switch`: expected `dispatch` or `context_switch`
+                lost
+            "#]],
+        );
+        check(
+            "codel = 1\n[[program]]\na = 1\n",
+            expect![[r#"
+                error at "1": `codel` is a number: expected a section `[codel]`
+                error at "[[program]]": `program` is an array: expected a section `[program]`
+                lost
+            "#]],
+        );
+    }
+
+    #[test]
+    fn levels_are_never_interpolated() {
+        let table = Table::parse("levels = [1e-3, 1e-5]\n[codel]\na = [1, 2]\nb = 3\n");
+        let level = |probability| Level::from_f64(probability).unwrap();
+        let time = |entry: usize, probability| {
+            let times = table.codels[entry].value.as_ref().unwrap();
+            table.time(times, level(probability)).map(|time| time.to_string())
+        };
+        assert_eq!(time(0, 1e-5).as_deref(), Some("2 ms"));
+        assert_eq!(time(0, 1e-4), None);
+        assert_eq!(time(1, 1e-4).as_deref(), Some("3 ms"));
+        assert!(table.covers(level(1e-3)) && !table.covers(level(1e-4)));
+        assert!(Table::parse("[codel]\na = 1\n").covers(level(1e-4)));
+        assert!(Table::parse("levels = [1e-3]\n[codel]\na = 1\n").covers(level(1e-4)));
+    }
+
+    #[test]
+    fn levels_are_ordered_and_shown_by_their_value() {
+        let level = |probability| Level::from_f64(probability).unwrap();
+        assert!(level(1e-9) < level(1e-3));
+        assert_eq!(level(1e-4).to_string(), "1e-4");
+        assert_eq!(level(0.0025).to_string(), "2.5e-3");
+        assert_eq!(Level::from_f64(0.0), None);
+        assert_eq!(Level::from_f64(1.0), None);
+        assert_eq!(Level::from_f64(f64::NAN), None);
+    }
+
+    proptest! {
+        #[test]
+        fn no_text_fails(text in "(unit|levels|codel|program|a|\\[|\\]|=|\"|[.,#0-9e\n-]|\\PC){0,40}") {
+            let table = Table::parse(&text);
+            for error in &table.errors {
+                prop_assert!(text.get(error.span.clone()).is_some());
+            }
+        }
+    }
+}

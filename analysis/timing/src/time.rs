@@ -1,0 +1,434 @@
+//! Durations in whole nanoseconds, read from decimal text without passing through a float.
+
+use std::fmt;
+
+/// A duration, from 0 to 2⁶⁴ − 1 nanoseconds (584 years).
+///
+/// ```
+/// use mauve_timing::{Rounding, Time, Unit};
+///
+/// let time = Time::parse("0.25", Unit::Milliseconds, Rounding::Exact)?;
+/// assert_eq!(time, Time::from_nanos(250_000));
+/// assert_eq!(time.to_string(), "0.25 ms");
+/// # Ok::<(), mauve_timing::TimeError>(())
+/// ```
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default, Debug)]
+pub struct Time(u64);
+
+impl Time {
+    /// No time at all.
+    pub const ZERO: Time = Time(0);
+
+    /// `nanos` nanoseconds.
+    pub const fn from_nanos(nanos: u64) -> Time {
+        Time(nanos)
+    }
+
+    /// The duration in nanoseconds.
+    pub const fn as_nanos(self) -> u64 {
+        self.0
+    }
+
+    /// The sum; `None` where it exceeds 2⁶⁴ − 1 ns.
+    pub fn checked_add(self, other: Time) -> Option<Time> {
+        self.0.checked_add(other.0).map(Time)
+    }
+
+    /// The difference; `None` where `other` is longer.
+    pub fn checked_sub(self, other: Time) -> Option<Time> {
+        self.0.checked_sub(other.0).map(Time)
+    }
+
+    /// `times` of this duration; `None` where that exceeds 2⁶⁴ − 1 ns.
+    pub fn checked_mul(self, times: u64) -> Option<Time> {
+        self.0.checked_mul(times).map(Time)
+    }
+
+    /// The value in `unit`, as the nearest `f64`. For output only: nothing may be computed from it.
+    pub fn as_f64(self, unit: Unit) -> f64 {
+        let nanos_per_unit = unit.nanos();
+        // Both conversions are exact up to 2⁵³, so that the division is the only rounding.
+        if self.0 <= 1 << 53 {
+            return self.0 as f64 / nanos_per_unit as f64;
+        }
+        let digits = unit.decimals() as usize;
+        let (whole, rest) = (self.0 / nanos_per_unit, self.0 % nanos_per_unit);
+        let text = format!("{whole}.{rest:0digits$}");
+        text.parse().unwrap_or(self.0 as f64 / nanos_per_unit as f64)
+    }
+
+    /// Reads `number`, a decimal number of `unit`s: `40`, `+3`, `0.5`, `1e-3`, `1_000.25`.
+    ///
+    /// The result is exact, digit by digit. What is finer than a nanosecond is treated as `rounding` says.
+    /// Digits stand on both sides of a point, and an underscore stands between two digits.
+    pub fn parse(number: &str, unit: Unit, rounding: Rounding) -> Result<Time, TimeError> {
+        let decimal = Decimal::read(number.trim()).ok_or(TimeError::NotANumber)?;
+        if decimal.digits.is_empty() {
+            return Ok(Time::ZERO);
+        }
+        if decimal.negative {
+            return Err(TimeError::Negative);
+        }
+        // The value is `digits` × 10^`scale` ns; `digits` neither starts nor ends with a zero.
+        let scale = decimal.exponent + i64::from(unit.decimals());
+        let whole_digits = decimal.digits.len() as i64 + scale;
+        if whole_digits > 20 {
+            return Err(TimeError::TooLarge);
+        }
+        let mut nanos = 0u64;
+        for position in 0..whole_digits {
+            let digit = decimal.digits.get(position as usize).copied().unwrap_or(0);
+            nanos = nanos
+                .checked_mul(10)
+                .and_then(|nanos| nanos.checked_add(u64::from(digit)))
+                .ok_or(TimeError::TooLarge)?;
+        }
+        let is_whole = scale >= 0;
+        match rounding {
+            _ if is_whole => Ok(Time(nanos)),
+            Rounding::Up => nanos.checked_add(1).map(Time).ok_or(TimeError::TooLarge),
+            Rounding::Exact => Err(TimeError::TooFine),
+        }
+    }
+
+    /// Reads a number and its unit: `5 ms`, `1000ms`, `1s`, `250 us`, `10ns`.
+    pub fn parse_with_unit(text: &str, rounding: Rounding) -> Result<Time, TimeError> {
+        let end_of_number =
+            text.rfind(|c: char| c.is_ascii_digit() || c == '.').ok_or(TimeError::NotANumber)? + 1;
+        let (number, unit) = text.split_at(end_of_number);
+        let unit = Unit::parse(unit.trim()).ok_or(TimeError::UnknownUnit)?;
+        Time::parse(number, unit, rounding)
+    }
+}
+
+/// Milliseconds, as short as is exact, with the unit: `83 ms`, `0.25 ms`, `0.000001 ms`.
+impl fmt::Display for Time {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (whole, rest) = (self.0 / 1_000_000, self.0 % 1_000_000);
+        if rest == 0 {
+            return write!(f, "{whole} ms");
+        }
+        let digits = format!("{rest:06}");
+        write!(f, "{whole}.{} ms", digits.trim_end_matches('0'))
+    }
+}
+
+/// A unit of time, as it is written in models and tables: `ns`, `us`, `ms`, `s`.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum Unit {
+    /// `ns`, 10⁻⁹ s.
+    Nanoseconds,
+    /// `us`, 10⁻⁶ s.
+    Microseconds,
+    /// `ms`, 10⁻³ s.
+    Milliseconds,
+    /// `s`.
+    Seconds,
+}
+
+impl Unit {
+    /// The unit called `name`; `None` where `name` is not one of `ns`, `us`, `ms`, `s`.
+    pub fn parse(name: &str) -> Option<Unit> {
+        match name {
+            "ns" => Some(Unit::Nanoseconds),
+            "us" => Some(Unit::Microseconds),
+            "ms" => Some(Unit::Milliseconds),
+            "s" => Some(Unit::Seconds),
+            _ => None,
+        }
+    }
+
+    fn nanos(self) -> u64 {
+        10u64.pow(self.decimals())
+    }
+
+    /// The decimal places of a nanosecond in this unit.
+    fn decimals(self) -> u32 {
+        match self {
+            Unit::Nanoseconds => 0,
+            Unit::Microseconds => 3,
+            Unit::Milliseconds => 6,
+            Unit::Seconds => 9,
+        }
+    }
+}
+
+impl fmt::Display for Unit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Unit::Nanoseconds => "ns",
+            Unit::Microseconds => "us",
+            Unit::Milliseconds => "ms",
+            Unit::Seconds => "s",
+        })
+    }
+}
+
+/// What happens to the part of a number that is finer than a nanosecond.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum Rounding {
+    /// It rounds up: for execution times, which may only be overestimated.
+    Up,
+    /// It is an error: for periods and deadlines, of which neither direction is safe.
+    Exact,
+}
+
+/// Why a text is not a duration.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum TimeError {
+    /// Not a decimal number, or not a finite one.
+    NotANumber,
+    /// Less than zero.
+    Negative,
+    /// More than 2⁶⁴ − 1 ns.
+    TooLarge,
+    /// Not a whole number of nanoseconds, where an exact one is needed.
+    TooFine,
+    /// Another unit than `ns`, `us`, `ms` and `s`, or none.
+    UnknownUnit,
+}
+
+impl fmt::Display for TimeError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            TimeError::NotANumber => "not a number: write a decimal number such as 40, 0.5 or 1e-3",
+            TimeError::Negative => "a time cannot be negative",
+            TimeError::TooLarge => "too large: the longest time is 584 years",
+            TimeError::TooFine => "finer than a nanosecond: write a whole number of nanoseconds",
+            TimeError::UnknownUnit => "unknown unit of time: write ns, us, ms or s after the number",
+        })
+    }
+}
+
+impl std::error::Error for TimeError {}
+
+/// ± 0.d₁d₂… moved by a power of ten: `digits` × 10^`exponent`, without zeros at either end of `digits`.
+struct Decimal {
+    negative: bool,
+    digits: Vec<u8>,
+    exponent: i64,
+}
+
+impl Decimal {
+    fn read(text: &str) -> Option<Decimal> {
+        let (negative, text) = match text.as_bytes().first()? {
+            b'-' => (true, text.get(1..)?),
+            b'+' => (false, text.get(1..)?),
+            _ => (false, text),
+        };
+        let (mantissa, exponent) = match text.split_once(['e', 'E']) {
+            Some((mantissa, exponent)) => (mantissa, Decimal::exponent(exponent)?),
+            None => (text, 0),
+        };
+        let (whole, fraction) = match mantissa.split_once('.') {
+            Some((whole, fraction)) => (digits(whole)?, digits(fraction)?),
+            None => (digits(mantissa)?, Vec::new()),
+        };
+        let mut exponent = exponent - fraction.len() as i64;
+        let mut digits: Vec<u8> = whole.into_iter().chain(fraction).skip_while(|&digit| digit == 0).collect();
+        while digits.last() == Some(&0) {
+            digits.pop();
+            exponent += 1;
+        }
+        Some(Decimal { negative, digits, exponent })
+    }
+
+    /// The exponent, limited to ±10¹⁵: beyond that it only says "too large" or "too fine".
+    fn exponent(text: &str) -> Option<i64> {
+        const LIMIT: i64 = 1_000_000_000_000_000;
+        let (negative, text) = match text.as_bytes().first()? {
+            b'-' => (true, text.get(1..)?),
+            b'+' => (false, text.get(1..)?),
+            _ => (false, text),
+        };
+        let magnitude = digits(text)?
+            .into_iter()
+            .fold(0i64, |value, digit| value.saturating_mul(10).saturating_add(i64::from(digit)).min(LIMIT));
+        Some(if negative { -magnitude } else { magnitude })
+    }
+}
+
+/// The values of the digits of `text`: at least one, with single underscores between digits only.
+fn digits(text: &str) -> Option<Vec<u8>> {
+    let mut digits = Vec::with_capacity(text.len());
+    let mut after_digit = false;
+    for byte in text.bytes() {
+        match byte {
+            b'0'..=b'9' => digits.push(byte - b'0'),
+            b'_' if after_digit => {}
+            _ => return None,
+        }
+        after_digit = byte != b'_';
+    }
+    after_digit.then_some(digits)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use expect_test::{Expect, expect};
+    use proptest::prelude::*;
+
+    fn check(texts: &[&str], rounding: Rounding, expected: Expect) {
+        let mut found = String::new();
+        for text in texts {
+            let line = match Time::parse_with_unit(text, rounding) {
+                Ok(time) => format!("{text:?} is {} ns, {time}\n", time.as_nanos()),
+                Err(error) => format!("{text:?} {error:?}\n"),
+            };
+            found.push_str(&line);
+        }
+        expected.assert_eq(&found);
+    }
+
+    #[test]
+    fn numbers_are_read_exactly() {
+        let texts = [
+            "5 ms",
+            "1000ms",
+            "1s",
+            "250 us",
+            "10ns",
+            "0.1 ms",
+            "1_000.25 us",
+            "+3 s",
+            "1e-3 ms",
+            "1E3 ns",
+            "-0 s",
+            "18446744073709551615 ns",
+            "18446744073.709551615 s",
+            "0e999999999999999999999 s",
+            "00012.500 ns0",
+            "12.000 ns",
+            "1_0e0_1 ns",
+        ];
+        check(
+            &texts,
+            Rounding::Exact,
+            expect![[r#"
+                "5 ms" is 5000000 ns, 5 ms
+                "1000ms" is 1000000000 ns, 1000 ms
+                "1s" is 1000000000 ns, 1000 ms
+                "250 us" is 250000 ns, 0.25 ms
+                "10ns" is 10 ns, 0.00001 ms
+                "0.1 ms" is 100000 ns, 0.1 ms
+                "1_000.25 us" is 1000250 ns, 1.00025 ms
+                "+3 s" is 3000000000 ns, 3000 ms
+                "1e-3 ms" is 1000 ns, 0.001 ms
+                "1E3 ns" is 1000 ns, 0.001 ms
+                "-0 s" is 0 ns, 0 ms
+                "18446744073709551615 ns" is 18446744073709551615 ns, 18446744073709.551615 ms
+                "18446744073.709551615 s" is 18446744073709551615 ns, 18446744073709.551615 ms
+                "0e999999999999999999999 s" is 0 ns, 0 ms
+                "00012.500 ns0" UnknownUnit
+                "12.000 ns" is 12 ns, 0.000012 ms
+                "1_0e0_1 ns" is 100 ns, 0.0001 ms
+            "#]],
+        );
+    }
+
+    #[test]
+    fn what_is_not_a_duration() {
+        let texts = [
+            "",
+            "ms",
+            "5",
+            "5 min",
+            "inf ms",
+            "nan ms",
+            "-1 ms",
+            "1..2 ms",
+            "1. ms",
+            ".5 ms",
+            "1__0 ms",
+            "_1 ms",
+            "1_ ms",
+            "0x10 ms",
+            "1e ms",
+            "--1 ms",
+            "1 2 ms",
+            "18446744073709551616 ns",
+            "1e30 s",
+            "1e99999999999999 s",
+            "0.5 ns",
+            "1e-99999999999999999999 s",
+            "é5 ms",
+            "5 é",
+        ];
+        check(
+            &texts,
+            Rounding::Exact,
+            expect![[r#"
+                "" NotANumber
+                "ms" NotANumber
+                "5" UnknownUnit
+                "5 min" UnknownUnit
+                "inf ms" NotANumber
+                "nan ms" NotANumber
+                "-1 ms" Negative
+                "1..2 ms" NotANumber
+                "1. ms" NotANumber
+                ".5 ms" NotANumber
+                "1__0 ms" NotANumber
+                "_1 ms" NotANumber
+                "1_ ms" UnknownUnit
+                "0x10 ms" NotANumber
+                "1e ms" UnknownUnit
+                "--1 ms" NotANumber
+                "1 2 ms" NotANumber
+                "18446744073709551616 ns" TooLarge
+                "1e30 s" TooLarge
+                "1e99999999999999 s" TooLarge
+                "0.5 ns" TooFine
+                "1e-99999999999999999999 s" TooFine
+                "é5 ms" NotANumber
+                "5 é" UnknownUnit
+            "#]],
+        );
+    }
+
+    #[test]
+    fn execution_times_round_up() {
+        let texts =
+            ["0.5 ns", "1.0000000001 ns", "1e-99999999999999999999 s", "2.0 ns", "18446744073709551615.1 ns"];
+        check(
+            &texts,
+            Rounding::Up,
+            expect![[r#"
+                "0.5 ns" is 1 ns, 0.000001 ms
+                "1.0000000001 ns" is 2 ns, 0.000002 ms
+                "1e-99999999999999999999 s" is 1 ns, 0.000001 ms
+                "2.0 ns" is 2 ns, 0.000002 ms
+                "18446744073709551615.1 ns" TooLarge
+            "#]],
+        );
+    }
+
+    #[test]
+    fn floats_for_output_are_the_nearest() {
+        assert_eq!(Time::from_nanos(100_000).as_f64(Unit::Milliseconds), 0.1);
+        assert_eq!(Time::from_nanos(u64::MAX).as_f64(Unit::Nanoseconds), 18446744073709551615.0);
+        assert_eq!(Time::from_nanos(9_007_199_254_740_993).as_f64(Unit::Seconds), 9007199.254740993);
+    }
+
+    proptest! {
+        #[test]
+        fn what_is_displayed_is_read_back(nanos: u64) {
+            let time = Time::from_nanos(nanos);
+            prop_assert_eq!(Time::parse_with_unit(&time.to_string(), Rounding::Exact), Ok(time));
+        }
+
+        #[test]
+        fn any_text_is_read_or_refused(text in "\\PC*", number in "[-+]?[0-9_]{0,25}[.]?[0-9_]{0,25}(e[-+]?[0-9]{1,3})?") {
+            let _ = Time::parse_with_unit(&text, Rounding::Up);
+            let up = Time::parse(&number, Unit::Microseconds, Rounding::Up);
+            let exact = Time::parse(&number, Unit::Microseconds, Rounding::Exact);
+            prop_assert!(exact == up || exact == Err(TimeError::TooFine));
+            let plain = number.replace('_', "");
+            if let (Ok(time), Ok(float)) = (up, plain.parse::<f64>()) {
+                let nanos = float * 1e3;
+                prop_assert!((time.as_nanos() as f64 - nanos).abs() <= 1.0 + nanos * 1e-15);
+            }
+        }
+    }
+}

@@ -1,0 +1,174 @@
+//! The share of a CPU that tasks ask for, Σ λ/T, compared with 1 exactly.
+
+use std::cmp::Ordering;
+
+use num_bigint::BigUint;
+
+use crate::{CycleMean, Time};
+
+/// Σ λ/T over some tasks: an exact rational number.
+///
+/// A sum of fractions with the periods of many tasks below them has thousands of digits. So it is kept as its terms,
+/// beside a sum in fixed point that is too low by less than 2⁻⁶² for each; the digits are only computed when 1 is
+/// within that doubt.
+///
+/// ```
+/// use mauve_timing::{StateMachine, Time, Utilisation};
+///
+/// let mean = StateMachine::single(Time::from_nanos(1)).greatest_cycle_mean();
+/// let third = || (mean, Time::from_nanos(3));
+/// let utilisation = Utilisation::new([third(), third(), third()]);
+/// assert_eq!(utilisation.compare_with_one(), std::cmp::Ordering::Equal);
+/// ```
+#[derive(Clone, PartialEq, Eq, Hash, Default, Debug)]
+pub struct Utilisation {
+    shares: Vec<Share>,
+    /// The sum of the shares rounded down, in units of 2⁻⁶²; where it does not fit, the greatest number.
+    lower: u128,
+    /// How many shares were rounded: the sum is too low by less than as many units.
+    rounded: u64,
+}
+
+/// λ/T of one task: `cost` / `denominator`.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub(crate) struct Share {
+    denominator: u128,
+    cost: u64,
+    lower: u128,
+    is_rounded: bool,
+}
+
+const FRACTION_BITS: u32 = 62;
+const ONE: u128 = 1 << FRACTION_BITS;
+
+impl Share {
+    pub(crate) fn new(mean: CycleMean, period: Time) -> Share {
+        // The length is at most 2²⁴. A period of 0 does not come here; 1 keeps the division defined.
+        let denominator = u128::from(mean.length).saturating_mul(u128::from(period.as_nanos())).max(1);
+        let cost = mean.cost.as_nanos();
+        let scaled = u128::from(cost) << FRACTION_BITS;
+        let lower = scaled / denominator;
+        Share { denominator, cost, lower, is_rounded: lower * denominator != scaled }
+    }
+}
+
+impl Utilisation {
+    /// Σ over `tasks` of λ / period, with periods > 0. The order does not matter.
+    pub fn new(tasks: impl IntoIterator<Item = (CycleMean, Time)>) -> Utilisation {
+        Utilisation::sum(tasks.into_iter().map(|(mean, period)| Share::new(mean, period)))
+    }
+
+    pub(crate) fn sum(shares: impl Iterator<Item = Share>) -> Utilisation {
+        let mut utilisation = Utilisation::default();
+        for share in shares {
+            utilisation.push(share);
+        }
+        // Equal sums of the same tasks compare equal.
+        utilisation.shares.sort_unstable();
+        utilisation
+    }
+
+    /// Adds a share, for comparisons with 1 only: the sum no longer compares equal to another of the same shares.
+    pub(crate) fn push(&mut self, share: Share) {
+        self.lower = self.lower.saturating_add(share.lower);
+        self.rounded += u64::from(share.is_rounded);
+        self.shares.push(share);
+    }
+
+    /// As an `f64`, to some 10⁻¹⁵. For output only: [comparisons](Self::compare_with_one) are exact.
+    pub fn as_f64(&self) -> f64 {
+        self.lower as f64 / ONE as f64
+    }
+
+    /// Whether it is more than 1: then work piles up for ever.
+    pub fn exceeds_one(&self) -> bool {
+        self.compare_with_one() == Ordering::Greater
+    }
+
+    /// The exact comparison with 1.
+    pub fn compare_with_one(&self) -> Ordering {
+        let doubt = u128::from(self.rounded);
+        if self.lower > ONE {
+            Ordering::Greater
+        } else if self.lower + doubt < ONE {
+            Ordering::Less
+        } else if doubt == 0 {
+            Ordering::Equal
+        } else {
+            let (numerator, denominator) = self.exact();
+            numerator.cmp(&denominator)
+        }
+    }
+
+    /// The sum as one fraction, not reduced: its denominator is the product of the different ones.
+    fn exact(&self) -> (BigUint, BigUint) {
+        let mut shares = self.shares.clone();
+        shares.sort_unstable();
+        let fractions: Vec<(BigUint, BigUint)> = shares
+            .chunk_by(|a, b| a.denominator == b.denominator)
+            .map(|same| {
+                let numerator: BigUint = same.iter().map(|share| BigUint::from(share.cost)).sum();
+                (numerator, BigUint::from(same.first().map_or(1, |share| share.denominator)))
+            })
+            .collect();
+        sum(&fractions)
+    }
+}
+
+/// By halves, so that the factors of each product are of like size.
+fn sum(fractions: &[(BigUint, BigUint)]) -> (BigUint, BigUint) {
+    match fractions {
+        [] => (BigUint::ZERO, BigUint::from(1u32)),
+        [fraction] => fraction.clone(),
+        _ => {
+            let (left, right) = fractions.split_at(fractions.len() / 2);
+            let ((n1, d1), (n2, d2)) = (sum(left), sum(right));
+            (n1 * &d2 + n2 * &d1, d1 * d2)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check(terms: &[(u64, u64, u64)], expected: Ordering) {
+        let tasks = terms.iter().map(|&(cost, length, period)| {
+            (CycleMean { cost: Time::from_nanos(cost), length }, Time::from_nanos(period))
+        });
+        let utilisation = Utilisation::new(tasks.clone());
+        assert_eq!(utilisation.compare_with_one(), expected, "{terms:?}");
+        assert_eq!(utilisation, Utilisation::new(tasks.rev()));
+    }
+
+    #[test]
+    fn one_is_neither_less_nor_more() {
+        check(&[], Ordering::Less);
+        check(&[(1, 1, 1)], Ordering::Equal);
+        check(&[(1, 1, 2), (1, 1, 3), (1, 1, 6)], Ordering::Equal);
+        check(&[(3, 3, 7), (6, 7, 1)], Ordering::Equal);
+        check(&[(1, 1, 3); 3], Ordering::Equal);
+        check(&[(1, 1, 3); 4], Ordering::Greater);
+        // Less than one by 1/(p·q), and more than one by as much, for p and q near 2⁶³.
+        let (p, q) = ((1 << 63) - 25, (1u64 << 63) - 165);
+        let half = |n: u64| n / 2;
+        check(&[(half(p), 1, p), (half(q), 1, q)], Ordering::Less);
+        check(&[(half(p) + 1, 1, p), (half(q), 1, q)], Ordering::Less);
+        check(&[(half(p), 1, p), (half(q) + 1, 1, q)], Ordering::Greater);
+        check(&[(u64::MAX - 1, 1, u64::MAX), (1, 1, u64::MAX)], Ordering::Equal);
+        check(&[(u64::MAX - 1, 1, u64::MAX), (1, 1, u64::MAX), (1, 1 << 24, u64::MAX)], Ordering::Greater);
+    }
+
+    #[test]
+    fn extreme_shares() {
+        check(&[(u64::MAX, 1, 1); 100], Ordering::Greater);
+        check(&[(0, 1, 1), (0, 1 << 24, u64::MAX)], Ordering::Less);
+    }
+
+    #[test]
+    fn the_float_is_near() {
+        let mean = CycleMean { cost: Time::from_nanos(997), length: 1 };
+        let utilisation = Utilisation::new([(mean, Time::from_nanos(1000))]);
+        assert!((utilisation.as_f64() - 0.997).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,135 @@
+//! Equality with `response-time-analysis`, an implementation of analyses that were proved in Coq (Prosa).
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+use mauve_timing::{
+    Bound, Demand, Edge, Method, Options, StateMachine, Task, Time, TraceBound, Utilisation, response_times,
+};
+use proptest::prelude::*;
+use response_time_analysis::arrival::Periodic;
+use response_time_analysis::demand::RBF;
+use response_time_analysis::fixed_priority::fully_preemptive::dedicated_uniproc_rta;
+use response_time_analysis::time::{Duration, Service};
+use response_time_analysis::wcet::{Curve, Scalar};
+
+/// For longer windows, that library reports no bound. (In debug builds it is very slow for limits up to 100,000.)
+const LIMIT: u64 = 200_000;
+
+fn task(priority: u32, period: u64, machine: StateMachine) -> Task {
+    Task {
+        name: String::new(),
+        priority,
+        period: Time::from_nanos(period),
+        deadline: Time::from_nanos(period),
+        cpus: 1,
+        demand: Demand::Machine { machine, whole: None },
+    }
+}
+
+fn bounds(tasks: &[Task], method: Method) -> Vec<Option<u64>> {
+    let analysis = response_times(tasks, &Options { method, horizon: None }, &|| ());
+    let bound = |bound: &Bound| match bound {
+        Bound::Response(time) => Some(time.as_nanos()),
+        Bound::Unbounded { .. } | Bound::NoBound(_) => None,
+        Bound::NotAnalysed { .. } => panic!("every demand is known"),
+    };
+    analysis.responses.iter().map(|response| bound(&response.bound)).collect()
+}
+
+/// Everything at least as urgent as `tasks[index]`, but for itself.
+fn interfering<T: Clone>(tasks: &[Task], index: usize, demands: &[T]) -> Vec<T> {
+    (0..tasks.len())
+        .filter(|&other| other != index && tasks[other].priority >= tasks[index].priority)
+        .map(|other| demands[other].clone())
+        .collect()
+}
+
+fn periodic(task: &Task) -> Periodic {
+    Periodic::new(Duration::from(task.period.as_nanos()))
+}
+
+fn machines() -> impl Strategy<Value = StateMachine> {
+    (1..5u32).prop_flat_map(|states| {
+        let first_edges = proptest::collection::vec((0..states, 1..20u64), states as usize);
+        let more_edges = proptest::collection::vec((0..states, 0..states, 1..20u64), 0..6);
+        (first_edges, more_edges).prop_map(move |(first_edges, more_edges)| {
+            let first_edges = (0..).zip(first_edges).map(|(source, (target, cost))| (source, target, cost));
+            let edges = first_edges.chain(more_edges).map(|(source, target, cost)| Edge {
+                source,
+                target,
+                cost: Time::from_nanos(cost),
+            });
+            StateMachine::new(states, edges.collect()).unwrap()
+        })
+    })
+}
+
+fn check_equal(
+    tasks: &[Task],
+    index: usize,
+    found: Option<u64>,
+    theirs: Result<Duration, impl std::fmt::Debug>,
+) -> Result<(), TestCaseError> {
+    let theirs = theirs.ok().map(u64::from);
+    if theirs.is_none() && found.is_some() {
+        // Very near the full load, windows are longer than the limit. At exactly the full load they may never end; then
+        // this crate looks for responses that repeat.
+        let load = |task: &Task| match &task.demand {
+            Demand::Machine { machine, .. } => (machine.greatest_cycle_mean(), task.period),
+            Demand::Unknown => panic!("every demand is known"),
+        };
+        let all = interfering(tasks, index, tasks);
+        let load = Utilisation::new(all.iter().chain([&tasks[index]]).map(load));
+        prop_assert!(!load.exceeds_one() && load.as_f64() > 0.998);
+        return Ok(());
+    }
+    prop_assert_eq!(found, theirs);
+    Ok(())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    #[test]
+    fn classical_tasks(parameters in proptest::collection::vec((0..6u32, 10..300u64, 1..60u64), 1..9)) {
+        let tasks: Vec<Task> = parameters
+            .iter()
+            .map(|&(priority, period, cost)| task(priority, period, StateMachine::single(Time::from_nanos(cost))))
+            .collect();
+        let demands: Vec<_> = parameters
+            .iter()
+            .zip(&tasks)
+            .map(|(&(_, _, cost), task)| RBF::new(periodic(task), Scalar::new(Service::from(cost))))
+            .collect();
+        for method in [Method::Classic, Method::Psm] {
+            for (index, found) in bounds(&tasks, method).into_iter().enumerate() {
+                let others = interfering(&tasks, index, &demands);
+                check_equal(&tasks, index, found, dedicated_uniproc_rta(&demands[index], &others, Duration::from(LIMIT)))?;
+            }
+        }
+    }
+
+    #[test]
+    fn state_machines(parameters in proptest::collection::vec((0..6u32, 10..100u64, machines()), 1..6)) {
+        let tasks: Vec<Task> = parameters
+            .iter()
+            .map(|(priority, period, machine)| task(*priority, *period, machine.clone()))
+            .collect();
+        // Their curves are exact up to their length, and windows above that do not count.
+        const JOBS: u64 = 3000;
+        let demands: Vec<_> = tasks
+            .iter()
+            .zip(&parameters)
+            .map(|(task, (_, _, machine))| {
+                let mut bound = TraceBound::new(machine);
+                let curve: Vec<Service> =
+                    (1..=JOBS).map(|n| Service::from(bound.demand(n).unwrap().as_nanos())).collect();
+                RBF::new(periodic(task), Curve::new(curve))
+            })
+            .collect();
+        for (index, found) in bounds(&tasks, Method::Psm).into_iter().enumerate() {
+            let others = interfering(&tasks, index, &demands);
+            check_equal(&tasks, index, found, dedicated_uniproc_rta(&demands[index], &others, Duration::from(LIMIT)))?;
+        }
+    }
+}
