@@ -1,1 +1,45 @@
-fn main() {}
+//! `mauve`: the command line.
+//!
+//! Results go to standard output, messages to standard error. Exit codes: 0 fine; 1 findings (an error in a model, a
+//! deadline that is not proved); 2 usage, or a file that cannot be read.
+//!
+//! Each command is a file in `cli/` with a function from its arguments to an [`Output`]; none of them prints.
+
+mod cli;
+mod load;
+
+use std::io::Write as _;
+use std::process::ExitCode;
+
+use clap::Parser as _;
+
+/// What a command gives: its text, and how it ends.
+pub(crate) struct Output {
+    /// For standard output.
+    pub(crate) text: String,
+    /// 0 or 1.
+    pub(crate) code: u8,
+}
+
+impl Output {
+    /// All is well.
+    pub(crate) fn fine(text: impl Into<String>) -> Output {
+        Output { text: text.into(), code: 0 }
+    }
+}
+
+fn main() -> ExitCode {
+    let command = cli::Arguments::parse();
+    match command.run() {
+        Ok(output) => {
+            let mut out = anstream::stdout().lock();
+            // Whoever reads may have read enough: a closed pipe is no error.
+            let _ = out.write_all(output.text.as_bytes()).and_then(|()| out.flush());
+            ExitCode::from(output.code)
+        }
+        Err(message) => {
+            let _ = writeln!(anstream::stderr(), "mauve: {message}");
+            ExitCode::from(2)
+        }
+    }
+}

@@ -1,0 +1,196 @@
+//! The commands, and what they share.
+
+mod analysis_stats;
+mod check;
+mod explain;
+mod new;
+mod parse;
+mod psm;
+mod wcrt;
+
+use std::path::PathBuf;
+
+use clap::{CommandFactory as _, Parser, Subcommand, ValueEnum};
+use mauve_model::item_tree::Kind;
+use mauve_model::{Database, Decl, Project, Workspace, config_of, names_of, projects, timetable_of};
+use mauve_timing::{Level, Time, Unit};
+
+use crate::Output;
+
+/// Response times of component-based robots, from their MAUVE models.
+#[derive(Debug, Parser)]
+#[command(name = "mauve", version, max_term_width = 100)]
+pub(crate) struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Report everything that is wrong in models, then their response times.
+    Check(check::Check),
+    /// Compute worst-case response times.
+    Wcrt(wcrt::Wcrt),
+    /// Show a component's periodic state machine with its times.
+    Psm(psm::Psm),
+    /// Explain a diagnostic.
+    Explain(explain::Explain),
+    /// Show the syntax tree of a file.
+    Parse(parse::Parse),
+    /// Measure how long the parts of the analysis take, and check that they take what they should.
+    AnalysisStats(analysis_stats::AnalysisStats),
+    /// Make a folder with a small project that shows response times at once.
+    New(new::New),
+    /// Print the completions of a shell.
+    Completions {
+        /// The shell.
+        shell: clap_complete::Shell,
+    },
+}
+
+impl Arguments {
+    /// Runs the command; an `Err` is a message for standard error, and exit code 2.
+    pub(crate) fn run(self) -> Result<Output, String> {
+        match self.command {
+            Command::Check(it) => it.run(),
+            Command::Wcrt(it) => it.run(),
+            Command::Psm(it) => it.run(),
+            Command::Explain(it) => it.run(),
+            Command::Parse(it) => it.run(),
+            Command::AnalysisStats(it) => it.run(),
+            Command::New(it) => it.run(),
+            Command::Completions { shell } => {
+                let mut text = Vec::new();
+                clap_complete::generate(shell, &mut Arguments::command(), "mauve", &mut text);
+                Ok(Output::fine(String::from_utf8_lossy(&text)))
+            }
+        }
+    }
+}
+
+/// The paths that most commands take.
+#[derive(Debug, clap::Args)]
+struct Paths {
+    /// A model, a folder or a mauve.toml; the current folder when left out.
+    #[arg(value_name = "PATH")]
+    paths: Vec<PathBuf>,
+}
+
+/// Which significance levels are meant.
+#[derive(Debug, Clone)]
+enum Significance {
+    All,
+    These(Vec<Level>),
+}
+
+impl std::str::FromStr for Significance {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Significance, String> {
+        if text == "all" {
+            return Ok(Significance::All);
+        }
+        let level = |text: &str| {
+            let level = text.trim().parse().ok().and_then(Level::from_f64);
+            level.ok_or_else(|| format!("`{text}` is no level: expected numbers between 0 and 1, or `all`"))
+        };
+        Ok(Significance::These(text.split(',').map(level).collect::<Result<_, _>>()?))
+    }
+}
+
+/// The levels that are meant in a project: the named ones, all of its tables, or the one of `mauve.toml`.
+fn levels(db: &Database, project: Project<'_>, asked: Option<&Significance>) -> Vec<Level> {
+    let shown = config_of(db, project.workspace(db)).level();
+    match asked {
+        Some(Significance::These(levels)) => levels.clone(),
+        Some(Significance::All) => {
+            let levels = timetable_of(db, project).levels(db);
+            // Times that hold at every level need one column.
+            if levels.is_empty() { vec![shown] } else { levels }
+        }
+        None => vec![shown],
+    }
+}
+
+/// How an analysis bounds the demand of several jobs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Method {
+    /// One execution time for each component (R⁻ of the paper).
+    Classic,
+    /// Its state machine (R⁺ of the paper).
+    Psm,
+}
+
+impl From<Method> for mauve_timing::Method {
+    fn from(method: Method) -> mauve_timing::Method {
+        match method {
+            Method::Classic => mauve_timing::Method::Classic,
+            Method::Psm => mauve_timing::Method::Psm,
+        }
+    }
+}
+
+/// The deployments of these workspaces, each in each of its projects; those called `only` if that is given.
+fn deployments<'db>(
+    db: &'db Database,
+    workspaces: &[Workspace],
+    only: Option<&str>,
+) -> Result<Vec<(Project<'db>, Decl<'db>)>, String> {
+    let mut found = Vec::new();
+    for &workspace in workspaces {
+        for &project in projects(db, workspace) {
+            let all = names_of(db, project).all.iter().copied();
+            found.extend(all.filter(|decl| decl.kind(db) == Kind::Deployment).map(|decl| (project, decl)));
+        }
+    }
+    let Some(only) = only else { return Ok(found) };
+    let known: Vec<String> = found.iter().map(|(_, decl)| decl.qualified(db)).collect();
+    found.retain(|(_, decl)| decl.name(db) == only || decl.qualified(db) == only);
+    if found.is_empty() {
+        let known = if known.is_empty() { "there is none".to_owned() } else { known.join(", ") };
+        return Err(format!("no deployment `{only}`: {known}"));
+    }
+    Ok(found)
+}
+
+/// A time as a number of milliseconds, whole where it is.
+fn milliseconds(time: Time) -> serde_json::Value {
+    if time.as_nanos() % 1_000_000 == 0 {
+        (time.as_nanos() / 1_000_000).into()
+    } else {
+        time.as_f64(Unit::Milliseconds).into()
+    }
+}
+
+/// One JSON document and a line break.
+fn json(document: &impl serde::Serialize) -> Result<String, String> {
+    let text = serde_json::to_string_pretty(document).map_err(|error| error.to_string())?;
+    Ok(text + "\n")
+}
+
+/// Rows of cells under a header, in columns: text to the left, numbers to the right.
+fn columns(header: &[&str], rows: &[Vec<String>]) -> String {
+    let is_number = |cell: &str| cell.starts_with(|letter: char| letter.is_ascii_digit()) || cell == "—";
+    let width = |column: usize| {
+        let cells = rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count());
+        cells.chain(header.get(column).map(|name| name.chars().count())).max().unwrap_or(0)
+    };
+    let right: Vec<bool> = (0..header.len())
+        .map(|column| rows.iter().filter_map(|row| row.get(column)).any(|cell| is_number(cell)))
+        .collect();
+    let mut out = String::new();
+    let names = header.iter().map(|name| (*name).to_owned()).collect();
+    for row in std::iter::once(&names).chain(rows) {
+        let mut line = String::from(" ");
+        for (column, cell) in row.iter().enumerate() {
+            let gap = " ".repeat(width(column).saturating_sub(cell.chars().count()));
+            match right.get(column) {
+                Some(true) => line += &format!(" {gap}{cell} "),
+                _ => line += &format!(" {cell}{gap} "),
+            }
+        }
+        out += line.trim_end();
+        out.push('\n');
+    }
+    out
+}

@@ -1,0 +1,198 @@
+//! `mauve check [PATH…]`: everything that is wrong in models, with the text it stands in; then the response times.
+
+use std::io::IsTerminal as _;
+use std::path::{Path, PathBuf};
+
+use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
+use clap::ValueEnum;
+use mauve_model::diagnostics::{Diagnostic, Finding, Severity, workspace_diagnostics};
+use mauve_model::{Database, Place};
+use serde::Serialize;
+
+use super::{Paths, wcrt};
+use crate::Output;
+use crate::load::load;
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Check {
+    #[command(flatten)]
+    paths: Paths,
+    /// How to show what is found.
+    #[arg(long, value_enum, default_value = "human")]
+    format: Format,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Format {
+    /// For people: excerpts of the text, and a table of response times.
+    Human,
+    /// One document.
+    Json,
+}
+
+impl Check {
+    pub(crate) fn run(self) -> Result<Output, String> {
+        let mut db = Database::default();
+        let workspaces = load(&mut db, &self.paths.paths)?;
+        let findings: Vec<Finding<'_>> =
+            workspaces.iter().flat_map(|&workspace| workspace_diagnostics(&db, workspace)).collect();
+        let count = |severity| findings.iter().filter(|it| it.diagnostic.code.severity == severity).count();
+        let (errors, warnings) = (count(Severity::Error), count(Severity::Warning));
+        let text = match self.format {
+            Format::Json => {
+                let diagnostics = findings.iter().map(|it| document(&db, it)).collect();
+                super::json(&Document { diagnostics, errors, warnings })?
+            }
+            Format::Human => {
+                let here = std::env::current_dir().unwrap_or_default();
+                let mut parts: Vec<String> = findings.iter().map(|it| excerpt(&db, &here, it)).collect();
+                parts.extend(wcrt::tables(&db, &workspaces)?);
+                let plural = |count: usize, what: &str| match count {
+                    0 => format!("no {what}s"),
+                    1 => format!("1 {what}"),
+                    _ => format!("{count} {what}s"),
+                };
+                parts.push(format!("{}, {}\n", plural(errors, "error"), plural(warnings, "warning")));
+                parts.join("\n")
+            }
+        };
+        Ok(Output { text, code: u8::from(errors > 0) })
+    }
+}
+
+/// A diagnostic as people read it.
+fn excerpt(db: &Database, here: &Path, finding: &Finding<'_>) -> String {
+    let diagnostic = &finding.diagnostic;
+    let level = match diagnostic.code.severity {
+        Severity::Error => Level::ERROR,
+        Severity::Warning => Level::WARNING,
+        Severity::Hint => Level::HELP,
+    };
+    // One snippet for each file, so that related places of one file stand in one excerpt.
+    let mut places: Vec<(&Place<'_>, &str, AnnotationKind)> = vec![(&diagnostic.at, "", AnnotationKind::Primary)];
+    let related = diagnostic.related.iter();
+    places.extend(related.map(|(at, message)| (at, message.as_str(), AnnotationKind::Context)));
+    let mut files = Vec::new();
+    for (at, ..) in &places {
+        let file = at.file(db);
+        if !files.contains(&file) {
+            files.push(file);
+        }
+    }
+    let paths: Vec<String> = files.iter().map(|file| shown(file.path(db), here)).collect();
+    let title = level.primary_title(&diagnostic.message).id(diagnostic.code.name);
+    let mut group = annotate_snippets::Group::with_title(title);
+    for (file, path) in files.iter().zip(&paths) {
+        let text: &str = file.text(db);
+        let mut snippet = Snippet::source(text).path(path.as_str()).fold(true);
+        for (at, message, kind) in places.iter().filter(|(at, ..)| at.file(db) == *file) {
+            let range = at.range(db);
+            let span = clamp(text, range.start().into(), range.end().into());
+            let annotation = kind.span(span);
+            snippet = snippet.annotation(if message.is_empty() { annotation } else { annotation.label(*message) });
+        }
+        group = group.element(snippet);
+    }
+    let fixes: Vec<String> = diagnostic.fixes.iter().map(|fix| fix.title.clone()).collect();
+    for fix in &fixes {
+        group = group.element(Level::HELP.message(fix));
+    }
+    let only = finding.only_in.map(|project| shown(project.root(db).path(db), here));
+    let only = only.map(|root| format!("in the project of {root}"));
+    if let Some(only) = &only {
+        group = group.element(Level::NOTE.message(only));
+    }
+    let renderer = if std::io::stdout().is_terminal() { Renderer::styled() } else { Renderer::plain() };
+    renderer.render(&[group]) + "\n"
+}
+
+/// A range that is in the text, at boundaries of its characters.
+fn clamp(text: &str, start: usize, end: usize) -> std::ops::Range<usize> {
+    let boundary = |mut at: usize| {
+        at = at.min(text.len());
+        while !text.is_char_boundary(at) {
+            at -= 1;
+        }
+        at
+    };
+    let (start, end) = (boundary(start), boundary(end));
+    start..end.max(start)
+}
+
+fn shown(path: &Path, here: &Path) -> String {
+    path.strip_prefix(here).unwrap_or(path).display().to_string()
+}
+
+#[derive(Serialize)]
+struct Document {
+    diagnostics: Vec<DiagnosticDocument>,
+    errors: usize,
+    warnings: usize,
+}
+
+#[derive(Serialize)]
+struct DiagnosticDocument {
+    code: &'static str,
+    severity: &'static str,
+    message: String,
+    file: PathBuf,
+    range: RangeDocument,
+    related: Vec<RelatedDocument>,
+    fixes: Vec<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    only_in: Option<PathBuf>,
+}
+
+#[derive(Serialize)]
+struct RelatedDocument {
+    message: String,
+    file: PathBuf,
+    range: RangeDocument,
+}
+
+#[derive(Serialize)]
+struct RangeDocument {
+    start: PositionDocument,
+    end: PositionDocument,
+}
+
+/// From 1, in characters.
+#[derive(Serialize)]
+struct PositionDocument {
+    line: usize,
+    column: usize,
+}
+
+fn document(db: &Database, finding: &Finding<'_>) -> DiagnosticDocument {
+    let diagnostic: &Diagnostic<'_> = &finding.diagnostic;
+    let related = diagnostic.related.iter().map(|(at, message)| RelatedDocument {
+        message: message.clone(),
+        file: at.file(db).path(db).clone(),
+        range: range(db, at),
+    });
+    DiagnosticDocument {
+        code: diagnostic.code.name,
+        severity: diagnostic.code.severity.name(),
+        message: diagnostic.message.clone(),
+        file: diagnostic.at.file(db).path(db).clone(),
+        range: range(db, &diagnostic.at),
+        related: related.collect(),
+        fixes: diagnostic.fixes.iter().map(|fix| fix.title.clone()).collect(),
+        only_in: finding.only_in.map(|project| project.root(db).path(db).clone()),
+    }
+}
+
+fn range(db: &Database, at: &Place<'_>) -> RangeDocument {
+    let text: &str = at.file(db).text(db);
+    let range = at.range(db);
+    let span = clamp(text, range.start().into(), range.end().into());
+    let position = |offset: usize| {
+        let before = &text[..offset];
+        let line = before.rfind('\n').map_or(0, |at| at + 1);
+        PositionDocument {
+            line: before.matches('\n').count() + 1,
+            column: before[line..].chars().count() + 1,
+        }
+    };
+    RangeDocument { start: position(span.start), end: position(span.end) }
+}

@@ -1,0 +1,425 @@
+//! `mauve wcrt [PATH]`: the worst-case response times of deployments.
+
+use std::fmt::Write as _;
+
+use clap::ValueEnum;
+use mauve_ide::explain_response;
+use mauve_model::diagnostics::{Severity, workspace_diagnostics};
+use mauve_model::{
+    ActivityReport, Database, Decl, Priority, Project, Query, Report, Verdict, Workspace, cpu_names, response_times,
+};
+use mauve_timing::{Level, Rounding, Status, Time};
+use serde::Serialize;
+use serde_json::Value;
+
+use super::{Method, Paths, Significance, columns, deployments, levels, milliseconds};
+use crate::Output;
+use crate::load::load;
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Wcrt {
+    #[command(flatten)]
+    paths: Paths,
+    /// Only this deployment.
+    #[arg(long, value_name = "NAME")]
+    deployment: Option<String>,
+    /// Significance levels, separated by commas, or `all`; by default that of mauve.toml, else 1e-4.
+    #[arg(long, value_name = "LEVELS")]
+    significance: Option<Significance>,
+    /// How the demand of several jobs is bounded.
+    #[arg(long, value_enum, default_value = "psm")]
+    method: Method,
+    /// UNSAFE: let traces end at this time, such as 1000ms, in the first job's figure. Only to compare with the
+    /// published tables; verdicts never depend on it.
+    #[arg(long, value_name = "TIME")]
+    horizon: Option<String>,
+    /// Show where the response time of this instance comes from.
+    #[arg(long, value_name = "INSTANCE")]
+    explain: Option<String>,
+    /// How to show the figures.
+    #[arg(long, value_enum, default_value = "table")]
+    format: Format,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Format {
+    /// For people.
+    Table,
+    /// One document.
+    Json,
+    /// A line for each activity and level.
+    Csv,
+}
+
+/// The reports of one deployment, a level each.
+pub(super) struct Deployed<'db> {
+    project: Project<'db>,
+    deployment: Decl<'db>,
+    reports: Vec<(Query, &'db Report<'db>)>,
+}
+
+impl Wcrt {
+    pub(crate) fn run(self) -> Result<Output, String> {
+        let horizon = match &self.horizon {
+            Some(text) => {
+                let time = Time::parse_with_unit(text, Rounding::Exact);
+                let time = time.map_err(|error| format!("--horizon is a time such as 1000ms: {error}"))?;
+                Some(time).filter(|time| *time > Time::ZERO).map(Some).ok_or("--horizon is greater than 0")?
+            }
+            None => None,
+        };
+        let mut db = Database::default();
+        let workspaces = load(&mut db, &self.paths.paths)?;
+        let found = deployments(&db, &workspaces, self.deployment.as_deref())?;
+        let mut all = Vec::new();
+        for (project, deployment) in found {
+            let queries = levels(&db, project, self.significance.as_ref()).into_iter().map(|level| Query {
+                level,
+                method: self.method.into(),
+                horizon,
+            });
+            let reports = queries.map(|query| (query, response_times(&db, project, deployment, query))).collect();
+            all.push(Deployed { project, deployment, reports });
+        }
+        let text = match (&self.explain, self.format) {
+            (Some(instance), _) => explain(&db, &all, instance)?,
+            (None, Format::Table) => all.iter().map(|it| table(&db, it)).collect::<Vec<_>>().join("\n"),
+            (None, Format::Csv) => csv(&db, &all),
+            (None, Format::Json) => {
+                let documents: Vec<Document> = all.iter().map(|it| document(&db, it, self.method)).collect();
+                match documents.as_slice() {
+                    [one] => super::json(one)?,
+                    several => super::json(&several)?,
+                }
+            }
+        };
+        let errors = report_errors(&db, &workspaces);
+        if all.is_empty() {
+            eprintln_("no deployment in these models: nothing to analyse");
+        }
+        let proved = all.iter().all(|it| it.reports.iter().all(|(_, report)| report.schedulable()));
+        Ok(Output { text, code: u8::from(!proved || errors > 0) })
+    }
+}
+
+fn eprintln_(message: &str) {
+    use std::io::Write as _;
+    let _ = writeln!(anstream::stderr(), "mauve: {message}");
+}
+
+/// Says on standard error that models have errors: the figures may be incomplete because of them.
+fn report_errors(db: &Database, workspaces: &[Workspace]) -> usize {
+    let found = workspaces.iter().flat_map(|&workspace| workspace_diagnostics(db, workspace));
+    let is_error = |code: &mauve_model::diagnostics::Code| {
+        code.severity == Severity::Error && code.name != "deadline-missed"
+    };
+    let errors = found.filter(|finding| is_error(finding.diagnostic.code)).count();
+    if errors > 0 {
+        let (noun, verb) = if errors == 1 { ("error", "is") } else { ("errors", "are") };
+        eprintln_(&format!("the models have {errors} {noun}: what rests on them is not analysed (`mauve check` shows what {verb} wrong)"));
+    }
+    errors
+}
+
+fn explain(db: &Database, all: &[Deployed<'_>], instance: &str) -> Result<String, String> {
+    let mut texts = Vec::new();
+    for it in all {
+        for (query, report) in &it.reports {
+            let activities = report.activities.iter().filter(|activity| activity.row.instance == *instance);
+            texts.extend(activities.map(|activity| explain_response(db, it.project, activity, *query)));
+        }
+    }
+    if texts.is_empty() {
+        let names: Vec<_> = all
+            .iter()
+            .flat_map(|it| it.reports.iter().flat_map(|(_, report)| &report.activities))
+            .map(|activity| activity.row.instance.clone())
+            .collect();
+        let near = mauve_model::similar(instance, &names);
+        let near = near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
+        return Err(format!("no instance `{instance}`{near}"));
+    }
+    Ok(texts.join("\n"))
+}
+
+/// The response times of a deployment for people: all figures at one level, or the responses at several.
+pub(super) fn table(db: &Database, it: &Deployed<'_>) -> String {
+    let name = it.deployment.name(db);
+    let mut out = String::new();
+    match it.reports.as_slice() {
+        [(query, report)] => {
+            let _ = writeln!(out, "{name} at {}, method {}, times in ms", query.level, query.method);
+            out += &one_level(report);
+            out += &loads(report);
+        }
+        reports => {
+            let method = reports.first().map_or_else(String::new, |(query, _)| query.method.to_string());
+            let _ = writeln!(out, "{name}, method {method}, response times in ms");
+            out += &several_levels(reports);
+        }
+    }
+    let horizon = it.reports.first().and_then(|(query, _)| query.horizon);
+    if let Some(horizon) = horizon {
+        let _ = writeln!(
+            out,
+            "  UNSAFE: with --horizon {horizon} the first jobs' figures leave out what comes later: they are no bounds"
+        );
+    }
+    let mut notes: Vec<String> = Vec::new();
+    for (query, report) in &it.reports {
+        for activity in report.activities.iter().filter(|activity| !activity.reasons.is_empty()) {
+            let reasons: Vec<&str> = activity.reasons.iter().map(|reason| reason.message.as_str()).collect();
+            let at = if it.reports.len() > 1 { format!(" at {}", query.level) } else { String::new() };
+            notes.push(format!("  {}{at}: {}\n", activity.row.instance, reasons.join("; ")));
+        }
+        for activity in report.activities.iter().filter(|activity| !activity.assumed.is_empty()) {
+            let note = format!("  {}: assumed times of {}\n", activity.row.instance, activity.assumed.join(", "));
+            if !notes.contains(&note) {
+                notes.push(note);
+            }
+        }
+    }
+    out.extend(notes);
+    out
+}
+
+fn one_level(report: &Report<'_>) -> String {
+    let header = ["instance", "component", "CPU", "priority", "T", "D", "own", "first job", "R", "slack", ""];
+    let rows: Vec<Vec<String>> = report
+        .activities
+        .iter()
+        .map(|activity| {
+            let row = &activity.row;
+            let slack = row.deadline.zip(activity.response).and_then(|(deadline, response)| deadline.checked_sub(response));
+            vec![
+                row.instance.to_string(),
+                row.component_name.to_string(),
+                row.cpus.map_or_else(|| "?".to_owned(), cpu_numbers),
+                priority(row.priority),
+                number(row.period),
+                number(row.deadline),
+                number(activity.own),
+                number(activity.first_job),
+                number(activity.response),
+                number(slack),
+                verdict(activity),
+            ]
+        })
+        .collect();
+    columns(&header, &rows)
+}
+
+fn several_levels(reports: &[(Query, &Report<'_>)]) -> String {
+    let levels: Vec<String> = reports.iter().map(|(query, _)| query.level.to_string()).collect();
+    let header: Vec<&str> = std::iter::once("instance").chain(levels.iter().map(String::as_str)).collect();
+    let Some((_, first)) = reports.first() else { return String::new() };
+    let rows: Vec<Vec<String>> = (0..first.activities.len())
+        .map(|index| {
+            let cell = |(_, report): &(Query, &Report<'_>)| {
+                report.activities.get(index).map_or_else(String::new, |activity| match activity.response {
+                    Some(response) if activity.verdict.is_met() => number(Some(response)),
+                    Some(response) => format!("{} ✗", number(Some(response))),
+                    None if activity.verdict == Verdict::Background => "·".to_owned(),
+                    None => activity.verdict.name().to_owned(),
+                })
+            };
+            let name = first.activities.get(index).map_or_else(String::new, |it| it.row.instance.to_string());
+            std::iter::once(name).chain(reports.iter().map(cell)).collect()
+        })
+        .collect();
+    columns(&header, &rows)
+}
+
+fn loads(report: &Report<'_>) -> String {
+    let load = |cpu: &mauve_model::CpuReport| {
+        let at_least = if cpu.complete { "" } else { "at least " };
+        format!("{}: {at_least}{:.1} %", cpu_names(cpu.mask), cpu.utilisation.as_f64() * 100.0)
+    };
+    let loads: Vec<String> = report.cpus.iter().map(load).collect();
+    if loads.is_empty() { String::new() } else { format!("  load of {}\n", loads.join(" · ")) }
+}
+
+fn cpu_numbers(mask: u64) -> String {
+    cpu_names(mask).trim_start_matches("CPUs ").trim_start_matches("CPU ").to_owned()
+}
+
+fn priority(priority: Priority) -> String {
+    match priority {
+        Priority::RealTime(priority) => priority.to_string(),
+        Priority::Background => "background".to_owned(),
+        Priority::Unknown => "?".to_owned(),
+    }
+}
+
+/// A time as a number of milliseconds.
+fn number(time: Option<Time>) -> String {
+    time.map_or_else(|| "—".to_owned(), |time| time.to_string().trim_end_matches(" ms").to_owned())
+}
+
+fn verdict(activity: &ActivityReport<'_>) -> String {
+    match activity.verdict {
+        Verdict::RealTime(Status::Met) => "✓ met".to_owned(),
+        Verdict::RealTime(status) => format!("✗ {status}"),
+        Verdict::Background => "background".to_owned(),
+    }
+}
+
+fn csv(db: &Database, all: &[Deployed<'_>]) -> String {
+    let mut out = String::from(
+        "deployment,significance,method,instance,component,affinity,priority,period_ms,deadline_ms,own_ms,first_job_ms,response_ms,status\n",
+    );
+    for it in all {
+        for (query, report) in &it.reports {
+            for activity in &report.activities {
+                let row = &activity.row;
+                let cell = |time: Option<Time>| number(time.or(None)).replace('—', "");
+                let cells = [
+                    it.deployment.name(db).to_string(),
+                    query.level.to_string(),
+                    query.method.to_string(),
+                    row.instance.to_string(),
+                    row.component_name.to_string(),
+                    row.cpus.map_or_else(String::new, |cpus| cpus.to_string()),
+                    if let Priority::RealTime(priority) = row.priority { priority.to_string() } else { String::new() },
+                    cell(row.period),
+                    cell(row.deadline),
+                    cell(activity.own),
+                    cell(activity.first_job),
+                    cell(activity.response),
+                    activity.verdict.name().to_owned(),
+                ];
+                let _ = writeln!(out, "{}", cells.join(","));
+            }
+        }
+    }
+    out
+}
+
+#[derive(Serialize)]
+struct Document {
+    deployment: String,
+    unit: &'static str,
+    method: String,
+    /// Only with `--horizon`: `first_job` leaves out what comes later, and is no bound.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    unsafe_horizon: Option<Value>,
+    results: Vec<LevelDocument>,
+}
+
+#[derive(Serialize)]
+struct LevelDocument {
+    significance: f64,
+    schedulable: bool,
+    cpus: Vec<CpuDocument>,
+    activities: Vec<ActivityDocument>,
+}
+
+#[derive(Serialize)]
+struct CpuDocument {
+    mask: u64,
+    utilisation: f64,
+    complete: bool,
+}
+
+#[derive(Serialize)]
+struct ActivityDocument {
+    instance: String,
+    component: String,
+    affinity: Option<u64>,
+    priority: Option<u32>,
+    period: Option<Value>,
+    deadline: Option<Value>,
+    method: String,
+    own: Option<Value>,
+    first_job: Option<Value>,
+    response: Option<Value>,
+    status: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    window: Option<WindowDocument>,
+    interference: Vec<InterferenceDocument>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    assumed: Vec<String>,
+    reasons: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct WindowDocument {
+    job: u64,
+    own: Value,
+    length: Value,
+}
+
+#[derive(Serialize)]
+struct InterferenceDocument {
+    instance: String,
+    jobs: u64,
+    time: Value,
+}
+
+fn document(db: &Database, it: &Deployed<'_>, method: Method) -> Document {
+    let horizon = it.reports.first().and_then(|(query, _)| query.horizon);
+    Document {
+        deployment: it.deployment.name(db).to_string(),
+        unit: "ms",
+        method: mauve_timing::Method::from(method).to_string(),
+        unsafe_horizon: horizon.map(milliseconds),
+        results: it.reports.iter().map(|(query, report)| level_document(query.level, *query, report)).collect(),
+    }
+}
+
+fn level_document(level: Level, query: Query, report: &Report<'_>) -> LevelDocument {
+    let cpu = |cpu: &mauve_model::CpuReport| CpuDocument {
+        mask: cpu.mask,
+        utilisation: cpu.utilisation.as_f64(),
+        complete: cpu.complete,
+    };
+    LevelDocument {
+        significance: level.as_f64(),
+        schedulable: report.schedulable(),
+        cpus: report.cpus.iter().map(cpu).collect(),
+        activities: report.activities.iter().map(|activity| activity_document(query, activity)).collect(),
+    }
+}
+
+fn activity_document(query: Query, activity: &ActivityReport<'_>) -> ActivityDocument {
+    let row = &activity.row;
+    let interference = activity.interference.iter().map(|it| InterferenceDocument {
+        instance: it.instance.to_string(),
+        jobs: it.jobs,
+        time: milliseconds(it.time),
+    });
+    let window = activity.window.as_ref().filter(|window| window.job > 1).map(|window| WindowDocument {
+        job: window.job,
+        own: milliseconds(window.own),
+        length: milliseconds(window.length),
+    });
+    ActivityDocument {
+        instance: row.instance.to_string(),
+        component: row.component_name.to_string(),
+        affinity: row.cpus,
+        priority: if let Priority::RealTime(priority) = row.priority { Some(priority) } else { None },
+        period: row.period.map(milliseconds),
+        deadline: row.deadline.map(milliseconds),
+        method: query.method.to_string(),
+        own: activity.own.map(milliseconds),
+        first_job: activity.first_job.map(milliseconds),
+        response: activity.response.map(milliseconds),
+        status: activity.verdict.name(),
+        window,
+        interference: interference.collect(),
+        assumed: activity.assumed.clone(),
+        reasons: activity.reasons.iter().map(|reason| reason.message.clone()).collect(),
+    }
+}
+
+/// The report of each deployment of these workspaces at its own level, for `mauve check`.
+pub(super) fn tables(db: &Database, workspaces: &[Workspace]) -> Result<Vec<String>, String> {
+    let mut tables = Vec::new();
+    for (project, deployment) in deployments(db, workspaces, None)? {
+        let level = levels(db, project, None).first().copied().unwrap_or(Level::TEN_TO_MINUS_FOUR);
+        let query = Query { level, method: mauve_timing::Method::Psm, horizon: None };
+        let reports = vec![(query, response_times(db, project, deployment, query))];
+        tables.push(table(db, &Deployed { project, deployment, reports }));
+    }
+    Ok(tables)
+}

@@ -1,0 +1,231 @@
+//! From paths on the command line to workspaces in the database: the only place that reads models from the disk.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use ignore::WalkBuilder;
+use mauve_model::{
+    CONFIG_FILE, Database, File, ModelDb, Workspace, config_of, include_candidates, is_model, item_tree_of,
+    normalised,
+};
+use salsa::Setter;
+
+/// Folders that hold what tools made.
+const MADE_BY_TOOLS: [&str; 4] = ["build", "devel", "install", "log"];
+
+/// A file that is longer is not read.
+const LONGEST: u64 = 1 << 28;
+
+/// The workspaces that `paths` name, the current folder without any.
+///
+/// A folder is the workspace of the nearest `mauve.toml` above it, and there is one more for each `mauve.toml` below.
+/// A model is seen as part of the projects that have it.
+///
+/// # Errors
+///
+/// A path that does not exist or has no model in it, in words for the user.
+pub(crate) fn load(db: &mut Database, paths: &[PathBuf]) -> Result<Vec<Workspace>, String> {
+    let here = [PathBuf::from(".")];
+    let paths = if paths.is_empty() { &here[..] } else { paths };
+    let mut loaded = Vec::new();
+    let mut seen = BTreeSet::new();
+    for path in paths {
+        let absolute =
+            path.canonicalize().map_err(|error| format!("cannot read `{}`: {error}", path.display()))?;
+        let is_config = absolute.file_name().is_some_and(|name| name == CONFIG_FILE);
+        if absolute.is_file() && !is_config {
+            let folder = absolute.parent().unwrap_or(Path::new("/"));
+            let workspace = read(db, &home(folder), Some(&absolute));
+            loaded.push(workspace);
+            continue;
+        }
+        let folder = if is_config { absolute.parent().unwrap_or(Path::new("/")).to_owned() } else { absolute };
+        let found = find(&folder);
+        let mut homes: BTreeSet<PathBuf> = found.configs.iter().filter_map(|it| Some(it.parent()?.to_owned())).collect();
+        if found.models.iter().any(|model| owner(model, &homes).is_none()) {
+            homes.insert(home(&folder));
+        }
+        if homes.is_empty() {
+            return Err(format!("no model (*.mal) and no {CONFIG_FILE} in `{}`", path.display()));
+        }
+        for home in homes {
+            if seen.insert(home.clone()) {
+                loaded.push(read(db, &home, None));
+            }
+        }
+    }
+    Ok(loaded)
+}
+
+/// The folder whose `mauve.toml` is the nearest above; `folder` itself without any.
+fn home(folder: &Path) -> PathBuf {
+    let with_config = folder.ancestors().find(|above| above.join(CONFIG_FILE).is_file());
+    with_config.unwrap_or(folder).to_owned()
+}
+
+fn owner<'a>(model: &Path, homes: &'a BTreeSet<PathBuf>) -> Option<&'a PathBuf> {
+    model.ancestors().find_map(|above| homes.get(above))
+}
+
+struct Found {
+    models: Vec<PathBuf>,
+    configs: Vec<PathBuf>,
+}
+
+/// The models and configurations below `folder`, without what tools made and what `.gitignore` names.
+fn find(folder: &Path) -> Found {
+    let mut found = Found { models: Vec::new(), configs: Vec::new() };
+    let made = |name: &std::ffi::OsStr| MADE_BY_TOOLS.iter().any(|made| name == *made);
+    let walk = WalkBuilder::new(folder)
+        .require_git(false)
+        .sort_by_file_path(Path::cmp)
+        .filter_entry(move |entry| entry.depth() == 0 || !made(entry.file_name()) || entry.path().is_file())
+        .build();
+    for entry in walk.flatten() {
+        let path = entry.path();
+        if !path.is_file() {
+            continue;
+        }
+        if is_model(path) {
+            found.models.push(path.to_owned());
+        } else if path.file_name().is_some_and(|name| name == CONFIG_FILE) {
+            found.configs.push(path.to_owned());
+        }
+    }
+    found
+}
+
+/// Reads the workspace of `folder`: its models, its configuration, the tables that this names, and whatever the models
+/// include from elsewhere.
+fn read(db: &mut Database, folder: &Path, only: Option<&Path>) -> Workspace {
+    let found = find(folder);
+    let inner: BTreeSet<PathBuf> = found
+        .configs
+        .iter()
+        .filter_map(|config| Some(config.parent()?.to_owned()))
+        .filter(|it| it != folder)
+        .collect();
+    let mut reader = Reader { files: BTreeMap::new(), by_place: BTreeMap::new() };
+    let own = found.models.iter().filter(|model| owner(model, &inner).is_none());
+    for path in own.map(PathBuf::as_path).chain(only) {
+        reader.add(db, path);
+    }
+    let config = folder.join(CONFIG_FILE);
+    if config.is_file() {
+        reader.add(db, &config);
+    }
+    let model_path: Vec<PathBuf> = std::env::var_os("MAUVE_MODELS")
+        .map(|folders| std::env::split_paths(&folders).filter(|folder| !folder.as_os_str().is_empty()).collect())
+        .unwrap_or_default();
+    let only_root = only.and_then(|only| reader.files.get(only).copied());
+    let workspace =
+        Workspace::new(db, folder.to_owned(), Arc::new(reader.files.clone()), model_path, only_root);
+    let config = config_of(db, workspace).clone();
+    for (root, _) in &config.roots {
+        reader.add_if_there(db, &normalised(&folder.join(root)));
+    }
+    for (pattern, _) in &config.tables {
+        for path in tables(&normalised(&folder.join(pattern))) {
+            reader.add(db, &path);
+        }
+    }
+    reader.follow_includes(db, workspace);
+    workspace.set_files(db).to(Arc::new(reader.files));
+    workspace
+}
+
+struct Reader {
+    files: BTreeMap<PathBuf, File>,
+    /// By the path behind all links, so that two ways to one file give one file.
+    by_place: BTreeMap<PathBuf, File>,
+}
+
+impl Reader {
+    fn add_if_there(&mut self, db: &Database, path: &Path) {
+        if path.is_file() {
+            self.add(db, path);
+        }
+    }
+
+    fn add(&mut self, db: &Database, path: &Path) {
+        if self.files.contains_key(path) {
+            return;
+        }
+        let place = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+        let file = *self.by_place.entry(place.clone()).or_insert_with(|| read_file(db, place));
+        self.files.insert(path.to_owned(), file);
+    }
+
+    fn follow_includes(&mut self, db: &Database, workspace: Workspace) {
+        let mut open: Vec<File> = self.by_place.values().copied().filter(|file| is_model(file.path(db))).collect();
+        let mut seen: BTreeSet<PathBuf> = open.iter().map(|file| file.path(db).clone()).collect();
+        while let Some(file) = open.pop() {
+            for include in item_tree_of(db, file).includes.iter().flatten() {
+                let candidates = include_candidates(db, workspace, file, include);
+                let Some(path) = candidates.iter().find(|path| path.is_file()) else { continue };
+                self.add(db, path);
+                if let Some(&file) = self.files.get(path)
+                    && seen.insert(file.path(db).clone())
+                {
+                    open.push(file);
+                }
+            }
+        }
+    }
+}
+
+/// Reads a file, as much of it as is text.
+fn read_file(db: &dyn ModelDb, path: PathBuf) -> File {
+    let (text, problem) = text_of(&path);
+    File::new(db, path, text.into(), problem)
+}
+
+/// The text of a file up to where it stops being UTF-8, and why it is not all of it.
+pub(crate) fn text_of(path: &Path) -> (String, Option<String>) {
+    match std::fs::metadata(path) {
+        Err(error) => return (String::new(), Some(format!("cannot be read: {error}"))),
+        Ok(data) if !data.is_file() => return (String::new(), Some("this is not a file".to_owned())),
+        Ok(data) if data.len() > LONGEST => {
+            return (String::new(), Some(format!("this file is longer than {LONGEST} bytes, and is not read")));
+        }
+        Ok(_) => {}
+    }
+    match std::fs::read(path) {
+        Err(error) => (String::new(), Some(format!("cannot be read: {error}"))),
+        Ok(bytes) => match String::from_utf8(bytes) {
+            Ok(text) => (text, None),
+            Err(error) => {
+                let valid = error.utf8_error().valid_up_to();
+                let mut bytes = error.into_bytes();
+                bytes.truncate(valid);
+                let text = String::from_utf8(bytes).unwrap_or_default();
+                (text, Some(format!("this is not UTF-8 text from byte {valid} on, and is not read further")))
+            }
+        },
+    }
+}
+
+/// The files that an absolute pattern names.
+fn tables(pattern: &Path) -> Vec<PathBuf> {
+    let fixed: PathBuf = pattern
+        .components()
+        .take_while(|part| !part.as_os_str().to_string_lossy().contains(['*', '?', '[', '{']))
+        .collect();
+    if fixed == pattern {
+        return if pattern.is_file() { vec![pattern.to_owned()] } else { Vec::new() };
+    }
+    let Some(text) = pattern.to_str() else { return Vec::new() };
+    let Ok(glob) = globset::GlobBuilder::new(text).literal_separator(true).build() else { return Vec::new() };
+    let glob = glob.compile_matcher();
+    let recursive = text.contains("**");
+    let depth = pattern.components().count() - fixed.components().count();
+    // What the configuration names is read, whatever `.gitignore` says.
+    let walk = WalkBuilder::new(&fixed)
+        .standard_filters(false)
+        .max_depth(if recursive { None } else { Some(depth) })
+        .sort_by_file_path(Path::cmp)
+        .build();
+    let paths = walk.flatten().map(ignore::DirEntry::into_path);
+    paths.filter(|path| glob.is_match(path) && path.is_file()).collect()
+}
