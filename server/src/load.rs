@@ -40,9 +40,11 @@ pub(crate) fn load(db: &mut Database, paths: &[PathBuf]) -> Result<Vec<Workspace
             loaded.push(workspace);
             continue;
         }
-        let folder = if is_config { absolute.parent().unwrap_or(Path::new("/")).to_owned() } else { absolute };
+        let folder =
+            if is_config { absolute.parent().unwrap_or(Path::new("/")).to_owned() } else { absolute };
         let found = find(&folder);
-        let mut homes: BTreeSet<PathBuf> = found.configs.iter().filter_map(|it| Some(it.parent()?.to_owned())).collect();
+        let mut homes: BTreeSet<PathBuf> =
+            found.configs.iter().filter_map(|it| Some(it.parent()?.to_owned())).collect();
         if found.models.iter().any(|model| owner(model, &homes).is_none()) {
             homes.insert(home(&folder));
         }
@@ -116,7 +118,9 @@ fn read(db: &mut Database, folder: &Path, only: Option<&Path>) -> Workspace {
         reader.add(db, &config);
     }
     let model_path: Vec<PathBuf> = std::env::var_os("MAUVE_MODELS")
-        .map(|folders| std::env::split_paths(&folders).filter(|folder| !folder.as_os_str().is_empty()).collect())
+        .map(|folders| {
+            std::env::split_paths(&folders).filter(|folder| !folder.as_os_str().is_empty()).collect()
+        })
         .unwrap_or_default();
     let only_root = only.and_then(|only| reader.files.get(only).copied());
     let workspace =
@@ -158,7 +162,8 @@ impl Reader {
     }
 
     fn follow_includes(&mut self, db: &Database, workspace: Workspace) {
-        let mut open: Vec<File> = self.by_place.values().copied().filter(|file| is_model(file.path(db))).collect();
+        let mut open: Vec<File> =
+            self.by_place.values().copied().filter(|file| is_model(file.path(db))).collect();
         let mut seen: BTreeSet<PathBuf> = open.iter().map(|file| file.path(db).clone()).collect();
         while let Some(file) = open.pop() {
             for include in item_tree_of(db, file).includes.iter().flatten() {
@@ -187,7 +192,10 @@ pub(crate) fn text_of(path: &Path) -> (String, Option<String>) {
         Err(error) => return (String::new(), Some(format!("cannot be read: {error}"))),
         Ok(data) if !data.is_file() => return (String::new(), Some("this is not a file".to_owned())),
         Ok(data) if data.len() > LONGEST => {
-            return (String::new(), Some(format!("this file is longer than {LONGEST} bytes, and is not read")));
+            return (
+                String::new(),
+                Some(format!("this file is longer than {LONGEST} bytes, and is not read")),
+            );
         }
         Ok(_) => {}
     }

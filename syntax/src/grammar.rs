@@ -40,7 +40,8 @@ pub(crate) fn source_file(p: &mut Parser<'_>) {
     m.complete(p, SOURCE_FILE);
 }
 
-const DECLARATION: &str = "a declaration (`library`, `use`, `codel`, `shell`, `core`, `component`, `architecture` or `deployment`)";
+const DECLARATION: &str =
+    "a declaration (`library`, `use`, `codel`, `shell`, `core`, `component`, `architecture` or `deployment`)";
 
 fn declaration(p: &mut Parser<'_>) {
     match p.current() {
@@ -235,7 +236,9 @@ fn unknown(p: &mut Parser<'_>, expected: &str, list: List) {
     p.skip(&message, |p| {
         // Outside all braces one stray `}` is one mistake, with all that it leaves without a place.
         let outside = !p.is_in(List::Library) && list == List::Library;
-        p.at_item() || p.at_start_of(list) || !outside && (p.at(R_CURLY) || p.at(SEMICOLON) || p.begins_line())
+        p.at_item()
+            || p.at_start_of(list)
+            || !outside && (p.at(R_CURLY) || p.at(SEMICOLON) || p.begins_line())
     });
 }
 

@@ -84,7 +84,8 @@ pub fn lex(text: &str) -> Lexed {
         }
         kinds.push(kind);
         if kind.is_trivia() {
-            let breaks = kind != LINE_COMMENT && lexer.slice().bytes().any(|byte| matches!(byte, b'\n' | b'\r'));
+            let breaks =
+                kind != LINE_COMMENT && lexer.slice().bytes().any(|byte| matches!(byte, b'\n' | b'\r'));
             begins_line |= u32::from(breaks) * BEGINS_LINE;
             starts.push(start);
         } else {

@@ -315,7 +315,10 @@ impl<'a> Parser<'a> {
             let end = self.range_of(self.position - 1).end();
             self.report(TextRange::empty(end), format!("expected {what}"));
         } else {
-            self.report(self.range_of(self.position), format!("expected {what}, found {}", self.current().describe()));
+            self.report(
+                self.range_of(self.position),
+                format!("expected {what}, found {}", self.current().describe()),
+            );
         }
         self.mark();
     }

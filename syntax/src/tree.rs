@@ -43,7 +43,6 @@ impl Parse {
         &self.errors
     }
 
-
     /// The tree and its errors as text, one node, token or error a line: for tests and `mauve parse`.
     ///
     /// ```
@@ -123,7 +122,8 @@ pub(crate) fn build(text: &str, lexed: &Lexed, events: Events) -> Parse {
                     // White space and comments stand before a node, never first in it: but the root holds all, and
                     // what is missing is marked right behind what it should follow.
                     if !matches!(kind, SyntaxKind::SOURCE_FILE | SyntaxKind::ERROR)
-                        || matches!(events.get(index + 1), Some(Event::Token { .. })) && kind == SyntaxKind::ERROR
+                        || matches!(events.get(index + 1), Some(Event::Token { .. }))
+                            && kind == SyntaxKind::ERROR
                     {
                         sink.trivia();
                     }

@@ -135,14 +135,22 @@ fn nodes(grammar: &Grammar) -> String {
     out += "use crate::{SyntaxNode, SyntaxToken};\n";
     for node in grammar.iter() {
         let name = &grammar[node].name;
-        if is_enum(grammar, node) { enumeration(&mut out, grammar, node) } else { structure(&mut out, grammar, node, name) }
+        if is_enum(grammar, node) {
+            enumeration(&mut out, grammar, node)
+        } else {
+            structure(&mut out, grammar, node, name)
+        }
     }
     out
 }
 
 fn structure(out: &mut String, grammar: &Grammar, node: Node, name: &str) {
     let kind = upper(name);
-    writeln!(out, "\n#[derive(Debug, Clone, PartialEq, Eq, Hash)]\npub struct {name}(pub(crate) SyntaxNode);\n").unwrap();
+    writeln!(
+        out,
+        "\n#[derive(Debug, Clone, PartialEq, Eq, Hash)]\npub struct {name}(pub(crate) SyntaxNode);\n"
+    )
+    .unwrap();
     writeln!(out, "impl AstNode for {name} {{").unwrap();
     writeln!(out, "    fn can_cast(kind: SyntaxKind) -> bool {{\n        kind == {kind}\n    }}\n").unwrap();
     writeln!(out, "    fn cast(node: SyntaxNode) -> Option<Self> {{\n        Self::can_cast(node.kind()).then_some({name}(node))\n    }}\n").unwrap();
@@ -165,12 +173,17 @@ fn structure(out: &mut String, grammar: &Grammar, node: Node, name: &str) {
             Field::Node { label, ty, many: false } => {
                 let position = fields
                     .iter()
-                    .filter(|other| matches!(other, Field::Node { ty: other, many: false, .. } if other == ty))
+                    .filter(
+                        |other| matches!(other, Field::Node { ty: other, many: false, .. } if other == ty),
+                    )
                     .position(|other| std::ptr::eq(other, field))
                     .unwrap();
                 let method = label.clone().unwrap_or_else(|| accessor(ty));
-                let body =
-                    if position == 0 { "child(&self.0)".to_owned() } else { format!("nth_child(&self.0, {position})") };
+                let body = if position == 0 {
+                    "child(&self.0)".to_owned()
+                } else {
+                    format!("nth_child(&self.0, {position})")
+                };
                 (method, format!("Option<{ty}>"), body)
             }
         };
@@ -203,7 +216,8 @@ fn enumeration(out: &mut String, grammar: &Grammar, node: Node) {
     writeln!(out, "}}\n\nimpl AstNode for {name} {{\n    fn can_cast(kind: SyntaxKind) -> bool {{").unwrap();
     let kinds: Vec<String> = variants.iter().map(|variant| upper(variant)).collect();
     writeln!(out, "        matches!(kind, {})\n    }}\n", kinds.join(" | ")).unwrap();
-    writeln!(out, "    fn cast(node: SyntaxNode) -> Option<Self> {{\n        Some(match node.kind() {{").unwrap();
+    writeln!(out, "    fn cast(node: SyntaxNode) -> Option<Self> {{\n        Some(match node.kind() {{")
+        .unwrap();
     for (variant, kind) in variants.iter().zip(&kinds) {
         writeln!(out, "            {kind} => {name}::{variant}({variant}(node)),").unwrap();
     }
@@ -225,7 +239,8 @@ fn collect(grammar: &Grammar, rule: &Rule, label: Option<&str>, many: bool, fiel
         Rule::Labeled { label, rule } => collect(grammar, rule, Some(label), many, fields),
         Rule::Node(node) => {
             let ty = grammar[*node].name.clone();
-            let same = |field: &Field| matches!(field, Field::Node { ty: other, label: None, .. } if *other == ty);
+            let same =
+                |field: &Field| matches!(field, Field::Node { ty: other, label: None, .. } if *other == ty);
             if many && let Some(field) = fields.iter_mut().find(|field| same(field)) {
                 *field = Field::Node { label: None, ty, many };
                 return;

@@ -17,7 +17,8 @@ fn the_models_above_the_rules_give_their_trees() {
         let parse = mauve_syntax::parse(text);
         let dump = parse.debug_dump();
         assert_eq!(!parse.errors().is_empty(), *fails, "{name}:\n{text}\n{dump}");
-        expect_file![root.join("test_data").join(format!("{name}.txt"))].assert_eq(&format!("{text}\n{dump}"));
+        expect_file![root.join("test_data").join(format!("{name}.txt"))]
+            .assert_eq(&format!("{text}\n{dump}"));
     }
     let kept = fs::read_dir(root.join("test_data")).unwrap().count();
     assert_eq!(kept, models.len(), "test_data/ has files that no rule's comment names");

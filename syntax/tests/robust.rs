@@ -21,13 +21,89 @@ fn has_error_outside_comments(parse: &mauve_syntax::Parse) -> bool {
 }
 
 const WORDS: &[&str] = &[
-    "include", "library", "use", "codel", "shell", "core", "component", "architecture", "deployment", "extends",
-    "constant", "property", "input", "output", "port", "require", "provide", "var", "handler", "configure",
-    "update", "statemachine", "initial", "state", "entry", "run", "handle", "exit", "transition", "if", "to",
-    "then", "else", "return", "import", "instance", "connection", "operation", "activity", "priority", "period",
-    "background", "in", "out", "true", "new_data", "a", "b", "c", "10", "1.5", "0x1F", "5ms", "\"s\"", "\"open",
-    "{", "}", "(", ")", "[", "]", ",", ";", ":", "::", ".", "->", "=", "==", "<", "&&", "+", "-", "!", "/*",
-    "*/", "//", "\n", "\n", "\n", "é", "\u{feff}", "\0",
+    "include",
+    "library",
+    "use",
+    "codel",
+    "shell",
+    "core",
+    "component",
+    "architecture",
+    "deployment",
+    "extends",
+    "constant",
+    "property",
+    "input",
+    "output",
+    "port",
+    "require",
+    "provide",
+    "var",
+    "handler",
+    "configure",
+    "update",
+    "statemachine",
+    "initial",
+    "state",
+    "entry",
+    "run",
+    "handle",
+    "exit",
+    "transition",
+    "if",
+    "to",
+    "then",
+    "else",
+    "return",
+    "import",
+    "instance",
+    "connection",
+    "operation",
+    "activity",
+    "priority",
+    "period",
+    "background",
+    "in",
+    "out",
+    "true",
+    "new_data",
+    "a",
+    "b",
+    "c",
+    "10",
+    "1.5",
+    "0x1F",
+    "5ms",
+    "\"s\"",
+    "\"open",
+    "{",
+    "}",
+    "(",
+    ")",
+    "[",
+    "]",
+    ",",
+    ";",
+    ":",
+    "::",
+    ".",
+    "->",
+    "=",
+    "==",
+    "<",
+    "&&",
+    "+",
+    "-",
+    "!",
+    "/*",
+    "*/",
+    "//",
+    "\n",
+    "\n",
+    "\n",
+    "é",
+    "\u{feff}",
+    "\0",
 ];
 
 proptest! {
@@ -82,7 +158,11 @@ const ITEMS: &[(&str, &str, &str)] = &[
     ("", "library L { codel f ( ) : int }", "shell good { }"),
     ("", "codel f ( in a : int , out b : m :: T ) : int", "component good ( S , C )"),
     ("", "shell S extends A , B { property a : int }", "codel good ( ) : int"),
-    ("", "core C ( S ) : { var a : int = 1 ; update = { f ( a ) ; } }", "architecture good { instance a : B }"),
+    (
+        "",
+        "core C ( S ) : { var a : int = 1 ; update = { f ( a ) ; } }",
+        "architecture good { instance a : B }",
+    ),
     ("", "component C ( S , l . C )", "deployment good { architecture A }"),
     ("", "architecture A { import B instance c : D }", "core good ( S ) { update = { } }"),
     ("", "deployment D { architecture A activity a { priority = 1 } }", "component good ( S , C )"),
@@ -99,10 +179,22 @@ const ITEMS: &[(&str, &str, &str)] = &[
     ("core C(S) {", "statemachine { initial state A { run = { f ( ) ; } } }", "stop = { good ( ) ; }"),
     ("core C(S) { statemachine {", "var a : int = 1", "state good { run = { } }"),
     ("core C(S) { statemachine {", "initial state A { run = { f ( ) ; } }", "state good { }"),
-    ("core C(S) { statemachine {", "state A { transition t if a to B { f ( ) ; } }", "initial state good { }"),
+    (
+        "core C(S) { statemachine {",
+        "state A { transition t if a to B { f ( ) ; } }",
+        "initial state good { }",
+    ),
     ("core C(S) { statemachine { state S {", "entry = { x = f ( a , b ) ; }", "run = { good ( ) ; }"),
-    ("core C(S) { statemachine { state S {", "exit = { if a == b then { } else if c then { } }", "handle = { }"),
-    ("core C(S) { statemachine { state S {", "transition t if ( a < b ) && c to T { f ( ) ; }", "transition good to T"),
+    (
+        "core C(S) { statemachine { state S {",
+        "exit = { if a == b then { } else if c then { } }",
+        "handle = { }",
+    ),
+    (
+        "core C(S) { statemachine { state S {",
+        "transition t if ( a < b ) && c to T { f ( ) ; }",
+        "transition good to T",
+    ),
     ("core C(S) { statemachine { state S {", "transition t to T", "run = { good ( ) ; }"),
     ("architecture A {", "import l . B", "instance good : T"),
     ("architecture A {", "instance a : l . T", "connection good . a -> b . c"),
@@ -111,7 +203,11 @@ const ITEMS: &[(&str, &str, &str)] = &[
     ("architecture A {", "property a . b = c * ( 2 + 1 )", "operation good . a -> b . c"),
     ("architecture A {", "constant a . b = - 1", "import good"),
     ("deployment D {", "architecture l . A", "activity good { priority = 1 }"),
-    ("deployment D {", "activity a { affinity = 1 priority = 2 ; period = 3 deadline = 4 }", "property good . a = 1"),
+    (
+        "deployment D {",
+        "activity a { affinity = 1 priority = 2 ; period = 3 deadline = 4 }",
+        "property good . a = 1",
+    ),
     ("deployment D {", "property a . b = \"c\"", "activity good { priority = 1 }"),
     ("deployment D { activity a {", "priority = background", "period = 100"),
     ("deployment D { activity a {", "period = 100 + 1", "deadline = 100"),
@@ -170,7 +266,8 @@ fn what_is_nested_too_deep_is_one_error_in_a_small_stack() {
                 assert_eq!(parse.errors().len(), 1, "{:?}", parse.errors());
                 let good = parse.syntax().children().last().unwrap();
                 assert_eq!(good.text(), "codel good(): int");
-                let deepest = parse.syntax().descendants().map(|node| node.ancestors().count()).max().unwrap();
+                let deepest =
+                    parse.syntax().descendants().map(|node| node.ancestors().count()).max().unwrap();
                 assert!(deepest < 1000, "{deepest}");
             })
             .unwrap()
@@ -186,13 +283,28 @@ fn one_mistake_is_one_error() {
         let messages: Vec<&str> = parse.errors().iter().map(|error| error.message.as_str()).collect();
         assert_eq!(messages, [message], "{text}\n{}", parse.debug_dump());
     };
-    one("core C(S) { update = { f(\"a); } }", "this string is not closed: a string ends on its line with `\"`");
+    one(
+        "core C(S) { update = { f(\"a); } }",
+        "this string is not closed: a string ends on its line with `\"`",
+    );
     one("core C(S) { update = { f(); } /* }", "this comment is not closed: close it with `*/`");
     one("core C(S) { update = { f() } }", "expected `;`, found `}`");
     one("core C(S) { update = { f();", "expected `}`");
-    one("architecture A { § instance a: B }", "these characters mean nothing in MAUVE outside strings and comments");
-    one("shell S { }\n}\nstop = { }\ncodel f(): int", "expected a declaration (`library`, `use`, `codel`, `shell`, `core`, `component`, `architecture` or `deployment`), found `}`");
-    one("analysis { wcet = 3 { a } }\ncodel f(): int", "expected a declaration (`library`, `use`, `codel`, `shell`, `core`, `component`, `architecture` or `deployment`), found a name");
-    one("deployment D { activity a { period = 5ms } }", "this is not a number: write digits, `0x…` or a decimal such as `1.5e-3`, without a unit");
+    one(
+        "architecture A { § instance a: B }",
+        "these characters mean nothing in MAUVE outside strings and comments",
+    );
+    one(
+        "shell S { }\n}\nstop = { }\ncodel f(): int",
+        "expected a declaration (`library`, `use`, `codel`, `shell`, `core`, `component`, `architecture` or `deployment`), found `}`",
+    );
+    one(
+        "analysis { wcet = 3 { a } }\ncodel f(): int",
+        "expected a declaration (`library`, `use`, `codel`, `shell`, `core`, `component`, `architecture` or `deployment`), found a name",
+    );
+    one(
+        "deployment D { activity a { period = 5ms } }",
+        "this is not a number: write digits, `0x…` or a decimal such as `1.5e-3`, without a unit",
+    );
     one("\0\0\u{1}", "these characters mean nothing in MAUVE outside strings and comments");
 }

@@ -63,7 +63,8 @@ pub fn generated_project(files: usize, lines: usize) -> Vec<(String, String)> {
         texts.push((format!("/part{part}.mal"), part_text(part, states)));
     }
     let root = format!("{root}\n{instances}}}\n\n{activities}}}\n");
-    let config = "[project]\nroot = \"root.mal\"\n[timing]\ntables = [\"times.toml\"]\n[platform]\ncpus = 4\n";
+    let config =
+        "[project]\nroot = \"root.mal\"\n[timing]\ntables = [\"times.toml\"]\n[platform]\ncpus = 4\n";
     texts.insert(0, ("/root.mal".to_owned(), root));
     texts.push(("/mauve.toml".to_owned(), config.to_owned()));
     texts.push(("/times.toml".to_owned(), times));

@@ -18,7 +18,11 @@ pub fn explain_response<'db>(
     let row = &activity.row;
     let mut out = String::new();
     let time = |time: Option<Time>| time.map_or_else(|| "—".to_owned(), |time| time.to_string());
-    let _ = writeln!(out, "{} ({}), at {}, method {}", row.instance, row.component_name, query.level, query.method);
+    let _ = writeln!(
+        out,
+        "{} ({}), at {}, method {}",
+        row.instance, row.component_name, query.level, query.method
+    );
     let _ = writeln!(
         out,
         "  {}: response {}, deadline {}, period {}",
@@ -54,7 +58,8 @@ pub fn explain_response<'db>(
     if let (Some(window), Some(deadline)) = (&activity.window, row.deadline)
         && let Some(crossed) = window.iterations.iter().position(|&length| length > deadline)
     {
-        let _ = writeln!(out, "\niterations: the {} crosses the deadline of {deadline}", ordinal(crossed + 1));
+        let _ =
+            writeln!(out, "\niterations: the {} crosses the deadline of {deadline}", ordinal(crossed + 1));
         let shown: Vec<String> = window.iterations.iter().map(Time::to_string).collect();
         let _ = writeln!(out, "  {}", shown.join(" → "));
     }
@@ -73,7 +78,9 @@ fn own_time<'db>(
     let Some(component) = activity.row.component else { return };
     let Ok(psm) = psm_of(db, project, component, query.level) else { return };
     let greatest = psm.machine.greatest_edge();
-    let (Some(edge), Some(described)) = (psm.machine.edges().get(greatest), psm.edges.get(greatest)) else { return };
+    let (Some(edge), Some(described)) = (psm.machine.edges().get(greatest), psm.edges.get(greatest)) else {
+        return;
+    };
     let state = |number: u32| psm.states.get(number as usize).map_or("", |name| name.as_str());
     let (source, target) = (state(edge.source), state(edge.target));
     let what = match &described.transition {

@@ -51,7 +51,11 @@ impl Arrow<'_> {
 fn dot(component: &str, psm: &Psm, arrows: &BTreeMap<(usize, usize), Arrow<'_>>) -> String {
     let quoted = |text: &str| format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\""));
     let mut out = format!("digraph {} {{\n", quoted(component));
-    let _ = writeln!(out, "  label={}; labelloc=t; rankdir=LR; node [shape=box, style=rounded];", quoted(&title(component)));
+    let _ = writeln!(
+        out,
+        "  label={}; labelloc=t; rankdir=LR; node [shape=box, style=rounded];",
+        quoted(&title(component))
+    );
     for state in &psm.states {
         let _ = writeln!(out, "  {};", quoted(state));
     }
@@ -90,11 +94,27 @@ fn svg(component: &str, psm: &Psm, arrows: &BTreeMap<(usize, usize), Arrow<'_>>)
         let heavy = if arrow.cost == greatest { " stroke-width=\"2.5\"" } else { "" };
         let (path, (x, y)) = if source == target {
             let (x, y) = place(source);
-            (format!("M{:.1} {:.1} C{:.1} {:.1} {:.1} {:.1} {:.1} {:.1}", x - 18.0, y - 20.0, x - 40.0, y - 70.0, x + 40.0, y - 70.0, x + 18.0, y - 20.0), (x, y - 64.0))
+            (
+                format!(
+                    "M{:.1} {:.1} C{:.1} {:.1} {:.1} {:.1} {:.1} {:.1}",
+                    x - 18.0,
+                    y - 20.0,
+                    x - 40.0,
+                    y - 70.0,
+                    x + 40.0,
+                    y - 70.0,
+                    x + 18.0,
+                    y - 20.0
+                ),
+                (x, y - 64.0),
+            )
         } else {
             between(place(source), place(target))
         };
-        let _ = writeln!(out, "<path d=\"{path}\" fill=\"none\" stroke=\"#456\"{heavy} marker-end=\"url(#tip)\"/>");
+        let _ = writeln!(
+            out,
+            "<path d=\"{path}\" fill=\"none\" stroke=\"#456\"{heavy} marker-end=\"url(#tip)\"/>"
+        );
         let _ = writeln!(
             out,
             "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"middle\" stroke=\"#fff\" stroke-width=\"4\" \

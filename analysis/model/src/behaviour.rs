@@ -4,15 +4,15 @@
 
 use rustc_hash::FxHashSet;
 
+use crate::ModelDb;
 use crate::diagnostics::{self, Diagnostic};
 use crate::item_tree::{
-    Core, Expr, FeatureKind, HookKind, Kind, Machine, MethodKind, Name, NameRef, Program,
-    State, Statement, Transition, Variable,
+    Core, Expr, FeatureKind, HookKind, Kind, Machine, MethodKind, Name, NameRef, Program, State, Statement,
+    Transition, Variable,
 };
 use crate::names::{Features, Names, Unresolved, features, names_of, similar};
 use crate::project::Project;
 use crate::source::{Decl, Place, core};
-use crate::ModelDb;
 
 /// What a core executes each period.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
@@ -165,7 +165,10 @@ impl<'db> Reader<'_, 'db> {
             }
             ([machine, ..], Some(_)) => {
                 let at = self.at(machine.part);
-                self.refuse(diagnostics::update_or_statemachine::both(at, "both `update` and `statemachine`"));
+                self.refuse(diagnostics::update_or_statemachine::both(
+                    at,
+                    "both `update` and `statemachine`",
+                ));
             }
         }
     }
@@ -236,7 +239,8 @@ impl<'db> Reader<'_, 'db> {
         for duplicate in diagnostics::duplicate_definition::among(self.of, states) {
             self.refuse(duplicate);
         }
-        let initial: Vec<usize> = (0..machine.states.len()).filter(|&it| machine.states[it].initial).collect();
+        let initial: Vec<usize> =
+            (0..machine.states.len()).filter(|&it| machine.states[it].initial).collect();
         let start = match initial.as_slice() {
             [one] => *one,
             [] => {
@@ -449,7 +453,8 @@ impl<'db> Reader<'_, 'db> {
         if let Some(feature) = self.features.get(name) {
             match feature.kind {
                 FeatureKind::Provided => {
-                    let defined = self.core.operations.iter().position(|operation| operation.name.name == *name);
+                    let defined =
+                        self.core.operations.iter().position(|operation| operation.name.name == *name);
                     if defined.is_none() {
                         self.refuse(diagnostics::undefined_operation::report(at, name));
                     }
@@ -465,7 +470,12 @@ impl<'db> Reader<'_, 'db> {
             }
             return None;
         }
-        match self.names.resolve(self.db, self.of.library(self.db).as_ref(), Kind::Codel, std::slice::from_ref(name)) {
+        match self.names.resolve(
+            self.db,
+            self.of.library(self.db).as_ref(),
+            Kind::Codel,
+            std::slice::from_ref(name),
+        ) {
             Ok(codel) => Some(Cost::Codel(codel)),
             Err(Unresolved::Ambiguous) => {
                 self.refuse(diagnostics::ambiguous_name::report(at, Kind::Codel, name));

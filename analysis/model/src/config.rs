@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use mauve_timing::{Level, Rounding, Time};
-use toml::de::{DeTable, DeValue};
 use toml::Spanned;
+use toml::de::{DeTable, DeValue};
 
 /// What `mauve.toml` says.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -72,7 +72,10 @@ impl Reader {
     fn document(&mut self, document: &DeTable<'_>) {
         for (key, value) in document {
             let Some(section) = value.get_ref().as_table() else {
-                self.lost(format!("unknown key `{}`: expected a section such as `[timing]`", key.get_ref()), key.span());
+                self.lost(
+                    format!("unknown key `{}`: expected a section such as `[timing]`", key.get_ref()),
+                    key.span(),
+                );
                 continue;
             };
             match key.get_ref().as_ref() {
@@ -120,7 +123,10 @@ impl Reader {
             "significance" => match number(value).and_then(Level::from_f64) {
                 Some(level) => self.config.significance = Some(level),
                 None => {
-                    self.lost("`significance` is a number between 0 and 1, such as 1e-4".to_owned(), value.span());
+                    self.lost(
+                        "`significance` is a number between 0 and 1, such as 1e-4".to_owned(),
+                        value.span(),
+                    );
                 }
             },
             _ => {
@@ -138,7 +144,9 @@ impl Reader {
         let time = value.get_ref().as_str().map(|text| Time::parse_with_unit(text, Rounding::Up));
         match time {
             Some(Ok(time)) => self.config.assume = Some(time),
-            Some(Err(error)) => self.lost(format!("`codel` is a time such as \"5 ms\": {error}"), value.span()),
+            Some(Err(error)) => {
+                self.lost(format!("`codel` is a time such as \"5 ms\": {error}"), value.span())
+            }
             None => self.lost("`codel` is a time with its unit, such as \"5 ms\"".to_owned(), value.span()),
         }
     }
@@ -165,7 +173,9 @@ impl Reader {
             ("synchronised", Some(instances)) => {
                 self.config.synchronised.extend(instances.into_iter().map(|(name, _)| name));
             }
-            ("synchronised", None) => self.lost("`synchronised` is a list of instances".to_owned(), value.span()),
+            ("synchronised", None) => {
+                self.lost("`synchronised` is a list of instances".to_owned(), value.span())
+            }
             _ => self.lost(format!("unknown key `{name}` in [clocks]: expected synchronised"), key.span()),
         }
     }

@@ -9,7 +9,9 @@ use rustc_hash::FxHashMap;
 use crate::behaviour::behaviour_of;
 use crate::item_tree::{Expr, Field, Kind, Literal, Name, NameRef, TypeRef};
 use crate::names::{Unresolved, features, names_of};
-use crate::project::{Project, config_of, config_file, include_candidates, includes, project_files, projects};
+use crate::project::{
+    Project, config_file, config_of, include_candidates, includes, project_files, projects,
+};
 use crate::response::{ActivityReport, Budget, Query, Verdict, budgets, missing_times, response_times};
 use crate::source::{Decl, Place, component, item_tree_of, parse, shell};
 use crate::system::{check_architecture, check_settings, system_of};
@@ -164,7 +166,11 @@ pub fn codes() -> impl Iterator<Item = &'static Code> {
 pub fn page(name: &str) -> Option<String> {
     let (_, source) = CODES.iter().find(|(code, _)| code.name == name)?;
     let lines = source.lines().take_while(|line| line.starts_with("//!"));
-    Some(lines.map(|line| line.trim_start_matches("//!").strip_prefix(' ').unwrap_or("").to_owned() + "\n").collect())
+    Some(
+        lines
+            .map(|line| line.trim_start_matches("//!").strip_prefix(' ').unwrap_or("").to_owned() + "\n")
+            .collect(),
+    )
 }
 
 /// The name of a shell, core, component or architecture that means nothing; nothing where that is reported already.
@@ -227,7 +233,9 @@ pub fn file_diagnostics<'db>(
         let at = Place::Include(file, index as u32);
         match (path, target) {
             (Some(path), None) => found.push(missing_include(db, workspace, file, at, path)),
-            (Some(path), Some(target)) if crate::project::files_from(db, workspace, *target).contains(&file) => {
+            (Some(path), Some(target))
+                if crate::project::files_from(db, workspace, *target).contains(&file) =>
+            {
                 found.push(include_cycle::report(at, path));
             }
             _ => {}

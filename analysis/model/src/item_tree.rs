@@ -419,7 +419,10 @@ pub enum Expr {
     Missing,
     Literal(Literal, Part),
     Name(NameRef),
-    Call { callee: NameRef, arguments: Vec<Expr> },
+    Call {
+        callee: NameRef,
+        arguments: Vec<Expr>,
+    },
     Unary(UnaryOperator, Box<Expr>),
     Binary(BinaryOperator, Box<Expr>, Box<Expr>),
 }

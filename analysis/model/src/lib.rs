@@ -50,7 +50,8 @@ pub use db::{Database, File, ModelDb, Workspace, normalised};
 pub use lower::{DeclarationMap, SourceMap};
 pub use names::{FeatureOf, Features, Names, Unresolved, features, names_of, similar};
 pub use project::{
-    CONFIG_FILE, Project, config_of, config_file, include_candidates, includes, is_model, project_files, projects,
+    CONFIG_FILE, Project, config_file, config_of, include_candidates, includes, is_model, project_files,
+    projects,
 };
 pub use psm::{Psm, PsmEdge, Refused, core_of, psm_of, shell_of, worst_path};
 pub use response::{
@@ -58,9 +59,8 @@ pub use response::{
     response_times,
 };
 pub use source::{
-    Decl, Place, architecture, codel, component, core, data, declarations, deployment, item_tree_of, parse, shell,
-    source_map,
+    Decl, Place, architecture, codel, component, core, data, declarations, deployment, item_tree_of, parse,
+    shell, source_map,
 };
 pub use system::{Flat, FlatInstance, Priority, Row, System, cpu_names, flat, system_of};
 pub use timetable::{Lookup, TableFiles, Timetable, table, table_files, timetable_of};
-

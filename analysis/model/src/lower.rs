@@ -305,10 +305,9 @@ impl Lowering {
 
     fn transition(&mut self, transition: &ast::Transition) -> Transition {
         let name = self.name(transition.name(), transition.syntax());
-        let guard = transition.guard().map(|guard| Guard {
-            condition: self.expr(guard.expr()),
-            whole: is_whole(guard.syntax()),
-        });
+        let guard = transition
+            .guard()
+            .map(|guard| Guard { condition: self.expr(guard.expr()), whole: is_whole(guard.syntax()) });
         Transition {
             name,
             guard,
@@ -371,8 +370,12 @@ impl Lowering {
             ast::Expr::CallExpr(it) => {
                 let Some(callee) = it.name_ref() else { return Expr::Missing };
                 let callee = self.name_ref(&callee);
-                let arguments = it.argument_list().into_iter().flat_map(|list| list.exprs().collect::<Vec<_>>());
-                Expr::Call { callee, arguments: arguments.map(|argument| self.expr(Some(argument))).collect() }
+                let arguments =
+                    it.argument_list().into_iter().flat_map(|list| list.exprs().collect::<Vec<_>>());
+                Expr::Call {
+                    callee,
+                    arguments: arguments.map(|argument| self.expr(Some(argument))).collect(),
+                }
             }
             ast::Expr::ParenExpr(it) => self.expr(it.expr()),
             ast::Expr::UnaryExpr(it) => {

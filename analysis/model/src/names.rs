@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use crate::ModelDb;
 use crate::item_tree::{FeatureKind, Kind, Name, TypeRef};
 use crate::project::{Project, project_files};
 use crate::source::{Decl, declarations, shell};
-use crate::ModelDb;
 
 /// The declarations of a project by library, kind and name.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
@@ -82,7 +82,11 @@ impl<'db> Names<'db> {
             [name] => {
                 let own = self.in_library(library, kind, name);
                 match own {
-                    [] => self.visible(library).flat_map(|it| self.in_library(Some(it), kind, name)).copied().collect(),
+                    [] => self
+                        .visible(library)
+                        .flat_map(|it| self.in_library(Some(it), kind, name))
+                        .copied()
+                        .collect(),
                     own => own.to_vec(),
                 }
             }
@@ -92,7 +96,9 @@ impl<'db> Names<'db> {
         match found.as_slice() {
             [decl] => Ok(*decl),
             [] if path.is_empty() || path.iter().any(|part| part.is_empty()) => Err(Unresolved::Missing),
-            [] => Err(Unresolved::Unknown(self.similar(db, kind, path.last().map_or("", |name| name.as_str())))),
+            [] => {
+                Err(Unresolved::Unknown(self.similar(db, kind, path.last().map_or("", |name| name.as_str()))))
+            }
             _ => Err(Unresolved::Ambiguous),
         }
     }
@@ -128,7 +134,7 @@ impl<'db> Names<'db> {
 
 /// The one of `names` that `name` may be a misspelling of.
 pub fn similar<'a>(name: &str, names: impl IntoIterator<Item = &'a Name>) -> Option<Name> {
-    let allowed = name.chars().count().div_ceil(3).min(3);
+    let allowed = ((name.chars().count() + 1) / 3).min(3);
     let near = |other: &'a Name| (distance(name, other), other);
     let (found, other) = names.into_iter().map(near).min()?;
     (found <= allowed && found > 0).then(|| other.clone())

@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 
 use mauve_timing::{Edge, Level, StateMachine, Time};
 
+use crate::ModelDb;
 use crate::behaviour::{Behaviour, Cost, Refusal, TimedProgram, behaviour_of};
 use crate::item_tree::{Kind, Name};
 use crate::names::names_of;
 use crate::project::Project;
 use crate::source::{Decl, Place, component};
 use crate::timetable::{Lookup, Timetable, timetable_of};
-use crate::ModelDb;
 
 /// A component's periodic state machine (paper, Def. 3 and 4).
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
@@ -141,7 +141,8 @@ impl<'db> Evaluator<'_, 'db> {
             let mut cost = overhead;
             let mut parts = Vec::new();
             for &index in &edge.programs {
-                let Some((program, time)) = behaviour.programs.get(index).zip(programs.get(index).copied().flatten())
+                let Some((program, time)) =
+                    behaviour.programs.get(index).zip(programs.get(index).copied().flatten())
                 else {
                     cost = None;
                     continue;
@@ -310,7 +311,9 @@ fn walk<'db>(
                 walk(db, behaviour, times, level, whole, &operation.cost, path);
             }
         }
-        Cost::Sum(costs) => costs.iter().for_each(|cost| walk(db, behaviour, times, level, whole, cost, path)),
+        Cost::Sum(costs) => {
+            costs.iter().for_each(|cost| walk(db, behaviour, times, level, whole, cost, path))
+        }
         Cost::Greatest(costs) => {
             let of = |cost: &Cost<'db>| {
                 let mut path = Vec::new();
@@ -318,7 +321,8 @@ fn walk<'db>(
                 let sum = path.iter().try_fold(Time::ZERO, |sum, (_, time)| sum.checked_add(*time));
                 (sum.unwrap_or_default(), path)
             };
-            let greatest = costs.iter().map(of).reduce(|best, next| if next.0 > best.0 { next } else { best });
+            let greatest =
+                costs.iter().map(of).reduce(|best, next| if next.0 > best.0 { next } else { best });
             path.extend(greatest.into_iter().flat_map(|(_, path)| path));
         }
     }

@@ -164,7 +164,9 @@ fn report<'db>(
 
     let mut activities: Vec<ActivityReport<'db>> = system.rows.iter().map(background).collect();
     for ((&index, response), task) in row_of.iter().zip(&analysis.responses).zip(&tasks) {
-        let (Some(activity), Some(row)) = (activities.get_mut(index), system.rows.get(index)) else { continue };
+        let (Some(activity), Some(row)) = (activities.get_mut(index), system.rows.get(index)) else {
+            continue;
+        };
         let psm = psms.get(index).copied().flatten().and_then(|psm| psm.as_ref().ok());
         activity.own = response.own;
         activity.assumed = psm.map_or_else(Vec::new, |psm| psm.assumed.clone());
@@ -264,7 +266,8 @@ fn task<'db>(row: &Row<'db>, psm: Option<&Result<Psm, Refused<'db>>>, reasons: &
 
 /// One task for each CPU, more urgent than all: what throttling takes.
 fn throttling(tasks: &[Task]) -> Vec<Task> {
-    let cpus = tasks.iter().filter(|task| task.demand != Demand::Unknown).fold(0, |all, task| all | task.cpus);
+    let cpus =
+        tasks.iter().filter(|task| task.demand != Demand::Unknown).fold(0, |all, task| all | task.cpus);
     (0..64)
         .filter(|bit| cpus & (1 << bit) != 0)
         .map(|bit| Task {
@@ -333,7 +336,8 @@ pub fn budgets<'db>(
     let mut missing: Vec<Decl<'db>> = Vec::new();
     for component in real_time_components(system) {
         if let Err(refused) = psm_of(db, project, component, query.level) {
-            let new = refused.missing.iter().map(|(codel, _)| *codel).filter(|codel| !missing.contains(codel));
+            let new =
+                refused.missing.iter().map(|(codel, _)| *codel).filter(|codel| !missing.contains(codel));
             missing.extend(new.collect::<Vec<_>>());
         }
     }
@@ -397,7 +401,9 @@ pub fn missing_times<'db>(
 ) -> Vec<(Decl<'db>, Option<String>, Vec<(Name, Place<'db>)>)> {
     let mut missing: Vec<(Decl<'db>, Option<String>, Vec<(Name, Place<'db>)>)> = Vec::new();
     for row in &system_of(db, project, deployment).rows {
-        let Some(component) = row.component.filter(|_| row.priority != Priority::Background) else { continue };
+        let Some(component) = row.component.filter(|_| row.priority != Priority::Background) else {
+            continue;
+        };
         let Err(refused) = psm_of(db, project, component, level) else { continue };
         for (codel, why) in &refused.missing {
             let user = (row.instance.clone(), row.at.clone());

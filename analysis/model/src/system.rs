@@ -2,6 +2,7 @@
 
 use mauve_timing::{Rounding, Time, TimeError, Unit};
 
+use crate::ModelDb;
 use crate::behaviour::Refusal;
 use crate::diagnostics::{self, Diagnostic};
 use crate::item_tree::{Activity, Expr, FeatureKind, Field, Instance, Kind, Literal, Name, UnaryOperator};
@@ -9,7 +10,6 @@ use crate::names::{features, names_of, similar};
 use crate::project::{Project, config_of};
 use crate::psm::shell_of;
 use crate::source::{Decl, Place, architecture, deployment};
-use crate::ModelDb;
 
 /// An architecture with what it imports.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
@@ -206,7 +206,12 @@ impl<'db> Reader<'db> {
                 let near = similar(name, flat.instances.iter().map(|instance| &instance.name));
                 let at = Place::Part(self.of, activity.instance.part);
                 let architecture = target.name(self.db);
-                self.found.diagnostics.push(diagnostics::unresolved_instance::report(at, name, architecture, near));
+                self.found.diagnostics.push(diagnostics::unresolved_instance::report(
+                    at,
+                    name,
+                    architecture,
+                    near,
+                ));
             }
             self.activity(instance, activity);
             if let Some(first) = first.filter(|first| !std::ptr::eq(*first, activity)) {
@@ -230,7 +235,8 @@ impl<'db> Reader<'db> {
                 continue;
             }
             let at = Place::name_of(self.of);
-            let diagnostic = diagnostics::missing_activity::report(at.clone(), &instance.name, self.of.name(self.db));
+            let diagnostic =
+                diagnostics::missing_activity::report(at.clone(), &instance.name, self.of.name(self.db));
             let refusal = Refusal::reported("it has no activity", at.clone());
             self.found.diagnostics.push(diagnostic);
             self.found.rows.push(Row {
@@ -296,12 +302,20 @@ impl<'db> Reader<'db> {
         if row.priority == Priority::Unknown {
             let refusal = Refusal::reported("it has no priority", at.clone());
             if fields.priority.is_none() && !lost {
-                self.found.diagnostics.push(diagnostics::missing_field::report(at.clone(), &row.instance, "priority"));
+                self.found.diagnostics.push(diagnostics::missing_field::report(
+                    at.clone(),
+                    &row.instance,
+                    "priority",
+                ));
             }
             row.refusals.push(refusal);
         } else if row.priority != Priority::Background && row.period.is_none() {
             if fields.period.is_none() && !lost {
-                self.found.diagnostics.push(diagnostics::missing_field::report(at.clone(), &row.instance, "period"));
+                self.found.diagnostics.push(diagnostics::missing_field::report(
+                    at.clone(),
+                    &row.instance,
+                    "period",
+                ));
             }
             row.refusals.push(Refusal::reported("it has no period", at.clone()));
         }
@@ -365,7 +379,8 @@ impl<'db> Reader<'db> {
                     row.cpus = Some(u64::from(mask));
                     return;
                 }
-                None => "a whole number, a bit for each CPU: 1 for the first, 2 for the second, 3 for both".to_owned(),
+                None => "a whole number, a bit for each CPU: 1 for the first, 2 for the second, 3 for both"
+                    .to_owned(),
             },
             "priority" => match (&field.value, whole_number(&field.value)) {
                 (Expr::Name(it), _) if it.name == "background" => {
@@ -399,7 +414,8 @@ impl<'db> Reader<'db> {
     /// Operations are served in the time of their owner, which this analysis does not count yet.
     fn served(&mut self, flat: &Flat<'db>) {
         for row in &mut self.found.rows {
-            let Some(shell) = row.component.and_then(|component| shell_of(self.db, self.project, component)) else {
+            let Some(shell) = row.component.and_then(|component| shell_of(self.db, self.project, component))
+            else {
                 continue;
             };
             let features = features(self.db, self.project, shell);
@@ -413,7 +429,8 @@ impl<'db> Reader<'db> {
             let at = row.at.clone();
             if let Some((_, feature)) = flat.operations.iter().find(may_serve) {
                 let which = feature.as_ref().map_or_else(String::new, |feature| format!(" `{feature}`"));
-                let why = format!("it serves the operation{which} for others, whose time is not analysed yet");
+                let why =
+                    format!("it serves the operation{which} for others, whose time is not analysed yet");
                 row.refusals.push(Refusal::own(why, at));
             } else if flat.operations_lost {
                 let why = "it provides operations, and a connection between operations has a syntax error";
@@ -453,7 +470,8 @@ impl<'db> Reader<'db> {
             }
             let at = row.at.clone();
             if cpus & !all != 0 {
-                let why = format!("affinity names {}, and [platform] has {}", cpu_names(cpus), cpu_names(all));
+                let why =
+                    format!("affinity names {}, and [platform] has {}", cpu_names(cpus), cpu_names(all));
                 self.found.diagnostics.push(diagnostics::invalid_field::no_such_cpu(at.clone(), &why));
                 row.refusals.push(Refusal::reported(why, at));
             } else if cpus.count_ones() > 1 {
@@ -562,8 +580,10 @@ pub(crate) fn check_architecture<'db>(
     if !flat.lost.is_empty() || flat.cycle {
         return found;
     }
-    let connections = data.connections.iter().flat_map(|it| [&it.source, &it.target]).map(|end| (end, "port"));
-    let operations = data.operations.iter().flat_map(|it| [&it.source, &it.target]).map(|end| (end, "operation"));
+    let connections =
+        data.connections.iter().flat_map(|it| [&it.source, &it.target]).map(|end| (end, "port"));
+    let operations =
+        data.operations.iter().flat_map(|it| [&it.source, &it.target]).map(|end| (end, "operation"));
     let settings = data.settings.iter().map(|it| (&it.endpoint, "property or constant"));
     for (end, what) in connections.chain(operations).chain(settings) {
         found.extend(end.as_ref().and_then(|end| endpoint(db, project, of, flat, of.name(db), end, what)));

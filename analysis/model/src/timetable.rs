@@ -12,7 +12,7 @@ use crate::behaviour::behaviour_of;
 use crate::diagnostics::{self, Diagnostic};
 use crate::item_tree::{Kind, Name};
 use crate::names::{names_of, similar};
-use crate::project::{Project, config_of, config_file, projects};
+use crate::project::{Project, config_file, config_of, projects};
 use crate::psm::core_of;
 use crate::source::{Decl, Place};
 use crate::{File, ModelDb, Workspace, normalised};
@@ -49,7 +49,9 @@ pub fn table_files(db: &dyn ModelDb, workspace: Workspace) -> TableFiles {
         };
         let before = files.len();
         let known = workspace.files(db).iter();
-        files.extend(known.filter(|(path, _)| glob.is_match(path)).map(|(path, file)| (path.as_path(), *file)));
+        files.extend(
+            known.filter(|(path, _)| glob.is_match(path)).map(|(path, file)| (path.as_path(), *file)),
+        );
         if files.len() == before {
             let message = format!("`{pattern}` names no timing table: no such file");
             errors.push((message, span.clone()));
@@ -112,8 +114,7 @@ pub fn timetable_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Timetab
     let workspace = project.workspace(db);
     let found = table_files(db, workspace);
     let config = config_of(db, workspace);
-    let mut times =
-        Timetable { tables: found.files.clone(), assume: config.assume, ..Timetable::default() };
+    let mut times = Timetable { tables: found.files.clone(), assume: config.assume, ..Timetable::default() };
     if let Some(file) = config_file(db, workspace) {
         let at = |span: &Range<usize>| Place::Range(file, span.start as u32, span.end as u32);
         if config.lost
@@ -214,7 +215,12 @@ impl<'db> Timetable<'db> {
                     let why = format!("{}: the key `{}` may be meant for it", file_name(db, file), entry.key);
                     self.doubtful.insert(meant, (why, at.clone()));
                 }
-                self.diagnostics.push(diagnostics::unknown_timing_key::report(at, &kind.to_string(), key, near));
+                self.diagnostics.push(diagnostics::unknown_timing_key::report(
+                    at,
+                    &kind.to_string(),
+                    key,
+                    near,
+                ));
                 Vec::new()
             }
             [_] => found,
@@ -244,13 +250,23 @@ impl<'db> Timetable<'db> {
         for component in self.component(db, project, slot.file, entry, component, Kind::Component) {
             let known = core_of(db, project, component).map(|core| behaviour_of(db, project, core));
             let keys: Vec<Name> = known.map_or_else(Vec::new, |behaviour| {
-                behaviour.programs.iter().chain(&behaviour.operations).map(|it| it.key.as_str().into()).collect()
+                behaviour
+                    .programs
+                    .iter()
+                    .chain(&behaviour.operations)
+                    .map(|it| it.key.as_str().into())
+                    .collect()
             });
             if !keys.iter().any(|key| key == program) {
                 let near = similar(program, &keys);
                 let near = near.map(|near| format!("{}/{near}", component.name(db)).into());
                 let what = format!("program of {}", component.name(db));
-                self.diagnostics.push(diagnostics::unknown_timing_key::report(at.clone(), &what, program, near));
+                self.diagnostics.push(diagnostics::unknown_timing_key::report(
+                    at.clone(),
+                    &what,
+                    program,
+                    near,
+                ));
                 let why = format!("{}: `{}` is no program of it", file_name(db, slot.file), entry.key);
                 self.doubtful.insert(component, (why, at.clone()));
             }
@@ -289,7 +305,13 @@ impl<'db> Timetable<'db> {
     }
 
     /// The time of a program as a whole.
-    pub fn program_time(&self, db: &'db dyn ModelDb, component: Decl<'db>, key: &str, level: Level) -> Lookup {
+    pub fn program_time(
+        &self,
+        db: &'db dyn ModelDb,
+        component: Decl<'db>,
+        key: &str,
+        level: Level,
+    ) -> Lookup {
         let what = || format!("`{}/{key}`", component.name(db));
         self.time(db, self.programs.get(&(component, key.to_owned())), level, what)
     }
@@ -352,7 +374,10 @@ impl<'db> Timetable<'db> {
             (None, Times::PerLevel(_)) => {
                 let levels: Vec<String> = table.levels.iter().map(Level::to_string).collect();
                 let levels = levels.join(", ");
-                Lookup::OtherLevels(format!("no time for {} at {level}: {name} has the levels {levels}", what()))
+                Lookup::OtherLevels(format!(
+                    "no time for {} at {level}: {name} has the levels {levels}",
+                    what()
+                ))
             }
         }
     }
@@ -379,7 +404,9 @@ impl Slot {
 fn is_known_elsewhere<'db>(db: &'db dyn ModelDb, project: Project<'db>, kind: Kind, key: &str) -> bool {
     let others = projects(db, project.workspace(db)).iter().filter(|&&other| other != project);
     others.into_iter().any(|&other| match key.rsplit_once('.') {
-        Some((library, name)) => !names_of(db, other).in_library(Some(&library.into()), kind, &name.into()).is_empty(),
+        Some((library, name)) => {
+            !names_of(db, other).in_library(Some(&library.into()), kind, &name.into()).is_empty()
+        }
         None => !names_of(db, other).anywhere(db, kind, key).is_empty(),
     })
 }

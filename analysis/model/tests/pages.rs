@@ -9,8 +9,13 @@ use mauve_model::{Database, Workspace};
 fn the_models_of_the_pages_have_what_their_marks_say() {
     for code in codes() {
         let page = page(code.name).unwrap();
-        assert!(page.starts_with(&format!("# {}\n", code.name)), "the page of {} has another title", code.name);
-        let models: Vec<&str> = page.split("```mauve\n").skip(1).map(|rest| rest.split("```").next().unwrap()).collect();
+        assert!(
+            page.starts_with(&format!("# {}\n", code.name)),
+            "the page of {} has another title",
+            code.name
+        );
+        let models: Vec<&str> =
+            page.split("```mauve\n").skip(1).map(|rest| rest.split("```").next().unwrap()).collect();
         assert!(!models.is_empty() || code.name == "unreadable-file", "{} has no example", code.name);
         for model in models {
             let mut expected = Vec::new();

@@ -4,10 +4,11 @@ use std::fmt::Write as _;
 use std::time::{Duration, Instant};
 
 use mauve_model::diagnostics::{project_diagnostics, workspace_diagnostics};
-use mauve_model::{
-    Database, File, Query, behaviour_of, item_tree_of, names_of, parse, project_files, projects, response_times,
-};
 use mauve_model::item_tree::Kind;
+use mauve_model::{
+    Database, File, Query, behaviour_of, item_tree_of, names_of, parse, project_files, projects,
+    response_times,
+};
 use mauve_timing::Level;
 
 use super::{Paths, deployments, levels};
@@ -32,8 +33,10 @@ impl AnalysisStats {
         let workspaces = load(&mut db, &self.paths.paths)?;
         line("load", start.elapsed(), format!("{} workspaces", workspaces.len()));
 
-        let projects: Vec<_> = workspaces.iter().flat_map(|&workspace| projects(&db, workspace)).copied().collect();
-        let mut files: Vec<File> = projects.iter().flat_map(|&project| project_files(&db, project)).copied().collect();
+        let projects: Vec<_> =
+            workspaces.iter().flat_map(|&workspace| projects(&db, workspace)).copied().collect();
+        let mut files: Vec<File> =
+            projects.iter().flat_map(|&project| project_files(&db, project)).copied().collect();
         files.sort_by_key(|file| file.path(&db).clone());
         files.dedup();
         let bytes: usize = files.iter().map(|file| file.text(&db).len()).sum();
@@ -46,7 +49,11 @@ impl AnalysisStats {
         }
         let elapsed = start.elapsed();
         let speed = bytes as f64 / 1e6 / elapsed.as_secs_f64().max(1e-9);
-        line("parse", elapsed, format!("{} files, {lines} lines, {bytes} bytes, {speed:.0} MB/s", files.len()));
+        line(
+            "parse",
+            elapsed,
+            format!("{} files, {lines} lines, {bytes} bytes, {speed:.0} MB/s", files.len()),
+        );
 
         let start = Instant::now();
         for &file in &files {
@@ -83,7 +90,8 @@ impl AnalysisStats {
         line("diagnostics", start.elapsed(), format!("{found} in projects"));
 
         let start = Instant::now();
-        let shown: usize = workspaces.iter().map(|&workspace| workspace_diagnostics(&db, workspace).len()).sum();
+        let shown: usize =
+            workspaces.iter().map(|&workspace| workspace_diagnostics(&db, workspace).len()).sum();
         line("places", start.elapsed(), format!("{shown} shown"));
         if let Some(resident) = resident_kilobytes() {
             let _ = writeln!(out, "{:<16} {:>10.1} MB", "memory", resident as f64 / 1e3);

@@ -69,7 +69,8 @@ fn excerpt(db: &Database, here: &Path, finding: &Finding<'_>) -> String {
         Severity::Hint => Level::HELP,
     };
     // One snippet for each file, so that related places of one file stand in one excerpt.
-    let mut places: Vec<(&Place<'_>, &str, AnnotationKind)> = vec![(&diagnostic.at, "", AnnotationKind::Primary)];
+    let mut places: Vec<(&Place<'_>, &str, AnnotationKind)> =
+        vec![(&diagnostic.at, "", AnnotationKind::Primary)];
     let related = diagnostic.related.iter();
     places.extend(related.map(|(at, message)| (at, message.as_str(), AnnotationKind::Context)));
     let mut files = Vec::new();
@@ -89,7 +90,8 @@ fn excerpt(db: &Database, here: &Path, finding: &Finding<'_>) -> String {
             let range = at.range(db);
             let span = clamp(text, range.start().into(), range.end().into());
             let annotation = kind.span(span);
-            snippet = snippet.annotation(if message.is_empty() { annotation } else { annotation.label(*message) });
+            snippet =
+                snippet.annotation(if message.is_empty() { annotation } else { annotation.label(*message) });
         }
         group = group.element(snippet);
     }

@@ -14,14 +14,17 @@ pub(crate) struct Explain {
 impl Explain {
     pub(crate) fn run(self) -> Result<Output, String> {
         if self.code == "all" {
-            let line = |code: &mauve_model::diagnostics::Code| format!("{:<24} {}\n", code.name, code.severity.name());
+            let line = |code: &mauve_model::diagnostics::Code| {
+                format!("{:<24} {}\n", code.name, code.severity.name())
+            };
             return Ok(Output::fine(codes().map(line).collect::<String>()));
         }
         if let Some(page) = page(&self.code) {
             return Ok(Output::fine(page));
         }
         let names: Vec<_> = codes().map(|code| code.name.into()).collect();
-        let near = similar(&self.code, &names).map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
+        let near =
+            similar(&self.code, &names).map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
         Err(format!("no diagnostic `{}`{near} `mauve explain all` lists them", self.code))
     }
 }

@@ -47,9 +47,9 @@ impl Psm {
         let mut db = Database::default();
         let workspaces = load(&mut db, &path)?;
         let asked = match self.significance {
-            Some(level) => {
-                Some(Level::from_f64(level).ok_or("the significance is a number between 0 and 1, such as 1e-4")?)
-            }
+            Some(level) => Some(
+                Level::from_f64(level).ok_or("the significance is a number between 0 and 1, such as 1e-4")?,
+            ),
             None => None,
         };
         let mut known = Vec::new();
@@ -81,7 +81,8 @@ fn show<'db>(
     let psm = match psm_of(db, project, component, level) {
         Ok(psm) => psm,
         Err(refused) => {
-            let reasons: Vec<&str> = refused.refusals.iter().map(|refusal| refusal.message.as_str()).collect();
+            let reasons: Vec<&str> =
+                refused.refusals.iter().map(|refusal| refusal.message.as_str()).collect();
             return Err(format!("{name} has no state machine at {level}: {}", reasons.join("; ")));
         }
     };
@@ -97,8 +98,9 @@ fn show<'db>(
                 .zip(&psm.edges)
                 .map(|(edge, described)| {
                     let programs = described.programs.iter();
-                    let programs: Vec<_> =
-                        programs.map(|(key, time)| json!({ "program": key, "time": milliseconds(*time) })).collect();
+                    let programs: Vec<_> = programs
+                        .map(|(key, time)| json!({ "program": key, "time": milliseconds(*time) }))
+                        .collect();
                     json!({
                         "source": state(edge.source),
                         "target": state(edge.target),

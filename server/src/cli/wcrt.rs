@@ -6,7 +6,8 @@ use clap::ValueEnum;
 use mauve_ide::explain_response;
 use mauve_model::diagnostics::{Severity, workspace_diagnostics};
 use mauve_model::{
-    ActivityReport, Database, Decl, Priority, Project, Query, Report, Verdict, Workspace, cpu_names, response_times,
+    ActivityReport, Database, Decl, Priority, Project, Query, Report, Verdict, Workspace, cpu_names,
+    response_times,
 };
 use mauve_timing::{Level, Rounding, Status, Time};
 use serde::Serialize;
@@ -78,7 +79,8 @@ impl Wcrt {
                 method: self.method.into(),
                 horizon,
             });
-            let reports = queries.map(|query| (query, response_times(&db, project, deployment, query))).collect();
+            let reports =
+                queries.map(|query| (query, response_times(&db, project, deployment, query))).collect();
             all.push(Deployed { project, deployment, reports });
         }
         let text = match (&self.explain, self.format) {
@@ -116,7 +118,9 @@ fn report_errors(db: &Database, workspaces: &[Workspace]) -> usize {
     let errors = found.filter(|finding| is_error(finding.diagnostic.code)).count();
     if errors > 0 {
         let (noun, verb) = if errors == 1 { ("error", "is") } else { ("errors", "are") };
-        eprintln_(&format!("the models have {errors} {noun}: what rests on them is not analysed (`mauve check` shows what {verb} wrong)"));
+        eprintln_(&format!(
+            "the models have {errors} {noun}: what rests on them is not analysed (`mauve check` shows what {verb} wrong)"
+        ));
     }
     errors
 }
@@ -173,7 +177,8 @@ pub(super) fn table(db: &Database, it: &Deployed<'_>) -> String {
             notes.push(format!("  {}{at}: {}\n", activity.row.instance, reasons.join("; ")));
         }
         for activity in report.activities.iter().filter(|activity| !activity.assumed.is_empty()) {
-            let note = format!("  {}: assumed times of {}\n", activity.row.instance, activity.assumed.join(", "));
+            let note =
+                format!("  {}: assumed times of {}\n", activity.row.instance, activity.assumed.join(", "));
             if !notes.contains(&note) {
                 notes.push(note);
             }
@@ -190,7 +195,10 @@ fn one_level(report: &Report<'_>) -> String {
         .iter()
         .map(|activity| {
             let row = &activity.row;
-            let slack = row.deadline.zip(activity.response).and_then(|(deadline, response)| deadline.checked_sub(response));
+            let slack = row
+                .deadline
+                .zip(activity.response)
+                .and_then(|(deadline, response)| deadline.checked_sub(response));
             vec![
                 row.instance.to_string(),
                 row.component_name.to_string(),
@@ -280,7 +288,11 @@ fn csv(db: &Database, all: &[Deployed<'_>]) -> String {
                     row.instance.to_string(),
                     row.component_name.to_string(),
                     row.cpus.map_or_else(String::new, |cpus| cpus.to_string()),
-                    if let Priority::RealTime(priority) = row.priority { priority.to_string() } else { String::new() },
+                    if let Priority::RealTime(priority) = row.priority {
+                        priority.to_string()
+                    } else {
+                        String::new()
+                    },
                     cell(row.period),
                     cell(row.deadline),
                     cell(activity.own),
@@ -363,7 +375,11 @@ fn document(db: &Database, it: &Deployed<'_>, method: Method) -> Document {
         unit: "ms",
         method: mauve_timing::Method::from(method).to_string(),
         unsafe_horizon: horizon.map(milliseconds),
-        results: it.reports.iter().map(|(query, report)| level_document(query.level, *query, report)).collect(),
+        results: it
+            .reports
+            .iter()
+            .map(|(query, report)| level_document(query.level, *query, report))
+            .collect(),
     }
 }
 

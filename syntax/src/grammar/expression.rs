@@ -163,9 +163,10 @@ fn opt_access(p: &mut Parser<'_>) {
         return;
     }
     match p.current() {
-        DOT if p.is_in(List::Block) => p.skip("a program does not look into a message: a codel does that", |p| {
-            !(p.current().is_word() && p.previous() == DOT || p.at(DOT))
-        }),
+        DOT if p.is_in(List::Block) => p
+            .skip("a program does not look into a message: a codel does that", |p| {
+                !(p.current().is_word() && p.previous() == DOT || p.at(DOT))
+            }),
         L_BRACK if p.is_in(List::Block) => {
             p.skip("a program does not look into an array: a codel does that", |_| true);
         }

@@ -37,7 +37,11 @@ fn shell_item(p: &mut Parser<'_>) {
         CONSTANT_KW | PROPERTY_KW => property(p),
         INPUT_KW | OUTPUT_KW => port(p),
         REQUIRE_KW | PROVIDE_KW => operation(p),
-        _ => unknown(p, "`constant`, `property`, `input port`, `output port`, `require` or `provide`", List::Shell),
+        _ => unknown(
+            p,
+            "`constant`, `property`, `input port`, `output port`, `require` or `provide`",
+            List::Shell,
+        ),
     }
 }
 

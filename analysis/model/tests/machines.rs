@@ -1,0 +1,284 @@
+//! From cores to periodic state machines: which programs each edge executes, and what they cost.
+
+mod common;
+
+use common::machine;
+use expect_test::{Expect, expect};
+
+const CODELS: &str = "
+codel one(): int
+codel two(): int
+codel four(): int
+codel eight(): int
+codel big(): int
+shell S { provide help(): int  provide more(): int  require ask(): int  input port in1: int  property p: int }
+component C(S, K)
+//- /mauve.toml
+timing.tables = [\"times.toml\"]
+//- /times.toml
+[codel]
+one = 1
+two = 2
+four = 4
+eight = 8
+big = 16
+";
+
+fn check(core: &str, expected: Expect) {
+    expected.assert_eq(&machine(&format!("{core}{CODELS}"), "C"));
+}
+
+#[test]
+fn an_update_is_one_state() {
+    check(
+        "core K(S) { configure = { big(); } start = { big(); } update = { one(); two(); } stop = { big(); } }",
+        expect![[r#"
+        update stay update: 3 ms
+    "#]],
+    );
+}
+
+#[test]
+fn the_greater_branch_and_both_sides_of_logic_count() {
+    check(
+        "core K(S) { var v: int = big(); update = {
+           if (one() > 0 && two() > 0 || four() > 0) then { eight(); } else if eight() == 1 then { one(); } else { }
+           var local: int = one() + two();
+           { one(); }
+           v = two();
+           return four();
+         } }",
+        // 7 + max(8, 8 + 1) + 3 + 1 + 2 + 4; the variable of the core is set once, at the start.
+        expect![[r#"
+            update stay update: 26 ms
+        "#]],
+    );
+}
+
+#[test]
+fn a_transition_pays_for_the_guards_before_it() {
+    check(
+        "core K(S) { statemachine {
+           initial state A {
+             entry = { big(); } run = { one(); } handle = { two(); } exit = { four(); }
+             transition t if one() > 0 to B { eight(); }
+             transition u if two() > 0 to B
+           }
+           state B { entry = { one(); }  transition back to A { one(); } }
+         } }",
+        expect![[r#"
+            A t B: 15 ms
+            A u B: 9 ms
+            A stay A: 6 ms
+            B back A: 17 ms
+        "#]],
+    );
+}
+
+#[test]
+fn a_self_transition_leaves_and_enters() {
+    check(
+        "core K(S) { statemachine {
+           initial state A {
+             entry = { big(); } run = { one(); } handle = { two(); } exit = { four(); }
+             transition again if one() > 0 to A { eight(); }
+           }
+         } }",
+        expect![[r#"
+            A again A: 30 ms
+            A stay A: 4 ms
+        "#]],
+    );
+}
+
+#[test]
+fn nothing_happens_after_a_transition_without_a_guard() {
+    check(
+        "core K(S) { statemachine {
+           initial state A { handle = { big(); }  transition t to B  transition u if one() > 0 to C { eight(); } }
+           state B { transition back to A }
+           state C { run = { big(); } }
+         } }",
+        // Nor is C ever reached.
+        expect![[r#"
+            A t B: 0 ms
+            B back A: 0 ms
+        "#]],
+    );
+}
+
+#[test]
+fn ones_own_operations_cost_what_they_do_each_time() {
+    check(
+        "core K(S) {
+           provide help() = { two(); more(); }
+           provide more() = { one(); }
+           update = { help(); help(); read(in1, x); }
+         }",
+        expect![[r#"
+            update stay update: 6 ms
+        "#]],
+    );
+}
+
+#[test]
+fn what_has_no_bound_or_no_meaning_is_refused() {
+    check(
+        "core K(S) { provide help() = { more(); } provide more() = { help(); } update = { one(); } }",
+        expect![[r#"
+            refused: `help` calls itself: its time has no bound
+            refused: `more` calls itself: its time has no bound
+        "#]],
+    );
+    check(
+        "core K(S) { update = { ask(); } }",
+        expect![[r#"
+        refused: `ask` is required of another component, and calling it would wait: use `send` and `collect`
+    "#]],
+    );
+    check(
+        "core K(S) { var one: int = 0; update = { one(); in1(); p(); eigth(); help(); } }",
+        expect![[r#"
+        refused: `one` is a variable: only codels and operations are called
+        refused: `in1` is a port: only codels and operations are called
+        refused: `p` is a property: only codels and operations are called
+        refused: no codel or operation `eigth`; did you mean `eight`?
+        refused: the core does not define `help`: write `provide help(…) = { … }`
+    "#]],
+    );
+    check(
+        "core K(S) { statemachine { initial state A { transition t to B } } }",
+        expect![[r#"
+        refused: no state `B` in this state machine
+    "#]],
+    );
+    check(
+        "core K(S) { statemachine { initial state A { } state A { run = { one(); } } } }",
+        expect![[r#"
+        refused: a second state `A`: rename one of them
+    "#]],
+    );
+    check(
+        "core K(S) { update = { one(); } update = { big(); } }",
+        expect![[r#"
+        refused: a second `update`: write one program that does both
+    "#]],
+    );
+    check(
+        "core K(S) { update = { one(); } statemachine { initial state A { } } }",
+        expect![[r#"
+        refused: this core has both `update` and `statemachine`: one of them says what it does each period
+    "#]],
+    );
+}
+
+#[test]
+fn a_syntax_error_costs_the_component_only_where_a_period_rests_on_it() {
+    check(
+        "core K(S) { configure = { big( ; } update = { one(); } }",
+        expect![[r#"
+        update stay update: 1 ms
+    "#]],
+    );
+    check(
+        "core K(S) { var v: = 3 update = { one(); } }",
+        expect![[r#"
+        update stay update: 1 ms
+    "#]],
+    );
+    for broken in [
+        "core K(S) { update = { one(; } }",
+        "core K(S) { update = { one() } }",
+        "core K(S) { update = { one();",
+        "core K(S) { update { one(); } }",
+        "core K(S) { junk  update = { one(); } }",
+        "core K( { update = { one(); } }",
+        "core K(S) { provide help() = { one( } update = { one(); } }",
+        "core K(S) { statemachine { initial state A { run = { one(); } junk } } }",
+        "core K(S) { statemachine { initial state A { transition t if to A } } }",
+        "core K(S) { statemachine { initial state A { transition t if one() > 0 to } } }",
+        "core K(S) { statemachine { initial state A { transition t } } }",
+        "core K(S) { statemachine { initial state A { } state { } } }",
+        "core K(S) { statemachine { initial state A { } junk } }",
+        "core K(S) { update = { a = b.c; } }",
+        "core K(S) { update = { a = 5ms; } }",
+        "core K(S) { update = { one(); } /* }",
+    ] {
+        let found = machine(
+            &format!(
+                "{broken}\n//- /rest.mal\n{CODELS}\n//- /root.mal\ninclude \"model.mal\"\ninclude \"rest.mal\"\n"
+            ),
+            "C",
+        );
+        assert!(found.starts_with("refused: ") && !found.contains(" ms"), "{broken}: {found}");
+    }
+}
+
+#[test]
+fn a_shell_that_may_lack_an_operation_refuses_its_cores() {
+    let text = |shell: &str| {
+        format!(
+            "{shell}\ncodel one(): int\ncore K(S) {{ update = {{ one(); }} }}\ncomponent C(S, K)\n//- /mauve.toml\nassume.codel = \"1 ms\"\n"
+        )
+    };
+    assert_eq!(machine(&text("shell S { }"), "C"), "update stay update: 1 ms\n");
+    assert_eq!(machine(&text("shell S { input port }"), "C"), "update stay update: 1 ms\n");
+    for broken in [
+        "shell S { provde one(): int }",
+        "shell S { require (): int }",
+        "shell S extends T { }",
+        "shell S extends S { }",
+        "shell { }",
+    ] {
+        let found = machine(&text(broken), "C");
+        assert!(found.starts_with("refused: "), "{broken}: {found}");
+    }
+}
+
+#[test]
+fn a_program_of_a_table_replaces_its_codels() {
+    let model = "core K(S) {
+        provide help() = { big(); }
+        statemachine {
+          initial state A { run = { one(); help(); } handle = { two(); } transition t if one() > 0 to B { four(); } }
+          state B { transition back to A }
+        } }";
+    let with = |programs: &str| machine(&format!("{model}{CODELS}[program]\n{programs}"), "C");
+    expect![[r#"
+        A t B: 22 ms
+        A stay A: 20 ms
+        B back A: 0 ms
+    "#]]
+    .assert_eq(&with(""));
+    expect![[r#"
+        A t B: 111 ms
+        A stay A: 12 ms
+        B back A: 0 ms
+    "#]]
+    .assert_eq(&with("\"C/A.run\" = 10\n\"C/A.t.guard\" = 0\n\"C/A.t.effect\" = 101\n"));
+    expect![[r#"
+        A t B: 7 ms
+        A stay A: 5 ms
+        B back A: 0 ms
+    "#]]
+    .assert_eq(&with("\"C/help\" = 1\n"));
+    // A program that the component does not have may be a misspelt one.
+    expect![[r#"
+        refused: times.toml: `C/A.rnu` is no program of it
+    "#]]
+    .assert_eq(&with("\"C/A.rnu\" = 100\n"));
+}
+
+#[test]
+fn overhead_is_paid_by_each_job() {
+    let model = format!(
+        "core K(S) {{ update = {{ one(); }} }}{CODELS}[overhead]\ndispatch = 0.1\ncontext_switch = 0.05\n"
+    );
+    assert_eq!(machine(&model, "C"), "update stay update: 1.2 ms\n");
+}
+
+#[test]
+fn times_that_overflow_are_refused() {
+    let model = "codel long(): int\nshell S { }\ncore K(S) { update = { long(); long(); } }\ncomponent C(S, K)\n//- /mauve.toml\ntiming.tables = [\"t.toml\"]\n//- /t.toml\nunit = \"s\"\n[codel]\nlong = 18000000000\n";
+    assert_eq!(machine(model, "C"), "refused: the time of a program exceeds 584 years\n");
+}

@@ -1,0 +1,575 @@
+//! What of a deployment is analysed: nothing that rests on what was lost, and everything else.
+
+mod common;
+
+use common::{LEVEL, diagnostics, verdicts, verdicts_with};
+use expect_test::{Expect, expect};
+use mauve_timing::{Level, Method};
+
+/// Three activities of 1, 2 and 4 ms on one CPU, by falling priority.
+const ROBOT: &str = "
+codel one(): int
+codel two(): int
+codel four(): int
+shell S { }
+shell Serving { provide help(): int }
+shell Asking { require help(): int }
+core K1(S) { update = { one(); } }
+core K2(S) { update = { two(); } }
+core K4(S) { update = { four(); } }
+core KS(Serving) { provide help() = { one(); } update = { two(); } }
+core KA(Asking) { update = { one(); } }
+component C1(S, K1)
+component C2(S, K2)
+component C4(S, K4)
+component CS(Serving, KS)
+component CA(Asking, KA)
+architecture A { instance a: C1  instance b: C2  instance c: C4 }
+";
+
+const TIMES: &str = "
+//- /mauve.toml
+timing.tables = [\"times.toml\"]
+//- /times.toml
+[codel]
+one = 1
+two = 2
+four = 4
+";
+
+fn check(deployment: &str, expected: Expect) {
+    expected.assert_eq(&verdicts(&format!("{ROBOT}{deployment}{TIMES}")));
+}
+
+fn activities(a: &str, b: &str, c: &str) -> String {
+    format!(
+        "deployment D {{ architecture A  activity a {{ {a} }}  activity b {{ {b} }}  activity c {{ {c} }} }}"
+    )
+}
+
+const FINE: (&str, &str, &str) =
+    ("priority = 3 period = 10", "priority = 2 period = 10", "priority = 1 period = 10");
+
+#[test]
+fn a_system_without_faults() {
+    check(
+        &activities(FINE.0, FINE.1, FINE.2),
+        expect![[r#"
+        a met 1 ms
+        b met 3 ms
+        c met 7 ms
+    "#]],
+    );
+}
+
+#[test]
+fn equal_priorities_delay_each_other() {
+    check(
+        &activities("priority = 2 period = 10", "priority = 2 period = 10", "priority = 1 period = 10"),
+        expect![[r#"
+        a met 3 ms
+        b met 3 ms
+        c met 7 ms
+    "#]],
+    );
+}
+
+#[test]
+fn background_delays_nobody() {
+    check(
+        &activities("priority = background", FINE.1, FINE.2),
+        expect![[r#"
+        a background
+        b met 2 ms
+        c met 6 ms
+    "#]],
+    );
+}
+
+#[test]
+fn a_deadline_is_missed_strictly_after_it() {
+    check(
+        &activities(FINE.0, FINE.1, "priority = 1 period = 10 deadline = 7"),
+        expect![[r#"
+        a met 1 ms
+        b met 3 ms
+        c met 7 ms
+    "#]],
+    );
+    check(
+        &activities(FINE.0, FINE.1, "priority = 1 period = 10 deadline = 6.999999"),
+        expect![[r#"
+        a met 1 ms
+        b met 3 ms
+        c missed 7 ms
+    "#]],
+    );
+}
+
+#[test]
+fn a_broken_field_takes_what_it_may_delay_with_it() {
+    // The priority is known: what is more urgent is not delayed.
+    check(
+        &activities(FINE.0, "priority = 2 period = 0", FINE.2),
+        expect![[r#"
+        a met 1 ms
+        b not-analysed: its period cannot be used; it has no period
+        c not-analysed: b may delay it, and is not analysed
+    "#]],
+    );
+    // It is not known: it may be the most urgent.
+    check(
+        &activities(FINE.0, "priority = 100 period = 10", FINE.2),
+        expect![[r#"
+        a not-analysed: b may delay it, and is not analysed
+        b not-analysed: its priority cannot be used; it has no priority
+        c not-analysed: b may delay it, and is not analysed
+    "#]],
+    );
+    check(
+        &activities(FINE.0, "priority = 2 period = 10 deadlin = 5", FINE.2),
+        expect![[r#"
+        a met 1 ms
+        b not-analysed: no field `deadlin` in an activity: expected affinity, priority, period or deadline; did you mean `deadline`?
+        c not-analysed: b may delay it, and is not analysed
+    "#]],
+    );
+    check(
+        &activities(FINE.0, "priority = 2 period = 10 period = 20", FINE.2),
+        expect![[r#"
+        a met 1 ms
+        b not-analysed: a second period for `b`: remove one; it has no period
+        c not-analysed: b may delay it, and is not analysed
+    "#]],
+    );
+    check(
+        &activities(FINE.0, "priority = 2 period = 10 deadline = 99999999999", FINE.2),
+        expect![[r#"
+        a met 1 ms
+        b not-analysed: its deadline cannot be used; its deadline cannot be used
+        c not-analysed: b may delay it, and is not analysed
+    "#]],
+    );
+}
+
+#[test]
+fn half_typed_activities() {
+    check(
+        "deployment D { architecture A
+             activity a { priority = 3 period = 10 }
+             activity b { priority = 2 period =
+             activity c { priority = 1 period = 10 } }",
+        expect![[r#"
+        a met 1 ms
+        b not-analysed: its period has a syntax error; its activity has a syntax error; it has no period
+        c not-analysed: b may delay it, and is not analysed
+    "#]],
+    );
+    check(
+        "deployment D { architecture A
+             activity a { priority = 3 period = 10 }
+             activity b
+             activity c { priority = 1 period = 10 } }",
+        expect![[r#"
+        a not-analysed: b may delay it, and is not analysed
+        b not-analysed: its activity has a syntax error; it has no priority
+        c not-analysed: b may delay it, and is not analysed
+    "#]],
+    );
+    check(
+        "deployment D { architecture A  actvity b { priority = 1 }
+             activity a { priority = 3 period = 10 }
+             activity c { priority = 1 period = 10 } }",
+        expect![[r#"
+        a not-analysed: deployment D has a syntax error: an activity may be missing in it; b may delay it, and is not analysed
+        c not-analysed: deployment D has a syntax error: an activity may be missing in it; b may delay it, and is not analysed
+        b not-analysed: it has no activity; deployment D has a syntax error: an activity may be missing in it
+    "#]],
+    );
+}
+
+#[test]
+fn instances_and_activities_that_do_not_match() {
+    check(
+        "deployment D { architecture A  activity a { priority = 3 period = 10 } activity b { priority = 2 period = 10 } }",
+        expect![[r#"
+        a not-analysed: c may delay it, and is not analysed
+        b not-analysed: c may delay it, and is not analysed
+        c not-analysed: it has no activity
+    "#]],
+    );
+    check(
+        &(activities(FINE.0, FINE.1, FINE.2).replace("} }", "}")
+            + " activity d { priority = 2 period = 10 } }"),
+        expect![[r#"
+        a met 1 ms
+        b not-analysed: d may delay it, and is not analysed
+        c not-analysed: d may delay it, and is not analysed
+        d not-analysed: its instance is unknown
+    "#]],
+    );
+    check(
+        &(activities(FINE.0, FINE.1, FINE.2).replace("} }", "}")
+            + " activity b { priority = 1 period = 10 } }"),
+        expect![[r#"
+        a not-analysed: b may delay it, and is not analysed; b may delay it, and is not analysed
+        b not-analysed: a second activity for `b`: remove one; b may delay it, and is not analysed
+        c not-analysed: b may delay it, and is not analysed; b may delay it, and is not analysed
+        b not-analysed: a second activity for `b`: remove one; b may delay it, and is not analysed
+    "#]],
+    );
+    check(
+        "deployment D { activity a { priority = 3 period = 10 } }",
+        expect![[r#"
+        a not-analysed: its instance is unknown; deployment D has no architecture that is known
+    "#]],
+    );
+}
+
+#[test]
+fn cpus() {
+    check(
+        &activities(
+            "affinity = 1 priority = 3 period = 10",
+            "affinity = 2 priority = 2 period = 10",
+            "affinity = 0x2 priority = 1 period = 10",
+        ),
+        expect![[r#"
+        a met 1 ms
+        b met 2 ms
+        c met 6 ms
+    "#]],
+    );
+    // An activity that may run anywhere competes with all that are as urgent.
+    check(
+        &activities(
+            "affinity = 1 priority = 3 period = 10",
+            "priority = 2 period = 10",
+            "affinity = 2 priority = 1 period = 10",
+        ),
+        expect![[r#"
+        a met 1 ms
+        b not-analysed: it has no affinity: it may run on CPUs 1 and 2, which is not analysed yet: give it one CPU
+        c not-analysed: b may delay it, and is not analysed
+    "#]],
+    );
+    check(
+        &activities(
+            "affinity = 1 priority = 3 period = 10",
+            "affinity = 3 priority = 2 period = 10",
+            "affinity = 4 priority = 1 period = 10",
+        ),
+        expect![[r#"
+        a met 1 ms
+        b not-analysed: it may run on CPUs 1 and 2, which is not analysed yet: give it one CPU
+        c met 4 ms
+    "#]],
+    );
+    let platform = TIMES.replace("timing.tables", "platform.cpus = 2\ntiming.tables");
+    let on_four = activities(
+        "affinity = 1 priority = 3 period = 10",
+        "affinity = 4 priority = 2 period = 10",
+        "affinity = 2 priority = 1 period = 10",
+    );
+    expect![[r#"
+        a met 1 ms
+        b not-analysed: affinity names CPU 3, and [platform] has CPUs 1 and 2
+        c met 4 ms
+    "#]]
+    .assert_eq(&verdicts(&format!("{ROBOT}{on_four}{platform}")));
+    // Without any affinity: as many CPUs as the platform has.
+    let nowhere = activities(FINE.0, FINE.1, FINE.2);
+    assert_eq!(verdicts(&format!("{ROBOT}{nowhere}{platform}")).matches("not-analysed").count(), 3);
+}
+
+#[test]
+fn served_operations_are_not_analysed_yet() {
+    let deployment = activities(FINE.0, FINE.1, FINE.2);
+    let robot = |connection: &str| {
+        let architecture =
+            format!("architecture A {{ instance a: C1  instance b: CS  instance c: CA  {connection} }}");
+        let robot =
+            ROBOT.replace("architecture A { instance a: C1  instance b: C2  instance c: C4 }", &architecture);
+        verdicts(&format!("{robot}{deployment}{TIMES}"))
+    };
+    expect![[r#"
+        a met 1 ms
+        b not-analysed: it serves the operation `help` for others, whose time is not analysed yet
+        c not-analysed: b may delay it, and is not analysed
+    "#]]
+    .assert_eq(&robot("operation b.help -> c.help"));
+    // Nobody calls it.
+    expect![[r#"
+        a met 1 ms
+        b met 3 ms
+        c met 4 ms
+    "#]]
+    .assert_eq(&robot(""));
+    // Half typed, it may be anybody's.
+    expect![[r#"
+        a met 1 ms
+        b not-analysed: it provides operations, and a connection between operations has a syntax error
+        c not-analysed: b may delay it, and is not analysed
+    "#]]
+    .assert_eq(&robot("operation\n "));
+}
+
+#[test]
+fn architectures() {
+    let deployed = activities(FINE.0, FINE.1, FINE.2);
+    let with = |architecture: &str| {
+        let robot =
+            ROBOT.replace("architecture A { instance a: C1  instance b: C2  instance c: C4 }", architecture);
+        verdicts(&format!("{robot}{deployed}{TIMES}"))
+    };
+    let fine = "a met 1 ms\nb met 3 ms\nc met 7 ms\n";
+    assert_eq!(
+        with("architecture B { instance a: C1  instance b: C2 } architecture A { import B  instance c: C4 }"),
+        fine
+    );
+    // A half-typed connection or value has no time.
+    assert_eq!(
+        with(
+            "architecture A { instance a: C1  instance b: C2  instance c: C4  connection a.\n property b.p = \n }"
+        ),
+        fine
+    );
+    // Anything else may have been an instance.
+    for lost in [
+        "architecture A { instance a: C1  instance b: C2  instance c: C4  instanc d: C1 }",
+        "architecture A { instance a: C1  instance b: C2  instance c: C4  import }",
+        "architecture A { instance a: C1  instance b: C2  instance c: C4  import Nothing }",
+        "architecture A { instance a: C1  instance b: C2  instance c: C4  import A }",
+        "architecture A { instance a: C1  instance b: C2  instance c: C4  instance : C1 }",
+    ] {
+        assert_eq!(with(lost).matches("not-analysed").count(), 3, "{lost}: {}", with(lost));
+    }
+    expect![[r#"
+        a met 1 ms
+        b not-analysed: the component of instance b is unknown
+        c not-analysed: b may delay it, and is not analysed
+    "#]]
+    .assert_eq(&with("architecture A { instance a: C1  instance b: Nothing  instance c: C4 }"));
+    expect![[r#"
+        a met 1 ms
+        b not-analysed: several instances have its name
+        c not-analysed: b may delay it, and is not analysed
+    "#]]
+    .assert_eq(&with("architecture A { instance a: C1  instance b: C2  instance b: C1  instance c: C4 }"));
+}
+
+#[test]
+fn files() {
+    let deployed = activities(FINE.0, FINE.1, FINE.2);
+    let fine = "a met 1 ms\nb met 3 ms\nc met 7 ms\n";
+    let split = |root: &str| verdicts(&format!("{root}\n{deployed}\n//- /robot.mal\n{ROBOT}{TIMES}"));
+    assert_eq!(split("include \"robot.mal\"\ninclude \"robot.mal\""), fine);
+    // A ring of includes is harmless; a missing file costs what stands in it.
+    assert_eq!(
+        verdicts(&format!(
+            "include \"robot.mal\"\n{deployed}\n//- /robot.mal\ninclude \"model.mal\"\n{ROBOT}{TIMES}"
+        )),
+        fine
+    );
+    assert_eq!(split("include \"robot.mal\"\ninclude \"nothing.mal\""), fine);
+    assert_eq!(
+        verdicts(&format!("include \"robto.mal\"\n{deployed}{TIMES}")).matches("not-analysed").count(),
+        3
+    );
+}
+
+#[test]
+fn a_table_that_cannot_be_read_analyses_nothing() {
+    let deployed = activities(FINE.0, FINE.1, FINE.2);
+    let with = |times: &str| {
+        verdicts(&format!(
+            "{ROBOT}{deployed}\n//- /mauve.toml\ntiming.tables = [\"*.times\"]\n//- /a.times\n{times}"
+        ))
+    };
+    let fine = "[codel]\none = 1\ntwo = 2\nfour = 4\n";
+    assert_eq!(with(fine), "a met 1 ms\nb met 3 ms\nc met 7 ms\n");
+    for lost in [
+        "[program\n\"C1/update\" = 50\n",
+        "[programs]\n\"C1/update\" = 50\n",
+        "[overhead]\ndispach = 1\n",
+        "[overhead]\ndispatch = -1\n",
+        "[program]\n\"C1\" = 50\n",
+    ] {
+        let found = with(&format!("{fine}{lost}"));
+        assert_eq!(found.matches("not-analysed").count(), 3, "{lost}: {found}");
+    }
+    // An entry with an error costs those who use it.
+    for (lost, entry) in [
+        ("two = 2", "two = -2"),
+        ("two = 2", "two = [1, 2]"),
+        ("two = 2", "two = 1e30"),
+        ("two = 2", "two = \"2\""),
+        ("two = 2", "two = nan"),
+    ] {
+        let found = with(&fine.replace(lost, entry));
+        expect![[r#"
+            a met 1 ms
+            b not-analysed: the time of codel `two` in a.times has an error
+            c not-analysed: b may delay it, and is not analysed
+        "#]]
+        .assert_eq(&found);
+    }
+    // So does one that two tables have.
+    expect![[r#"
+        a met 1 ms
+        b not-analysed: codel `two` has two times, in a.times and b.times
+        c not-analysed: b may delay it, and is not analysed
+    "#]]
+    .assert_eq(&with(&format!("{fine}//- /b.times\n[codel]\ntwo = 1\n")));
+}
+
+#[test]
+fn a_configuration_that_may_hide_something_analyses_nothing() {
+    let deployed = activities(FINE.0, FINE.1, FINE.2);
+    let with = |config: &str| {
+        verdicts(&format!(
+            "{ROBOT}{deployed}{}",
+            TIMES.replace("timing.tables", &format!("{config}\ntiming.tables"))
+        ))
+    };
+    assert_eq!(with("project.rot = \"x\""), "a met 1 ms\nb met 3 ms\nc met 7 ms\n");
+    for lost in [
+        "platfrm.rt_throttling = true",
+        "platform.rt_throttling = 1",
+        "clocks.x = 1",
+        "assume.codel = 5",
+        "x = [[",
+        "timing.significance = 2",
+    ] {
+        let found = with(lost);
+        assert_eq!(found.matches("not-analysed").count(), 3, "{lost}: {found}");
+    }
+    let none = verdicts(&format!(
+        "{ROBOT}{deployed}{}",
+        TIMES.replace("times.toml\"]", "times.toml\", \"more.toml\"]")
+    ));
+    assert_eq!(
+        none.matches("not-analysed: mauve.toml: `more.toml` names no timing table").count(),
+        3,
+        "{none}"
+    );
+}
+
+#[test]
+fn platform_clocks_and_assumptions() {
+    let deployed = activities(FINE.0, FINE.1, FINE.2);
+    let with = |config: &str| {
+        verdicts(&format!(
+            "{ROBOT}{deployed}{}",
+            TIMES.replace("timing.tables", &format!("{config}\ntiming.tables"))
+        ))
+    };
+    // Throttling takes 50 ms of each second: all that is left of several periods.
+    expect![[r#"
+        a missed 51 ms
+        b missed 58 ms
+        c missed 78 ms
+    "#]]
+    .assert_eq(&with("platform.rt_throttling = true"));
+    expect![[r#"
+        a met 1 ms
+        b not-analysed: its clock is declared synchronised, which is not analysed yet: without `[clocks]` it is analysed for any phasing
+        c not-analysed: b may delay it, and is not analysed
+    "#]].assert_eq(&with("clocks.synchronised = [\"b\"]"));
+    let missing = TIMES.replace("two = 2\n", "");
+    expect![[r#"
+        a met 1 ms
+        b not-analysed: no time for codel `two`
+        c not-analysed: b may delay it, and is not analysed
+    "#]]
+    .assert_eq(&verdicts(&format!("{ROBOT}{deployed}{missing}")));
+    let assumed = missing.replace("timing.tables", "assume.codel = \"3 ms\"\ntiming.tables");
+    expect![[r#"
+        a met 1 ms
+        b met 4 ms
+        c met 8 ms
+    "#]]
+    .assert_eq(&verdicts(&format!("{ROBOT}{deployed}{assumed}")));
+}
+
+#[test]
+fn levels_are_never_interpolated() {
+    let deployed = activities(FINE.0, FINE.1, FINE.2);
+    let times = "\n//- /mauve.toml\ntiming.tables = [\"times.toml\"]\nassume.codel = \"1 ms\"\n//- /times.toml\nlevels = [1e-3, 1e-5]\n[codel]\none = 1\ntwo = [2, 3]\nfour = 4\n";
+    let at = |level: f64| {
+        verdicts_with(&format!("{ROBOT}{deployed}{times}"), Method::Psm, Level::from_f64(level).unwrap())
+    };
+    assert_eq!(at(1e-5), "a met 1 ms\nb met 4 ms\nc met 8 ms\n");
+    expect![[r#"
+        a met 1 ms
+        b not-analysed: no time for codel `two` at 1e-4: times.toml has the levels 1e-3, 1e-5
+        c not-analysed: b may delay it, and is not analysed
+    "#]]
+    .assert_eq(&at(1e-4));
+}
+
+#[test]
+fn the_classic_method_takes_the_greater_of_component_and_edge() {
+    let deployed = activities(FINE.0, FINE.1, FINE.2);
+    let with = |components: &str| {
+        verdicts_with(&format!("{ROBOT}{deployed}{TIMES}[component]\n{components}"), Method::Classic, LEVEL)
+    };
+    assert_eq!(with("C1 = 2\nC2 = 1\n"), "a met 2 ms\nb met 4 ms\nc met 8 ms\n");
+    expect![[r#"
+        a not-analysed: the time of component `C1` in times.toml has an error
+        b not-analysed: a may delay it, and is not analysed
+        c not-analysed: a may delay it, and is not analysed
+    "#]]
+    .assert_eq(&with("C1 = -2\n"));
+    // A misspelt component may be meant for one that it is like.
+    let found = with("C12 = 2\n");
+    assert!(found.starts_with("a not-analysed: times.toml: the key `C12` may be meant for it"), "{found}");
+}
+
+#[test]
+fn what_a_codel_without_a_time_may_take() {
+    let deployed = activities(FINE.0, FINE.1, FINE.2);
+    let without = |names: &[&str]| {
+        let times =
+            names.iter().fold(TIMES.to_owned(), |times, name| times.replace(&format!("{name} = "), "# "));
+        diagnostics(&format!("{ROBOT}{deployed}{times}"))
+    };
+    // 1 + x + 4 ≤ 10 for the least urgent.
+    expect![[r#"
+        /model.mal "two" missing-time: no time for codel `two`: b is not analysed — it may take up to 5 ms
+    "#]]
+    .assert_eq(&without(&["two"]));
+    expect![[r#"
+        /model.mal "one" missing-time: no time for codel `one`: a is not analysed — it may take up to 6 ms if the others without a time take nothing
+        /model.mal "two" missing-time: no time for codel `two`: b is not analysed — it may take up to 6 ms if the others without a time take nothing
+    "#]].assert_eq(&without(&["one", "two"]));
+    let no_table = TIMES.split("//- /mauve.toml").next().unwrap();
+    expect![[r#"
+        /model.mal "D" missing-time: no execution times: 3 codels have none, so nothing is analysed. Name timing tables in mauve.toml (`[timing] tables = ["timing/*.toml"]`)
+    "#]].assert_eq(&diagnostics(&format!("{ROBOT}{deployed}{no_table}")));
+}
+
+#[test]
+fn names_are_looked_up_in_ones_own_library_first() {
+    let model = "
+library near { codel f(): int  shell S { }  core K(S) { update = { f(); } }  component C(S, K) }
+library far { codel f(): int  codel g(): int }
+library user { use far  shell S { }  core K(S) { update = { f(); g(); } }  component C(S, K) }
+architecture A { instance a: near.C  instance b: user.C }
+deployment D { architecture A  activity a { priority = 2 period = 10 }  activity b { priority = 1 period = 10 } }
+//- /mauve.toml
+timing.tables = [\"times.toml\"]
+//- /times.toml
+[codel]
+\"near.f\" = 1
+far.f = 2
+g = 4
+";
+    assert_eq!(verdicts(model), "a met 1 ms\nb met 7 ms\n");
+    // A key that several codels have is an error, and none of them has that time.
+    let found = verdicts(&model.replace("\"near.f\" = 1", "f = 1"));
+    expect![[r#"
+        a not-analysed: times.toml: the key `f` means several of that name
+        b not-analysed: times.toml: the key `f` means several of that name; a may delay it, and is not analysed
+    "#]].assert_eq(&found);
+}
