@@ -104,7 +104,7 @@ fn levels(db: &Database, project: Project<'_>, asked: Option<&Significance>) -> 
     match asked {
         Some(Significance::These(levels)) => levels.clone(),
         Some(Significance::All) => {
-            let levels = timetable_of(db, project).levels(db);
+            let levels = timetable_of(db, project).levels().to_vec();
             // Times that hold at every level need one column.
             if levels.is_empty() { vec![shown] } else { levels }
         }

@@ -131,7 +131,7 @@ impl<'db> Evaluator<'_, 'db> {
     fn psm(&mut self) -> Result<Psm, Refused<'db>> {
         let behaviour = self.behaviour;
         let programs: Vec<Option<Time>> = behaviour.programs.iter().map(|it| self.program(it)).collect();
-        let overhead = self.times.overhead(self.db, self.level);
+        let overhead = self.times.overhead(self.level);
         if overhead.is_none() {
             self.refuse(format!("[overhead] of the timing table has no time at {}", self.level));
         }

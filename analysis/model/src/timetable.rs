@@ -3,13 +3,14 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::path::Path;
+use std::sync::Arc;
 
 use globset::GlobBuilder;
-use mauve_timing::{Entry, Level, Table, Time, Times};
+use mauve_timing::{Entry, Level, Overhead, Table, Time, Times};
 use rustc_hash::FxHashMap;
 
 use crate::behaviour::behaviour_of;
-use crate::diagnostics::{self, Diagnostic};
+use crate::diagnostics::{Diagnostic, invalid_configuration, invalid_table, unknown_timing_key};
 use crate::item_tree::{Kind, Name};
 use crate::names::{names_of, similar};
 use crate::project::{Project, config_file, config_of, projects};
@@ -35,7 +36,7 @@ pub struct TableFiles {
 /// Finds the tables of a workspace.
 #[salsa::tracked(returns(ref))]
 pub fn table_files(db: &dyn ModelDb, workspace: Workspace) -> TableFiles {
-    let mut files = BTreeMap::new();
+    let mut files: BTreeMap<&Path, File> = BTreeMap::new();
     let mut errors = Vec::new();
     for (pattern, span) in &config_of(db, workspace).tables {
         let absolute = normalised(&workspace.folder(db).join(pattern));
@@ -47,53 +48,53 @@ pub fn table_files(db: &dyn ModelDb, workspace: Workspace) -> TableFiles {
                 continue;
             }
         };
-        let before = files.len();
-        let known = workspace.files(db).iter();
-        files.extend(
-            known.filter(|(path, _)| glob.is_match(path)).map(|(path, file)| (path.as_path(), *file)),
-        );
-        if files.len() == before {
-            let message = format!("`{pattern}` names no timing table: no such file");
-            errors.push((message, span.clone()));
+        let named = workspace.files(db).iter().filter(|(path, _)| glob.is_match(path));
+        let named: Vec<File> = named.map(|(_, file)| *file).collect();
+        if named.is_empty() {
+            errors.push((format!("`{pattern}` names no timing table: no such file"), span.clone()));
         }
+        files.extend(named.into_iter().map(|file| (file.path(db).as_path(), file)));
     }
     TableFiles { files: files.into_values().collect(), errors }
 }
 
-/// Where a time stands: a table, a section of it, an entry.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, salsa::SalsaValue)]
-struct Slot {
-    file: File,
-    section: Section,
-    index: usize,
+/// What an entry of a table is for.
+#[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
+enum Of<'db> {
+    Codel(Decl<'db>),
+    /// By the key behind `Component/`.
+    Program(Decl<'db>, String),
+    Component(Decl<'db>),
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-enum Section {
-    Codel,
-    Program,
-    Component,
+/// What one table says of one thing. No place stands here: a comment in a table changes no time.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+struct Slot {
+    file: File,
+    levels: Arc<[Level]>,
+    /// None where the entry has an error.
+    times: Option<Times>,
 }
 
 /// The times of a project.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
 pub struct Timetable<'db> {
-    codels: FxHashMap<Decl<'db>, Vec<Slot>>,
-    /// By component and the key behind `Component/`.
-    programs: FxHashMap<(Decl<'db>, String), Vec<Slot>>,
-    components: FxHashMap<Decl<'db>, Vec<Slot>>,
-    overhead: Option<File>,
-    tables: Vec<File>,
+    slots: FxHashMap<Of<'db>, Vec<Slot>>,
+    /// What an entry that means nothing may have been for, and why: used where nothing else gives a time.
+    doubts: FxHashMap<Of<'db>, String>,
+    /// Components that an entry may be for which cannot even be guessed.
+    doubtful: FxHashMap<Decl<'db>, (String, Place<'db>)>,
+    overhead: Option<(File, Arc<[Level]>, Overhead)>,
+    /// The levels at which all times hold.
+    levels: Vec<Level>,
     assume: Option<Time>,
     /// Something was lost that may make every time longer: nothing is analysed.
     pub lost: Option<(String, Place<'db>)>,
-    /// Components that an entry which means nothing may have been for.
-    doubtful: FxHashMap<Decl<'db>, (String, Place<'db>)>,
     /// What is wrong in the tables and in how they are named.
     pub diagnostics: Vec<Diagnostic<'db>>,
 }
 
-/// What a table says of a time.
+/// What the tables say of a time.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Lookup {
     /// This.
@@ -114,92 +115,108 @@ pub fn timetable_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Timetab
     let workspace = project.workspace(db);
     let found = table_files(db, workspace);
     let config = config_of(db, workspace);
-    let mut times = Timetable { tables: found.files.clone(), assume: config.assume, ..Timetable::default() };
+    let times = Timetable { assume: config.assume, ..Timetable::default() };
+    let mut joining = Joining { db, project, times, places: FxHashMap::default() };
     if let Some(file) = config_file(db, workspace) {
         let at = |span: &Range<usize>| Place::Range(file, span.start as u32, span.end as u32);
         if config.lost
             && let Some((message, span)) = config.errors.first()
         {
-            times.lost = Some((format!("mauve.toml: {message}"), at(span)));
+            joining.lost(file, message, at(span));
         }
         for (message, span) in &found.errors {
-            times.diagnostics.push(diagnostics::invalid_configuration::report(at(span), message.clone()));
-            times.lost.get_or_insert_with(|| (format!("mauve.toml: {message}"), at(span)));
+            let report = invalid_configuration::report(at(span), message.clone());
+            joining.times.diagnostics.push(report);
+            joining.lost(file, message, at(span));
         }
     }
+    let mut tables = Vec::new();
     for &file in &found.files {
-        times.add(db, project, file);
+        let table = table(db, file);
+        tables.push(table);
+        joining.table(file, table);
     }
-    times.report_repeated(db);
-    times
+    joining.report_repeated();
+    let all: BTreeSet<Level> = tables.iter().flat_map(|table| table.levels.iter().copied()).collect();
+    let everywhere = |level: &Level| tables.iter().all(|table| table.covers(*level));
+    joining.times.levels = all.into_iter().rev().filter(everywhere).collect();
+    joining.times
 }
 
-impl<'db> Timetable<'db> {
-    fn add(&mut self, db: &'db dyn ModelDb, project: Project<'db>, file: File) {
-        let table = table(db, file);
-        let name = file_name(db, file);
-        if let Some(problem) = file.problem(db) {
-            let at = Place::Range(file, 0, 0);
-            self.diagnostics.push(diagnostics::invalid_table::report(at.clone(), problem.clone()));
-            self.lost.get_or_insert_with(|| (format!("{name}: {problem}"), at));
+/// A timetable that is being made, and where its entries stand.
+struct Joining<'db> {
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    times: Timetable<'db>,
+    places: FxHashMap<Of<'db>, Vec<(File, Place<'db>, String)>>,
+}
+
+impl<'db> Joining<'db> {
+    fn lost(&mut self, file: File, why: &str, at: Place<'db>) {
+        let name = file_name(self.db, file);
+        self.times.lost.get_or_insert_with(|| (format!("{name}: {why}"), at));
+    }
+
+    fn report(&mut self, diagnostic: Diagnostic<'db>) {
+        self.times.diagnostics.push(diagnostic);
+    }
+
+    fn table(&mut self, file: File, table: &'db Table) {
+        let at = |span: &Range<usize>| Place::Range(file, span.start as u32, span.end as u32);
+        if let Some(problem) = file.problem(self.db) {
+            self.report(invalid_table::report(at(&(0..0)), problem.clone()));
+            self.lost(file, problem, at(&(0..0)));
         }
         for error in &table.errors {
-            let at = Place::Range(file, error.span.start as u32, error.span.end as u32);
+            self.report(invalid_table::report(at(&error.span), error.message.clone()));
             if table.lost {
-                self.lost.get_or_insert_with(|| (format!("{name}: {}", error.message), at.clone()));
+                self.lost(file, &error.message, at(&error.span));
             }
-            self.diagnostics.push(diagnostics::invalid_table::report(at, error.message.clone()));
         }
         if table.lost {
             return;
         }
-        if table.overhead != mauve_timing::Overhead::default() {
-            if let Some(first) = self.overhead {
-                let message = format!("[overhead] stands in {} already: write it once", file_name(db, first));
-                let at = Place::Range(file, 0, 0);
-                self.diagnostics.push(diagnostics::invalid_table::report(at.clone(), message.clone()));
-                self.lost.get_or_insert((format!("{name}: {message}"), at));
+        let levels: Arc<[Level]> = table.levels.as_slice().into();
+        if table.overhead != Overhead::default() {
+            if let Some((first, ..)) = &self.times.overhead {
+                let message = format!("[overhead] stands in {} already: write it once", file_name(self.db, *first));
+                self.lost(file, &message, at(&(0..0)));
+                self.report(invalid_table::report(at(&(0..0)), message));
             }
-            self.overhead = Some(file);
+            self.times.overhead = Some((file, levels.clone(), table.overhead.clone()));
         }
-        for (index, entry) in table.codels.iter().enumerate() {
-            self.codel(db, project, Slot { file, section: Section::Codel, index }, entry);
+        let slot = |entry: &Entry| Slot { file, levels: levels.clone(), times: entry.value.clone() };
+        for entry in &table.codels {
+            self.add(entry, &entry.key, Kind::Codel, slot(entry), Of::Codel);
         }
-        for (index, entry) in table.programs.iter().enumerate() {
-            self.program(db, project, Slot { file, section: Section::Program, index }, entry);
+        for entry in &table.components {
+            self.add(entry, &entry.key, Kind::Component, slot(entry), Of::Component);
         }
-        for (index, entry) in table.components.iter().enumerate() {
-            let slot = Slot { file, section: Section::Component, index };
-            for component in self.component(db, project, file, entry, &entry.key, Kind::Component) {
-                self.components.entry(component).or_default().push(slot);
-            }
+        for entry in &table.programs {
+            self.program(entry, slot(entry), at(&entry.key_span));
         }
     }
 
-    fn codel(&mut self, db: &'db dyn ModelDb, project: Project<'db>, slot: Slot, entry: &Entry) {
-        for codel in self.component(db, project, slot.file, entry, &entry.key, Kind::Codel) {
-            self.codels.entry(codel).or_default().push(slot);
-        }
-    }
-
-    /// The declarations that a key of a table names: one, or none with the reason reported, or all that it may mean.
-    fn component(
+    /// Enters a time for what `key` names, and gives that. Where it names nothing, or several things, that is reported,
+    /// and what it may have been for is in doubt.
+    fn add(
         &mut self,
-        db: &'db dyn ModelDb,
-        project: Project<'db>,
-        file: File,
         entry: &Entry,
         key: &str,
         kind: Kind,
-    ) -> Vec<Decl<'db>> {
-        let names = names_of(db, project);
+        slot: Slot,
+        of: impl Fn(Decl<'db>) -> Of<'db>,
+    ) -> Option<Decl<'db>> {
+        let db = self.db;
+        let names = names_of(db, self.project);
+        let file = slot.file;
         let at = Place::Range(file, entry.key_span.start as u32, entry.key_span.end as u32);
         let found = match key.rsplit_once('.') {
             Some((library, name)) => names.in_library(Some(&library.into()), kind, &name.into()).to_vec(),
             None => names.anywhere(db, kind, key),
         };
         match found.as_slice() {
-            [] if is_known_elsewhere(db, project, kind, key) => Vec::new(),
+            [] if is_known_elsewhere(db, self.project, kind, key) => {}
             [] => {
                 let all: Vec<(Name, Decl<'db>)> = names
                     .all
@@ -208,118 +225,101 @@ impl<'db> Timetable<'db> {
                     .flat_map(|&decl| [(decl.qualified(db).into(), decl), (decl.name(db).clone(), decl)])
                     .collect();
                 let near = similar(key, all.iter().map(|(name, _)| name));
-                let meant = all.iter().find(|(name, _)| Some(name) == near.as_ref()).map(|(_, decl)| *decl);
-                if kind == Kind::Component
-                    && let Some(meant) = meant
-                {
-                    let why = format!("{}: the key `{}` may be meant for it", file_name(db, file), entry.key);
-                    self.doubtful.insert(meant, (why, at.clone()));
+                for (_, meant) in all.iter().filter(|(name, _)| Some(name) == near.as_ref()) {
+                    let why = format!("{}: `{}` may be meant for it", file_name(db, file), entry.key);
+                    self.times.doubts.insert(of(*meant), why);
                 }
-                self.diagnostics.push(diagnostics::unknown_timing_key::report(
-                    at,
-                    &kind.to_string(),
-                    key,
-                    near,
-                ));
-                Vec::new()
+                self.report(unknown_timing_key::report(at, &kind.to_string(), key, near));
             }
-            [_] => found,
+            [one] => {
+                let of = of(*one);
+                self.places.entry(of.clone()).or_default().push((file, at, entry.key.clone()));
+                self.times.slots.entry(of).or_default().push(slot);
+                return Some(*one);
+            }
             [first, ..] => {
-                let hint = first.qualified(db);
-                self.diagnostics.push(diagnostics::unknown_timing_key::ambiguous(at.clone(), key, &hint));
+                self.report(unknown_timing_key::ambiguous(at, key, &first.qualified(db)));
                 for &decl in &found {
                     let why = format!("{}: the key `{key}` means several of that name", file_name(db, file));
-                    self.doubtful.insert(decl, (why, at.clone()));
+                    self.times.doubts.insert(of(decl), why);
                 }
-                Vec::new()
             }
         }
+        None
     }
 
-    fn program(&mut self, db: &'db dyn ModelDb, project: Project<'db>, slot: Slot, entry: &Entry) {
-        let at = Place::Range(slot.file, entry.key_span.start as u32, entry.key_span.end as u32);
+    fn program(&mut self, entry: &Entry, slot: Slot, at: Place<'db>) {
+        let (db, file) = (self.db, slot.file);
         let Some((component, program)) = entry.key.split_once('/') else {
             let message = "the key of a program is `Component/update`, `Component/state.run`, \
                            `Component/state.transition.guard`, `Component/state.transition.effect` or \
                            `Component/operation`";
-            self.diagnostics.push(diagnostics::invalid_table::report(at.clone(), message.to_owned()));
-            let why = format!("{}: `{}` is not the key of a program", file_name(db, slot.file), entry.key);
-            self.lost.get_or_insert((why, at));
+            self.report(invalid_table::report(at.clone(), message.to_owned()));
+            self.lost(file, &format!("`{}` is not the key of a program", entry.key), at);
             return;
         };
-        for component in self.component(db, project, slot.file, entry, component, Kind::Component) {
-            let known = core_of(db, project, component).map(|core| behaviour_of(db, project, core));
-            let keys: Vec<Name> = known.map_or_else(Vec::new, |behaviour| {
-                behaviour
-                    .programs
-                    .iter()
-                    .chain(&behaviour.operations)
-                    .map(|it| it.key.as_str().into())
-                    .collect()
-            });
-            if !keys.iter().any(|key| key == program) {
-                let near = similar(program, &keys);
-                let near = near.map(|near| format!("{}/{near}", component.name(db)).into());
-                let what = format!("program of {}", component.name(db));
-                self.diagnostics.push(diagnostics::unknown_timing_key::report(
-                    at.clone(),
-                    &what,
-                    program,
-                    near,
-                ));
-                let why = format!("{}: `{}` is no program of it", file_name(db, slot.file), entry.key);
-                self.doubtful.insert(component, (why, at.clone()));
-            }
-            self.programs.entry((component, program.to_owned())).or_default().push(slot);
+        let component = self.add(entry, component, Kind::Component, slot, |decl| key_of(decl, program));
+        let Some(component) = component else { return };
+        let known = core_of(db, self.project, component).map(|core| behaviour_of(db, self.project, core));
+        let programs = known.into_iter().flat_map(|it| it.programs.iter().chain(&it.operations));
+        let keys: Vec<Name> = programs.map(|it| it.key.as_str().into()).collect();
+        if keys.iter().any(|key| key == program) {
+            return;
         }
+        let near = similar(program, &keys);
+        let why = format!("{}: `{}` is no program of it", file_name(db, file), entry.key);
+        match &near {
+            Some(near) => {
+                self.times.doubts.insert(key_of(component, near), why);
+            }
+            None => {
+                self.times.doubtful.insert(component, (why, at.clone()));
+            }
+        }
+        let near = near.map(|near| format!("{}/{near}", component.name(db)).into());
+        let what = format!("program of {}", component.name(db));
+        self.report(unknown_timing_key::report(at, &what, program, near));
     }
 
     /// One thing with two times: an error at each but the first, and neither counts.
-    fn report_repeated(&mut self, db: &'db dyn ModelDb) {
-        let slots = self.codels.values().chain(self.programs.values()).chain(self.components.values());
-        for slots in slots.filter(|slots| slots.len() > 1) {
-            let Some((first, rest)) = slots.split_first() else { continue };
-            for slot in rest {
-                let (at, key) = slot.place(db);
-                let first = (first.place(db).0, file_name(db, first.file));
-                self.diagnostics.push(diagnostics::invalid_table::repeated(at, &key, first));
+    fn report_repeated(&mut self) {
+        let db = self.db;
+        for places in self.places.values().filter(|places| places.len() > 1) {
+            let Some(((file, first, _), rest)) = places.split_first() else { continue };
+            for (_, at, key) in rest {
+                let first = (first.clone(), file_name(db, *file));
+                self.times.diagnostics.push(invalid_table::repeated(at.clone(), key, first));
             }
         }
-        let key = |it: &Diagnostic<'db>| match it.at {
+        self.times.diagnostics.sort_by_key(|it| match it.at {
             Place::Range(file, start, _) => (file.path(db).clone(), start, it.message.clone()),
             _ => Default::default(),
-        };
-        self.diagnostics.sort_by_key(key);
+        });
     }
+}
 
+fn key_of<'db>(component: Decl<'db>, program: &str) -> Of<'db> {
+    Of::Program(component, program.to_owned())
+}
+
+impl<'db> Timetable<'db> {
     /// The time of one execution of a codel.
     pub fn codel_time(&self, db: &'db dyn ModelDb, codel: Decl<'db>, level: Level) -> Lookup {
-        let what = || format!("codel `{}`", codel.qualified(db));
-        if let Some((why, _)) = self.doubtful.get(&codel) {
-            return Lookup::Unusable(why.clone());
-        }
-        match (self.time(db, self.codels.get(&codel), level, what), self.assume) {
+        let found = self.time(db, &Of::Codel(codel), level, || format!("codel `{}`", codel.qualified(db)));
+        match (found, self.assume) {
             (Lookup::Absent, Some(time)) => Lookup::Assumed(time),
             (found, _) => found,
         }
     }
 
-    /// The time of a program as a whole.
-    pub fn program_time(
-        &self,
-        db: &'db dyn ModelDb,
-        component: Decl<'db>,
-        key: &str,
-        level: Level,
-    ) -> Lookup {
-        let what = || format!("`{}/{key}`", component.name(db));
-        self.time(db, self.programs.get(&(component, key.to_owned())), level, what)
+    /// The time of a program as a whole, by the key behind `Component/`.
+    pub fn program_time(&self, db: &'db dyn ModelDb, component: Decl<'db>, key: &str, level: Level) -> Lookup {
+        self.time(db, &key_of(component, key), level, || format!("`{}/{key}`", component.name(db)))
     }
 
     /// The time of a component as a whole, for the classic method.
     pub fn component_time(&self, db: &'db dyn ModelDb, component: Decl<'db>, level: Level) -> Lookup {
-        let what = || format!("component `{}`", component.name(db));
-        self.time(db, self.components.get(&component), level, what)
+        self.time(db, &Of::Component(component), level, || format!("component `{}`", component.name(db)))
     }
 
     /// Why a component is not analysed whatever its codels take.
@@ -328,75 +328,51 @@ impl<'db> Timetable<'db> {
     }
 
     /// Dispatch and two context switches, for each job; nothing where they have no time at this level.
-    pub fn overhead(&self, db: &'db dyn ModelDb, level: Level) -> Option<Time> {
-        let Some(file) = self.overhead else { return Some(Time::ZERO) };
-        let table = table(db, file);
-        let dispatch = table.time(&table.overhead.dispatch, level)?;
-        let switch = table.time(&table.overhead.context_switch, level)?;
+    pub fn overhead(&self, level: Level) -> Option<Time> {
+        let Some((_, levels, overhead)) = &self.overhead else { return Some(Time::ZERO) };
+        let dispatch = at_level(&overhead.dispatch, levels, level)?;
+        let switch = at_level(&overhead.context_switch, levels, level)?;
         switch.checked_mul(2)?.checked_add(dispatch)
     }
 
-    /// Is there no time for anything?
+    /// Is there no time for any codel or program?
     pub fn is_empty(&self) -> bool {
-        self.codels.is_empty() && self.programs.is_empty() && self.assume.is_none()
+        self.slots.is_empty() && self.assume.is_none()
     }
 
     /// The levels at which every table holds, from the most probable down; none where no time depends on a level.
-    pub fn levels(&self, db: &'db dyn ModelDb) -> Vec<Level> {
-        let tables: Vec<&Table> = self.tables.iter().map(|&file| table(db, file)).collect();
-        let all: BTreeSet<Level> = tables.iter().flat_map(|table| table.levels.iter().copied()).collect();
-        all.into_iter().rev().filter(|&level| tables.iter().all(|table| table.covers(level))).collect()
+    pub fn levels(&self) -> &[Level] {
+        &self.levels
     }
 
-    fn time(
-        &self,
-        db: &'db dyn ModelDb,
-        slots: Option<&Vec<Slot>>,
-        level: Level,
-        what: impl Fn() -> String,
-    ) -> Lookup {
-        let slot = match slots.map_or(&[] as &[Slot], Vec::as_slice) {
-            [] => return Lookup::Absent,
+    fn time(&self, db: &'db dyn ModelDb, of: &Of<'db>, level: Level, what: impl Fn() -> String) -> Lookup {
+        let slot = match self.slots.get(of).map_or(&[] as &[Slot], Vec::as_slice) {
+            [] => return self.doubts.get(of).map_or(Lookup::Absent, |why| Lookup::Unusable(why.clone())),
             [slot] => slot,
             [first, second, ..] => {
                 let (first, second) = (file_name(db, first.file), file_name(db, second.file));
                 return Lookup::Unusable(format!("{} has two times, in {first} and {second}", what()));
             }
         };
-        let table = table(db, slot.file);
         let name = file_name(db, slot.file);
-        let Some(times) = slot.entry(table).and_then(|entry| entry.value.as_ref()) else {
+        let Some(times) = &slot.times else {
             return Lookup::Unusable(format!("the time of {} in {name} has an error", what()));
         };
-        match (table.time(times, level), times) {
-            (Some(time), _) => Lookup::Known(time),
-            (None, Times::Always(_)) => Lookup::Absent,
-            (None, Times::PerLevel(_)) => {
-                let levels: Vec<String> = table.levels.iter().map(Level::to_string).collect();
+        at_level(times, &slot.levels, level).map_or_else(
+            || {
+                let levels: Vec<String> = slot.levels.iter().map(Level::to_string).collect();
                 let levels = levels.join(", ");
-                Lookup::OtherLevels(format!(
-                    "no time for {} at {level}: {name} has the levels {levels}",
-                    what()
-                ))
-            }
-        }
+                Lookup::OtherLevels(format!("no time for {} at {level}: {name} has the levels {levels}", what()))
+            },
+            Lookup::Known,
+        )
     }
 }
 
-impl Slot {
-    fn entry(self, table: &Table) -> Option<&Entry> {
-        match self.section {
-            Section::Codel => table.codels.get(self.index),
-            Section::Program => table.programs.get(self.index),
-            Section::Component => table.components.get(self.index),
-        }
-    }
-
-    fn place<'db>(self, db: &'db dyn ModelDb) -> (Place<'db>, String) {
-        let entry = self.entry(table(db, self.file));
-        let span = entry.map_or(0..0, |entry| entry.key_span.clone());
-        let at = Place::Range(self.file, span.start as u32, span.end as u32);
-        (at, entry.map_or_else(String::new, |entry| entry.key.clone()))
+fn at_level(times: &Times, levels: &[Level], level: Level) -> Option<Time> {
+    match times {
+        Times::Always(time) => Some(*time),
+        Times::PerLevel(times) => times.get(levels.iter().position(|&column| column == level)?).copied(),
     }
 }
 

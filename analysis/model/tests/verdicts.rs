@@ -523,7 +523,7 @@ fn the_classic_method_takes_the_greater_of_component_and_edge() {
     .assert_eq(&with("C1 = -2\n"));
     // A misspelt component may be meant for one that it is like.
     let found = with("C12 = 2\n");
-    assert!(found.starts_with("a not-analysed: times.toml: the key `C12` may be meant for it"), "{found}");
+    assert!(found.starts_with("a not-analysed: times.toml: `C12` may be meant for it"), "{found}");
 }
 
 #[test]
@@ -566,10 +566,10 @@ far.f = 2
 g = 4
 ";
     assert_eq!(verdicts(model), "a met 1 ms\nb met 7 ms\n");
-    // A key that several codels have is an error, and none of them has that time.
+    // A key that several codels have is an error, and none of them has that time; one that has its own keeps it.
     let found = verdicts(&model.replace("\"near.f\" = 1", "f = 1"));
     expect![[r#"
         a not-analysed: times.toml: the key `f` means several of that name
-        b not-analysed: times.toml: the key `f` means several of that name; a may delay it, and is not analysed
+        b not-analysed: a may delay it, and is not analysed
     "#]].assert_eq(&found);
 }

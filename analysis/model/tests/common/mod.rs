@@ -9,19 +9,19 @@ use mauve_model::item_tree::Kind;
 use mauve_model::{Database, Query, Workspace, names_of, projects, psm_of, response_times};
 use mauve_timing::{Level, Method};
 
-pub const LEVEL: Level = Level::TEN_TO_MINUS_FOUR;
+pub(crate) const LEVEL: Level = Level::TEN_TO_MINUS_FOUR;
 
-pub fn workspace(db: &Database, fixture: &str) -> Workspace {
+pub(crate) fn workspace(db: &Database, fixture: &str) -> Workspace {
     let texts = mauve_tests::fixture(fixture).into_iter().map(|(path, text)| (PathBuf::from(path), text));
     Workspace::of_texts(db, "/".into(), texts)
 }
 
 /// A line for each activity of each deployment: its response time, or why it has none.
-pub fn verdicts(fixture: &str) -> String {
+pub(crate) fn verdicts(fixture: &str) -> String {
     verdicts_with(fixture, Method::Psm, LEVEL)
 }
 
-pub fn verdicts_with(fixture: &str, method: Method, level: Level) -> String {
+pub(crate) fn verdicts_with(fixture: &str, method: Method, level: Level) -> String {
     let db = Database::default();
     let workspace = workspace(&db, fixture);
     let mut out = String::new();
@@ -43,7 +43,7 @@ pub fn verdicts_with(fixture: &str, method: Method, level: Level) -> String {
 }
 
 /// A line for each edge of a component's machine.
-pub fn machine(fixture: &str, component: &str) -> String {
+pub(crate) fn machine(fixture: &str, component: &str) -> String {
     let db = Database::default();
     let workspace = workspace(&db, fixture);
     let project = projects(&db, workspace)[0];
@@ -67,7 +67,7 @@ pub fn machine(fixture: &str, component: &str) -> String {
 }
 
 /// A line for each diagnostic: file, text that it marks, code, message.
-pub fn diagnostics(fixture: &str) -> String {
+pub(crate) fn diagnostics(fixture: &str) -> String {
     let db = Database::default();
     let workspace = workspace(&db, fixture);
     let mut out = String::new();

@@ -1,0 +1,162 @@
+//! What an edit makes the database compute again, counted by query.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use mauve_model::diagnostics::workspace_diagnostics;
+use mauve_model::item_tree::Kind;
+use mauve_model::{Database, Query, Workspace, names_of, projects, response_times};
+use mauve_timing::{Level, Method};
+use salsa::Setter as _;
+
+/// Two robots that share a component.
+const MODEL: &str = r#"
+include "parts.mal"
+architecture A { instance a: C  instance b: C }
+architecture B { instance b: C }
+
+deployment D {
+  architecture A
+  activity a { priority = 2 period = 10 }
+  activity b { priority = 1 period = 20 }
+}
+deployment E {
+  architecture B
+  activity b { priority = 1 period = 30 }
+}
+//- /parts.mal
+codel one(): int
+codel two(): int
+shell S { }
+core K(S) {
+  statemachine {
+    initial state A { run = { one(); } transition t if two() > 1 to B }
+    state B { transition back to A }
+  }
+}
+core Other(S) { update = { one(); } }
+component C(S, K)
+//- /mauve.toml
+project.root = "model.mal"
+timing.tables = ["times.toml"]
+//- /times.toml
+[codel]
+one = 1
+two = 2
+"#;
+
+/// Asks for everything that is shown: all diagnostics, all response times.
+fn show(db: &Database, workspace: Workspace) {
+    workspace_diagnostics(db, workspace);
+    for &project in projects(db, workspace) {
+        for &decl in names_of(db, project).all.iter().filter(|decl| decl.kind(db) == Kind::Deployment) {
+            let query = Query { level: Level::TEN_TO_MINUS_FOUR, method: Method::Psm, horizon: None };
+            response_times(db, project, decl, query);
+        }
+    }
+}
+
+/// The queries that are executed when `from` becomes `to` in the file at `path`, with how often.
+fn executed(fixture: &[(PathBuf, String)], path: &str, from: &str, to: &str) -> BTreeMap<String, usize> {
+    let mut db = Database::with_log();
+    let workspace = Workspace::of_texts(&db, fixture[0].0.parent().unwrap().to_owned(), fixture.iter().cloned());
+    show(&db, workspace);
+    assert!(db.take_log().len() > 30, "the log is not kept");
+    show(&db, workspace);
+    assert_eq!(db.take_log(), Vec::<String>::new(), "nothing changed");
+    let file = workspace.file(&db, Path::new(path)).unwrap();
+    let old = file.text(&db).to_string();
+    assert!(old.contains(from), "{from:?} is not in {path}");
+    file.set_text(&mut db).to(old.replacen(from, to, 1).into());
+    show(&db, workspace);
+    let mut counts = BTreeMap::new();
+    for query in db.take_log() {
+        *counts.entry(query).or_default() += 1;
+    }
+    counts
+}
+
+fn robot() -> Vec<(PathBuf, String)> {
+    mauve_tests::fixture(MODEL).into_iter().map(|(path, text)| (path.into(), text)).collect()
+}
+
+/// What any edit of a file may execute again: it looks at that file alone, or copies what others found.
+const OF_A_FILE: [&str; 8] =
+    ["parse", "lowered", "item_tree_of", "declarations", "includes", "data", "file_diagnostics", "project_diagnostics"];
+
+#[track_caller]
+fn check(counts: &BTreeMap<String, usize>, analysis: &[(&str, usize)]) {
+    let mut rest = counts.clone();
+    for query in OF_A_FILE {
+        rest.remove(query);
+    }
+    let expected: BTreeMap<String, usize> = analysis.iter().map(|(query, count)| ((*query).to_owned(), *count)).collect();
+    assert_eq!(rest, expected);
+}
+
+#[test]
+fn a_comment_runs_no_analysis() {
+    for (path, at) in [
+        ("/model.mal", "deployment D {"),
+        ("/model.mal", "  architecture A\n"),
+        ("/model.mal", "include"),
+        ("/parts.mal", "codel one"),
+        ("/parts.mal", "    initial state"),
+    ] {
+        let counts = executed(&robot(), path, at, &format!("// a comment\n\n{at}"));
+        check(&counts, &[]);
+        assert_eq!(counts.get("data"), None, "what stands in a declaration is not even looked at: {counts:?}");
+    }
+}
+
+#[test]
+fn a_changed_period_runs_only_its_deployments_response_times() {
+    let counts = executed(&robot(), "/model.mal", "period = 10", "period = 15");
+    check(&counts, &[("system_of", 1), ("response_times", 1), ("declaration_diagnostics", 1)]);
+}
+
+#[test]
+fn a_changed_program_runs_its_core_and_where_a_time_changed_the_response_times() {
+    let counts = executed(&robot(), "/parts.mal", "run = { one(); }", "run = { one(); one(); }");
+    let expected = [("behaviour_of", 1), ("psm_of", 1), ("response_times", 2), ("declaration_diagnostics", 3)];
+    check(&counts, &expected);
+    // The same time: nothing behind the machine.
+    let counts = executed(&robot(), "/parts.mal", "run = { one(); }", "run = { if (1 > 0) then { one(); } else { } }");
+    check(&counts, &[("behaviour_of", 1), ("psm_of", 1), ("declaration_diagnostics", 1)]);
+    // A core that no component has.
+    let counts = executed(&robot(), "/parts.mal", "update = { one(); }", "update = { two(); }");
+    check(&counts, &[("behaviour_of", 1), ("declaration_diagnostics", 1)]);
+}
+
+#[test]
+fn a_saved_table_runs_no_names_and_no_behaviours() {
+    let counts = executed(&robot(), "/times.toml", "two = 2", "two = 3");
+    let expected = [("table", 1), ("timetable_of", 1), ("psm_of", 1), ("response_times", 2), ("declaration_diagnostics", 2)];
+    check(&counts, &expected);
+    let counts = executed(&robot(), "/times.toml", "[codel]", "# measured\n[codel]");
+    check(&counts, &[("table", 1), ("timetable_of", 1)]);
+}
+
+#[test]
+fn the_sample_robot_too() {
+    let folder = mauve_tests::models().join("p3dx");
+    let mut texts = Vec::new();
+    let mut open = vec![folder.clone()];
+    while let Some(next) = open.pop() {
+        for entry in std::fs::read_dir(next).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                open.push(path);
+            } else {
+                texts.push((path.clone(), std::fs::read_to_string(path).unwrap()));
+            }
+        }
+    }
+    texts.sort_by_key(|(path, _)| (path.parent() != Some(&folder), path.clone()));
+    let deployment = folder.join("deployment.mal");
+    let deployment = deployment.to_str().unwrap();
+    let counts = executed(&texts, deployment, "deployment", "// a comment\ndeployment");
+    check(&counts, &[]);
+    let counts = executed(&texts, deployment, "period = 1000", "period = 900");
+    check(&counts, &[("system_of", 1), ("response_times", 1), ("declaration_diagnostics", 1)]);
+}
