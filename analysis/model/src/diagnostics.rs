@@ -224,7 +224,8 @@ pub fn file_diagnostics<'db>(
         let end = file.text(db).len() as u32;
         found.push(unreadable_file::report(Place::Range(file, end, end), problem));
     }
-    for error in parse(db, file).errors() {
+    // What a file lacks because its text ends too early is no mistake of its own.
+    for error in parse(db, file).errors().iter().filter(|_| file.problem(db).is_none()) {
         let at = Place::Range(file, error.range.start().into(), error.range.end().into());
         found.push(syntax_error::report(at, error.message.clone()));
     }

@@ -59,7 +59,7 @@ pub use response::{
     response_times,
 };
 pub use source::{
-    Decl, Place, architecture, codel, component, core, data, declarations, deployment, item_tree_of, parse,
+    Decl, Declarations, Place, architecture, codel, component, core, data, declarations, deployment, item_tree_of, parse,
     shell, source_map,
 };
 pub use system::{Flat, FlatInstance, Priority, Row, System, cpu_names, flat, system_of};

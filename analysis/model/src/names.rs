@@ -30,7 +30,7 @@ pub fn names_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Names<'db> 
         libraries: FxHashSet::default(),
     };
     for &file in project_files(db, project) {
-        for &decl in declarations(db, file) {
+        for &decl in &declarations(db, file).all {
             let library = decl.library(db).clone();
             let name = decl.name(db).clone();
             names.libraries.extend(library.clone());

@@ -5,8 +5,9 @@
 use std::sync::Arc;
 
 use mauve_syntax::{Parse, TextRange};
+use rustc_hash::FxHashMap;
 
-use crate::item_tree::{Data, ItemTree, Kind, Name, Part};
+use crate::item_tree::{Data, Declaration, ItemTree, Kind, Name, Part};
 use crate::lower::{SourceMap, lower, occurrences};
 use crate::{File, ModelDb};
 
@@ -62,21 +63,29 @@ pub fn source_map(db: &dyn ModelDb, file: File) -> &SourceMap {
     &lowered(db, file).1
 }
 
-/// The declarations of a file, in the order of its text, and where each is in its item tree.
-///
-/// What stands *in* a declaration is not part of this: a changed period changes nothing here.
+/// The declarations of a file.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub struct Declarations<'db> {
+    /// In the order of the text, which is that of the item tree.
+    pub all: Vec<Decl<'db>>,
+    index: FxHashMap<Decl<'db>, usize>,
+}
+
+/// The declarations of a file. What stands *in* them is not part of this: a changed period changes nothing here.
 #[salsa::tracked(returns(ref))]
-pub fn declarations<'db>(db: &'db dyn ModelDb, file: File) -> Vec<Decl<'db>> {
+pub fn declarations<'db>(db: &'db dyn ModelDb, file: File) -> Declarations<'db> {
     let tree = item_tree_of(db, file);
     let nths = occurrences(tree);
-    let declare = |(it, nth): (&crate::item_tree::Declaration, u32)| {
+    let declare = |(it, nth): (&Declaration, u32)| {
         Decl::new(db, file, it.kind, it.library.clone(), it.name.clone(), nth)
     };
-    tree.declarations.iter().zip(nths).map(declare).collect()
+    let all: Vec<Decl<'db>> = tree.declarations.iter().zip(nths).map(declare).collect();
+    let index = all.iter().enumerate().map(|(index, &decl)| (decl, index)).collect();
+    Declarations { all, index }
 }
 
 fn index_of<'db>(db: &'db dyn ModelDb, decl: Decl<'db>) -> Option<usize> {
-    declarations(db, decl.file(db)).iter().position(|&it| it == decl)
+    declarations(db, decl.file(db)).index.get(&decl).copied()
 }
 
 /// What stands in a declaration; nothing, where it is no longer in its file.

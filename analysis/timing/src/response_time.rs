@@ -1212,7 +1212,7 @@ mod tests {
         }
 
         /// Windows are followed up to here.
-        const LONGEST: u64 = 3000;
+        pub(super) const LONGEST: u64 = 3000;
 
         /// M(0), M(1), …
         fn demands(task: &Task, method: Method) -> Vec<u64> {
@@ -1297,7 +1297,12 @@ mod tests {
             let (mut job, mut length) = (1, first_job);
             while length > job * period {
                 job += 1;
-                length = end_of(job, length)?;
+                length = match end_of(job, length) {
+                    Some(length) => length,
+                    // It may never end. What has been seen is compared with.
+                    None if load_all == Ordering::Equal => break,
+                    None => return None,
+                };
                 if length - (job - 1) * period > worst_response {
                     (worst, worst_response) = ((job, length), length - (job - 1) * period);
                 }
@@ -1369,6 +1374,9 @@ mod tests {
             let analysis = analyse(&tasks, options);
             for (index, response) in analysis.responses.iter().enumerate() {
                 let Some(expected) = plain::response(&tasks, index, options.method) else { continue };
+                if response.window.as_ref().is_some_and(|window| window.length.as_nanos() >= plain::LONGEST) {
+                    continue;
+                }
                 prop_assert_eq!(&response.bound, &expected.bound);
                 prop_assert_eq!(response.first_job.map(Time::as_nanos), expected.first_job);
                 let window = response.window.as_ref();

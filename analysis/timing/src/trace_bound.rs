@@ -421,6 +421,30 @@ mod tests {
     }
 
     #[test]
+    fn a_better_way_that_pays_late() {
+        // From 0: 5000 and then 100 a period, or 4000 and then 101: the same after 1001.
+        let machine = machine(3, &[(0, 2, 5000), (2, 2, 100), (0, 1, 4000), (1, 1, 101)]);
+        let mut bound = TraceBound::new(&machine);
+        let plain = plain_demands(&machine, 3000);
+        for (n, demand) in (0..).zip(plain) {
+            assert_eq!(bound.demand(n).unwrap().as_nanos(), demand);
+        }
+    }
+
+    #[test]
+    fn a_fast_part_that_is_ahead_late() {
+        // 5000 and then 100 a period, or 101 from the start, in parts of which neither reaches the other.
+        let machine = machine(3, &[(0, 2, 5000), (2, 2, 100), (1, 1, 101)]);
+        let mut bound = TraceBound::new(&machine);
+        let plain = plain_demands(&machine, 6000);
+        for (n, demand) in (0..).zip(plain) {
+            assert_eq!(bound.demand(n).unwrap().as_nanos(), demand);
+        }
+        let (start, length) = bound.regularity().unwrap();
+        assert_eq!((start, length), (4900, 1));
+    }
+
+    #[test]
     fn a_demand_that_does_not_fit() {
         let huge = StateMachine::single(Time::from_nanos(u64::MAX / 2));
         assert!(TraceBound::new(&huge).demand(2).is_ok());
