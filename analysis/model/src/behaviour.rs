@@ -104,7 +104,14 @@ pub fn behaviour_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'
         Reader { db, of, names, features, core: data, scope: Vec::new(), found: Behaviour::default() };
     if let Err(unresolved) = &shell {
         let ty = data.shell.as_ref();
-        reader.found.diagnostics.extend(diagnostics::unresolved_type(of, Kind::Shell, ty, unresolved));
+        reader.found.diagnostics.extend(diagnostics::unresolved_type(
+            db,
+            names,
+            of,
+            Kind::Shell,
+            ty,
+            unresolved,
+        ));
         reader.refuse_here("its shell is unknown");
     } else if features.lost || features.cycle {
         reader.refuse_here("its shell has an error: an operation may be missing in it");
@@ -470,27 +477,18 @@ impl<'db> Reader<'_, 'db> {
             }
             return None;
         }
-        match self.names.resolve(
-            self.db,
-            self.of.library(self.db).as_ref(),
-            Kind::Codel,
-            std::slice::from_ref(name),
-        ) {
-            Ok(codel) => Some(Cost::Codel(codel)),
+        match self.names.resolve(self.of.library(self.db).as_ref(), Kind::Codel, std::slice::from_ref(name)) {
+            Ok(codel) => return Some(Cost::Codel(codel)),
             Err(Unresolved::Ambiguous) => {
-                self.refuse(diagnostics::ambiguous_name::report(at, Kind::Codel, name));
-                None
+                self.refuse(diagnostics::ambiguous_name::report(at, Kind::Codel, name))
             }
-            Err(_) if is_built_in(name) => None,
-            Err(unresolved) => {
-                let near = match unresolved {
-                    Unresolved::Unknown(near) => near,
-                    _ => None,
-                };
+            Err(_) if is_built_in(name) => {}
+            Err(_) => {
+                let near = self.names.similar(self.db, Kind::Codel, name);
                 self.refuse(diagnostics::unresolved_codel::report(at, name, near));
-                None
             }
         }
+        None
     }
 }
 

@@ -8,7 +8,7 @@ use rustc_hash::FxHashMap;
 
 use crate::behaviour::behaviour_of;
 use crate::item_tree::{Expr, Field, Kind, Literal, Name, NameRef, TypeRef};
-use crate::names::{Unresolved, features, names_of};
+use crate::names::{Names, Unresolved, features, names_of};
 use crate::project::{
     Project, config_file, config_of, include_candidates, includes, project_files, projects,
 };
@@ -175,6 +175,8 @@ pub fn page(name: &str) -> Option<String> {
 
 /// The name of a shell, core, component or architecture that means nothing; nothing where that is reported already.
 pub(crate) fn unresolved_type<'db>(
+    db: &'db dyn ModelDb,
+    names: &Names<'db>,
     of: Decl<'db>,
     kind: Kind,
     ty: Option<&TypeRef>,
@@ -183,7 +185,7 @@ pub(crate) fn unresolved_type<'db>(
     let ty = ty?;
     let at = Place::Part(of, ty.part);
     let near = match why {
-        Unresolved::Unknown(near) => near.clone(),
+        Unresolved::Unknown => names.similar(db, kind, ty.path.last().map_or("", |name| name.as_str())),
         Unresolved::Ambiguous => return Some(ambiguous_name::report(at, kind, &ty.to_string())),
         Unresolved::Missing => return None,
     };
@@ -285,7 +287,10 @@ pub fn declaration_diagnostics<'db>(
             let Some(data) = component(db, decl) else { return found.into_boxed_slice() };
             for (kind, ty) in [(Kind::Shell, &data.shell), (Kind::Core, &data.core)] {
                 if let Err(why) = names_of(db, project).resolve_type(db, decl, kind, ty.as_ref()) {
-                    found.extend(unresolved_type(decl, kind, ty.as_ref(), &why).filter(|_| data.whole));
+                    found.extend(
+                        unresolved_type(db, names_of(db, project), decl, kind, ty.as_ref(), &why)
+                            .filter(|_| data.whole),
+                    );
                 }
             }
         }
@@ -293,7 +298,14 @@ pub fn declaration_diagnostics<'db>(
             let Some(data) = shell(db, decl) else { return found.into_boxed_slice() };
             for base in &data.bases {
                 if let Err(why) = names_of(db, project).resolve_type(db, decl, Kind::Shell, Some(base)) {
-                    found.extend(unresolved_type(decl, Kind::Shell, Some(base), &why));
+                    found.extend(unresolved_type(
+                        db,
+                        names_of(db, project),
+                        decl,
+                        Kind::Shell,
+                        Some(base),
+                        &why,
+                    ));
                 }
             }
             if features(db, project, decl).cycle {

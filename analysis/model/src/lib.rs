@@ -59,8 +59,8 @@ pub use response::{
     response_times,
 };
 pub use source::{
-    Decl, Declarations, Place, architecture, codel, component, core, data, declarations, deployment, item_tree_of, parse,
-    shell, source_map,
+    Decl, Declarations, Place, architecture, codel, component, core, data, declarations, deployment,
+    item_tree_of, parse, shell, source_map,
 };
 pub use system::{Flat, FlatInstance, Priority, Row, System, cpu_names, flat, system_of};
 pub use timetable::{Lookup, TableFiles, Timetable, table, table_files, timetable_of};

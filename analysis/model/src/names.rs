@@ -50,8 +50,8 @@ pub fn names_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Names<'db> 
 /// Why a name means nothing.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Unresolved {
-    /// Nothing of that kind has the name; perhaps this one was meant.
-    Unknown(Option<Name>),
+    /// Nothing of that kind has the name.
+    Unknown,
     /// Several do: the places are named by the error that reports them.
     Ambiguous,
     /// The name itself is missing; that is reported already.
@@ -73,7 +73,6 @@ impl<'db> Names<'db> {
     /// outside any library sees everything.
     pub fn resolve(
         &self,
-        db: &'db dyn ModelDb,
         library: Option<&Name>,
         kind: Kind,
         path: &[Name],
@@ -96,9 +95,7 @@ impl<'db> Names<'db> {
         match found.as_slice() {
             [decl] => Ok(*decl),
             [] if path.is_empty() || path.iter().any(|part| part.is_empty()) => Err(Unresolved::Missing),
-            [] => {
-                Err(Unresolved::Unknown(self.similar(db, kind, path.last().map_or("", |name| name.as_str()))))
-            }
+            [] => Err(Unresolved::Unknown),
             _ => Err(Unresolved::Ambiguous),
         }
     }
@@ -112,7 +109,7 @@ impl<'db> Names<'db> {
         ty: Option<&TypeRef>,
     ) -> Result<Decl<'db>, Unresolved> {
         let Some(ty) = ty else { return Err(Unresolved::Missing) };
-        self.resolve(db, from.library(db).as_ref(), kind, &ty.path)
+        self.resolve(from.library(db).as_ref(), kind, &ty.path)
     }
 
     fn visible<'a>(&'a self, library: Option<&Name>) -> Box<dyn Iterator<Item = &'a Name> + 'a> {
@@ -126,17 +123,20 @@ impl<'db> Names<'db> {
         }
     }
 
-    fn similar(&self, db: &'db dyn ModelDb, kind: Kind, name: &str) -> Option<Name> {
+    /// The name of this kind that `name` may be a misspelling of.
+    pub fn similar(&self, db: &'db dyn ModelDb, kind: Kind, name: &str) -> Option<Name> {
         let names = self.all.iter().filter(|decl| decl.kind(db) == kind).map(|decl| decl.name(db));
         similar(name, names)
     }
 }
 
-/// The one of `names` that `name` may be a misspelling of.
+/// The one of `names` that `name` may be a misspelling of. Of very many names only the first thousand are looked at: a
+/// missing file must not make every name in its place slow.
 pub fn similar<'a>(name: &str, names: impl IntoIterator<Item = &'a Name>) -> Option<Name> {
-    let allowed = ((name.chars().count() + 1) / 3).min(3);
-    let near = |other: &'a Name| (distance(name, other), other);
-    let (found, other) = names.into_iter().map(near).min()?;
+    let length = name.chars().count();
+    let allowed = ((length + 1) / 3).min(3);
+    let near = names.into_iter().take(1000).filter(|other| other.len().abs_diff(length) <= allowed);
+    let (found, other) = near.map(|other| (distance(name, other), other)).min()?;
     (found <= allowed && found > 0).then(|| other.clone())
 }
 

@@ -156,7 +156,7 @@ pub fn system_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>
             Ok(architecture) => Some(architecture),
             Err(unresolved) => {
                 let ty = Some(target);
-                let found = diagnostics::unresolved_type(of, Kind::Architecture, ty, &unresolved);
+                let found = diagnostics::unresolved_type(db, names, of, Kind::Architecture, ty, &unresolved);
                 reader.found.diagnostics.extend(found);
                 None
             }
@@ -551,14 +551,21 @@ pub(crate) fn check_architecture<'db>(
             }
             Ok(_) => {}
             Err(unresolved) => {
-                found.extend(diagnostics::unresolved_type(of, Kind::Architecture, Some(import), &unresolved));
+                found.extend(diagnostics::unresolved_type(
+                    db,
+                    names,
+                    of,
+                    Kind::Architecture,
+                    Some(import),
+                    &unresolved,
+                ));
             }
         }
     }
     for instance in &data.instances {
         if let Err(unresolved) = names.resolve_type(db, of, Kind::Component, instance.component.as_ref()) {
             let ty = instance.component.as_ref();
-            found.extend(diagnostics::unresolved_type(of, Kind::Component, ty, &unresolved));
+            found.extend(diagnostics::unresolved_type(db, names, of, Kind::Component, ty, &unresolved));
         }
     }
     // An instance of an imported architecture, or an earlier one, has the name already.

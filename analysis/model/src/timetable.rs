@@ -179,7 +179,8 @@ impl<'db> Joining<'db> {
         let levels: Arc<[Level]> = table.levels.as_slice().into();
         if table.overhead != Overhead::default() {
             if let Some((first, ..)) = &self.times.overhead {
-                let message = format!("[overhead] stands in {} already: write it once", file_name(self.db, *first));
+                let message =
+                    format!("[overhead] stands in {} already: write it once", file_name(self.db, *first));
                 self.lost(file, &message, at(&(0..0)));
                 self.report(invalid_table::report(at(&(0..0)), message));
             }
@@ -313,7 +314,13 @@ impl<'db> Timetable<'db> {
     }
 
     /// The time of a program as a whole, by the key behind `Component/`.
-    pub fn program_time(&self, db: &'db dyn ModelDb, component: Decl<'db>, key: &str, level: Level) -> Lookup {
+    pub fn program_time(
+        &self,
+        db: &'db dyn ModelDb,
+        component: Decl<'db>,
+        key: &str,
+        level: Level,
+    ) -> Lookup {
         self.time(db, &key_of(component, key), level, || format!("`{}/{key}`", component.name(db)))
     }
 
@@ -362,7 +369,10 @@ impl<'db> Timetable<'db> {
             || {
                 let levels: Vec<String> = slot.levels.iter().map(Level::to_string).collect();
                 let levels = levels.join(", ");
-                Lookup::OtherLevels(format!("no time for {} at {level}: {name} has the levels {levels}", what()))
+                Lookup::OtherLevels(format!(
+                    "no time for {} at {level}: {name} has the levels {levels}",
+                    what()
+                ))
             },
             Lookup::Known,
         )

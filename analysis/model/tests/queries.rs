@@ -59,7 +59,8 @@ fn show(db: &Database, workspace: Workspace) {
 /// The queries that are executed when `from` becomes `to` in the file at `path`, with how often.
 fn executed(fixture: &[(PathBuf, String)], path: &str, from: &str, to: &str) -> BTreeMap<String, usize> {
     let mut db = Database::with_log();
-    let workspace = Workspace::of_texts(&db, fixture[0].0.parent().unwrap().to_owned(), fixture.iter().cloned());
+    let workspace =
+        Workspace::of_texts(&db, fixture[0].0.parent().unwrap().to_owned(), fixture.iter().cloned());
     show(&db, workspace);
     assert!(db.take_log().len() > 30, "the log is not kept");
     show(&db, workspace);
@@ -81,8 +82,16 @@ fn robot() -> Vec<(PathBuf, String)> {
 }
 
 /// What any edit of a file may execute again: it looks at that file alone, or copies what others found.
-const OF_A_FILE: [&str; 8] =
-    ["parse", "lowered", "item_tree_of", "declarations", "includes", "data", "file_diagnostics", "project_diagnostics"];
+const OF_A_FILE: [&str; 8] = [
+    "parse",
+    "lowered",
+    "item_tree_of",
+    "declarations",
+    "includes",
+    "data",
+    "file_diagnostics",
+    "project_diagnostics",
+];
 
 #[track_caller]
 fn check(counts: &BTreeMap<String, usize>, analysis: &[(&str, usize)]) {
@@ -90,7 +99,8 @@ fn check(counts: &BTreeMap<String, usize>, analysis: &[(&str, usize)]) {
     for query in OF_A_FILE {
         rest.remove(query);
     }
-    let expected: BTreeMap<String, usize> = analysis.iter().map(|(query, count)| ((*query).to_owned(), *count)).collect();
+    let expected: BTreeMap<String, usize> =
+        analysis.iter().map(|(query, count)| ((*query).to_owned(), *count)).collect();
     assert_eq!(rest, expected);
 }
 
@@ -105,7 +115,11 @@ fn a_comment_runs_no_analysis() {
     ] {
         let counts = executed(&robot(), path, at, &format!("// a comment\n\n{at}"));
         check(&counts, &[]);
-        assert_eq!(counts.get("data"), None, "what stands in a declaration is not even looked at: {counts:?}");
+        assert_eq!(
+            counts.get("data"),
+            None,
+            "what stands in a declaration is not even looked at: {counts:?}"
+        );
     }
 }
 
@@ -118,10 +132,12 @@ fn a_changed_period_runs_only_its_deployments_response_times() {
 #[test]
 fn a_changed_program_runs_its_core_and_where_a_time_changed_the_response_times() {
     let counts = executed(&robot(), "/parts.mal", "run = { one(); }", "run = { one(); one(); }");
-    let expected = [("behaviour_of", 1), ("psm_of", 1), ("response_times", 2), ("declaration_diagnostics", 3)];
+    let expected =
+        [("behaviour_of", 1), ("psm_of", 1), ("response_times", 2), ("declaration_diagnostics", 3)];
     check(&counts, &expected);
     // The same time: nothing behind the machine.
-    let counts = executed(&robot(), "/parts.mal", "run = { one(); }", "run = { if (1 > 0) then { one(); } else { } }");
+    let counts =
+        executed(&robot(), "/parts.mal", "run = { one(); }", "run = { if (1 > 0) then { one(); } else { } }");
     check(&counts, &[("behaviour_of", 1), ("psm_of", 1), ("declaration_diagnostics", 1)]);
     // A core that no component has.
     let counts = executed(&robot(), "/parts.mal", "update = { one(); }", "update = { two(); }");
@@ -131,7 +147,13 @@ fn a_changed_program_runs_its_core_and_where_a_time_changed_the_response_times()
 #[test]
 fn a_saved_table_runs_no_names_and_no_behaviours() {
     let counts = executed(&robot(), "/times.toml", "two = 2", "two = 3");
-    let expected = [("table", 1), ("timetable_of", 1), ("psm_of", 1), ("response_times", 2), ("declaration_diagnostics", 2)];
+    let expected = [
+        ("table", 1),
+        ("timetable_of", 1),
+        ("psm_of", 1),
+        ("response_times", 2),
+        ("declaration_diagnostics", 2),
+    ];
     check(&counts, &expected);
     let counts = executed(&robot(), "/times.toml", "[codel]", "# measured\n[codel]");
     check(&counts, &[("table", 1), ("timetable_of", 1)]);

@@ -571,5 +571,6 @@ g = 4
     expect![[r#"
         a not-analysed: times.toml: the key `f` means several of that name
         b not-analysed: a may delay it, and is not analysed
-    "#]].assert_eq(&found);
+    "#]]
+    .assert_eq(&found);
 }
