@@ -385,6 +385,8 @@ impl<'a> Parser<'a> {
                 _ => {}
             }
             let from = self.position;
+            // What is wrong inside skipped tokens is part of what was reported.
+            self.last_error = Some(from);
             self.bump();
             if self.at_end() {
                 if open > 0 {

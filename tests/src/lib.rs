@@ -3,8 +3,14 @@
 //! It knows no other crate of the workspace, so that each can use it. The end-to-end tests beside it belong to `server`,
 //! which builds the binary that they run.
 
+#![allow(clippy::panic, reason = "a helper of tests fails as a test does")]
+
+mod command;
+
 use std::fmt::Write as _;
 use std::path::PathBuf;
+
+pub use command::{Run, mauve, scratch, write};
 
 /// The files of a fixture: `//- /path` begins a file, and text before the first such line is `/model.mal`.
 ///

@@ -420,13 +420,13 @@ pub fn workspace_diagnostics<'db>(db: &'db dyn ModelDb, workspace: Workspace) ->
     findings
 }
 
-/// What is wrong in `mauve.toml`, globs of tables aside: those are part of the timetable.
+/// What is wrong in `mauve.toml`.
 fn config_diagnostics<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Diagnostic<'db>> {
     let Some(file) = config_file(db, workspace) else { return Vec::new() };
     let config = config_of(db, workspace);
     let at = |span: &std::ops::Range<usize>| Place::Range(file, span.start as u32, span.end as u32);
     let mut found: Vec<Diagnostic<'db>> = Vec::new();
-    for (message, span) in &config.errors {
+    for (message, span) in config.errors.iter().chain(&crate::table_files(db, workspace).errors) {
         found.push(invalid_configuration::report(at(span), message.clone()));
     }
     for (path, span) in &config.roots {

@@ -10,7 +10,7 @@ use mauve_timing::{Entry, Level, Overhead, Table, Time, Times};
 use rustc_hash::FxHashMap;
 
 use crate::behaviour::behaviour_of;
-use crate::diagnostics::{Diagnostic, invalid_configuration, invalid_table, unknown_timing_key};
+use crate::diagnostics::{Diagnostic, invalid_table, unknown_timing_key};
 use crate::item_tree::{Kind, Name};
 use crate::names::{names_of, similar};
 use crate::project::{Project, config_file, config_of, projects};
@@ -90,7 +90,7 @@ pub struct Timetable<'db> {
     assume: Option<Time>,
     /// Something was lost that may make every time longer: nothing is analysed.
     pub lost: Option<(String, Place<'db>)>,
-    /// What is wrong in the tables and in how they are named.
+    /// What is wrong in the tables.
     pub diagnostics: Vec<Diagnostic<'db>>,
 }
 
@@ -125,8 +125,6 @@ pub fn timetable_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Timetab
             joining.lost(file, message, at(span));
         }
         for (message, span) in &found.errors {
-            let report = invalid_configuration::report(at(span), message.clone());
-            joining.times.diagnostics.push(report);
             joining.lost(file, message, at(span));
         }
     }

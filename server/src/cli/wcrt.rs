@@ -97,14 +97,14 @@ impl Wcrt {
         };
         let errors = report_errors(&db, &workspaces);
         if all.is_empty() {
-            eprintln_("no deployment in these models: nothing to analyse");
+            say("no deployment in these models: nothing to analyse");
         }
         let proved = all.iter().all(|it| it.reports.iter().all(|(_, report)| report.schedulable()));
         Ok(Output { text, code: u8::from(!proved || errors > 0) })
     }
 }
 
-fn eprintln_(message: &str) {
+fn say(message: &str) {
     use std::io::Write as _;
     let _ = writeln!(anstream::stderr(), "mauve: {message}");
 }
@@ -117,9 +117,9 @@ fn report_errors(db: &Database, workspaces: &[Workspace]) -> usize {
     };
     let errors = found.filter(|finding| is_error(finding.diagnostic.code)).count();
     if errors > 0 {
-        let (noun, verb) = if errors == 1 { ("error", "is") } else { ("errors", "are") };
-        eprintln_(&format!(
-            "the models have {errors} {noun}: what rests on them is not analysed (`mauve check` shows what {verb} wrong)"
+        let (noun, them) = if errors == 1 { ("error", "it") } else { ("errors", "them") };
+        say(&format!(
+            "the models have {errors} {noun}: what rests on {them} is not analysed (`mauve check` shows {them})"
         ));
     }
     errors

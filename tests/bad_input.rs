@@ -1,0 +1,127 @@
+//! Files that are no models, or hardly: a clear diagnostic at the place, everything else still read, no panic.
+
+use mauve_tests::{Run, mauve, scratch, write};
+use serde_json::Value;
+
+fn check(name: &str, files: &[(&str, &[u8])]) -> (Run, Vec<(String, u64, String)>) {
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), name);
+    for (path, bytes) in files {
+        write(&folder, &[(path, "")]);
+        std::fs::write(folder.join(path), bytes).unwrap();
+    }
+    let run = mauve(env!("CARGO_BIN_EXE_mauve"), &folder, &["check", "--format", "json"]);
+    assert!(run.code == 0 || run.code == 1, "{name}: {} {}", run.code, run.err);
+    let shown = mauve(env!("CARGO_BIN_EXE_mauve"), &folder, &["check"]);
+    assert_eq!(shown.code, run.code, "{name}: {}", shown.err);
+    let document: Value = serde_json::from_str(&run.out).unwrap();
+    let diagnostics = document["diagnostics"].as_array().unwrap();
+    let found = diagnostics.iter().map(|it| {
+        let line = it["range"]["start"]["line"].as_u64().unwrap();
+        (it["code"].as_str().unwrap().to_owned(), line, it["message"].as_str().unwrap().to_owned())
+    });
+    let found = found.collect();
+    (run, found)
+}
+
+fn codes(found: &[(String, u64, String)]) -> Vec<(&str, u64)> {
+    found.iter().map(|(code, line, _)| (code.as_str(), *line)).collect()
+}
+
+#[test]
+fn binary_files() {
+    let (_, found) = check("binary", &[("a.mal", b"shell S { }\n\xff\xfe\x00core"), ("b.mal", b"\x7fELF\x02\x01\x01\x00")]);
+    assert_eq!(codes(&found), [("unreadable-file", 2), ("syntax-error", 1)], "{found:?}");
+    assert!(found[0].2.contains("not UTF-8 text from byte 12 on"), "{found:?}");
+    let (_, found) = check("binary-table", &[
+        ("a.mal", b"codel f(): int\n"),
+        ("mauve.toml", b"timing.tables = [\"t.toml\"]\n"),
+        ("t.toml", b"[codel]\nf = 1\n\xff"),
+    ]);
+    assert_eq!(codes(&found), [("invalid-table", 1)], "{found:?}");
+}
+
+#[test]
+fn nesting_without_end() {
+    let deep = format!("core C(S) {{ update = {{ {}{} }} }}\nshell S {{ }}\n", "{".repeat(10_000), "}".repeat(10_000));
+    let sum = format!("core D(S) {{ update = {{ x = {}a; }} }}\n", "a + ".repeat(100_000));
+    let chain = format!("core E(S) {{ update = {{ {}{{ }} }} }}\n", "if a then { } else ".repeat(100_000));
+    let (_, found) = check("deep", &[("a.mal", format!("{deep}{sum}{chain}").as_bytes())]);
+    assert_eq!(codes(&found), [("syntax-error", 1), ("syntax-error", 3), ("syntax-error", 4)], "{found:?}");
+}
+
+#[test]
+fn the_whole_analysis_fits_into_a_small_stack() {
+    // As deep as the parser lets it be.
+    let program = format!("{}x = {}f(){};{}", "{ if f() > 0 then {".repeat(60), "-(".repeat(40), ")".repeat(40), "} else { } }".repeat(60));
+    let sum = format!("y = {}f();", "f() + ".repeat(200));
+    let model = format!(
+        "codel f(): int\nshell S {{ }}\ncore K(S) {{ update = {{ {program} {sum} }} }}\ncomponent C(S, K)\n\
+         architecture A {{ instance a: C }}\ndeployment D {{ architecture A  activity a {{ priority = 1 period = 999 }} }}\n"
+    );
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "small-stack");
+    write(&folder, &[("a.mal", &model), ("mauve.toml", "assume.codel = \"1 ms\"\n")]);
+    let limited = format!("ulimit -s 2048; exec {} wcrt --format csv", env!("CARGO_BIN_EXE_mauve"));
+    let output = std::process::Command::new("sh").args(["-c", &limited]).current_dir(&folder).output().unwrap();
+    let text = String::from_utf8_lossy(&output.stdout);
+    // 60 conditions, the call inside, and 201 in the sum.
+    assert!(text.contains(",262,262,262,met"), "{text}{}", String::from_utf8_lossy(&output.stderr));
+}
+
+#[test]
+fn a_file_of_ten_megabytes() {
+    let mut text = String::new();
+    let mut part = 0;
+    while text.len() < 10_000_000 {
+        text += &format!("library l{part} {{\n  codel f(in a: int): int\n  shell S {{ input port i: int }}\n  core K(S) {{ var v: int = 0; update = {{ v = f(v + 1); }} }}\n  component C(S, K)\n}}\n");
+        part += 1;
+    }
+    text += "codel f(\n";
+    let (_, found) = check("ten-megabytes", &[("a.mal", text.as_bytes())]);
+    assert_eq!(found.len(), 1, "{:?}", found.first());
+    assert_eq!(found[0].0, "syntax-error");
+}
+
+#[test]
+fn includes_that_go_wrong() {
+    let (_, found) = check("includes", &[
+        ("mauve.toml", b"project.root = \"a.mal\"\n"),
+        ("a.mal", b"include \"b.mal\"\ninclude \"nothing.mal\"\ninclude \"folder\"\ninclude \"/dev/zero\"\ninclude \"\"\n"),
+        ("b.mal", b"include \"a.mal\"\n"),
+        ("folder/c.mal", b""),
+    ]);
+    assert_eq!(
+        codes(&found),
+        [
+            ("include-cycle", 1),
+            ("unresolved-include", 2),
+            ("unresolved-include", 3),
+            ("unresolved-include", 4),
+            ("unresolved-include", 5),
+            ("include-cycle", 1)
+        ],
+        "{found:?}"
+    );
+}
+
+#[test]
+fn tables_and_configurations_that_go_wrong() {
+    let model = b"codel f(): int\ncodel g(): int\n";
+    for (table, line, message) in [
+        ("[codel\nf = 1\n", 1, "not TOML"),
+        ("[codel]\nf = -1\n", 2, "negative"),
+        ("[codel]\nf = 1e40\n", 2, "too"),
+        ("levels = [1e-3]\n[codel]\nf = [1, 2]\n", 3, "2"),
+        ("[codell]\nf = 1\n", 1, "codell"),
+        ("unit = \"hours\"\n[codel]\nf = 1\n", 1, "hours"),
+        ("levels = [2]\n[codel]\nf = 1\n", 1, "level"),
+        ("[codel]\nf = true\n", 2, "truth value"),
+    ] {
+        let files: [(&str, &[u8]); 3] =
+            [("a.mal", model), ("mauve.toml", b"timing.tables = [\"t.toml\"]\n"), ("t.toml", table.as_bytes())];
+        let (_, found) = check("tables", &files);
+        assert_eq!(codes(&found), [("invalid-table", line)], "{table}: {found:?}");
+        assert!(found[0].2.contains(message), "{table}: {found:?}");
+    }
+    let (_, found) = check("config", &[("a.mal", model), ("mauve.toml", b"[project]\nroot = \"b.mal\"\n[timing]\ntables = [\"[\", \"t/*.toml\"]\nlevel = 3\n[platform]\ncpus = -1\n")]);
+    assert!(found.len() >= 4 && found.iter().all(|(code, ..)| code == "invalid-configuration"), "{found:?}");
+}

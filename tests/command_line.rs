@@ -1,0 +1,204 @@
+//! The command line: what each command prints, and how it ends.
+
+use mauve_tests::{Run, mauve, models, scratch, write};
+use serde_json::Value;
+
+fn run(arguments: &[&str]) -> Run {
+    mauve(env!("CARGO_BIN_EXE_mauve"), &models(), arguments)
+}
+
+fn run_in(name: &str, files: &[(&str, &str)], arguments: &[&str]) -> Run {
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), name);
+    write(&folder, files);
+    mauve(env!("CARGO_BIN_EXE_mauve"), &folder, arguments)
+}
+
+const LATE: [(&str, &str); 2] = [
+    (
+        "robot.mal",
+        "codel work(): int\nshell S { }\ncore K(S) { update = { work(); } }\ncomponent C(S, K)\n\
+         architecture A { instance front: C  instance back: C }\n\
+         deployment D {\n  architecture A\n  activity front { priority = 2 period = 10 }\n  \
+         activity back { priority = 1 period = 10 deadline = 9 }\n}\n",
+    ),
+    ("mauve.toml", "assume.codel = \"5 ms\"\n"),
+];
+
+#[test]
+fn check_shows_the_sample_without_a_fault() {
+    let found = run(&["check", "p3dx"]);
+    assert_eq!((found.code, found.err.as_str()), (0, ""), "{}", found.out);
+    assert!(found.out.contains("no errors, no warnings"), "{}", found.out);
+    assert!(found.out.contains("navigation   Navigation         1           2  1000  1000  297        997  997      3  ✓ met"), "{}", found.out);
+    // A part of the project means what it means in the project.
+    let part = run(&["check", "p3dx/components/switch.mal"]);
+    assert_eq!((part.code, part.out), (found.code, found.out));
+}
+
+#[test]
+fn check_as_json_and_for_people_say_the_same() {
+    let found = run_in("late", &LATE, &["check", "--format", "json"]);
+    assert_eq!((found.code, found.err.as_str()), (1, ""));
+    let document: Value = serde_json::from_str(&found.out).unwrap();
+    assert_eq!((&document["errors"], &document["warnings"]), (&1.into(), &0.into()));
+    let diagnostic = &document["diagnostics"][0];
+    assert_eq!(diagnostic["code"], "deadline-missed");
+    assert_eq!(diagnostic["severity"], "error");
+    assert_eq!(diagnostic["message"], "back: R 10 ms > D 9 ms — 5 ms of it is front (1 job)");
+    assert!(diagnostic["file"].as_str().unwrap().ends_with("/robot.mal"));
+    let place = |line: u64, column: u64| serde_json::json!({ "line": line, "column": column });
+    assert_eq!(diagnostic["range"], serde_json::json!({ "start": place(9, 12), "end": place(9, 16) }));
+    let shown = run_in("late", &LATE, &["check"]);
+    assert_eq!(shown.code, 1);
+    assert!(shown.out.contains("error[deadline-missed]: back: R 10 ms > D 9 ms"), "{}", shown.out);
+    assert!(shown.out.contains("robot.mal:9:12"), "{}", shown.out);
+    assert!(shown.out.contains("1 error, no warnings"), "{}", shown.out);
+    assert!(!shown.out.contains('\u{1b}'), "colours only on a terminal");
+}
+
+#[test]
+fn columns_count_characters() {
+    let files = [("a.mal", "/* é */ codel f(: int\n")];
+    let found = run_in("columns", &files, &["check", "--format", "json"]);
+    let document: Value = serde_json::from_str(&found.out).unwrap();
+    assert_eq!(document["diagnostics"][0]["range"]["start"]["column"], 17);
+}
+
+#[test]
+fn wcrt_exits_with_1_unless_every_deadline_is_proved() {
+    assert_eq!(run(&["wcrt", "p3dx"]).code, 0);
+    assert_eq!(run(&["wcrt", "p3dx", "--significance", "1e-5"]).code, 1);
+    assert_eq!(run_in("late", &LATE, &["wcrt"]).code, 1);
+    // Not analysed is not proved, and a model with errors says so.
+    let untimed = [("robot.mal", LATE[0].1)];
+    assert_eq!(run_in("untimed", &untimed, &["wcrt"]).code, 1);
+    let broken = [("robot.mal", LATE[0].1), ("mauve.toml", "assume.codel = \"1 ms\"\n"), ("b.mal", "include \"robot.mal\"\ncodel g(")];
+    let found = run_in("broken", &broken, &["wcrt"]);
+    assert_eq!(found.code, 1);
+    assert!(found.err.contains("the models have 1 error"), "{}", found.err);
+}
+
+#[test]
+fn wcrt_as_csv_and_explained() {
+    let found = run(&["wcrt", "p3dx", "--format", "csv"]);
+    assert_eq!(found.out.lines().count(), 11);
+    assert!(found.out.contains("P3dxDeployment,1e-4,psm,navigation,Navigation,1,2,1000,1000,297,997,997,met\n"), "{}", found.out);
+    let explained = run(&["wcrt", "p3dx", "--explain", "navigation"]);
+    for part in ["own time 297 ms", "navigation.astar", "430 ms", "10 jobs  hokuyo"] {
+        assert!(explained.out.contains(part), "{part} in {}", explained.out);
+    }
+    let missed = run_in("late", &LATE, &["wcrt", "--explain", "back"]);
+    assert!(missed.out.contains("iterations: the 2nd crosses the deadline of 9 ms\n  5 ms → 10 ms\n"), "{}", missed.out);
+}
+
+#[test]
+fn what_does_not_exist_is_said_and_exits_with_2() {
+    for (arguments, message) in [
+        (&["check", "nothing.mal"][..], "cannot read `nothing.mal`"),
+        (&["wcrt", "p3dx", "--deployment", "P3dx"], "no deployment `P3dx`: exploration.P3dxDeployment"),
+        (&["wcrt", "p3dx", "--explain", "navigaton"], "no instance `navigaton`; did you mean `navigation`?"),
+        (&["wcrt", "p3dx", "--significance", "2"], "`2` is no level"),
+        (&["wcrt", "p3dx", "--horizon", "0ms"], "--horizon is greater than 0"),
+        (&["wcrt", "p3dx", "--horizon", "12"], "--horizon is a time such as 1000ms"),
+        (&["wcrt", "p3dx", "--method", "best"], "invalid value 'best'"),
+        (&["psm", "p3dx", "Navigaton"], "no component `Navigaton`; did you mean `Navigation`?"),
+        (&["explain", "deadline-mised"], "no diagnostic `deadline-mised`; did you mean `deadline-missed`?"),
+        (&["parse", "nothing.mal"], "cannot be read"),
+        (&["frobnicate"], "unrecognized subcommand"),
+    ] {
+        let found = run(arguments);
+        assert_eq!(found.code, 2, "{arguments:?}: {}{}", found.out, found.err);
+        assert!(found.err.contains(message), "{arguments:?}: {}", found.err);
+        assert_eq!(found.out, "", "{arguments:?}");
+    }
+    let empty = run_in("empty", &[("notes.txt", "")], &["check"]);
+    assert_eq!(empty.code, 2);
+    assert!(empty.err.contains("no model (*.mal)"), "{}", empty.err);
+}
+
+#[test]
+fn psm_in_three_forms() {
+    let json: Value = serde_json::from_str(&run(&["psm", "p3dx", "Navigation", "--format", "json"]).out).unwrap();
+    let planning: Vec<&Value> =
+        json["edges"].as_array().unwrap().iter().filter(|edge| edge["source"] == "Planning").collect();
+    assert!(!planning.is_empty() && planning.iter().all(|edge| edge["time"] == 297), "{planning:?}");
+    let others = json["edges"].as_array().unwrap().iter().filter(|edge| edge["source"] != "Planning");
+    assert!(others.into_iter().all(|edge| edge["time"].as_f64().unwrap() < 3.0));
+    assert!(run(&["psm", "p3dx", "Navigation"]).out.starts_with("digraph \"Navigation\" {\n"));
+    assert!(run(&["psm", "p3dx", "Navigation", "--format", "svg"]).out.starts_with("<svg "));
+}
+
+#[test]
+fn parse_shows_the_tree_and_loses_nothing() {
+    let files = [("a.mal", "codel f(): int // the end\n")];
+    let found = run_in("parse", &files, &["parse", "a.mal"]);
+    assert_eq!(found.code, 0);
+    assert!(found.out.starts_with("SOURCE_FILE@0..26\n  CODEL@0..14\n    CODEL_KW@0..5 \"codel\"\n"), "{}", found.out);
+    let json: Value = serde_json::from_str(&run_in("parse", &files, &["parse", "a.mal", "--format", "json"]).out).unwrap();
+    let mut text = String::new();
+    gather(&json["tree"], &mut text);
+    assert_eq!(text, files[0].1);
+    assert_eq!(run_in("parse", &[("a.mal", "codel f(")], &["parse", "a.mal"]).code, 1);
+}
+
+fn gather(node: &Value, text: &mut String) {
+    text.push_str(node["text"].as_str().unwrap_or_default());
+    node["children"].as_array().into_iter().flatten().for_each(|child| gather(child, text));
+}
+
+#[test]
+fn a_new_project_shows_response_times_at_once() {
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "new");
+    let made = mauve(env!("CARGO_BIN_EXE_mauve"), &folder, &["new", "robot"]);
+    assert_eq!(made.code, 0, "{}", made.err);
+    let checked = mauve(env!("CARGO_BIN_EXE_mauve"), &folder, &["check", "robot"]);
+    assert_eq!(checked.code, 0, "{}", checked.out);
+    assert!(checked.out.contains("no errors, no warnings") && checked.out.matches("✓ met").count() == 3, "{}", checked.out);
+    let again = mauve(env!("CARGO_BIN_EXE_mauve"), &folder, &["new", "robot"]);
+    assert_eq!(again.code, 2);
+    assert!(again.err.contains("is not empty: nothing was written"), "{}", again.err);
+}
+
+#[test]
+fn pages_completions_and_measurements() {
+    assert!(run(&["explain", "missing-time"]).out.starts_with("# missing-time\n"));
+    assert!(run(&["explain", "all"]).out.lines().count() > 30);
+    for shell in ["bash", "zsh", "fish"] {
+        assert!(run(&["completions", shell]).out.contains("wcrt"), "{shell}");
+    }
+    let stats = run(&["analysis-stats", "p3dx"]);
+    for part in ["parse", "names", "behaviours", "response times", "memory"] {
+        assert!(stats.out.lines().any(|line| line.starts_with(part)), "{part} in {}", stats.out);
+    }
+}
+
+#[test]
+fn workspaces_roots_and_model_paths() {
+    // Two configurations below the folder are two workspaces; a library elsewhere is found along MAUVE_MODELS.
+    let library = "library shared { codel f(): int  shell S { }  core K(S) { update = { f(); } }  component C(S, K) }\n";
+    let robot = "include \"shared.mal\"\narchitecture A { instance a: shared.C }\ndeployment D { architecture A  activity a { priority = 1 period = 10 } }\n";
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "workspaces");
+    let assume = "assume.codel = \"2 ms\"\n";
+    write(&folder, &[
+        ("lib/shared.mal", library),
+        ("one/robot.mal", robot),
+        ("one/mauve.toml", assume),
+        ("two/robot.mal", robot),
+        ("two/mauve.toml", "assume.codel = \"3 ms\"\n"),
+        ("two/build/made.mal", "this is no model"),
+        ("two/.gitignore", "scratch/\n"),
+        ("two/scratch/a.mal", "nor is this"),
+    ]);
+    let output = std::process::Command::new(env!("CARGO_BIN_EXE_mauve"))
+        .args(["wcrt", "one", "two", "--format", "csv"])
+        .env("MAUVE_MODELS", format!(":{}:/nothing", folder.join("lib").display()))
+        .current_dir(&folder)
+        .output()
+        .unwrap();
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{text}{}", String::from_utf8_lossy(&output.stderr));
+    assert!(text.contains("2,2,2,met") && text.contains("3,3,3,met"), "{text}");
+    let without = mauve(env!("CARGO_BIN_EXE_mauve"), &folder, &["check", "one"]);
+    assert_eq!(without.code, 1);
+    assert!(without.out.contains("unresolved-include"), "{}", without.out);
+}
