@@ -29,20 +29,30 @@ fn codes(found: &[(String, u64, String)]) -> Vec<(&str, u64)> {
 
 #[test]
 fn binary_files() {
-    let (_, found) = check("binary", &[("a.mal", b"shell S { }\n\xff\xfe\x00core"), ("b.mal", b"\x7fELF\x02\x01\x01\x00")]);
+    let (_, found) = check(
+        "binary",
+        &[("a.mal", b"shell S { }\n\xff\xfe\x00core"), ("b.mal", b"\x7fELF\x02\x01\x01\x00")],
+    );
     assert_eq!(codes(&found), [("unreadable-file", 2), ("syntax-error", 1)], "{found:?}");
     assert!(found[0].2.contains("not UTF-8 text from byte 12 on"), "{found:?}");
-    let (_, found) = check("binary-table", &[
-        ("a.mal", b"codel f(): int\n"),
-        ("mauve.toml", b"timing.tables = [\"t.toml\"]\n"),
-        ("t.toml", b"[codel]\nf = 1\n\xff"),
-    ]);
+    let (_, found) = check(
+        "binary-table",
+        &[
+            ("a.mal", b"codel f(): int\n"),
+            ("mauve.toml", b"timing.tables = [\"t.toml\"]\n"),
+            ("t.toml", b"[codel]\nf = 1\n\xff"),
+        ],
+    );
     assert_eq!(codes(&found), [("invalid-table", 1)], "{found:?}");
 }
 
 #[test]
 fn nesting_without_end() {
-    let deep = format!("core C(S) {{ update = {{ {}{} }} }}\nshell S {{ }}\n", "{".repeat(10_000), "}".repeat(10_000));
+    let deep = format!(
+        "core C(S) {{ update = {{ {}{} }} }}\nshell S {{ }}\n",
+        "{".repeat(10_000),
+        "}".repeat(10_000)
+    );
     let sum = format!("core D(S) {{ update = {{ x = {}a; }} }}\n", "a + ".repeat(100_000));
     let chain = format!("core E(S) {{ update = {{ {}{{ }} }} }}\n", "if a then { } else ".repeat(100_000));
     let (_, found) = check("deep", &[("a.mal", format!("{deep}{sum}{chain}").as_bytes())]);
@@ -52,7 +62,13 @@ fn nesting_without_end() {
 #[test]
 fn the_whole_analysis_fits_into_a_small_stack() {
     // As deep as the parser lets it be.
-    let program = format!("{}x = {}f(){};{}", "{ if f() > 0 then {".repeat(60), "-(".repeat(40), ")".repeat(40), "} else { } }".repeat(60));
+    let program = format!(
+        "{}x = {}f(){};{}",
+        "{ if f() > 0 then {".repeat(60),
+        "-(".repeat(40),
+        ")".repeat(40),
+        "} else { } }".repeat(60)
+    );
     let sum = format!("y = {}f();", "f() + ".repeat(200));
     let model = format!(
         "codel f(): int\nshell S {{ }}\ncore K(S) {{ update = {{ {program} {sum} }} }}\ncomponent C(S, K)\n\
@@ -61,7 +77,8 @@ fn the_whole_analysis_fits_into_a_small_stack() {
     let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "small-stack");
     write(&folder, &[("a.mal", &model), ("mauve.toml", "assume.codel = \"1 ms\"\n")]);
     let limited = format!("ulimit -s 2048; exec {} wcrt --format csv", env!("CARGO_BIN_EXE_mauve"));
-    let output = std::process::Command::new("sh").args(["-c", &limited]).current_dir(&folder).output().unwrap();
+    let output =
+        std::process::Command::new("sh").args(["-c", &limited]).current_dir(&folder).output().unwrap();
     let text = String::from_utf8_lossy(&output.stdout);
     // 60 conditions, the call inside, and 201 in the sum.
     assert!(text.contains(",262,262,262,met"), "{text}{}", String::from_utf8_lossy(&output.stderr));
@@ -72,7 +89,9 @@ fn a_file_of_ten_megabytes() {
     let mut text = String::new();
     let mut part = 0;
     while text.len() < 10_000_000 {
-        text += &format!("library l{part} {{\n  codel f(in a: int): int\n  shell S {{ input port i: int }}\n  core K(S) {{ var v: int = 0; update = {{ v = f(v + 1); }} }}\n  component C(S, K)\n}}\n");
+        text += &format!(
+            "library l{part} {{\n  codel f(in a: int): int\n  shell S {{ input port i: int }}\n  core K(S) {{ var v: int = 0; update = {{ v = f(v + 1); }} }}\n  component C(S, K)\n}}\n"
+        );
         part += 1;
     }
     text += "codel f(\n";
@@ -116,8 +135,11 @@ fn tables_and_configurations_that_go_wrong() {
         ("levels = [2]\n[codel]\nf = 1\n", 1, "level"),
         ("[codel]\nf = true\n", 2, "truth value"),
     ] {
-        let files: [(&str, &[u8]); 3] =
-            [("a.mal", model), ("mauve.toml", b"timing.tables = [\"t.toml\"]\n"), ("t.toml", table.as_bytes())];
+        let files: [(&str, &[u8]); 3] = [
+            ("a.mal", model),
+            ("mauve.toml", b"timing.tables = [\"t.toml\"]\n"),
+            ("t.toml", table.as_bytes()),
+        ];
         let (_, found) = check("tables", &files);
         assert_eq!(codes(&found), [("invalid-table", line)], "{table}: {found:?}");
         assert!(found[0].2.contains(message), "{table}: {found:?}");

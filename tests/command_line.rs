@@ -29,7 +29,13 @@ fn check_shows_the_sample_without_a_fault() {
     let found = run(&["check", "p3dx"]);
     assert_eq!((found.code, found.err.as_str()), (0, ""), "{}", found.out);
     assert!(found.out.contains("no errors, no warnings"), "{}", found.out);
-    assert!(found.out.contains("navigation   Navigation         1           2  1000  1000  297        997  997      3  ✓ met"), "{}", found.out);
+    assert!(
+        found.out.contains(
+            "navigation   Navigation         1           2  1000  1000  297        997  997      3  ✓ met"
+        ),
+        "{}",
+        found.out
+    );
     // A part of the project means what it means in the project.
     let part = run(&["check", "p3dx/components/switch.mal"]);
     assert_eq!((part.code, part.out), (found.code, found.out));
@@ -72,7 +78,11 @@ fn wcrt_exits_with_1_unless_every_deadline_is_proved() {
     // Not analysed is not proved, and a model with errors says so.
     let untimed = [("robot.mal", LATE[0].1)];
     assert_eq!(run_in("untimed", &untimed, &["wcrt"]).code, 1);
-    let broken = [("robot.mal", LATE[0].1), ("mauve.toml", "assume.codel = \"1 ms\"\n"), ("b.mal", "include \"robot.mal\"\ncodel g(")];
+    let broken = [
+        ("robot.mal", LATE[0].1),
+        ("mauve.toml", "assume.codel = \"1 ms\"\n"),
+        ("b.mal", "include \"robot.mal\"\ncodel g("),
+    ];
     let found = run_in("broken", &broken, &["wcrt"]);
     assert_eq!(found.code, 1);
     assert!(found.err.contains("the models have 1 error"), "{}", found.err);
@@ -82,13 +92,21 @@ fn wcrt_exits_with_1_unless_every_deadline_is_proved() {
 fn wcrt_as_csv_and_explained() {
     let found = run(&["wcrt", "p3dx", "--format", "csv"]);
     assert_eq!(found.out.lines().count(), 11);
-    assert!(found.out.contains("P3dxDeployment,1e-4,psm,navigation,Navigation,1,2,1000,1000,297,997,997,met\n"), "{}", found.out);
+    assert!(
+        found.out.contains("P3dxDeployment,1e-4,psm,navigation,Navigation,1,2,1000,1000,297,997,997,met\n"),
+        "{}",
+        found.out
+    );
     let explained = run(&["wcrt", "p3dx", "--explain", "navigation"]);
     for part in ["own time 297 ms", "navigation.astar", "430 ms", "10 jobs  hokuyo"] {
         assert!(explained.out.contains(part), "{part} in {}", explained.out);
     }
     let missed = run_in("late", &LATE, &["wcrt", "--explain", "back"]);
-    assert!(missed.out.contains("iterations: the 2nd crosses the deadline of 9 ms\n  5 ms → 10 ms\n"), "{}", missed.out);
+    assert!(
+        missed.out.contains("iterations: the 2nd crosses the deadline of 9 ms\n  5 ms → 10 ms\n"),
+        "{}",
+        missed.out
+    );
 }
 
 #[test]
@@ -118,7 +136,8 @@ fn what_does_not_exist_is_said_and_exits_with_2() {
 
 #[test]
 fn psm_in_three_forms() {
-    let json: Value = serde_json::from_str(&run(&["psm", "p3dx", "Navigation", "--format", "json"]).out).unwrap();
+    let json: Value =
+        serde_json::from_str(&run(&["psm", "p3dx", "Navigation", "--format", "json"]).out).unwrap();
     let planning: Vec<&Value> =
         json["edges"].as_array().unwrap().iter().filter(|edge| edge["source"] == "Planning").collect();
     assert!(!planning.is_empty() && planning.iter().all(|edge| edge["time"] == 297), "{planning:?}");
@@ -133,8 +152,13 @@ fn parse_shows_the_tree_and_loses_nothing() {
     let files = [("a.mal", "codel f(): int // the end\n")];
     let found = run_in("parse", &files, &["parse", "a.mal"]);
     assert_eq!(found.code, 0);
-    assert!(found.out.starts_with("SOURCE_FILE@0..26\n  CODEL@0..14\n    CODEL_KW@0..5 \"codel\"\n"), "{}", found.out);
-    let json: Value = serde_json::from_str(&run_in("parse", &files, &["parse", "a.mal", "--format", "json"]).out).unwrap();
+    assert!(
+        found.out.starts_with("SOURCE_FILE@0..26\n  CODEL@0..14\n    CODEL_KW@0..5 \"codel\"\n"),
+        "{}",
+        found.out
+    );
+    let json: Value =
+        serde_json::from_str(&run_in("parse", &files, &["parse", "a.mal", "--format", "json"]).out).unwrap();
     let mut text = String::new();
     gather(&json["tree"], &mut text);
     assert_eq!(text, files[0].1);
@@ -153,7 +177,11 @@ fn a_new_project_shows_response_times_at_once() {
     assert_eq!(made.code, 0, "{}", made.err);
     let checked = mauve(env!("CARGO_BIN_EXE_mauve"), &folder, &["check", "robot"]);
     assert_eq!(checked.code, 0, "{}", checked.out);
-    assert!(checked.out.contains("no errors, no warnings") && checked.out.matches("✓ met").count() == 3, "{}", checked.out);
+    assert!(
+        checked.out.contains("no errors, no warnings") && checked.out.matches("✓ met").count() == 3,
+        "{}",
+        checked.out
+    );
     let again = mauve(env!("CARGO_BIN_EXE_mauve"), &folder, &["new", "robot"]);
     assert_eq!(again.code, 2);
     assert!(again.err.contains("is not empty: nothing was written"), "{}", again.err);
@@ -179,16 +207,19 @@ fn workspaces_roots_and_model_paths() {
     let robot = "include \"shared.mal\"\narchitecture A { instance a: shared.C }\ndeployment D { architecture A  activity a { priority = 1 period = 10 } }\n";
     let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "workspaces");
     let assume = "assume.codel = \"2 ms\"\n";
-    write(&folder, &[
-        ("lib/shared.mal", library),
-        ("one/robot.mal", robot),
-        ("one/mauve.toml", assume),
-        ("two/robot.mal", robot),
-        ("two/mauve.toml", "assume.codel = \"3 ms\"\n"),
-        ("two/build/made.mal", "this is no model"),
-        ("two/.gitignore", "scratch/\n"),
-        ("two/scratch/a.mal", "nor is this"),
-    ]);
+    write(
+        &folder,
+        &[
+            ("lib/shared.mal", library),
+            ("one/robot.mal", robot),
+            ("one/mauve.toml", assume),
+            ("two/robot.mal", robot),
+            ("two/mauve.toml", "assume.codel = \"3 ms\"\n"),
+            ("two/build/made.mal", "this is no model"),
+            ("two/.gitignore", "scratch/\n"),
+            ("two/scratch/a.mal", "nor is this"),
+        ],
+    );
     let output = std::process::Command::new(env!("CARGO_BIN_EXE_mauve"))
         .args(["wcrt", "one", "two", "--format", "csv"])
         .env("MAUVE_MODELS", format!(":{}:/nothing", folder.join("lib").display()))

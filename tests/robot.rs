@@ -86,7 +86,11 @@ fn the_verdicts_of_psm_are_those_of_table_3() {
         let responses = of(&document, instance, "response");
         for ((status, response), printed) in statuses.iter().zip(&responses).zip(printed) {
             match printed.filter(|printed| *printed <= deadline) {
-                Some(printed) => assert_eq!((status.as_str(), response), (Some("met"), &Value::from(printed)), "{instance}"),
+                Some(printed) => assert_eq!(
+                    (status.as_str(), response),
+                    (Some("met"), &Value::from(printed)),
+                    "{instance}"
+                ),
                 None => assert!(status == "missed" || status == "unbounded", "{instance}: {status}"),
             }
         }
@@ -97,8 +101,12 @@ fn the_verdicts_of_psm_are_those_of_table_3() {
     let first_jobs = of(&document, "navigation", "first_job");
     assert_eq!(first_jobs[..6], [882, 997, 1089, 1298, 1791, 14899].map(Value::from));
     assert_eq!(of(&document, "hokuyo", "first_job")[6], 156);
-    let schedulable: Vec<bool> =
-        document["results"].as_array().unwrap().iter().map(|it| it["schedulable"].as_bool().unwrap()).collect();
+    let schedulable: Vec<bool> = document["results"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|it| it["schedulable"].as_bool().unwrap())
+        .collect();
     assert_eq!(schedulable, [true, true, false, false, false, false, false]);
 }
 
@@ -145,7 +153,8 @@ fn the_shape_of_the_document() {
     ] {
         assert_eq!(navigation[key], value, "{key}");
     }
-    let hokuyo = &navigation["interference"].as_array().unwrap().iter().find(|it| it["instance"] == "hokuyo").unwrap();
+    let hokuyo =
+        &navigation["interference"].as_array().unwrap().iter().find(|it| it["instance"] == "hokuyo").unwrap();
     assert_eq!((&hokuyo["jobs"], &hokuyo["time"]), (&10.into(), &430.into()));
     let exploration = activities.iter().find(|activity| activity["instance"] == "exploration").unwrap();
     assert_eq!((&exploration["status"], &exploration["priority"]), (&"background".into(), &Value::Null));

@@ -63,35 +63,33 @@ pub fn lex(text: &str) -> Lexed {
     let mut begins_line = BEGINS_LINE;
     while let Some(token) = lexer.next() {
         let start = lexer.span().start as u32;
-        let index = kinds.len() as u32;
         let kind = match token {
             Ok(kind) => kind,
             // Neighbouring stray characters are one token, and one error.
             Err(()) if kinds.last() == Some(&ERROR_CHARACTERS) => continue,
-            Err(()) => {
-                errors.push((index, LexError::Characters));
-                ERROR_CHARACTERS
-            }
+            Err(()) => ERROR_CHARACTERS,
         };
-        match kind {
-            BAD_NUMBER => errors.push((index, LexError::BadNumber)),
-            UNTERMINATED_STRING => errors.push((index, LexError::UnterminatedString)),
-            STRING if has_unknown_escape(lexer.slice()) => errors.push((index, LexError::UnknownEscape)),
-            BLOCK_COMMENT if lexer.slice().len() < 4 || !lexer.slice().ends_with("*/") => {
-                errors.push((index, LexError::UnterminatedComment));
-            }
-            _ => {}
-        }
-        kinds.push(kind);
         if kind.is_trivia() {
-            let breaks =
-                kind != LINE_COMMENT && lexer.slice().bytes().any(|byte| matches!(byte, b'\n' | b'\r'));
-            begins_line |= u32::from(breaks) * BEGINS_LINE;
+            if kind != LINE_COMMENT && lexer.slice().bytes().any(|byte| matches!(byte, b'\n' | b'\r')) {
+                begins_line = BEGINS_LINE;
+            }
             starts.push(start);
         } else {
             starts.push(start | begins_line);
             begins_line = 0;
         }
+        let error = match kind {
+            ERROR_CHARACTERS => Some(LexError::Characters),
+            BAD_NUMBER => Some(LexError::BadNumber),
+            UNTERMINATED_STRING => Some(LexError::UnterminatedString),
+            STRING if has_unknown_escape(lexer.slice()) => Some(LexError::UnknownEscape),
+            BLOCK_COMMENT if lexer.slice().len() < 4 || !lexer.slice().ends_with("*/") => {
+                Some(LexError::UnterminatedComment)
+            }
+            _ => None,
+        };
+        errors.extend(error.map(|error| (kinds.len() as u32, error)));
+        kinds.push(kind);
     }
     starts.push(text.len() as u32);
     Lexed { kinds, starts, errors }

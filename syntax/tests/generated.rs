@@ -76,7 +76,7 @@ fn kinds(grammar: &Grammar) -> String {
     out += "\nuse logos::Logos;\n\n";
     out += "/// What a token or a node of the syntax tree is.\n";
     out += "#[allow(missing_docs, non_camel_case_types, clippy::upper_case_acronyms)]\n";
-    out += "#[derive(Logos, Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]\n#[repr(u16)]\n";
+    out += "#[derive(Logos, Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]\n#[repr(u8)]\n";
     out += "pub enum SyntaxKind {\n    /// The end of the text: never in a tree.\n    EOF,\n";
     for (text, kind) in PUNCTUATION {
         writeln!(out, "    #[token(\"{text}\")]\n    {kind},").unwrap();

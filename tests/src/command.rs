@@ -34,7 +34,8 @@ pub fn mauve(binary: &str, folder: &Path, arguments: &[&str]) -> Run {
 pub fn scratch(target: &str, name: &str) -> std::path::PathBuf {
     let folder = Path::new(target).join(name);
     let _ = std::fs::remove_dir_all(&folder);
-    std::fs::create_dir_all(&folder).unwrap_or_else(|error| panic!("cannot make {}: {error}", folder.display()));
+    std::fs::create_dir_all(&folder)
+        .unwrap_or_else(|error| panic!("cannot make {}: {error}", folder.display()));
     folder
 }
 
@@ -42,7 +43,8 @@ pub fn scratch(target: &str, name: &str) -> std::path::PathBuf {
 pub fn write(folder: &Path, files: &[(&str, &str)]) {
     for (path, text) in files {
         let path = folder.join(path.trim_start_matches('/'));
-        let written = std::fs::create_dir_all(path.parent().unwrap_or(folder)).and_then(|()| std::fs::write(&path, text));
+        let written = std::fs::create_dir_all(path.parent().unwrap_or(folder))
+            .and_then(|()| std::fs::write(&path, text));
         written.unwrap_or_else(|error| panic!("cannot write {}: {error}", path.display()));
     }
 }

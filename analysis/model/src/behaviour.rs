@@ -477,12 +477,20 @@ impl<'db> Reader<'_, 'db> {
             }
             return None;
         }
-        match self.names.resolve(self.of.library(self.db).as_ref(), Kind::Codel, std::slice::from_ref(name)) {
+        match self.names.resolve(
+            self.db,
+            self.of.library(self.db).as_ref(),
+            Kind::Codel,
+            std::slice::from_ref(name),
+        ) {
             Ok(codel) => return Some(Cost::Codel(codel)),
             Err(Unresolved::Ambiguous) => {
                 self.refuse(diagnostics::ambiguous_name::report(at, Kind::Codel, name))
             }
             Err(_) if is_built_in(name) => {}
+            Err(Unresolved::Lost) => {
+                self.refuse_here(&format!("`{name}` may be declared in a file that is missing"));
+            }
             Err(_) => {
                 let near = self.names.similar(self.db, Kind::Codel, name);
                 self.refuse(diagnostics::unresolved_codel::report(at, name, near));

@@ -80,8 +80,8 @@ pub struct ItemTree {
     pub includes: Vec<Option<String>>,
     /// In the order of the text.
     pub declarations: Vec<Declaration>,
-    /// Was there text between the declarations that fits nowhere?
-    pub lost: bool,
+    /// Is a brace missing or left over outside the declarations? Then they may stand in another library than it seems.
+    pub scope_lost: bool,
 }
 
 /// A declaration, and how it is known from elsewhere.

@@ -30,9 +30,22 @@ pub struct DeclarationMap {
 pub(crate) fn lower(file: &ast::SourceFile) -> (ItemTree, SourceMap) {
     let mut lowering = Lowering::default();
     lowering.items(file.items(), None);
-    lowering.tree.lost = has_error_child(file.syntax())
-        || file.items().any(|item| matches!(item, ast::Item::Library(it) if has_error_child(it.syntax())));
+    let libraries = file.items().filter_map(|item| match item {
+        ast::Item::Library(library) => Some(library),
+        _ => None,
+    });
+    lowering.tree.scope_lost = has_lost_brace(file.syntax(), false)
+        || libraries.into_iter().any(|library| has_lost_brace(library.syntax(), true));
     (lowering.tree, lowering.map)
+}
+
+/// Is a brace among what fits nowhere in `node`, or, if `missing` counts, something missing in it?
+fn has_lost_brace(node: &SyntaxNode, missing: bool) -> bool {
+    let is_brace = |kind| matches!(kind, SyntaxKind::L_CURLY | SyntaxKind::R_CURLY);
+    node.children().filter(|child| child.kind() == SyntaxKind::ERROR).any(|error| {
+        let mut tokens = error.children_with_tokens().peekable();
+        missing && tokens.peek().is_none() || tokens.any(|token| is_brace(token.kind()))
+    })
 }
 
 /// Was something lost right in `node`, between its items rather than inside one?

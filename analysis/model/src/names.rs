@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use crate::ModelDb;
 use crate::item_tree::{FeatureKind, Kind, Name, TypeRef};
-use crate::project::{Project, project_files};
+use crate::project::{Project, includes, project_files};
 use crate::source::{Decl, declarations, shell};
+use crate::{File, ModelDb};
 
 /// The declarations of a project by library, kind and name.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
@@ -18,6 +18,10 @@ pub struct Names<'db> {
     /// For each library, the libraries and message packages that it uses.
     uses: FxHashMap<Option<Name>, Vec<Name>>,
     libraries: FxHashSet<Name>,
+    /// A file whose declarations are missing: it is not there, or cannot be read.
+    missing: bool,
+    /// A file in which it is unknown which library the declarations belong to.
+    pub scope_lost: Option<File>,
 }
 
 /// The names of a project. A change *in* a declaration does not change them.
@@ -28,8 +32,15 @@ pub fn names_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Names<'db> 
         by_name: FxHashMap::default(),
         uses: FxHashMap::default(),
         libraries: FxHashSet::default(),
+        missing: false,
+        scope_lost: None,
     };
     for &file in project_files(db, project) {
+        let unknown = includes(db, project.workspace(db), file).iter().any(Option::is_none);
+        names.missing |= unknown || file.problem(db).is_some();
+        if declarations(db, file).scope_lost {
+            names.scope_lost.get_or_insert(file);
+        }
         for &decl in &declarations(db, file).all {
             let library = decl.library(db).clone();
             let name = decl.name(db).clone();
@@ -56,6 +67,8 @@ pub enum Unresolved {
     Ambiguous,
     /// The name itself is missing; that is reported already.
     Missing,
+    /// Another library has it, but a file is missing that may declare it here; that is reported already.
+    Lost,
 }
 
 impl<'db> Names<'db> {
@@ -73,6 +86,7 @@ impl<'db> Names<'db> {
     /// outside any library sees everything.
     pub fn resolve(
         &self,
+        db: &'db dyn ModelDb,
         library: Option<&Name>,
         kind: Kind,
         path: &[Name],
@@ -92,7 +106,16 @@ impl<'db> Names<'db> {
             [of, name] => self.in_library(Some(of), kind, name).to_vec(),
             _ => Vec::new(),
         };
+        // What a missing file may declare is not looked for elsewhere, and its absence is no second mistake.
+        let own = |decl: &Decl<'db>| decl.library(db).as_ref() == library;
         match found.as_slice() {
+            _ if self.missing
+                && path.len() == 1
+                && !path.contains(&Name::default())
+                && !found.iter().any(own) =>
+            {
+                Err(Unresolved::Lost)
+            }
             [decl] => Ok(*decl),
             [] if path.is_empty() || path.iter().any(|part| part.is_empty()) => Err(Unresolved::Missing),
             [] => Err(Unresolved::Unknown),
@@ -109,7 +132,7 @@ impl<'db> Names<'db> {
         ty: Option<&TypeRef>,
     ) -> Result<Decl<'db>, Unresolved> {
         let Some(ty) = ty else { return Err(Unresolved::Missing) };
-        self.resolve(from.library(db).as_ref(), kind, &ty.path)
+        self.resolve(db, from.library(db).as_ref(), kind, &ty.path)
     }
 
     fn visible<'a>(&'a self, library: Option<&Name>) -> Box<dyn Iterator<Item = &'a Name> + 'a> {

@@ -7,6 +7,7 @@ use mauve_timing::{
 
 use crate::behaviour::Refusal;
 use crate::item_tree::Name;
+use crate::names::names_of;
 use crate::project::{Project, config_of};
 use crate::psm::{Psm, Refused, psm_of, psm_with};
 use crate::source::{Decl, Place};
@@ -143,7 +144,14 @@ fn report<'db>(
 ) -> Report<'db> {
     let system = system_of(db, project, deployment);
     let throttled = config_of(db, project.workspace(db)).rt_throttling;
-    let lost = timetable_of(db, project).lost.clone();
+    let lost = timetable_of(db, project).lost.clone().or_else(|| {
+        let file = names_of(db, project).scope_lost?;
+        let name = file.path(db).file_name().unwrap_or_default().display().to_string();
+        let why = format!(
+            "{name} has a brace too many or too few: which library its declarations are in is unknown"
+        );
+        Some((why, Place::Range(file, 0, 0)))
+    });
     // Why a row itself is not analysed; whom it takes with it is decided by the analysis.
     let reasons: Vec<Vec<Refusal<'db>>> =
         system.rows.iter().zip(psms).map(|(row, psm)| own_reasons(query, row, *psm)).collect();

@@ -68,6 +68,8 @@ pub fn source_map(db: &dyn ModelDb, file: File) -> &SourceMap {
 pub struct Declarations<'db> {
     /// In the order of the text, which is that of the item tree.
     pub all: Vec<Decl<'db>>,
+    /// See [`ItemTree::scope_lost`].
+    pub scope_lost: bool,
     index: FxHashMap<Decl<'db>, usize>,
 }
 
@@ -81,7 +83,7 @@ pub fn declarations<'db>(db: &'db dyn ModelDb, file: File) -> Declarations<'db> 
     };
     let all: Vec<Decl<'db>> = tree.declarations.iter().zip(nths).map(declare).collect();
     let index = all.iter().enumerate().map(|(index, &decl)| (decl, index)).collect();
-    Declarations { all, index }
+    Declarations { all, scope_lost: tree.scope_lost, index }
 }
 
 fn index_of<'db>(db: &'db dyn ModelDb, decl: Decl<'db>) -> Option<usize> {

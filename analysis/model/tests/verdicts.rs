@@ -379,6 +379,43 @@ fn files() {
 }
 
 #[test]
+fn what_a_missing_file_or_a_stray_brace_may_hide_is_not_guessed() {
+    // `f` of one's own library may stand in the file that is missing: the one of the used library is not taken.
+    let model = |includes: &str, brace: &str| {
+        let text = format!(
+            "{includes}
+library near {{ use far  shell S {{ }}  core K(S) {{ update = {{ f(); }} }}  component C(S, K) {brace} }}
+library far {{ codel f(): int  shell S {{ }}  core K(S) {{ update = {{ f(); }} }}  component C(S, K) }}
+architecture A {{ instance a: near.C  instance b: far.C }}
+deployment D {{ architecture A  activity a {{ priority = 1 period = 10 }}  activity b {{ priority = 2 period = 10 }} }}
+//- /mauve.toml
+assume.codel = \"1 ms\"
+"
+        );
+        verdicts(&text)
+    };
+    assert_eq!(model("", ""), "a met 2 ms\nb met 1 ms\n");
+    expect![[r#"
+        a not-analysed: core K: `f` may be declared in a file that is missing
+        b met 1 ms
+    "#]]
+    .assert_eq(&model("include \"lost.mal\"", ""));
+    expect![[r#"
+        a not-analysed: model.mal has a brace too many or too few: which library its declarations are in is unknown
+        b not-analysed: model.mal has a brace too many or too few: which library its declarations are in is unknown
+    "#]]
+    .assert_eq(&model("", "}"));
+    // Half-typed words without braces move nothing.
+    assert_eq!(model("", "\n  cod\n"), "a met 2 ms\nb met 1 ms\n");
+    // What is missing is one mistake.
+    let lost = "include \"lost.mal\"\ncomponent C(S, K)\narchitecture A { instance a: Lost }\n";
+    expect![[r#"
+        /model.mal "\"lost.mal\"" unresolved-include: no file `lost.mal`: looked for /lost.mal
+    "#]]
+    .assert_eq(&diagnostics(lost));
+}
+
+#[test]
 fn a_table_that_cannot_be_read_analyses_nothing() {
     let deployed = activities(FINE.0, FINE.1, FINE.2);
     let with = |times: &str| {

@@ -6,7 +6,7 @@ use logos::Logos;
 /// What a token or a node of the syntax tree is.
 #[allow(missing_docs, non_camel_case_types, clippy::upper_case_acronyms)]
 #[derive(Logos, Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[repr(u16)]
+#[repr(u8)]
 pub enum SyntaxKind {
     /// The end of the text: never in a tree.
     EOF,

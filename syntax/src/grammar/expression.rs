@@ -107,7 +107,7 @@ fn operand(p: &mut Parser<'_>) -> Option<(CompletedMarker, u32)> {
         }
         _ => {
             name_ref(p, "a name");
-            if p.at(L_PAREN) && (!p.begins_line() || p.is_in(List::Block)) {
+            if p.at(L_PAREN) {
                 let height = arguments(p);
                 (m.complete(p, CALL_EXPR), height + 2)
             } else {
