@@ -1,5 +1,7 @@
 //! Files that are no models, or hardly: a clear diagnostic at the place, everything else still read, no panic.
 
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
+
 use mauve_tests::{Run, mauve, scratch, write};
 use serde_json::Value;
 

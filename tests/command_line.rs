@@ -1,5 +1,7 @@
 //! The command line: what each command prints, and how it ends.
 
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
+
 use mauve_tests::{Run, mauve, models, scratch, write};
 use serde_json::Value;
 

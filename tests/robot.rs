@@ -3,6 +3,8 @@
 //! N. Gobillot, C. Lesire, D. Doose: A Design and Analysis Methodology for Component-Based Real-Time Architectures of
 //! Autonomous Systems. Journal of Intelligent and Robotic Systems 96 (2018), Tables 3 and 4.
 
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
+
 use mauve_tests::{mauve, models};
 use serde_json::Value;
 

@@ -155,7 +155,7 @@ fn deployments<'db>(
 
 /// A time as a number of milliseconds, whole where it is.
 fn milliseconds(time: Time) -> serde_json::Value {
-    if time.as_nanos() % 1_000_000 == 0 {
+    if time.as_nanos().is_multiple_of(1_000_000) {
         (time.as_nanos() / 1_000_000).into()
     } else {
         time.as_f64(Unit::Milliseconds).into()

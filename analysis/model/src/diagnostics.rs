@@ -12,7 +12,9 @@ use crate::names::{Names, Unresolved, features, names_of};
 use crate::project::{
     Project, config_file, config_of, include_candidates, includes, project_files, projects,
 };
-use crate::response::{ActivityReport, Budget, Query, Verdict, budgets, missing_times, response_times};
+use crate::response::{
+    ActivityReport, Budget, MissingTime, Query, Verdict, budgets, missing_times, response_times,
+};
 use crate::source::{Decl, Place, component, item_tree_of, parse, shell};
 use crate::system::{check_architecture, check_settings, system_of};
 use crate::timetable::timetable_of;
@@ -332,11 +334,10 @@ fn timing_diagnostics<'db>(
         found.push(missing_time::no_table(Place::name_of(deployment), missing.len()));
     } else if !missing.is_empty() {
         let budgets = budgets(db, project, deployment, query);
-        for (codel, why, users) in &missing {
-            let budget = budgets.iter().find(|budget| budget.codel == *codel);
-            let name = codel.qualified(db);
-            let at = Place::name_of(*codel);
-            found.push(missing_time::report(at, &name, why.as_deref(), users, budget));
+        for missing in &missing {
+            let budget = budgets.iter().find(|budget| budget.codel == missing.codel);
+            let name = missing.codel.qualified(db);
+            found.push(missing_time::report(missing, &name, budget));
         }
     }
     for activity in &response_times(db, project, deployment, query).activities {
@@ -347,7 +348,8 @@ fn timing_diagnostics<'db>(
             Verdict::RealTime(Status::NotAnalysed) => {
                 let own = activity.reasons.iter().filter(|reason| !reason.reported);
                 let reasons: Vec<String> = own.map(|reason| reason.message.clone()).collect();
-                if !reasons.is_empty() {
+                // Where something else about the activity is wrong already, that comes first.
+                if !reasons.is_empty() && !activity.row.refusals.iter().any(|reason| reason.reported) {
                     let at = activity.row.at.clone();
                     found.push(not_analysed::report(at, &activity.row.instance, &reasons));
                 }

@@ -400,14 +400,25 @@ fn real_time_components<'db>(system: &System<'db>) -> Vec<Decl<'db>> {
     components
 }
 
-/// The codels that the real-time activities of a deployment lack a time for, with the instances that need them.
+/// A codel without a time, and who needs it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct MissingTime<'db> {
+    /// The codel.
+    pub codel: Decl<'db>,
+    /// Where a table has it at other levels: which.
+    pub why: Option<String>,
+    /// The activities that execute it, by their instances.
+    pub users: Vec<(Name, Place<'db>)>,
+}
+
+/// The codels that the real-time activities of a deployment lack a time for.
 pub fn missing_times<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     deployment: Decl<'db>,
     level: Level,
-) -> Vec<(Decl<'db>, Option<String>, Vec<(Name, Place<'db>)>)> {
-    let mut missing: Vec<(Decl<'db>, Option<String>, Vec<(Name, Place<'db>)>)> = Vec::new();
+) -> Vec<MissingTime<'db>> {
+    let mut missing: Vec<MissingTime<'db>> = Vec::new();
     for row in &system_of(db, project, deployment).rows {
         let Some(component) = row.component.filter(|_| row.priority != Priority::Background) else {
             continue;
@@ -415,9 +426,9 @@ pub fn missing_times<'db>(
         let Err(refused) = psm_of(db, project, component, level) else { continue };
         for (codel, why) in &refused.missing {
             let user = (row.instance.clone(), row.at.clone());
-            match missing.iter_mut().find(|(known, ..)| known == codel) {
-                Some((_, _, users)) => users.push(user),
-                None => missing.push((*codel, why.clone(), vec![user])),
+            match missing.iter_mut().find(|known| known.codel == *codel) {
+                Some(known) => known.users.push(user),
+                None => missing.push(MissingTime { codel: *codel, why: why.clone(), users: vec![user] }),
             }
         }
     }

@@ -27,14 +27,13 @@ use super::*;
 code!(MISSING_TIME, Warning, "missing-time");
 
 pub(super) fn report<'db>(
-    at: Place<'db>,
+    missing: &MissingTime<'db>,
     codel: &str,
-    why: Option<&str>,
-    users: &[(Name, Place<'db>)],
     budget: Option<&Budget<'db>>,
 ) -> Diagnostic<'db> {
+    let MissingTime { why, users, .. } = missing;
     let names: Vec<&str> = users.iter().map(|(name, _)| name.as_str()).collect();
-    let what = why.map_or_else(|| format!("no time for codel `{codel}`"), str::to_owned);
+    let what = why.clone().unwrap_or_else(|| format!("no time for codel `{codel}`"));
     let may = match budget {
         Some(Budget { time: Some(time), alone: true, .. }) => format!(" — it may take up to {time}"),
         Some(Budget { time: Some(time), .. }) => {
@@ -44,7 +43,7 @@ pub(super) fn report<'db>(
         None => String::new(),
     };
     let message = format!("{what}: {} not analysed{may}", list(&names));
-    let diagnostic = Diagnostic::new(&MISSING_TIME, at, message);
+    let diagnostic = Diagnostic::new(&MISSING_TIME, Place::name_of(missing.codel), message);
     users.iter().fold(diagnostic, |it, (name, at)| it.related(at.clone(), format!("{name} executes it")))
 }
 
