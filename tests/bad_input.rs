@@ -149,3 +149,64 @@ fn tables_and_configurations_that_go_wrong() {
     let (_, found) = check("config", &[("a.mal", model), ("mauve.toml", b"[project]\nroot = \"b.mal\"\n[timing]\ntables = [\"[\", \"t/*.toml\"]\nlevel = 3\n[platform]\ncpus = -1\n")]);
     assert!(found.len() >= 4 && found.iter().all(|(code, ..)| code == "invalid-configuration"), "{found:?}");
 }
+
+#[test]
+fn tables_that_cannot_be_reached_are_not_ignored() {
+    let model = "codel f(): int\nshell S { }\ncore K(S) { update = { f(); } }\ncomponent C(S, K)\n\
+                 architecture A { instance a: C }\ndeployment D { architecture A  activity a { priority = 1 period = 999 } }\n";
+    let wcrt = |name: &str, pattern: &str, prepare: &dyn Fn(&std::path::Path)| {
+        let folder = scratch(env!("CARGO_TARGET_TMPDIR"), name);
+        let config = format!("timing.tables = [\"{pattern}\"]\n");
+        write(&folder, &[("a.mal", model), ("mauve.toml", &config), ("t/a.toml", "[codel]\nf = 1\n")]);
+        prepare(&folder);
+        mauve(env!("CARGO_BIN_EXE_mauve"), &folder, &["wcrt", "--format", "csv"]).out
+    };
+    assert!(wcrt("tables-plain", "t/*.toml", &|_| ()).contains(",1,1,1,met"));
+    // The name of a folder is no pattern, and the configuration is no table.
+    assert!(wcrt("tables-[1]*", "t/*.toml", &|_| ()).contains(",1,1,1,met"));
+    assert!(wcrt("tables-config", "{t/,}*.toml", &|_| ()).contains(",1,1,1,met"));
+    let broken = wcrt("tables-broken-link", "t/*.toml", &|folder| {
+        std::os::unix::fs::symlink("/nowhere", folder.join("t/b.toml")).unwrap();
+    });
+    assert!(broken.contains("not-analysed"), "{broken}");
+    let linked = wcrt("tables-linked", "t/**/*.toml", &|folder| {
+        write(folder, &[("elsewhere/b.toml", "[program]\n\"C/update\" = 500\n")]);
+        std::os::unix::fs::symlink("../elsewhere", folder.join("t/more")).unwrap();
+    });
+    assert!(linked.contains(",500,500,500,met"), "{linked}");
+}
+
+#[test]
+fn large_rings_chains_and_fans_end_soon() {
+    let files: Vec<(String, String)> = (0..150)
+        .map(|file| {
+            let includes: String = (0..150).map(|other| format!("include \"f{other}.mal\"\n")).collect();
+            (format!("f{file}.mal"), includes)
+        })
+        .collect();
+    let files: Vec<(&str, &[u8])> =
+        files.iter().map(|(path, text)| (path.as_str(), text.as_bytes())).collect();
+    let (_, found) = check("rings", &files);
+    assert_eq!(found.len(), 150, "one warning a file");
+    let chain: String = (0..3000)
+        .map(|it| {
+            format!("architecture A{it} {{ import A{} }}\nshell S{it} extends S{} {{ }}\n", it + 1, it + 1)
+        })
+        .collect();
+    let (_, found) = check(
+        "chains",
+        &[("a.mal", format!("{chain}architecture A3000 {{ }} shell S3000 {{ }}").as_bytes())],
+    );
+    assert!(found.is_empty(), "{found:?}");
+    let calls: String =
+        (0..40).map(|it| format!("provide f{it}() = {{ f{}(); f{}(); }}\n", it + 1, it + 1)).collect();
+    let shell: String = (0..41).map(|it| format!("provide f{it}(): int\n")).collect();
+    let model = format!(
+        "codel c(): int\nshell S {{ {shell} }}\ncore K(S) {{ {calls} provide f40() = {{ c(); }} update = {{ f0(); }} }}\n\
+         component C(S, K)\narchitecture A {{ instance a: C }}\ndeployment D {{ architecture A  activity a {{ priority = 1 period = 999 }} }}\n"
+    );
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "calls");
+    write(&folder, &[("a.mal", &model), ("mauve.toml", "assume.codel = \"0 ms\"\n")]);
+    let explained = mauve(env!("CARGO_BIN_EXE_mauve"), &folder, &["wcrt", "--explain", "a"]);
+    assert_eq!(explained.code, 0, "{}", explained.err);
+}

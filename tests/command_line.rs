@@ -38,9 +38,11 @@ fn check_shows_the_sample_without_a_fault() {
         "{}",
         found.out
     );
-    // A part of the project means what it means in the project.
+    // A part of the project means what it means in the project; several parts are one project.
     let part = run(&["check", "p3dx/components/switch.mal"]);
-    assert_eq!((part.code, part.out), (found.code, found.out));
+    assert_eq!((part.code, &part.out), (found.code, &found.out));
+    let parts = run(&["check", "p3dx/components/switch.mal", "p3dx/exploration.mal"]);
+    assert_eq!((parts.code, &parts.out), (found.code, &found.out));
 }
 
 #[test]
@@ -124,6 +126,7 @@ fn what_does_not_exist_is_said_and_exits_with_2() {
         (&["psm", "p3dx", "Navigaton"], "no component `Navigaton`; did you mean `Navigation`?"),
         (&["explain", "deadline-mised"], "no diagnostic `deadline-mised`; did you mean `deadline-missed`?"),
         (&["parse", "nothing.mal"], "cannot be read"),
+        (&["wcrt", "p3dx", "--explain", "hokuyo", "--format", "json"], "cannot be used with"),
         (&["frobnicate"], "unrecognized subcommand"),
     ] {
         let found = run(arguments);

@@ -162,6 +162,12 @@ fn milliseconds(time: Time) -> serde_json::Value {
     }
 }
 
+/// Says something to the user on standard error.
+fn say(message: &str) {
+    use std::io::Write as _;
+    let _ = writeln!(anstream::stderr(), "mauve: {message}");
+}
+
 /// One JSON document and a line break.
 fn json(document: &impl serde::Serialize) -> Result<String, String> {
     let text = serde_json::to_string_pretty(document).map_err(|error| error.to_string())?;

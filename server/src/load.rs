@@ -7,7 +7,7 @@ use std::sync::Arc;
 use ignore::WalkBuilder;
 use mauve_model::{
     CONFIG_FILE, Database, File, ModelDb, Workspace, config_of, include_candidates, is_model, item_tree_of,
-    normalised,
+    normalised, table_pattern,
 };
 use salsa::Setter;
 
@@ -30,14 +30,14 @@ pub(crate) fn load(db: &mut Database, paths: &[PathBuf]) -> Result<Vec<Workspace
     let paths = if paths.is_empty() { &here[..] } else { paths };
     let mut loaded = Vec::new();
     let mut seen = BTreeSet::new();
+    let mut single: Vec<(PathBuf, PathBuf)> = Vec::new();
     for path in paths {
         let absolute =
             path.canonicalize().map_err(|error| format!("cannot read `{}`: {error}", path.display()))?;
         let is_config = absolute.file_name().is_some_and(|name| name == CONFIG_FILE);
         if absolute.is_file() && !is_config {
             let folder = absolute.parent().unwrap_or(Path::new("/"));
-            let workspace = read(db, &home(folder), Some(&absolute));
-            loaded.push(workspace);
+            single.push((home(folder), absolute));
             continue;
         }
         let folder =
@@ -53,8 +53,18 @@ pub(crate) fn load(db: &mut Database, paths: &[PathBuf]) -> Result<Vec<Workspace
         }
         for home in homes {
             if seen.insert(home.clone()) {
-                loaded.push(read(db, &home, None));
+                loaded.push(read(db, &home, &[]));
             }
+        }
+    }
+    // Several models of one folder are one workspace, or part of one that is read already.
+    single.sort();
+    for group in single.chunk_by(|(home, _), (other, _)| home == other) {
+        if let Some((home, _)) = group.first()
+            && !seen.contains(home)
+        {
+            let paths: Vec<&Path> = group.iter().map(|(_, path)| path.as_path()).collect();
+            loaded.push(read(db, home, &paths));
         }
     }
     Ok(loaded)
@@ -100,7 +110,7 @@ fn find(folder: &Path) -> Found {
 
 /// Reads the workspace of `folder`: its models, its configuration, the tables that this names, and whatever the models
 /// include from elsewhere.
-fn read(db: &mut Database, folder: &Path, only: Option<&Path>) -> Workspace {
+fn read(db: &mut Database, folder: &Path, only: &[&Path]) -> Workspace {
     let found = find(folder);
     let inner: BTreeSet<PathBuf> = found
         .configs
@@ -110,7 +120,7 @@ fn read(db: &mut Database, folder: &Path, only: Option<&Path>) -> Workspace {
         .collect();
     let mut reader = Reader { files: BTreeMap::new(), by_place: BTreeMap::new() };
     let own = found.models.iter().filter(|model| owner(model, &inner).is_none());
-    for path in own.map(PathBuf::as_path).chain(only) {
+    for path in own.map(PathBuf::as_path).chain(only.iter().copied()) {
         reader.add(db, path);
     }
     let config = folder.join(CONFIG_FILE);
@@ -122,20 +132,22 @@ fn read(db: &mut Database, folder: &Path, only: Option<&Path>) -> Workspace {
             std::env::split_paths(&folders).filter(|folder| !folder.as_os_str().is_empty()).collect()
         })
         .unwrap_or_default();
-    let only_root = only.and_then(|only| reader.files.get(only).copied());
-    let workspace =
-        Workspace::new(db, folder.to_owned(), Arc::new(reader.files.clone()), model_path, only_root);
+    let only_roots: Vec<File> = only.iter().filter_map(|only| reader.files.get(*only).copied()).collect();
+    let files = Arc::new(reader.files.clone());
+    let workspace = Workspace::new(db, folder.to_owned(), files, model_path, only_roots, Vec::new());
     let config = config_of(db, workspace).clone();
     for (root, _) in &config.roots {
         reader.add_if_there(db, &normalised(&folder.join(root)));
     }
+    let mut unreadable = Vec::new();
     for (pattern, _) in &config.tables {
-        for path in tables(&normalised(&folder.join(pattern))) {
+        for path in tables(folder, pattern, &mut unreadable) {
             reader.add(db, &path);
         }
     }
     reader.follow_includes(db, workspace);
     workspace.set_files(db).to(Arc::new(reader.files));
+    workspace.set_unreadable(db).to(unreadable);
     workspace
 }
 
@@ -214,26 +226,50 @@ pub(crate) fn text_of(path: &Path) -> (String, Option<String>) {
     }
 }
 
-/// The files that an absolute pattern names.
-fn tables(pattern: &Path) -> Vec<PathBuf> {
-    let fixed: PathBuf = pattern
-        .components()
-        .take_while(|part| !part.as_os_str().to_string_lossy().contains(['*', '?', '[', '{']))
-        .collect();
-    if fixed == pattern {
-        return if pattern.is_file() { vec![pattern.to_owned()] } else { Vec::new() };
+/// The files that a pattern of `[timing] tables` names, whether they can be read or not; and what kept some folder from
+/// being looked into.
+fn tables(folder: &Path, pattern: &str, unreadable: &mut Vec<String>) -> Vec<PathBuf> {
+    let Ok(glob) = table_pattern(folder, pattern) else { return Vec::new() };
+    let is_fixed = |part: &std::path::Component<'_>| {
+        !part.as_os_str().to_string_lossy().contains(['*', '?', '[', '{', '\\'])
+    };
+    let parts: Vec<_> = Path::new(pattern).components().collect();
+    let fixed: PathBuf = parts.iter().take_while(|part| is_fixed(part)).collect();
+    let from = normalised(&folder.join(&fixed));
+    if parts.iter().all(is_fixed) {
+        return if from.symlink_metadata().is_ok() { vec![from] } else { Vec::new() };
     }
-    let Some(text) = pattern.to_str() else { return Vec::new() };
-    let Ok(glob) = globset::GlobBuilder::new(text).literal_separator(true).build() else { return Vec::new() };
-    let glob = glob.compile_matcher();
-    let recursive = text.contains("**");
-    let depth = pattern.components().count() - fixed.components().count();
-    // What the configuration names is read, whatever `.gitignore` says.
-    let walk = WalkBuilder::new(&fixed)
+    let depth = parts.len() - fixed.components().count();
+    // What the configuration names is read, whatever `.gitignore` says, and wherever a link leads.
+    let walk = WalkBuilder::new(&from)
         .standard_filters(false)
-        .max_depth(if recursive { None } else { Some(depth) })
+        .follow_links(true)
+        .max_depth(if pattern.contains("**") { None } else { Some(depth) })
         .sort_by_file_path(Path::cmp)
         .build();
-    let paths = walk.flatten().map(ignore::DirEntry::into_path);
-    paths.filter(|path| glob.is_match(path) && path.is_file()).collect()
+    let mut found = Vec::new();
+    for entry in walk {
+        match entry {
+            Ok(entry) if entry.path().is_dir() => {}
+            Ok(entry) => found.push(entry.into_path()),
+            Err(error) => match path_of(&error) {
+                // A link that leads nowhere is a table that cannot be read.
+                Some(path) if !path.is_dir() && path.symlink_metadata().is_ok() => {
+                    found.push(path.to_owned())
+                }
+                _ if from.exists() => unreadable.push(error.to_string()),
+                _ => {}
+            },
+        }
+    }
+    found.retain(|path| glob.is_match(path));
+    found
+}
+
+fn path_of(error: &ignore::Error) -> Option<&Path> {
+    match error {
+        ignore::Error::WithPath { path, .. } => Some(path),
+        ignore::Error::WithDepth { err, .. } | ignore::Error::WithLineNumber { err, .. } => path_of(err),
+        _ => None,
+    }
 }

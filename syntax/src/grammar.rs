@@ -25,7 +25,7 @@ pub(crate) fn source_file(p: &mut Parser<'_>) {
     p.enter(List::File);
     while p.at(INCLUDE_KW) || p.at(SEMICOLON) {
         if !p.eat(SEMICOLON) {
-            include(p);
+            include(p, false);
         }
     }
     while !p.at_end() {
@@ -36,6 +36,7 @@ pub(crate) fn source_file(p: &mut Parser<'_>) {
         }
     }
     p.leave();
+    p.unterminated_comment();
     p.rest();
     m.complete(p, SOURCE_FILE);
 }
@@ -45,10 +46,7 @@ const DECLARATION: &str =
 
 fn declaration(p: &mut Parser<'_>) {
     match p.current() {
-        INCLUDE_KW => {
-            p.error("an `include` stands before all declarations of its file");
-            include(p);
-        }
+        INCLUDE_KW => include(p, true),
         USE_KW => use_(p),
         CODEL_KW => codel(p),
         SHELL_KW => shell::shell(p),
@@ -64,8 +62,11 @@ fn declaration(p: &mut Parser<'_>) {
 // test_err include_after_declaration
 // codel f(): int
 // include "late.mal"
-fn include(p: &mut Parser<'_>) {
+fn include(p: &mut Parser<'_>, late: bool) {
     let m = p.start();
+    if late {
+        p.error("an `include` stands before all declarations of its file");
+    }
     p.bump();
     if p.at(UNTERMINATED_STRING) {
         p.bump();

@@ -301,6 +301,13 @@ impl<'a> Parser<'a> {
         found
     }
 
+    /// Whatever an unterminated comment at the end of the file hides was lost.
+    pub(crate) fn unterminated_comment(&mut self) {
+        if comment_error(self.lexed).is_some() {
+            self.mark();
+        }
+    }
+
     /// The white space and comments at the end of the file.
     pub(crate) fn rest(&mut self) {
         self.events.push(Event::Rest);

@@ -89,15 +89,15 @@ fn own_time<'db>(
         None => format!("staying in {source}"),
     };
     let _ = writeln!(out, "\nown time {}: {what}", edge.cost);
-    for (program, time) in &described.programs {
+    for (program, time) in described.programs.iter().filter_map(|&index| psm.programs.get(index)) {
         let _ = writeln!(out, "  {:>12}  {program}", time.to_string());
         for (codel, time) in worst_path(db, project, component, query.level, program) {
             let assumed = if psm.assumed.contains(&codel) { "  (assumed)" } else { "" };
             let _ = writeln!(out, "  {:>12}    {:>10}  {codel}{assumed}", "", time.to_string());
         }
     }
-    if described.overhead > Time::ZERO {
-        let _ = writeln!(out, "  {:>12}  dispatch and context switches", described.overhead.to_string());
+    if psm.overhead > Time::ZERO {
+        let _ = writeln!(out, "  {:>12}  dispatch and context switches", psm.overhead.to_string());
     }
     if let Ok(Some(whole)) = psm.whole {
         let _ = writeln!(out, "  the table gives {whole} for the whole component (for the classic method)");

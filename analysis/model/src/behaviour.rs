@@ -10,7 +10,7 @@ use crate::item_tree::{
     Core, Expr, FeatureKind, HookKind, Kind, Machine, MethodKind, Name, NameRef, Program, State, Statement,
     Transition, Variable,
 };
-use crate::names::{Features, Names, Unresolved, features, names_of, similar};
+use crate::names::{Features, Names, Unresolved, features_of, names_of, similar};
 use crate::project::Project;
 use crate::source::{Decl, Place, core};
 
@@ -99,7 +99,7 @@ pub fn behaviour_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'
     let names = names_of(db, project);
     let shell = names.resolve_type(db, of, Kind::Shell, data.shell.as_ref());
     let none = Features::default();
-    let features = shell.as_ref().map_or(&none, |&shell| features(db, project, shell));
+    let features = shell.as_ref().map_or(&none, |&shell| features_of(db, project, shell));
     let mut reader =
         Reader { db, of, names, features, core: data, scope: Vec::new(), found: Behaviour::default() };
     if let Err(unresolved) = &shell {
@@ -206,12 +206,15 @@ impl<'db> Reader<'_, 'db> {
         }
     }
 
-    /// The hooks that no period executes: their calls are looked at, their times count nothing.
+    /// The hooks that no period executes: their calls are looked at, their times count nothing. But one that is not
+    /// closed may have swallowed what follows.
     fn hooks(&mut self) {
         for hook in self.core.hooks.iter().filter(|hook| hook.kind != HookKind::Update) {
             let refusals = self.found.refusals.len();
             self.program(&hook.program);
-            self.found.refusals.truncate(refusals);
+            if hook.program.whole {
+                self.found.refusals.truncate(refusals);
+            }
         }
     }
 
@@ -501,7 +504,7 @@ impl<'db> Reader<'_, 'db> {
 }
 
 /// Is this one of the functions that every program has? They cost nothing: ports are lock-free (paper, Property 2).
-fn is_built_in(name: &str) -> bool {
+pub(crate) fn is_built_in(name: &str) -> bool {
     matches!(name, "read" | "write" | "status" | "send" | "collect")
 }
 

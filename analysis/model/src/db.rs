@@ -32,9 +32,12 @@ pub struct Workspace {
     /// `MAUVE_MODELS`: where includes are looked for after the including file's own folder.
     #[returns(ref)]
     pub model_path: Vec<PathBuf>,
-    /// Taken as the one root, whatever the configuration says: a file named on the command line.
-    #[returns(copy)]
-    pub only_root: Option<File>,
+    /// Only the projects that have one of these are looked at: the files named on the command line. None: all are.
+    #[returns(ref)]
+    pub only: Vec<File>,
+    /// Folders that the configuration names for tables, and that cannot be read: why.
+    #[returns(ref)]
+    pub unreadable: Vec<String>,
 }
 
 /// What every query runs on.
@@ -71,7 +74,14 @@ impl Workspace {
         texts: impl IntoIterator<Item = (PathBuf, String)>,
     ) -> Workspace {
         let file = |(path, text): (PathBuf, String)| (path.clone(), File::new(db, path, text.into(), None));
-        Workspace::new(db, folder, Arc::new(texts.into_iter().map(file).collect()), Vec::new(), None)
+        Workspace::new(
+            db,
+            folder,
+            Arc::new(texts.into_iter().map(file).collect()),
+            Vec::new(),
+            Vec::new(),
+            Vec::new(),
+        )
     }
 
     /// The file at `path`.

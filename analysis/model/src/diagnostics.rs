@@ -8,10 +8,11 @@ use rustc_hash::FxHashMap;
 
 use crate::behaviour::behaviour_of;
 use crate::item_tree::{Expr, Field, Kind, Literal, Name, NameRef, TypeRef};
-use crate::names::{Names, Unresolved, features, names_of};
+use crate::names::{FeatureOf, Names, Unresolved, features_of, names_of};
 use crate::project::{
-    Project, config_file, config_of, include_candidates, includes, project_files, projects,
+    Project, config_file, config_of, include_candidates, include_rings, includes, project_files, projects,
 };
+use crate::psm::{core_of, is_core_for, shell_of};
 use crate::response::{
     ActivityReport, Budget, MissingTime, Query, Verdict, budgets, missing_times, response_times,
 };
@@ -136,6 +137,7 @@ codes! {
     duplicate_field::DUPLICATE_FIELD;
     initial_state::INITIAL_STATE;
     update_or_statemachine::UPDATE_OR_STATEMACHINE;
+    wrong_shell::WRONG_SHELL;
     undefined_operation::UNDEFINED_OPERATION;
     recursive_operation::RECURSIVE_OPERATION;
     blocking_call::BLOCKING_CALL;
@@ -234,13 +236,15 @@ pub fn file_diagnostics<'db>(
         found.push(syntax_error::report(at, error.message.clone()));
     }
     let tree = item_tree_of(db, file);
+    let rings = include_rings(db, workspace);
+    let in_ring = |target: File| rings.get(&file).is_some_and(|ring| rings.get(&target) == Some(ring));
+    let mut cycle = false;
     for (index, (path, target)) in tree.includes.iter().zip(includes(db, workspace, file)).enumerate() {
         let at = Place::Include(file, index as u32);
         match (path, target) {
             (Some(path), None) => found.push(missing_include(db, workspace, file, at, path)),
-            (Some(path), Some(target))
-                if crate::project::files_from(db, workspace, *target).contains(&file) =>
-            {
+            // One warning for a file, however many of its includes are part of the ring.
+            (Some(path), Some(target)) if in_ring(*target) && !std::mem::replace(&mut cycle, true) => {
                 found.push(include_cycle::report(at, path));
             }
             _ => {}
@@ -287,13 +291,18 @@ pub fn declaration_diagnostics<'db>(
         }
         Kind::Component => {
             let Some(data) = component(db, decl) else { return found.into_boxed_slice() };
+            let names = names_of(db, project);
             for (kind, ty) in [(Kind::Shell, &data.shell), (Kind::Core, &data.core)] {
-                if let Err(why) = names_of(db, project).resolve_type(db, decl, kind, ty.as_ref()) {
-                    found.extend(
-                        unresolved_type(db, names_of(db, project), decl, kind, ty.as_ref(), &why)
-                            .filter(|_| data.whole),
-                    );
+                if let Err(why) = names.resolve_type(db, decl, kind, ty.as_ref()) {
+                    let unresolved = unresolved_type(db, names, decl, kind, ty.as_ref(), &why);
+                    found.extend(unresolved.filter(|_| data.whole));
                 }
+            }
+            if let (Some(core), Some(shell)) = (core_of(db, project, decl), shell_of(db, project, decl))
+                && !is_core_for(db, project, core, shell)
+            {
+                let at = data.core.as_ref().map_or(Place::name_of(decl), |core| Place::Part(decl, core.part));
+                found.push(wrong_shell::report(at, core.name(db), shell.name(db)));
             }
         }
         Kind::Shell => {
@@ -310,15 +319,35 @@ pub fn declaration_diagnostics<'db>(
                     ));
                 }
             }
-            if features(db, project, decl).cycle {
+            if features_of(db, project, decl).cycle {
                 found.push(inheritance_cycle::report(decl, decl.name(db)));
             }
             let features = data.features.iter().map(|feature| (&feature.name, "feature"));
             found.extend(duplicate_definition::among(decl, features));
+            found.extend(clashes(db, project, decl));
         }
         Kind::Use | Kind::Codel => {}
     }
     found.into_boxed_slice()
+}
+
+/// Features of one name that a shell gets from different shells.
+fn clashes<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<Diagnostic<'db>> {
+    let place = |feature: &FeatureOf<'db>| {
+        let data = shell(db, feature.shell)?.features.get(feature.index)?;
+        Some(Place::Part(feature.shell, data.name.part))
+    };
+    let mut found = Vec::new();
+    for (name, features) in &features_of(db, project, of).by_name {
+        let Some(first) = features.first() else { continue };
+        let Some(other) = features.iter().find(|other| other.shell != first.shell) else { continue };
+        // Where one of the two is the shell's own, it is the one to rename.
+        let at = if first.shell == of { place(first) } else { Some(Place::name_of(of)) };
+        if let (Some(at), Some(other)) = (at, place(other)) {
+            found.push(duplicate_definition::report(at, "feature", name, other));
+        }
+    }
+    found
 }
 
 /// Missed deadlines, missing times, and what is not analysed for a reason that nothing else reports.

@@ -80,7 +80,8 @@ pub struct ItemTree {
     pub includes: Vec<Option<String>>,
     /// In the order of the text.
     pub declarations: Vec<Declaration>,
-    /// Is a brace missing or left over outside the declarations? Then they may stand in another library than it seems.
+    /// Is there more than a stray word between the declarations that fits nowhere, or a brace missing? Then a
+    /// declaration may be lost, or stand in another library than it seems.
     pub scope_lost: bool,
 }
 

@@ -48,7 +48,7 @@ pub use behaviour::{Behaviour, Cost, Edge, Refusal, TimedProgram, behaviour_of};
 pub use config::Config;
 pub use db::{Database, File, ModelDb, Workspace, normalised};
 pub use lower::{DeclarationMap, SourceMap};
-pub use names::{FeatureOf, Features, Names, Unresolved, features, names_of, similar};
+pub use names::{FeatureOf, Features, Names, Unresolved, features_of, names_of, similar};
 pub use project::{
     CONFIG_FILE, Project, config_file, config_of, include_candidates, includes, is_model, project_files,
     projects,
@@ -63,4 +63,4 @@ pub use source::{
     item_tree_of, parse, shell, source_map,
 };
 pub use system::{Flat, FlatInstance, Priority, Row, System, cpu_names, flat, system_of};
-pub use timetable::{Lookup, TableFiles, Timetable, table, table_files, timetable_of};
+pub use timetable::{Lookup, TableFiles, Timetable, table, table_files, table_pattern, timetable_of};

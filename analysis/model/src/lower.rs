@@ -34,21 +34,23 @@ pub(crate) fn lower(file: &ast::SourceFile) -> (ItemTree, SourceMap) {
         ast::Item::Library(library) => Some(library),
         _ => None,
     });
-    lowering.tree.scope_lost = has_lost_brace(file.syntax(), false)
-        || libraries.into_iter().any(|library| has_lost_brace(library.syntax(), true));
+    lowering.tree.scope_lost =
+        loses_an_item(file.syntax()) || libraries.into_iter().any(|library| loses_an_item(library.syntax()));
     (lowering.tree, lowering.map)
 }
 
-/// Is a brace among what fits nowhere in `node`, or, if `missing` counts, something missing in it?
-fn has_lost_brace(node: &SyntaxNode, missing: bool) -> bool {
-    let is_brace = |kind| matches!(kind, SyntaxKind::L_CURLY | SyntaxKind::R_CURLY);
-    node.children().filter(|child| child.kind() == SyntaxKind::ERROR).any(|error| {
-        let mut tokens = error.children_with_tokens().peekable();
-        missing && tokens.peek().is_none() || tokens.any(|token| is_brace(token.kind()))
+/// May an item of the list that `node` is have been lost, or its end? One stray word is no item yet: it is what a user
+/// has typed so far.
+fn loses_an_item(node: &SyntaxNode) -> bool {
+    let errors = node.children().filter(|child| child.kind() == SyntaxKind::ERROR);
+    errors.into_iter().any(|error| {
+        let mut tokens = error.children_with_tokens().filter(|token| !token.kind().is_trivia());
+        let first = tokens.next();
+        !first.is_some_and(|first| first.kind().is_word()) || tokens.next().is_some()
     })
 }
 
-/// Was something lost right in `node`, between its items rather than inside one?
+/// Was something lost right in `node`, rather than in one of its parts?
 fn has_error_child(node: &SyntaxNode) -> bool {
     node.children().any(|child| child.kind() == SyntaxKind::ERROR)
 }
@@ -197,7 +199,7 @@ impl Lowering {
         let bases = bases.map(|ty| self.type_ref(&ty)).collect();
         let features = shell.shell_items().map(|item| self.feature(item)).collect();
         let extends_whole = shell.extends().is_none_or(|extends| is_whole(extends.syntax()));
-        Shell { bases, features, whole: extends_whole && !has_error_child(shell.syntax()) }
+        Shell { bases, features, whole: extends_whole && !loses_an_item(shell.syntax()) }
     }
 
     fn feature(&mut self, item: ast::ShellItem) -> Feature {
@@ -238,7 +240,7 @@ impl Lowering {
             operations: Vec::new(),
             hooks: Vec::new(),
             machines: Vec::new(),
-            whole: !has_error_child(core.syntax()),
+            whole: !loses_an_item(core.syntax()),
         };
         for item in core.core_items() {
             match item {
@@ -289,7 +291,7 @@ impl Lowering {
                 ast::StateMachineItem::State(it) => states.push(self.state(&it)),
             }
         }
-        Machine { part, variables, states, whole: !has_error_child(machine.syntax()) }
+        Machine { part, variables, states, whole: !loses_an_item(machine.syntax()) }
     }
 
     fn state(&mut self, state: &ast::State) -> State {
@@ -313,7 +315,7 @@ impl Lowering {
             }
         }
         let initial = state.initial_token().is_some();
-        State { name, initial, methods, transitions, whole: !has_error_child(state.syntax()) }
+        State { name, initial, methods, transitions, whole: !loses_an_item(state.syntax()) }
     }
 
     fn transition(&mut self, transition: &ast::Transition) -> Transition {
@@ -430,7 +432,7 @@ impl Lowering {
             connections: Vec::new(),
             operations: Vec::new(),
             settings: Vec::new(),
-            whole: !has_error_child(architecture.syntax()),
+            whole: !loses_an_item(architecture.syntax()),
         };
         for item in architecture.architecture_items() {
             match item {
@@ -489,7 +491,7 @@ impl Lowering {
                 .collect(),
             activities: Vec::new(),
             settings: Vec::new(),
-            whole: !has_error_child(deployment.syntax()),
+            whole: !loses_an_item(deployment.syntax()),
         };
         for item in deployment.deployment_items() {
             match item {
@@ -511,11 +513,16 @@ impl Lowering {
         };
         let mut fields = Vec::new();
         for field in activity.fields() {
+            // Tokens left over right behind a value may belong to it: `priority = 1 9`.
+            let next = field.syntax().next_sibling();
+            let doubtful =
+                next.is_some_and(|next| next.kind() == SyntaxKind::ERROR && next.first_token().is_some());
             let Some(name) = field.name_ref() else { continue };
             let name = self.name_ref(&name);
             let place = field.expr().map_or(field.syntax().text_range(), |value| value.syntax().text_range());
             let value_part = self.part(place);
-            let value = if is_whole(field.syntax()) { self.expr(field.expr()) } else { Expr::Missing };
+            let whole = is_whole(field.syntax()) && !doubtful;
+            let value = if whole { self.expr(field.expr()) } else { Expr::Missing };
             fields.push(Field { name, value, value_part });
         }
         Activity { instance, fields, whole: !has_error_child(activity.syntax()) }

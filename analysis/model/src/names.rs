@@ -18,9 +18,9 @@ pub struct Names<'db> {
     /// For each library, the libraries and message packages that it uses.
     uses: FxHashMap<Option<Name>, Vec<Name>>,
     libraries: FxHashSet<Name>,
-    /// A file whose declarations are missing: it is not there, or cannot be read.
-    missing: bool,
-    /// A file in which it is unknown which library the declarations belong to.
+    /// Is a file missing, or unreadable, so that what it declares is unknown?
+    pub missing: bool,
+    /// A file in which a declaration may be lost, or stand in another library than it seems.
     pub scope_lost: Option<File>,
 }
 
@@ -197,9 +197,11 @@ pub struct FeatureOf<'db> {
 pub struct Features<'db> {
     /// By name; several where they clash.
     pub by_name: BTreeMap<Name, Vec<FeatureOf<'db>>>,
-    /// Does the shell extend itself, over others or directly? These are the shells of the ring.
+    /// The shell itself and all that it extends.
+    pub shells: Vec<Decl<'db>>,
+    /// Does the shell extend itself, over others or directly?
     pub cycle: bool,
-    /// Was a feature or a base shell lost?
+    /// Was a feature or a base shell lost, or do two features have one name?
     pub lost: bool,
 }
 
@@ -217,13 +219,13 @@ impl<'db> Features<'db> {
 
 /// The features of a shell.
 #[salsa::tracked(returns(ref))]
-pub fn features<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Features<'db> {
+pub fn features_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Features<'db> {
     let names = names_of(db, project);
     let mut features = Features::default();
-    let mut seen = vec![of];
-    let mut next = 0;
-    while let Some(&current) = seen.get(next) {
-        next += 1;
+    let mut seen: FxHashSet<Decl<'db>> = FxHashSet::from_iter([of]);
+    let mut open = vec![of];
+    while let Some(current) = open.pop() {
+        features.shells.push(current);
         let Some(data) = shell(db, current) else { continue };
         features.lost |= !data.whole;
         for (index, feature) in data.features.iter().enumerate() {
@@ -236,12 +238,17 @@ pub fn features<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>)
         for base in &data.bases {
             match names.resolve_type(db, current, Kind::Shell, Some(base)) {
                 Ok(base) if base == of => features.cycle = true,
-                Ok(base) if !seen.contains(&base) => seen.push(base),
-                Ok(_) => {}
+                Ok(base) => {
+                    if seen.insert(base) {
+                        open.push(base);
+                    }
+                }
                 Err(_) => features.lost = true,
             }
         }
     }
+    // Which of two features of one name is meant is unknown; one of them may be an operation.
+    features.lost |= features.by_name.values().any(|found| found.len() > 1);
     features
 }
 

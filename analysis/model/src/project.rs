@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use rustc_hash::FxHashSet;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::config::{self, Config};
 use crate::source::item_tree_of;
@@ -71,16 +71,17 @@ pub fn is_model(path: &Path) -> bool {
 /// that include one another in a ring, the one with the first path.
 #[salsa::tracked(returns(ref))]
 pub fn projects<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Project<'db>> {
-    let mut roots: Vec<File> = Vec::new();
-    if let Some(root) = workspace.only_root(db) {
-        // A part of a project means what it means there.
-        let homes: Vec<File> = all_roots(db, workspace)
-            .into_iter()
-            .filter(|&home| files_from(db, workspace, home).contains(&root))
-            .collect();
-        roots.extend(if homes.is_empty() { vec![root] } else { homes });
-    } else {
-        roots = all_roots(db, workspace);
+    let mut roots = all_roots(db, workspace);
+    let only = workspace.only(db);
+    if !only.is_empty() {
+        // A part of a project means what it means there; a file of none is one by itself.
+        let files: Vec<Vec<File>> = roots.iter().map(|&root| files_from(db, workspace, root)).collect();
+        let alone = only.iter().filter(|file| !files.iter().any(|files| files.contains(file)));
+        let alone: Vec<File> = alone.copied().collect();
+        let has_one = |files: &Vec<File>| only.iter().any(|file| files.contains(file));
+        roots =
+            roots.into_iter().zip(&files).filter(|(_, files)| has_one(files)).map(|(root, _)| root).collect();
+        roots.extend(alone);
     }
     roots.into_iter().map(|root| Project::new(db, workspace, root)).collect()
 }
@@ -139,4 +140,59 @@ pub(crate) fn files_from(db: &dyn ModelDb, workspace: Workspace, root: File) -> 
 #[salsa::tracked(returns(ref))]
 pub fn project_files<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<File> {
     files_from(db, project.workspace(db), project.root(db))
+}
+
+/// The files that include one another in a ring, each with the number of its ring.
+#[salsa::tracked(returns(ref))]
+pub fn include_rings(db: &dyn ModelDb, workspace: Workspace) -> FxHashMap<File, usize> {
+    // Kosaraju's two walks: files in the order in which they are left; then, in the reverse order, what leads to each.
+    let files: BTreeMap<&Path, File> =
+        workspace.files(db).values().map(|&file| (file.path(db).as_path(), file)).collect();
+    let files: Vec<File> = files.into_values().filter(|file| is_model(file.path(db))).collect();
+    let mut includers: FxHashMap<File, Vec<File>> = FxHashMap::default();
+    let mut left = Vec::new();
+    let mut seen: FxHashSet<File> = FxHashSet::default();
+    for &start in &files {
+        if !seen.insert(start) {
+            continue;
+        }
+        let mut open = vec![(start, 0)];
+        while let Some((file, next)) = open.last_mut() {
+            let file = *file;
+            match includes(db, workspace, file).get(*next) {
+                Some(included) => {
+                    *next += 1;
+                    if let Some(included) = *included {
+                        includers.entry(included).or_default().push(file);
+                        if seen.insert(included) {
+                            open.push((included, 0));
+                        }
+                    }
+                }
+                None => {
+                    left.push(file);
+                    open.pop();
+                }
+            }
+        }
+    }
+    let mut rings = FxHashMap::default();
+    let mut placed: FxHashSet<File> = FxHashSet::default();
+    for (number, &start) in left.iter().rev().enumerate() {
+        if !placed.insert(start) {
+            continue;
+        }
+        let mut ring = vec![start];
+        let mut next = 0;
+        while let Some(file) = ring.get(next) {
+            next += 1;
+            let new = includers.get(file).into_iter().flatten().filter(|includer| placed.insert(**includer));
+            let new: Vec<File> = new.copied().collect();
+            ring.extend(new);
+        }
+        if ring.len() > 1 || includes(db, workspace, start).contains(&Some(start)) {
+            rings.extend(ring.into_iter().map(|file| (file, number)));
+        }
+    }
+    rings
 }

@@ -7,9 +7,9 @@ use mauve_timing::{Edge, Level, StateMachine, Time};
 use crate::ModelDb;
 use crate::behaviour::{Behaviour, Cost, Refusal, TimedProgram, behaviour_of};
 use crate::item_tree::{Kind, Name};
-use crate::names::names_of;
+use crate::names::{features_of, names_of};
 use crate::project::Project;
-use crate::source::{Decl, Place, component};
+use crate::source::{Decl, Place, component, core_interface};
 use crate::timetable::{Lookup, Timetable, timetable_of};
 
 /// A component's periodic state machine (paper, Def. 3 and 4).
@@ -21,6 +21,12 @@ pub struct Psm {
     pub machine: StateMachine,
     /// What each edge executes.
     pub edges: Vec<PsmEdge>,
+    /// The programs, by their keys, with their times.
+    pub programs: Vec<(String, Time)>,
+    /// Its own operations that programs may call, likewise; no time where none was needed.
+    pub operations: Vec<(String, Option<Time>)>,
+    /// Dispatch and context switches, in each edge.
+    pub overhead: Time,
     /// The component's own time, for the classic method, where a table has one; why not, where it cannot be used.
     pub whole: Result<Option<Time>, String>,
     /// Codels whose time is that of `[assume]`.
@@ -32,10 +38,8 @@ pub struct Psm {
 pub struct PsmEdge {
     /// The transition that fires; none where the machine stays.
     pub transition: Option<Name>,
-    /// The programs in their order, by their keys, with their times.
-    pub programs: Vec<(String, Time)>,
-    /// Dispatch and context switches.
-    pub overhead: Time,
+    /// The programs in their order: indices into [`Psm::programs`].
+    pub programs: Vec<usize>,
 }
 
 /// Why a component has no periodic state machine.
@@ -57,6 +61,21 @@ pub fn core_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) 
 pub fn shell_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Option<Decl<'db>> {
     let data = component(db, of)?;
     names_of(db, project).resolve_type(db, of, Kind::Shell, data.shell.as_ref()).ok()
+}
+
+/// Is a core for this shell, or for one that it extends?
+pub(crate) fn is_core_for<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    shell: Decl<'db>,
+) -> bool {
+    let Some(core) = core_interface(db, of) else { return false };
+    match names_of(db, project).resolve_type(db, of, Kind::Shell, core.shell.as_ref()) {
+        Ok(own) => own == shell || features_of(db, project, shell).shells.contains(&own),
+        // That is reported where it stands.
+        Err(_) => true,
+    }
 }
 
 /// The periodic state machine of a component.
@@ -84,12 +103,15 @@ pub(crate) fn psm_with<'db>(
     if component(db, of).is_some_and(|data| !data.whole) {
         return refuse(Refusal::reported(format!("component {name} has a syntax error"), at));
     }
-    if shell_of(db, project, of).is_none() {
+    let Some(shell) = shell_of(db, project, of) else {
         return refuse(Refusal::reported(format!("the shell of component {name} is unknown"), at));
-    }
+    };
     let Some(core) = core_of(db, project, of) else {
         return refuse(Refusal::reported(format!("the core of component {name} is unknown"), at));
     };
+    if !is_core_for(db, project, core, shell) {
+        return refuse(Refusal::reported(format!("the core of component {name} is for another shell"), at));
+    }
     let behaviour = behaviour_of(db, project, core);
     if !behaviour.refusals.is_empty() {
         return Err(Refused { refusals: behaviour.refusals.clone(), missing: Vec::new() });
@@ -139,7 +161,6 @@ impl<'db> Evaluator<'_, 'db> {
         let mut described = Vec::new();
         for edge in &behaviour.edges {
             let mut cost = overhead;
-            let mut parts = Vec::new();
             for &index in &edge.programs {
                 let Some((program, time)) =
                     behaviour.programs.get(index).zip(programs.get(index).copied().flatten())
@@ -152,12 +173,10 @@ impl<'db> Evaluator<'_, 'db> {
                     self.refuse(format!("the time of `{}` exceeds 584 years", program.key));
                 }
                 cost = sum;
-                parts.push((program.key.clone(), time));
             }
             let Some(cost) = cost else { continue };
             edges.push(Edge { source: edge.source as u32, target: edge.target as u32, cost });
-            let transition = edge.transition.clone();
-            described.push(PsmEdge { transition, programs: parts, overhead: overhead.unwrap_or_default() });
+            described.push(PsmEdge { transition: edge.transition.clone(), programs: edge.programs.clone() });
         }
         let missing = std::mem::take(&mut self.missing);
         for (name, (decl, why)) in missing {
@@ -181,8 +200,20 @@ impl<'db> Evaluator<'_, 'db> {
             Lookup::Absent => Ok(None),
             Lookup::OtherLevels(why) | Lookup::Unusable(why) => Err(why),
         };
-        let assumed = std::mem::take(&mut self.assumed).into_keys().collect();
-        Ok(Psm { states: behaviour.states.clone(), machine, edges: described, whole, assumed })
+        let key = |program: &TimedProgram<'db>| program.key.clone();
+        let programs =
+            behaviour.programs.iter().map(key).zip(programs.into_iter().map(Option::unwrap_or_default));
+        let operations = self.operations.iter().map(|time| time.flatten());
+        Ok(Psm {
+            states: behaviour.states.clone(),
+            machine,
+            edges: described,
+            programs: programs.collect(),
+            operations: behaviour.operations.iter().map(key).zip(operations).collect(),
+            overhead: overhead.unwrap_or_default(),
+            whole,
+            assumed: std::mem::take(&mut self.assumed).into_keys().collect(),
+        })
     }
 
     fn refuse(&mut self, why: String) {
@@ -271,8 +302,8 @@ impl<'db> Evaluator<'_, 'db> {
     }
 }
 
-/// The codels of one program of a component along its worst path, with their times, in the order of execution: where
-/// the time of the program comes from. Empty where a table gives the program's time as a whole.
+/// The codels of one program of a component along its worst path, and its own operations, with their times, in the
+/// order of execution: where the time of the program comes from. Empty where a table gives that time as a whole.
 pub fn worst_path<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -281,49 +312,33 @@ pub fn worst_path<'db>(
     program: &str,
 ) -> Vec<(String, Time)> {
     let Some(core) = core_of(db, project, component) else { return Vec::new() };
-    let behaviour = behaviour_of(db, project, core);
+    let Ok(psm) = psm_of(db, project, component, level) else { return Vec::new() };
     let times = timetable_of(db, project);
-    let whole = |key: &str| times.program_time(db, component, key, level) != Lookup::Absent;
-    let found = behaviour.programs.iter().find(|it| it.key == program);
-    let Some(found) = found.filter(|it| !whole(&it.key)) else { return Vec::new() };
-    let mut path = Vec::new();
-    walk(db, behaviour, times, level, &whole, &found.cost, &mut path);
-    path
+    let is_whole = times.program_time(db, component, program, level) != Lookup::Absent;
+    let program = behaviour_of(db, project, core).programs.iter().find(|it| it.key == program && !is_whole);
+    let time = |cost: &Cost<'db>| match cost {
+        Cost::Codel(codel) => match times.codel_time(db, *codel, level) {
+            Lookup::Known(time) | Lookup::Assumed(time) => Some((codel.qualified(db), time)),
+            _ => None,
+        },
+        Cost::Operation(index) => {
+            psm.operations.get(*index).and_then(|(key, time)| Some((key.clone(), (*time)?)))
+        }
+        Cost::Sum(_) | Cost::Greatest(_) => None,
+    };
+    program.map_or_else(Vec::new, |program| path(&program.cost, &time))
 }
 
-fn walk<'db>(
-    db: &'db dyn ModelDb,
-    behaviour: &Behaviour<'db>,
-    times: &Timetable<'db>,
-    level: Level,
-    whole: &dyn Fn(&str) -> bool,
-    cost: &Cost<'db>,
-    path: &mut Vec<(String, Time)>,
-) {
+fn path<'db>(cost: &Cost<'db>, time: &dyn Fn(&Cost<'db>) -> Option<(String, Time)>) -> Vec<(String, Time)> {
     match cost {
-        Cost::Codel(codel) => {
-            if let Lookup::Known(time) | Lookup::Assumed(time) = times.codel_time(db, *codel, level) {
-                path.push((codel.qualified(db), time));
-            }
-        }
-        Cost::Operation(index) => {
-            if let Some(operation) = behaviour.operations.get(*index).filter(|it| !whole(&it.key)) {
-                walk(db, behaviour, times, level, whole, &operation.cost, path);
-            }
-        }
-        Cost::Sum(costs) => {
-            costs.iter().for_each(|cost| walk(db, behaviour, times, level, whole, cost, path))
-        }
+        Cost::Codel(_) | Cost::Operation(_) => time(cost).into_iter().collect(),
+        Cost::Sum(costs) => costs.iter().flat_map(|cost| path(cost, time)).collect(),
         Cost::Greatest(costs) => {
-            let of = |cost: &Cost<'db>| {
-                let mut path = Vec::new();
-                walk(db, behaviour, times, level, whole, cost, &mut path);
-                let sum = path.iter().try_fold(Time::ZERO, |sum, (_, time)| sum.checked_add(*time));
-                (sum.unwrap_or_default(), path)
+            let sum = |path: &[(String, Time)]| {
+                path.iter().try_fold(Time::ZERO, |sum, (_, time)| sum.checked_add(*time))
             };
-            let greatest =
-                costs.iter().map(of).reduce(|best, next| if next.0 > best.0 { next } else { best });
-            path.extend(greatest.into_iter().flat_map(|(_, path)| path));
+            let paths = costs.iter().map(|cost| path(cost, time));
+            paths.reduce(|best, next| if sum(&next) > sum(&best) { next } else { best }).unwrap_or_default()
         }
     }
 }

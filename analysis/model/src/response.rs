@@ -33,6 +33,8 @@ pub struct Report<'db> {
     pub activities: Vec<ActivityReport<'db>>,
     /// The CPUs that are used.
     pub cpus: Vec<CpuReport>,
+    /// Why nothing of it is analysed: an activity may be missing in it, or a time.
+    pub lost: Vec<Refusal<'db>>,
 }
 
 /// The response time of one activity, and where it comes from.
@@ -107,7 +109,7 @@ pub struct CpuReport {
 impl Report<'_> {
     /// Is every deadline proved?
     pub fn schedulable(&self) -> bool {
-        self.activities.iter().all(|activity| activity.verdict.is_met())
+        self.lost.is_empty() && self.activities.iter().all(|activity| activity.verdict.is_met())
     }
 }
 
@@ -144,14 +146,7 @@ fn report<'db>(
 ) -> Report<'db> {
     let system = system_of(db, project, deployment);
     let throttled = config_of(db, project.workspace(db)).rt_throttling;
-    let lost = timetable_of(db, project).lost.clone().or_else(|| {
-        let file = names_of(db, project).scope_lost?;
-        let name = file.path(db).file_name().unwrap_or_default().display().to_string();
-        let why = format!(
-            "{name} has a brace too many or too few: which library its declarations are in is unknown"
-        );
-        Some((why, Place::Range(file, 0, 0)))
-    });
+    let lost = lost_in(db, project, system);
     // Why a row itself is not analysed; whom it takes with it is decided by the analysis.
     let reasons: Vec<Vec<Refusal<'db>>> =
         system.rows.iter().zip(psms).map(|(row, psm)| own_reasons(query, row, *psm)).collect();
@@ -180,9 +175,7 @@ fn report<'db>(
         activity.assumed = psm.map_or_else(Vec::new, |psm| psm.assumed.clone());
         activity.reasons = reasons.get(index).cloned().unwrap_or_default();
         // Nothing is claimed of a deployment of which a part is unknown.
-        activity.reasons.extend(system.lost.iter().cloned());
-        let of_tables = lost.iter().map(|(why, at)| Refusal::reported(why.clone(), at.clone()));
-        activity.reasons.extend(of_tables);
+        activity.reasons.extend(lost.iter().cloned());
         let because = match &response.bound {
             Bound::NotAnalysed { because } => because.as_slice(),
             _ => &[],
@@ -228,10 +221,24 @@ fn report<'db>(
         .map(|load| CpuReport {
             mask: 1 << load.cpu,
             utilisation: load.utilisation.clone(),
-            complete: load.complete && system.lost.is_empty() && lost.is_none(),
+            complete: load.complete && lost.is_empty(),
         })
         .collect();
-    Report { activities, cpus }
+    Report { activities, cpus, lost }
+}
+
+/// Why nothing at all can be analysed: an activity may be missing, or a time that makes every bound longer.
+fn lost_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, system: &System<'db>) -> Vec<Refusal<'db>> {
+    let mut lost = system.lost.clone();
+    if let Some((why, at)) = &timetable_of(db, project).lost {
+        lost.push(Refusal::reported(why.clone(), at.clone()));
+    }
+    if let Some(file) = names_of(db, project).scope_lost {
+        let name = file.path(db).file_name().unwrap_or_default().display().to_string();
+        let why = format!("{name} has a syntax error between its declarations: one of them may be missing");
+        lost.push(Refusal::reported(why, Place::Range(file, 0, 0)));
+    }
+    lost
 }
 
 fn own_reasons<'db>(
@@ -319,6 +326,10 @@ fn utilisation_above(tasks: &[Task], of: &Task, method: Method) -> Utilisation {
     }))
 }
 
+/// With more codels without a time than this, what one may take if all others take nothing says little, and each costs
+/// an analysis for each bit of it.
+const MOST_BUDGETS: usize = 8;
+
 /// What a codel without a time may take: the greatest with which every deadline of the deployment still holds, when
 /// the other codels without a time take nothing.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
@@ -332,7 +343,7 @@ pub struct Budget<'db> {
 }
 
 /// The budgets of the codels that a deployment lacks a time for; none where something else keeps it from being
-/// analysed.
+/// analysed, and where very many lack one.
 #[salsa::tracked(returns(ref))]
 pub fn budgets<'db>(
     db: &'db dyn ModelDb,
@@ -367,6 +378,9 @@ pub fn budgets<'db>(
         let analysed = |it: &ActivityReport<'db>| it.verdict != Verdict::RealTime(Status::NotAnalysed);
         report.activities.iter().all(analysed).then(|| report.schedulable())
     };
+    if missing.len() > MOST_BUDGETS {
+        return Vec::new();
+    }
     let longest = system.rows.iter().filter_map(|row| row.deadline).max().unwrap_or_default();
     let mut budgets = Vec::new();
     for &codel in &missing {

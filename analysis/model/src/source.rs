@@ -7,7 +7,7 @@ use std::sync::Arc;
 use mauve_syntax::{Parse, TextRange};
 use rustc_hash::FxHashMap;
 
-use crate::item_tree::{Data, Declaration, ItemTree, Kind, Name, Part};
+use crate::item_tree::{Data, Declaration, ItemTree, Kind, Name, Part, TypeRef};
 use crate::lower::{SourceMap, lower, occurrences};
 use crate::{File, ModelDb};
 
@@ -134,6 +134,22 @@ impl<'db> Place<'db> {
         };
         found.unwrap_or_default()
     }
+}
+
+/// What others read of a core: its programs may change without them.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct CoreInterface {
+    /// The shell that it is for.
+    pub(crate) shell: Option<TypeRef>,
+    /// Does it define operations?
+    pub(crate) defines_operations: bool,
+}
+
+/// The [`CoreInterface`] of a core.
+#[salsa::tracked(returns(ref))]
+pub(crate) fn core_interface<'db>(db: &'db dyn ModelDb, decl: Decl<'db>) -> Option<CoreInterface> {
+    let data = core(db, decl)?;
+    Some(CoreInterface { shell: data.shell.clone(), defines_operations: !data.operations.is_empty() })
 }
 
 macro_rules! data_of {

@@ -1,15 +1,17 @@
 //! What a deployment runs: its architecture flattened, an activity for each instance, and what must not be left out.
 
+use rustc_hash::{FxHashMap, FxHashSet};
+
 use mauve_timing::{Rounding, Time, TimeError, Unit};
 
 use crate::ModelDb;
 use crate::behaviour::Refusal;
 use crate::diagnostics::{self, Diagnostic};
 use crate::item_tree::{Activity, Expr, FeatureKind, Field, Instance, Kind, Literal, Name, UnaryOperator};
-use crate::names::{features, names_of, similar};
+use crate::names::{features_of, names_of, similar};
 use crate::project::{Project, config_of};
-use crate::psm::shell_of;
-use crate::source::{Decl, Place, architecture, deployment};
+use crate::psm::{core_of, shell_of};
+use crate::source::{Decl, Place, architecture, core_interface, deployment};
 
 /// An architecture with what it imports.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
@@ -45,6 +47,7 @@ pub fn flat<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> 
     let names = names_of(db, project);
     let mut flat = Flat::default();
     let mut all = vec![of];
+    let mut seen: FxHashSet<Decl<'db>> = all.iter().copied().collect();
     let mut next = 0;
     while let Some(&current) = all.get(next) {
         next += 1;
@@ -57,8 +60,11 @@ pub fn flat<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> 
         for import in data.imports.iter().flatten() {
             match names.resolve_type(db, current, Kind::Architecture, Some(import)) {
                 Ok(import) if import == of => flat.cycle = true,
-                Ok(import) if !all.contains(&import) => all.push(import),
-                Ok(_) => {}
+                Ok(import) => {
+                    if seen.insert(import) {
+                        all.push(import);
+                    }
+                }
                 Err(_) => {
                     let why = format!("architecture {name} imports `{import}`, which is unknown");
                     flat.lost.push(Refusal::reported(why, Place::Part(current, import.part)));
@@ -77,6 +83,7 @@ pub fn flat<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> 
             }
         }
     }
+    let mut first: FxHashMap<&Name, usize> = FxHashMap::default();
     for &current in all.iter().rev() {
         let Some(data) = architecture(db, current) else { continue };
         for (index, Instance { name, component }) in data.instances.iter().enumerate() {
@@ -84,10 +91,13 @@ pub fn flat<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> 
                 continue;
             }
             let component = names.resolve_type(db, current, Kind::Component, component.as_ref()).ok();
-            let earlier = flat.instances.iter_mut().find(|earlier| earlier.name == name.name);
+            let earlier = first.get(&name.name).and_then(|&earlier| flat.instances.get_mut(earlier));
             let repeated = earlier.is_some();
-            if let Some(earlier) = earlier {
-                earlier.repeated = true;
+            match earlier {
+                Some(earlier) => earlier.repeated = true,
+                None => {
+                    first.insert(&name.name, flat.instances.len());
+                }
             }
             let declared = (current, index);
             flat.instances.push(FlatInstance { name: name.name.clone(), declared, component, repeated });
@@ -202,7 +212,8 @@ impl<'db> Reader<'db> {
             let name = &activity.instance.name;
             let first = activities.iter().find(|other| other.instance.name == *name);
             let instance = flat.instances.iter().find(|instance| instance.name == *name);
-            if instance.is_none() {
+            // An instance that was lost is one mistake.
+            if instance.is_none() && flat.lost.is_empty() {
                 let near = similar(name, flat.instances.iter().map(|instance| &instance.name));
                 let at = Place::Part(self.of, activity.instance.part);
                 let architecture = target.name(self.db);
@@ -298,6 +309,9 @@ impl<'db> Reader<'db> {
         let lost = !activity.whole || fields.lost;
         if lost && fields.affinity.is_none() {
             row.cpus = None;
+        }
+        if lost && row.priority == Priority::Background {
+            row.priority = Priority::Unknown;
         }
         if row.priority == Priority::Unknown {
             let refusal = Refusal::reported("it has no priority", at.clone());
@@ -413,27 +427,33 @@ impl<'db> Reader<'db> {
 
     /// Operations are served in the time of their owner, which this analysis does not count yet.
     fn served(&mut self, flat: &Flat<'db>) {
+        // An end at an instance that nobody knows may be meant for anybody who provides something.
+        let known: FxHashSet<&Name> = flat.instances.iter().map(|instance| &instance.name).collect();
+        let lost =
+            flat.operations_lost || flat.operations.iter().any(|(instance, _)| !known.contains(instance));
         for row in &mut self.found.rows {
-            let Some(shell) = row.component.and_then(|component| shell_of(self.db, self.project, component))
-            else {
-                continue;
-            };
-            let features = features(self.db, self.project, shell);
-            if !features.has_any(FeatureKind::Provided) && !features.lost {
-                continue;
-            }
+            let Some(component) = row.component else { continue };
+            let Some(shell) = shell_of(self.db, self.project, component) else { continue };
+            let features = features_of(self.db, self.project, shell);
             let may_serve = |(instance, feature): &&(Name, Option<Name>)| {
-                let named = feature.as_ref().and_then(|feature| features.get(feature));
-                *instance == row.instance && named.is_none_or(|feature| feature.kind != FeatureKind::Required)
+                let named = feature.as_ref().and_then(|feature| features.by_name.get(feature));
+                let required =
+                    named.is_some_and(|found| found.iter().all(|it| it.kind == FeatureKind::Required));
+                *instance == row.instance && (!required || features.lost)
             };
+            let core =
+                core_of(self.db, self.project, component).and_then(|it| core_interface(self.db, it).as_ref());
+            let provides = features.lost
+                || features.has_any(FeatureKind::Provided)
+                || core.is_none_or(|core| core.defines_operations);
             let at = row.at.clone();
             if let Some((_, feature)) = flat.operations.iter().find(may_serve) {
                 let which = feature.as_ref().map_or_else(String::new, |feature| format!(" `{feature}`"));
                 let why =
                     format!("it serves the operation{which} for others, whose time is not analysed yet");
                 row.refusals.push(Refusal::own(why, at));
-            } else if flat.operations_lost {
-                let why = "it provides operations, and a connection between operations has a syntax error";
+            } else if lost && provides {
+                let why = "it provides operations, and a connection between operations has an error";
                 row.refusals.push(Refusal::reported(why, at));
             }
         }
@@ -639,7 +659,7 @@ fn endpoint<'db>(
     };
     let feature = end.feature.as_ref()?;
     let shell = shell_of(db, project, instance.component?)?;
-    let features = features(db, project, shell);
+    let features = features_of(db, project, shell);
     let fits = |kind: FeatureKind| match what {
         "port" => matches!(kind, FeatureKind::Input | FeatureKind::Output),
         "operation" => matches!(kind, FeatureKind::Required | FeatureKind::Provided),
@@ -656,18 +676,17 @@ fn endpoint<'db>(
 
 fn reaches<'db>(db: &'db dyn ModelDb, project: Project<'db>, from: Decl<'db>, to: Decl<'db>) -> bool {
     let names = names_of(db, project);
-    let mut all = vec![from];
-    let mut next = 0;
-    while let Some(&current) = all.get(next) {
-        next += 1;
+    let mut seen: FxHashSet<Decl<'db>> = FxHashSet::from_iter([from]);
+    let mut open = vec![from];
+    while let Some(current) = open.pop() {
         if current == to {
             return true;
         }
         for import in architecture(db, current).into_iter().flat_map(|data| data.imports.iter().flatten()) {
             if let Ok(import) = names.resolve_type(db, current, Kind::Architecture, Some(import))
-                && !all.contains(&import)
+                && seen.insert(import)
             {
-                all.push(import);
+                open.push(import);
             }
         }
     }

@@ -2,18 +2,18 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use globset::GlobBuilder;
+use globset::{GlobBuilder, GlobMatcher};
 use mauve_timing::{Entry, Level, Overhead, Table, Time, Times};
 use rustc_hash::FxHashMap;
 
-use crate::behaviour::behaviour_of;
+use crate::behaviour::{behaviour_of, is_built_in};
 use crate::diagnostics::{Diagnostic, invalid_table, unknown_timing_key};
 use crate::item_tree::{Kind, Name};
 use crate::names::{names_of, similar};
-use crate::project::{Project, config_file, config_of, projects};
+use crate::project::{CONFIG_FILE, Project, config_file, config_of, projects};
 use crate::psm::core_of;
 use crate::source::{Decl, Place};
 use crate::{File, ModelDb, Workspace, normalised};
@@ -39,23 +39,42 @@ pub fn table_files(db: &dyn ModelDb, workspace: Workspace) -> TableFiles {
     let mut files: BTreeMap<&Path, File> = BTreeMap::new();
     let mut errors = Vec::new();
     for (pattern, span) in &config_of(db, workspace).tables {
-        let absolute = normalised(&workspace.folder(db).join(pattern));
-        let Some(absolute) = absolute.to_str() else { continue };
-        let glob = match GlobBuilder::new(absolute).literal_separator(true).build() {
-            Ok(glob) => glob.compile_matcher(),
+        let glob = match table_pattern(workspace.folder(db), pattern) {
+            Ok(glob) => glob,
             Err(error) => {
                 errors.push((format!("`{pattern}` is not a pattern of paths: {error}"), span.clone()));
                 continue;
             }
         };
-        let named = workspace.files(db).iter().filter(|(path, _)| glob.is_match(path));
+        let known = workspace.files(db).iter().filter(|(path, _)| !path.ends_with(CONFIG_FILE));
+        let named = known.filter(|(path, _)| glob.is_match(path));
         let named: Vec<File> = named.map(|(_, file)| *file).collect();
         if named.is_empty() {
             errors.push((format!("`{pattern}` names no timing table: no such file"), span.clone()));
         }
         files.extend(named.into_iter().map(|file| (file.path(db).as_path(), file)));
     }
+    if let Some((_, span)) = config_of(db, workspace).tables.first() {
+        let unreadable = workspace.unreadable(db).iter();
+        errors.extend(
+            unreadable.map(|why| (format!("a folder of timing tables cannot be read: {why}"), span.clone())),
+        );
+    }
     TableFiles { files: files.into_values().collect(), errors }
+}
+
+/// What paths a pattern of `[timing] tables` names, from the configuration's folder. `*` and `?` do not cross folders,
+/// `**` does.
+///
+/// # Errors
+///
+/// The pattern is none.
+pub fn table_pattern(folder: &Path, pattern: &str) -> Result<GlobMatcher, globset::Error> {
+    // The folder is a path, whatever letters it has: only the pattern is one.
+    let escaped = PathBuf::from(globset::escape(&folder.to_string_lossy()));
+    let absolute = normalised(&escaped.join(pattern));
+    let glob = GlobBuilder::new(&absolute.to_string_lossy()).literal_separator(true).build()?;
+    Ok(glob.compile_matcher())
 }
 
 /// What an entry of a table is for.
@@ -80,10 +99,14 @@ struct Slot {
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
 pub struct Timetable<'db> {
     slots: FxHashMap<Of<'db>, Vec<Slot>>,
-    /// What an entry that means nothing may have been for, and why: used where nothing else gives a time.
+    /// What an entry that means several things may have been for, and why: used where nothing else gives a time.
     doubts: FxHashMap<Of<'db>, String>,
-    /// Components that an entry may be for which cannot even be guessed.
+    /// Components that have an entry for a program that they do not have: it may be for any of their programs.
     doubtful: FxHashMap<Decl<'db>, (String, Place<'db>)>,
+    /// An entry for a codel that is not declared: it may be for any that has no other time.
+    stray_codel: Option<String>,
+    /// The same for a component.
+    stray_component: Option<String>,
     overhead: Option<(File, Arc<[Level]>, Overhead)>,
     /// The levels at which all times hold.
     levels: Vec<Level>,
@@ -206,6 +229,7 @@ impl<'db> Joining<'db> {
         slot: Slot,
         of: impl Fn(Decl<'db>) -> Of<'db>,
     ) -> Option<Decl<'db>> {
+        let of_whole = entry.key == key;
         let db = self.db;
         let names = names_of(db, self.project);
         let file = slot.file;
@@ -224,11 +248,27 @@ impl<'db> Joining<'db> {
                     .flat_map(|&decl| [(decl.qualified(db).into(), decl), (decl.name(db).clone(), decl)])
                     .collect();
                 let near = similar(key, all.iter().map(|(name, _)| name));
-                for (_, meant) in all.iter().filter(|(name, _)| Some(name) == near.as_ref()) {
-                    let why = format!("{}: `{}` may be meant for it", file_name(db, file), entry.key);
-                    self.times.doubts.insert(of(*meant), why);
+                let why = format!("`{}` means nothing, and may be meant for it", entry.key);
+                let in_file = format!("{}: {why}", file_name(db, file));
+                match (kind, of_whole) {
+                    (Kind::Codel, _) => self.times.stray_codel = Some(in_file),
+                    (_, true) => self.times.stray_component = Some(in_file),
+                    (_, false) => self.lost(file, &format!("`{}` means nothing", entry.key), at.clone()),
                 }
-                self.report(unknown_timing_key::report(at, &kind.to_string(), key, near));
+                // What a missing file declares is not unknown for a second time. But if it has the name of a built-in
+                // function, calls of it mean something else now.
+                if names.missing {
+                    let name = key.rsplit('.').next().unwrap_or(key);
+                    if kind == Kind::Codel && is_built_in(name) {
+                        self.lost(
+                            file,
+                            &format!("`{}` may be declared in a file that is missing", entry.key),
+                            at,
+                        );
+                    }
+                    return None;
+                }
+                self.report(unknown_timing_key::report(at, kind, key, near));
             }
             [one] => {
                 let of = of(*one);
@@ -262,22 +302,14 @@ impl<'db> Joining<'db> {
         let known = core_of(db, self.project, component).map(|core| behaviour_of(db, self.project, core));
         let programs = known.into_iter().flat_map(|it| it.programs.iter().chain(&it.operations));
         let keys: Vec<Name> = programs.map(|it| it.key.as_str().into()).collect();
-        if keys.iter().any(|key| key == program) {
-            return;
-        }
-        let near = similar(program, &keys);
-        let why = format!("{}: `{}` is no program of it", file_name(db, file), entry.key);
-        match &near {
-            Some(near) => {
-                self.times.doubts.insert(key_of(component, near), why);
-            }
-            None => {
-                self.times.doubtful.insert(component, (why, at.clone()));
-            }
-        }
-        let near = near.map(|near| format!("{}/{near}", component.name(db)).into());
-        let what = format!("program of {}", component.name(db));
-        self.report(unknown_timing_key::report(at, &what, program, near));
+        let why = match keys.iter().filter(|key| *key == program).count() {
+            1 => return,
+            0 => format!("`{}` is no program of it", entry.key),
+            _ => format!("`{}` means its `update` and its operation of that name", entry.key),
+        };
+        let near = similar(program, &keys).map(|near| format!("{}/{near}", component.name(db)).into());
+        self.report(unknown_timing_key::of_program(at.clone(), &entry.key, component.name(db), near));
+        self.times.doubtful.insert(component, (format!("{}: {why}", file_name(db, file)), at));
     }
 
     /// One thing with two times: an error at each but the first, and neither counts.
@@ -305,9 +337,10 @@ impl<'db> Timetable<'db> {
     /// The time of one execution of a codel.
     pub fn codel_time(&self, db: &'db dyn ModelDb, codel: Decl<'db>, level: Level) -> Lookup {
         let found = self.time(db, &Of::Codel(codel), level, || format!("codel `{}`", codel.qualified(db)));
-        match (found, self.assume) {
-            (Lookup::Absent, Some(time)) => Lookup::Assumed(time),
-            (found, _) => found,
+        match (found, self.assume, &self.stray_codel) {
+            (Lookup::Absent, Some(_), Some(stray)) => Lookup::Unusable(stray.clone()),
+            (Lookup::Absent, Some(time), None) => Lookup::Assumed(time),
+            (found, ..) => found,
         }
     }
 
@@ -324,7 +357,12 @@ impl<'db> Timetable<'db> {
 
     /// The time of a component as a whole, for the classic method.
     pub fn component_time(&self, db: &'db dyn ModelDb, component: Decl<'db>, level: Level) -> Lookup {
-        self.time(db, &Of::Component(component), level, || format!("component `{}`", component.name(db)))
+        let found =
+            self.time(db, &Of::Component(component), level, || format!("component `{}`", component.name(db)));
+        match (found, &self.stray_component) {
+            (Lookup::Absent, Some(stray)) => Lookup::Unusable(stray.clone()),
+            (found, _) => found,
+        }
     }
 
     /// Why a component is not analysed whatever its codels take.

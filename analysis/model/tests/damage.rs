@@ -39,7 +39,9 @@ fn what_still_has_a_bound_has_at_least_the_old_one() {
         let now = responses(&db, workspace);
         if damage % 16 == 0 {
             let fresh_db = Database::default();
-            let fresh = texts.iter().map(|(at, text)| (at.clone(), if at == path { damaged.clone() } else { text.clone() }));
+            let fresh = texts
+                .iter()
+                .map(|(at, text)| (at.clone(), if at == path { damaged.clone() } else { text.clone() }));
             let fresh_workspace = Workspace::of_texts(&fresh_db, workspace.folder(&db).clone(), fresh);
             assert_eq!(now, responses(&fresh_db, fresh_workspace), "{what} in {}", path.display());
             let fresh = workspace_diagnostics(&fresh_db, fresh_workspace);
@@ -66,7 +68,10 @@ fn what_still_has_a_bound_has_at_least_the_old_one() {
         }
         file.set_text(&mut db).to(text.as_str().into());
     }
-    assert!(lost > damages && kept > damages, "damage costs something, and not everything: {lost} lost, {kept} kept");
+    assert!(
+        lost > damages && kept > damages,
+        "damage costs something, and not everything: {lost} lost, {kept} kept"
+    );
 }
 
 /// The models, tables and configuration of the sample robot.

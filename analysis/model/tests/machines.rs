@@ -175,31 +175,27 @@ fn what_has_no_bound_or_no_meaning_is_refused() {
 #[test]
 fn a_syntax_error_costs_the_component_only_where_a_period_rests_on_it() {
     check(
-        "core K(S) { configure = { big( ; } update = { one(); } }",
-        expect![[r#"
-        update stay update: 1 ms
-    "#]],
-    );
-    check(
         "core K(S) { var v: = 3 update = { one(); } }",
         expect![[r#"
         update stay update: 1 ms
     "#]],
     );
     for broken in [
+        // A hook that is not closed may have swallowed what a period executes.
+        "core K(S) { stop = { one(; update = { big(); } } update = { one(); } }",
         "core K(S) { update = { one(; } }",
         "core K(S) { update = { one() } }",
         "core K(S) { update = { one();",
         "core K(S) { update { one(); } }",
-        "core K(S) { junk  update = { one(); } }",
+        "core K(S) { junk = 3  update = { one(); } }",
         "core K( { update = { one(); } }",
         "core K(S) { provide help() = { one( } update = { one(); } }",
-        "core K(S) { statemachine { initial state A { run = { one(); } junk } } }",
+        "core K(S) { statemachine { initial state A { run = { one(); } junk = 3 } } }",
         "core K(S) { statemachine { initial state A { transition t if to A } } }",
         "core K(S) { statemachine { initial state A { transition t if one() > 0 to } } }",
         "core K(S) { statemachine { initial state A { transition t } } }",
         "core K(S) { statemachine { initial state A { } state { } } }",
-        "core K(S) { statemachine { initial state A { } junk } }",
+        "core K(S) { statemachine { initial state A { } junk { } } }",
         "core K(S) { update = { a = b.c; } }",
         "core K(S) { update = { a = 5ms; } }",
         "core K(S) { update = { one(); } /* }",

@@ -308,7 +308,7 @@ fn served_operations_are_not_analysed_yet() {
     // Half typed, it may be anybody's.
     expect![[r#"
         a met 1 ms
-        b not-analysed: it provides operations, and a connection between operations has a syntax error
+        b not-analysed: it provides operations, and a connection between operations has an error
         c not-analysed: b may delay it, and is not analysed
     "#]]
     .assert_eq(&robot("operation\n "));
@@ -401,8 +401,8 @@ assume.codel = \"1 ms\"
     "#]]
     .assert_eq(&model("include \"lost.mal\"", ""));
     expect![[r#"
-        a not-analysed: model.mal has a brace too many or too few: which library its declarations are in is unknown
-        b not-analysed: model.mal has a brace too many or too few: which library its declarations are in is unknown
+        a not-analysed: model.mal has a syntax error between its declarations: one of them may be missing
+        b not-analysed: model.mal has a syntax error between its declarations: one of them may be missing
     "#]]
     .assert_eq(&model("", "}"));
     // Half-typed words without braces move nothing.
@@ -530,6 +530,149 @@ fn platform_clocks_and_assumptions() {
 }
 
 #[test]
+fn keys_that_mean_nothing_are_not_ignored() {
+    let deployed = activities(FINE.0, FINE.1, FINE.2);
+    let with = |entries: &str| verdicts(&format!("{ROBOT}{deployed}{TIMES}{entries}"));
+    // An unknown codel is nobody's: all that are executed have their times.
+    assert_eq!(with("three = 3\n"), "a met 1 ms\nb met 3 ms\nc met 7 ms\n");
+    // A program of a known component may be any of its programs.
+    expect![[r#"
+        a met 1 ms
+        b not-analysed: times.toml: `C2/updaet` is no program of it
+        c not-analysed: b may delay it, and is not analysed
+    "#]]
+    .assert_eq(&with("[program]\n\"C2/update\" = 1\n\"C2/updaet\" = 50\n"));
+    // Of an unknown one: any program of all.
+    let found = with("[program]\n\"Renamed/update\" = 50\n");
+    assert_eq!(
+        found.matches("not-analysed: times.toml: `Renamed/update` means nothing").count(),
+        3,
+        "{found}"
+    );
+    // With an assumed time, an unknown codel may be the one that is assumed to be short.
+    let assumed = TIMES
+        .replace("two = 2", "tow = 200")
+        .replace("timing.tables", "assume.codel = \"1 ms\"\ntiming.tables");
+    let found = verdicts(&format!("{ROBOT}{deployed}{assumed}"));
+    assert!(
+        found.contains("b not-analysed: times.toml: `tow` means nothing, and may be meant for it"),
+        "{found}"
+    );
+}
+
+#[test]
+fn an_operation_called_like_the_hook_shares_no_key_with_it() {
+    let robot = ROBOT.replace(
+        "core KS(Serving) { provide help() = { one(); } update = { two(); } }",
+        "core KS(Serving) { provide update() = { one(); } update = { two(); } }",
+    );
+    let robot = robot.replace("instance b: C2", "instance b: CS");
+    let deployed = activities(FINE.0, FINE.1, FINE.2);
+    expect![[r#"
+        a met 1 ms
+        b not-analysed: times.toml: `CS/update` means its `update` and its operation of that name
+        c not-analysed: b may delay it, and is not analysed
+    "#]]
+    .assert_eq(&verdicts(&format!("{robot}{deployed}{TIMES}[program]\n\"CS/update\" = 1\n")));
+}
+
+#[test]
+fn tokens_left_over_behind_a_value_may_belong_to_it() {
+    for (field, taken) in [
+        ("priority = 2 9 period = 10", 3),
+        ("priority = 2)9 period = 10", 3),
+        ("priority = background 9 period = 10", 3),
+        ("priority = background priorty = 9 period = 10", 3),
+        ("affinity 2 priority = 2 period = 10", 2),
+        ("priority = 2 period = 10 0", 2),
+    ] {
+        let deployed = activities(FINE.0, field, FINE.2);
+        let found = verdicts(&format!("{ROBOT}{deployed}{TIMES}"));
+        assert_eq!(found.matches("not-analysed:").count(), taken, "{field}: {found}");
+    }
+}
+
+#[test]
+fn operations_with_any_fault_are_not_taken_for_silent() {
+    let deployment = activities(FINE.0, FINE.1, FINE.2);
+    let robot = |shells: &str, connection: &str| {
+        let text = format!(
+            "codel one(): int codel two(): int codel four(): int\n{shells}
+core K1(S) {{ update = {{ one(); }} }}
+core KS(Serving) {{ provide help() = {{ four(); }} update = {{ two(); }} }}
+core KA(Asking) {{ update = {{ one(); }} }}
+component C1(S, K1) component CS(Serving, KS) component CA(Asking, KA)
+architecture A {{ instance a: C1  instance b: CS  instance c: CA  {connection} }}
+{deployment}{TIMES}"
+        );
+        verdicts(&text)
+    };
+    let fine = "shell S { } shell Serving { provide help(): int } shell Asking { require help(): int }";
+    assert_eq!(robot(fine, ""), "a met 1 ms\nb met 3 ms\nc met 4 ms\n");
+    for (shells, connection) in [
+        // A misspelt provider, a missing feature.
+        (fine, "operation bb.help -> c.help"),
+        (fine, "operation b. -> c.help"),
+        // The shell does not list what the core defines.
+        ("shell S { } shell Serving { } shell Asking { require help(): int }", "operation b.help -> c.help"),
+        // Provided by the base, required by the shell.
+        (
+            "shell S { } shell Base { provide help(): int } shell Serving extends Base { require help(): int } \
+             shell Asking { require help(): int }",
+            "operation b.help -> c.help",
+        ),
+    ] {
+        let found = robot(shells, connection);
+        assert!(found.starts_with("a met 1 ms\nb not-analysed: "), "{shells} {connection}: {found}");
+    }
+}
+
+#[test]
+fn a_core_for_another_shell_is_not_analysed() {
+    let robot = ROBOT.replace("component C2(S, K2)", "component C2(Serving, K2)");
+    let deployed = activities(FINE.0, FINE.1, FINE.2);
+    expect![[r#"
+        a met 1 ms
+        b not-analysed: the core of component C2 is for another shell
+        c not-analysed: b may delay it, and is not analysed
+    "#]]
+    .assert_eq(&verdicts(&format!("{robot}{deployed}{TIMES}")));
+    let extended = robot.replace("shell Serving {", "shell Serving extends S {");
+    assert_eq!(verdicts(&format!("{extended}{deployed}{TIMES}")), "a met 1 ms\nb met 3 ms\nc met 7 ms\n");
+}
+
+#[test]
+fn text_between_declarations_may_be_one() {
+    let deployed = activities(FINE.0, FINE.1, FINE.2);
+    let with = |text: &str| verdicts(&format!("{ROBOT}{text}\n{deployed}{TIMES}"));
+    assert_eq!(with("arch"), "a met 1 ms\nb met 3 ms\nc met 7 ms\n");
+    for lost in
+        ["coedl one(): int", "instance h: C1", "operation b.help -> c.help", "ues far", "}", "library x {"]
+    {
+        assert_eq!(with(lost).matches("not-analysed:").count(), 3, "{lost}: {}", with(lost));
+    }
+    // Half of the text is a comment that nobody closed.
+    let found = verdicts(&format!("{ROBOT}{deployed}\n/* codel\n{TIMES}"));
+    assert_eq!(found.matches("not-analysed:").count(), 3, "{found}");
+}
+
+#[test]
+fn a_deployment_of_which_nothing_is_known_is_not_schedulable() {
+    let schedulable = |text: &str| {
+        let db = mauve_model::Database::default();
+        let workspace = common::workspace(&db, text);
+        let project = mauve_model::projects(&db, workspace)[0];
+        let names = mauve_model::names_of(&db, project);
+        let deployment = names.anywhere(&db, mauve_model::item_tree::Kind::Deployment, "D")[0];
+        let query = mauve_model::Query { level: LEVEL, method: Method::Psm, horizon: None };
+        mauve_model::response_times(&db, project, deployment, query).schedulable()
+    };
+    assert!(schedulable("architecture A { } deployment D { architecture A }"));
+    assert!(!schedulable("deployment D { architecture Missing }"));
+    assert!(!schedulable("architecture A { instnce h: K } deployment D { architecture A }"));
+}
+
+#[test]
 fn levels_are_never_interpolated() {
     let deployed = activities(FINE.0, FINE.1, FINE.2);
     let times = "\n//- /mauve.toml\ntiming.tables = [\"times.toml\"]\nassume.codel = \"1 ms\"\n//- /times.toml\nlevels = [1e-3, 1e-5]\n[codel]\none = 1\ntwo = [2, 3]\nfour = 4\n";
@@ -558,9 +701,13 @@ fn the_classic_method_takes_the_greater_of_component_and_edge() {
         c not-analysed: a may delay it, and is not analysed
     "#]]
     .assert_eq(&with("C1 = -2\n"));
-    // A misspelt component may be meant for one that it is like.
-    let found = with("C12 = 2\n");
-    assert!(found.starts_with("a not-analysed: times.toml: `C12` may be meant for it"), "{found}");
+    // An unknown component may be any that has no time of its own.
+    expect![[r#"
+        a met 2 ms
+        b not-analysed: times.toml: `Nothing` means nothing, and may be meant for it
+        c not-analysed: times.toml: `Nothing` means nothing, and may be meant for it; b may delay it, and is not analysed
+    "#]]
+    .assert_eq(&with("C1 = 2\nNothing = 9\n"));
 }
 
 #[test]

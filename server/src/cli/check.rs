@@ -1,12 +1,13 @@
 //! `mauve check [PATH…]`: everything that is wrong in models, with the text it stands in; then the response times.
 
+use std::collections::HashMap;
 use std::io::IsTerminal as _;
 use std::path::{Path, PathBuf};
 
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use clap::ValueEnum;
 use mauve_model::diagnostics::{Diagnostic, Finding, Severity, workspace_diagnostics};
-use mauve_model::{Database, Place};
+use mauve_model::{Database, File, Place};
 use serde::Serialize;
 
 use super::{Paths, wcrt};
@@ -40,12 +41,17 @@ impl Check {
         let (errors, warnings) = (count(Severity::Error), count(Severity::Warning));
         let text = match self.format {
             Format::Json => {
-                let diagnostics = findings.iter().map(|it| document(&db, it)).collect();
+                let mut lines = Lines::default();
+                let diagnostics = findings.iter().map(|it| document(&db, &mut lines, it)).collect();
                 super::json(&Document { diagnostics, errors, warnings })?
             }
             Format::Human => {
                 let here = std::env::current_dir().unwrap_or_default();
-                let mut parts: Vec<String> = findings.iter().map(|it| excerpt(&db, &here, it)).collect();
+                let shown = findings.iter().take(MOST_EXCERPTS);
+                let mut parts: Vec<String> = shown.map(|it| excerpt(&db, &here, it)).collect();
+                if let Some(more) = findings.len().checked_sub(MOST_EXCERPTS).filter(|more| *more > 0) {
+                    parts.push(format!("… and {more} more: `--format json` shows all\n"));
+                }
                 parts.extend(wcrt::tables(&db, &workspaces)?);
                 let plural = |count: usize, what: &str| match count {
                     0 => format!("no {what}s"),
@@ -59,6 +65,9 @@ impl Check {
         Ok(Output { text, code: u8::from(errors > 0) })
     }
 }
+
+/// Nobody reads more on a terminal.
+const MOST_EXCERPTS: usize = 500;
 
 /// A diagnostic as people read it.
 fn excerpt(db: &Database, here: &Path, finding: &Finding<'_>) -> String {
@@ -165,36 +174,44 @@ struct PositionDocument {
     column: usize,
 }
 
-fn document(db: &Database, finding: &Finding<'_>) -> DiagnosticDocument {
+fn document(db: &Database, lines: &mut Lines, finding: &Finding<'_>) -> DiagnosticDocument {
     let diagnostic: &Diagnostic<'_> = &finding.diagnostic;
     let related = diagnostic.related.iter().map(|(at, message)| RelatedDocument {
         message: message.clone(),
         file: at.file(db).path(db).clone(),
-        range: range(db, at),
+        range: lines.range(db, at),
     });
+    let related = related.collect();
     DiagnosticDocument {
         code: diagnostic.code.name,
         severity: diagnostic.code.severity.name(),
         message: diagnostic.message.clone(),
         file: diagnostic.at.file(db).path(db).clone(),
-        range: range(db, &diagnostic.at),
-        related: related.collect(),
+        range: lines.range(db, &diagnostic.at),
+        related,
         fixes: diagnostic.fixes.iter().map(|fix| fix.title.clone()).collect(),
         only_in: finding.only_in.map(|project| project.root(db).path(db).clone()),
     }
 }
 
-fn range(db: &Database, at: &Place<'_>) -> RangeDocument {
-    let text: &str = at.file(db).text(db);
-    let range = at.range(db);
-    let span = clamp(text, range.start().into(), range.end().into());
-    let position = |offset: usize| {
-        let before = &text[..offset];
-        let line = before.rfind('\n').map_or(0, |at| at + 1);
-        PositionDocument {
-            line: before.matches('\n').count() + 1,
-            column: before[line..].chars().count() + 1,
-        }
-    };
-    RangeDocument { start: position(span.start), end: position(span.end) }
+/// Where the lines of the files begin, found once for each file.
+#[derive(Default)]
+struct Lines(HashMap<File, Vec<usize>>);
+
+impl Lines {
+    fn range(&mut self, db: &Database, at: &Place<'_>) -> RangeDocument {
+        let file = at.file(db);
+        let text: &str = file.text(db);
+        let starts = self.0.entry(file).or_insert_with(|| {
+            std::iter::once(0).chain(text.match_indices('\n').map(|(index, _)| index + 1)).collect()
+        });
+        let range = at.range(db);
+        let span = clamp(text, range.start().into(), range.end().into());
+        let position = |offset: usize| {
+            let line = starts.partition_point(|&start| start <= offset);
+            let start = line.checked_sub(1).and_then(|line| starts.get(line)).copied().unwrap_or(0);
+            PositionDocument { line, column: text[start..offset].chars().count() + 1 }
+        };
+        RangeDocument { start: position(span.start), end: position(span.end) }
+    }
 }

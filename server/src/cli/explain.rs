@@ -25,6 +25,6 @@ impl Explain {
         let names: Vec<_> = codes().map(|code| code.name.into()).collect();
         let near =
             similar(&self.code, &names).map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
-        Err(format!("no diagnostic `{}`{near} `mauve explain all` lists them", self.code))
+        Err(format!("no diagnostic `{}`{near} (`mauve explain all` lists them)", self.code))
     }
 }

@@ -83,7 +83,8 @@ fn show<'db>(
         Err(refused) => {
             let reasons: Vec<&str> =
                 refused.refusals.iter().map(|refusal| refusal.message.as_str()).collect();
-            return Err(format!("{name} has no state machine at {level}: {}", reasons.join("; ")));
+            super::say(&format!("{name} has no state machine at {level}: {}", reasons.join("; ")));
+            return Ok(Output { text: String::new(), code: 1 });
         }
     };
     Ok(Output::fine(match format {
@@ -97,7 +98,7 @@ fn show<'db>(
                 .iter()
                 .zip(&psm.edges)
                 .map(|(edge, described)| {
-                    let programs = described.programs.iter();
+                    let programs = described.programs.iter().filter_map(|&index| psm.programs.get(index));
                     let programs: Vec<_> = programs
                         .map(|(key, time)| json!({ "program": key, "time": milliseconds(*time) }))
                         .collect();

@@ -13,7 +13,7 @@ use mauve_timing::{Level, Rounding, Status, Time};
 use serde::Serialize;
 use serde_json::Value;
 
-use super::{Method, Paths, Significance, columns, deployments, levels, milliseconds};
+use super::{Method, Paths, Significance, columns, deployments, levels, milliseconds, say};
 use crate::Output;
 use crate::load::load;
 
@@ -35,7 +35,7 @@ pub(crate) struct Wcrt {
     #[arg(long, value_name = "TIME")]
     horizon: Option<String>,
     /// Show where the response time of this instance comes from.
-    #[arg(long, value_name = "INSTANCE")]
+    #[arg(long, value_name = "INSTANCE", conflicts_with = "format")]
     explain: Option<String>,
     /// How to show the figures.
     #[arg(long, value_enum, default_value = "table")]
@@ -104,11 +104,6 @@ impl Wcrt {
     }
 }
 
-fn say(message: &str) {
-    use std::io::Write as _;
-    let _ = writeln!(anstream::stderr(), "mauve: {message}");
-}
-
 /// Says on standard error that models have errors: the figures may be incomplete because of them.
 fn report_errors(db: &Database, workspaces: &[Workspace]) -> usize {
     let found = workspaces.iter().flat_map(|&workspace| workspace_diagnostics(db, workspace));
@@ -158,7 +153,12 @@ pub(super) fn table(db: &Database, it: &Deployed<'_>) -> String {
         }
         reports => {
             let method = reports.first().map_or_else(String::new, |(query, _)| query.method.to_string());
-            let _ = writeln!(out, "{name}, method {method}, response times in ms");
+            let what = if reports.iter().any(|(query, _)| query.horizon.is_some()) {
+                "first jobs"
+            } else {
+                "response times"
+            };
+            let _ = writeln!(out, "{name}, method {method}, {what} in ms");
             out += &several_levels(reports);
         }
     }
@@ -171,6 +171,9 @@ pub(super) fn table(db: &Database, it: &Deployed<'_>) -> String {
     }
     let mut notes: Vec<String> = Vec::new();
     for (query, report) in &it.reports {
+        if report.activities.is_empty() {
+            notes.extend(report.lost.iter().map(|lost| format!("  nothing is analysed: {}\n", lost.message)));
+        }
         for activity in report.activities.iter().filter(|activity| !activity.reasons.is_empty()) {
             let reasons: Vec<&str> = activity.reasons.iter().map(|reason| reason.message.as_str()).collect();
             let at = if it.reports.len() > 1 { format!(" at {}", query.level) } else { String::new() };
@@ -223,8 +226,11 @@ fn several_levels(reports: &[(Query, &Report<'_>)]) -> String {
     let Some((_, first)) = reports.first() else { return String::new() };
     let rows: Vec<Vec<String>> = (0..first.activities.len())
         .map(|index| {
-            let cell = |(_, report): &(Query, &Report<'_>)| {
-                report.activities.get(index).map_or_else(String::new, |activity| match activity.response {
+            let cell = |(query, report): &(Query, &Report<'_>)| {
+                let shown = |activity: &ActivityReport<'_>| {
+                    if query.horizon.is_some() { activity.first_job } else { activity.response }
+                };
+                report.activities.get(index).map_or_else(String::new, |activity| match shown(activity) {
                     Some(response) if activity.verdict.is_met() => number(Some(response)),
                     Some(response) => format!("{} ✗", number(Some(response))),
                     None if activity.verdict == Verdict::Background => "·".to_owned(),
@@ -322,6 +328,9 @@ struct Document {
 struct LevelDocument {
     significance: f64,
     schedulable: bool,
+    /// Why nothing is analysed.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    lost: Vec<String>,
     cpus: Vec<CpuDocument>,
     activities: Vec<ActivityDocument>,
 }
@@ -392,6 +401,7 @@ fn level_document(level: Level, query: Query, report: &Report<'_>) -> LevelDocum
     LevelDocument {
         significance: level.as_f64(),
         schedulable: report.schedulable(),
+        lost: report.lost.iter().map(|lost| lost.message.clone()).collect(),
         cpus: report.cpus.iter().map(cpu).collect(),
         activities: report.activities.iter().map(|activity| activity_document(query, activity)).collect(),
     }

@@ -14,15 +14,26 @@
 //! plna = 2   # warning
 //! ```
 //!
-//! A component that a misspelt program or component may be meant for is not analysed: the entry could make it longer.
+//! An entry that means nothing may be a misspelt one that makes something longer. So a component with an unknown program
+//! is not analysed; nothing is, while the component of a program is unknown; an unknown component keeps the classic
+//! method from those that have no time as a whole; and an unknown codel keeps those without a time from being assumed
+//! to take that of `[assume]`.
 
 use super::*;
 
 code!(UNKNOWN_TIMING_KEY, Warning, "unknown-timing-key");
 
-pub(crate) fn report<'db>(at: Place<'db>, what: &str, key: &str, near: Option<Name>) -> Diagnostic<'db> {
-    let mean = near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
-    Diagnostic::new(&UNKNOWN_TIMING_KEY, at, format!("no {what} `{key}`{mean}"))
+pub(crate) fn report<'db>(at: Place<'db>, kind: Kind, key: &str, near: Option<Name>) -> Diagnostic<'db> {
+    Diagnostic::new(&UNKNOWN_TIMING_KEY, at, format!("no {kind} `{key}`{}", mean(near)))
+}
+
+pub(crate) fn of_program<'db>(at: Place<'db>, key: &str, component: &str, near: Option<Name>) -> Diagnostic<'db> {
+    let message = format!("`{key}` means no program of {component}, or several{}", mean(near));
+    Diagnostic::new(&UNKNOWN_TIMING_KEY, at, message)
+}
+
+fn mean(near: Option<Name>) -> String {
+    near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"))
 }
 
 pub(crate) fn ambiguous<'db>(at: Place<'db>, key: &str, hint: &str) -> Diagnostic<'db> {
