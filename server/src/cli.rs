@@ -37,7 +37,7 @@ enum Command {
     Explain(explain::Explain),
     /// Show the syntax tree of a file.
     Parse(parse::Parse),
-    /// Measure how long the parts of the analysis take, and check that they take what they should.
+    /// Measure how long the parts of the analysis take.
     AnalysisStats(analysis_stats::AnalysisStats),
     /// Make a folder with a small project that shows response times at once.
     New(new::New),

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use mauve_model::{ActivityReport, ModelDb, Project, Query, psm_of, worst_path};
+use mauve_model::{ActivityReport, ModelDb, Project, Psm, Query, psm_of, worst_path};
 use mauve_timing::{Time, worst_trace};
 
 /// How many periods of the worst trace are shown.
@@ -34,7 +34,11 @@ pub fn explain_response<'db>(
     for reason in &activity.reasons {
         let _ = writeln!(out, "  because {}", reason.message);
     }
-    own_time(&mut out, db, project, activity, query);
+    let component = activity.row.component;
+    let psm = component.and_then(|component| psm_of(db, project, component, query.level).as_ref().ok());
+    if let Some((component, psm)) = component.zip(psm) {
+        own_time(&mut out, psm, &|program| worst_path(db, project, component, query.level, program));
+    }
     if let Some(first_job) = activity.first_job {
         let _ = writeln!(out, "\nfirst job after a release of all together: {first_job}");
         if query.horizon.is_some() {
@@ -63,20 +67,14 @@ pub fn explain_response<'db>(
         let shown: Vec<String> = window.iterations.iter().map(Time::to_string).collect();
         let _ = writeln!(out, "  {}", shown.join(" → "));
     }
-    trace(&mut out, db, project, activity, query);
+    if let Some(psm) = psm.filter(|psm| psm.states.len() > 1) {
+        trace(&mut out, psm);
+    }
     out
 }
 
 /// The greatest edge, program by program, codel by codel.
-fn own_time<'db>(
-    out: &mut String,
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    activity: &ActivityReport<'db>,
-    query: Query,
-) {
-    let Some(component) = activity.row.component else { return };
-    let Ok(psm) = psm_of(db, project, component, query.level) else { return };
+fn own_time(out: &mut String, psm: &Psm, worst_path: &dyn Fn(&str) -> Vec<(String, Time)>) {
     let greatest = psm.machine.greatest_edge();
     let (Some(edge), Some(described)) = (psm.machine.edges().get(greatest), psm.edges.get(greatest)) else {
         return;
@@ -91,7 +89,7 @@ fn own_time<'db>(
     let _ = writeln!(out, "\nown time {}: {what}", edge.cost);
     for (program, time) in described.programs.iter().filter_map(|&index| psm.programs.get(index)) {
         let _ = writeln!(out, "  {:>12}  {program}", time.to_string());
-        for (codel, time) in worst_path(db, project, component, query.level, program) {
+        for (codel, time) in worst_path(program) {
             let assumed = if psm.assumed.contains(&codel) { "  (assumed)" } else { "" };
             let _ = writeln!(out, "  {:>12}    {:>10}  {codel}{assumed}", "", time.to_string());
         }
@@ -105,18 +103,7 @@ fn own_time<'db>(
 }
 
 /// The worst consecutive periods of the activity's own machine.
-fn trace<'db>(
-    out: &mut String,
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    activity: &ActivityReport<'db>,
-    query: Query,
-) {
-    let Some(component) = activity.row.component else { return };
-    let Ok(psm) = psm_of(db, project, component, query.level) else { return };
-    if psm.states.len() < 2 {
-        return;
-    }
+fn trace(out: &mut String, psm: &Psm) {
     let Some(edges) = worst_trace(&psm.machine, SHOWN_PERIODS) else { return };
     let edges: Vec<_> = edges.iter().filter_map(|&edge| psm.machine.edges().get(edge)).collect();
     let _ = writeln!(out, "\nits worst {SHOWN_PERIODS} periods in a row, as it delays others:");

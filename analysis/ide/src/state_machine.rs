@@ -15,7 +15,7 @@ pub enum Drawing {
     Svg,
 }
 
-/// Draws `psm`, the machine of `component`. Of several edges between two states, the greatest is drawn, with the
+/// Draws `psm`, the machine of `component`, its initial state and its greatest edges in bold. Of several edges between two states, the greatest is drawn, with the
 /// names of all their transitions.
 pub fn draw_state_machine(component: &str, psm: &Psm, drawing: Drawing) -> String {
     let mut arrows: BTreeMap<(usize, usize), Arrow> = BTreeMap::new();
@@ -56,8 +56,9 @@ fn dot(component: &str, psm: &Psm, arrows: &BTreeMap<(usize, usize), Arrow<'_>>)
         "  label={}; labelloc=t; rankdir=LR; node [shape=box, style=rounded];",
         quoted(&title(component))
     );
-    for state in &psm.states {
-        let _ = writeln!(out, "  {};", quoted(state));
+    for (index, state) in psm.states.iter().enumerate() {
+        let bold = if index == psm.initial { " [penwidth=2]" } else { "" };
+        let _ = writeln!(out, "  {}{bold};", quoted(state));
     }
     for ((source, target), arrow) in arrows {
         let name = |state: &usize| quoted(psm.states.get(*state).map_or("", |name| name.as_str()));
@@ -83,8 +84,8 @@ fn svg(component: &str, psm: &Psm, arrows: &BTreeMap<(usize, usize), Arrow<'_>>)
     let mut out = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width:.0}\" height=\"{height:.0}\" \
          viewBox=\"0 0 {width:.0} {height:.0}\" font-family=\"sans-serif\" font-size=\"13\">\n\
-         <defs><marker id=\"tip\" viewBox=\"0 0 10 10\" refX=\"9\" refY=\"5\" markerWidth=\"8\" markerHeight=\"8\" \
-         orient=\"auto\"><path d=\"M0 0 L10 5 L0 10 z\" fill=\"#456\"/></marker></defs>\n\
+         <defs><marker id=\"tip\" viewBox=\"0 0 10 10\" refX=\"9\" refY=\"5\" markerWidth=\"9\" markerHeight=\"9\" \
+         markerUnits=\"userSpaceOnUse\" orient=\"auto\"><path d=\"M0 0 L10 5 L0 10 z\" fill=\"#456\"/></marker></defs>\n\
          <rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n\
          <text x=\"{cx:.0}\" y=\"24\" text-anchor=\"middle\" font-weight=\"bold\">{}</text>\n",
         escaped(&title(component))
@@ -125,10 +126,11 @@ fn svg(component: &str, psm: &Psm, arrows: &BTreeMap<(usize, usize), Arrow<'_>>)
     for (index, state) in psm.states.iter().enumerate() {
         let (x, y) = place(index);
         let width = 24.0 + 8.0 * state.chars().count() as f64;
+        let initial = if index == psm.initial { " stroke-width=\"2.5\"" } else { "" };
         let _ = writeln!(
             out,
             "<rect x=\"{:.1}\" y=\"{:.1}\" width=\"{width:.1}\" height=\"40\" rx=\"12\" fill=\"#eef3f8\" \
-             stroke=\"#456\"/>\n<text x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
+             stroke=\"#456\"{initial}/>\n<text x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
             x - width / 2.0,
             y - 20.0,
             y + 5.0,
@@ -199,7 +201,7 @@ codel = "1.5 ms"
         expect![[r#"
             digraph "Pilot" {
               label="Pilot: cost of a period, in ms"; labelloc=t; rankdir=LR; node [shape=box, style=rounded];
-              "Waiting";
+              "Waiting" [penwidth=2];
               "Moving";
               "Waiting" -> "Waiting" [label="1.5"];
               "Waiting" -> "Moving" [label="go: 1.5"];

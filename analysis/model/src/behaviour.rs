@@ -19,6 +19,8 @@ use crate::source::{Decl, Place, core};
 pub struct Behaviour<'db> {
     /// The states that the initial one reaches, in the order of the text.
     pub states: Vec<Name>,
+    /// The index of the initial one.
+    pub initial: usize,
     /// What one period may do (paper, eq. 6, as generated code does it).
     pub edges: Vec<Edge>,
     /// The programs that the edges execute.
@@ -376,6 +378,7 @@ impl<'db> Reader<'_, 'db> {
             number[index] = self.found.states.len();
             self.found.states.push(state.name.name.clone());
         }
+        self.found.initial = number[start];
         let kept = edges.into_iter().filter(|edge| reached[edge.source]);
         self.found.edges = kept
             .map(|edge| Edge { source: number[edge.source], target: number[edge.target], ..edge })

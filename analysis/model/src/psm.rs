@@ -17,6 +17,8 @@ use crate::timetable::{Lookup, Timetable, timetable_of};
 pub struct Psm {
     /// The names of the states, by number.
     pub states: Vec<Name>,
+    /// The number of the initial one.
+    pub initial: usize,
     /// The machine that the analysis reads; its edges are those of `edges`, in the same order.
     pub machine: StateMachine,
     /// What each edge executes.
@@ -206,6 +208,7 @@ impl<'db> Evaluator<'_, 'db> {
         let operations = self.operations.iter().map(|time| time.flatten());
         Ok(Psm {
             states: behaviour.states.clone(),
+            initial: behaviour.initial,
             machine,
             edges: described,
             programs: programs.collect(),

@@ -23,6 +23,7 @@
 //! | `cycle_mean.rs` | λ, what a machine asks for in the long run |
 //! | `trace_bound.rs` | [`TraceBound`]: M(n), what n consecutive periods ask for at most |
 //! | `utilisation.rs` | [`Utilisation`]: Σ λ/T, compared with 1 exactly |
+//! | `task.rs` | [`Task`] and [`Response`]: what the analysis is asked and answers |
 //! | `response_time.rs` | [`response_times`]: the analysis |
 //!
 //! The tests compare each of these with its definition on small random inputs. Beside them, `tests/reachability.rs` runs
@@ -33,6 +34,7 @@ mod cycle_mean;
 mod machine;
 mod response_time;
 mod table;
+mod task;
 #[cfg(test)]
 mod testing;
 mod time;
@@ -41,11 +43,12 @@ mod utilisation;
 
 pub use cycle_mean::CycleMean;
 pub use machine::{Edge, MachineError, StateMachine};
-pub use response_time::{
-    Analysis, Bound, CpuLoad, Demand, Interference, Method, NoBoundReason, Options, Response, Status, Task,
-    Window, response_times,
-};
+pub use response_time::response_times;
 pub use table::{Entry, Level, Overhead, Table, TableError, Times};
+pub use task::{
+    Analysis, Bound, CpuLoad, Demand, Interference, Method, NoBoundReason, Options, Response, Status, Task,
+    Window,
+};
 pub use time::{Rounding, Time, TimeError, Unit};
 pub use trace_bound::{NoDemand, TraceBound, worst_trace};
 pub use utilisation::Utilisation;

@@ -118,6 +118,7 @@ fn show<'db>(
                 "unit": "ms",
                 "significance": level.as_f64(),
                 "states": states,
+                "initial": psm.states.get(psm.initial).map(|name| name.as_str()),
                 "edges": edges,
                 "whole": whole,
             }))?
