@@ -192,7 +192,6 @@ pub enum SyntaxKind {
     STRING,
     #[regex(r#""([^"\\\r\n]|\\[^\r\n])*\\?"#, priority = 2)]
     UNTERMINATED_STRING,
-    #[regex(r"[ \t\r\n\x0C]+")]
     WHITESPACE,
     #[regex(r"//[^\r\n]*", allow_greedy = true)]
     LINE_COMMENT,
