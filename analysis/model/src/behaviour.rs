@@ -27,6 +27,8 @@ pub struct Behaviour<'db> {
     pub programs: Vec<TimedProgram<'db>>,
     /// The operations that the core defines, which its programs may call.
     pub operations: Vec<TimedProgram<'db>>,
+    /// The operations, each after those that it calls.
+    pub order: Vec<usize>,
     /// Why the core cannot be analysed, in the user's words; then the rest is not to be used.
     pub refusals: Vec<Refusal<'db>>,
     /// What is wrong in the core.
@@ -230,13 +232,41 @@ impl<'db> Reader<'_, 'db> {
             self.scope.truncate(depth);
             self.found.operations.push(TimedProgram { key: operation.name.name.to_string(), cost });
         }
+        self.order_operations();
+        for operation in &self.core.operations {
+            let name = &operation.name.name;
+            let declared = self.features.by_name.get(name).into_iter().flatten();
+            if name.is_empty() || declared.into_iter().any(|it| it.kind == FeatureKind::Provided) {
+                continue;
+            }
+            // Its name is another one to whoever calls it: a codel's, perhaps.
+            if !self.features.lost {
+                let at = self.at(operation.name.part);
+                self.refuse(diagnostics::undeclared_operation::report(at, name));
+            }
+        }
+    }
+
+    /// Callees before callers; what is left over calls itself.
+    fn order_operations(&mut self) {
         let calls: Vec<Vec<usize>> = self.found.operations.iter().map(|it| operations_in(&it.cost)).collect();
-        for (index, operation) in self.core.operations.iter().enumerate() {
-            if reaches_itself(&calls, index) {
+        let mut callers = vec![Vec::new(); calls.len()];
+        for (caller, callees) in calls.iter().enumerate() {
+            for &callee in callees {
+                callers[callee].push(caller);
+            }
+        }
+        let order = peel(&calls, &callers);
+        if order.len() < calls.len() {
+            // Of those, some only call what calls itself.
+            let mut in_ring = vec![true; calls.len()];
+            order.iter().chain(&peel(&callers, &calls)).for_each(|&index| in_ring[index] = false);
+            for (operation, _) in self.core.operations.iter().zip(in_ring).filter(|(_, in_ring)| *in_ring) {
                 let at = self.at(operation.name.part);
                 self.refuse(diagnostics::recursive_operation::report(at, &operation.name.name));
             }
         }
+        self.found.order = order;
     }
 
     fn machine(&mut self, machine: &'db Machine) {
@@ -289,6 +319,9 @@ impl<'db> Reader<'_, 'db> {
                 self.refuse(diagnostics::duplicate_hook::report(at, method.kind.keyword()));
             }
         }
+        // The `entry` of the initial state runs once at the start, of another state with a transition to it; a program
+        // is read all the same.
+        self.method(state, MethodKind::Entry);
         let run = self.method(state, MethodKind::Run);
         let exit = self.method(state, MethodKind::Exit);
         let handle = self.method(state, MethodKind::Handle);
@@ -308,7 +341,11 @@ impl<'db> Reader<'_, 'db> {
                 self.expr(&guard.condition, &mut costs);
                 self.push_program(&mut before, key("guard"), Cost::Sum(costs));
             }
-            let effect = transition.effect.as_ref().map(|effect| (key("effect"), self.program(effect)));
+            let mut own = Vec::new();
+            if let Some(effect) = &transition.effect {
+                let cost = self.program(effect);
+                self.push_program(&mut own, key("effect"), cost);
+            }
             let target = self.target(machine, transition);
             // What comes after a transition without a guard never happens, but it is read all the same.
             if fires_always {
@@ -316,9 +353,7 @@ impl<'db> Reader<'_, 'db> {
             }
             let mut programs = before.clone();
             programs.extend(exit);
-            if let Some((key, cost)) = effect {
-                self.push_program(&mut programs, key, cost);
-            }
+            programs.extend(own);
             if let Some(target) = target {
                 programs.extend(self.method(&machine.states[target], MethodKind::Entry));
                 let transition = Some(transition.name.name.clone());
@@ -450,13 +485,13 @@ impl<'db> Reader<'_, 'db> {
                 for argument in arguments {
                     self.expr(argument, costs);
                 }
-                costs.extend(self.call(callee));
+                costs.extend(self.call(callee, arguments.is_empty()));
             }
         }
     }
 
     /// What a call costs: a codel, an operation of one's own, or nothing.
-    fn call(&mut self, callee: &NameRef) -> Option<Cost<'db>> {
+    fn call(&mut self, callee: &NameRef, without_arguments: bool) -> Option<Cost<'db>> {
         let name = &callee.name;
         let at = self.at(callee.part);
         if self.scope.contains(name) {
@@ -493,9 +528,11 @@ impl<'db> Reader<'_, 'db> {
             Err(Unresolved::Ambiguous) => {
                 self.refuse(diagnostics::ambiguous_name::report(at, Kind::Codel, name))
             }
-            Err(_) if is_built_in(name) => {}
+            // A built-in function has arguments: without any, a codel that is missing may be meant.
+            Err(Unresolved::Unknown) if is_built_in(name) => {}
+            Err(Unresolved::Lost) if is_built_in(name) && !without_arguments => {}
             Err(Unresolved::Lost) => {
-                self.refuse_here(&format!("`{name}` may be declared in a file that is missing"));
+                self.refuse_here(&format!("`{name}` may be declared by something that is missing"));
             }
             Err(_) => {
                 let near = self.names.similar(self.db, Kind::Codel, name);
@@ -511,7 +548,7 @@ pub(crate) fn is_built_in(name: &str) -> bool {
     matches!(name, "read" | "write" | "status" | "send" | "collect")
 }
 
-fn operations_in(cost: &Cost<'_>) -> Vec<usize> {
+pub(crate) fn operations_in(cost: &Cost<'_>) -> Vec<usize> {
     match cost {
         Cost::Codel(_) => Vec::new(),
         Cost::Operation(index) => vec![*index],
@@ -519,16 +556,19 @@ fn operations_in(cost: &Cost<'_>) -> Vec<usize> {
     }
 }
 
-fn reaches_itself(calls: &[Vec<usize>], start: usize) -> bool {
-    let mut seen = vec![false; calls.len()];
-    let mut open = calls[start].clone();
-    while let Some(next) = open.pop() {
-        if next == start {
-            return true;
-        }
-        if !std::mem::replace(&mut seen[next], true) {
-            open.extend(&calls[next]);
+/// The nodes that no ring can be reached from, each after all that it leads to.
+fn peel(leads_to: &[Vec<usize>], comes_from: &[Vec<usize>]) -> Vec<usize> {
+    let mut left: Vec<usize> = leads_to.iter().map(Vec::len).collect();
+    let mut order: Vec<usize> = (0..left.len()).filter(|&node| left[node] == 0).collect();
+    let mut next = 0;
+    while let Some(&node) = order.get(next) {
+        next += 1;
+        for &before in &comes_from[node] {
+            left[before] -= 1;
+            if left[before] == 0 {
+                order.push(before);
+            }
         }
     }
-    false
+    order
 }

@@ -153,7 +153,11 @@ impl Reader {
 
     fn platform(&mut self, name: &str, key: &Key<'_>, value: &Value<'_>) {
         match name {
-            "cpus" => match value.get_ref().as_integer().and_then(|it| it.as_str().parse::<u32>().ok()) {
+            "cpus" => match value
+                .get_ref()
+                .as_integer()
+                .and_then(|it| u32::from_str_radix(it.as_str(), it.radix()).ok())
+            {
                 Some(cpus @ 1..=64) => self.config.cpus = Some(cpus),
                 _ => self.lost("`cpus` is a whole number from 1 to 64".to_owned(), value.span()),
             },

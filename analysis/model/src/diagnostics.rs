@@ -138,6 +138,7 @@ codes! {
     initial_state::INITIAL_STATE;
     update_or_statemachine::UPDATE_OR_STATEMACHINE;
     wrong_shell::WRONG_SHELL;
+    undeclared_operation::UNDECLARED_OPERATION;
     undefined_operation::UNDEFINED_OPERATION;
     recursive_operation::RECURSIVE_OPERATION;
     blocking_call::BLOCKING_CALL;

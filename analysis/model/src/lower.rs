@@ -39,14 +39,42 @@ pub(crate) fn lower(file: &ast::SourceFile) -> (ItemTree, SourceMap) {
     (lowering.tree, lowering.map)
 }
 
-/// May an item of the list that `node` is have been lost, or its end? One stray word is no item yet: it is what a user
-/// has typed so far.
+/// May an item of the list that `node` is have been lost, or its end?
+///
+/// What a user has typed so far is no item yet: a line that is the beginning of one of the list's keywords. Anything
+/// else may be part of an item: of the one before it, or of one whose keyword was lost.
 fn loses_an_item(node: &SyntaxNode) -> bool {
+    let keywords: &[&str] = match node.kind() {
+        SyntaxKind::SHELL => &["constant", "property", "input", "output", "require", "provide"],
+        SyntaxKind::CORE => {
+            &["var", "handler", "provide", "configure", "start", "update", "stop", "cleanup", "statemachine"]
+        }
+        SyntaxKind::STATE_MACHINE => &["var", "initial", "state"],
+        SyntaxKind::STATE => &["entry", "run", "handle", "exit", "transition"],
+        SyntaxKind::ARCHITECTURE => {
+            &["import", "instance", "connection", "operation", "property", "constant"]
+        }
+        SyntaxKind::DEPLOYMENT => &["architecture", "activity", "property", "constant"],
+        _ => &[
+            "include",
+            "library",
+            "use",
+            "codel",
+            "shell",
+            "core",
+            "component",
+            "architecture",
+            "deployment",
+        ],
+    };
     let errors = node.children().filter(|child| child.kind() == SyntaxKind::ERROR);
     errors.into_iter().any(|error| {
-        let mut tokens = error.children_with_tokens().filter(|token| !token.kind().is_trivia());
-        let first = tokens.next();
-        !first.is_some_and(|first| first.kind().is_word()) || tokens.next().is_some()
+        let mut tokens = error.children_with_tokens().filter_map(mauve_syntax::NodeOrToken::into_token);
+        let (Some(word), None) = (tokens.next(), tokens.next()) else { return true };
+        let before = word.prev_token().filter(|before| before.kind() == SyntaxKind::WHITESPACE);
+        let begins_line =
+            word.prev_token().is_none() || before.is_some_and(|it| it.text().contains(['\n', '\r']));
+        !begins_line || !keywords.iter().any(|keyword| keyword.starts_with(word.text()))
     })
 }
 
@@ -168,7 +196,11 @@ impl Lowering {
     }
 
     fn type_ref(&mut self, ty: &ast::Type) -> TypeRef {
-        let path = ty.segments().map(|segment| text_of(segment.syntax())).collect();
+        let mut path: Vec<Name> = ty.segments().map(|segment| text_of(segment.syntax())).collect();
+        // The name behind the last dot is still to come: the first part alone means something else.
+        if has_error_child(ty.syntax()) {
+            path.push(Name::default());
+        }
         TypeRef { path, part: self.part(ty.syntax().text_range()) }
     }
 
@@ -513,10 +545,11 @@ impl Lowering {
         };
         let mut fields = Vec::new();
         for field in activity.fields() {
-            // Tokens left over right behind a value may belong to it: `priority = 1 9`.
-            let next = field.syntax().next_sibling();
-            let doubtful =
-                next.is_some_and(|next| next.kind() == SyntaxKind::ERROR && next.first_token().is_some());
+            // Tokens left over right behind a value may belong to it: `priority = 1 9`, `priority = 1 e1`.
+            let doubtful = field.syntax().next_sibling().is_some_and(|next| match next.kind() {
+                SyntaxKind::FIELD => ast::Field::cast(next).is_some_and(|next| next.eq_token().is_none()),
+                _ => next.kind() == SyntaxKind::ERROR && next.first_token().is_some(),
+            });
             let Some(name) = field.name_ref() else { continue };
             let name = self.name_ref(&name);
             let place = field.expr().map_or(field.syntax().text_range(), |value| value.syntax().text_range());

@@ -18,6 +18,8 @@ pub struct Names<'db> {
     /// For each library, the libraries and message packages that it uses.
     uses: FxHashMap<Option<Name>, Vec<Name>>,
     libraries: FxHashSet<Name>,
+    /// Where a declaration has no name: any name of its kind may be meant.
+    nameless: FxHashSet<(Option<Name>, Kind)>,
     /// Is a file missing, or unreadable, so that what it declares is unknown?
     pub missing: bool,
     /// A file in which a declaration may be lost, or stand in another library than it seems.
@@ -32,6 +34,7 @@ pub fn names_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Names<'db> 
         by_name: FxHashMap::default(),
         uses: FxHashMap::default(),
         libraries: FxHashSet::default(),
+        nameless: FxHashSet::default(),
         missing: false,
         scope_lost: None,
     };
@@ -50,7 +53,9 @@ pub fn names_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Names<'db> 
                 continue;
             }
             names.all.push(decl);
-            if !name.is_empty() {
+            if name.is_empty() {
+                names.nameless.insert((library, decl.kind(db)));
+            } else {
                 names.by_name.entry((library, decl.kind(db), name)).or_default().push(decl);
             }
         }
@@ -67,7 +72,7 @@ pub enum Unresolved {
     Ambiguous,
     /// The name itself is missing; that is reported already.
     Missing,
-    /// Another library has it, but a file is missing that may declare it here; that is reported already.
+    /// It may be declared by what is missing: a file, or the name of a declaration. That is reported already.
     Lost,
 }
 
@@ -106,16 +111,17 @@ impl<'db> Names<'db> {
             [of, name] => self.in_library(Some(of), kind, name).to_vec(),
             _ => Vec::new(),
         };
-        // What a missing file may declare is not looked for elsewhere, and its absence is no second mistake.
+        // What a missing file may declare, or a declaration without a name may be, is not looked for elsewhere; and its
+        // absence is no second mistake.
         let own = |decl: &Decl<'db>| decl.library(db).as_ref() == library;
+        let hidden = match path {
+            [name] if name.is_empty() || found.iter().any(own) => false,
+            [_] => self.missing || self.nameless.contains(&(library.cloned(), kind)),
+            [of, _] => self.nameless.contains(&(Some(of.clone()), kind)) && found.is_empty(),
+            _ => false,
+        };
         match found.as_slice() {
-            _ if self.missing
-                && path.len() == 1
-                && !path.contains(&Name::default())
-                && !found.iter().any(own) =>
-            {
-                Err(Unresolved::Lost)
-            }
+            _ if hidden => Err(Unresolved::Lost),
             [decl] => Ok(*decl),
             [] if path.is_empty() || path.iter().any(|part| part.is_empty()) => Err(Unresolved::Missing),
             [] => Err(Unresolved::Unknown),

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use mauve_timing::{Edge, Level, StateMachine, Time};
 
 use crate::ModelDb;
-use crate::behaviour::{Behaviour, Cost, Refusal, TimedProgram, behaviour_of};
+use crate::behaviour::{Behaviour, Cost, Refusal, TimedProgram, behaviour_of, operations_in};
 use crate::item_tree::{Kind, Name};
 use crate::names::{features_of, names_of};
 use crate::project::Project;
@@ -23,7 +23,7 @@ pub struct Psm {
     pub machine: StateMachine,
     /// What each edge executes.
     pub edges: Vec<PsmEdge>,
-    /// The programs, by their keys, with their times.
+    /// The programs, by their keys, with their times: 0 where no edge executes them.
     pub programs: Vec<(String, Time)>,
     /// Its own operations that programs may call, likewise; no time where none was needed.
     pub operations: Vec<(String, Option<Time>)>,
@@ -144,8 +144,8 @@ struct Evaluator<'a, 'db> {
     times: &'db Timetable<'db>,
     level: Level,
     suppose: &'a dyn Fn(Decl<'db>) -> Option<Time>,
-    /// Each operation is evaluated once, however often it is called.
-    operations: Vec<Option<Option<Time>>>,
+    /// The times of the operations that are called, callees first.
+    operations: Vec<Option<Time>>,
     refused: Refused<'db>,
     missing: BTreeMap<String, (Decl<'db>, Option<String>)>,
     assumed: BTreeMap<String, ()>,
@@ -154,7 +154,17 @@ struct Evaluator<'a, 'db> {
 impl<'db> Evaluator<'_, 'db> {
     fn psm(&mut self) -> Result<Psm, Refused<'db>> {
         let behaviour = self.behaviour;
-        let programs: Vec<Option<Time>> = behaviour.programs.iter().map(|it| self.program(it)).collect();
+        // Only what some edge executes needs a time: states that are never reached, and transitions behind one without
+        // a guard, never happen.
+        let mut used = vec![false; behaviour.programs.len()];
+        behaviour.edges.iter().flat_map(|edge| &edge.programs).for_each(|&index| used[index] = true);
+        self.operations_of(&used);
+        let programs: Vec<Option<Time>> = behaviour
+            .programs
+            .iter()
+            .zip(used)
+            .map(|(program, used)| if used { self.program(program) } else { None })
+            .collect();
         let overhead = self.times.overhead(self.level);
         if overhead.is_none() {
             self.refuse(format!("[overhead] of the timing table has no time at {}", self.level));
@@ -205,7 +215,7 @@ impl<'db> Evaluator<'_, 'db> {
         let key = |program: &TimedProgram<'db>| program.key.clone();
         let programs =
             behaviour.programs.iter().map(key).zip(programs.into_iter().map(Option::unwrap_or_default));
-        let operations = self.operations.iter().map(|time| time.flatten());
+        let operations = std::mem::take(&mut self.operations);
         Ok(Psm {
             states: behaviour.states.clone(),
             initial: behaviour.initial,
@@ -217,6 +227,26 @@ impl<'db> Evaluator<'_, 'db> {
             whole,
             assumed: std::mem::take(&mut self.assumed).into_keys().collect(),
         })
+    }
+
+    /// Evaluates the operations that these programs call, over others or directly: callees first, so that no chain of
+    /// calls is ever followed down.
+    fn operations_of(&mut self, used: &[bool]) {
+        let behaviour = self.behaviour;
+        let costs = behaviour.programs.iter().zip(used).filter(|(_, used)| **used);
+        let mut open: Vec<usize> = costs.flat_map(|(program, _)| operations_in(&program.cost)).collect();
+        let mut needed = vec![false; behaviour.operations.len()];
+        while let Some(index) = open.pop() {
+            let Some(operation) = behaviour.operations.get(index) else { continue };
+            if !std::mem::replace(&mut needed[index], true) {
+                open.extend(operations_in(&operation.cost));
+            }
+        }
+        for &index in behaviour.order.iter().filter(|&&index| needed[index]) {
+            if let Some(operation) = behaviour.operations.get(index) {
+                self.operations[index] = self.program(operation);
+            }
+        }
     }
 
     fn refuse(&mut self, why: String) {
@@ -242,7 +272,7 @@ impl<'db> Evaluator<'_, 'db> {
     fn cost(&mut self, cost: &Cost<'db>) -> Option<Time> {
         match cost {
             Cost::Codel(codel) => self.codel(*codel),
-            Cost::Operation(index) => self.operation(*index),
+            Cost::Operation(index) => self.operations.get(*index).copied().flatten(),
             Cost::Sum(costs) => {
                 // Every codel is looked at, so that all that lack a time are named at once.
                 let times: Vec<Option<Time>> = costs.iter().map(|cost| self.cost(cost)).collect();
@@ -261,18 +291,6 @@ impl<'db> Evaluator<'_, 'db> {
                 times.into_iter().try_fold(Time::ZERO, |greatest, time| Some(greatest.max(time?)))
             }
         }
-    }
-
-    fn operation(&mut self, index: usize) -> Option<Time> {
-        if let Some(known) = self.operations.get(index).copied().flatten() {
-            return known;
-        }
-        let operation = self.behaviour.operations.get(index)?;
-        let time = self.program(operation);
-        if let Some(slot) = self.operations.get_mut(index) {
-            *slot = Some(time);
-        }
-        time
     }
 
     fn codel(&mut self, codel: Decl<'db>) -> Option<Time> {

@@ -20,12 +20,23 @@ pub struct Flat<'db> {
     pub instances: Vec<FlatInstance<'db>>,
     /// The ends of the connections between operations: instance and feature.
     pub operations: Vec<(Name, Option<Name>)>,
+    /// The ends of those between ports.
+    pub connections: Vec<(Name, Option<Name>)>,
+    /// The number of the first instance of each name.
+    by_name: FxHashMap<Name, usize>,
     /// Can an instance have been lost? Why.
     pub lost: Vec<Refusal<'db>>,
     /// Can a connection between operations have been lost?
     pub operations_lost: bool,
     /// Does it import itself, over others or directly?
     pub cycle: bool,
+}
+
+impl<'db> Flat<'db> {
+    /// The instance of that name, the first where there are several.
+    pub fn instance(&self, name: &str) -> Option<&FlatInstance<'db>> {
+        self.by_name.get(name).and_then(|&index| self.instances.get(index))
+    }
 }
 
 /// An instance of a component.
@@ -71,6 +82,10 @@ pub fn flat<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> 
                 }
             }
         }
+        for end in data.connections.iter().flat_map(|it| [&it.source, &it.target]).flatten() {
+            let feature = end.feature.as_ref().map(|feature| feature.name.clone());
+            flat.connections.push((end.instance.name.clone(), feature));
+        }
         for operation in &data.operations {
             for end in [&operation.source, &operation.target] {
                 match end {
@@ -83,7 +98,6 @@ pub fn flat<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> 
             }
         }
     }
-    let mut first: FxHashMap<&Name, usize> = FxHashMap::default();
     for &current in all.iter().rev() {
         let Some(data) = architecture(db, current) else { continue };
         for (index, Instance { name, component }) in data.instances.iter().enumerate() {
@@ -91,12 +105,12 @@ pub fn flat<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> 
                 continue;
             }
             let component = names.resolve_type(db, current, Kind::Component, component.as_ref()).ok();
-            let earlier = first.get(&name.name).and_then(|&earlier| flat.instances.get_mut(earlier));
+            let earlier = flat.by_name.get(&name.name).and_then(|&earlier| flat.instances.get_mut(earlier));
             let repeated = earlier.is_some();
             match earlier {
                 Some(earlier) => earlier.repeated = true,
                 None => {
-                    first.insert(&name.name, flat.instances.len());
+                    flat.by_name.insert(name.name.clone(), flat.instances.len());
                 }
             }
             let declared = (current, index);
@@ -208,10 +222,11 @@ impl<'db> Reader<'db> {
             let why = format!("architecture {} imports itself", target.name(self.db));
             self.found.lost.push(Refusal::reported(why, Place::name_of(target)));
         }
+        let mut first_of: FxHashMap<&Name, &Activity> = FxHashMap::default();
         for activity in activities.iter().filter(|activity| !activity.instance.name.is_empty()) {
             let name = &activity.instance.name;
-            let first = activities.iter().find(|other| other.instance.name == *name);
-            let instance = flat.instances.iter().find(|instance| instance.name == *name);
+            let first = first_of.insert(name, activity);
+            let instance = flat.instance(name);
             // An instance that was lost is one mistake.
             if instance.is_none() && flat.lost.is_empty() {
                 let near = similar(name, flat.instances.iter().map(|instance| &instance.name));
@@ -225,7 +240,7 @@ impl<'db> Reader<'db> {
                 ));
             }
             self.activity(instance, activity);
-            if let Some(first) = first.filter(|first| !std::ptr::eq(*first, activity)) {
+            if let Some(first) = first {
                 let at = Place::Part(self.of, activity.instance.part);
                 let earlier = Place::Part(self.of, first.instance.part);
                 let diagnostic = diagnostics::duplicate_activity::report(at.clone(), name, earlier);
@@ -238,11 +253,9 @@ impl<'db> Reader<'db> {
                 }
             }
         }
+        let mut without: FxHashSet<&Name> = FxHashSet::default();
         for instance in &flat.instances {
-            if activities.iter().any(|activity| activity.instance.name == instance.name) {
-                continue;
-            }
-            if self.found.rows.iter().any(|row| row.instance == instance.name) {
+            if first_of.contains_key(&instance.name) || !without.insert(&instance.name) {
                 continue;
             }
             let at = Place::name_of(self.of);
@@ -286,9 +299,11 @@ impl<'db> Reader<'db> {
             deadline: None,
             refusals: Vec::new(),
         };
+        let mut repeated = false;
         match instance {
             None => row.refusals.push(Refusal::reported("its instance is unknown", at.clone())),
             Some(instance) if instance.repeated => {
+                repeated = true;
                 row.refusals.push(Refusal::reported("several instances have its name", at.clone()));
             }
             Some(instance) if instance.component.is_none() => {
@@ -310,8 +325,10 @@ impl<'db> Reader<'db> {
         if lost && fields.affinity.is_none() {
             row.cpus = None;
         }
-        if lost && row.priority == Priority::Background {
-            row.priority = Priority::Unknown;
+        // Where something is lost, it may be the priority of a real-time activity; of two instances of one name, one has
+        // lost its own activity.
+        if (lost || repeated) && row.priority == Priority::Background {
+            (row.priority, row.cpus) = (Priority::Unknown, None);
         }
         if row.priority == Priority::Unknown {
             let refusal = Refusal::reported("it has no priority", at.clone());
@@ -447,7 +464,18 @@ impl<'db> Reader<'db> {
                 || features.has_any(FeatureKind::Provided)
                 || core.is_none_or(|core| core.defines_operations);
             let at = row.at.clone();
-            if let Some((_, feature)) = flat.operations.iter().find(may_serve) {
+            // Operations that are connected like ports are an error, and connected all the same.
+            let like_ports = |(instance, feature): &&(Name, Option<Name>)| {
+                let found = feature.as_ref().map(|feature| features.by_name.get(feature));
+                let is_port = |kind| matches!(kind, FeatureKind::Input | FeatureKind::Output);
+                *instance == row.instance
+                    && provides
+                    && found.is_some_and(|found| {
+                        found.is_none_or(|found| !found.iter().all(|it| is_port(it.kind)))
+                    })
+            };
+            let served = flat.operations.iter().find(may_serve);
+            if let Some((_, feature)) = served.or_else(|| flat.connections.iter().find(like_ports)) {
                 let which = feature.as_ref().map_or_else(String::new, |feature| format!(" `{feature}`"));
                 let why =
                     format!("it serves the operation{which} for others, whose time is not analysed yet");
@@ -494,6 +522,8 @@ impl<'db> Reader<'db> {
                     format!("affinity names {}, and [platform] has {}", cpu_names(cpus), cpu_names(all));
                 self.found.diagnostics.push(diagnostics::invalid_field::no_such_cpu(at.clone(), &why));
                 row.refusals.push(Refusal::reported(why, at));
+                // It may be meant for any other.
+                row.cpus = None;
             } else if cpus.count_ones() > 1 {
                 let may = if given { "it may run on" } else { "it has no affinity: it may run on" };
                 let why = format!("{may} {}, which is not analysed yet: give it one CPU", cpu_names(cpus));
@@ -590,10 +620,7 @@ pub(crate) fn check_architecture<'db>(
     }
     // An instance of an imported architecture, or an earlier one, has the name already.
     for (index, instance) in data.instances.iter().enumerate().filter(|(_, it)| !it.name.name.is_empty()) {
-        let same = flat.instances.iter().find(|other| {
-            let (declared, number) = other.declared;
-            other.name == instance.name.name && (declared != of || number < index)
-        });
+        let same = flat.instance(&instance.name.name).filter(|first| first.declared != (of, index));
         let first = same.and_then(|same| {
             let (declared, number) = same.declared;
             let first = architecture(db, declared)?.instances.get(number)?;
@@ -649,7 +676,7 @@ fn endpoint<'db>(
     what: &str,
 ) -> Option<Diagnostic<'db>> {
     let name = &end.instance.name;
-    let Some(instance) = flat.instances.iter().find(|instance| instance.name == *name) else {
+    let Some(instance) = flat.instance(name) else {
         if name.is_empty() {
             return None;
         }

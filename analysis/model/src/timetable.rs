@@ -302,7 +302,10 @@ impl<'db> Joining<'db> {
         let known = core_of(db, self.project, component).map(|core| behaviour_of(db, self.project, core));
         let programs = known.into_iter().flat_map(|it| it.programs.iter().chain(&it.operations));
         let keys: Vec<Name> = programs.map(|it| it.key.as_str().into()).collect();
+        // Programs that no period executes: measured, and of no weight.
+        let is_hook = ["configure", "start", "stop", "cleanup"].contains(&program);
         let why = match keys.iter().filter(|key| *key == program).count() {
+            0 if is_hook => return,
             1 => return,
             0 => format!("`{}` is no program of it", entry.key),
             _ => format!("`{}` means its `update` and its operation of that name", entry.key),

@@ -266,6 +266,44 @@ fn a_program_of_a_table_replaces_its_codels() {
 }
 
 #[test]
+fn what_never_happens_needs_no_time() {
+    let times = CODELS.replace("big = 16\n", "");
+    let model = "core K(S) { configure = { big(); } statemachine {
+        initial state A { entry = { big(); }  transition t to B  transition u to C { big(); } }
+        state B { run = { one(); }  transition back to B }
+        state C { run = { big(); } }
+    } }";
+    assert_eq!(machine(&format!("{model}{times}"), "C"), "A t B: 0 ms\nB back B: 1 ms\n");
+    // All of them are programs of the component, as a trace names them.
+    let keys = "[program]\n\"C/A.entry\" = 9\n\"C/C.run\" = 9\n\"C/A.u.effect\" = 9\n\"C/configure\" = 9\n";
+    assert_eq!(machine(&format!("{model}{times}{keys}"), "C"), "A t B: 0 ms\nB back B: 1 ms\n");
+    check(
+        "core K(S) { statemachine { initial state A { entry = { bogus(); } } } }",
+        expect![[r#"
+        refused: no codel or operation `bogus`
+    "#]],
+    );
+}
+
+#[test]
+fn an_operation_is_what_the_shell_provides() {
+    // A misspelling in the shell must not turn its call into that of a codel.
+    check(
+        "core K(S) { provide two() = { four(); } update = { two(); } }",
+        expect![[r#"
+        refused: the shell does not provide `two`: declare it there, or rename this operation
+    "#]],
+    );
+    let chain: String = (0..5000).map(|it| format!("provide o{it}() = {{ o{}(); }}\n", it + 1)).collect();
+    let shell: String = (0..=5000).map(|it| format!("provide o{it}(): int\n")).collect();
+    let model = format!(
+        "codel f(): int\nshell S {{ {shell} }}\ncore K(S) {{ {chain} provide o5000() = {{ f(); }} update = {{ o0(); }} }}\n\
+         component C(S, K)\n//- /mauve.toml\nassume.codel = \"1 ms\"\n"
+    );
+    assert_eq!(machine(&model, "C"), "update stay update: 1 ms\n");
+}
+
+#[test]
 fn overhead_is_paid_by_each_job() {
     let model = format!(
         "core K(S) {{ update = {{ one(); }} }}{CODELS}[overhead]\ndispatch = 0.1\ncontext_switch = 0.05\n"

@@ -208,6 +208,8 @@ impl Reader {
             }
         }
         for (key, value) in document.iter() {
+            // A section turns this off for its entries.
+            self.loses_all = true;
             let name = key.get_ref().as_ref();
             let DeValue::Table(section) = value.get_ref() else {
                 if matches!(name, "codel" | "program" | "component" | "overhead") {
@@ -312,11 +314,28 @@ impl Reader {
         for (key, value) in section.iter() {
             let name = key.get_ref();
             let whole = if prefix.is_empty() { name.to_string() } else { format!("{prefix}.{name}") };
-            if let DeValue::Table(section) = value.get_ref() {
-                self.entries(&whole, section, entries);
-                continue;
-            }
-            let times = self.times(value);
+            let times = match value.get_ref() {
+                DeValue::Table(section) if !section.is_empty() => {
+                    self.entries(&whole, section, entries);
+                    continue;
+                }
+                DeValue::Table(_) => {
+                    let message = format!("no time for `{whole}`: write one, or remove the entry");
+                    self.error(key.span(), message);
+                    None
+                }
+                // Below a section these are its entries, and all times would be read without them.
+                DeValue::String(_) | DeValue::Array(_)
+                    if prefix.is_empty()
+                        && (name == "unit" || name == "levels" && self.table.levels.is_empty()) =>
+                {
+                    self.loses_all = true;
+                    self.error(key.span(), format!("`{name}` stands before the first section of a table"));
+                    self.loses_all = false;
+                    None
+                }
+                _ => self.times(value),
+            };
             entries.push(Entry { key: whole, key_span: key.span(), value: times, value_span: value.span() });
         }
     }
@@ -559,6 +578,30 @@ ok = 1
                 error at "b": `a.b` twice: keep one of the two entries
             "#]],
         );
+    }
+
+    #[test]
+    fn nothing_that_looks_like_an_entry_is_dropped() {
+        for text in [
+            "[codel]\na = 1\n[[program]]\n\"C/update\" = 50\n",
+            "program = 5\n[codel]\na = 1\n",
+            "overhead = 7\n[codel]\na = 1\n",
+            "[codel]\na = 1\n[[overhead]]\ndispatch = 5\n",
+            "[codel]\na = 1\nunit = \"s\"\n",
+            "[codel]\na = 1\nlevels = [1e-3]\n",
+        ] {
+            let table = Table::parse(text);
+            assert!(table.lost && table.errors.len() == 1, "{text}: {:?}", table.errors);
+        }
+        for text in ["[program]\n\"C/update\" = {}\n", "[program.\"C/update\"]\n# 50\n"] {
+            let table = Table::parse(text);
+            assert_eq!(table.programs.len(), 1, "{text}");
+            assert!(
+                table.programs[0].value.is_none() && table.errors.len() == 1,
+                "{text}: {:?}",
+                table.errors
+            );
+        }
     }
 
     #[test]

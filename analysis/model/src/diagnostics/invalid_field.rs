@@ -21,7 +21,7 @@ use super::*;
 code!(INVALID_FIELD, Error, "invalid-field");
 
 pub(crate) fn report<'db>(at: Place<'db>, name: &str, expected: &str) -> Diagnostic<'db> {
-    Diagnostic::new(&INVALID_FIELD, at, format!("this cannot be a {name}: expected {expected}"))
+    Diagnostic::new(&INVALID_FIELD, at, format!("this cannot be the {name}: expected {expected}"))
 }
 
 pub(crate) fn no_such_cpu<'db>(at: Place<'db>, why: &str) -> Diagnostic<'db> {
