@@ -223,7 +223,13 @@ fn separated(p: &mut Parser<'_>, close: SyntaxKind, what: &str, one: impl Fn(&mu
             }
         }
         if !p.eat(COMMA) {
-            break;
+            // A forgotten comma is one mistake: what follows on the line is the next one.
+            let next = p.current().is_word() || matches!(p.current(), INT_NUMBER | FLOAT_NUMBER | STRING);
+            if !next || p.begins_line() {
+                break;
+            }
+            p.missing("`,`");
+            continue;
         }
         if p.at(close) {
             p.missing(what);

@@ -279,6 +279,7 @@ fn one_mistake_is_one_error() {
         let messages: Vec<&str> = parse.errors().iter().map(|error| error.message.as_str()).collect();
         assert_eq!(messages, [message], "{text}\n{}", parse.debug_dump());
     };
+    one("core C(S) { update = { f(a b, c); } }", "expected `,`, found a name");
     one(
         "core C(S) { update = { f(\"a); } }",
         "this string is not closed: a string ends on its line with `\"`",

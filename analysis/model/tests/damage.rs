@@ -1,5 +1,5 @@
-//! Damaged models: one token of the sample robot is taken away, put in, or replaced by a word that means nothing. Where
-//! that is an error, whatever still has a response time has at least that of the whole model: nothing is analysed that
+//! Damaged models: one token of the sample robot, and of a smaller one, is taken away, put in, or replaced by a word that means nothing. Where
+//! that is noticed at all, whatever still has a response time has at least that of the whole model: nothing is analysed that
 //! rests on what was lost. And nothing panics, and the database says what a new one would say.
 //!
 //! `MAUVE_DAMAGES=20000 cargo test --release -p mauve-model --test damage` tries more.
@@ -7,9 +7,9 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use mauve_model::diagnostics::{Severity, workspace_diagnostics};
+use mauve_model::diagnostics::workspace_diagnostics;
 use mauve_model::item_tree::Kind;
 use mauve_model::{Database, Query, Workspace, names_of, projects, response_times};
 use mauve_timing::{Level, Method, Time};
@@ -19,14 +19,117 @@ use salsa::Setter as _;
 const JUNK: [&str; 16] =
     ["qqq", "{", "}", "(", ")", ";", "=", ".", ":", "->", "§", "\"", "/*", "\n", "if", "transition"];
 
+/// Everything that costs has a cheap namesake in another library; operations, overrides and overhead have their part.
+const NAMESAKES: &str = r#"
+include "parts.mal"
+library far {
+  architecture Base { }
+}
+architecture Base {
+  instance a: near.C
+  instance d: C2
+}
+architecture A {
+  import Base
+  instance b: far.C
+  instance c: far.C
+  connection a.out1 -> a.in1
+  property a.p = 2
+}
+component C2(near.S, near.K)
+deployment D {
+  architecture A
+  activity a { affinity = 1 priority = 5 period = 500 deadline = 400 }
+  activity b { affinity = 1 priority = 9 period = 500 }
+  activity c { priority = 3 affinity = 2 period = 500 }
+  activity d { priority = background }
+  property a.p = 3
+}
+//- /parts.mal
+library near {
+  use far
+  codel f(in x: int): int
+  codel g(): int
+  shell Base { input port in1: int  output port out1: int }
+  shell S extends Base {
+    property p: int = 1
+    provide help(): int
+  }
+  core K(S) {
+    var v: int = 0;
+    provide help() = { v = g(); }
+    start = { v = 1; }
+    statemachine {
+      var n: int = 0;
+      initial state A {
+        run = { if f(v) > 1 then { help(); } else { v = f(2); } }
+        transition t if g() > 0 && v < 3 to B { write(out1, v); }
+      }
+      state B {
+        entry = { f(v); }
+        exit = { g(); }
+        transition back to A
+      }
+    }
+  }
+  component C(S, K)
+}
+library far {
+  codel f(in x: int): int
+  codel g(): int
+  shell S { }
+  core K(S) { update = { f(1); g(); } }
+  component C(S, K)
+}
+component C(far.S, far.K)
+//- /mauve.toml
+[project]
+root = "model.mal"
+[timing]
+tables = ["times.toml", "more.toml"]
+significance = 1e-3
+[assume]
+codel = "1 us"
+[platform]
+cpus = 2
+//- /times.toml
+unit = "ms"
+levels = [1e-3, 1e-4]
+[codel]
+"near.f" = [20, 21]
+"near.g" = 5
+"far.f" = 0.5
+"far.g" = 0.25
+[overhead]
+dispatch = 0.125
+context_switch = 0.0625
+//- /more.toml
+[program]
+"near.C/B.entry" = 90
+[component]
+"near.C" = 120
+"#;
+
 #[test]
 fn what_still_has_a_bound_has_at_least_the_old_one() {
+    let folder = mauve_tests::models().join("p3dx");
+    damage(&folder, &sample(), 18);
+}
+
+#[test]
+fn a_namesake_is_never_taken_instead() {
+    let texts: Vec<(PathBuf, String)> =
+        mauve_tests::fixture(NAMESAKES).into_iter().map(|(path, text)| (path.into(), text)).collect();
+    damage(Path::new("/"), &texts, 6);
+}
+
+fn damage(folder: &Path, texts: &[(PathBuf, String)], analysed: usize) {
     let damages = std::env::var("MAUVE_DAMAGES").map_or(600, |count| count.parse().expect("a number"));
-    let texts = sample();
     let mut db = Database::default();
-    let workspace = Workspace::of_texts(&db, mauve_tests::models().join("p3dx"), texts.iter().cloned());
+    let workspace = Workspace::of_texts(&db, folder.to_owned(), texts.iter().cloned());
     let whole = responses(&db, workspace);
-    assert_eq!(whole.values().flatten().count(), 18, "nine activities, both methods");
+    assert_eq!(workspace_diagnostics(&db, workspace), []);
+    assert_eq!(whole.values().flatten().count(), analysed, "activities, for both methods");
     let (mut lost, mut kept) = (0, 0);
     for damage in 0..damages {
         let mut random = Random(0x9e37_79b9_7f4a_7c15 ^ (damage + 1_u64).wrapping_mul(0xd134_2543_de82_ef95));
@@ -35,7 +138,6 @@ fn what_still_has_a_bound_has_at_least_the_old_one() {
         let file = workspace.file(&db, path).unwrap();
         file.set_text(&mut db).to(damaged.as_str().into());
         let found = workspace_diagnostics(&db, workspace);
-        let errors = found.iter().filter(|it| it.diagnostic.code.severity == Severity::Error).count();
         let now = responses(&db, workspace);
         if damage % 16 == 0 {
             let fresh_db = Database::default();
@@ -50,7 +152,7 @@ fn what_still_has_a_bound_has_at_least_the_old_one() {
             };
             assert_eq!(shown(&db, &found), shown(&fresh_db, &fresh), "{what} in {}", path.display());
         }
-        if errors > 0 {
+        if !found.is_empty() {
             for (activity, response) in &now {
                 match response {
                     None => lost += 1,
@@ -69,7 +171,7 @@ fn what_still_has_a_bound_has_at_least_the_old_one() {
         file.set_text(&mut db).to(text.as_str().into());
     }
     assert!(
-        lost > damages && kept > damages,
+        lost > damages / 2 && kept > damages / 2,
         "damage costs something, and not everything: {lost} lost, {kept} kept"
     );
 }
