@@ -7,6 +7,7 @@ use mauve_syntax::{SyntaxKind, SyntaxNode, SyntaxToken, TextRange, is_whole};
 use rustc_hash::FxHashMap;
 
 use crate::item_tree::*;
+use crate::names::similar;
 
 /// Where things stand in a file. Only what is shown to a user may read it.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -41,8 +42,9 @@ pub(crate) fn lower(file: &ast::SourceFile) -> (ItemTree, SourceMap) {
 
 /// May an item of the list that `node` is have been lost, or its end?
 ///
-/// What a user has typed so far is no item yet: a line that is the beginning of one of the list's keywords. Anything
-/// else may be part of an item: of the one before it, or of one whose keyword was lost.
+/// What a user has typed so far is no item yet: a line that is the beginning of one of the list's keywords. Nor is a
+/// section that another tool knows. Anything else may be part of an item: of the one before it, or of one whose keyword
+/// was lost.
 fn loses_an_item(node: &SyntaxNode) -> bool {
     let keywords: &[&str] = match node.kind() {
         SyntaxKind::SHELL => &["constant", "property", "input", "output", "require", "provide"],
@@ -67,15 +69,40 @@ fn loses_an_item(node: &SyntaxNode) -> bool {
             "deployment",
         ],
     };
+    let declarations = matches!(node.kind(), SyntaxKind::SOURCE_FILE | SyntaxKind::LIBRARY);
     let errors = node.children().filter(|child| child.kind() == SyntaxKind::ERROR);
     errors.into_iter().any(|error| {
-        let mut tokens = error.children_with_tokens().filter_map(mauve_syntax::NodeOrToken::into_token);
-        let (Some(word), None) = (tokens.next(), tokens.next()) else { return true };
+        let tokens = error.children_with_tokens().filter_map(mauve_syntax::NodeOrToken::into_token);
+        let tokens: Vec<SyntaxToken> = tokens.filter(|token| !token.kind().is_trivia()).collect();
+        let Some(word) = tokens.first() else { return true };
         let before = word.prev_token().filter(|before| before.kind() == SyntaxKind::WHITESPACE);
         let begins_line =
             word.prev_token().is_none() || before.is_some_and(|it| it.text().contains(['\n', '\r']));
-        !begins_line || !keywords.iter().any(|keyword| keyword.starts_with(word.text()))
+        let harmless = match tokens.as_slice() {
+            [word] => keywords.iter().any(|keyword| keyword.starts_with(word.text())),
+            all => declarations && is_unknown_section(all, keywords),
+        };
+        !begins_line || !harmless
     })
+}
+
+/// `word … { … }`, a section that another tool may know: not one whose word may be a misspelt keyword.
+fn is_unknown_section(tokens: &[SyntaxToken], keywords: &[&str]) -> bool {
+    let mut open = 0;
+    for (index, token) in tokens.iter().enumerate() {
+        match token.kind() {
+            SyntaxKind::L_CURLY => open += 1,
+            SyntaxKind::R_CURLY if open == 1 => {
+                let names: Vec<Name> = keywords.iter().map(|keyword| Name::from(*keyword)).collect();
+                let word = tokens.first().filter(|word| word.kind().is_word());
+                let is_last = index + 1 == tokens.len();
+                return is_last && word.is_some_and(|word| similar(word.text(), &names).is_none());
+            }
+            SyntaxKind::R_CURLY => open -= 1,
+            _ => {}
+        }
+    }
+    false
 }
 
 /// Was something lost right in `node`, rather than in one of its parts?

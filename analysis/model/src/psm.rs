@@ -91,7 +91,7 @@ pub fn psm_of<'db>(
     psm_with(db, project, component, level, &|_| None)
 }
 
-/// [`psm`], where `suppose` gives the times of codels that no table has.
+/// [`psm_of`], where `suppose` gives the times of codels that no table has.
 pub(crate) fn psm_with<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,

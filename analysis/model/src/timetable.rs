@@ -250,11 +250,15 @@ impl<'db> Joining<'db> {
                 let near = similar(key, all.iter().map(|(name, _)| name));
                 let why = format!("`{}` means nothing, and may be meant for it", entry.key);
                 let in_file = format!("{}: {why}", file_name(db, file));
-                match (kind, of_whole) {
-                    (Kind::Codel, _) => self.times.stray_codel = Some(in_file),
-                    (_, true) => self.times.stray_component = Some(in_file),
-                    (_, false) => self.lost(file, &format!("`{}` means nothing", entry.key), at.clone()),
+                // It may also stand in the wrong section, below a header that was lost.
+                let names_component = !names.anywhere(db, Kind::Component, key).is_empty();
+                if !of_whole || key.contains('/') {
+                    self.lost(file, &format!("`{}` means nothing", entry.key), at.clone());
                 }
+                if kind == Kind::Component || names_component {
+                    self.times.stray_component = Some(in_file.clone());
+                }
+                self.times.stray_codel = Some(in_file);
                 // What a missing file declares is not unknown for a second time. But if it has the name of a built-in
                 // function, calls of it mean something else now.
                 if names.missing {

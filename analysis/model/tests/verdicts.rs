@@ -535,6 +535,12 @@ fn keys_that_mean_nothing_are_not_ignored() {
     let with = |entries: &str| verdicts(&format!("{ROBOT}{deployed}{TIMES}{entries}"));
     // An unknown codel is nobody's: all that are executed have their times.
     assert_eq!(with("three = 3\n"), "a met 1 ms\nb met 3 ms\nc met 7 ms\n");
+    // A component among the codels has lost its header.
+    let classic =
+        |entries: &str| verdicts_with(&format!("{ROBOT}{deployed}{TIMES}{entries}"), Method::Classic, LEVEL);
+    assert_eq!(classic("three = 3\n"), "a met 1 ms\nb met 3 ms\nc met 7 ms\n");
+    assert_eq!(classic("C4 = 9\n").matches("not-analysed: times.toml: `C4`").count(), 3);
+    assert_eq!(with("\"C4/update\" = 9\n").matches("not-analysed: times.toml: `C4/update`").count(), 3);
     // A program of a known component may be any of its programs.
     expect![[r#"
         a met 1 ms
@@ -664,6 +670,10 @@ fn text_between_declarations_may_be_one() {
     ] {
         assert_eq!(with(lost).matches("not-analysed:").count(), 3, "{lost}: {}", with(lost));
     }
+    // Sections of other tools are errors, and harmless; a misspelt keyword is not one.
+    let fine = "a met 1 ms\nb met 3 ms\nc met 7 ms\n";
+    assert_eq!(with("view Robot { a { x = 1; } b }"), fine);
+    assert_eq!(with("libary near { codel one(): int }").matches("not-analysed:").count(), 3);
     // Half of the text is a comment that nobody closed.
     let found = verdicts(&format!("{ROBOT}{deployed}\n/* codel\n{TIMES}"));
     assert_eq!(found.matches("not-analysed:").count(), 3, "{found}");

@@ -85,7 +85,7 @@ pub struct Options {
     pub horizon: Option<Time>,
 }
 
-/// The result of [`response_times`].
+/// The result of [`response_times`](crate::response_times).
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub struct Analysis {
     /// One for each task, in the order of the tasks.
