@@ -7,6 +7,7 @@ use mauve_timing::{Status, Time};
 use rustc_hash::FxHashMap;
 
 use crate::behaviour::behaviour_of;
+use crate::flat::{check_architecture, check_settings};
 use crate::item_tree::{Expr, Field, Kind, Literal, Name, NameRef, TypeRef};
 use crate::names::{FeatureOf, Names, Unresolved, features_of, names_of};
 use crate::project::{
@@ -17,7 +18,7 @@ use crate::response::{
     ActivityReport, Budget, MissingTime, Query, Verdict, budgets, missing_times, response_times,
 };
 use crate::source::{Decl, Place, component, item_tree_of, parse, shell};
-use crate::system::{check_architecture, check_settings, system_of};
+use crate::system::system_of;
 use crate::timetable::timetable_of;
 use crate::{File, ModelDb, Workspace};
 

@@ -20,7 +20,8 @@
 //! | `behaviour.rs` | a core's states, edges and the codels of its programs |
 //! | `timetable.rs` | the timing tables, joined |
 //! | `psm.rs` | behaviour + times: the periodic state machine of a component |
-//! | `system.rs` | a deployment's activities, with the architecture flattened |
+//! | `flat.rs` | an architecture with all that it imports |
+//! | `system.rs` | a deployment's activities |
 //! | `response.rs` | response times, and what a codel without a time may take |
 //! | `diagnostics/` | a file for each diagnostic: its page, its message, its fixes |
 //!
@@ -34,6 +35,7 @@ mod behaviour;
 mod config;
 mod db;
 pub mod diagnostics;
+mod flat;
 pub mod item_tree;
 mod lower;
 mod names;
@@ -47,6 +49,7 @@ mod timetable;
 pub use behaviour::{Behaviour, Cost, Edge, Refusal, TimedProgram, behaviour_of};
 pub use config::Config;
 pub use db::{Database, File, ModelDb, Workspace, normalised};
+pub use flat::{Flat, FlatInstance, flat_of};
 pub use lower::{DeclarationMap, SourceMap};
 pub use names::{FeatureOf, Features, Names, Unresolved, features_of, names_of, similar};
 pub use project::{
@@ -62,5 +65,5 @@ pub use source::{
     Decl, Declarations, Place, architecture, codel, component, core, data, declarations, deployment,
     item_tree_of, parse, shell, source_map,
 };
-pub use system::{Flat, FlatInstance, Priority, Row, System, cpu_names, flat, system_of};
+pub use system::{Priority, Row, System, cpu_names, system_of};
 pub use timetable::{Lookup, TableFiles, Timetable, table, table_files, table_pattern, timetable_of};

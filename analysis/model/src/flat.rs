@@ -1,0 +1,255 @@
+//! An architecture with all that it imports, and what is wrong with the names in it.
+
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use crate::ModelDb;
+use crate::behaviour::Refusal;
+use crate::diagnostics::{self, Diagnostic};
+use crate::item_tree::{Endpoint, FeatureKind, Instance, Kind, Name};
+use crate::names::{features_of, names_of, similar};
+use crate::project::Project;
+use crate::psm::shell_of;
+use crate::source::{Decl, Place, architecture, deployment};
+
+/// An architecture with what it imports.
+#[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
+pub struct Flat<'db> {
+    /// The instances, those of imported architectures first.
+    pub instances: Vec<FlatInstance<'db>>,
+    /// The ends of the connections between operations: instance and feature.
+    pub operations: Vec<(Name, Option<Name>)>,
+    /// The ends of those between ports.
+    pub connections: Vec<(Name, Option<Name>)>,
+    /// The number of the first instance of each name.
+    by_name: FxHashMap<Name, usize>,
+    /// Can an instance have been lost? Why.
+    pub lost: Vec<Refusal<'db>>,
+    /// Can a connection between operations have been lost?
+    pub operations_lost: bool,
+    /// Does it import itself, over others or directly?
+    pub cycle: bool,
+}
+
+impl<'db> Flat<'db> {
+    /// The instance of that name, the first where there are several.
+    pub fn instance(&self, name: &str) -> Option<&FlatInstance<'db>> {
+        self.by_name.get(name).and_then(|&index| self.instances.get(index))
+    }
+}
+
+/// An instance of a component.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub struct FlatInstance<'db> {
+    /// Its name.
+    pub name: Name,
+    /// The architecture that declares it, and its number there.
+    pub declared: (Decl<'db>, usize),
+    /// Its component, where that is known.
+    pub component: Option<Decl<'db>>,
+    /// Does another one have the same name? That is reported where it stands.
+    pub repeated: bool,
+}
+
+/// The instances and operations of an architecture and of all that it imports.
+#[salsa::tracked(returns(ref))]
+pub fn flat_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Flat<'db> {
+    let names = names_of(db, project);
+    let mut flat = Flat::default();
+    let mut all = vec![of];
+    let mut seen: FxHashSet<Decl<'db>> = all.iter().copied().collect();
+    let mut next = 0;
+    while let Some(&current) = all.get(next) {
+        next += 1;
+        let Some(data) = architecture(db, current) else { continue };
+        let name = current.name(db);
+        if !data.whole {
+            let why = format!("architecture {name} has a syntax error: an instance may be missing in it");
+            flat.lost.push(Refusal::reported(why, Place::name_of(current)));
+        }
+        for import in data.imports.iter().flatten() {
+            match names.resolve_type(db, current, Kind::Architecture, Some(import)) {
+                Ok(import) if import == of => flat.cycle = true,
+                Ok(import) => {
+                    if seen.insert(import) {
+                        all.push(import);
+                    }
+                }
+                Err(_) => {
+                    let why = format!("architecture {name} imports `{import}`, which is unknown");
+                    flat.lost.push(Refusal::reported(why, Place::Part(current, import.part)));
+                }
+            }
+        }
+        for end in data.connections.iter().flat_map(|it| [&it.source, &it.target]).flatten() {
+            let feature = end.feature.as_ref().map(|feature| feature.name.clone());
+            flat.connections.push((end.instance.name.clone(), feature));
+        }
+        for operation in &data.operations {
+            for end in [&operation.source, &operation.target] {
+                match end {
+                    Some(end) => {
+                        let feature = end.feature.as_ref().map(|feature| feature.name.clone());
+                        flat.operations.push((end.instance.name.clone(), feature));
+                    }
+                    None => flat.operations_lost = true,
+                }
+            }
+        }
+    }
+    for &current in all.iter().rev() {
+        let Some(data) = architecture(db, current) else { continue };
+        for (index, Instance { name, component }) in data.instances.iter().enumerate() {
+            if name.name.is_empty() {
+                continue;
+            }
+            let component = names.resolve_type(db, current, Kind::Component, component.as_ref()).ok();
+            let earlier = flat.by_name.get(&name.name).and_then(|&earlier| flat.instances.get_mut(earlier));
+            let repeated = earlier.is_some();
+            match earlier {
+                Some(earlier) => earlier.repeated = true,
+                None => {
+                    flat.by_name.insert(name.name.clone(), flat.instances.len());
+                }
+            }
+            let declared = (current, index);
+            flat.instances.push(FlatInstance { name: name.name.clone(), declared, component, repeated });
+        }
+    }
+    flat
+}
+
+/// Why a name of an instance or a feature in an architecture means nothing.
+pub(crate) fn check_architecture<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+) -> Vec<Diagnostic<'db>> {
+    let Some(data) = architecture(db, of) else { return Vec::new() };
+    let names = names_of(db, project);
+    let flat = flat_of(db, project, of);
+    let mut found = Vec::new();
+    for import in data.imports.iter().flatten() {
+        match names.resolve_type(db, of, Kind::Architecture, Some(import)) {
+            Ok(target) if flat.cycle && reaches(db, project, target, of) => {
+                found.push(diagnostics::import_cycle::report(Place::Part(of, import.part), of.name(db)));
+            }
+            Ok(_) => {}
+            Err(unresolved) => {
+                found.extend(diagnostics::unresolved_type(
+                    db,
+                    names,
+                    of,
+                    Kind::Architecture,
+                    Some(import),
+                    &unresolved,
+                ));
+            }
+        }
+    }
+    for instance in &data.instances {
+        if let Err(unresolved) = names.resolve_type(db, of, Kind::Component, instance.component.as_ref()) {
+            let ty = instance.component.as_ref();
+            found.extend(diagnostics::unresolved_type(db, names, of, Kind::Component, ty, &unresolved));
+        }
+    }
+    // An instance of an imported architecture, or an earlier one, has the name already.
+    for (index, instance) in data.instances.iter().enumerate().filter(|(_, it)| !it.name.name.is_empty()) {
+        let same = flat.instance(&instance.name.name).filter(|first| first.declared != (of, index));
+        let first = same.and_then(|same| {
+            let (declared, number) = same.declared;
+            let first = architecture(db, declared)?.instances.get(number)?;
+            Some(Place::Part(declared, first.name.part))
+        });
+        if let Some(first) = first {
+            let at = Place::Part(of, instance.name.part);
+            found.push(diagnostics::duplicate_definition::report(at, "instance", &instance.name.name, first));
+        }
+    }
+    if !flat.lost.is_empty() || flat.cycle {
+        return found;
+    }
+    let connections =
+        data.connections.iter().flat_map(|it| [&it.source, &it.target]).map(|end| (end, "port"));
+    let operations =
+        data.operations.iter().flat_map(|it| [&it.source, &it.target]).map(|end| (end, "operation"));
+    let settings = data.settings.iter().map(|it| (&it.endpoint, "property or constant"));
+    for (end, what) in connections.chain(operations).chain(settings) {
+        found.extend(end.as_ref().and_then(|end| endpoint(db, project, of, flat, of.name(db), end, what)));
+    }
+    found
+}
+
+/// The same for the settings of a deployment.
+pub(crate) fn check_settings<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+) -> Vec<Diagnostic<'db>> {
+    let Some(data) = deployment(db, of) else { return Vec::new() };
+    let [target] = data.targets.as_slice() else { return Vec::new() };
+    let Ok(target) = names_of(db, project).resolve_type(db, of, Kind::Architecture, Some(target)) else {
+        return Vec::new();
+    };
+    let flat = flat_of(db, project, target);
+    if !flat.lost.is_empty() || flat.cycle {
+        return Vec::new();
+    }
+    let settings = data.settings.iter().filter_map(|setting| setting.endpoint.as_ref());
+    settings
+        .filter_map(|end| endpoint(db, project, of, flat, target.name(db), end, "property or constant"))
+        .collect()
+}
+
+fn endpoint<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    flat: &Flat<'db>,
+    architecture: &str,
+    end: &Endpoint,
+    what: &str,
+) -> Option<Diagnostic<'db>> {
+    let name = &end.instance.name;
+    let Some(instance) = flat.instance(name) else {
+        if name.is_empty() {
+            return None;
+        }
+        let near = similar(name, flat.instances.iter().map(|instance| &instance.name));
+        let at = Place::Part(of, end.instance.part);
+        return Some(diagnostics::unresolved_instance::report(at, name, architecture, near));
+    };
+    let feature = end.feature.as_ref()?;
+    let shell = shell_of(db, project, instance.component?)?;
+    let features = features_of(db, project, shell);
+    let fits = |kind: FeatureKind| match what {
+        "port" => matches!(kind, FeatureKind::Input | FeatureKind::Output),
+        "operation" => matches!(kind, FeatureKind::Required | FeatureKind::Provided),
+        _ => matches!(kind, FeatureKind::Constant | FeatureKind::Property),
+    };
+    if features.lost || features.get(&feature.name).is_some_and(|found| fits(found.kind)) {
+        return None;
+    }
+    let fitting = features.by_name.iter().filter(|(_, found)| found.iter().any(|it| fits(it.kind)));
+    let near = similar(&feature.name, fitting.map(|(name, _)| name));
+    let at = Place::Part(of, feature.part);
+    Some(diagnostics::unresolved_feature::report(at, what, &feature.name, name, shell.name(db), near))
+}
+
+fn reaches<'db>(db: &'db dyn ModelDb, project: Project<'db>, from: Decl<'db>, to: Decl<'db>) -> bool {
+    let names = names_of(db, project);
+    let mut seen: FxHashSet<Decl<'db>> = FxHashSet::from_iter([from]);
+    let mut open = vec![from];
+    while let Some(current) = open.pop() {
+        if current == to {
+            return true;
+        }
+        for import in architecture(db, current).into_iter().flat_map(|data| data.imports.iter().flatten()) {
+            if let Ok(import) = names.resolve_type(db, current, Kind::Architecture, Some(import))
+                && seen.insert(import)
+            {
+                open.push(import);
+            }
+        }
+    }
+    false
+}
