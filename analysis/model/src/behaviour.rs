@@ -76,7 +76,7 @@ pub struct Refusal<'db> {
     /// In the user's words.
     pub message: String,
     /// Where the reason stands.
-    pub at: Option<Place<'db>>,
+    pub at: Place<'db>,
     /// Does a diagnostic of its own say so already?
     pub reported: bool,
 }
@@ -84,12 +84,12 @@ pub struct Refusal<'db> {
 impl<'db> Refusal<'db> {
     /// A reason that another diagnostic reports at its place.
     pub(crate) fn reported(message: impl Into<String>, at: Place<'db>) -> Refusal<'db> {
-        Refusal { message: message.into(), at: Some(at), reported: true }
+        Refusal { message: message.into(), at, reported: true }
     }
 
     /// A reason that nothing else reports.
     pub(crate) fn own(message: impl Into<String>, at: Place<'db>) -> Refusal<'db> {
-        Refusal { message: message.into(), at: Some(at), reported: false }
+        Refusal { message: message.into(), at, reported: false }
     }
 }
 
