@@ -30,7 +30,7 @@ const LATE: [(&str, &str); 2] = [
 fn check_shows_the_sample_without_a_fault() {
     let found = run(&["check", "p3dx"]);
     assert_eq!((found.code, found.err.as_str()), (0, ""), "{}", found.out);
-    assert!(found.out.contains("no errors, no warnings"), "{}", found.out);
+    assert!(found.out.contains("no errors, no warnings; all 9 deadlines are proved"), "{}", found.out);
     assert!(
         found.out.contains(
             "navigation   Navigation         1           2  1000  1000  297        997  997      3  ✓ met"
@@ -58,11 +58,16 @@ fn check_as_json_and_for_people_say_the_same() {
     assert!(diagnostic["file"].as_str().unwrap().ends_with("/robot.mal"));
     let place = |line: u64, column: u64| serde_json::json!({ "line": line, "column": column });
     assert_eq!(diagnostic["range"], serde_json::json!({ "start": place(9, 12), "end": place(9, 16) }));
+    let analysed = &document["deployments"][0];
+    assert_eq!(
+        (&analysed["deployment"], &analysed["results"][0]["schedulable"]),
+        (&"D".into(), &false.into())
+    );
     let shown = run_in("late", &LATE, &["check"]);
     assert_eq!(shown.code, 1);
     assert!(shown.out.contains("error[deadline-missed]: back: R 10 ms > D 9 ms"), "{}", shown.out);
     assert!(shown.out.contains("robot.mal:9:12"), "{}", shown.out);
-    assert!(shown.out.contains("1 error, no warnings"), "{}", shown.out);
+    assert!(shown.out.contains("1 error, no warnings; 1 of 2 deadlines is not proved\n"), "{}", shown.out);
     assert!(!shown.out.contains('\u{1b}'), "colours only on a terminal");
 }
 
@@ -75,13 +80,20 @@ fn columns_count_characters() {
 }
 
 #[test]
-fn wcrt_exits_with_1_unless_every_deadline_is_proved() {
+fn check_and_wcrt_exit_with_1_unless_every_deadline_is_proved() {
     assert_eq!(run(&["wcrt", "p3dx"]).code, 0);
     assert_eq!(run(&["wcrt", "p3dx", "--significance", "1e-5"]).code, 1);
     assert_eq!(run_in("late", &LATE, &["wcrt"]).code, 1);
     // Not analysed is not proved, and a model with errors says so.
     let untimed = [("robot.mal", LATE[0].1)];
     assert_eq!(run_in("untimed", &untimed, &["wcrt"]).code, 1);
+    let checked = run_in("untimed", &untimed, &["check"]);
+    assert!(checked.out.contains("no errors, 1 warning; 2 of 2 deadlines are not proved"), "{}", checked.out);
+    assert_eq!(checked.code, 1);
+    // Without a deployment there is nothing to prove.
+    let library = [("shells.mal", "shell S { }\n")];
+    assert_eq!(run_in("library", &library, &["check"]).code, 0);
+    assert_eq!(run_in("library", &library, &["wcrt"]).code, 2);
     let broken = [
         ("robot.mal", LATE[0].1),
         ("mauve.toml", "assume.codel = \"1 ms\"\n"),
@@ -97,7 +109,7 @@ fn wcrt_as_csv_and_explained() {
     let found = run(&["wcrt", "p3dx", "--format", "csv"]);
     assert_eq!(found.out.lines().count(), 11);
     assert!(
-        found.out.contains("P3dxDeployment,1e-4,psm,navigation,Navigation,1,2,1000,1000,297,997,997,met\n"),
+        found.out.contains("P3dxDeployment,1e-4,psm,navigation,Navigation,1,2,1000,1000,297,997,997,met,,p3dx/exploration.mal\n"),
         "{}",
         found.out
     );
@@ -114,10 +126,40 @@ fn wcrt_as_csv_and_explained() {
 }
 
 #[test]
+fn what_is_assumed_is_shown_wherever_it_is_used() {
+    for (arguments, shown) in [
+        (&["check"][..], "  front: assumes 5 ms for work\n"),
+        (&["wcrt", "--explain", "front"], "5 ms  work  (assumed: no table has it)"),
+        (&["wcrt", "--format", "json"], "\"codel\": \"work\""),
+        (&["wcrt", "--format", "csv"], "met,work,"),
+        (&["psm", "C"], "some times assumed"),
+    ] {
+        let found = run_in("late", &LATE, arguments);
+        assert!(found.out.contains(shown), "{arguments:?}: {}", found.out);
+    }
+}
+
+#[test]
+fn levels_that_a_table_lacks_are_named() {
+    let files = [
+        LATE[0],
+        ("mauve.toml", "timing.tables = [\"*.toml\"]\n"),
+        ("a.toml", "levels = [1e-3, 1e-4]\n[codel]\nwork = [1, 2]\n"),
+        ("b.toml", "levels = [1e-3]\n[program]\n\"C/update\" = [3]\n"),
+    ];
+    let found = run_in("levels", &files, &["wcrt", "--significance", "all"]);
+    assert_eq!(found.err, "mauve: 1e-4 is left out: b.toml does not have it\n");
+    assert!(found.out.contains("D at 1e-3,"), "{}", found.out);
+}
+
+#[test]
 fn what_does_not_exist_is_said_and_exits_with_2() {
     for (arguments, message) in [
         (&["check", "nothing.mal"][..], "cannot read `nothing.mal`"),
-        (&["wcrt", "p3dx", "--deployment", "P3dx"], "no deployment `P3dx`: exploration.P3dxDeployment"),
+        (
+            &["wcrt", "p3dx", "--deployment", "P3dx"],
+            "no deployment `P3dx`: there is exploration.P3dxDeployment",
+        ),
         (&["wcrt", "p3dx", "--explain", "navigaton"], "no instance `navigaton`; did you mean `navigation`?"),
         (&["wcrt", "p3dx", "--significance", "2"], "`2` is no level"),
         (&["wcrt", "p3dx", "--horizon", "0ms"], "--horizon is greater than 0"),
@@ -233,7 +275,9 @@ fn workspaces_roots_and_model_paths() {
         .unwrap();
     let text = String::from_utf8(output.stdout).unwrap();
     assert_eq!(output.status.code(), Some(0), "{text}{}", String::from_utf8_lossy(&output.stderr));
-    assert!(text.contains("2,2,2,met") && text.contains("3,3,3,met"), "{text}");
+    for row in ["2,2,2,met,shared.f,one/robot.mal", "3,3,3,met,shared.f,two/robot.mal"] {
+        assert!(text.contains(row), "{text}");
+    }
     let without = mauve(env!("CARGO_BIN_EXE_mauve"), &folder, &["check", "one"]);
     assert_eq!(without.code, 1);
     assert!(without.out.contains("unresolved-include"), "{}", without.out);

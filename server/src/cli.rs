@@ -8,6 +8,7 @@ mod parse;
 mod psm;
 mod wcrt;
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use clap::{CommandFactory as _, Parser, Subcommand, ValueEnum};
@@ -94,7 +95,10 @@ impl std::str::FromStr for Significance {
             let level = text.trim().parse().ok().and_then(Level::from_f64);
             level.ok_or_else(|| format!("`{text}` is no level: expected numbers between 0 and 1, or `all`"))
         };
-        Ok(Significance::These(text.split(',').map(level).collect::<Result<_, _>>()?))
+        let mut levels: Vec<Level> = text.split(',').map(level).collect::<Result<_, _>>()?;
+        let mut seen = BTreeSet::new();
+        levels.retain(|level| seen.insert(*level));
+        Ok(Significance::These(levels))
     }
 }
 
@@ -104,7 +108,11 @@ fn levels(db: &Database, project: Project<'_>, asked: Option<&Significance>) -> 
     match asked {
         Some(Significance::These(levels)) => levels.clone(),
         Some(Significance::All) => {
-            let levels = timetable_of(db, project).levels().to_vec();
+            let (levels, partial) = timetable_of(db, project).levels();
+            let levels = levels.to_vec();
+            for (level, without) in partial {
+                say(&format!("{level} is left out: {without} does not have it"));
+            }
             // Times that hold at every level need one column.
             if levels.is_empty() { vec![shown] } else { levels }
         }
@@ -147,8 +155,10 @@ fn deployments<'db>(
     let known: Vec<String> = found.iter().map(|(_, decl)| decl.qualified(db)).collect();
     found.retain(|(_, decl)| decl.name(db) == only || decl.qualified(db) == only);
     if found.is_empty() {
-        let known = if known.is_empty() { "there is none".to_owned() } else { known.join(", ") };
-        return Err(format!("no deployment `{only}`: {known}"));
+        return Err(match known.as_slice() {
+            [] => format!("no deployment `{only}`, nor any other"),
+            known => format!("no deployment `{only}`: there is {}", known.join(", ")),
+        });
     }
     Ok(found)
 }

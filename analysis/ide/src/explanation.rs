@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use mauve_model::{ActivityReport, ModelDb, Project, Psm, Query, psm_of, worst_path};
-use mauve_timing::{Time, worst_trace};
+use mauve_timing::{Method, Time, worst_trace};
 
 /// How many periods of the worst trace are shown.
 const SHOWN_PERIODS: usize = 12;
@@ -37,7 +37,8 @@ pub fn explain_response<'db>(
     let component = activity.row.component;
     let psm = component.and_then(|component| psm_of(db, project, component, query.level).as_ref().ok());
     if let Some((component, psm)) = component.zip(psm) {
-        own_time(&mut out, psm, &|program| worst_path(db, project, component, query.level, program));
+        let path = |program: &str| worst_path(db, project, component, query.level, program);
+        own_time(&mut out, psm, query.method, &path);
     }
     if let Some(first_job) = activity.first_job {
         let _ = writeln!(out, "\nfirst job after a release of all together: {first_job}");
@@ -67,14 +68,15 @@ pub fn explain_response<'db>(
         let shown: Vec<String> = window.iterations.iter().map(Time::to_string).collect();
         let _ = writeln!(out, "  {}", shown.join(" → "));
     }
-    if let Some(psm) = psm.filter(|psm| psm.states.len() > 1) {
+    // The classic method takes every job for the longest.
+    if let Some(psm) = psm.filter(|psm| query.method != Method::Classic && psm.states.len() > 1) {
         trace(&mut out, psm);
     }
     out
 }
 
-/// The greatest edge, program by program, codel by codel.
-fn own_time(out: &mut String, psm: &Psm, worst_path: &dyn Fn(&str) -> Vec<(String, Time)>) {
+/// The greatest edge, program by program, codel by codel; or the table's time for the whole component.
+fn own_time(out: &mut String, psm: &Psm, method: Method, worst_path: &dyn Fn(&str) -> Vec<(String, Time)>) {
     let greatest = psm.machine.greatest_edge();
     let (Some(edge), Some(described)) = (psm.machine.edges().get(greatest), psm.edges.get(greatest)) else {
         return;
@@ -86,19 +88,25 @@ fn own_time(out: &mut String, psm: &Psm, worst_path: &dyn Fn(&str) -> Vec<(Strin
         None if psm.states.len() == 1 => source.to_owned(),
         None => format!("staying in {source}"),
     };
-    let _ = writeln!(out, "\nown time {}: {what}", edge.cost);
+    let whole = psm.whole.as_ref().ok().copied().flatten().filter(|_| method == Method::Classic);
+    let _ = match whole.filter(|whole| *whole > edge.cost) {
+        Some(whole) => writeln!(
+            out,
+            "\nown time {whole}, as the table says of the whole component; by its codels {}: {what}",
+            edge.cost
+        ),
+        None => writeln!(out, "\nown time {}: {what}", edge.cost),
+    };
     for (program, time) in described.programs.iter().filter_map(|&index| psm.programs.get(index)) {
         let _ = writeln!(out, "  {:>12}  {program}", time.to_string());
         for (codel, time) in worst_path(program) {
-            let assumed = if psm.assumed.contains(&codel) { "  (assumed)" } else { "" };
+            let is_assumed = psm.assumed.iter().any(|(assumed, _)| *assumed == codel);
+            let assumed = if is_assumed { "  (assumed: no table has it)" } else { "" };
             let _ = writeln!(out, "  {:>12}    {:>10}  {codel}{assumed}", "", time.to_string());
         }
     }
     if psm.overhead > Time::ZERO {
         let _ = writeln!(out, "  {:>12}  dispatch and context switches", psm.overhead.to_string());
-    }
-    if let Ok(Some(whole)) = psm.whole {
-        let _ = writeln!(out, "  the table gives {whole} for the whole component (for the classic method)");
     }
 }
 

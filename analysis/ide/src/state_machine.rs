@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use mauve_model::Psm;
-use mauve_timing::{Time, Unit};
+use mauve_timing::{Level, Time, Unit};
 
 /// How a state machine is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -15,9 +15,10 @@ pub enum Drawing {
     Svg,
 }
 
-/// Draws `psm`, the machine of `component`, its initial state and its greatest edges in bold. Of several edges between two states, the greatest is drawn, with the
-/// names of all their transitions.
-pub fn draw_state_machine(component: &str, psm: &Psm, drawing: Drawing) -> String {
+/// Draws `psm`, the machine of `component` at `level`, its initial state and its greatest edges in bold. Of several edges
+/// between two states, the greatest is drawn, with the names of all their transitions.
+pub fn draw_state_machine(component: &str, level: Level, psm: &Psm, drawing: Drawing) -> String {
+    let title = title(component, level, psm);
     let mut arrows: BTreeMap<(usize, usize), Arrow> = BTreeMap::new();
     for (edge, described) in psm.machine.edges().iter().zip(&psm.edges) {
         let arrow = arrows.entry((edge.source as usize, edge.target as usize)).or_default();
@@ -25,8 +26,8 @@ pub fn draw_state_machine(component: &str, psm: &Psm, drawing: Drawing) -> Strin
         arrow.names.push(described.transition.as_ref().map_or("", |name| name.as_str()));
     }
     match drawing {
-        Drawing::Dot => dot(component, psm, &arrows),
-        Drawing::Svg => svg(component, psm, &arrows),
+        Drawing::Dot => dot(component, &title, psm, &arrows),
+        Drawing::Svg => svg(&title, psm, &arrows),
     }
 }
 
@@ -48,14 +49,11 @@ impl Arrow<'_> {
     }
 }
 
-fn dot(component: &str, psm: &Psm, arrows: &BTreeMap<(usize, usize), Arrow<'_>>) -> String {
+fn dot(component: &str, title: &str, psm: &Psm, arrows: &BTreeMap<(usize, usize), Arrow<'_>>) -> String {
     let quoted = |text: &str| format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\""));
     let mut out = format!("digraph {} {{\n", quoted(component));
-    let _ = writeln!(
-        out,
-        "  label={}; labelloc=t; rankdir=LR; node [shape=box, style=rounded];",
-        quoted(&title(component))
-    );
+    let _ =
+        writeln!(out, "  label={}; labelloc=t; rankdir=LR; node [shape=box, style=rounded];", quoted(title));
     for (index, state) in psm.states.iter().enumerate() {
         let bold = if index == psm.initial { " [penwidth=2]" } else { "" };
         let _ = writeln!(out, "  {}{bold};", quoted(state));
@@ -67,12 +65,13 @@ fn dot(component: &str, psm: &Psm, arrows: &BTreeMap<(usize, usize), Arrow<'_>>)
     out + "}\n"
 }
 
-fn title(component: &str) -> String {
-    format!("{component}: cost of a period, in ms")
+fn title(component: &str, level: Level, psm: &Psm) -> String {
+    let assumed = if psm.assumed.is_empty() { "" } else { ", some times assumed" };
+    format!("{component} at {level}: ms in each period{assumed}")
 }
 
 /// The states on a circle, clockwise from the top in the order of the text.
-fn svg(component: &str, psm: &Psm, arrows: &BTreeMap<(usize, usize), Arrow<'_>>) -> String {
+fn svg(title: &str, psm: &Psm, arrows: &BTreeMap<(usize, usize), Arrow<'_>>) -> String {
     let count = psm.states.len().max(1);
     let radius = if count == 1 { 0.0 } else { (60.0 * count as f64).max(150.0) };
     let (width, height) = (2.0 * radius + 360.0, 2.0 * radius + 220.0);
@@ -88,7 +87,7 @@ fn svg(component: &str, psm: &Psm, arrows: &BTreeMap<(usize, usize), Arrow<'_>>)
          markerUnits=\"userSpaceOnUse\" orient=\"auto\"><path d=\"M0 0 L10 5 L0 10 z\" fill=\"#456\"/></marker></defs>\n\
          <rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n\
          <text x=\"{cx:.0}\" y=\"24\" text-anchor=\"middle\" font-weight=\"bold\">{}</text>\n",
-        escaped(&title(component))
+        escaped(title)
     );
     let greatest = arrows.values().map(|arrow| arrow.cost).max().unwrap_or_default();
     for (&(source, target), arrow) in arrows {
@@ -164,12 +163,10 @@ fn escaped(text: &str) -> String {
 mod tests {
     use std::path::PathBuf;
 
+    use super::*;
     use expect_test::expect;
     use mauve_model::item_tree::Kind;
     use mauve_model::{Database, Workspace, names_of, projects, psm_of};
-    use mauve_timing::Level;
-
-    use super::*;
 
     const MODEL: &str = r#"
 codel plan(): int
@@ -193,14 +190,14 @@ codel = "1.5 ms"
         let project = projects(&db, workspace)[0];
         let pilot = names_of(&db, project).anywhere(&db, Kind::Component, "Pilot")[0];
         let psm = psm_of(&db, project, pilot, Level::TEN_TO_MINUS_FOUR).as_ref().unwrap();
-        draw_state_machine("Pilot", psm, drawing)
+        draw_state_machine("Pilot", Level::TEN_TO_MINUS_FOUR, psm, drawing)
     }
 
     #[test]
     fn as_dot() {
         expect![[r#"
             digraph "Pilot" {
-              label="Pilot: cost of a period, in ms"; labelloc=t; rankdir=LR; node [shape=box, style=rounded];
+              label="Pilot at 1e-4: ms in each period, some times assumed"; labelloc=t; rankdir=LR; node [shape=box, style=rounded];
               "Waiting" [penwidth=2];
               "Moving";
               "Waiting" -> "Waiting" [label="1.5"];

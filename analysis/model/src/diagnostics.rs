@@ -15,7 +15,7 @@ use crate::project::{
 };
 use crate::psm::{core_of, is_core_for, shell_of};
 use crate::response::{
-    ActivityReport, Budget, MissingTime, Query, Verdict, budgets, missing_times, response_times,
+    ActivityReport, Budget, MissingTime, Query, Verdict, budgets, enumerated, missing_times, response_times,
 };
 use crate::source::{Decl, Place, component, item_tree_of, parse, shell};
 use crate::system::system_of;
@@ -157,6 +157,7 @@ codes! {
     invalid_configuration::INVALID_CONFIGURATION;
     invalid_table::INVALID_TABLE;
     unknown_timing_key::UNKNOWN_TIMING_KEY;
+    falling_time::FALLING_TIME;
 }
 
 /// All kinds of diagnostic.
@@ -360,7 +361,9 @@ fn timing_diagnostics<'db>(
     query: Query,
 ) -> Vec<Diagnostic<'db>> {
     let mut found = Vec::new();
-    let missing = missing_times(db, project, deployment, query.level);
+    // Where a table is lost, it may have the times that seem to be missing.
+    let lost = timetable_of(db, project).lost.is_some();
+    let missing = if lost { Vec::new() } else { missing_times(db, project, deployment, query.level) };
     if !missing.is_empty() && timetable_of(db, project).is_empty() {
         found.push(missing_time::no_table(Place::name_of(deployment), missing.len()));
     } else if !missing.is_empty() {

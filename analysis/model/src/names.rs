@@ -68,11 +68,12 @@ pub fn names_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Names<'db> 
 pub enum Unresolved {
     /// Nothing of that kind has the name.
     Unknown,
-    /// Several do: the places are named by the error that reports them.
+    /// Several libraries have it.
     Ambiguous,
     /// The name itself is missing; that is reported already.
     Missing,
-    /// It may be declared by what is missing: a file, or the name of a declaration. That is reported already.
+    /// It may be declared by what is missing: a file, or the name of a declaration; or it is declared twice. That is
+    /// reported already.
     Lost,
 }
 
@@ -125,6 +126,10 @@ impl<'db> Names<'db> {
             [decl] => Ok(*decl),
             [] if path.is_empty() || path.iter().any(|part| part.is_empty()) => Err(Unresolved::Missing),
             [] => Err(Unresolved::Unknown),
+            // Two declarations of one library: that is reported where the second stands.
+            [first, rest @ ..] if rest.iter().all(|it| it.library(db) == first.library(db)) => {
+                Err(Unresolved::Lost)
+            }
             _ => Err(Unresolved::Ambiguous),
         }
     }
@@ -150,6 +155,12 @@ impl<'db> Names<'db> {
                 Box::new(once.into_iter())
             }
         }
+    }
+
+    /// That `what` is unknown, and whether that may be for a missing file, for a user.
+    pub(crate) fn unknown(&self, what: &str) -> String {
+        let why = if self.missing { ": a file that may declare it is missing" } else { "" };
+        format!("{what} is unknown{why}")
     }
 
     /// The name of this kind that `name` may be a misspelling of.

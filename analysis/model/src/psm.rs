@@ -31,8 +31,8 @@ pub struct Psm {
     pub overhead: Time,
     /// The component's own time, for the classic method, where a table has one; why not, where it cannot be used.
     pub whole: Result<Option<Time>, String>,
-    /// Codels whose time is that of `[assume]`.
-    pub assumed: Vec<String>,
+    /// Codels whose time is that of `[assume]`, with it.
+    pub assumed: Vec<(String, Time)>,
 }
 
 /// What one period may execute.
@@ -106,10 +106,12 @@ pub(crate) fn psm_with<'db>(
         return refuse(Refusal::reported(format!("component {name} has a syntax error"), at));
     }
     let Some(shell) = shell_of(db, project, of) else {
-        return refuse(Refusal::reported(format!("the shell of component {name} is unknown"), at));
+        let why = names_of(db, project).unknown(&format!("the shell of component {name}"));
+        return refuse(Refusal::reported(why, at));
     };
     let Some(core) = core_of(db, project, of) else {
-        return refuse(Refusal::reported(format!("the core of component {name} is unknown"), at));
+        let why = names_of(db, project).unknown(&format!("the core of component {name}"));
+        return refuse(Refusal::reported(why, at));
     };
     if !is_core_for(db, project, core, shell) {
         return refuse(Refusal::reported(format!("the core of component {name} is for another shell"), at));
@@ -148,7 +150,7 @@ struct Evaluator<'a, 'db> {
     operations: Vec<Option<Time>>,
     refused: Refused<'db>,
     missing: BTreeMap<String, (Decl<'db>, Option<String>)>,
-    assumed: BTreeMap<String, ()>,
+    assumed: BTreeMap<String, Time>,
 }
 
 impl<'db> Evaluator<'_, 'db> {
@@ -225,7 +227,7 @@ impl<'db> Evaluator<'_, 'db> {
             operations: behaviour.operations.iter().map(key).zip(operations).collect(),
             overhead: overhead.unwrap_or_default(),
             whole,
-            assumed: std::mem::take(&mut self.assumed).into_keys().collect(),
+            assumed: std::mem::take(&mut self.assumed).into_iter().collect(),
         })
     }
 
@@ -301,7 +303,7 @@ impl<'db> Evaluator<'_, 'db> {
         match self.times.codel_time(self.db, codel, self.level) {
             Lookup::Known(time) => Some(time),
             Lookup::Assumed(time) => {
-                self.assumed.insert(name, ());
+                self.assumed.insert(name, time);
                 Some(time)
             }
             Lookup::Absent => {

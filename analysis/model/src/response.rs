@@ -1,5 +1,7 @@
 //! The response times of a deployment: its system, with the state machines of its components, analysed.
 
+use rustc_hash::FxHashSet;
+
 use mauve_timing::{
     Bound, Demand, Level, Method, Options, StateMachine, Status, Task, Time, Utilisation, Window,
     response_times as analyse,
@@ -56,8 +58,8 @@ pub struct ActivityReport<'db> {
     pub window: Option<Window>,
     /// Why there is no response time.
     pub reasons: Vec<Refusal<'db>>,
-    /// Codels whose time is assumed, in its own component.
-    pub assumed: Vec<String>,
+    /// Codels whose time is assumed, in its own component, with it.
+    pub assumed: Vec<(String, Time)>,
 }
 
 /// What is known of an activity.
@@ -180,11 +182,16 @@ fn report<'db>(
             Bound::NotAnalysed { because } => because.as_slice(),
             _ => &[],
         };
-        for other in because.iter().filter_map(|&other| row_of.get(other)).filter(|&&other| other != index) {
-            if let Some(other) = system.rows.get(*other) {
-                let why = format!("{} may delay it, and is not analysed", other.instance);
-                activity.reasons.push(Refusal::reported(why, other.at.clone()));
-            }
+        let others = because.iter().filter_map(|&other| row_of.get(other)).filter(|&&other| other != index);
+        let others: Vec<&Row<'db>> = others.filter_map(|&other| system.rows.get(other)).collect();
+        if let Some(first) = others.first() {
+            let mut names: Vec<&str> = others.iter().map(|other| other.instance.as_str()).collect();
+            // Two activities of one instance have one name.
+            let mut seen = FxHashSet::default();
+            names.retain(|name| seen.insert(*name));
+            let verb = if names.len() == 1 { "is" } else { "are" };
+            let why = format!("{} may delay it, and {verb} not analysed", enumerated(&names));
+            activity.reasons.push(Refusal::reported(why, first.at.clone()));
         }
         if !activity.reasons.is_empty() {
             activity.verdict = Verdict::RealTime(Status::NotAnalysed);
@@ -225,6 +232,17 @@ fn report<'db>(
         })
         .collect();
     Report { activities, cpus, lost }
+}
+
+/// `a`, `a and b`, `a, b and c`; of many the first few.
+pub(crate) fn enumerated(names: &[&str]) -> String {
+    const SHOWN: usize = 5;
+    match names {
+        [] => "nothing".to_owned(),
+        [one] => (*one).to_owned(),
+        [rest @ .., last] if rest.len() < SHOWN => format!("{} and {last}", rest.join(", ")),
+        _ => format!("{} and {} more", names[..SHOWN - 1].join(", "), names.len() - SHOWN + 1),
+    }
 }
 
 /// Why nothing at all can be analysed: an activity may be missing, or a time that makes every bound longer.

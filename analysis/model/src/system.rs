@@ -63,7 +63,7 @@ pub enum Priority {
 #[salsa::tracked(returns(ref))]
 pub fn system_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> System<'db> {
     let Some(data) = deployment(db, of) else { return System::default() };
-    let mut reader = Reader { db, project, of, found: System::default() };
+    let mut reader = Reader { db, project, of, found: System::default(), affinities: FxHashMap::default() };
     if !data.whole {
         let why = format!("deployment {} has a syntax error: an activity may be missing in it", of.name(db));
         reader.found.lost.push(Refusal::reported(why, Place::name_of(of)));
@@ -106,6 +106,8 @@ struct Reader<'db> {
     project: Project<'db>,
     of: Decl<'db>,
     found: System<'db>,
+    /// Where the affinities stand, by row.
+    affinities: FxHashMap<usize, Place<'db>>,
 }
 
 impl<'db> Reader<'db> {
@@ -202,7 +204,8 @@ impl<'db> Reader<'db> {
             }
             Some(instance) if instance.component.is_none() => {
                 let (declared, _) = instance.declared;
-                let why = format!("the component of instance {} is unknown", instance.name);
+                let what = format!("the component of instance {}", instance.name);
+                let why = names_of(self.db, self.project).unknown(&what);
                 row.refusals.push(Refusal::reported(why, Place::name_of(declared)));
             }
             Some(_) => {}
@@ -302,6 +305,7 @@ impl<'db> Reader<'db> {
             "affinity" => match whole_number(&field.value) {
                 Some(mask) => {
                     row.cpus = Some(u64::from(mask));
+                    self.affinities.insert(self.found.rows.len(), value);
                     return;
                 }
                 None => "a whole number, a bit for each CPU: 1 for the first, 2 for the second, 3 for both"
@@ -402,7 +406,7 @@ impl<'db> Reader<'db> {
             None if named == 0 => 1,
             None => named,
         };
-        for row in &mut self.found.rows {
+        for (index, row) in self.found.rows.iter_mut().enumerate() {
             let Some(cpus) = row.cpus else { continue };
             let given = cpus != 0;
             let cpus = if given { cpus } else { all };
@@ -414,7 +418,8 @@ impl<'db> Reader<'db> {
             if cpus & !all != 0 {
                 let why =
                     format!("affinity names {}, and [platform] has {}", cpu_names(cpus), cpu_names(all));
-                self.found.diagnostics.push(diagnostics::invalid_field::no_such_cpu(at.clone(), &why));
+                let affinity = self.affinities.get(&index).unwrap_or(&at).clone();
+                self.found.diagnostics.push(diagnostics::invalid_field::no_such_cpu(affinity, &why));
                 row.refusals.push(Refusal::reported(why, at));
                 // It may be meant for any other.
                 row.cpus = None;

@@ -10,7 +10,7 @@ use mauve_timing::{Entry, Level, Overhead, Table, Time, Times};
 use rustc_hash::FxHashMap;
 
 use crate::behaviour::{behaviour_of, is_built_in};
-use crate::diagnostics::{Diagnostic, invalid_table, unknown_timing_key};
+use crate::diagnostics::{Diagnostic, falling_time, invalid_table, unknown_timing_key};
 use crate::item_tree::{Kind, Name};
 use crate::names::{names_of, similar};
 use crate::project::{CONFIG_FILE, Project, config_file, config_of, projects};
@@ -108,8 +108,10 @@ pub struct Timetable<'db> {
     /// The same for a component.
     stray_component: Option<String>,
     overhead: Option<(File, Arc<[Level]>, Overhead)>,
-    /// The levels at which all times hold.
+    /// The levels at which all times hold, from the most probable down.
     levels: Vec<Level>,
+    /// Levels that only some tables have, each with a table that does not.
+    partial: Vec<(Level, String)>,
     assume: Option<Time>,
     /// Something was lost that may make every time longer: nothing is analysed.
     pub lost: Option<(String, Place<'db>)>,
@@ -159,8 +161,12 @@ pub fn timetable_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Timetab
     }
     joining.report_repeated();
     let all: BTreeSet<Level> = tables.iter().flat_map(|table| table.levels.iter().copied()).collect();
-    let everywhere = |level: &Level| tables.iter().all(|table| table.covers(*level));
-    joining.times.levels = all.into_iter().rev().filter(everywhere).collect();
+    for level in all.into_iter().rev() {
+        match tables.iter().position(|table| !table.covers(level)).and_then(|index| found.files.get(index)) {
+            None => joining.times.levels.push(level),
+            Some(without) => joining.times.partial.push((level, file_name(db, *without))),
+        }
+    }
     joining.times
 }
 
@@ -202,12 +208,20 @@ impl<'db> Joining<'db> {
             if let Some((first, ..)) = &self.times.overhead {
                 let message =
                     format!("[overhead] stands in {} already: write it once", file_name(self.db, *first));
-                self.lost(file, &message, at(&(0..0)));
-                self.report(invalid_table::report(at(&(0..0)), message));
+                self.lost(file, &message, at(&table.overhead_span));
+                self.report(invalid_table::report(at(&table.overhead_span), message));
             }
             self.times.overhead = Some((file, levels.clone(), table.overhead.clone()));
         }
         let slot = |entry: &Entry| Slot { file, levels: levels.clone(), times: entry.value.clone() };
+        for entry in table.codels.iter().chain(&table.programs).chain(&table.components) {
+            if let Some(Times::PerLevel(times)) = &entry.value
+                && let Some((level, stricter)) = falling(&table.levels, times)
+            {
+                let at = at(&entry.value_span);
+                self.report(falling_time::report(at, &entry.key, level, stricter));
+            }
+        }
         for entry in &table.codels {
             self.add(entry, &entry.key, Kind::Codel, slot(entry), Of::Codel);
         }
@@ -280,8 +294,11 @@ impl<'db> Joining<'db> {
                 self.times.slots.entry(of).or_default().push(slot);
                 return Some(*one);
             }
-            [first, ..] => {
-                self.report(unknown_timing_key::ambiguous(at, key, &first.qualified(db)));
+            [first, rest @ ..] => {
+                // Two declarations of one library: that is reported where the second stands.
+                if rest.iter().any(|other| other.library(db) != first.library(db)) {
+                    self.report(unknown_timing_key::ambiguous(at, key, &first.qualified(db)));
+                }
                 for &decl in &found {
                     let why = format!("{}: the key `{key}` means several of that name", file_name(db, file));
                     self.times.doubts.insert(of(decl), why);
@@ -308,14 +325,15 @@ impl<'db> Joining<'db> {
         let keys: Vec<Name> = programs.map(|it| it.key.as_str().into()).collect();
         // Programs that no period executes: measured, and of no weight.
         let is_hook = ["configure", "start", "stop", "cleanup"].contains(&program);
+        let name = component.name(db);
         let why = match keys.iter().filter(|key| *key == program).count() {
             0 if is_hook => return,
             1 => return,
-            0 => format!("`{}` is no program of it", entry.key),
-            _ => format!("`{}` means its `update` and its operation of that name", entry.key),
+            0 => format!("{name} has no program `{program}`"),
+            _ => format!("{name} has several programs `{program}`"),
         };
-        let near = similar(program, &keys).map(|near| format!("{}/{near}", component.name(db)).into());
-        self.report(unknown_timing_key::of_program(at.clone(), &entry.key, component.name(db), near));
+        let near = similar(program, &keys).map(|near| format!("{name}/{near}").into());
+        self.report(unknown_timing_key::of_program(at.clone(), &why, near));
         self.times.doubtful.insert(component, (format!("{}: {why}", file_name(db, file)), at));
     }
 
@@ -390,9 +408,10 @@ impl<'db> Timetable<'db> {
         self.slots.is_empty() && self.assume.is_none()
     }
 
-    /// The levels at which every table holds, from the most probable down; none where no time depends on a level.
-    pub fn levels(&self) -> &[Level] {
-        &self.levels
+    /// The levels at which every table holds, from the most probable down, none where no time depends on a level; and
+    /// those that only some tables have, each with the name of one that does not.
+    pub fn levels(&self) -> (&[Level], &[(Level, String)]) {
+        (&self.levels, &self.partial)
     }
 
     fn time(&self, db: &'db dyn ModelDb, of: &Of<'db>, level: Level, what: impl Fn() -> String) -> Lookup {
@@ -420,6 +439,16 @@ impl<'db> Timetable<'db> {
             Lookup::Known,
         )
     }
+}
+
+/// The first level, from the most probable down, at which the time is shorter than at the one before; and that one.
+fn falling(levels: &[Level], times: &[Time]) -> Option<((Level, Time), (Level, Time))> {
+    let mut columns: Vec<(Level, Time)> = levels.iter().copied().zip(times.iter().copied()).collect();
+    columns.sort_by(|(a, _), (b, _)| b.cmp(a));
+    columns.windows(2).find_map(|pair| match pair {
+        [before, after] if after.1 < before.1 => Some((*before, *after)),
+        _ => None,
+    })
 }
 
 fn at_level(times: &Times, levels: &[Level], level: Level) -> Option<Time> {

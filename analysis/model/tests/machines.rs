@@ -260,7 +260,7 @@ fn a_program_of_a_table_replaces_its_codels() {
     .assert_eq(&with("\"C/help\" = 1\n"));
     // A program that the component does not have may be a misspelt one.
     expect![[r#"
-        refused: times.toml: `C/A.rnu` is no program of it
+        refused: times.toml: C has no program `A.rnu`
     "#]]
     .assert_eq(&with("\"C/A.rnu\" = 100\n"));
 }

@@ -212,11 +212,11 @@ fn instances_and_activities_that_do_not_match() {
         &(activities(FINE.0, FINE.1, FINE.2).replace("} }", "}")
             + " activity b { priority = 1 period = 10 } }"),
         expect![[r#"
-        a not-analysed: b may delay it, and is not analysed; b may delay it, and is not analysed
-        b not-analysed: a second activity for `b`: remove one; b may delay it, and is not analysed
-        c not-analysed: b may delay it, and is not analysed; b may delay it, and is not analysed
-        b not-analysed: a second activity for `b`: remove one; b may delay it, and is not analysed
-    "#]],
+            a not-analysed: b may delay it, and is not analysed
+            b not-analysed: a second activity for `b`: remove one; b may delay it, and is not analysed
+            c not-analysed: b may delay it, and is not analysed
+            b not-analysed: a second activity for `b`: remove one; b may delay it, and is not analysed
+        "#]],
     );
     check(
         "deployment D { activity a { priority = 3 period = 10 } }",
@@ -544,7 +544,7 @@ fn keys_that_mean_nothing_are_not_ignored() {
     // A program of a known component may be any of its programs.
     expect![[r#"
         a met 1 ms
-        b not-analysed: times.toml: `C2/updaet` is no program of it
+        b not-analysed: times.toml: C2 has no program `updaet`
         c not-analysed: b may delay it, and is not analysed
     "#]]
     .assert_eq(&with("[program]\n\"C2/update\" = 1\n\"C2/updaet\" = 50\n"));
@@ -578,7 +578,7 @@ fn an_operation_called_like_the_hook_shares_no_key_with_it() {
     let deployed = activities(FINE.0, FINE.1, FINE.2);
     expect![[r#"
         a met 1 ms
-        b not-analysed: times.toml: `CS/update` means its `update` and its operation of that name
+        b not-analysed: times.toml: CS has several programs `update`
         c not-analysed: b may delay it, and is not analysed
     "#]]
     .assert_eq(&verdicts(&format!("{robot}{deployed}{TIMES}[program]\n\"CS/update\" = 1\n")));

@@ -50,6 +50,8 @@ pub struct Table {
     pub components: Vec<Entry>,
     /// `[overhead]`, for each job.
     pub overhead: Overhead,
+    /// The bytes of the first key in it.
+    pub overhead_span: Range<usize>,
     /// What is wrong, in the order of the text.
     pub errors: Vec<TableError>,
     /// Something is wrong with the table as a whole, and nothing of it may be used: a part that was not understood
@@ -276,6 +278,8 @@ impl Reader {
 
     fn overhead(&mut self, section: &DeTable) {
         self.loses_all = true;
+        self.table.overhead_span =
+            section.iter().map(|(key, _)| key.span()).min_by_key(|span| span.start).unwrap_or_default();
         for (key, value) in section.iter() {
             match key.get_ref().as_ref() {
                 "dispatch" => self.table.overhead.dispatch = self.times(value).unwrap_or_default(),

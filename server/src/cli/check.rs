@@ -10,6 +10,7 @@ use mauve_model::diagnostics::{Diagnostic, Finding, Severity, workspace_diagnost
 use mauve_model::{Database, File, Place};
 use serde::Serialize;
 
+use super::wcrt::Deployed;
 use super::{Paths, wcrt};
 use crate::Output;
 use crate::load::load;
@@ -39,11 +40,13 @@ impl Check {
             workspaces.iter().flat_map(|&workspace| workspace_diagnostics(&db, workspace)).collect();
         let count = |severity| findings.iter().filter(|it| it.diagnostic.code.severity == severity).count();
         let (errors, warnings) = (count(Severity::Error), count(Severity::Warning));
+        let deployed = wcrt::at_shown_level(&db, &workspaces)?;
         let text = match self.format {
             Format::Json => {
                 let mut lines = Lines::default();
                 let diagnostics = findings.iter().map(|it| document(&db, &mut lines, it)).collect();
-                super::json(&Document { diagnostics, errors, warnings })?
+                let deployments = deployed.iter().map(|it| wcrt::document(&db, it)).collect();
+                super::json(&Document { diagnostics, errors, warnings, deployments })?
             }
             Format::Human => {
                 let here = std::env::current_dir().unwrap_or_default();
@@ -52,17 +55,35 @@ impl Check {
                 if let Some(more) = findings.len().checked_sub(MOST_EXCERPTS).filter(|more| *more > 0) {
                     parts.push(format!("… and {more} more: `--format json` shows all\n"));
                 }
-                parts.extend(wcrt::tables(&db, &workspaces)?);
+                parts.extend(wcrt::tables(&db, &deployed));
                 let plural = |count: usize, what: &str| match count {
                     0 => format!("no {what}s"),
                     1 => format!("1 {what}"),
                     _ => format!("{count} {what}s"),
                 };
-                parts.push(format!("{}, {}\n", plural(errors, "error"), plural(warnings, "warning")));
+                let counted = format!("{}, {}", plural(errors, "error"), plural(warnings, "warning"));
+                let pages =
+                    if findings.is_empty() { "" } else { "`mauve explain CODE` says more of each.\n" };
+                parts.push(format!("{counted}; {}\n{pages}", deadlines(&deployed)));
                 parts.join("\n")
             }
         };
-        Ok(Output { text, code: u8::from(errors > 0) })
+        let proved = deployed.iter().all(Deployed::schedulable);
+        Ok(Output { text, code: u8::from(errors > 0 || !proved) })
+    }
+}
+
+/// How many deadlines are proved, in words.
+fn deadlines(deployed: &[Deployed<'_>]) -> String {
+    let (proved, all) =
+        deployed.iter().map(Deployed::deadlines).fold((0, 0), |(a, b), (c, d)| (a + c, b + d));
+    match (deployed, all - proved) {
+        ([], _) => "no deployment, so no response times".to_owned(),
+        (_, 0) if all == 0 => "no deadlines".to_owned(),
+        (_, 0) if all == 1 => "its deadline is proved".to_owned(),
+        (_, 0) => format!("all {all} deadlines are proved"),
+        (_, 1) => format!("1 of {all} deadlines is not proved"),
+        (_, open) => format!("{open} of {all} deadlines are not proved"),
     }
 }
 
@@ -104,7 +125,9 @@ fn excerpt(db: &Database, here: &Path, finding: &Finding<'_>) -> String {
         }
         group = group.element(snippet);
     }
-    let fixes: Vec<String> = diagnostic.fixes.iter().map(|fix| fix.title.clone()).collect();
+    // Where the message asks whether something was meant, the fix says no more.
+    let fixes = diagnostic.fixes.iter().filter(|_| !diagnostic.message.contains("did you mean"));
+    let fixes: Vec<String> = fixes.map(|fix| fix.title.clone()).collect();
     for fix in &fixes {
         group = group.element(Level::HELP.message(fix));
     }
@@ -139,6 +162,8 @@ struct Document {
     diagnostics: Vec<DiagnosticDocument>,
     errors: usize,
     warnings: usize,
+    /// The response times, each as `mauve wcrt --format json` shows it.
+    deployments: Vec<wcrt::Document>,
 }
 
 #[derive(Serialize)]

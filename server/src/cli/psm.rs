@@ -83,13 +83,16 @@ fn show<'db>(
         Err(refused) => {
             let reasons: Vec<&str> =
                 refused.refusals.iter().map(|refusal| refusal.message.as_str()).collect();
-            super::say(&format!("{name} has no state machine at {level}: {}", reasons.join("; ")));
+            super::say(&format!(
+                "no times for the state machine of {name} at {level}: {}",
+                reasons.join("; ")
+            ));
             return Ok(Output { text: String::new(), code: 1 });
         }
     };
     Ok(Output::fine(match format {
-        Format::Dot => draw_state_machine(name, psm, Drawing::Dot),
-        Format::Svg => draw_state_machine(name, psm, Drawing::Svg),
+        Format::Dot => draw_state_machine(name, level, psm, Drawing::Dot),
+        Format::Svg => draw_state_machine(name, level, psm, Drawing::Svg),
         Format::Json => {
             let state = |number: u32| psm.states.get(number as usize).map_or("", |name| name.as_str());
             let edges: Vec<_> = psm
@@ -121,6 +124,7 @@ fn show<'db>(
                 "initial": psm.states.get(psm.initial).map(|name| name.as_str()),
                 "edges": edges,
                 "whole": whole,
+                "assumed": psm.assumed.iter().map(|(codel, _)| codel).collect::<Vec<_>>(),
             }))?
         }
     }))

@@ -1,6 +1,7 @@
 //! `mauve wcrt [PATH]`: the worst-case response times of deployments.
 
 use std::fmt::Write as _;
+use std::path::PathBuf;
 
 use clap::ValueEnum;
 use mauve_ide::explain_response;
@@ -34,7 +35,7 @@ pub(crate) struct Wcrt {
     /// published tables; verdicts never depend on it.
     #[arg(long, value_name = "TIME")]
     horizon: Option<String>,
-    /// Show where the response time of this instance comes from.
+    /// Show where the response time of this instance comes from; not with --format.
     #[arg(long, value_name = "INSTANCE", conflicts_with = "format")]
     explain: Option<String>,
     /// How to show the figures.
@@ -59,6 +60,27 @@ pub(super) struct Deployed<'db> {
     reports: Vec<(Query, &'db Report<'db>)>,
 }
 
+impl Deployed<'_> {
+    /// Is every deadline proved, at every level?
+    pub(super) fn schedulable(&self) -> bool {
+        self.reports.iter().all(|(_, report)| report.schedulable())
+    }
+
+    /// How many deadlines are proved, of how many.
+    pub(super) fn deadlines(&self) -> (usize, usize) {
+        let activities = self.reports.iter().flat_map(|(_, report)| &report.activities);
+        let verdicts = activities.map(|it| it.verdict).filter(|it| *it != Verdict::Background);
+        verdicts.fold((0, 0), |(proved, all), verdict| (proved + usize::from(verdict.is_met()), all + 1))
+    }
+
+    /// The root of its project, for a user.
+    fn root(&self, db: &Database) -> String {
+        let here = std::env::current_dir().unwrap_or_default();
+        let root = self.project.root(db).path(db);
+        root.strip_prefix(here).unwrap_or(root).display().to_string()
+    }
+}
+
 impl Wcrt {
     pub(crate) fn run(self) -> Result<Output, String> {
         let horizon = match &self.horizon {
@@ -72,6 +94,9 @@ impl Wcrt {
         let mut db = Database::default();
         let workspaces = load(&mut db, &self.paths.paths)?;
         let found = deployments(&db, &workspaces, self.deployment.as_deref())?;
+        if found.is_empty() {
+            return Err("no deployment in these models: nothing to analyse".to_owned());
+        }
         let mut all = Vec::new();
         for (project, deployment) in found {
             let queries = levels(&db, project, self.significance.as_ref()).into_iter().map(|level| Query {
@@ -85,10 +110,10 @@ impl Wcrt {
         }
         let text = match (&self.explain, self.format) {
             (Some(instance), _) => explain(&db, &all, instance)?,
-            (None, Format::Table) => all.iter().map(|it| table(&db, it)).collect::<Vec<_>>().join("\n"),
+            (None, Format::Table) => tables(&db, &all).join("\n"),
             (None, Format::Csv) => csv(&db, &all),
             (None, Format::Json) => {
-                let documents: Vec<Document> = all.iter().map(|it| document(&db, it, self.method)).collect();
+                let documents: Vec<Document> = all.iter().map(|it| document(&db, it)).collect();
                 match documents.as_slice() {
                     [one] => super::json(one)?,
                     several => super::json(&several)?,
@@ -96,10 +121,7 @@ impl Wcrt {
             }
         };
         let errors = report_errors(&db, &workspaces);
-        if all.is_empty() {
-            say("no deployment in these models: nothing to analyse");
-        }
-        let proved = all.iter().all(|it| it.reports.iter().all(|(_, report)| report.schedulable()));
+        let proved = all.iter().all(Deployed::schedulable);
         Ok(Output { text, code: u8::from(!proved || errors > 0) })
     }
 }
@@ -141,9 +163,19 @@ fn explain(db: &Database, all: &[Deployed<'_>], instance: &str) -> Result<String
     Ok(texts.join("\n"))
 }
 
-/// The response times of a deployment for people: all figures at one level, or the responses at several.
-pub(super) fn table(db: &Database, it: &Deployed<'_>) -> String {
-    let name = it.deployment.name(db);
+/// The response times of deployments for people.
+pub(super) fn tables(db: &Database, all: &[Deployed<'_>]) -> Vec<String> {
+    // Where there are several projects, names do not say which.
+    let several = all.iter().any(|it| Some(it.project) != all.first().map(|first| first.project));
+    let heading = |it: &Deployed<'_>| match several {
+        true => format!("{} of {}", it.deployment.name(db), it.root(db)),
+        false => it.deployment.name(db).to_string(),
+    };
+    all.iter().map(|it| table(&heading(it), it)).collect()
+}
+
+/// All figures at one level, or the responses at several.
+fn table(name: &str, it: &Deployed<'_>) -> String {
     let mut out = String::new();
     match it.reports.as_slice() {
         [(query, report)] => {
@@ -180,8 +212,7 @@ pub(super) fn table(db: &Database, it: &Deployed<'_>) -> String {
             notes.push(format!("  {}{at}: {}\n", activity.row.instance, reasons.join("; ")));
         }
         for activity in report.activities.iter().filter(|activity| !activity.assumed.is_empty()) {
-            let note =
-                format!("  {}: assumed times of {}\n", activity.row.instance, activity.assumed.join(", "));
+            let note = format!("  {}: {}\n", activity.row.instance, assumptions(&activity.assumed));
             if !notes.contains(&note) {
                 notes.push(note);
             }
@@ -189,6 +220,12 @@ pub(super) fn table(db: &Database, it: &Deployed<'_>) -> String {
     }
     out.extend(notes);
     out
+}
+
+/// `assumes 5 ms for robot.plan`.
+fn assumptions(assumed: &[(String, Time)]) -> String {
+    let each: Vec<String> = assumed.iter().map(|(codel, time)| format!("{time} for {codel}")).collect();
+    format!("assumes {}", each.join(", "))
 }
 
 fn one_level(report: &Report<'_>) -> String {
@@ -280,7 +317,7 @@ fn verdict(activity: &ActivityReport<'_>) -> String {
 
 fn csv(db: &Database, all: &[Deployed<'_>]) -> String {
     let mut out = String::from(
-        "deployment,significance,method,instance,component,affinity,priority,period_ms,deadline_ms,own_ms,first_job_ms,response_ms,status\n",
+        "deployment,significance,method,instance,component,affinity,priority,period_ms,deadline_ms,own_ms,first_job_ms,response_ms,status,assumed,root\n",
     );
     for it in all {
         for (query, report) in &it.reports {
@@ -305,6 +342,8 @@ fn csv(db: &Database, all: &[Deployed<'_>]) -> String {
                     cell(activity.first_job),
                     cell(activity.response),
                     activity.verdict.name().to_owned(),
+                    activity.assumed.iter().map(|(codel, _)| codel.as_str()).collect::<Vec<_>>().join(" "),
+                    quoted(&it.root(db)),
                 ];
                 let _ = writeln!(out, "{}", cells.join(","));
             }
@@ -313,9 +352,20 @@ fn csv(db: &Database, all: &[Deployed<'_>]) -> String {
     out
 }
 
+/// A cell of CSV that is no name and no number.
+fn quoted(cell: &str) -> String {
+    if cell.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", cell.replace('"', "\"\""))
+    } else {
+        cell.to_owned()
+    }
+}
+
 #[derive(Serialize)]
-struct Document {
+pub(super) struct Document {
     deployment: String,
+    /// The root of its project.
+    root: PathBuf,
     unit: &'static str,
     method: String,
     /// Only with `--horizon`: `first_job` leaves out what comes later, and is no bound.
@@ -359,8 +409,15 @@ struct ActivityDocument {
     window: Option<WindowDocument>,
     interference: Vec<InterferenceDocument>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    assumed: Vec<String>,
+    assumed: Vec<AssumedDocument>,
     reasons: Vec<String>,
+}
+
+/// A codel that no table has, and the time that `[assume]` gives it.
+#[derive(Serialize)]
+struct AssumedDocument {
+    codel: String,
+    time: Value,
 }
 
 #[derive(Serialize)]
@@ -377,12 +434,14 @@ struct InterferenceDocument {
     time: Value,
 }
 
-fn document(db: &Database, it: &Deployed<'_>, method: Method) -> Document {
-    let horizon = it.reports.first().and_then(|(query, _)| query.horizon);
+pub(super) fn document(db: &Database, it: &Deployed<'_>) -> Document {
+    let query = it.reports.first().map(|(query, _)| query);
+    let horizon = query.and_then(|query| query.horizon);
     Document {
         deployment: it.deployment.name(db).to_string(),
+        root: it.project.root(db).path(db).clone(),
         unit: "ms",
-        method: mauve_timing::Method::from(method).to_string(),
+        method: query.map_or_else(String::new, |query| query.method.to_string()),
         unsafe_horizon: horizon.map(milliseconds),
         results: it
             .reports
@@ -419,6 +478,9 @@ fn activity_document(query: Query, activity: &ActivityReport<'_>) -> ActivityDoc
         own: milliseconds(window.own),
         length: milliseconds(window.length),
     });
+    let assumed = activity.assumed.iter();
+    let assumed =
+        assumed.map(|(codel, time)| AssumedDocument { codel: codel.clone(), time: milliseconds(*time) });
     ActivityDocument {
         instance: row.instance.to_string(),
         component: row.component_name.to_string(),
@@ -433,19 +495,24 @@ fn activity_document(query: Query, activity: &ActivityReport<'_>) -> ActivityDoc
         status: activity.verdict.name(),
         window,
         interference: interference.collect(),
-        assumed: activity.assumed.clone(),
+        assumed: assumed.collect(),
         reasons: activity.reasons.iter().map(|reason| reason.message.clone()).collect(),
     }
 }
 
 /// The report of each deployment of these workspaces at its own level, for `mauve check`.
-pub(super) fn tables(db: &Database, workspaces: &[Workspace]) -> Result<Vec<String>, String> {
-    let mut tables = Vec::new();
-    for (project, deployment) in deployments(db, workspaces, None)? {
+pub(super) fn at_shown_level<'db>(
+    db: &'db Database,
+    workspaces: &[Workspace],
+) -> Result<Vec<Deployed<'db>>, String> {
+    let deployed = |(project, deployment)| {
         let level = levels(db, project, None).first().copied().unwrap_or(Level::TEN_TO_MINUS_FOUR);
         let query = Query { level, method: mauve_timing::Method::Psm, horizon: None };
-        let reports = vec![(query, response_times(db, project, deployment, query))];
-        tables.push(table(db, &Deployed { project, deployment, reports }));
-    }
-    Ok(tables)
+        Deployed {
+            project,
+            deployment,
+            reports: vec![(query, response_times(db, project, deployment, query))],
+        }
+    };
+    Ok(deployments(db, workspaces, None)?.into_iter().map(deployed).collect())
 }

@@ -42,7 +42,8 @@ pub(super) fn report<'db>(
         Some(Budget { time: None, .. }) => " — a deadline is missed even if it takes nothing".to_owned(),
         None => String::new(),
     };
-    let message = format!("{what}: {} not analysed{may}", list(&names));
+    let verb = if names.len() == 1 { "is" } else { "are" };
+    let message = format!("{what}: {} {verb} not analysed{may}", enumerated(&names));
     let diagnostic = Diagnostic::new(&MISSING_TIME, Place::name_of(missing.codel), message);
     users.iter().fold(diagnostic, |it, (name, at)| it.related(at.clone(), format!("{name} executes it")))
 }
@@ -54,12 +55,4 @@ pub(super) fn no_table<'db>(at: Place<'db>, codels: usize) -> Diagnostic<'db> {
          (`[timing] tables = [\"timing/*.toml\"]`)"
     );
     Diagnostic::new(&MISSING_TIME, at, message)
-}
-
-fn list(names: &[&str]) -> String {
-    match names {
-        [one] => format!("{one} is"),
-        [rest @ .., last] => format!("{} and {last} are", rest.join(", ")),
-        [] => "nothing is".to_owned(),
-    }
 }

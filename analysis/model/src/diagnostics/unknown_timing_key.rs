@@ -27,9 +27,8 @@ pub(crate) fn report<'db>(at: Place<'db>, kind: Kind, key: &str, near: Option<Na
     Diagnostic::new(&UNKNOWN_TIMING_KEY, at, format!("no {kind} `{key}`{}", mean(near)))
 }
 
-pub(crate) fn of_program<'db>(at: Place<'db>, key: &str, component: &str, near: Option<Name>) -> Diagnostic<'db> {
-    let message = format!("`{key}` means no program of {component}, or several{}", mean(near));
-    Diagnostic::new(&UNKNOWN_TIMING_KEY, at, message)
+pub(crate) fn of_program<'db>(at: Place<'db>, why: &str, near: Option<Name>) -> Diagnostic<'db> {
+    Diagnostic::new(&UNKNOWN_TIMING_KEY, at, format!("{why}{}", mean(near)))
 }
 
 fn mean(near: Option<Name>) -> String {
