@@ -2,7 +2,7 @@
 //!
 //! Times are not known here, so that a changed table re-runs none of this, and a changed program only its own core.
 
-use rustc_hash::FxHashSet;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
 use crate::diagnostics::{self, Diagnostic};
@@ -102,10 +102,20 @@ pub fn behaviour_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'
     let Some(data) = core(db, of) else { return Behaviour::default() };
     let names = names_of(db, project);
     let shell = names.resolve_type(db, of, Kind::Shell, data.shell.as_ref());
-    let none = Features::default();
+    // What an unknown shell provides may be called.
+    let none = Features { lost: true, ..Features::default() };
     let features = shell.as_ref().map_or(&none, |&shell| features_of(db, project, shell));
-    let mut reader =
-        Reader { db, of, names, features, core: data, scope: Vec::new(), found: Behaviour::default() };
+    let mut reader = Reader {
+        db,
+        of,
+        names,
+        features,
+        core: data,
+        states: FxHashMap::default(),
+        methods: FxHashMap::default(),
+        scope: Vec::new(),
+        found: Behaviour::default(),
+    };
     if let Err(unresolved) = &shell {
         let ty = data.shell.as_ref();
         reader.found.diagnostics.extend(diagnostics::unresolved_type(
@@ -133,6 +143,10 @@ struct Reader<'a, 'db> {
     names: &'db Names<'db>,
     features: &'a Features<'db>,
     core: &'db Core,
+    /// The first state of each name.
+    states: FxHashMap<&'db Name, usize>,
+    /// The programs of the methods that have been read.
+    methods: FxHashMap<(&'db Name, MethodKind), usize>,
     /// The variables in scope, innermost last.
     scope: Vec<Name>,
     found: Behaviour<'db>,
@@ -298,6 +312,9 @@ impl<'db> Reader<'_, 'db> {
                 return;
             }
         };
+        for (index, state) in machine.states.iter().enumerate() {
+            self.states.entry(&state.name.name).or_insert(index);
+        }
         let mut edges = Vec::new();
         for index in 0..machine.states.len() {
             self.state(machine, index, &mut edges);
@@ -374,13 +391,14 @@ impl<'db> Reader<'_, 'db> {
 
     /// The index of a method's program, read when it is first met.
     fn method(&mut self, state: &'db State, kind: MethodKind) -> Option<usize> {
-        let key = format!("{}.{}", state.name.name, kind.keyword());
         let method = state.methods.iter().find(|method| method.kind == kind)?;
-        if let Some(known) = self.found.programs.iter().position(|program| program.key == key) {
+        let name = &state.name.name;
+        if let Some(&known) = self.methods.get(&(name, kind)) {
             return Some(known);
         }
         let cost = self.program(&method.program);
-        self.found.programs.push(TimedProgram { key, cost });
+        self.methods.insert((name, kind), self.found.programs.len());
+        self.found.programs.push(TimedProgram { key: format!("{name}.{}", kind.keyword()), cost });
         Some(self.found.programs.len() - 1)
     }
 
@@ -389,7 +407,7 @@ impl<'db> Reader<'_, 'db> {
             self.refuse_here("a transition has a syntax error");
             return None;
         };
-        let found = machine.states.iter().position(|state| state.name.name == target.name);
+        let found = self.states.get(&target.name).copied();
         if found.is_none() {
             let near = similar(&target.name, machine.states.iter().map(|state| &state.name.name));
             let at = self.at(target.part);
@@ -406,7 +424,10 @@ impl<'db> Reader<'_, 'db> {
             if std::mem::replace(&mut reached[state], true) {
                 continue;
             }
-            open.extend(edges.iter().filter(|edge| edge.source == state).map(|edge| edge.target));
+            // They come in the order of their sources.
+            let first = edges.partition_point(|edge| edge.source < state);
+            let out = edges.iter().skip(first).take_while(|edge| edge.source == state);
+            open.extend(out.map(|edge| edge.target));
         }
         let mut number = vec![0; machine.states.len()];
         for (index, state) in machine.states.iter().enumerate().filter(|(index, _)| reached[*index]) {
@@ -533,6 +554,10 @@ impl<'db> Reader<'_, 'db> {
             Err(Unresolved::Lost) if is_built_in(name) && !without_arguments => {}
             Err(Unresolved::Lost) => {
                 self.refuse_here(&format!("`{name}` may be declared by something that is missing"));
+            }
+            // One mistake: the shell that may declare it is reported.
+            Err(_) if self.features.lost => {
+                self.refuse_here(&format!("`{name}` may be an operation of its shell, which has an error"));
             }
             Err(_) => {
                 let near = self.names.similar(self.db, Kind::Codel, name);

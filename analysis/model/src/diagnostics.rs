@@ -8,7 +8,7 @@ use rustc_hash::FxHashMap;
 
 use crate::behaviour::behaviour_of;
 use crate::flat::{check_architecture, check_settings};
-use crate::item_tree::{Expr, Field, Kind, Literal, Name, NameRef, TypeRef};
+use crate::item_tree::{Expr, FeatureKind, Field, Kind, Literal, Name, NameRef, TypeRef};
 use crate::names::{FeatureOf, Names, Unresolved, features_of, names_of};
 use crate::project::{
     Project, config_file, config_of, include_candidates, include_rings, includes, project_files, projects,

@@ -229,9 +229,13 @@ fn endpoint<'db>(
     if features.lost || features.get(&feature.name).is_some_and(|found| fits(found.kind)) {
         return None;
     }
+    let at = Place::Part(of, feature.part);
+    if let Some(other) = features.get(&feature.name) {
+        let of_shell = (other.kind, shell.name(db).as_str());
+        return Some(diagnostics::unresolved_feature::another_kind(at, what, &feature.name, name, of_shell));
+    }
     let fitting = features.by_name.iter().filter(|(_, found)| found.iter().any(|it| fits(it.kind)));
     let near = similar(&feature.name, fitting.map(|(name, _)| name));
-    let at = Place::Part(of, feature.part);
     Some(diagnostics::unresolved_feature::report(at, what, &feature.name, name, shell.name(db), near))
 }
 

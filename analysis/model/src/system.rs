@@ -214,7 +214,7 @@ impl<'db> Reader<'db> {
         for field in &activity.fields {
             self.field(&mut row, &mut fields, field);
         }
-        if !activity.whole {
+        if !activity.whole && row.refusals.is_empty() {
             row.refusals.push(Refusal::reported("its activity has a syntax error", at.clone()));
         }
         // A field that was lost may be any of those that are missing.
@@ -228,7 +228,6 @@ impl<'db> Reader<'db> {
             (row.priority, row.cpus) = (Priority::Unknown, None);
         }
         if row.priority == Priority::Unknown {
-            let refusal = Refusal::reported("it has no priority", at.clone());
             if fields.priority.is_none() && !lost {
                 self.found.diagnostics.push(diagnostics::missing_field::report(
                     at.clone(),
@@ -236,7 +235,10 @@ impl<'db> Reader<'db> {
                     "priority",
                 ));
             }
-            row.refusals.push(refusal);
+            // Where it has one, why that cannot be used is said already.
+            if fields.priority.is_none() || row.refusals.is_empty() {
+                row.refusals.push(Refusal::reported("it has no priority", at.clone()));
+            }
         } else if row.priority != Priority::Background && row.period.is_none() {
             if fields.period.is_none() && !lost {
                 self.found.diagnostics.push(diagnostics::missing_field::report(
@@ -245,7 +247,9 @@ impl<'db> Reader<'db> {
                     "period",
                 ));
             }
-            row.refusals.push(Refusal::reported("it has no period", at.clone()));
+            if fields.period.is_none() || row.refusals.is_empty() {
+                row.refusals.push(Refusal::reported("it has no period", at.clone()));
+            }
         }
         match (fields.deadline, row.deadline) {
             (None, _) => row.deadline = row.period,

@@ -112,19 +112,19 @@ fn a_broken_field_takes_what_it_may_delay_with_it() {
     check(
         &activities(FINE.0, "priority = 2 period = 0", FINE.2),
         expect![[r#"
-        a met 1 ms
-        b not-analysed: its period cannot be used; it has no period
-        c not-analysed: b may delay it, and is not analysed
-    "#]],
+            a met 1 ms
+            b not-analysed: its period cannot be used
+            c not-analysed: b may delay it, and is not analysed
+        "#]],
     );
     // It is not known: it may be the most urgent.
     check(
         &activities(FINE.0, "priority = 100 period = 10", FINE.2),
         expect![[r#"
-        a not-analysed: b may delay it, and is not analysed
-        b not-analysed: its priority cannot be used; it has no priority
-        c not-analysed: b may delay it, and is not analysed
-    "#]],
+            a not-analysed: b may delay it, and is not analysed
+            b not-analysed: its priority cannot be used
+            c not-analysed: b may delay it, and is not analysed
+        "#]],
     );
     check(
         &activities(FINE.0, "priority = 2 period = 10 deadlin = 5", FINE.2),
@@ -137,10 +137,10 @@ fn a_broken_field_takes_what_it_may_delay_with_it() {
     check(
         &activities(FINE.0, "priority = 2 period = 10 period = 20", FINE.2),
         expect![[r#"
-        a met 1 ms
-        b not-analysed: a second period for `b`: remove one; it has no period
-        c not-analysed: b may delay it, and is not analysed
-    "#]],
+            a met 1 ms
+            b not-analysed: a second period for `b`: remove one
+            c not-analysed: b may delay it, and is not analysed
+        "#]],
     );
     check(
         &activities(FINE.0, "priority = 2 period = 10 deadline = 99999999999", FINE.2),
@@ -160,10 +160,10 @@ fn half_typed_activities() {
              activity b { priority = 2 period =
              activity c { priority = 1 period = 10 } }",
         expect![[r#"
-        a met 1 ms
-        b not-analysed: its period has a syntax error; its activity has a syntax error; it has no period
-        c not-analysed: b may delay it, and is not analysed
-    "#]],
+            a met 1 ms
+            b not-analysed: its period has a syntax error
+            c not-analysed: b may delay it, and is not analysed
+        "#]],
     );
     check(
         "deployment D { architecture A
@@ -185,6 +185,21 @@ fn half_typed_activities() {
         c not-analysed: deployment D has a syntax error: an activity may be missing in it; b may delay it, and is not analysed
         b not-analysed: it has no activity; deployment D has a syntax error: an activity may be missing in it
     "#]],
+    );
+}
+
+#[test]
+fn a_word_behind_a_value_may_be_a_unit_or_a_lost_field() {
+    check(
+        "deployment D { architecture A
+             activity a { priority = 3 period = 10 affinity }
+             activity b { priority = 2 period = 10 affinity = 2 }
+             activity c { priority = 1 period = 10 ms } }",
+        expect![[r#"
+            a not-analysed: its period has a syntax error
+            b not-analysed: a may delay it, and is not analysed
+            c not-analysed: its period has a syntax error; a may delay it, and is not analysed
+        "#]],
     );
 }
 

@@ -48,6 +48,8 @@ fn activity(p: &mut Parser<'_>) {
 }
 
 /// `word = expression`: which words mean something, and what values, is checked where the names are.
+// test_err units
+// deployment D { architecture A  activity a { period = 10 ms priority = 3 deadline = 5.5 ms } }
 fn field(p: &mut Parser<'_>) {
     if !p.current().is_word() {
         unknown(p, "`affinity`, `priority`, `period` or `deadline`", List::Activity);
@@ -58,8 +60,14 @@ fn field(p: &mut Parser<'_>) {
     let name = p.start();
     p.bump_as(IDENT);
     name.complete(p, NAME_REF);
-    if p.expect(EQ) {
+    let has_value = p.expect(EQ);
+    if has_value {
         expression(p);
     }
     m.complete(p, FIELD);
+    // A unit, or the name of a half-typed field: the activity has lost something.
+    if has_value && p.current().is_word() && p.nth(1) != EQ && !p.begins_line() {
+        let message = "expected a field such as `period = 100`; times are milliseconds, without a unit";
+        p.skip(message, |_| true);
+    }
 }

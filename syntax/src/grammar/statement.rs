@@ -73,6 +73,7 @@ pub(super) fn starts_expression(kind: SyntaxKind) -> bool {
 //   y = 2;
 //   if a then { } else
 //   z = 3;
+//   if b { g(); } else { }
 // } }
 fn if_(p: &mut Parser<'_>) {
     let m = p.start();
@@ -83,7 +84,8 @@ fn if_(p: &mut Parser<'_>) {
     }
     p.bump();
     expression(p);
-    if p.expect(THEN_KW) {
+    // A forgotten `then` is one mistake: the block is there.
+    if p.expect(THEN_KW) || p.at(L_CURLY) {
         block(p);
         if p.at(ELSE_KW) && !matches!(p.nth(1), EQ | L_PAREN) {
             else_(p);

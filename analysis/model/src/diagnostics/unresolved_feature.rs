@@ -16,6 +16,8 @@
 //!   property front.rate = 3
 //! }
 //! ```
+//!
+//! Ports are connected by `connection`, operations by `operation`; values are given by `property` and `constant`.
 
 use super::*;
 
@@ -31,4 +33,24 @@ pub(crate) fn report<'db>(
 ) -> Diagnostic<'db> {
     let message = format!("no {what} `{name}` in {shell}, the shell of {instance}");
     Diagnostic::new(&UNRESOLVED_FEATURE, at.clone(), message).did_you_mean(at, near)
+}
+
+/// A connection to an operation, say.
+pub(crate) fn another_kind<'db>(
+    at: Place<'db>,
+    what: &str,
+    name: &str,
+    instance: &str,
+    (kind, shell): (FeatureKind, &str),
+) -> Diagnostic<'db> {
+    let (is, write) = match kind {
+        FeatureKind::Input => ("an input port", "`connection a.output -> b.input`"),
+        FeatureKind::Output => ("an output port", "`connection a.output -> b.input`"),
+        FeatureKind::Required => ("a required operation", "`operation a.provided -> b.required`"),
+        FeatureKind::Provided => ("a provided operation", "`operation a.provided -> b.required`"),
+        FeatureKind::Constant => ("a constant", "`constant a.name = value`"),
+        FeatureKind::Property => ("a property", "`property a.name = value`"),
+    };
+    let message = format!("`{name}` is {is} of {shell}, the shell of {instance}, not a {what}: write {write}");
+    Diagnostic::new(&UNRESOLVED_FEATURE, at, message)
 }
