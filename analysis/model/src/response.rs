@@ -3,7 +3,7 @@
 use rustc_hash::FxHashSet;
 
 use mauve_timing::{
-    Bound, Demand, Level, Method, Options, StateMachine, Status, Task, Time, Utilisation, Window,
+    Bound, CycleMean, Demand, Level, Method, Options, StateMachine, Status, Task, Time, Utilisation, Window,
     response_times as analyse,
 };
 
@@ -168,6 +168,7 @@ fn report<'db>(
     let analysis = analyse(&tasks, &options, &|| db.unwind_if_revision_cancelled());
 
     let mut activities: Vec<ActivityReport<'db>> = system.rows.iter().map(background).collect();
+    let mut shares = None;
     for ((&index, response), task) in row_of.iter().zip(&analysis.responses).zip(&tasks) {
         let (Some(activity), Some(row)) = (activities.get_mut(index), system.rows.get(index)) else {
             continue;
@@ -211,9 +212,11 @@ fn report<'db>(
         match &response.bound {
             Bound::Response(time) => activity.response = Some(*time),
             Bound::Unbounded { cpu } => {
-                let asked = utilisation_above(&tasks, task, query.method).as_f64() * 100.0;
-                let cpu = cpu_names(1 << cpu);
-                let why = format!("{cpu} is asked for {asked:.1} % by it and what is as urgent");
+                let shares = shares.get_or_insert_with(|| shares_of(&tasks, query.method));
+                let asked = utilisation_above(&tasks, shares, task) * 100.0;
+                // Rounded, a slight overload is none.
+                let asked = if asked < 100.05 { "more than 100".to_owned() } else { format!("{asked:.1}") };
+                let why = format!("it and what is as urgent ask for {asked} % of {}", cpu_names(1 << cpu));
                 activity.reasons.push(Refusal::reported(why, row.at.clone()));
             }
             Bound::NoBound(why) => {
@@ -328,20 +331,26 @@ fn background<'db>(row: &Row<'db>) -> ActivityReport<'db> {
     }
 }
 
-/// What a task and those at least as urgent ask of its CPU.
-fn utilisation_above(tasks: &[Task], of: &Task, method: Method) -> Utilisation {
-    let above = tasks.iter().filter(|task| task.priority >= of.priority && task.cpus & of.cpus != 0);
-    Utilisation::new(above.filter_map(|task| {
-        let Demand::Machine { machine, whole } = &task.demand else { return None };
-        let mean = match (method, whole) {
-            (Method::Psm, _) => machine.greatest_cycle_mean(),
-            (Method::Classic, whole) => {
-                let cost = machine.greatest_cost().max(whole.unwrap_or_default());
-                StateMachine::single(cost).greatest_cycle_mean()
+/// The share of a CPU that each task asks for in the long run, for a message: the analysis itself compares exactly.
+fn shares_of(tasks: &[Task], method: Method) -> Vec<f64> {
+    let share = |task: &Task| {
+        let Demand::Machine { machine, whole } = &task.demand else { return 0.0 };
+        let mean = match method {
+            Method::Psm => machine.greatest_cycle_mean(),
+            Method::Classic => {
+                CycleMean { cost: machine.greatest_cost().max(whole.unwrap_or_default()), length: 1 }
             }
         };
-        Some((mean, task.period))
-    }))
+        Utilisation::new([(mean, task.period)]).as_f64()
+    };
+    tasks.iter().map(share).collect()
+}
+
+/// What a task and those at least as urgent ask of its CPU.
+fn utilisation_above(tasks: &[Task], shares: &[f64], of: &Task) -> f64 {
+    let above =
+        tasks.iter().zip(shares).filter(|(task, _)| task.priority >= of.priority && task.cpus & of.cpus != 0);
+    above.map(|(_, share)| share).sum()
 }
 
 /// With more codels without a time than this, what one may take if all others take nothing says little, and each costs

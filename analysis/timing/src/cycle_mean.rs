@@ -26,7 +26,10 @@ const NONE: u32 = u32::MAX;
 ///
 /// i128 suffices: costs times states fit 64 bits (checked when a machine is made), L and the number of edges of a
 /// path fit 24 each.
-pub(crate) fn greatest(successors: &Adjacency) -> CycleMean {
+///
+/// There is no counted budget: whether a CPU is overloaded is always known. `interrupt` is called once a pass over the
+/// edges.
+pub(crate) fn greatest(successors: &Adjacency, interrupt: &dyn Fn()) -> CycleMean {
     let states = successors.states();
     let mut policy = Policy::greedy(successors);
     let mut potential = vec![0i128; states];
@@ -45,6 +48,7 @@ pub(crate) fn greatest(successors: &Adjacency) -> CycleMean {
             potential[state as usize] = length * i128::from(edge_cost) - cost + potential[next as usize];
         }
         best = loop {
+            interrupt();
             let mut has_changed = false;
             for state in 0..states {
                 let mut greatest = potential[state];

@@ -117,7 +117,7 @@ impl StateMachine {
         if self.repeats(greatest) {
             return CycleMean { cost: greatest, length: 1 };
         }
-        cycle_mean::greatest(&Adjacency::successors(self))
+        cycle_mean::greatest(&Adjacency::successors(self), &|| ())
     }
 
     /// Whether an edge of `cost` can be taken in every period.

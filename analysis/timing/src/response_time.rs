@@ -249,7 +249,7 @@ impl<'a> Walk<'a> {
                     (Curve::Linear(cost.as_nanos()), StateMachine::single(cost).greatest_cycle_mean())
                 }
                 Method::Psm => {
-                    let mut bound = TraceBound::new(machine);
+                    let mut bound = TraceBound::interruptible(machine, interrupt);
                     let mean = bound.greatest_cycle_mean();
                     (Curve::Trace(Box::new(bound)), mean)
                 }

@@ -29,6 +29,7 @@ use crate::{CycleMean, StateMachine, Time};
 /// ```
 pub struct TraceBound<'a> {
     machine: &'a StateMachine,
+    interrupt: &'a dyn Fn(),
     greatest: u64,
     /// An edge of the greatest cost can be taken in every period: M(n) = n × greatest.
     greatest_repeats: bool,
@@ -40,6 +41,8 @@ pub struct TraceBound<'a> {
 
 /// The steps that a bound may take, counted in edges and states: some 50 ms, and 10 MB.
 const BUDGET: u64 = 1 << 24;
+/// How many of them are taken between two looks at whether to go on: some 200 µs.
+const INTERRUPT_EACH: u64 = 1 << 16;
 /// The first n at which a period is looked for.
 const FIRST_SEARCH: u64 = 64;
 /// The longest period that is looked for.
@@ -50,10 +53,23 @@ const LONGEST_HISTORY: usize = 1 << 20;
 impl<'a> TraceBound<'a> {
     /// The bound of `machine`. O(|E|); memory only once two periods are asked for.
     pub fn new(machine: &'a StateMachine) -> TraceBound<'a> {
+        TraceBound::interruptible(machine, &|| ())
+    }
+
+    /// The same, where `interrupt` is called now and then during long computations; it may unwind.
+    pub(crate) fn interruptible(machine: &'a StateMachine, interrupt: &'a dyn Fn()) -> TraceBound<'a> {
         let greatest = machine.greatest_cost();
         let greatest_repeats = machine.repeats(greatest);
         let greatest = greatest.as_nanos();
-        TraceBound { machine, greatest, greatest_repeats, totals: Vec::new(), recurrence: None, period: None }
+        TraceBound {
+            machine,
+            interrupt,
+            greatest,
+            greatest_repeats,
+            totals: Vec::new(),
+            recurrence: None,
+            period: None,
+        }
     }
 
     /// M(n), the greatest demand of `n` consecutive periods. M(0) is 0.
@@ -81,7 +97,8 @@ impl<'a> TraceBound<'a> {
         if self.greatest_repeats {
             return CycleMean { cost: Time::from_nanos(self.greatest), length: 1 };
         }
-        cycle_mean::greatest(&recurrence_of(&mut self.recurrence, self.machine).successors)
+        let recurrence = recurrence_of(&mut self.recurrence, self.machine);
+        cycle_mean::greatest(&recurrence.successors, self.interrupt)
     }
 
     /// (n₀, c) such that M(n + c) = M(n) + c·λ for every n ≥ n₀; `None` where no such pair is found within the budget.
@@ -108,7 +125,12 @@ impl<'a> TraceBound<'a> {
         if last.checked_add(self.greatest).is_none() {
             return Err(NoDemand::Overflow);
         }
+        // A step is too short to look each time.
+        let spent = recurrence.spent / INTERRUPT_EACH;
         self.totals.push(recurrence.step()?);
+        if recurrence.spent / INTERRUPT_EACH != spent {
+            (self.interrupt)();
+        }
         self.period = recurrence.look_for_period();
         Ok(())
     }
@@ -479,6 +501,18 @@ mod tests {
         assert_eq!(worst_trace(&machine, 4), Some(vec![0, 1, 3, 3]));
         assert_eq!(worst_trace(&machine, 0), Some(vec![]));
         assert_eq!(worst_trace(&machine, 10_001), None);
+    }
+
+    #[test]
+    fn a_long_computation_can_be_interrupted() {
+        let states = 1009;
+        let edges: Vec<(u32, u32, u64)> =
+            (0..states).map(|state| (state, (state + 1) % states, u64::from(state * state % 7))).collect();
+        let ring = machine(states, &edges);
+        let looks = std::cell::Cell::new(0);
+        let look = || looks.set(looks.get() + 1);
+        assert_eq!(TraceBound::interruptible(&ring, &look).demand(1 << 40), Err(NoDemand::Budget));
+        assert_eq!(looks.get(), BUDGET / INTERRUPT_EACH - 1);
     }
 
     proptest! {
