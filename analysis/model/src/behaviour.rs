@@ -160,7 +160,11 @@ impl<'db> Reader<'_, 'db> {
     /// The core is not analysed, because of what a diagnostic elsewhere in it says.
     fn refuse_here(&mut self, why: &str) {
         let message = format!("core {}: {why}", self.of.name(self.db));
-        self.found.refusals.push(Refusal::reported(message, Place::name_of(self.of)));
+        let refusal = Refusal::reported(message, Place::name_of(self.of));
+        // Said once, as far as anybody reads.
+        if !self.found.refusals.iter().take(64).any(|known| *known == refusal) {
+            self.found.refusals.push(refusal);
+        }
     }
 
     /// Reports a mistake that keeps the core from being analysed.
@@ -549,6 +553,7 @@ impl<'db> Reader<'_, 'db> {
             Err(Unresolved::Ambiguous) => {
                 self.refuse(diagnostics::ambiguous_name::report(at, Kind::Codel, name))
             }
+            Err(Unresolved::Repeated) => self.refuse_here(&format!("codel `{name}` is declared twice")),
             // A built-in function has arguments: without any, a codel that is missing may be meant.
             Err(Unresolved::Unknown) if is_built_in(name) => {}
             Err(Unresolved::Lost) if is_built_in(name) && !without_arguments => {}

@@ -194,7 +194,7 @@ pub(crate) fn unresolved_type<'db>(
     let near = match why {
         Unresolved::Unknown => names.similar(db, kind, ty.path.last().map_or("", |name| name.as_str())),
         Unresolved::Ambiguous => return Some(ambiguous_name::report(at, kind, &ty.to_string())),
-        Unresolved::Missing | Unresolved::Lost => return None,
+        Unresolved::Repeated | Unresolved::Missing | Unresolved::Lost => return None,
     };
     let code = match kind {
         Kind::Core => &unresolved_core::UNRESOLVED_CORE,

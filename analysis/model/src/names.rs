@@ -70,10 +70,11 @@ pub enum Unresolved {
     Unknown,
     /// Several libraries have it.
     Ambiguous,
+    /// One library has it twice. That is reported already, where the second stands.
+    Repeated,
     /// The name itself is missing; that is reported already.
     Missing,
-    /// It may be declared by what is missing: a file, or the name of a declaration; or it is declared twice. That is
-    /// reported already.
+    /// It may be declared by what is missing: a file, or the name of a declaration. That is reported already.
     Lost,
 }
 
@@ -126,9 +127,8 @@ impl<'db> Names<'db> {
             [decl] => Ok(*decl),
             [] if path.is_empty() || path.iter().any(|part| part.is_empty()) => Err(Unresolved::Missing),
             [] => Err(Unresolved::Unknown),
-            // Two declarations of one library: that is reported where the second stands.
             [first, rest @ ..] if rest.iter().all(|it| it.library(db) == first.library(db)) => {
-                Err(Unresolved::Lost)
+                Err(Unresolved::Repeated)
             }
             _ => Err(Unresolved::Ambiguous),
         }

@@ -189,6 +189,19 @@ fn half_typed_activities() {
 }
 
 #[test]
+fn a_codel_that_is_declared_twice_is_no_built_in_function() {
+    let deployment = "deployment D { architecture A  activity a { priority = 1 period = 10 } }";
+    let robot = "codel read(in x: int): int\ncodel read(in y: int): int\nshell S { }\n\
+                 core K(S) { update = { read(1); read(2); } }\ncomponent C(S, K)\n\
+                 architecture A { instance a: C }\n";
+    let fixture = format!("{robot}{deployment}\n//- /mauve.toml\nassume.codel = \"5 ms\"\n");
+    expect![[r#"
+        a not-analysed: core K: codel `read` is declared twice
+    "#]]
+    .assert_eq(&verdicts(&fixture));
+}
+
+#[test]
 fn a_word_behind_a_value_may_be_a_unit_or_a_lost_field() {
     check(
         "deployment D { architecture A
