@@ -73,7 +73,7 @@ fn the_whole_analysis_fits_into_a_small_stack() {
     );
     let sum = format!("y = {}f();", "f() + ".repeat(200));
     let model = format!(
-        "codel f(): int\nshell S {{ }}\ncore K(S) {{ update = {{ {program} {sum} }} }}\ncomponent C(S, K)\n\
+        "codel f(): int\nshell S {{ }}\ncore K(S) {{ var x: int  var y: int  update = {{ {program} {sum} }} }}\ncomponent C(S, K)\n\
          architecture A {{ instance a: C }}\ndeployment D {{ architecture A  activity a {{ priority = 1 period = 999 }} }}\n"
     );
     let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "small-stack");

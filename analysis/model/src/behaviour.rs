@@ -7,8 +7,8 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use crate::ModelDb;
 use crate::diagnostics::{self, Diagnostic};
 use crate::item_tree::{
-    Core, Expr, FeatureKind, HookKind, Kind, Machine, MethodKind, Name, NameRef, Program, State, Statement,
-    Transition, Variable,
+    Core, Expr, FeatureKind, HookKind, Kind, Machine, MethodKind, Name, NameRef, Part, Program, State,
+    Statement, Transition, Variable,
 };
 use crate::names::{Features, Names, Unresolved, features_of, names_of, similar};
 use crate::project::Project;
@@ -113,7 +113,8 @@ pub fn behaviour_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'
         core: data,
         states: FxHashMap::default(),
         methods: FxHashMap::default(),
-        scope: Vec::new(),
+        scope: Scope::default(),
+        variables_lost: !data.whole || data.machines.iter().any(|machine| !machine.whole),
         found: Behaviour::default(),
     };
     if let Err(unresolved) = &shell {
@@ -147,13 +148,41 @@ struct Reader<'a, 'db> {
     states: FxHashMap<&'db Name, usize>,
     /// The programs of the methods that have been read.
     methods: FxHashMap<(&'db Name, MethodKind), usize>,
-    /// The variables in scope, innermost last.
-    scope: Vec<Name>,
+    scope: Scope,
+    /// May the declaration of a variable have been lost, in the core or in the program that is being read?
+    variables_lost: bool,
     found: Behaviour<'db>,
 }
 
+/// The variables in scope, innermost last.
+#[derive(Default)]
+struct Scope {
+    names: Vec<Name>,
+    /// How many of each name there are.
+    counts: FxHashMap<Name, usize>,
+}
+
+impl Scope {
+    fn push(&mut self, name: &Name) {
+        self.names.push(name.clone());
+        *self.counts.entry(name.clone()).or_default() += 1;
+    }
+
+    fn truncate(&mut self, depth: usize) {
+        for name in self.names.drain(depth..) {
+            if let Some(count) = self.counts.get_mut(&name) {
+                *count -= 1;
+            }
+        }
+    }
+
+    fn contains(&self, name: &Name) -> bool {
+        self.counts.get(name).is_some_and(|count| *count > 0)
+    }
+}
+
 impl<'db> Reader<'_, 'db> {
-    fn at(&self, part: crate::item_tree::Part) -> Place<'db> {
+    fn at(&self, part: Part) -> Place<'db> {
         Place::Part(self.of, part)
     }
 
@@ -175,8 +204,10 @@ impl<'db> Reader<'_, 'db> {
     }
 
     fn read(&mut self) {
-        self.scope = self.core.variables.iter().map(|variable| variable.name.name.clone()).collect();
+        self.core.variables.iter().for_each(|variable| self.scope.push(&variable.name.name));
+        self.core.handlers.iter().for_each(|handler| self.scope.push(&handler.name));
         self.duplicates_of_core();
+        self.initial_values(&self.core.variables);
         self.operations();
         self.hooks();
         match (self.core.machines.as_slice(), self.update()) {
@@ -240,10 +271,19 @@ impl<'db> Reader<'_, 'db> {
         }
     }
 
+    /// What variables begin with is computed once: their calls are looked at, their times count nothing.
+    fn initial_values(&mut self, variables: &[Variable]) {
+        let refusals = self.found.refusals.len();
+        for value in variables.iter().filter_map(|variable| variable.value.as_ref()) {
+            self.expr(value, &mut Vec::new());
+        }
+        self.found.refusals.truncate(refusals);
+    }
+
     fn operations(&mut self) {
         for operation in &self.core.operations {
-            let depth = self.scope.len();
-            self.scope.extend(operation.parameters.iter().map(|parameter| parameter.name.name.clone()));
+            let depth = self.scope.names.len();
+            operation.parameters.iter().for_each(|parameter| self.scope.push(&parameter.name.name));
             // An operation that cannot be read refuses whoever calls it, and the core is refused for all of them: it
             // executes in the core's own thread.
             let cost = self.program(&operation.program);
@@ -291,7 +331,8 @@ impl<'db> Reader<'_, 'db> {
         if !machine.whole || machine.states.iter().any(|state| !state.whole) {
             self.refuse_here("its state machine has a syntax error");
         }
-        self.scope.extend(machine.variables.iter().map(|variable| variable.name.name.clone()));
+        machine.variables.iter().for_each(|variable| self.scope.push(&variable.name.name));
+        self.initial_values(&machine.variables);
         let variables = machine.variables.iter().map(|it| (&it.name, "variable"));
         let found = diagnostics::duplicate_definition::among(self.of, variables);
         self.found.diagnostics.extend(found);
@@ -450,11 +491,15 @@ impl<'db> Reader<'_, 'db> {
         if !program.whole {
             self.refuse_here("a program has a syntax error");
         }
-        self.block(&program.statements)
+        let variables_lost = self.variables_lost;
+        self.variables_lost |= !program.whole;
+        let cost = self.block(&program.statements);
+        self.variables_lost = variables_lost;
+        cost
     }
 
     fn block(&mut self, statements: &[Statement]) -> Cost<'db> {
-        let depth = self.scope.len();
+        let depth = self.scope.names.len();
         let mut costs = Vec::new();
         for statement in statements {
             self.statement(statement, &mut costs);
@@ -469,7 +514,7 @@ impl<'db> Reader<'_, 'db> {
                 if let Some(value) = value {
                     self.expr(value, costs);
                 }
-                self.scope.push(name.name.clone());
+                self.scope.push(&name.name);
             }
             Statement::If { condition, then, otherwise } => {
                 self.expr(condition, costs);
@@ -484,14 +529,27 @@ impl<'db> Reader<'_, 'db> {
                     self.expr(value, costs);
                 }
             }
-            Statement::Assign(_, value) | Statement::Expr(value) => self.expr(value, costs),
+            Statement::Assign(target, value) => {
+                self.name(target);
+                self.expr(value, costs);
+            }
+            Statement::Expr(value) => {
+                let refusals = self.found.refusals.len();
+                self.expr(value, costs);
+                // A call of which the name or the brackets were lost. (If it names a codel, that is said already.)
+                if let Some(part) = of_no_call(value).filter(|_| refusals == self.found.refusals.len()) {
+                    let at = self.at(part);
+                    self.refuse(diagnostics::no_effect::report(at));
+                }
+            }
         }
     }
 
     /// Both sides of `&&` and `||` count: the worst path evaluates them.
     fn expr(&mut self, expr: &Expr, costs: &mut Vec<Cost<'db>>) {
         match expr {
-            Expr::Missing | Expr::Literal(..) | Expr::Name(_) => {}
+            Expr::Missing | Expr::Literal(..) => {}
+            Expr::Name(name) => self.name(name),
             Expr::Unary(_, inner) => self.expr(inner, costs),
             Expr::Binary(_, lhs, rhs) => {
                 // Sums are left-deep: the loop keeps the recursion to the right.
@@ -507,16 +565,75 @@ impl<'db> Reader<'_, 'db> {
                 }
             }
             Expr::Call { callee, arguments } => {
-                for argument in arguments {
+                // The port, operation or handler of a built-in function is no value.
+                let built_in = self.is_built_in_call(callee, arguments);
+                for argument in arguments.iter().skip(usize::from(built_in)) {
                     self.expr(argument, costs);
                 }
-                costs.extend(self.call(callee, arguments.is_empty()));
+                costs.extend(self.call(callee, built_in));
+            }
+        }
+    }
+
+    /// Is this `read(port, …)`, `write(port, …)`, `status(port)`, `send(operation, …)` or `collect(handler, …)`? These
+    /// cost nothing: ports are lock-free (paper, Property 2). What they are called with tells them from a codel of that
+    /// name, which may be missing.
+    fn is_built_in_call(&self, callee: &NameRef, arguments: &[Expr]) -> bool {
+        let Some(Expr::Name(first)) = arguments.first() else { return false };
+        if callee.name == "collect" {
+            return self.core.handlers.iter().any(|handler| handler.name == first.name);
+        }
+        if self.scope.contains(&first.name) {
+            return false;
+        }
+        let kind = self.features.get(&first.name).map(|feature| feature.kind);
+        match callee.name.as_str() {
+            "read" | "write" | "status" => {
+                matches!(kind, Some(FeatureKind::Input | FeatureKind::Output))
+            }
+            "send" => kind == Some(FeatureKind::Required),
+            _ => false,
+        }
+    }
+
+    /// A name that stands for a value, or is assigned one. One that means something else may be a call that lost its
+    /// brackets.
+    fn name(&mut self, name: &NameRef) {
+        let NameRef { name, part } = name;
+        // Variables of the machine are seen in its programs only; elsewhere they cost nothing either.
+        let mut of_machines = self.core.machines.iter().flat_map(|machine| &machine.variables);
+        if name.is_empty()
+            || self.scope.contains(name)
+            || of_machines.any(|variable| variable.name.name == *name)
+        {
+            return;
+        }
+        let at = self.at(*part);
+        if let Some(feature) = self.features.get(name) {
+            if matches!(feature.kind, FeatureKind::Provided | FeatureKind::Required) {
+                self.refuse(diagnostics::unresolved_variable::not_called(at, name, "an operation"));
+            }
+            return;
+        }
+        let library = self.of.library(self.db).as_ref();
+        match self.names.resolve(self.db, library, Kind::Codel, std::slice::from_ref(name)) {
+            Ok(_) | Err(Unresolved::Ambiguous | Unresolved::Repeated) => {
+                self.refuse(diagnostics::unresolved_variable::not_called(at, name, "a codel"));
+            }
+            // One mistake: the error that may hide its declaration is reported.
+            Err(_) if self.features.lost || self.variables_lost => {
+                self.refuse_here(&format!("`{name}` may be declared where there is an error"));
+            }
+            Err(_) => {
+                let known = self.scope.names.iter().chain(self.features.by_name.keys());
+                let near = similar(name, known);
+                self.refuse(diagnostics::unresolved_variable::report(at, name, near));
             }
         }
     }
 
     /// What a call costs: a codel, an operation of one's own, or nothing.
-    fn call(&mut self, callee: &NameRef, without_arguments: bool) -> Option<Cost<'db>> {
+    fn call(&mut self, callee: &NameRef, built_in: bool) -> Option<Cost<'db>> {
         let name = &callee.name;
         let at = self.at(callee.part);
         if self.scope.contains(name) {
@@ -554,9 +671,7 @@ impl<'db> Reader<'_, 'db> {
                 self.refuse(diagnostics::ambiguous_name::report(at, Kind::Codel, name))
             }
             Err(Unresolved::Repeated) => self.refuse_here(&format!("codel `{name}` is declared twice")),
-            // A built-in function has arguments: without any, a codel that is missing may be meant.
-            Err(Unresolved::Unknown) if is_built_in(name) => {}
-            Err(Unresolved::Lost) if is_built_in(name) && !without_arguments => {}
+            Err(_) if built_in => {}
             Err(Unresolved::Lost) => {
                 self.refuse_here(&format!("`{name}` may be declared by something that is missing"));
             }
@@ -565,17 +680,33 @@ impl<'db> Reader<'_, 'db> {
                 self.refuse_here(&format!("`{name}` may be an operation of its shell, which has an error"));
             }
             Err(_) => {
-                let near = self.names.similar(self.db, Kind::Codel, name);
-                self.refuse(diagnostics::unresolved_codel::report(at, name, near));
+                let report = match name.as_str() {
+                    "read" => diagnostics::unresolved_codel::built_in(at, "read(port, variable)"),
+                    "write" => diagnostics::unresolved_codel::built_in(at, "write(port, value)"),
+                    "status" => diagnostics::unresolved_codel::built_in(at, "status(port)"),
+                    "send" => diagnostics::unresolved_codel::built_in(at, "send(operation, …)"),
+                    "collect" => diagnostics::unresolved_codel::built_in(at, "collect(handler, …)"),
+                    _ => {
+                        let near = self.names.similar(self.db, Kind::Codel, name);
+                        diagnostics::unresolved_codel::report(at, name, near)
+                    }
+                };
+                self.refuse(report);
             }
         }
         None
     }
 }
 
-/// Is this one of the functions that every program has? They cost nothing: ports are lock-free (paper, Property 2).
-pub(crate) fn is_built_in(name: &str) -> bool {
-    matches!(name, "read" | "write" | "status" | "send" | "collect")
+/// Where an expression without any call stands. (One that is missing is a syntax error.)
+fn of_no_call(expr: &Expr) -> Option<Part> {
+    match expr {
+        Expr::Missing | Expr::Call { .. } => None,
+        Expr::Literal(_, part) => Some(*part),
+        Expr::Name(name) => Some(name.part),
+        Expr::Unary(_, inner) => of_no_call(inner),
+        Expr::Binary(_, lhs, rhs) => of_no_call(rhs).and(of_no_call(lhs)),
+    }
 }
 
 pub(crate) fn operations_in(cost: &Cost<'_>) -> Vec<usize> {

@@ -129,7 +129,10 @@ codes! {
     unresolved_architecture::UNRESOLVED_ARCHITECTURE;
     unresolved_instance::UNRESOLVED_INSTANCE;
     unresolved_feature::UNRESOLVED_FEATURE;
+    connection_direction::CONNECTION_DIRECTION;
     unresolved_codel::UNRESOLVED_CODEL;
+    unresolved_variable::UNRESOLVED_VARIABLE;
+    no_effect::NO_EFFECT;
     unresolved_state::UNRESOLVED_STATE;
     ambiguous_name::AMBIGUOUS_NAME;
     duplicate_definition::DUPLICATE_DEFINITION;

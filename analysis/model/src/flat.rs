@@ -16,16 +16,14 @@ use crate::source::{Decl, Place, architecture, deployment};
 pub struct Flat<'db> {
     /// The instances, those of imported architectures first.
     pub instances: Vec<FlatInstance<'db>>,
-    /// The ends of the connections between operations: instance and feature.
-    pub operations: Vec<(Name, Option<Name>)>,
-    /// The ends of those between ports.
-    pub connections: Vec<(Name, Option<Name>)>,
+    /// The connections between ports and between operations, those whose ends are complete.
+    pub links: Vec<Link>,
     /// The number of the first instance of each name.
     by_name: FxHashMap<Name, usize>,
     /// Can an instance have been lost? Why.
     pub lost: Vec<Refusal<'db>>,
-    /// Can a connection between operations have been lost?
-    pub operations_lost: bool,
+    /// Can a connection have been lost, or an end of one?
+    pub links_lost: bool,
     /// Does it import itself, over others or directly?
     pub cycle: bool,
 }
@@ -35,6 +33,17 @@ impl<'db> Flat<'db> {
     pub fn instance(&self, name: &str) -> Option<&FlatInstance<'db>> {
         self.by_name.get(name).and_then(|&index| self.instances.get(index))
     }
+}
+
+/// A connection.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub struct Link {
+    /// Is it between operations, and not between ports?
+    pub operation: bool,
+    /// From where: instance and feature.
+    pub source: (Name, Name),
+    /// To where.
+    pub target: (Name, Name),
 }
 
 /// An instance of a component.
@@ -80,18 +89,16 @@ pub fn flat_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) 
                 }
             }
         }
-        for end in data.connections.iter().flat_map(|it| [&it.source, &it.target]).flatten() {
-            let feature = end.feature.as_ref().map(|feature| feature.name.clone());
-            flat.connections.push((end.instance.name.clone(), feature));
-        }
-        for operation in &data.operations {
-            for end in [&operation.source, &operation.target] {
-                match end {
-                    Some(end) => {
-                        let feature = end.feature.as_ref().map(|feature| feature.name.clone());
-                        flat.operations.push((end.instance.name.clone(), feature));
-                    }
-                    None => flat.operations_lost = true,
+        flat.links_lost |= !data.connections_whole;
+        for (operation, links) in [(false, &data.connections), (true, &data.operations)] {
+            for link in links {
+                let [source, target] = [&link.source, &link.target].map(|end| {
+                    let end = end.as_ref()?;
+                    Some((end.instance.name.clone(), end.feature.as_ref()?.name.clone()))
+                });
+                match source.zip(target) {
+                    Some((source, target)) => flat.links.push(Link { operation, source, target }),
+                    None => flat.links_lost = true,
                 }
             }
         }
@@ -168,15 +175,41 @@ pub(crate) fn check_architecture<'db>(
     if !flat.lost.is_empty() || flat.cycle {
         return found;
     }
-    let connections =
-        data.connections.iter().flat_map(|it| [&it.source, &it.target]).map(|end| (end, "port"));
-    let operations =
-        data.operations.iter().flat_map(|it| [&it.source, &it.target]).map(|end| (end, "operation"));
-    let settings = data.settings.iter().map(|it| (&it.endpoint, "property or constant"));
-    for (end, what) in connections.chain(operations).chain(settings) {
-        found.extend(end.as_ref().and_then(|end| endpoint(db, project, of, flat, of.name(db), end, what)));
+    let connections = data.connections.iter().map(|it| (it, "port"));
+    for (link, what) in connections.chain(data.operations.iter().map(|it| (it, "operation"))) {
+        let ends = [&link.source, &link.target].into_iter().flatten();
+        let wrong: Vec<_> =
+            ends.filter_map(|end| endpoint(db, project, of, flat, of.name(db), end, what)).collect();
+        match (wrong.is_empty(), &link.source, &link.target) {
+            (true, Some(source), Some(target)) => {
+                found.extend(direction(db, project, of, flat, [source, target], what));
+            }
+            _ => found.extend(wrong),
+        }
     }
+    let settings = data.settings.iter().filter_map(|it| it.endpoint.as_ref());
+    let what = "property or constant";
+    found.extend(settings.filter_map(|end| endpoint(db, project, of, flat, of.name(db), end, what)));
     found
+}
+
+/// Whether a connection, both ends of which are ports, or operations, goes the right way.
+fn direction<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    flat: &Flat<'db>,
+    ends: [&Endpoint; 2],
+    what: &str,
+) -> Option<Diagnostic<'db>> {
+    let [source, target] = ends.map(|end| {
+        let shell = shell_of(db, project, flat.instance(&end.instance.name)?.component?)?;
+        let feature = end.feature.as_ref()?;
+        let features = features_of(db, project, shell);
+        let found = features.get(&feature.name).filter(|_| !features.lost)?;
+        Some((found.kind, Place::Part(of, feature.part), feature.name.as_str(), end.instance.name.as_str()))
+    });
+    diagnostics::connection_direction::report(what, source?, target?)
 }
 
 /// The same for the settings of a deployment.

@@ -83,6 +83,11 @@ pub struct ItemTree {
     /// Is there more than a stray word between the declarations that fits nowhere, or a brace missing? Then a
     /// declaration may be lost, or stand in another library than it seems.
     pub scope_lost: bool,
+    /// What may be declared by text that is no declaration, or not a whole one: a name in a library, or any name.
+    /// Never found here, it must not be looked for elsewhere.
+    pub doubts: Vec<(Option<Name>, Option<Name>)>,
+    /// May a half-typed line be an include?
+    pub include_lost: bool,
 }
 
 /// A declaration, and how it is known from elsewhere.
@@ -493,6 +498,8 @@ pub struct Architecture {
     pub settings: Vec<Setting>,
     /// Can no instance have been lost?
     pub whole: bool,
+    /// Can no connection have been lost, nor an end of one?
+    pub connections_whole: bool,
 }
 
 /// `instance i: C`

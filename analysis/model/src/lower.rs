@@ -27,82 +27,88 @@ pub struct DeclarationMap {
     pub parts: Vec<TextRange>,
 }
 
-/// Reads a file's tree.
-pub(crate) fn lower(file: &ast::SourceFile) -> (ItemTree, SourceMap) {
+/// Reads a file's tree, `whole` where there is no error in it.
+pub(crate) fn lower(file: &ast::SourceFile, whole: bool) -> (ItemTree, SourceMap) {
     let mut lowering = Lowering::default();
     lowering.items(file.items(), None);
-    let libraries = file.items().filter_map(|item| match item {
-        ast::Item::Library(library) => Some(library),
-        _ => None,
-    });
-    lowering.tree.scope_lost =
-        loses_an_item(file.syntax()) || libraries.into_iter().any(|library| loses_an_item(library.syntax()));
+    if !whole {
+        lowering.doubts(file.syntax(), None);
+    }
     (lowering.tree, lowering.map)
 }
 
+/// What begins a declaration.
+const DECLARATIONS: [&str; 9] =
+    ["include", "library", "use", "codel", "shell", "core", "component", "architecture", "deployment"];
+
 /// May an item of the list that `node` is have been lost, or its end?
 ///
-/// What a user has typed so far is no item yet: a line that is the beginning of one of the list's keywords. Nor is a
-/// section that another tool knows. Anything else may be part of an item: of the one before it, or of one whose keyword
-/// was lost.
+/// In an architecture and a deployment, a line that is the beginning of a keyword is no item yet: were it one that lost
+/// the rest, then an instance would lack its activity, or an activity its instance, or an operation would be in doubt
+/// ([`Architecture::connections_whole`]). Anything else may be part of an item: of the one before it, or of one whose
+/// keyword was lost.
 fn loses_an_item(node: &SyntaxNode) -> bool {
     let keywords: &[&str] = match node.kind() {
-        SyntaxKind::SHELL => &["constant", "property", "input", "output", "require", "provide"],
-        SyntaxKind::CORE => {
-            &["var", "handler", "provide", "configure", "start", "update", "stop", "cleanup", "statemachine"]
-        }
-        SyntaxKind::STATE_MACHINE => &["var", "initial", "state"],
-        SyntaxKind::STATE => &["entry", "run", "handle", "exit", "transition"],
         SyntaxKind::ARCHITECTURE => {
             &["import", "instance", "connection", "operation", "property", "constant"]
         }
         SyntaxKind::DEPLOYMENT => &["architecture", "activity", "property", "constant"],
-        _ => &[
-            "include",
-            "library",
-            "use",
-            "codel",
-            "shell",
-            "core",
-            "component",
-            "architecture",
-            "deployment",
-        ],
+        _ => return has_error_child(node),
     };
-    let declarations = matches!(node.kind(), SyntaxKind::SOURCE_FILE | SyntaxKind::LIBRARY);
     let errors = node.children().filter(|child| child.kind() == SyntaxKind::ERROR);
     errors.into_iter().any(|error| {
-        let tokens = error.children_with_tokens().filter_map(mauve_syntax::NodeOrToken::into_token);
-        let tokens: Vec<SyntaxToken> = tokens.filter(|token| !token.kind().is_trivia()).collect();
-        let Some(word) = tokens.first() else { return true };
-        let before = word.prev_token().filter(|before| before.kind() == SyntaxKind::WHITESPACE);
-        let begins_line =
-            word.prev_token().is_none() || before.is_some_and(|it| it.text().contains(['\n', '\r']));
-        let harmless = match tokens.as_slice() {
-            [word] => keywords.iter().any(|keyword| keyword.starts_with(word.text())),
-            all => declarations && is_unknown_section(all, keywords),
-        };
-        !begins_line || !harmless
+        let tokens = tokens_of(&error);
+        let typed = |word: &SyntaxToken| keywords.iter().any(|keyword| keyword.starts_with(word.text()));
+        !matches!(tokens.as_slice(), [word] if begins_line(word) && typed(word))
     })
 }
 
-/// `word … { … }`, a section that another tool may know: not one whose word may be a misspelt keyword.
-fn is_unknown_section(tokens: &[SyntaxToken], keywords: &[&str]) -> bool {
-    let mut open = 0;
-    for (index, token) in tokens.iter().enumerate() {
-        match token.kind() {
-            SyntaxKind::L_CURLY => open += 1,
-            SyntaxKind::R_CURLY if open == 1 => {
-                let names: Vec<Name> = keywords.iter().map(|keyword| Name::from(*keyword)).collect();
-                let word = tokens.first().filter(|word| word.kind().is_word());
-                let is_last = index + 1 == tokens.len();
-                return is_last && word.is_some_and(|word| similar(word.text(), &names).is_none());
-            }
-            SyntaxKind::R_CURLY => open -= 1,
-            _ => {}
-        }
+/// The tokens right in `node` that are no trivia.
+fn tokens_of(node: &SyntaxNode) -> Vec<SyntaxToken> {
+    let tokens = node.children_with_tokens().filter_map(mauve_syntax::NodeOrToken::into_token);
+    tokens.filter(|token| !token.kind().is_trivia()).collect()
+}
+
+fn begins_line(word: &SyntaxToken) -> bool {
+    let before = word.prev_token();
+    let white = before.as_ref().filter(|before| before.kind() == SyntaxKind::WHITESPACE);
+    before.is_none() || white.is_some_and(|it| it.text().contains(['\n', '\r']))
+}
+
+/// The words before the first brace of `word … { … }`, a section that another tool may know: not one whose word may be
+/// a keyword that is misspelt or not all there.
+fn unknown_section(tokens: &[SyntaxToken]) -> Option<Vec<Name>> {
+    let word = tokens.first().filter(|word| word.kind().is_word())?;
+    let names: Vec<Name> = DECLARATIONS.map(Name::from).to_vec();
+    let is_cut = DECLARATIONS.iter().any(|keyword| keyword.starts_with(word.text()));
+    if is_cut || similar(word.text(), &names).is_some() {
+        return None;
     }
-    false
+    let mut open = 0;
+    let closed = tokens.iter().position(|token| {
+        open += i32::from(token.kind() == SyntaxKind::L_CURLY);
+        open -= i32::from(token.kind() == SyntaxKind::R_CURLY);
+        open == 0 && token.kind() == SyntaxKind::R_CURLY
+    });
+    let head = tokens.iter().take_while(|token| token.kind() != SyntaxKind::L_CURLY);
+    (closed? + 1 == tokens.len()).then(|| words(head))
+}
+
+fn words<'a>(tokens: impl Iterator<Item = &'a SyntaxToken>) -> Vec<Name> {
+    tokens.filter(|token| token.kind().is_word()).map(|token| token.text().into()).collect()
+}
+
+/// The names of declarations that an error in `declaration` may have taken: those behind the keyword of one; and any
+/// name, where its end is missing.
+fn swallowed(declaration: &SyntaxNode) -> Vec<Option<Name>> {
+    let closes = |child: mauve_syntax::SyntaxElement| child.kind() == SyntaxKind::R_CURLY;
+    if !declaration.children_with_tokens().any(closes) {
+        return vec![None];
+    }
+    let errors = declaration.descendants().filter(|node| node.kind() == SyntaxKind::ERROR);
+    let is_declaration = |token: &SyntaxToken| DECLARATIONS.contains(&token.text());
+    let taken = errors.map(|error| tokens_of(&error)).filter(|tokens| tokens.iter().any(is_declaration));
+    taken.flat_map(|tokens| words(tokens.iter())).map(Some).collect()
 }
 
 /// Was something lost right in `node`, rather than in one of its parts?
@@ -165,6 +171,44 @@ impl Lowering {
                 }
             }
         }
+    }
+
+    /// What may be declared in a file or a library without being seen, and whether what was lost may be anything.
+    fn doubts(&mut self, list: &SyntaxNode, library: Option<&Name>) {
+        let mut found: Vec<Option<Name>> = Vec::new();
+        for child in list.children() {
+            match child.kind() {
+                SyntaxKind::ERROR => match tokens_of(&child).as_slice() {
+                    [] => self.tree.scope_lost = true,
+                    [word, ..] if !begins_line(word) => self.tree.scope_lost = true,
+                    // A user has typed so far; or this line has lost the rest.
+                    [word] if DECLARATIONS.iter().any(|keyword| keyword.starts_with(word.text())) => {
+                        self.tree.include_lost |= "include".starts_with(word.text());
+                        found.push(None);
+                    }
+                    tokens => match unknown_section(tokens) {
+                        Some(names) => found.extend(names.into_iter().map(Some)),
+                        None => self.tree.scope_lost = true,
+                    },
+                },
+                SyntaxKind::LIBRARY => {
+                    let name = ast::Library::cast(child.clone()).and_then(|it| it.name());
+                    let name = name.map_or_else(Name::default, |name| text_of(name.syntax()));
+                    self.doubts(&child, Some(&name));
+                }
+                // The next declaration of the line may be part of the error.
+                SyntaxKind::USE | SyntaxKind::CODEL | SyntaxKind::COMPONENT if !is_whole(&child) => {
+                    found.push(None);
+                }
+                SyntaxKind::SHELL | SyntaxKind::CORE | SyntaxKind::ARCHITECTURE | SyntaxKind::DEPLOYMENT => {
+                    found.extend(swallowed(&child))
+                }
+                _ => {}
+            }
+        }
+        found.sort();
+        found.dedup();
+        self.tree.doubts.extend(found.into_iter().map(|name| (library.cloned(), name)));
     }
 
     fn include(&mut self, include: &ast::Include) {
@@ -492,6 +536,7 @@ impl Lowering {
             operations: Vec::new(),
             settings: Vec::new(),
             whole: !loses_an_item(architecture.syntax()),
+            connections_whole: !has_error_child(architecture.syntax()),
         };
         for item in architecture.architecture_items() {
             match item {
@@ -506,9 +551,11 @@ impl Lowering {
                     lowered.instances.push(Instance { name, component });
                 }
                 ast::ArchitectureItem::Connection(it) => {
+                    lowered.connections_whole &= is_whole(it.syntax());
                     lowered.connections.push(self.connection(it.source(), it.target()));
                 }
                 ast::ArchitectureItem::OperationConnection(it) => {
+                    lowered.connections_whole &= is_whole(it.syntax());
                     lowered.operations.push(self.connection(it.source(), it.target()));
                 }
                 ast::ArchitectureItem::Setting(it) => lowered.settings.push(self.setting(&it)),

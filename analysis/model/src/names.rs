@@ -20,6 +20,8 @@ pub struct Names<'db> {
     libraries: FxHashSet<Name>,
     /// Where a declaration has no name: any name of its kind may be meant.
     nameless: FxHashSet<(Option<Name>, Kind)>,
+    /// See [`crate::item_tree::ItemTree::doubts`].
+    doubts: FxHashSet<(Option<Name>, Option<Name>)>,
     /// Is a file missing, or unreadable, so that what it declares is unknown?
     pub missing: bool,
     /// A file in which a declaration may be lost, or stand in another library than it seems.
@@ -35,16 +37,19 @@ pub fn names_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Names<'db> 
         uses: FxHashMap::default(),
         libraries: FxHashSet::default(),
         nameless: FxHashSet::default(),
+        doubts: FxHashSet::default(),
         missing: false,
         scope_lost: None,
     };
     for &file in project_files(db, project) {
         let unknown = includes(db, project.workspace(db), file).iter().any(Option::is_none);
-        names.missing |= unknown || file.problem(db).is_some();
-        if declarations(db, file).scope_lost {
+        let declarations = declarations(db, file);
+        names.missing |= unknown || declarations.include_lost || file.problem(db).is_some();
+        names.doubts.extend(declarations.doubts.iter().cloned());
+        if declarations.scope_lost {
             names.scope_lost.get_or_insert(file);
         }
-        for &decl in &declarations(db, file).all {
+        for &decl in &declarations.all {
             let library = decl.library(db).clone();
             let name = decl.name(db).clone();
             names.libraries.extend(library.clone());
@@ -116,9 +121,17 @@ impl<'db> Names<'db> {
         // What a missing file may declare, or a declaration without a name may be, is not looked for elsewhere; and its
         // absence is no second mistake.
         let own = |decl: &Decl<'db>| decl.library(db).as_ref() == library;
+        let in_doubt = |name: &Name| {
+            let own = library.cloned();
+            self.nameless.contains(&(own.clone(), kind))
+                || !self.doubts.is_empty()
+                    && [Some(name.clone()), None]
+                        .into_iter()
+                        .any(|name| self.doubts.contains(&(own.clone(), name)))
+        };
         let hidden = match path {
             [name] if name.is_empty() || found.iter().any(own) => false,
-            [_] => self.missing || self.nameless.contains(&(library.cloned(), kind)),
+            [name] => self.missing || in_doubt(name),
             [of, _] => self.nameless.contains(&(Some(of.clone()), kind)) && found.is_empty(),
             _ => false,
         };

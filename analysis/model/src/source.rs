@@ -49,7 +49,8 @@ pub fn parse(db: &dyn ModelDb, file: File) -> Parse {
 
 #[salsa::tracked(returns(ref), no_eq)]
 fn lowered(db: &dyn ModelDb, file: File) -> (ItemTree, SourceMap) {
-    lower(&parse(db, file).file())
+    let parse = parse(db, file);
+    lower(&parse.file(), parse.errors().is_empty())
 }
 
 /// What a file declares. Comments, blank lines and places change nothing in it.
@@ -70,6 +71,10 @@ pub struct Declarations<'db> {
     pub all: Vec<Decl<'db>>,
     /// See [`ItemTree::scope_lost`].
     pub scope_lost: bool,
+    /// See [`ItemTree::doubts`].
+    pub doubts: Vec<(Option<Name>, Option<Name>)>,
+    /// See [`ItemTree::include_lost`].
+    pub include_lost: bool,
     index: FxHashMap<Decl<'db>, usize>,
 }
 
@@ -83,7 +88,8 @@ pub fn declarations<'db>(db: &'db dyn ModelDb, file: File) -> Declarations<'db> 
     };
     let all: Vec<Decl<'db>> = tree.declarations.iter().zip(nths).map(declare).collect();
     let index = all.iter().enumerate().map(|(index, &decl)| (decl, index)).collect();
-    Declarations { all, scope_lost: tree.scope_lost, index }
+    let ItemTree { scope_lost, include_lost, doubts, .. } = tree;
+    Declarations { all, scope_lost: *scope_lost, include_lost: *include_lost, doubts: doubts.clone(), index }
 }
 
 fn index_of<'db>(db: &'db dyn ModelDb, decl: Decl<'db>) -> Option<usize> {

@@ -7,9 +7,9 @@ use mauve_timing::{Rounding, Time, TimeError, Unit};
 use crate::ModelDb;
 use crate::behaviour::Refusal;
 use crate::diagnostics::{self, Diagnostic};
-use crate::flat::{Flat, FlatInstance, flat_of};
+use crate::flat::{Flat, FlatInstance, Link, flat_of};
 use crate::item_tree::{Activity, Expr, FeatureKind, Field, Kind, Literal, Name, UnaryOperator};
-use crate::names::{features_of, names_of, similar};
+use crate::names::{Features, features_of, names_of, similar};
 use crate::project::{Project, config_of};
 use crate::psm::{core_of, shell_of};
 use crate::source::{Decl, Place, architecture, core_interface, deployment};
@@ -69,6 +69,10 @@ pub fn system_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>
         reader.found.lost.push(Refusal::reported(why, Place::name_of(of)));
     }
     let names = names_of(db, project);
+    if names.in_library(of.library(db).as_ref(), Kind::Deployment, of.name(db)).len() > 1 {
+        let why = format!("deployment {} is declared twice: which of them runs is unknown", of.name(db));
+        reader.found.lost.push(Refusal::reported(why, Place::name_of(of)));
+    }
     let target = match data.targets.as_slice() {
         [target] => match names.resolve_type(db, of, Kind::Architecture, Some(target)) {
             Ok(architecture) => Some(architecture),
@@ -223,8 +227,8 @@ impl<'db> Reader<'db> {
             row.cpus = None;
         }
         // Where something is lost, it may be the priority of a real-time activity; of two instances of one name, one has
-        // lost its own activity.
-        if (lost || repeated) && row.priority == Priority::Background {
+        // lost its own activity, which may be any.
+        if lost && row.priority == Priority::Background || repeated {
             (row.priority, row.cpus) = (Priority::Unknown, None);
         }
         if row.priority == Priority::Unknown {
@@ -260,6 +264,8 @@ impl<'db> Reader<'db> {
                 {
                     let report = diagnostics::deadline_exceeds_period::report;
                     self.found.diagnostics.push(report(self.of, (deadline, of_row), (field, period)));
+                    // Which of the two is the mistake is unknown.
+                    row.deadline = Some(period);
                 }
             }
         }
@@ -346,44 +352,53 @@ impl<'db> Reader<'db> {
 
     /// Operations are served in the time of their owner, which this analysis does not count yet.
     fn served(&mut self, flat: &Flat<'db>) {
-        // An end at an instance that nobody knows may be meant for anybody who provides something.
-        let known: FxHashSet<&Name> = flat.instances.iter().map(|instance| &instance.name).collect();
-        let lost =
-            flat.operations_lost || flat.operations.iter().any(|(instance, _)| !known.contains(instance));
+        let mut shells: FxHashMap<&Name, &Features<'db>> = FxHashMap::default();
+        for instance in &flat.instances {
+            let shell = instance.component.and_then(|component| shell_of(self.db, self.project, component));
+            if let Some(shell) = shell {
+                shells.insert(&instance.name, features_of(self.db, self.project, shell));
+            }
+        }
+        // What the end of a connection is; none where that is not known.
+        let kind = |(instance, feature): &(Name, Name)| {
+            let features = shells.get(instance).filter(|features| !features.lost)?;
+            features.get(feature).map(|feature| feature.kind)
+        };
+        let mut serves: FxHashMap<&Name, &Name> = FxHashMap::default();
+        // A connection that is not right may be meant for anybody who provides something.
+        let mut lost = flat.links_lost;
+        for Link { operation, source, target } in &flat.links {
+            let kinds = (kind(source), kind(target));
+            let is_port = |kind| matches!(kind, Some(FeatureKind::Input | FeatureKind::Output));
+            lost |= match operation {
+                true => kinds != (Some(FeatureKind::Provided), Some(FeatureKind::Required)),
+                false => !is_port(kinds.0) || !is_port(kinds.1),
+            };
+            for (end, kind) in [(source, kinds.0), (target, kinds.1)] {
+                // Operations that are connected like ports are an error, and connected all the same.
+                if kind != Some(FeatureKind::Required) && (*operation || !is_port(kind)) {
+                    serves.entry(&end.0).or_insert(&end.1);
+                }
+            }
+        }
         for row in &mut self.found.rows {
             let Some(component) = row.component else { continue };
-            let Some(shell) = shell_of(self.db, self.project, component) else { continue };
-            let features = features_of(self.db, self.project, shell);
-            let may_serve = |(instance, feature): &&(Name, Option<Name>)| {
-                let named = feature.as_ref().and_then(|feature| features.by_name.get(feature));
-                let required =
-                    named.is_some_and(|found| found.iter().all(|it| it.kind == FeatureKind::Required));
-                *instance == row.instance && (!required || features.lost)
-            };
+            let Some(features) = shells.get(&row.instance) else { continue };
             let core =
                 core_of(self.db, self.project, component).and_then(|it| core_interface(self.db, it).as_ref());
             let provides = features.lost
                 || features.has_any(FeatureKind::Provided)
                 || core.is_none_or(|core| core.defines_operations);
+            if !provides {
+                continue;
+            }
             let at = row.at.clone();
-            // Operations that are connected like ports are an error, and connected all the same.
-            let like_ports = |(instance, feature): &&(Name, Option<Name>)| {
-                let found = feature.as_ref().map(|feature| features.by_name.get(feature));
-                let is_port = |kind| matches!(kind, FeatureKind::Input | FeatureKind::Output);
-                *instance == row.instance
-                    && provides
-                    && found.is_some_and(|found| {
-                        found.is_none_or(|found| !found.iter().all(|it| is_port(it.kind)))
-                    })
-            };
-            let served = flat.operations.iter().find(may_serve);
-            if let Some((_, feature)) = served.or_else(|| flat.connections.iter().find(like_ports)) {
-                let which = feature.as_ref().map_or_else(String::new, |feature| format!(" `{feature}`"));
+            if let Some(feature) = serves.get(&row.instance) {
                 let why =
-                    format!("it serves the operation{which} for others, whose time is not analysed yet");
+                    format!("it serves the operation `{feature}` for others, whose time is not analysed yet");
                 row.refusals.push(Refusal::own(why, at));
-            } else if lost && provides {
-                let why = "it provides operations, and a connection between operations has an error";
+            } else if lost {
+                let why = "it provides operations, and a connection has an error";
                 row.refusals.push(Refusal::reported(why, at));
             }
         }
@@ -404,6 +419,7 @@ impl<'db> Reader<'db> {
     fn cpus(&mut self) {
         let config = config_of(self.db, self.project.workspace(self.db));
         let named = self.found.rows.iter().filter_map(|row| row.cpus).fold(0, |all, cpus| all | cpus);
+        // An affinity that cannot be read may name one more: who may run there too is delayed by no more than here.
         let all = match config.cpus {
             Some(64..) => u64::MAX,
             Some(cpus) => (1 << cpus) - 1,

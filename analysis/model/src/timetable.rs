@@ -9,7 +9,7 @@ use globset::{GlobBuilder, GlobMatcher};
 use mauve_timing::{Entry, Level, Overhead, Table, Time, Times};
 use rustc_hash::FxHashMap;
 
-use crate::behaviour::{behaviour_of, is_built_in};
+use crate::behaviour::behaviour_of;
 use crate::diagnostics::{Diagnostic, falling_time, invalid_table, unknown_timing_key};
 use crate::item_tree::{Kind, Name};
 use crate::names::{names_of, similar};
@@ -46,7 +46,8 @@ pub fn table_files(db: &dyn ModelDb, workspace: Workspace) -> TableFiles {
                 continue;
             }
         };
-        let known = workspace.files(db).iter().filter(|(path, _)| !path.ends_with(CONFIG_FILE));
+        let config = workspace.folder(db).join(CONFIG_FILE);
+        let known = workspace.files(db).iter().filter(|(path, _)| **path != config);
         let named = known.filter(|(path, _)| glob.is_match(path));
         let named: Vec<File> = named.map(|(_, file)| *file).collect();
         if named.is_empty() {
@@ -273,17 +274,8 @@ impl<'db> Joining<'db> {
                     self.times.stray_component = Some(in_file.clone());
                 }
                 self.times.stray_codel = Some(in_file);
-                // What a missing file declares is not unknown for a second time. But if it has the name of a built-in
-                // function, calls of it mean something else now.
+                // What a missing file declares is not unknown for a second time.
                 if names.missing {
-                    let name = key.rsplit('.').next().unwrap_or(key);
-                    if kind == Kind::Codel && is_built_in(name) {
-                        self.lost(
-                            file,
-                            &format!("`{}` may be declared in a file that is missing", entry.key),
-                            at,
-                        );
-                    }
                     return None;
                 }
                 self.report(unknown_timing_key::report(at, kind, key, near));

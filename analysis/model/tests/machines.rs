@@ -113,6 +113,7 @@ fn ones_own_operations_cost_what_they_do_each_time() {
         "core K(S) {
            provide help() = { two(); more(); }
            provide more() = { one(); }
+           var x: int
            update = { help(); help(); read(in1, x); }
          }",
         expect![[r#"

@@ -7,9 +7,11 @@
 //! codel plan(): int
 //! shell S { input port goal: int }
 //! core C(S) {
+//!   var here: int
 //!   update = {
 //!     plna();   // error
 //!     goal();   // error
+//!     status(here);   // error
 //!     plan();
 //!   }
 //! }
@@ -22,6 +24,11 @@ code!(UNRESOLVED_CODEL, Error, "unresolved-codel");
 pub(crate) fn report<'db>(at: Place<'db>, name: &str, near: Option<Name>) -> Diagnostic<'db> {
     let message = format!("no codel or operation `{name}`");
     Diagnostic::new(&UNRESOLVED_CODEL, at.clone(), message).did_you_mean(at, near)
+}
+
+pub(crate) fn built_in<'db>(at: Place<'db>, form: &str) -> Diagnostic<'db> {
+    let message = format!("no codel of this name, and it is not the built-in function `{form}`");
+    Diagnostic::new(&UNRESOLVED_CODEL, at, message)
 }
 
 pub(crate) fn not_callable<'db>(at: Place<'db>, name: &str, what: &str) -> Diagnostic<'db> {

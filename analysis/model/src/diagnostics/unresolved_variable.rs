@@ -1,0 +1,35 @@
+//! # unresolved-variable
+//!
+//! A name in a program is no variable of the block, the operation, the state machine or the core, and no feature of the
+//! shell. Or it is a codel or an operation that is not called: then time may be missing in the program, and it is not
+//! analysed.
+//!
+//! ```mauve
+//! codel plan(in speed: int): int
+//! shell S { property fast: int }
+//! core C(S) {
+//!   var speed: int = 0
+//!   update = {
+//!     speed = fsat;   // error
+//!     speed = plan;   // error
+//!     { var local: int = plan(fast); }
+//!     speed = local;   // error
+//!     speed = plan(fast);
+//!   }
+//! }
+//! ```
+
+use super::*;
+
+code!(UNRESOLVED_VARIABLE, Error, "unresolved-variable");
+
+pub(crate) fn report<'db>(at: Place<'db>, name: &str, near: Option<Name>) -> Diagnostic<'db> {
+    let message = format!("no variable or property `{name}`");
+    Diagnostic::new(&UNRESOLVED_VARIABLE, at.clone(), message).did_you_mean(at, near)
+}
+
+/// A codel or an operation, of which no value can be taken.
+pub(crate) fn not_called<'db>(at: Place<'db>, name: &str, what: &str) -> Diagnostic<'db> {
+    let message = format!("`{name}` is {what}: call it, as in `{name}(…)`");
+    Diagnostic::new(&UNRESOLVED_VARIABLE, at, message)
+}
