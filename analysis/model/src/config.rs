@@ -84,12 +84,10 @@ impl Reader {
                 "assume" => self.each(section, Reader::assume),
                 "platform" => self.each(section, Reader::platform),
                 "clocks" => self.each(section, Reader::clocks),
-                "chains" => {
-                    let chains = section.iter().map(|(key, _)| (key.get_ref().to_string(), key.span()));
-                    self.config.chains.extend(chains);
-                }
-                // Nothing here reads these: who does checks them.
-                "types" | "generate" | "lints" => {}
+                "chains" => self.each(section, Reader::chain),
+                "types" => self.each(section, Reader::ty),
+                "generate" => self.each(section, Reader::generate),
+                "lints" => self.each(section, Reader::lint),
                 name => {
                     let known = "project, timing, types, generate, lints, assume, platform, clocks or chains";
                     self.lost(format!("unknown section `[{name}]`: expected {known}"), key.span());
@@ -110,7 +108,10 @@ impl Reader {
                 Some(roots) => self.config.roots.extend(roots),
                 None => self.error(format!("`{name}` is a path, or a list of paths"), value.span()),
             },
-            _ => self.error(format!("unknown key `{name}` in [project]: expected root or roots"), key.span()),
+            _ => {
+                let message = format!("unknown key `{name}` in [project]: expected root or roots");
+                self.misplaced(name, message, key.span());
+            }
         }
     }
 
@@ -169,6 +170,75 @@ impl Reader {
                 let message = format!("unknown key `{name}` in [platform]: expected cpus or rt_throttling");
                 self.lost(message, key.span());
             }
+        }
+    }
+
+    /// `scan-to-wheels = ["hokuyo.scan", "guidance.command"]`
+    fn chain(&mut self, name: &str, key: &Key<'_>, value: &Value<'_>) {
+        let is_end = |(end, _): &(String, Range<usize>)| {
+            let mut parts = end.split('.');
+            parts.by_ref().take(2).all(|part| !part.is_empty()) && end.contains('.') && parts.next().is_none()
+        };
+        // `tables = ["t.toml"]` looks like one.
+        if name != "tables"
+            && value.get_ref().is_array()
+            && strings(value).is_some_and(|ends| ends.iter().all(is_end))
+        {
+            self.config.chains.push((name.to_owned(), key.span()));
+        } else {
+            let message =
+                format!("`{name}` is a list of ports, such as [\"hokuyo.scan\", \"guidance.command\"]");
+            self.misplaced(name, message, value.span());
+        }
+    }
+
+    /// `ArRobotPtr = { cpp = "ArRobot*", header = "Aria.h" }`
+    fn ty(&mut self, name: &str, _: &Key<'_>, value: &Value<'_>) {
+        let Some(entries) = value.get_ref().as_table() else {
+            let message = format!("`{name}` is a section: `[types.{name}]` with `cpp` and `header`");
+            self.misplaced(name, message, value.span());
+            return;
+        };
+        for (key, value) in entries {
+            let known = matches!(key.get_ref().as_ref(), "cpp" | "header");
+            if !known {
+                let message =
+                    format!("unknown key `{}` in [types.{name}]: expected cpp or header", key.get_ref());
+                self.misplaced(key.get_ref(), message, key.span());
+            } else if !value.get_ref().is_str() {
+                self.error(format!("`{}` is a text", key.get_ref()), value.span());
+            }
+        }
+    }
+
+    fn generate(&mut self, name: &str, key: &Key<'_>, value: &Value<'_>) {
+        match name {
+            "out" if value.get_ref().is_str() => {}
+            "out" => self.error("`out` is the path of a folder".to_owned(), value.span()),
+            _ => {
+                let message = format!("unknown key `{name}` in [generate]: expected out");
+                self.misplaced(name, message, key.span());
+            }
+        }
+    }
+
+    fn lint(&mut self, name: &str, _: &Key<'_>, value: &Value<'_>) {
+        if !matches!(value.get_ref().as_str(), Some("allow" | "hint" | "warn" | "error")) {
+            let message = format!("`{name}` in [lints] is \"allow\", \"hint\", \"warn\" or \"error\"");
+            self.misplaced(name, message, value.span());
+        }
+    }
+
+    /// Something that does not belong where it stands. Its own section may have lost its header: then what that says is
+    /// not known.
+    fn misplaced(&mut self, name: &str, message: String, at: Range<usize>) {
+        match name {
+            "cpus" | "rt_throttling" => self.lost(format!("{message}; [platform] has `{name}`"), at),
+            "tables" | "significance" => self.lost(format!("{message}; [timing] has `{name}`"), at),
+            "codel" => self.lost(format!("{message}; [assume] has `{name}`"), at),
+            "synchronised" => self.lost(format!("{message}; [clocks] has `{name}`"), at),
+            "root" | "roots" => self.lost(format!("{message}; [project] has `{name}`"), at),
+            _ => self.error(message, at),
         }
     }
 
@@ -244,5 +314,25 @@ mod tests {
         let (found, lost) = messages("[project]\nrot = \"a.mal\"\n");
         let message = "\"rot\": unknown key `rot` in [project]: expected root or roots".to_owned();
         assert_eq!((found, lost), (vec![message], false));
+        let (found, lost) = messages("[lints]\nlost-write = 3\n");
+        let message =
+            "\"3\": `lost-write` in [lints] is \"allow\", \"hint\", \"warn\" or \"error\"".to_owned();
+        assert_eq!((found, lost), (vec![message], false));
+        let (found, lost) = messages("[types.X]\ncpp = 3\nheder = \"x.h\"\n[generate]\nin = 1\n");
+        assert_eq!((found.len(), lost), (3, false), "{found:?}");
+    }
+
+    #[test]
+    fn a_section_that_lost_its_header_is_lost() {
+        for section in ["[project]", "[types.X]", "[generate]", "[lints]", "[chains]", "[clocks]"] {
+            for key in ["rt_throttling = true", "tables = [\"t.toml\"]", "codel = \"5 ms\"", "cpus = 1"] {
+                let (found, lost) = messages(&format!("{section}\n{key}\n"));
+                // `t.toml` may be a port.
+                assert!(
+                    lost || section == "[chains]" && key.starts_with("tables"),
+                    "{section} {key}: {found:?}"
+                );
+            }
+        }
     }
 }

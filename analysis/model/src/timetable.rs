@@ -106,6 +106,8 @@ pub struct Timetable<'db> {
     doubtful: FxHashMap<Decl<'db>, (String, Place<'db>)>,
     /// An entry for a codel that is not declared: it may be for any that has no other time.
     stray_codel: Option<String>,
+    /// Those entries by the name of the codel: they may be for one of that name in another library, whatever its time.
+    strays: FxHashMap<Name, String>,
     /// The same for a component.
     stray_component: Option<String>,
     overhead: Option<(File, Arc<[Level]>, Overhead)>,
@@ -263,17 +265,25 @@ impl<'db> Joining<'db> {
                     .flat_map(|&decl| [(decl.qualified(db).into(), decl), (decl.name(db).clone(), decl)])
                     .collect();
                 let near = similar(key, all.iter().map(|(name, _)| name));
-                let why = format!("`{}` means nothing, and may be meant for it", entry.key);
-                let in_file = format!("{}: {why}", file_name(db, file));
+                // What it may be meant for is not analysed, and says so.
+                let stray = format!("`{}` in {}", entry.key, file_name(db, file));
                 // It may also stand in the wrong section, below a header that was lost.
                 let names_component = !names.anywhere(db, Kind::Component, key).is_empty();
                 if !of_whole || key.contains('/') {
                     self.lost(file, &format!("`{}` means nothing", entry.key), at.clone());
                 }
                 if kind == Kind::Component || names_component {
-                    self.times.stray_component = Some(in_file.clone());
+                    self.times.stray_component = Some(stray.clone());
                 }
-                self.times.stray_codel = Some(in_file);
+                if kind == Kind::Codel {
+                    let name = key.rsplit('.').next().unwrap_or(key);
+                    // They stand in `[overhead]`, of which the header was lost.
+                    if matches!(key, "dispatch" | "context_switch") {
+                        self.lost(file, &format!("`{key}` belongs into [overhead]"), at.clone());
+                    }
+                    self.times.strays.insert(name.into(), stray.clone());
+                }
+                self.times.stray_codel = Some(stray);
                 // What a missing file declares is not unknown for a second time.
                 if names.missing {
                     return None;
@@ -353,9 +363,14 @@ fn key_of<'db>(component: Decl<'db>, program: &str) -> Of<'db> {
 impl<'db> Timetable<'db> {
     /// The time of one execution of a codel.
     pub fn codel_time(&self, db: &'db dyn ModelDb, codel: Decl<'db>, level: Level) -> Lookup {
-        let found = self.time(db, &Of::Codel(codel), level, || format!("codel `{}`", codel.qualified(db)));
+        let what = || format!("codel `{}`", codel.qualified(db));
+        let meant = |stray: &str| Lookup::Unusable(format!("{stray} may be meant for {}", what()));
+        if let Some(stray) = self.strays.get(codel.name(db)) {
+            return meant(stray);
+        }
+        let found = self.time(db, &Of::Codel(codel), level, what);
         match (found, self.assume, &self.stray_codel) {
-            (Lookup::Absent, Some(_), Some(stray)) => Lookup::Unusable(stray.clone()),
+            (Lookup::Absent, Some(_), Some(stray)) => meant(stray),
             (Lookup::Absent, Some(time), None) => Lookup::Assumed(time),
             (found, ..) => found,
         }
@@ -374,10 +389,9 @@ impl<'db> Timetable<'db> {
 
     /// The time of a component as a whole, for the classic method.
     pub fn component_time(&self, db: &'db dyn ModelDb, component: Decl<'db>, level: Level) -> Lookup {
-        let found =
-            self.time(db, &Of::Component(component), level, || format!("component `{}`", component.name(db)));
-        match (found, &self.stray_component) {
-            (Lookup::Absent, Some(stray)) => Lookup::Unusable(stray.clone()),
+        let what = || format!("component `{}`", component.name(db));
+        match (self.time(db, &Of::Component(component), level, what), &self.stray_component) {
+            (Lookup::Absent, Some(stray)) => Lookup::Unusable(format!("{stray} may be meant for {}", what())),
             (found, _) => found,
         }
     }

@@ -188,6 +188,257 @@ fn half_typed_activities() {
     );
 }
 
+/// What is damaged in `fixture` may not make anything look faster than it is there: each damage replaces the first of
+/// two texts by the second.
+fn never_faster(fixture: &str, damages: &[(&str, &str)]) {
+    let responses = |fixture: &str| -> Vec<(String, Option<f64>)> {
+        let verdicts = verdicts(fixture);
+        let lines = verdicts.lines().map(|line| {
+            let mut words = line.split([' ', ':']);
+            let name = words.next().unwrap_or_default().to_owned();
+            let verdict = words.next().unwrap_or_default();
+            let response = words.next().and_then(|number| number.parse().ok());
+            (name, response.filter(|_| matches!(verdict, "met" | "missed")))
+        });
+        lines.collect()
+    };
+    let before = responses(fixture);
+    for (from, to) in damages {
+        assert!(fixture.contains(from), "{from}");
+        let damaged = fixture.replacen(from, to, 1);
+        let after = responses(&damaged);
+        for (name, response) in &before {
+            for (_, damaged) in after.iter().filter(|(other, response)| other == name && response.is_some()) {
+                assert!(damaged >= response, "`{from}` → `{to}`: {name} {response:?} → {damaged:?}");
+            }
+            assert!(after.iter().any(|(other, _)| other == name), "`{from}` → `{to}` loses {name}");
+        }
+    }
+}
+
+/// A codel `f` in `app` and a cheap one in `lib`, which `app` uses; a codel that is called like a built-in function.
+const TWICE: &str = r#"
+include "lib.mal"
+library app {
+  use lib
+  use drv
+  codel e(in x: int): void  codel f(in x: int): void
+  shell S { }
+  core K(S) { var v: int = 0; update = { f(v); read(v); } }
+  component P(S, K)
+  architecture Front { instance p: P }
+  architecture R {
+    import Front
+    instance q: lib.P
+  }
+  deployment D {
+    architecture R
+    activity p { affinity = 1 priority = 5 period = 100 }
+    activity q { affinity = 1 priority = 4 period = 100 }
+  }
+}
+//- /lib.mal
+library drv {
+  codel read(in x: int): void
+}
+library lib {
+  codel f(in x: int): void
+  shell S { }
+  core K(S) { var v: int = 0; update = { f(v); } }
+  component P(S, K)
+  architecture Front { instance p: P }
+}
+//- /mauve.toml
+[generate]
+out = "gen"
+[timing]
+tables = ["t.toml"]
+[assume]
+codel = "1 ms"
+[types.Laser]
+cpp = "L*"
+[platform]
+rt_throttling = true
+//- /t.toml
+[codel]
+"lib.f" = 1
+"app.f" = 20
+"drv.read" = 7
+[overhead]
+dispatch = 5
+"#;
+
+#[test]
+fn a_call_that_lost_its_name_or_its_brackets_is_no_value() {
+    let damages = [
+        ("f(v); read(v)", "(v); read(v)"),
+        ("f(v); read(v)", "f; read(v)"),
+        ("f(v); read(v)", "f;(v); read(v)"),
+        ("f(v); read(v)", "f=(v); read(v)"),
+        ("f(v); read(v)", "v = f; read(v)"),
+        ("f(v); read(v)", "v(f); read(v)"),
+    ];
+    never_faster(TWICE, &damages);
+}
+
+#[test]
+fn a_codel_called_like_a_built_in_function_is_never_free() {
+    let damages = [
+        ("use drv", "use dvr"),
+        ("use drv", "use"),
+        ("use drv", "us"),
+        ("use drv", ""),
+        ("codel read", "codel reed"),
+        ("codel read(in x: int): void", "codel (in x: int): void"),
+        ("codel read(in x: int): void", "codel in(read x: int): void"),
+        ("codel read(in x: int): void", "cod"),
+        ("\"lib.mal\"", "\"lbi.mal\""),
+        ("\"lib.mal\"", "\"lib.mal"),
+        ("include \"lib.mal\"", "include"),
+        ("include \"lib.mal\"", "inc"),
+        ("include \"lib.mal\"", ""),
+    ];
+    never_faster(TWICE, &damages);
+}
+
+#[test]
+fn what_a_damaged_declaration_may_declare_is_not_looked_for_elsewhere() {
+    let two = "codel e(in x: int): void  codel f(in x: int): void";
+    let damages = [
+        (two, "codel e(in x: int): "),
+        (two, "codel e(in x: "),
+        (two, "cod"),
+        (two, "codel e(in x: int): void  codel ff(in x: int): void"),
+        ("codel f(in x: int): void", "codel in(f x: int): void"),
+        ("codel f(in x: int): void", "codel void"),
+        ("codel f(in x: int): void", "odel f(in x: int): void"),
+        ("core K(S) { var v: int = 0; update = { f(v); read", "K(S) { var v: int = 0; update = { f(v); read"),
+        (
+            "core K(S) { var v: int = 0; update = { f(v); read",
+            "co K(S) { var v: int = 0; update = { f(v); read",
+        ),
+        ("core K(S) { var v: int = 0; update = { f(v); read", "core { var v: int = 0; update = { f(v); read"),
+        ("architecture Front {", "Front {"),
+        ("architecture Front {", "arch Front {"),
+        ("architecture Front {", "ar Front {"),
+        ("architecture Front {", "architecture {"),
+    ];
+    never_faster(TWICE, &damages);
+}
+
+#[test]
+fn a_section_that_lost_its_header_changes_no_time() {
+    let damages = [
+        ("[platform]\n", ""),
+        ("[platform]", "[lints]"),
+        ("[platform]", "[chains]"),
+        ("[timing]\n", ""),
+        ("[timing]", "[project]"),
+        ("[timing]", "[chains]"),
+        ("[timing]", "[types]"),
+        ("[assume]\n", ""),
+        ("[overhead]\n", ""),
+        ("[overhead]\ndispatch = 5", "dispatch = 5\n[overhead]"),
+        ("[codel]\n", ""),
+    ];
+    never_faster(TWICE, &damages);
+    // In a table that is called like the configuration, too.
+    let elsewhere = TWICE
+        .replace("[\"t.toml\"]", "[\"t.toml\", \"timing/*.toml\"]")
+        .replace("[overhead]", "//- /timing/mauve.toml\n[overhead]");
+    assert_eq!(verdicts(&elsewhere), verdicts(TWICE));
+}
+
+#[test]
+fn a_method_that_lost_its_end_is_not_free() {
+    let fixture = r#"
+codel f(): void
+codel g(): void
+shell S { }
+core N(S) { statemachine {
+  initial state A {
+    run = { g(); }
+    exit = { f(); }
+    transition t if (true) to A { f(); }
+  }
+} }
+component C(S, N)
+architecture A { instance a: C }
+deployment D { architecture A  activity a { priority = 1 period = 100 } }
+//- /mauve.toml
+assume.codel = "9 ms"
+"#;
+    let damages = [
+        ("exit = { f(); }", "exi"),
+        ("exit = { f(); }", "exit"),
+        ("exit = { f(); }", "exit ="),
+        ("transition t if (true) to A { f(); }", "transiti"),
+        ("transition t if (true) to A { f(); }", "transition t"),
+        ("run = { g(); }", "r"),
+    ];
+    never_faster(fixture, &damages);
+}
+
+#[test]
+fn a_connection_that_is_not_right_may_serve_anybody() {
+    let fixture = r#"
+codel f(): void
+shell SP { provide go(): void  output port out1: int }
+core CP(SP) { provide go() = { f(); } update = { write(out1, 1); } }
+component P(SP, CP)
+shell SC { require go(): void  input port in1: int }
+core CC(SC) { update = { send(go); } }
+component C(SC, CC)
+architecture A {
+  instance p: P
+  instance c: C
+  connection p.out1 -> c.in1
+  operation p.go -> c.go
+}
+deployment D { architecture A
+  activity p { affinity = 1 priority = 5 period = 100 }
+  activity c { affinity = 1 priority = 4 period = 100 }
+}
+//- /mauve.toml
+assume.codel = "20 ms"
+"#;
+    for line in [
+        "operation c.go -> c.go",
+        "operation c.go -> p.go",
+        "operation p.go ->",
+        "operation",
+        "oper",
+        "connection p.go -> c.go",
+        "connection -> c.go",
+        "connection q.go -> c.go",
+        "connection c.go -> c.go",
+        "connection",
+        "con",
+    ] {
+        let found = verdicts(&fixture.replace("operation p.go -> c.go", line));
+        assert_eq!(found.matches("not-analysed").count(), 2, "{line}: {found}");
+    }
+    assert_eq!(verdicts(&fixture.replace("operation p.go -> c.go", "")).matches("met").count(), 2);
+}
+
+#[test]
+fn duplicates_are_not_chosen_from() {
+    // One of the twins has lost its activity, which may be the most urgent.
+    let twins = TWICE
+        .replace("instance q: lib.P", "instance p: lib.P")
+        .replace("activity q { affinity = 1 priority = 4 period = 100 }", "");
+    assert_eq!(verdicts(&twins).matches("not-analysed").count(), verdicts(&twins).lines().count(), "{twins}");
+    let merged = TWICE.replace("  deployment D {", "  deployment D { architecture R }\n  deployment D {");
+    let found = verdicts(&merged);
+    assert!(found.contains("deployment D is declared twice") && !found.contains("met"), "{found}");
+}
+
+#[test]
+fn a_deadline_behind_the_period_is_not_used() {
+    let late = TWICE.replace("priority = 4 period = 100", "priority = 4 period = 40 deadline = 60");
+    assert!(verdicts(&late).contains("q missed"), "{}", verdicts(&late));
+}
+
 #[test]
 fn a_codel_that_is_declared_twice_is_no_built_in_function() {
     let deployment = "deployment D { architecture A  activity a { priority = 1 period = 10 } }";
@@ -571,7 +822,10 @@ fn keys_that_mean_nothing_are_not_ignored() {
     let classic =
         |entries: &str| verdicts_with(&format!("{ROBOT}{deployed}{TIMES}{entries}"), Method::Classic, LEVEL);
     assert_eq!(classic("three = 3\n"), "a met 1 ms\nb met 3 ms\nc met 7 ms\n");
-    assert_eq!(classic("C4 = 9\n").matches("not-analysed: times.toml: `C4`").count(), 3);
+    assert_eq!(
+        classic("C4 = 9\n").matches("not-analysed: `C4` in times.toml may be meant for component").count(),
+        3
+    );
     assert_eq!(with("\"C4/update\" = 9\n").matches("not-analysed: times.toml: `C4/update`").count(), 3);
     // A program of a known component may be any of its programs.
     expect![[r#"
@@ -592,10 +846,7 @@ fn keys_that_mean_nothing_are_not_ignored() {
         .replace("two = 2", "tow = 200")
         .replace("timing.tables", "assume.codel = \"1 ms\"\ntiming.tables");
     let found = verdicts(&format!("{ROBOT}{deployed}{assumed}"));
-    assert!(
-        found.contains("b not-analysed: times.toml: `tow` means nothing, and may be meant for it"),
-        "{found}"
-    );
+    assert!(found.contains("b not-analysed: `tow` in times.toml may be meant for codel `two`\n"), "{found}");
 }
 
 #[test]
@@ -805,8 +1056,8 @@ fn the_classic_method_takes_the_greater_of_component_and_edge() {
     // An unknown component may be any that has no time of its own.
     expect![[r#"
         a met 2 ms
-        b not-analysed: times.toml: `Nothing` means nothing, and may be meant for it
-        c not-analysed: times.toml: `Nothing` means nothing, and may be meant for it; b may delay it, and is not analysed
+        b not-analysed: `Nothing` in times.toml may be meant for component `C2`
+        c not-analysed: `Nothing` in times.toml may be meant for component `C4`; b may delay it, and is not analysed
     "#]]
     .assert_eq(&with("C1 = 2\nNothing = 9\n"));
 }

@@ -16,8 +16,8 @@
 //!
 //! An entry that means nothing may be a misspelt one that makes something longer. So a component with an unknown program
 //! is not analysed; nothing is, while the component of a program is unknown; an unknown component keeps the classic
-//! method from those that have no time as a whole; and an unknown codel keeps those without a time from being assumed
-//! to take that of `[assume]`.
+//! method from those that have no time as a whole; an unknown codel keeps those without a time from being assumed
+//! to take that of `[assume]`, and codels of the same name in other libraries from being analysed.
 
 use super::*;
 
