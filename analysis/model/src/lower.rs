@@ -619,10 +619,11 @@ impl Lowering {
         };
         let mut fields = Vec::new();
         for field in activity.fields() {
-            // Tokens left over right behind a value may belong to it: `priority = 1 9`, `priority = 1 e1`.
+            // Tokens left over right behind a value may belong to it: `priority = 1 9`, `priority = 1 e1`. Where a
+            // brace is missing there, it may have been cut.
             let doubtful = field.syntax().next_sibling().is_some_and(|next| match next.kind() {
                 SyntaxKind::FIELD => ast::Field::cast(next).is_some_and(|next| next.eq_token().is_none()),
-                _ => next.kind() == SyntaxKind::ERROR && next.first_token().is_some(),
+                kind => kind == SyntaxKind::ERROR,
             });
             let Some(name) = field.name_ref() else { continue };
             let name = self.name_ref(&name);

@@ -1,6 +1,7 @@
-//! Damaged models: one token of the sample robot, and of a smaller one, is taken away, put in, or replaced by a word that means nothing. Where
-//! that is an error, whatever still has a response time has at least that of the whole model: nothing is analysed that
-//! rests on what was lost. And nothing panics, and the database says what a new one would say.
+//! Damaged models: one token of the sample robot, and of a smaller one, is taken away, put in, or replaced by a word that
+//! means nothing, or a line loses its end. Where that is an error, whatever still has a response time has at least that of
+//! the whole model: nothing is analysed that rests on what was lost. And nothing panics, and the database says what a new
+//! one would say.
 //!
 //! `MAUVE_DAMAGES=20000 cargo test --release -p mauve-model --test damage` tries more.
 
@@ -220,10 +221,18 @@ fn damaged(text: &str, random: &mut Random) -> (String, String) {
     let lexed = mauve_syntax::lex(text);
     let token = lexed.range(random.below(lexed.len()));
     let junk = JUNK[random.below(JUNK.len())];
-    let (range, put) = match random.below(3) {
+    let rest = &text[token.start..];
+    let (range, put) = match random.below(4) {
         0 => (token, String::new()),
         1 => (token.start..token.start, format!(" {junk} ")),
-        _ => (token, junk.to_owned()),
+        2 => (token, junk.to_owned()),
+        // From somewhere in the token on, the line is cut off.
+        _ => {
+            let cut = random.below(token.len() + 1);
+            let cut = (0..=cut).rev().find(|&cut| rest.is_char_boundary(cut)).unwrap_or(0);
+            let end = rest.find('\n').unwrap_or(rest.len()).max(cut);
+            (token.start + cut..token.start + end, String::new())
+        }
     };
     let line = text[..range.start].matches('\n').count() + 1;
     let what = format!("line {line}: {:?} becomes {put:?}", &text[range.clone()]);
