@@ -33,9 +33,14 @@ fn main() -> ExitCode {
     match command.run() {
         Ok(output) => {
             let mut out = anstream::stdout().lock();
-            // Whoever reads may have read enough: a closed pipe is no error.
-            let _ = out.write_all(output.text.as_bytes()).and_then(|()| out.flush());
-            ExitCode::from(output.code)
+            match out.write_all(output.text.as_bytes()).and_then(|()| out.flush()) {
+                // Whoever reads may have read enough: a closed pipe is no error.
+                Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+                    let _ = writeln!(anstream::stderr(), "mauve: the result cannot be written: {error}");
+                    ExitCode::from(2)
+                }
+                _ => ExitCode::from(output.code),
+            }
         }
         Err(message) => {
             let _ = writeln!(anstream::stderr(), "mauve: {message}");

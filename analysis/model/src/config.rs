@@ -19,8 +19,9 @@ pub struct Config {
     pub assume: Option<Time>,
     /// `[platform] cpus`.
     pub cpus: Option<u32>,
-    /// `[platform] rt_throttling`: Linux keeps 50 ms of each second from real-time tasks.
-    pub rt_throttling: bool,
+    /// `[platform] rt_throttling`: Linux keeps 50 ms of each second from real-time tasks. Where it is not said: it does
+    /// not, and that is shown as an assumption.
+    pub rt_throttling: Option<bool>,
     /// `[clocks] synchronised`: instances that are released together.
     pub synchronised: Vec<String>,
     /// `[chains]`: named, and not analysed yet.
@@ -163,7 +164,7 @@ impl Reader {
                 _ => self.lost("`cpus` is a whole number from 1 to 64".to_owned(), value.span()),
             },
             "rt_throttling" => match value.get_ref().as_bool() {
-                Some(throttling) => self.config.rt_throttling = throttling,
+                Some(throttling) => self.config.rt_throttling = Some(throttling),
                 None => self.lost("`rt_throttling` is true or false".to_owned(), value.span()),
             },
             _ => {
@@ -295,7 +296,7 @@ mod tests {
         assert_eq!(config.roots[0].0, "a.mal");
         assert_eq!(config.level().to_string(), "1e-6");
         assert_eq!(config.assume, Some(Time::from_nanos(5_000_000)));
-        assert_eq!((config.cpus, config.rt_throttling), (Some(2), true));
+        assert_eq!((config.cpus, config.rt_throttling), (Some(2), Some(true)));
         assert_eq!(config.synchronised, ["a", "b"]);
     }
 

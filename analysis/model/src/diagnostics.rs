@@ -160,7 +160,6 @@ codes! {
     invalid_configuration::INVALID_CONFIGURATION;
     invalid_table::INVALID_TABLE;
     unknown_timing_key::UNKNOWN_TIMING_KEY;
-    falling_time::FALLING_TIME;
 }
 
 /// All kinds of diagnostic.

@@ -129,9 +129,11 @@ pub fn response_times<'db>(
     deployment: Decl<'db>,
     query: Query,
 ) -> Report<'db> {
+    // Of lost tables no time is right: what is left is that of `[assume]`.
+    let timed = timetable_of(db, project).lost.is_none();
     let mut psms = Vec::new();
     for row in &system_of(db, project, deployment).rows {
-        let component = row.component.filter(|_| row.priority != Priority::Background);
+        let component = row.component.filter(|_| timed && row.priority != Priority::Background);
         psms.push(component.map(|component| psm_of(db, project, component, query.level)));
     }
     report(db, project, deployment, query, &psms)
@@ -147,7 +149,7 @@ fn report<'db>(
     psms: &Psms<'_, 'db>,
 ) -> Report<'db> {
     let system = system_of(db, project, deployment);
-    let throttled = config_of(db, project.workspace(db)).rt_throttling;
+    let throttled = config_of(db, project.workspace(db)).rt_throttling == Some(true);
     let lost = lost_in(db, project, system);
     // Why a row itself is not analysed; whom it takes with it is decided by the analysis.
     let reasons: Vec<Vec<Refusal<'db>>> =
@@ -228,6 +230,7 @@ fn report<'db>(
     let cpus = analysis
         .cpus
         .iter()
+        .filter(|_| timetable_of(db, project).lost.is_none())
         .map(|load| CpuReport {
             mask: 1 << load.cpu,
             utilisation: load.utilisation.clone(),

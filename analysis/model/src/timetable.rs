@@ -10,7 +10,7 @@ use mauve_timing::{Entry, Level, Overhead, Table, Time, Times};
 use rustc_hash::FxHashMap;
 
 use crate::behaviour::behaviour_of;
-use crate::diagnostics::{Diagnostic, falling_time, invalid_table, unknown_timing_key};
+use crate::diagnostics::{Diagnostic, invalid_table, unknown_timing_key};
 use crate::item_tree::{Kind, Name};
 use crate::names::{names_of, similar};
 use crate::project::{CONFIG_FILE, Project, config_file, config_of, projects};
@@ -217,14 +217,6 @@ impl<'db> Joining<'db> {
             self.times.overhead = Some((file, levels.clone(), table.overhead.clone()));
         }
         let slot = |entry: &Entry| Slot { file, levels: levels.clone(), times: entry.value.clone() };
-        for entry in table.codels.iter().chain(&table.programs).chain(&table.components) {
-            if let Some(Times::PerLevel(times)) = &entry.value
-                && let Some((level, stricter)) = falling(&table.levels, times)
-            {
-                let at = at(&entry.value_span);
-                self.report(falling_time::report(at, &entry.key, level, stricter));
-            }
-        }
         for entry in &table.codels {
             self.add(entry, &entry.key, Kind::Codel, slot(entry), Of::Codel);
         }
@@ -445,16 +437,6 @@ impl<'db> Timetable<'db> {
             Lookup::Known,
         )
     }
-}
-
-/// The first level, from the most probable down, at which the time is shorter than at the one before; and that one.
-fn falling(levels: &[Level], times: &[Time]) -> Option<((Level, Time), (Level, Time))> {
-    let mut columns: Vec<(Level, Time)> = levels.iter().copied().zip(times.iter().copied()).collect();
-    columns.sort_by(|(a, _), (b, _)| b.cmp(a));
-    columns.windows(2).find_map(|pair| match pair {
-        [before, after] if after.1 < before.1 => Some((*before, *after)),
-        _ => None,
-    })
 }
 
 fn at_level(times: &Times, levels: &[Level], level: Level) -> Option<Time> {

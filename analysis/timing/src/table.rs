@@ -139,8 +139,13 @@ impl fmt::Display for Level {
 impl Table {
     /// Reads the text of a table. Never fails: see [`errors`](Table::errors) and [`lost`](Table::lost).
     pub fn parse(text: &str) -> Table {
-        let mut reader =
-            Reader { table: Table::default(), unit: Unit::Milliseconds, levels: Some(0), loses_all: false };
+        let mut reader = Reader {
+            table: Table::default(),
+            unit: Unit::Milliseconds,
+            levels: Some(0),
+            levels_span: 0..0,
+            loses_all: false,
+        };
         let (document, errors) = DeTable::parse_recoverable(text);
         reader.document(document.get_ref());
         let mut table = reader.table;
@@ -182,6 +187,7 @@ struct Reader {
     unit: Unit,
     /// How many levels there are; `None` where they were in error, so that no array can be judged.
     levels: Option<usize>,
+    levels_span: Range<usize>,
     /// What is being read is of the table as a whole.
     loses_all: bool,
 }
@@ -209,6 +215,10 @@ impl Reader {
                 }
             }
         }
+        if self.table.lost {
+            // One of those keys may be `levels`.
+            self.levels = None;
+        }
         for (key, value) in document.iter() {
             // A section turns this off for its entries.
             self.loses_all = true;
@@ -228,6 +238,8 @@ impl Reader {
                 _ => {}
             }
         }
+        self.loses_all = false;
+        self.falling();
     }
 
     fn unit(&mut self, value: &Spanned<DeValue>) {
@@ -241,7 +253,42 @@ impl Reader {
         }
     }
 
+    /// What is exceeded more rarely is not shorter: where times fall from level to level, one of them is wrong, or the
+    /// levels stand in another order than the times.
+    fn falling(&mut self) {
+        let mut order: Vec<usize> = (0..self.table.levels.len()).collect();
+        order.sort_by(|&a, &b| self.table.levels[b].cmp(&self.table.levels[a]));
+        let levels = self.table.levels.clone();
+        let Table { codels, programs, components, .. } = &mut self.table;
+        let mut varying = 0;
+        let mut falling = Vec::new();
+        for entry in codels.iter_mut().chain(programs).chain(components) {
+            let Some(Times::PerLevel(times)) = &entry.value else { continue };
+            varying += usize::from(times.windows(2).any(|pair| pair[0] != pair[1]));
+            let pair = order.windows(2).find(|pair| times[pair[1]] < times[pair[0]]);
+            if let Some(&[before, after]) = pair {
+                let message = format!(
+                    "`{}` takes {} at {} and only {} at {}: what is exceeded more rarely is not shorter",
+                    entry.key, times[before], levels[before], times[after], levels[after]
+                );
+                falling.push((entry.value_span.clone(), message));
+                entry.value = None;
+            }
+        }
+        if falling.len() > 1 && falling.len() == varying {
+            self.loses_all = true;
+            let message = "all times fall from level to level: what is exceeded more rarely is not shorter; are the \
+                           levels in another order than the times?";
+            self.error(self.levels_span.clone(), message.to_owned());
+            return;
+        }
+        for (span, message) in falling {
+            self.error(span, message);
+        }
+    }
+
     fn levels(&mut self, value: &Spanned<DeValue>) {
+        self.levels_span = value.span();
         let DeValue::Array(array) = value.get_ref() else {
             self.levels = None;
             let found = kind(value.get_ref());
@@ -357,6 +404,8 @@ impl Reader {
         if levels == 0 {
             let message = format!("{} but no `levels`: name them, or write one time", values(found));
             self.error(span, message);
+            // Once is enough.
+            self.levels = None;
             return None;
         }
         if found != levels {
@@ -559,12 +608,44 @@ ok = 1
     }
 
     #[test]
+    fn times_do_not_fall() {
+        check(
+            "levels = [1e-3, 1e-4, 1e-5]\n[codel]\na = [1, 2, 3]\nb = [60, 7, 90]\nc = [2, 2, 2]\n",
+            expect![[r#"
+                level 1e-3
+                level 1e-4
+                level 1e-5
+                codel a "a": 1 ms, 2 ms, 3 ms "[1, 2, 3]"
+                codel b "b": error "[60, 7, 90]"
+                codel c "c": 2 ms, 2 ms, 2 ms "[2, 2, 2]"
+                error at "[60, 7, 90]": `b` takes 60 ms at 1e-3 and only 7 ms at 1e-4: what is exceeded more rarely is not shorter
+            "#]],
+        );
+        check(
+            "levels = [1e-5, 1e-4, 1e-3]\n[codel]\na = [1, 2, 3]\n[program]\n\"B/u\" = [1, 1, 2]\n\"C/u\" = [1, 1, 1]\n",
+            expect![[r#"
+                level 1e-5
+                level 1e-4
+                level 1e-3
+                codel a "a": error "[1, 2, 3]"
+                program B/u "\"B/u\"": error "[1, 1, 2]"
+                program C/u "\"C/u\"": 1 ms, 1 ms, 1 ms "[1, 1, 1]"
+                error at "[1e-5, 1e-4, 1e-3]": all times fall from level to level: what is exceeded more rarely is not shorter; are the levels in another order than the times?
+                lost
+            "#]],
+        );
+        // In any order, as long as that of the times is the same.
+        assert_eq!(Table::parse("levels = [1e-5, 1e-3]\n[codel]\na = [3, 1]\nb = [4, 1]\n").errors, []);
+    }
+
+    #[test]
     fn arrays_need_levels() {
         check(
-            "[codel]\na = [1]\nb = 2\n",
+            "[codel]\na = [1]\nb = 2\nc = [3]\n",
             expect![[r#"
                 codel a "a": error "[1]"
                 codel b "b": 2 ms "2"
+                codel c "c": error "[3]"
                 error at "[1]": 1 value but no `levels`: name them, or write one time
             "#]],
         );

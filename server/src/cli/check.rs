@@ -1,6 +1,6 @@
 //! `mauve check [PATH…]`: everything that is wrong in models, with the text it stands in; then the response times.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::io::IsTerminal as _;
 use std::path::{Path, PathBuf};
 
@@ -77,11 +77,18 @@ impl Check {
 fn deadlines(deployed: &[Deployed<'_>]) -> String {
     let (proved, all) =
         deployed.iter().map(Deployed::deadlines).fold((0, 0), |(a, b), (c, d)| (a + c, b + d));
+    let assumed: BTreeSet<&str> = deployed.iter().flat_map(Deployed::assumed).collect();
+    let assuming = match assumed.len() {
+        0 => String::new(),
+        1 => ", assuming the time of 1 codel".to_owned(),
+        several => format!(", assuming the times of {several} codels"),
+    };
     match (deployed, all - proved) {
         ([], _) => "no deployment, so no response times".to_owned(),
-        (_, 0) if all == 0 => "no deadlines".to_owned(),
-        (_, 0) if all == 1 => "its deadline is proved".to_owned(),
-        (_, 0) => format!("all {all} deadlines are proved"),
+        _ if all == 0 => "no deadlines".to_owned(),
+        (_, 0) if all == 1 => format!("the deadline is proved{assuming}"),
+        (_, 0) => format!("all {all} deadlines are proved{assuming}"),
+        _ if all == 1 => "the deadline is not proved".to_owned(),
         (_, 1) => format!("1 of {all} deadlines is not proved"),
         (_, open) => format!("{open} of {all} deadlines are not proved"),
     }

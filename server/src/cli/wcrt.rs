@@ -7,8 +7,8 @@ use clap::ValueEnum;
 use mauve_ide::explain_response;
 use mauve_model::diagnostics::{Severity, workspace_diagnostics};
 use mauve_model::{
-    ActivityReport, Database, Decl, Priority, Project, Query, Report, Verdict, Workspace, cpu_names,
-    response_times,
+    ActivityReport, Database, Decl, Priority, Project, Query, Report, Verdict, Workspace, config_of,
+    cpu_names, response_times,
 };
 use mauve_timing::{Level, Rounding, Status, Time};
 use serde::Serialize;
@@ -64,6 +64,12 @@ impl Deployed<'_> {
     /// Is every deadline proved, at every level?
     pub(super) fn schedulable(&self) -> bool {
         self.reports.iter().all(|(_, report)| report.schedulable())
+    }
+
+    /// The codels whose times are assumed.
+    pub(super) fn assumed(&self) -> impl Iterator<Item = &str> {
+        let activities = self.reports.iter().flat_map(|(_, report)| &report.activities);
+        activities.flat_map(|it| &it.assumed).map(|(codel, _)| codel.as_str())
     }
 
     /// How many deadlines are proved, of how many.
@@ -171,11 +177,12 @@ pub(super) fn tables(db: &Database, all: &[Deployed<'_>]) -> Vec<String> {
         true => format!("{} of {}", it.deployment.name(db), it.root(db)),
         false => it.deployment.name(db).to_string(),
     };
-    all.iter().map(|it| table(&heading(it), it)).collect()
+    let throttling = |it: &Deployed<'_>| config_of(db, it.project.workspace(db)).rt_throttling;
+    all.iter().map(|it| table(&heading(it), it, throttling(it))).collect()
 }
 
 /// All figures at one level, or the responses at several.
-fn table(name: &str, it: &Deployed<'_>) -> String {
+fn table(name: &str, it: &Deployed<'_>, throttling: Option<bool>) -> String {
     let mut out = String::new();
     match it.reports.as_slice() {
         [(query, report)] => {
@@ -217,6 +224,9 @@ fn table(name: &str, it: &Deployed<'_>) -> String {
                 notes.push(note);
             }
         }
+    }
+    if throttling.is_none() {
+        out += "  assumes real-time throttling off: say whether it is, in mauve.toml, [platform] rt_throttling\n";
     }
     out.extend(notes);
     out
@@ -368,6 +378,8 @@ pub(super) struct Document {
     root: PathBuf,
     unit: &'static str,
     method: String,
+    /// Whether Linux keeps 50 ms of each second from real-time tasks; null where that is not said, and then it does not.
+    rt_throttling: Option<bool>,
     /// Only with `--horizon`: `first_job` leaves out what comes later, and is no bound.
     #[serde(skip_serializing_if = "Option::is_none")]
     unsafe_horizon: Option<Value>,
@@ -442,6 +454,7 @@ pub(super) fn document(db: &Database, it: &Deployed<'_>) -> Document {
         root: it.project.root(db).path(db).clone(),
         unit: "ms",
         method: query.map_or_else(String::new, |query| query.method.to_string()),
+        rt_throttling: config_of(db, it.project.workspace(db)).rt_throttling,
         unsafe_horizon: horizon.map(milliseconds),
         results: it
             .reports

@@ -2,16 +2,21 @@
 //!
 //! A timing table is not TOML, or has something in it that means nothing. A table that is no TOML, or has an unknown
 //! section, contributes nothing, and nothing is analysed: one missing bracket could swallow an override and lower a
-//! bound. An entry with an error costs that entry.
+//! bound. An entry with an error costs that entry: so does one with a shorter time at a stricter level, of which one must
+//! be wrong.
 //!
 //! ```mauve
 //! codel plan(): int
+//! codel land(): int
+//! codel hover(): int
 //! //- /mauve.toml
 //! timing.tables = ["times.toml"]
 //! //- /times.toml
 //! levels = [1e-3, 1e-4]
 //! [codel]
 //! plan = [1, 2, 3]   # error
+//! land = [3, 2]   # error
+//! hover = [3, 4]
 //! ```
 
 use super::*;
