@@ -119,10 +119,35 @@ fn wcrt_as_csv_and_explained() {
     }
     let missed = run_in("late", &LATE, &["wcrt", "--explain", "back"]);
     assert!(
-        missed.out.contains("iterations: the 2nd crosses the deadline of 9 ms\n  5 ms → 10 ms\n"),
+        missed.out.contains(
+            "iterations: the 2nd crosses the deadline, 9 ms after the window began\n  5 ms → 10 ms\n"
+        ),
         "{}",
         missed.out
     );
+    // The fifth job is the latest (Lehoczky 1990): its deadline is 500 ms after the window began.
+    let late = [
+        (
+            "robot.mal",
+            "codel f(): int\ncodel g(): int\nshell S { }\ncore K(S) { update = { f(); } }\n\
+             core L(S) { update = { g(); } }\ncomponent C(S, K)\ncomponent E(S, L)\n\
+             architecture A { instance a: C  instance b: E }\ndeployment D { architecture A\n\
+             activity a { priority = 2 period = 70 }\nactivity b { priority = 1 period = 100 } }\n",
+        ),
+        ("mauve.toml", "timing.tables = [\"t.toml\"]\n"),
+        ("t.toml", "[codel]\nf = 26\ng = 62\n"),
+    ];
+    let explained = run_in("late-job", &late, &["wcrt", "--explain", "b"]);
+    for part in [
+        "missed: response 118 ms",
+        "job 5 of the busy window responds last: it ends 518 ms after",
+        "the 4th crosses the deadline, 500 ms after the window began\n  310 ms → 440 ms → 492 ms → 518 ms\n",
+    ] {
+        assert!(explained.out.contains(part), "{part} in {}", explained.out);
+    }
+    let checked = run_in("late-job", &late, &["check"]);
+    let message = "b: R 118 ms > D 100 ms — 208 ms of the 518 ms up to the end of job 5 is a (8 jobs)";
+    assert!(checked.out.contains(message), "{}", checked.out);
 }
 
 #[test]

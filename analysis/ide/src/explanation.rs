@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use mauve_model::{ActivityReport, ModelDb, Project, Psm, Query, psm_of, worst_path};
+use mauve_model::{ActivityReport, ModelDb, Project, Psm, Query, Verdict, psm_of, worst_path};
 use mauve_timing::{Method, Time, worst_trace};
 
 /// How many periods of the worst trace are shown.
@@ -23,6 +23,9 @@ pub fn explain_response<'db>(
         "{} ({}), at {}, method {}",
         row.instance, row.component_name, query.level, query.method
     );
+    if activity.verdict == Verdict::Background {
+        return out + "  background: it is not real-time, and not analysed\n";
+    }
     let _ = writeln!(
         out,
         "  {}: response {}, deadline {}, period {}",
@@ -60,11 +63,16 @@ pub fn explain_response<'db>(
             let _ = writeln!(out, "  {:>12}  {:>4} {jobs:<4}  {}", it.time.to_string(), it.jobs, it.instance);
         }
     }
-    if let (Some(window), Some(deadline)) = (&activity.window, row.deadline)
+    if let (Some(window), Some(period), Some(deadline)) = (&activity.window, row.period, row.deadline)
+        // The deadline of job q is (q − 1)·T + D after the window began.
+        && let Some(deadline) = period.checked_mul(window.job - 1).and_then(|at| at.checked_add(deadline))
         && let Some(crossed) = window.iterations.iter().position(|&length| length > deadline)
     {
-        let _ =
-            writeln!(out, "\niterations: the {} crosses the deadline of {deadline}", ordinal(crossed + 1));
+        let _ = writeln!(
+            out,
+            "\niterations: the {} crosses the deadline, {deadline} after the window began",
+            ordinal(crossed + 1)
+        );
         let shown: Vec<String> = window.iterations.iter().map(Time::to_string).collect();
         let _ = writeln!(out, "  {}", shown.join(" → "));
     }
@@ -114,19 +122,15 @@ fn own_time(out: &mut String, psm: &Psm, method: Method, worst_path: &dyn Fn(&st
 fn trace(out: &mut String, psm: &Psm) {
     let Some(edges) = worst_trace(&psm.machine, SHOWN_PERIODS) else { return };
     let edges: Vec<_> = edges.iter().filter_map(|&edge| psm.machine.edges().get(edge)).collect();
-    let _ = writeln!(out, "\nits worst {SHOWN_PERIODS} periods in a row, as it delays others:");
+    let together = edges.iter().try_fold(Time::ZERO, |sum, edge| sum.checked_add(edge.cost));
+    let together = together.map_or_else(String::new, |sum| format!(", {sum} together"));
+    let _ = writeln!(out, "\nits worst {SHOWN_PERIODS} periods in a row, as it delays others{together}:");
     let state = |number: u32| psm.states.get(number as usize).map_or("", |name| name.as_str());
-    let mut sum = Some(Time::ZERO);
-    for edge in edges {
-        sum = sum.and_then(|sum| sum.checked_add(edge.cost));
-        let total = sum.map_or_else(String::new, |sum| sum.to_string());
-        let _ = writeln!(
-            out,
-            "  {:>12}  {} → {}  (together {total})",
-            edge.cost.to_string(),
-            state(edge.source),
-            state(edge.target)
-        );
+    for same in edges.chunk_by(|a, b| (a.source, a.target, a.cost) == (b.source, b.target, b.cost)) {
+        let Some(edge) = same.first() else { continue };
+        let times = if same.len() == 1 { String::new() } else { format!("  {} times", same.len()) };
+        let (source, target) = (state(edge.source), state(edge.target));
+        let _ = writeln!(out, "  {:>12}  {source} → {target}{times}", edge.cost.to_string());
     }
 }
 

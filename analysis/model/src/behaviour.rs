@@ -364,7 +364,27 @@ impl<'db> Reader<'_, 'db> {
         for index in 0..machine.states.len() {
             self.state(machine, index, &mut edges);
         }
+        self.unreachable(machine, start);
         self.keep_reachable(machine, start, edges);
+    }
+
+    /// Warns of states that no transition leads to, were it ever taken.
+    fn unreachable(&mut self, machine: &Machine, start: usize) {
+        if !self.found.refusals.is_empty() {
+            return;
+        }
+        let mut reached = vec![false; machine.states.len()];
+        let mut open = vec![start];
+        while let Some(state) = open.pop() {
+            if !std::mem::replace(&mut reached[state], true) {
+                let targets = machine.states[state].transitions.iter().filter_map(|it| it.target.as_ref());
+                open.extend(targets.filter_map(|target| self.states.get(&target.name)));
+            }
+        }
+        for (state, _) in machine.states.iter().zip(reached).filter(|(_, reached)| !reached) {
+            let at = self.at(state.name.part);
+            self.found.diagnostics.push(diagnostics::unreachable_state::report(at, &state.name.name));
+        }
     }
 
     /// The edges out of a state: its transitions in the order of the text, then staying.
@@ -389,7 +409,7 @@ impl<'db> Reader<'_, 'db> {
         let handle = self.method(state, MethodKind::Handle);
         // `run`, then each guard up to the one that holds.
         let mut before: Vec<usize> = run.into_iter().collect();
-        let mut fires_always = false;
+        let mut fires_always: Option<&Transition> = None;
         for transition in &state.transitions {
             if !transition.whole {
                 self.refuse_here("a transition has a syntax error");
@@ -410,7 +430,10 @@ impl<'db> Reader<'_, 'db> {
             }
             let target = self.target(machine, transition);
             // What comes after a transition without a guard never happens, but it is read all the same.
-            if fires_always {
+            if let Some(always) = fires_always {
+                let (at, first) = (self.at(transition.name.part), self.at(always.name.part));
+                let names = (&transition.name.name, &always.name.name);
+                self.found.diagnostics.push(diagnostics::never_taken::report(at, names, first));
                 continue;
             }
             let mut programs = before.clone();
@@ -421,9 +444,11 @@ impl<'db> Reader<'_, 'db> {
                 let transition = Some(transition.name.name.clone());
                 edges.push(Edge { source: index, target, transition, programs });
             }
-            fires_always = transition.guard.is_none();
+            if transition.guard.is_none() {
+                fires_always = Some(transition);
+            }
         }
-        if !fires_always {
+        if fires_always.is_none() {
             before.extend(handle);
             edges.push(Edge { source: index, target: index, transition: None, programs: before });
         }

@@ -134,6 +134,8 @@ codes! {
     unresolved_variable::UNRESOLVED_VARIABLE;
     no_effect::NO_EFFECT;
     unresolved_state::UNRESOLVED_STATE;
+    unreachable_state::UNREACHABLE_STATE;
+    never_taken::NEVER_TAKEN;
     ambiguous_name::AMBIGUOUS_NAME;
     duplicate_definition::DUPLICATE_DEFINITION;
     duplicate_hook::DUPLICATE_HOOK;

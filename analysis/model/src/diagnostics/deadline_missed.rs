@@ -32,12 +32,18 @@ pub(super) fn report<'db>(activity: &ActivityReport<'db>) -> Diagnostic<'db> {
     let deadline = activity.row.deadline.unwrap_or_default();
     let message = match activity.response {
         Some(response) => {
+            // Of a job that waits for others of its own, the window is longer than the response.
+            let late = activity.window.as_ref().filter(|window| window.job > 1);
+            let of_what = late.map_or_else(
+                || "of it".to_owned(),
+                |window| format!("of the {} up to the end of job {}", window.length, window.job),
+            );
             let heaviest = activity.interference.iter().max_by_key(|it| it.time);
-            let of_it = heaviest.map_or_else(String::new, |it| {
+            let heaviest = heaviest.map_or_else(String::new, |it| {
                 let jobs = if it.jobs == 1 { "job" } else { "jobs" };
-                format!(" — {} of it is {} ({} {jobs})", it.time, it.instance, it.jobs)
+                format!(" — {} {of_what} is {} ({} {jobs})", it.time, it.instance, it.jobs)
             });
-            format!("{name}: R {response} > D {deadline}{of_it}")
+            format!("{name}: R {response} > D {deadline}{heaviest}")
         }
         None => {
             let reasons: Vec<&str> = activity.reasons.iter().map(|reason| reason.message.as_str()).collect();

@@ -1,0 +1,28 @@
+//! # never-taken
+//!
+//! A transition that stands behind one without a guard: that one always fires first. What the transition and the state
+//! that it leads to would take is not part of the analysis.
+//!
+//! ```mauve
+//! codel plan(): int
+//! shell S { }
+//! core C(S) {
+//!   statemachine {
+//!     initial state Waiting {
+//!       transition stop if (plan() > 9) to Waiting
+//!       transition go to Moving
+//!       transition turn if (plan() > 0) to Moving   // warning
+//!     }
+//!     state Moving { transition done to Waiting }
+//!   }
+//! }
+//! ```
+
+use super::*;
+
+code!(NEVER_TAKEN, Warning, "never-taken");
+
+pub(crate) fn report<'db>(at: Place<'db>, (name, first): (&Name, &Name), first_at: Place<'db>) -> Diagnostic<'db> {
+    let message = format!("transition `{name}` is never taken: `{first}` before it has no guard, and always fires");
+    Diagnostic::new(&NEVER_TAKEN, at, message).related(first_at, "this one always fires")
+}
