@@ -23,16 +23,22 @@ use statement::block;
 pub(crate) fn source_file(p: &mut Parser<'_>) {
     let m = p.start();
     p.enter(List::File);
-    while p.at(INCLUDE_KW) || p.at(SEMICOLON) {
-        if !p.eat(SEMICOLON) {
-            include(p, false);
-        }
-    }
+    let (mut declared, mut late) = (false, false);
     while !p.at_end() {
-        if p.at(LIBRARY_KW) {
-            library(p);
-        } else {
-            declaration(p);
+        match p.current() {
+            // The first that stands too late is the mistake.
+            INCLUDE_KW => {
+                include(p, declared && !late);
+                late |= declared;
+            }
+            LIBRARY_KW => {
+                library(p);
+                declared = true;
+            }
+            kind => {
+                declared |= DECLARATIONS.contains(&kind);
+                declaration(p);
+            }
         }
     }
     p.leave();
@@ -43,6 +49,9 @@ pub(crate) fn source_file(p: &mut Parser<'_>) {
 
 const DECLARATION: &str =
     "a declaration (`library`, `use`, `codel`, `shell`, `core`, `component`, `architecture` or `deployment`)";
+
+const DECLARATIONS: [SyntaxKind; 7] =
+    [USE_KW, CODEL_KW, SHELL_KW, CORE_KW, COMPONENT_KW, ARCHITECTURE_KW, DEPLOYMENT_KW];
 
 fn declaration(p: &mut Parser<'_>) {
     match p.current() {
@@ -60,18 +69,22 @@ fn declaration(p: &mut Parser<'_>) {
 }
 
 // test_err include_after_declaration
+// # robot
+// include "a.mal"
+// include components/b.mal
 // codel f(): int
 // include "late.mal"
+// include "later.mal"
 fn include(p: &mut Parser<'_>, late: bool) {
     let m = p.start();
     if late {
         p.error("an `include` stands before all declarations of its file");
     }
     p.bump();
-    if p.at(UNTERMINATED_STRING) {
-        p.bump();
-    } else {
-        p.expect(STRING);
+    match p.current() {
+        STRING | UNTERMINATED_STRING => p.bump(),
+        _ if p.at_end() || p.begins_line() => p.missing(STRING.describe()),
+        _ => p.skip("expected a path in quotes, as in `include \"file.mal\"`", |p| p.begins_line()),
     }
     m.complete(p, INCLUDE);
 }

@@ -22,6 +22,7 @@ pub(crate) enum LexError {
     UnterminatedString,
     UnterminatedComment,
     UnknownEscape,
+    Hash,
     Characters,
 }
 
@@ -36,6 +37,7 @@ impl LexError {
             LexError::UnknownEscape => {
                 "unknown escape in a string: only `\\\"`, `\\\\`, `\\n` and `\\t` mean something"
             }
+            LexError::Hash => "`#` means nothing in MAUVE: a comment begins with `//`",
             LexError::Characters => "these characters mean nothing in MAUVE outside strings and comments",
         }
     }
@@ -89,6 +91,7 @@ pub fn lex(text: &str) -> Lexed {
             begins_line = 0;
         }
         let error = match kind {
+            ERROR_CHARACTERS if lexer.slice().starts_with('#') => Some(LexError::Hash),
             ERROR_CHARACTERS => Some(LexError::Characters),
             BAD_NUMBER => Some(LexError::BadNumber),
             UNTERMINATED_STRING => Some(LexError::UnterminatedString),
