@@ -107,6 +107,7 @@ pub fn behaviour_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'
     let features = shell.as_ref().map_or(&none, |&shell| features_of(db, project, shell));
     let mut reader = Reader {
         db,
+        project,
         of,
         names,
         features,
@@ -121,7 +122,7 @@ pub fn behaviour_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'
         let ty = data.shell.as_ref();
         reader.found.diagnostics.extend(diagnostics::unresolved_type(
             db,
-            names,
+            project,
             of,
             Kind::Shell,
             ty,
@@ -140,6 +141,7 @@ pub fn behaviour_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'
 
 struct Reader<'a, 'db> {
     db: &'db dyn ModelDb,
+    project: Project<'db>,
     of: Decl<'db>,
     names: &'db Names<'db>,
     features: &'a Features<'db>,
@@ -711,10 +713,7 @@ impl<'db> Reader<'_, 'db> {
                     "status" => diagnostics::unresolved_codel::built_in(at, "status(port)"),
                     "send" => diagnostics::unresolved_codel::built_in(at, "send(operation, …)"),
                     "collect" => diagnostics::unresolved_codel::built_in(at, "collect(handler, …)"),
-                    _ => {
-                        let near = self.names.similar(self.db, Kind::Codel, name);
-                        diagnostics::unresolved_codel::report(at, name, near)
-                    }
+                    _ => diagnostics::unresolved_codel::report(self.db, self.project, self.of, at, name),
                 };
                 self.refuse(report);
             }

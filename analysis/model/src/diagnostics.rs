@@ -9,7 +9,7 @@ use rustc_hash::FxHashMap;
 use crate::behaviour::behaviour_of;
 use crate::flat::{check_architecture, check_settings};
 use crate::item_tree::{Expr, FeatureKind, Field, Kind, Literal, Name, NameRef, TypeRef};
-use crate::names::{FeatureOf, Names, Unresolved, features_of, names_of};
+use crate::names::{FeatureOf, Unresolved, features_of, names_of, not_included};
 use crate::project::{
     Project, config_file, config_of, include_candidates, include_rings, includes, project_files, projects,
 };
@@ -92,6 +92,30 @@ impl<'db> Diagnostic<'db> {
     fn fix(mut self, title: impl Into<String>, at: Place<'db>, text: String) -> Diagnostic<'db> {
         self.fixes.push(Fix { title: title.into(), at, text });
         self
+    }
+
+    /// Says where `path`, written in `of`, may be found: in a library that is not used, in a file that is not included,
+    /// under a similar name.
+    fn look_elsewhere(
+        mut self,
+        db: &'db dyn ModelDb,
+        project: Project<'db>,
+        of: Decl<'db>,
+        kind: Kind,
+        path: &[Name],
+    ) -> Diagnostic<'db> {
+        let names = names_of(db, project);
+        let Some(name) = path.last() else { return self };
+        let advice = names.advice(of.library(db).as_ref(), kind, path).or_else(|| {
+            let file = not_included(db, project, kind, name)?;
+            Some(format!("{file} declares one, and is not included"))
+        });
+        if let Some(advice) = advice {
+            self.message += &format!("; {advice}");
+            return self;
+        }
+        let at = self.at.clone();
+        self.did_you_mean(at, names.similar(db, kind, name))
     }
 
     /// Asks whether `near` was meant, and offers to write it.
@@ -187,7 +211,7 @@ pub fn page(name: &str) -> Option<String> {
 /// The name of a shell, core, component or architecture that means nothing; nothing where that is reported already.
 pub(crate) fn unresolved_type<'db>(
     db: &'db dyn ModelDb,
-    names: &Names<'db>,
+    project: Project<'db>,
     of: Decl<'db>,
     kind: Kind,
     ty: Option<&TypeRef>,
@@ -195,18 +219,21 @@ pub(crate) fn unresolved_type<'db>(
 ) -> Option<Diagnostic<'db>> {
     let ty = ty?;
     let at = Place::Part(of, ty.part);
-    let near = match why {
-        Unresolved::Unknown => names.similar(db, kind, ty.path.last().map_or("", |name| name.as_str())),
+    match why {
+        Unresolved::Unknown => {}
         Unresolved::Ambiguous => return Some(ambiguous_name::report(at, kind, &ty.to_string())),
         Unresolved::Repeated | Unresolved::Missing | Unresolved::Lost => return None,
-    };
+    }
     let code = match kind {
         Kind::Core => &unresolved_core::UNRESOLVED_CORE,
         Kind::Component => &unresolved_component::UNRESOLVED_COMPONENT,
         Kind::Architecture => &unresolved_architecture::UNRESOLVED_ARCHITECTURE,
         _ => &unresolved_shell::UNRESOLVED_SHELL,
     };
-    Some(Diagnostic::new(code, at.clone(), format!("no {kind} `{ty}`")).did_you_mean(at, near))
+    Some(
+        Diagnostic::new(code, at, format!("no {kind} `{ty}`"))
+            .look_elsewhere(db, project, of, kind, &ty.path),
+    )
 }
 
 /// Everything that is wrong in a project, its timing included, in no particular order.
@@ -246,9 +273,12 @@ pub fn file_diagnostics<'db>(
     let rings = include_rings(db, workspace);
     let in_ring = |target: File| rings.get(&file).is_some_and(|ring| rings.get(&target) == Some(ring));
     let mut cycle = false;
+    let errors = parse(db, file).errors();
     for (index, (path, target)) in tree.includes.iter().zip(includes(db, workspace, file)).enumerate() {
         let at = Place::Include(file, index as u32);
         match (path, target) {
+            // A path with a syntax error in it is one mistake.
+            (Some(_), None) if errors.iter().any(|it| it.range.intersect(at.range(db)).is_some()) => {}
             (Some(path), None) => found.push(missing_include(db, workspace, file, at, path)),
             // One warning for a file, however many of its includes are part of the ring.
             (Some(path), Some(target)) if in_ring(*target) && !std::mem::replace(&mut cycle, true) => {
@@ -299,9 +329,18 @@ pub fn declaration_diagnostics<'db>(
         Kind::Component => {
             let Some(data) = component(db, decl) else { return found.into_boxed_slice() };
             let names = names_of(db, project);
+            let is = |kind, ty: &Option<TypeRef>| names.resolve_type(db, decl, kind, ty.as_ref()).is_ok();
+            if is(Kind::Core, &data.shell)
+                && is(Kind::Shell, &data.core)
+                && !is(Kind::Shell, &data.shell)
+                && !is(Kind::Core, &data.core)
+            {
+                found.extend(data.shell.as_ref().map(|first| unresolved_shell::swapped(decl, first)));
+                return found.into_boxed_slice();
+            }
             for (kind, ty) in [(Kind::Shell, &data.shell), (Kind::Core, &data.core)] {
                 if let Err(why) = names.resolve_type(db, decl, kind, ty.as_ref()) {
-                    let unresolved = unresolved_type(db, names, decl, kind, ty.as_ref(), &why);
+                    let unresolved = unresolved_type(db, project, decl, kind, ty.as_ref(), &why);
                     found.extend(unresolved.filter(|_| data.whole));
                 }
             }
@@ -316,14 +355,7 @@ pub fn declaration_diagnostics<'db>(
             let Some(data) = shell(db, decl) else { return found.into_boxed_slice() };
             for base in &data.bases {
                 if let Err(why) = names_of(db, project).resolve_type(db, decl, Kind::Shell, Some(base)) {
-                    found.extend(unresolved_type(
-                        db,
-                        names_of(db, project),
-                        decl,
-                        Kind::Shell,
-                        Some(base),
-                        &why,
-                    ));
+                    found.extend(unresolved_type(db, project, decl, Kind::Shell, Some(base), &why));
                 }
             }
             if features_of(db, project, decl).cycle {

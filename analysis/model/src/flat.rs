@@ -144,7 +144,7 @@ pub(crate) fn check_architecture<'db>(
             Err(unresolved) => {
                 found.extend(diagnostics::unresolved_type(
                     db,
-                    names,
+                    project,
                     of,
                     Kind::Architecture,
                     Some(import),
@@ -156,7 +156,7 @@ pub(crate) fn check_architecture<'db>(
     for instance in &data.instances {
         if let Err(unresolved) = names.resolve_type(db, of, Kind::Component, instance.component.as_ref()) {
             let ty = instance.component.as_ref();
-            found.extend(diagnostics::unresolved_type(db, names, of, Kind::Component, ty, &unresolved));
+            found.extend(diagnostics::unresolved_type(db, project, of, Kind::Component, ty, &unresolved));
         }
     }
     // An instance of an imported architecture, or an earlier one, has the name already.

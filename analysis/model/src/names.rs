@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::item_tree::{FeatureKind, Kind, Name, TypeRef};
-use crate::project::{Project, includes, project_files};
+use crate::project::{Project, includes, is_model, project_files};
 use crate::source::{Decl, declarations, shell};
 use crate::{File, ModelDb};
 
@@ -176,6 +176,23 @@ impl<'db> Names<'db> {
         format!("{what} is unknown{why}")
     }
 
+    /// What to do about `path`, written in `library`, that means nothing: a library to use, or one that is misspelt.
+    pub(crate) fn advice(&self, library: Option<&Name>, kind: Kind, path: &[Name]) -> Option<String> {
+        match path {
+            [name] => {
+                let has = |of: &&Name| !self.in_library(Some(of), kind, name).is_empty();
+                let of = self.libraries.iter().filter(has).min()?;
+                library.map(|_| format!("library `{of}` has one: add `use {of}`"))
+            }
+            [of, name] if !self.libraries.contains(of) => {
+                let of = similar(of, &self.libraries)?;
+                let is_there = !self.in_library(Some(&of), kind, name).is_empty();
+                is_there.then(|| format!("did you mean `{of}.{name}`?"))
+            }
+            _ => None,
+        }
+    }
+
     /// The name of this kind that `name` may be a misspelling of.
     pub fn similar(&self, db: &'db dyn ModelDb, kind: Kind, name: &str) -> Option<Name> {
         let names = self.all.iter().filter(|decl| decl.kind(db) == kind).map(|decl| decl.name(db));
@@ -280,6 +297,34 @@ pub fn features_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'d
     // Which of two features of one name is meant is unknown; one of them may be an operation.
     features.lost |= features.by_name.values().any(|found| found.len() > 1);
     features
+}
+
+/// What files of the workspace that are not part of a project declare.
+#[salsa::tracked(returns(ref))]
+fn declared_outside<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> FxHashMap<(Kind, Name), File> {
+    let inside: FxHashSet<File> = project_files(db, project).iter().copied().collect();
+    let mut outside = FxHashMap::default();
+    for (path, &file) in project.workspace(db).files(db).iter() {
+        if is_model(path) && !inside.contains(&file) {
+            for decl in &declarations(db, file).all {
+                outside.entry((decl.kind(db), decl.name(db).clone())).or_insert(file);
+            }
+        }
+    }
+    outside
+}
+
+/// The path, from the workspace's folder, of a file that declares `name` and is not included.
+pub(crate) fn not_included<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    kind: Kind,
+    name: &Name,
+) -> Option<String> {
+    let file = declared_outside(db, project).get(&(kind, name.clone()))?;
+    let path = file.path(db);
+    let path = path.strip_prefix(project.workspace(db).folder(db)).unwrap_or(path);
+    Some(path.display().to_string())
 }
 
 #[cfg(test)]

@@ -78,7 +78,8 @@ pub fn system_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>
             Ok(architecture) => Some(architecture),
             Err(unresolved) => {
                 let ty = Some(target);
-                let found = diagnostics::unresolved_type(db, names, of, Kind::Architecture, ty, &unresolved);
+                let found =
+                    diagnostics::unresolved_type(db, project, of, Kind::Architecture, ty, &unresolved);
                 reader.found.diagnostics.extend(found);
                 None
             }
@@ -123,6 +124,8 @@ impl<'db> Reader<'db> {
             self.found.lost.push(Refusal::reported(why, Place::name_of(target)));
         }
         let mut first_of: FxHashMap<&Name, &Activity> = FxHashMap::default();
+        // Instances whose activity has a misspelt name: that is one mistake.
+        let mut misspelt: FxHashSet<Name> = FxHashSet::default();
         for activity in activities.iter().filter(|activity| !activity.instance.name.is_empty()) {
             let name = &activity.instance.name;
             let first = first_of.insert(name, activity);
@@ -132,6 +135,7 @@ impl<'db> Reader<'db> {
                 let near = similar(name, flat.instances.iter().map(|instance| &instance.name));
                 let at = Place::Part(self.of, activity.instance.part);
                 let architecture = target.name(self.db);
+                misspelt.extend(near.clone());
                 self.found.diagnostics.push(diagnostics::unresolved_instance::report(
                     at,
                     name,
@@ -162,7 +166,9 @@ impl<'db> Reader<'db> {
             let diagnostic =
                 diagnostics::missing_activity::report(at.clone(), &instance.name, self.of.name(self.db));
             let refusal = Refusal::reported("it has no activity", at.clone());
-            self.found.diagnostics.push(diagnostic);
+            if !misspelt.contains(&instance.name) {
+                self.found.diagnostics.push(diagnostic);
+            }
             self.found.rows.push(Row {
                 instance: instance.name.clone(),
                 component_name: self.component_name(instance),
@@ -257,7 +263,10 @@ impl<'db> Reader<'db> {
         }
         match (fields.deadline, row.deadline) {
             (None, _) => row.deadline = row.period,
-            (Some(_), None) => row.refusals.push(Refusal::reported("its deadline cannot be used", at)),
+            (Some(_), None) if row.refusals.is_empty() => {
+                row.refusals.push(Refusal::reported("its deadline cannot be used", at));
+            }
+            (Some(_), None) => {}
             (Some(deadline), Some(of_row)) => {
                 if let Some((field, period)) = fields.period.zip(row.period)
                     && of_row > period

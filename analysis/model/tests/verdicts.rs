@@ -145,10 +145,10 @@ fn a_broken_field_takes_what_it_may_delay_with_it() {
     check(
         &activities(FINE.0, "priority = 2 period = 10 deadline = 99999999999", FINE.2),
         expect![[r#"
-        a met 1 ms
-        b not-analysed: its deadline cannot be used; its deadline cannot be used
-        c not-analysed: b may delay it, and is not analysed
-    "#]],
+            a met 1 ms
+            b not-analysed: its deadline cannot be used
+            c not-analysed: b may delay it, and is not analysed
+        "#]],
     );
 }
 
@@ -419,6 +419,32 @@ assume.codel = "20 ms"
         assert_eq!(found.matches("not-analysed").count(), 2, "{line}: {found}");
     }
     assert_eq!(verdicts(&fixture.replace("operation p.go -> c.go", "")).matches("met").count(), 2);
+}
+
+#[test]
+fn a_name_that_means_nothing_says_where_it_may_be_found() {
+    let model = |app: &str| {
+        diagnostics(&format!(
+            "include \"lib.mal\"\n{app}\n//- /lib.mal\nlibrary near {{ codel f(): int  shell S {{ }} }}\n\
+             //- /parts/other.mal\ncodel elsewhere(): int\n//- /mauve.toml\nproject.root = \"model.mal\"\n"
+        ))
+    };
+    expect![[r#"
+        /model.mal "S" unresolved-shell: no shell `S`; library `near` has one: add `use near`
+    "#]].assert_eq(&model("library app { core K(S) { update = { f(); elsewhere(); } } }"));
+    expect![[r#"
+        /model.mal "elsewhere" unresolved-codel: no codel or operation `elsewhere`; parts/other.mal declares one, and is not included
+    "#]].assert_eq(&model("library app { use near core K(S) { update = { f(); elsewhere(); } } }"));
+    expect![[r#"
+        /model.mal "naer.S" unresolved-shell: no shell `naer.S`; did you mean `near.S`?
+        /model.mal "L" unresolved-shell: `L` is a core: the shell comes first, then the core
+    "#]].assert_eq(&model(
+        "core K(naer.S) { update = { f(); } }\ncomponent C(L, near.S)\ncore L(S) { update = { } }",
+    ));
+    expect![[r#"
+        /model.mal "include" syntax-error: an `include` stands before all declarations of its file
+        /model.mal "\"pa\\rts.mal\"" syntax-error: unknown escape in a string: only `\"`, `\\`, `\n` and `\t` mean something
+    "#]].assert_eq(&model("core L(S) { update = { } }\ncomponent C(L, S)\ninclude \"pa\\rts.mal\""));
 }
 
 #[test]

@@ -21,9 +21,15 @@ use super::*;
 
 code!(UNRESOLVED_CODEL, Error, "unresolved-codel");
 
-pub(crate) fn report<'db>(at: Place<'db>, name: &str, near: Option<Name>) -> Diagnostic<'db> {
-    let message = format!("no codel or operation `{name}`");
-    Diagnostic::new(&UNRESOLVED_CODEL, at.clone(), message).did_you_mean(at, near)
+pub(crate) fn report<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    at: Place<'db>,
+    name: &Name,
+) -> Diagnostic<'db> {
+    let diagnostic = Diagnostic::new(&UNRESOLVED_CODEL, at, format!("no codel or operation `{name}`"));
+    diagnostic.look_elsewhere(db, project, of, Kind::Codel, std::slice::from_ref(name))
 }
 
 pub(crate) fn built_in<'db>(at: Place<'db>, form: &str) -> Diagnostic<'db> {
