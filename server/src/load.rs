@@ -36,6 +36,10 @@ pub(crate) fn load(db: &mut Database, paths: &[PathBuf]) -> Result<Vec<Workspace
             path.canonicalize().map_err(|error| format!("cannot read `{}`: {error}", path.display()))?;
         let is_config = absolute.file_name().is_some_and(|name| name == CONFIG_FILE);
         if absolute.is_file() && !is_config {
+            if !is_model(&absolute) {
+                let path = path.display();
+                return Err(format!("`{path}` is no model (*.mal), no {CONFIG_FILE} and no folder"));
+            }
             let folder = absolute.parent().unwrap_or(Path::new("/"));
             single.push((home(folder), absolute));
             continue;

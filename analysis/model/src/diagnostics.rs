@@ -9,9 +9,10 @@ use rustc_hash::FxHashMap;
 use crate::behaviour::behaviour_of;
 use crate::flat::{check_architecture, check_settings};
 use crate::item_tree::{Expr, FeatureKind, Field, Kind, Literal, Name, NameRef, TypeRef};
-use crate::names::{FeatureOf, Unresolved, features_of, names_of, not_included};
+use crate::names::{FeatureOf, Unresolved, features_of, file_outside, names_of};
 use crate::project::{
-    Project, config_file, config_of, include_candidates, include_rings, includes, project_files, projects,
+    Project, config_file, config_of, include_candidates, include_rings, includes, not_checked, project_files,
+    projects,
 };
 use crate::psm::{core_of, is_core_for, shell_of};
 use crate::response::{
@@ -107,7 +108,7 @@ impl<'db> Diagnostic<'db> {
         let names = names_of(db, project);
         let Some(name) = path.last() else { return self };
         let advice = names.advice(of.library(db).as_ref(), kind, path).or_else(|| {
-            let file = not_included(db, project, kind, name)?;
+            let file = file_outside(db, project, kind, name)?;
             Some(format!("{file} declares one, and is not included"))
         });
         if let Some(advice) = advice {
@@ -147,6 +148,7 @@ codes! {
     unreadable_file::UNREADABLE_FILE;
     unresolved_include::UNRESOLVED_INCLUDE;
     include_cycle::INCLUDE_CYCLE;
+    not_included::NOT_INCLUDED;
     unresolved_shell::UNRESOLVED_SHELL;
     unresolved_core::UNRESOLVED_CORE;
     unresolved_component::UNRESOLVED_COMPONENT;
@@ -484,7 +486,9 @@ pub fn workspace_diagnostics<'db>(db: &'db dyn ModelDb, workspace: Workspace) ->
         findings.push(Finding { diagnostic, only_in });
     }
     let of_config = config_diagnostics(db, workspace).into_iter();
-    findings.extend(of_config.map(|diagnostic| Finding { diagnostic, only_in: None }));
+    let not_included = not_checked(db, workspace).into_iter().map(not_included::report);
+    let all = of_config.chain(not_included);
+    findings.extend(all.map(|diagnostic| Finding { diagnostic, only_in: None }));
     findings.sort_by_cached_key(|finding| {
         let at = &finding.diagnostic.at;
         (at.file(db).path(db).clone(), at.range(db).start(), finding.diagnostic.code.name)

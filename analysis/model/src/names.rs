@@ -315,7 +315,7 @@ fn declared_outside<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> FxHashM
 }
 
 /// The path, from the workspace's folder, of a file that declares `name` and is not included.
-pub(crate) fn not_included<'db>(
+pub(crate) fn file_outside<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     kind: Kind,

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::config::{self, Config};
+use crate::names::names_of;
 use crate::source::item_tree_of;
 use crate::{File, ModelDb, Workspace, normalised};
 
@@ -71,7 +72,7 @@ pub fn is_model(path: &Path) -> bool {
 /// that include one another in a ring, the one with the first path.
 #[salsa::tracked(returns(ref))]
 pub fn projects<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Project<'db>> {
-    let mut roots = all_roots(db, workspace);
+    let mut roots = all_roots(db, workspace).clone();
     let only = workspace.only(db);
     if !only.is_empty() {
         // A part of a project means what it means there; a file of none is one by itself.
@@ -86,7 +87,25 @@ pub fn projects<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Project<
     roots.into_iter().map(|root| Project::new(db, workspace, root)).collect()
 }
 
-fn all_roots(db: &dyn ModelDb, workspace: Workspace) -> Vec<File> {
+/// The models of a workspace's folder that no root of `mauve.toml` includes: nobody checks them.
+pub(crate) fn not_checked(db: &dyn ModelDb, workspace: Workspace) -> Vec<File> {
+    let roots = config_of(db, workspace).roots.len();
+    let projects = projects(db, workspace);
+    // What a missing include or root would include is not missing for a second time.
+    let missing = projects.len() < roots || projects.iter().any(|&project| names_of(db, project).missing);
+    if roots == 0 || missing || !workspace.only(db).is_empty() {
+        return Vec::new();
+    }
+    let checked: FxHashSet<File> =
+        projects.iter().flat_map(|&project| project_files(db, project)).copied().collect();
+    let files = workspace.files(db).iter();
+    let models = files.filter(|(path, _)| is_model(path) && path.starts_with(workspace.folder(db)));
+    models.map(|(_, &file)| file).filter(|file| !checked.contains(file)).collect()
+}
+
+/// The roots of a workspace, whichever of them are looked at.
+#[salsa::tracked(returns(ref))]
+pub(crate) fn all_roots(db: &dyn ModelDb, workspace: Workspace) -> Vec<File> {
     let config = config_of(db, workspace);
     if !config.roots.is_empty() {
         let known = workspace.files(db);

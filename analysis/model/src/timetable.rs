@@ -13,7 +13,7 @@ use crate::behaviour::behaviour_of;
 use crate::diagnostics::{Diagnostic, invalid_table, unknown_timing_key};
 use crate::item_tree::{Kind, Name};
 use crate::names::{names_of, similar};
-use crate::project::{CONFIG_FILE, Project, config_file, config_of, projects};
+use crate::project::{CONFIG_FILE, Project, all_roots, config_file, config_of};
 use crate::psm::core_of;
 use crate::source::{Decl, Place};
 use crate::{File, ModelDb, Workspace, normalised};
@@ -448,8 +448,9 @@ fn at_level(times: &Times, levels: &[Level], level: Level) -> Option<Time> {
 
 /// A table may serve several projects of a workspace: a key is unknown only where none of them has it.
 fn is_known_elsewhere<'db>(db: &'db dyn ModelDb, project: Project<'db>, kind: Kind, key: &str) -> bool {
-    let others = projects(db, project.workspace(db)).iter().filter(|&&other| other != project);
-    others.into_iter().any(|&other| match key.rsplit_once('.') {
+    let workspace = project.workspace(db);
+    let others = all_roots(db, workspace).iter().filter(|&&root| root != project.root(db));
+    others.map(|&root| Project::new(db, workspace, root)).any(|other| match key.rsplit_once('.') {
         Some((library, name)) => {
             !names_of(db, other).in_library(Some(&library.into()), kind, &name.into()).is_empty()
         }
