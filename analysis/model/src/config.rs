@@ -15,6 +15,8 @@ pub struct Config {
     pub tables: Vec<(String, Range<usize>)>,
     /// `[timing] significance`: the level that is shown and checked.
     pub significance: Option<Level>,
+    /// Where that stands.
+    pub significance_span: Option<Range<usize>>,
     /// `[assume] codel`: the time of a codel that no table has.
     pub assume: Option<Time>,
     /// `[platform] cpus`.
@@ -123,7 +125,10 @@ impl Reader {
                 None => self.lost("`tables` is a list of paths, which may have `*`".to_owned(), value.span()),
             },
             "significance" => match number(value).and_then(Level::from_f64) {
-                Some(level) => self.config.significance = Some(level),
+                Some(level) => {
+                    self.config.significance = Some(level);
+                    self.config.significance_span = Some(value.span());
+                }
                 None => {
                     self.lost(
                         "`significance` is a number between 0 and 1, such as 1e-4".to_owned(),

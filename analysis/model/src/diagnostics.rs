@@ -402,17 +402,31 @@ fn timing_diagnostics<'db>(
     // Where a table is lost, it may have the times that seem to be missing.
     let lost = timetable_of(db, project).lost.is_some();
     let missing = if lost { Vec::new() } else { missing_times(db, project, deployment, query.level) };
+    let report = response_times(db, project, deployment, query);
+    let is_not_analysed = |it: &ActivityReport<'_>| it.verdict == Verdict::RealTime(Status::NotAnalysed);
+    if let Some(levels) = timetable_of(db, project).without_level(query.level)
+        && !lost
+        && report.activities.iter().any(is_not_analysed)
+    {
+        let workspace = project.workspace(db);
+        let span = config_file(db, workspace).zip(config_of(db, workspace).significance_span.clone());
+        let at = span.map_or_else(
+            || Place::name_of(deployment),
+            |(file, span)| Place::Range(file, span.start as u32, span.end as u32),
+        );
+        found.push(missing_time::no_level(at, query.level, &levels));
+    }
     if !missing.is_empty() && timetable_of(db, project).is_empty() {
         found.push(missing_time::no_table(Place::name_of(deployment), missing.len()));
     } else if !missing.is_empty() {
         let budgets = budgets(db, project, deployment, query);
-        for missing in &missing {
+        for missing in missing.iter().filter(|missing| !missing.at_other_levels) {
             let budget = budgets.iter().find(|budget| budget.codel == missing.codel);
             let name = missing.codel.qualified(db);
             found.push(missing_time::report(missing, &name, budget));
         }
     }
-    for activity in &response_times(db, project, deployment, query).activities {
+    for activity in &report.activities {
         match activity.verdict {
             Verdict::RealTime(Status::Missed | Status::Unbounded | Status::NoBound) => {
                 found.push(deadline_missed::report(activity));

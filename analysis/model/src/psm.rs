@@ -260,11 +260,7 @@ impl<'db> Evaluator<'_, 'db> {
         match self.times.program_time(self.db, self.component, &program.key, self.level) {
             Lookup::Known(time) | Lookup::Assumed(time) => Some(time),
             Lookup::Absent => self.cost(&program.cost),
-            Lookup::OtherLevels(why) => {
-                self.refuse(why);
-                None
-            }
-            Lookup::Unusable(why) => {
+            Lookup::OtherLevels(why) | Lookup::Unusable(why) => {
                 self.refused.refusals.push(Refusal::reported(why, Place::name_of(self.component)));
                 None
             }

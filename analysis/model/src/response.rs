@@ -449,8 +449,8 @@ fn real_time_components<'db>(system: &System<'db>) -> Vec<Decl<'db>> {
 pub struct MissingTime<'db> {
     /// The codel.
     pub codel: Decl<'db>,
-    /// Where a table has it at other levels: which.
-    pub why: Option<String>,
+    /// Does a table have it at other levels?
+    pub at_other_levels: bool,
     /// The activities that execute it, by their instances.
     pub users: Vec<(Name, Place<'db>)>,
 }
@@ -472,7 +472,11 @@ pub fn missing_times<'db>(
             let user = (row.instance.clone(), row.at.clone());
             match missing.iter_mut().find(|known| known.codel == *codel) {
                 Some(known) => known.users.push(user),
-                None => missing.push(MissingTime { codel: *codel, why: why.clone(), users: vec![user] }),
+                None => missing.push(MissingTime {
+                    codel: *codel,
+                    at_other_levels: why.is_some(),
+                    users: vec![user],
+                }),
             }
         }
     }

@@ -115,6 +115,8 @@ pub struct Timetable<'db> {
     levels: Vec<Level>,
     /// Levels that only some tables have, each with a table that does not.
     partial: Vec<(Level, String)>,
+    /// The tables in which some time depends on the level, with their levels.
+    with_levels: Vec<(String, Vec<Level>)>,
     assume: Option<Time>,
     /// Something was lost that may make every time longer: nothing is analysed.
     pub lost: Option<(String, Place<'db>)>,
@@ -164,6 +166,11 @@ pub fn timetable_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Timetab
     }
     joining.report_repeated();
     let all: BTreeSet<Level> = tables.iter().flat_map(|table| table.levels.iter().copied()).collect();
+    for (table, &file) in tables.iter().zip(&found.files) {
+        if table.depends_on_level() {
+            joining.times.with_levels.push((file_name(db, file), table.levels.clone()));
+        }
+    }
     for level in all.into_iter().rev() {
         match tables.iter().position(|table| !table.covers(level)).and_then(|index| found.files.get(index)) {
             None => joining.times.levels.push(level),
@@ -412,6 +419,12 @@ impl<'db> Timetable<'db> {
         (&self.levels, &self.partial)
     }
 
+    /// A table that has no times at this level, and which it has; in words for the user.
+    pub(crate) fn without_level(&self, level: Level) -> Option<String> {
+        let (name, levels) = self.with_levels.iter().find(|(_, levels)| !levels.contains(&level))?;
+        Some(format!("{name} has the levels {}", list(levels)))
+    }
+
     fn time(&self, db: &'db dyn ModelDb, of: &Of<'db>, level: Level, what: impl Fn() -> String) -> Lookup {
         let slot = match self.slots.get(of).map_or(&[] as &[Slot], Vec::as_slice) {
             [] => return self.doubts.get(of).map_or(Lookup::Absent, |why| Lookup::Unusable(why.clone())),
@@ -427,8 +440,7 @@ impl<'db> Timetable<'db> {
         };
         at_level(times, &slot.levels, level).map_or_else(
             || {
-                let levels: Vec<String> = slot.levels.iter().map(Level::to_string).collect();
-                let levels = levels.join(", ");
+                let levels = list(&slot.levels);
                 Lookup::OtherLevels(format!(
                     "no time for {} at {level}: {name} has the levels {levels}",
                     what()
@@ -437,6 +449,11 @@ impl<'db> Timetable<'db> {
             Lookup::Known,
         )
     }
+}
+
+fn list(levels: &[Level]) -> String {
+    let levels: Vec<String> = levels.iter().map(Level::to_string).collect();
+    levels.join(", ")
 }
 
 fn at_level(times: &Times, levels: &[Level], level: Level) -> Option<Time> {

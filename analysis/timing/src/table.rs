@@ -172,7 +172,12 @@ impl Table {
 
     /// Whether every time of the table holds at `level`: it is one of `levels`, or no time depends on the level.
     pub fn covers(&self, level: Level) -> bool {
-        self.levels.contains(&level) || !self.times().any(|times| matches!(times, Times::PerLevel(_)))
+        self.levels.contains(&level) || !self.depends_on_level()
+    }
+
+    /// Whether any time of the table depends on the level.
+    pub fn depends_on_level(&self) -> bool {
+        self.times().any(|times| matches!(times, Times::PerLevel(_)))
     }
 
     fn times(&self) -> impl Iterator<Item = &Times> {

@@ -19,8 +19,12 @@
 //! land = 3
 //! ```
 //!
+//! A table has times at its levels only: none is ever taken from another level.
+//!
 //! The message says what the codel may take: the greatest time with which every deadline still holds. Write its time
 //! into a table (`"library.codel" = 3`), or a time for all that lack one under `[assume]` in `mauve.toml`.
+
+use mauve_timing::Level;
 
 use super::*;
 
@@ -31,9 +35,8 @@ pub(super) fn report<'db>(
     codel: &str,
     budget: Option<&Budget<'db>>,
 ) -> Diagnostic<'db> {
-    let MissingTime { why, users, .. } = missing;
+    let users = &missing.users;
     let names: Vec<&str> = users.iter().map(|(name, _)| name.as_str()).collect();
-    let what = why.clone().unwrap_or_else(|| format!("no time for codel `{codel}`"));
     let may = match budget {
         Some(Budget { time: Some(time), alone: true, .. }) => format!(" — it may take up to {time}"),
         Some(Budget { time: Some(time), .. }) => {
@@ -43,9 +46,15 @@ pub(super) fn report<'db>(
         None => String::new(),
     };
     let verb = if names.len() == 1 { "is" } else { "are" };
-    let message = format!("{what}: {} {verb} not analysed{may}", enumerated(&names));
+    let message = format!("no time for codel `{codel}`: {} {verb} not analysed{may}", enumerated(&names));
     let diagnostic = Diagnostic::new(&MISSING_TIME, Place::name_of(missing.codel), message);
     users.iter().fold(diagnostic, |it, (name, at)| it.related(at.clone(), format!("{name} executes it")))
+}
+
+/// The level that is asked for is missing in a table: one warning, however many times it has.
+pub(super) fn no_level<'db>(at: Place<'db>, level: Level, levels: &str) -> Diagnostic<'db> {
+    let message = format!("no times at {level}: {levels}");
+    Diagnostic::new(&MISSING_TIME, at, message)
 }
 
 /// One warning for a deployment without any timing table: a warning for each codel would say no more.
