@@ -273,6 +273,19 @@ fn the_files_in_the_readme_are_right() {
     let files = [("robot.mal", robot.as_str()), ("mauve.toml", &config), ("t.toml", table)];
     let found = run_in("readme", &files, &["check"]);
     assert!(found.out.starts_with("no errors, no warnings"), "{}", found.out);
+    // The model, with the file that it includes.
+    let model = readme.split("```mauve\n").nth(1).unwrap().split("```").next().unwrap();
+    let gripper = "library gripper { shell GripperShell { }  codel hold_it(in hard: bool): bool\n\
+                   shell BaseShell { input port way: Twist  provide hold(in hard: bool): bool }\n\
+                   core BaseCore(BaseShell) { provide hold(in hard: bool) = { return hold_it(hard); }  update = { } }\n\
+                   component Base(BaseShell, BaseCore) }\n";
+    let files = [
+        ("robot.mal", model),
+        ("gripper.mal", gripper),
+        ("mauve.toml", "assume.codel = \"1 ms\"\nplatform.rt_throttling = false\n"),
+    ];
+    let found = run_in("readme-model", &files, &["check"]);
+    assert!(found.out.contains("no errors, no warnings; the deadline is proved"), "{}", found.out);
 }
 
 #[test]

@@ -93,7 +93,9 @@ impl std::str::FromStr for Significance {
         }
         let level = |text: &str| {
             let level = text.trim().parse().ok().and_then(Level::from_f64);
-            level.ok_or_else(|| format!("`{text}` is no level: expected numbers between 0 and 1, or `all`"))
+            level.ok_or_else(|| {
+                format!("`{text}` is no level: expected numbers between 0 and 1, or `all` and nothing else")
+            })
         };
         let mut levels: Vec<Level> = text.split(',').map(level).collect::<Result<_, _>>()?;
         let mut seen = BTreeSet::new();
@@ -123,9 +125,9 @@ fn levels(db: &Database, project: Project<'_>, asked: Option<&Significance>) -> 
 /// How an analysis bounds the demand of several jobs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Method {
-    /// One execution time for each component (R⁻ of the paper).
+    /// Every period of a component takes as long as its longest.
     Classic,
-    /// Its state machine (R⁺ of the paper).
+    /// Which periods follow each other is known from its state machine.
     Psm,
 }
 
@@ -176,6 +178,15 @@ fn milliseconds(time: Time) -> serde_json::Value {
 fn say(message: &str) {
     use std::io::Write as _;
     let _ = writeln!(anstream::stderr(), "mauve: {message}");
+}
+
+/// `1 file`, `2 files`, `no files`.
+fn counted(count: usize, what: &str) -> String {
+    match count {
+        0 => format!("no {what}s"),
+        1 => format!("1 {what}"),
+        _ => format!("{count} {what}s"),
+    }
 }
 
 /// One JSON document and a line break.

@@ -333,7 +333,11 @@ impl<'db> Joining<'db> {
             0 => format!("{name} has no program `{program}`"),
             _ => format!("{name} has several programs `{program}`"),
         };
-        let near = similar(program, &keys).map(|near| format!("{name}/{near}").into());
+        // The transition alone is neither its guard nor its program.
+        let longer =
+            keys.iter().find(|key| key.strip_prefix(program).is_some_and(|rest| rest.starts_with('.')));
+        let near = longer.cloned().or_else(|| similar(program, &keys));
+        let near = near.map(|near| format!("{name}/{near}").into());
         self.report(unknown_timing_key::of_program(at.clone(), &why, near));
         self.times.doubtful.insert(component, (format!("{}: {why}", file_name(db, file)), at));
     }

@@ -1074,7 +1074,8 @@ fn levels_are_never_interpolated() {
         times.replace("assume", "timing.significance = 1e-7\nassume").replace("one = 1", "one = [1, 1]");
     expect![[r#"
         /mauve.toml "1e-7" missing-time: no times at 1e-7: times.toml has the levels 1e-3, 1e-5
-    "#]].assert_eq(&diagnostics(&format!("{ROBOT}{deployed}{asked}")));
+    "#]]
+    .assert_eq(&diagnostics(&format!("{ROBOT}{deployed}{asked}")));
 }
 
 #[test]

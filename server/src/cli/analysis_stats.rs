@@ -11,7 +11,7 @@ use mauve_model::{
 };
 use mauve_timing::Level;
 
-use super::{Paths, deployments, levels};
+use super::{Paths, counted, deployments, levels};
 use crate::Output;
 use crate::load::load;
 
@@ -31,7 +31,7 @@ impl AnalysisStats {
 
         let start = Instant::now();
         let workspaces = load(&mut db, &self.paths.paths)?;
-        line("load", start.elapsed(), format!("{} workspaces", workspaces.len()));
+        line("load", start.elapsed(), counted(workspaces.len(), "workspace"));
 
         let projects: Vec<_> =
             workspaces.iter().flat_map(|&workspace| projects(&db, workspace)).copied().collect();
@@ -52,7 +52,7 @@ impl AnalysisStats {
         line(
             "parse",
             elapsed,
-            format!("{} files, {lines} lines, {bytes} bytes, {speed:.0} MB/s", files.len()),
+            format!("{}, {lines} lines, {bytes} bytes, {speed:.0} MB/s", counted(files.len(), "file")),
         );
 
         let start = Instant::now();
@@ -61,11 +61,11 @@ impl AnalysisStats {
             item_tree_of(&db, file);
         }
         let declarations: usize = files.iter().map(|&file| item_tree_of(&db, file).declarations.len()).sum();
-        line("item trees", start.elapsed(), format!("{declarations} declarations"));
+        line("item trees", start.elapsed(), counted(declarations, "declaration"));
 
         let start = Instant::now();
         let named: usize = projects.iter().map(|&project| names_of(&db, project).all.len()).sum();
-        line("names", start.elapsed(), format!("{named} names in {} projects", projects.len()));
+        line("names", start.elapsed(), format!("{named} names in {}", counted(projects.len(), "project")));
 
         let start = Instant::now();
         let mut edges = 0;
@@ -74,7 +74,7 @@ impl AnalysisStats {
                 edges += behaviour_of(&db, project, decl).edges.len();
             }
         }
-        line("behaviours", start.elapsed(), format!("{edges} edges"));
+        line("behaviours", start.elapsed(), counted(edges, "edge"));
 
         let start = Instant::now();
         let mut analysed = 0;

@@ -11,7 +11,7 @@ use mauve_model::{Database, File, Place};
 use serde::Serialize;
 
 use super::wcrt::Deployed;
-use super::{Paths, wcrt};
+use super::{Paths, counted, wcrt};
 use crate::Output;
 use crate::load::load;
 
@@ -56,15 +56,10 @@ impl Check {
                     parts.push(format!("… and {more} more: `--format json` shows all\n"));
                 }
                 parts.extend(wcrt::tables(&db, &deployed));
-                let plural = |count: usize, what: &str| match count {
-                    0 => format!("no {what}s"),
-                    1 => format!("1 {what}"),
-                    _ => format!("{count} {what}s"),
-                };
-                let counted = format!("{}, {}", plural(errors, "error"), plural(warnings, "warning"));
+                let found = format!("{}, {}", counted(errors, "error"), counted(warnings, "warning"));
                 let pages =
                     if findings.is_empty() { "" } else { "`mauve explain CODE` says more of each.\n" };
-                parts.push(format!("{counted}; {}\n{pages}", deadlines(&deployed)));
+                parts.push(format!("{found}; {}\n{pages}", deadlines(&deployed)));
                 parts.join("\n")
             }
         };

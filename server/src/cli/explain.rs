@@ -20,7 +20,12 @@ impl Explain {
             return Ok(Output::fine(codes().map(line).collect::<String>()));
         }
         if let Some(page) = page(&self.code) {
-            return Ok(Output::fine(page));
+            // Examples of several files.
+            let line = |line: &str| match line.strip_prefix("//- /") {
+                Some(path) => format!("── {path} ──\n"),
+                None => format!("{line}\n"),
+            };
+            return Ok(Output::fine(page.lines().map(line).collect::<String>()));
         }
         let names: Vec<_> = codes().map(|code| code.name.into()).collect();
         let near =

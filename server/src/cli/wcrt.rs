@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use clap::ValueEnum;
 use mauve_ide::explain_response;
 use mauve_model::diagnostics::{Severity, workspace_diagnostics};
+use mauve_model::item_tree::Name;
 use mauve_model::{
     ActivityReport, Database, Decl, Priority, Project, Query, Report, Verdict, Workspace, config_of,
     cpu_names, response_times,
@@ -157,14 +158,16 @@ fn explain(db: &Database, all: &[Deployed<'_>], instance: &str) -> Result<String
         }
     }
     if texts.is_empty() {
-        let names: Vec<_> = all
+        let names: Vec<Name> = all
             .iter()
-            .flat_map(|it| it.reports.iter().flat_map(|(_, report)| &report.activities))
+            .flat_map(|it| it.reports.first().into_iter().flat_map(|(_, report)| &report.activities))
             .map(|activity| activity.row.instance.clone())
             .collect();
         let near = mauve_model::similar(instance, &names);
-        let near = near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
-        return Err(format!("no instance `{instance}`{near}"));
+        return Err(match near {
+            Some(near) => format!("no instance `{instance}`; did you mean `{near}`?"),
+            None => format!("no instance `{instance}`: there is {}", names.join(", ")),
+        });
     }
     Ok(texts.join("\n"))
 }

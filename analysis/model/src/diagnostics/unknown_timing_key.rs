@@ -24,6 +24,10 @@ use super::*;
 code!(UNKNOWN_TIMING_KEY, Warning, "unknown-timing-key");
 
 pub(crate) fn report<'db>(at: Place<'db>, kind: Kind, key: &str, near: Option<Name>) -> Diagnostic<'db> {
+    if key.contains('/') {
+        let message = format!("`{key}` is the key of a program: it belongs under [program]");
+        return Diagnostic::new(&UNKNOWN_TIMING_KEY, at, message);
+    }
     Diagnostic::new(&UNKNOWN_TIMING_KEY, at, format!("no {kind} `{key}`{}", mean(near)))
 }
 
