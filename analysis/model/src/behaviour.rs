@@ -610,9 +610,7 @@ impl<'db> Reader<'_, 'db> {
         if callee.name == "collect" {
             return self.core.handlers.iter().any(|handler| handler.name == first.name);
         }
-        if self.scope.contains(&first.name) {
-            return false;
-        }
+        // Ports and operations are no values: a variable of the same name is not meant.
         let kind = self.features.get(&first.name).map(|feature| feature.kind);
         match callee.name.as_str() {
             "read" | "write" | "status" => {
