@@ -17,7 +17,7 @@
 //! | `source.rs` | declarations, their data, and [`Place`]s |
 //! | `project.rs`, `config.rs` | roots, includes, `mauve.toml` |
 //! | `names.rs` | what a name means; the features of a shell |
-//! | `behaviour.rs` | a core's states, edges and the codels of its programs |
+//! | `behaviour.rs`, `behaviour/program.rs` | a core's states and edges; what its programs cost |
 //! | `timetable.rs` | the timing tables, joined |
 //! | `psm.rs` | behaviour + times: the periodic state machine of a component |
 //! | `flat.rs` | an architecture with all that it imports |

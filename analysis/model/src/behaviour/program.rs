@@ -1,0 +1,254 @@
+//! What a program costs along its worst path, and which names in it mean nothing.
+
+use rustc_hash::FxHashMap;
+
+use super::{Cost, Reader};
+use crate::diagnostics;
+use crate::item_tree::{Expr, FeatureKind, Kind, Name, NameRef, Part, Program, Statement, Variable};
+use crate::names::{Unresolved, similar};
+
+/// The variables in scope, innermost last.
+#[derive(Default)]
+pub(super) struct Scope {
+    pub(super) names: Vec<Name>,
+    /// How many of each name there are.
+    counts: FxHashMap<Name, usize>,
+}
+
+impl Scope {
+    pub(super) fn push(&mut self, name: &Name) {
+        self.names.push(name.clone());
+        *self.counts.entry(name.clone()).or_default() += 1;
+    }
+
+    pub(super) fn truncate(&mut self, depth: usize) {
+        for name in self.names.drain(depth..) {
+            if let Some(count) = self.counts.get_mut(&name) {
+                *count -= 1;
+            }
+        }
+    }
+
+    fn contains(&self, name: &Name) -> bool {
+        self.counts.get(name).is_some_and(|count| *count > 0)
+    }
+}
+
+impl<'db> Reader<'_, 'db> {
+    /// The cost of a program along its worst path.
+    pub(super) fn program(&mut self, program: &Program) -> Cost<'db> {
+        if !program.whole {
+            self.refuse_here("a program has a syntax error");
+        }
+        let variables_lost = self.variables_lost;
+        self.variables_lost |= !program.whole;
+        let cost = self.block(&program.statements);
+        self.variables_lost = variables_lost;
+        cost
+    }
+
+    fn block(&mut self, statements: &[Statement]) -> Cost<'db> {
+        let depth = self.scope.names.len();
+        let mut costs = Vec::new();
+        for statement in statements {
+            self.statement(statement, &mut costs);
+        }
+        self.scope.truncate(depth);
+        Cost::Sum(costs)
+    }
+
+    fn statement(&mut self, statement: &Statement, costs: &mut Vec<Cost<'db>>) {
+        match statement {
+            Statement::Variable(Variable { name, value, .. }) => {
+                if let Some(value) = value {
+                    self.expr(value, costs);
+                }
+                self.scope.push(&name.name);
+            }
+            Statement::If { condition, then, otherwise } => {
+                self.expr(condition, costs);
+                let then = self.block(then);
+                let otherwise = self.block(otherwise.as_deref().unwrap_or_default());
+                costs.push(Cost::Greatest(vec![then, otherwise]));
+            }
+            Statement::Block(statements) => costs.push(self.block(statements)),
+            // What follows a `return` does not happen on that path; counting it is safe.
+            Statement::Return(value) => {
+                if let Some(value) = value {
+                    self.expr(value, costs);
+                }
+            }
+            Statement::Assign(target, value) => {
+                self.name(target);
+                self.expr(value, costs);
+            }
+            Statement::Expr(value) => {
+                let refusals = self.found.refusals.len();
+                self.expr(value, costs);
+                // A call of which the name or the brackets were lost. (If it names a codel, that is said already.)
+                if let Some(part) = of_no_call(value).filter(|_| refusals == self.found.refusals.len()) {
+                    let at = self.at(part);
+                    self.refuse(diagnostics::no_effect::report(at));
+                }
+            }
+        }
+    }
+
+    /// Both sides of `&&` and `||` count: the worst path evaluates them.
+    pub(super) fn expr(&mut self, expr: &Expr, costs: &mut Vec<Cost<'db>>) {
+        match expr {
+            Expr::Missing | Expr::Literal(..) => {}
+            Expr::Name(name) => self.name(name),
+            Expr::Unary(_, inner) => self.expr(inner, costs),
+            Expr::Binary(_, lhs, rhs) => {
+                // Sums are left-deep: the loop keeps the recursion to the right.
+                let mut spine = vec![rhs];
+                let mut left = lhs;
+                while let Expr::Binary(_, lhs, rhs) = left.as_ref() {
+                    spine.push(rhs);
+                    left = lhs;
+                }
+                self.expr(left, costs);
+                for rhs in spine.into_iter().rev() {
+                    self.expr(rhs, costs);
+                }
+            }
+            Expr::Call { callee, arguments } => {
+                // The port, operation or handler of a built-in function is no value.
+                let built_in = self.is_built_in_call(callee, arguments);
+                for argument in arguments.iter().skip(usize::from(built_in)) {
+                    self.expr(argument, costs);
+                }
+                costs.extend(self.call(callee, built_in));
+            }
+        }
+    }
+
+    /// Is this `read(port, …)`, `write(port, …)`, `status(port)`, `send(operation, …)` or `collect(handler, …)`? These
+    /// cost nothing: ports are lock-free (paper, Property 2). What they are called with tells them from a codel of that
+    /// name, which may be missing.
+    fn is_built_in_call(&self, callee: &NameRef, arguments: &[Expr]) -> bool {
+        let Some(Expr::Name(first)) = arguments.first() else { return false };
+        if callee.name == "collect" {
+            return self.core.handlers.iter().any(|handler| handler.name == first.name);
+        }
+        // Ports and operations are no values: a variable of the same name is not meant.
+        let kind = self.features.get(&first.name).map(|feature| feature.kind);
+        match callee.name.as_str() {
+            "read" | "write" | "status" => {
+                matches!(kind, Some(FeatureKind::Input | FeatureKind::Output))
+            }
+            "send" => kind == Some(FeatureKind::Required),
+            _ => false,
+        }
+    }
+
+    /// A name that stands for a value, or is assigned one. One that means something else may be a call that lost its
+    /// brackets.
+    fn name(&mut self, name: &NameRef) {
+        let NameRef { name, part } = name;
+        // Variables of the machine are seen in its programs only; elsewhere they cost nothing either.
+        let mut of_machines = self.core.machines.iter().flat_map(|machine| &machine.variables);
+        if name.is_empty()
+            || self.scope.contains(name)
+            || of_machines.any(|variable| variable.name.name == *name)
+        {
+            return;
+        }
+        let at = self.at(*part);
+        if let Some(feature) = self.features.get(name) {
+            if matches!(feature.kind, FeatureKind::Provided | FeatureKind::Required) {
+                self.refuse(diagnostics::unresolved_variable::not_called(at, name, "an operation"));
+            }
+            return;
+        }
+        let library = self.of.library(self.db).as_ref();
+        match self.names.resolve(self.db, library, Kind::Codel, std::slice::from_ref(name)) {
+            Ok(_) | Err(Unresolved::Ambiguous | Unresolved::Repeated) => {
+                self.refuse(diagnostics::unresolved_variable::not_called(at, name, "a codel"));
+            }
+            // One mistake: the error that may hide its declaration is reported.
+            Err(_) if self.features.lost || self.variables_lost => {
+                self.refuse_here(&format!("`{name}` may be declared where there is an error"));
+            }
+            Err(_) => {
+                let known = self.scope.names.iter().chain(self.features.by_name.keys());
+                let near = similar(name, known);
+                self.refuse(diagnostics::unresolved_variable::report(at, name, near));
+            }
+        }
+    }
+
+    /// What a call costs: a codel, an operation of one's own, or nothing.
+    fn call(&mut self, callee: &NameRef, built_in: bool) -> Option<Cost<'db>> {
+        let name = &callee.name;
+        let at = self.at(callee.part);
+        if self.scope.contains(name) {
+            self.refuse(diagnostics::unresolved_codel::not_callable(at, name, "a variable"));
+            return None;
+        }
+        if let Some(feature) = self.features.get(name) {
+            match feature.kind {
+                FeatureKind::Provided => {
+                    let defined =
+                        self.core.operations.iter().position(|operation| operation.name.name == *name);
+                    if defined.is_none() {
+                        self.refuse(diagnostics::undefined_operation::report(at, name));
+                    }
+                    return defined.map(Cost::Operation);
+                }
+                FeatureKind::Required => self.refuse(diagnostics::blocking_call::report(at, name)),
+                FeatureKind::Input | FeatureKind::Output => {
+                    self.refuse(diagnostics::unresolved_codel::not_callable(at, name, "a port"));
+                }
+                FeatureKind::Constant | FeatureKind::Property => {
+                    self.refuse(diagnostics::unresolved_codel::not_callable(at, name, "a property"));
+                }
+            }
+            return None;
+        }
+        match self.names.resolve(
+            self.db,
+            self.of.library(self.db).as_ref(),
+            Kind::Codel,
+            std::slice::from_ref(name),
+        ) {
+            Ok(codel) => return Some(Cost::Codel(codel)),
+            Err(Unresolved::Ambiguous) => {
+                self.refuse(diagnostics::ambiguous_name::report(at, Kind::Codel, name))
+            }
+            Err(Unresolved::Repeated) => self.refuse_here(&format!("codel `{name}` is declared twice")),
+            Err(_) if built_in => {}
+            Err(Unresolved::Lost) => {
+                self.refuse_here(&format!("`{name}` may be declared by something that is missing"));
+            }
+            // One mistake: the shell that may declare it is reported.
+            Err(_) if self.features.lost => {
+                self.refuse_here(&format!("`{name}` may be an operation of its shell, which has an error"));
+            }
+            Err(_) => {
+                let report = match name.as_str() {
+                    "read" => diagnostics::unresolved_codel::built_in(at, "read(port, variable)"),
+                    "write" => diagnostics::unresolved_codel::built_in(at, "write(port, value)"),
+                    "status" => diagnostics::unresolved_codel::built_in(at, "status(port)"),
+                    "send" => diagnostics::unresolved_codel::built_in(at, "send(operation, …)"),
+                    "collect" => diagnostics::unresolved_codel::built_in(at, "collect(handler, …)"),
+                    _ => diagnostics::unresolved_codel::report(self.db, self.project, self.of, at, name),
+                };
+                self.refuse(report);
+            }
+        }
+        None
+    }
+}
+
+/// Where an expression without any call stands. (One that is missing is a syntax error.)
+fn of_no_call(expr: &Expr) -> Option<Part> {
+    match expr {
+        Expr::Missing | Expr::Call { .. } => None,
+        Expr::Literal(_, part) => Some(*part),
+        Expr::Name(name) => Some(name.part),
+        Expr::Unary(_, inner) => of_no_call(inner),
+        Expr::Binary(_, lhs, rhs) => of_no_call(rhs).and(of_no_call(lhs)),
+    }
+}
