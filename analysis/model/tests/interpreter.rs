@@ -2,6 +2,8 @@
 //! conditions true or false as they please. No period costs more than its edge of the state machine says, and each edge
 //! is attained: what programs cost is safe, and it is exact (but for `return`, behind which the analyser counts on).
 
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
+
 mod common;
 
 use std::collections::{BTreeMap, BTreeSet};
