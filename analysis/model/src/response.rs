@@ -1,10 +1,10 @@
 //! The response times of a deployment: its system, with the state machines of its components, analysed.
 
-use rustc_hash::FxHashSet;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use mauve_timing::{
-    Bound, CycleMean, Demand, Level, Method, Options, StateMachine, Status, Task, Time, Utilisation, Window,
-    response_times as analyse,
+    Analysis, Bound, CycleMean, Demand, Level, Method, Options, StateMachine, Status, Task, Time,
+    Utilisation, Window, response_times as analyse,
 };
 
 use crate::behaviour::Refusal;
@@ -149,26 +149,8 @@ fn report<'db>(
     psms: &Psms<'_, 'db>,
 ) -> Report<'db> {
     let system = system_of(db, project, deployment);
-    let throttled = config_of(db, project.workspace(db)).rt_throttling == Some(true);
     let lost = lost_in(db, project, system);
-    // Why a row itself is not analysed; whom it takes with it is decided by the analysis.
-    let reasons: Vec<Vec<Refusal<'db>>> =
-        system.rows.iter().zip(psms).map(|(row, psm)| own_reasons(query, row, *psm)).collect();
-    let mut tasks = Vec::new();
-    let mut row_of = Vec::new();
-    for (index, ((row, psm), reasons)) in system.rows.iter().zip(psms).zip(&reasons).enumerate() {
-        if row.priority == Priority::Background {
-            continue;
-        }
-        row_of.push(index);
-        tasks.push(task(row, *psm, reasons));
-    }
-    if throttled {
-        tasks.extend(throttling(&tasks));
-    }
-    let options = Options { method: query.method, horizon: query.horizon };
-    let analysis = analyse(&tasks, &options, &|| db.unwind_if_revision_cancelled());
-
+    let Analysed { reasons, row_of, tasks, analysis } = analysed(db, project, system, query, psms);
     let mut activities: Vec<ActivityReport<'db>> = system.rows.iter().map(background).collect();
     let mut shares = None;
     for ((&index, response), task) in row_of.iter().zip(&analysis.responses).zip(&tasks) {
@@ -238,6 +220,43 @@ fn report<'db>(
         })
         .collect();
     Report { activities, cpus, lost }
+}
+
+/// The rows of a system as tasks, and what comes out.
+struct Analysed<'db> {
+    /// Why a row itself is not analysed; whom it takes with it is decided by the analysis.
+    reasons: Vec<Vec<Refusal<'db>>>,
+    /// The rows of the tasks; behind them comes what throttling takes.
+    row_of: Vec<usize>,
+    tasks: Vec<Task>,
+    analysis: Analysis,
+}
+
+fn analysed<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    system: &System<'db>,
+    query: Query,
+    psms: &Psms<'_, 'db>,
+) -> Analysed<'db> {
+    let throttled = config_of(db, project.workspace(db)).rt_throttling == Some(true);
+    let reasons: Vec<Vec<Refusal<'db>>> =
+        system.rows.iter().zip(psms).map(|(row, psm)| own_reasons(query, row, *psm)).collect();
+    let mut tasks = Vec::new();
+    let mut row_of = Vec::new();
+    for (index, ((row, psm), reasons)) in system.rows.iter().zip(psms).zip(&reasons).enumerate() {
+        if row.priority == Priority::Background {
+            continue;
+        }
+        row_of.push(index);
+        tasks.push(task(row, *psm, reasons));
+    }
+    if throttled {
+        tasks.extend(throttling(&tasks));
+    }
+    let options = Options { method: query.method, horizon: query.horizon };
+    let analysis = analyse(&tasks, &options, &|| db.unwind_if_revision_cancelled());
+    Analysed { reasons, row_of, tasks, analysis }
 }
 
 /// `a`, `a and b`, `a, b and c`; of many the first few.
@@ -383,7 +402,8 @@ pub fn budgets<'db>(
 ) -> Vec<Budget<'db>> {
     let system: &System<'db> = system_of(db, project, deployment);
     let mut missing: Vec<Decl<'db>> = Vec::new();
-    for component in real_time_components(system) {
+    let components = real_time_components(system);
+    for &component in &components {
         if let Err(refused) = psm_of(db, project, component, query.level) {
             let new =
                 refused.missing.iter().map(|(codel, _)| *codel).filter(|codel| !missing.contains(codel));
@@ -395,20 +415,25 @@ pub fn budgets<'db>(
             let supposed = if of == codel { time } else { Time::ZERO };
             missing.contains(&of).then_some(supposed)
         };
-        let psms: Vec<_> = system
-            .rows
-            .iter()
-            .map(|row| {
-                let component = row.component.filter(|_| row.priority != Priority::Background);
-                component.map(|component| psm_with(db, project, component, query.level, &suppose))
-            })
-            .collect();
-        let psms: Vec<_> = psms.iter().map(Option::as_ref).collect();
-        let report = report(db, project, deployment, query, &psms);
-        let analysed = |it: &ActivityReport<'db>| it.verdict != Verdict::RealTime(Status::NotAnalysed);
-        report.activities.iter().all(analysed).then(|| report.schedulable())
+        // Only the components that lack a time are another than before.
+        let mut supposed: FxHashMap<Decl<'db>, Result<Psm, Refused<'db>>> = FxHashMap::default();
+        for &component in &components {
+            if psm_of(db, project, component, query.level).is_err() {
+                supposed.insert(component, psm_with(db, project, component, query.level, &suppose));
+            }
+        }
+        let psm = |row: &Row<'db>| {
+            let component = row.component.filter(|_| row.priority != Priority::Background)?;
+            supposed.get(&component).or_else(|| Some(psm_of(db, project, component, query.level)))
+        };
+        let psms: Vec<_> = system.rows.iter().map(psm).collect();
+        let Analysed { tasks, analysis, .. } = analysed(db, project, system, query, &psms);
+        let statuses =
+            || tasks.iter().zip(&analysis.responses).map(|(task, response)| response.status(task.deadline));
+        (!statuses().any(|status| status == Status::NotAnalysed))
+            .then(|| statuses().all(|status| status == Status::Met))
     };
-    if missing.len() > MOST_BUDGETS {
+    if missing.len() > MOST_BUDGETS || !lost_in(db, project, system).is_empty() {
         return Vec::new();
     }
     let longest = system.rows.iter().filter_map(|row| row.deadline).max().unwrap_or_default();
@@ -437,11 +462,9 @@ pub fn budgets<'db>(
 }
 
 fn real_time_components<'db>(system: &System<'db>) -> Vec<Decl<'db>> {
-    let mut components = Vec::new();
-    for row in system.rows.iter().filter(|row| row.priority != Priority::Background) {
-        components.extend(row.component.filter(|component| !components.contains(component)));
-    }
-    components
+    let mut seen = FxHashSet::default();
+    let rows = system.rows.iter().filter(|row| row.priority != Priority::Background);
+    rows.filter_map(|row| row.component.filter(|component| seen.insert(*component))).collect()
 }
 
 /// A codel without a time, and who needs it.
@@ -463,6 +486,7 @@ pub fn missing_times<'db>(
     level: Level,
 ) -> Vec<MissingTime<'db>> {
     let mut missing: Vec<MissingTime<'db>> = Vec::new();
+    let mut index: FxHashMap<Decl<'db>, usize> = FxHashMap::default();
     for row in &system_of(db, project, deployment).rows {
         let Some(component) = row.component.filter(|_| row.priority != Priority::Background) else {
             continue;
@@ -470,7 +494,8 @@ pub fn missing_times<'db>(
         let Err(refused) = psm_of(db, project, component, level) else { continue };
         for (codel, why) in &refused.missing {
             let user = (row.instance.clone(), row.at.clone());
-            match missing.iter_mut().find(|known| known.codel == *codel) {
+            let at = *index.entry(*codel).or_insert(missing.len());
+            match missing.get_mut(at) {
                 Some(known) => known.users.push(user),
                 None => missing.push(MissingTime {
                     codel: *codel,
