@@ -140,12 +140,12 @@ fn what_has_no_bound_or_no_meaning_is_refused() {
     check(
         "core K(S) { var one: int = 0; update = { one(); in1(); p(); eigth(); help(); } }",
         expect![[r#"
-        refused: `one` is a variable: only codels and operations are called
-        refused: `in1` is a port: only codels and operations are called
-        refused: `p` is a property: only codels and operations are called
-        refused: no codel or operation `eigth`; did you mean `eight`?
-        refused: the core does not define `help`: write `provide help(…) = { … }`
-    "#]],
+            refused: `one` is a variable here, which hides the codel of that name: rename one of them
+            refused: `in1` is a port: only codels and operations are called
+            refused: `p` is a property: only codels and operations are called
+            refused: no codel or operation `eigth`; did you mean `eight`?
+            refused: the core does not define `help`: write `provide help(…) = { … }`
+        "#]],
     );
     check(
         "core K(S) { statemachine { initial state A { transition t to B } } }",

@@ -6,6 +6,7 @@ use super::{Cost, Reader};
 use crate::diagnostics;
 use crate::item_tree::{Expr, FeatureKind, Kind, Name, NameRef, Part, Program, Statement, Variable};
 use crate::names::{Unresolved, similar};
+use crate::source::Place;
 
 /// The variables in scope, innermost last.
 #[derive(Default)]
@@ -179,12 +180,26 @@ impl<'db> Reader<'_, 'db> {
         }
     }
 
+    /// Something that hides the codel, or the built-in function, of its name.
+    fn not_callable(&mut self, at: Place<'db>, name: &Name, what: &str) {
+        let library = self.of.library(self.db).as_ref();
+        let codel = self.names.resolve(self.db, library, Kind::Codel, std::slice::from_ref(name));
+        let hides = match (codel, name.as_str()) {
+            (Err(Unresolved::Unknown), "read" | "write" | "status" | "send" | "collect") => {
+                Some("built-in function")
+            }
+            (Err(Unresolved::Unknown), _) => None,
+            _ => Some("codel"),
+        };
+        self.refuse(diagnostics::unresolved_codel::not_callable(at, name, what, hides));
+    }
+
     /// What a call costs: a codel, an operation of one's own, or nothing.
     fn call(&mut self, callee: &NameRef, built_in: bool) -> Option<Cost<'db>> {
         let name = &callee.name;
         let at = self.at(callee.part);
         if self.scope.contains(name) {
-            self.refuse(diagnostics::unresolved_codel::not_callable(at, name, "a variable"));
+            self.not_callable(at, name, "a variable");
             return None;
         }
         if let Some(feature) = self.features.get(name) {
@@ -198,12 +213,8 @@ impl<'db> Reader<'_, 'db> {
                     return defined.map(Cost::Operation);
                 }
                 FeatureKind::Required => self.refuse(diagnostics::blocking_call::report(at, name)),
-                FeatureKind::Input | FeatureKind::Output => {
-                    self.refuse(diagnostics::unresolved_codel::not_callable(at, name, "a port"));
-                }
-                FeatureKind::Constant | FeatureKind::Property => {
-                    self.refuse(diagnostics::unresolved_codel::not_callable(at, name, "a property"));
-                }
+                FeatureKind::Input | FeatureKind::Output => self.not_callable(at, name, "a port"),
+                FeatureKind::Constant | FeatureKind::Property => self.not_callable(at, name, "a property"),
             }
             return None;
         }

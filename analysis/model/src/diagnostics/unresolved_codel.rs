@@ -37,6 +37,10 @@ pub(crate) fn built_in<'db>(at: Place<'db>, form: &str) -> Diagnostic<'db> {
     Diagnostic::new(&UNRESOLVED_CODEL, at, message)
 }
 
-pub(crate) fn not_callable<'db>(at: Place<'db>, name: &str, what: &str) -> Diagnostic<'db> {
-    Diagnostic::new(&UNRESOLVED_CODEL, at, format!("`{name}` is {what}: only codels and operations are called"))
+pub(crate) fn not_callable<'db>(at: Place<'db>, name: &str, what: &str, hides: Option<&str>) -> Diagnostic<'db> {
+    let message = match hides {
+        Some(hidden) => format!("`{name}` is {what} here, which hides the {hidden} of that name: rename one of them"),
+        None => format!("`{name}` is {what}: only codels and operations are called"),
+    };
+    Diagnostic::new(&UNRESOLVED_CODEL, at, message)
 }
