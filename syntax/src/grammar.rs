@@ -252,7 +252,7 @@ fn separated(p: &mut Parser<'_>, close: SyntaxKind, what: &str, one: impl Fn(&mu
 
 /// What fits nowhere in a list: one error, up to the next thing that does, or the next line.
 fn unknown(p: &mut Parser<'_>, expected: &str, list: List) {
-    let message = format!("expected {expected}, found {}", p.current().describe());
+    let message = format!("expected {expected}, found {}", p.found());
     p.skip(&message, |p| {
         // Outside all braces one stray `}` is one mistake, with all that it leaves without a place.
         let outside = !p.is_in(List::Library) && list == List::Library;

@@ -67,7 +67,7 @@ pub fn parse(text: &str) -> Parse {
         return tree::too_long();
     }
     let lexed = lex(text);
-    let mut parser = parser::Parser::new(&lexed);
+    let mut parser = parser::Parser::new(text, &lexed);
     grammar::source_file(&mut parser);
     tree::build(text, &lexed, parser.finish())
 }

@@ -12,6 +12,7 @@ pub(crate) const DEEPEST: u32 = 256;
 
 /// The parser: non-trivia tokens in, events out.
 pub(crate) struct Parser<'a> {
+    text: &'a str,
     lexed: &'a Lexed,
     kinds: Vec<SyntaxKind>,
     /// For each of `kinds`, its number in `lexed`.
@@ -63,7 +64,7 @@ pub(crate) enum List {
 }
 
 impl<'a> Parser<'a> {
-    pub(crate) fn new(lexed: &'a Lexed) -> Parser<'a> {
+    pub(crate) fn new(text: &'a str, lexed: &'a Lexed) -> Parser<'a> {
         let mut kinds = Vec::with_capacity(lexed.len() / 2 + 1);
         let mut tokens = Vec::with_capacity(lexed.len() / 2 + 1);
         for (index, &kind) in lexed.kinds().iter().enumerate() {
@@ -73,6 +74,7 @@ impl<'a> Parser<'a> {
             }
         }
         Parser {
+            text,
             lexed,
             events: Vec::with_capacity(kinds.len() * 3),
             kinds,
@@ -322,12 +324,19 @@ impl<'a> Parser<'a> {
             let end = self.range_of(self.position - 1).end();
             self.report(TextRange::empty(end), format!("expected {what}"));
         } else {
-            self.report(
-                self.range_of(self.position),
-                format!("expected {what}, found {}", self.current().describe()),
-            );
+            self.report(self.range_of(self.position), format!("expected {what}, found {}", self.found()));
         }
         self.mark();
+    }
+
+    /// The current token in words: itself, where it is short.
+    pub(crate) fn found(&self) -> String {
+        let range: std::ops::Range<usize> = self.range_of(self.position).into();
+        let short = self.text.get(range).filter(|text| text.len() <= 40);
+        match (self.current(), short) {
+            (IDENT | INT_NUMBER | FLOAT_NUMBER, Some(text)) => format!("`{text}`"),
+            (kind, _) => kind.describe().to_owned(),
+        }
     }
 
     /// Reports `message` at the current token, which stays.
