@@ -279,7 +279,7 @@ fn one_mistake_is_one_error() {
         let messages: Vec<&str> = parse.errors().iter().map(|error| error.message.as_str()).collect();
         assert_eq!(messages, [message], "{text}\n{}", parse.debug_dump());
     };
-    one("core C(S) { update = { f(a b, c); } }", "expected `,`, found a name");
+    one("core C(S) { update = { f(a b, c); } }", "expected `,`, found `b`");
     one(
         "core C(S) { update = { f(\"a); } }",
         "this string is not closed: a string ends on its line with `\"`",
@@ -297,7 +297,7 @@ fn one_mistake_is_one_error() {
     );
     one(
         "analysis { wcet = 3 { a } }\ncodel f(): int",
-        "expected a declaration (`library`, `use`, `codel`, `shell`, `core`, `component`, `architecture` or `deployment`), found a name",
+        "expected a declaration (`library`, `use`, `codel`, `shell`, `core`, `component`, `architecture` or `deployment`), found `analysis`",
     );
     one(
         "deployment D { activity a { period = 5ms } }",
