@@ -12,6 +12,7 @@ mod statement;
 
 use crate::SyntaxKind::{self, *};
 use crate::parser::{CompletedMarker, DEEPEST, List, Parser};
+use crate::spelling::similar;
 
 use expression::expression;
 use statement::block;
@@ -252,7 +253,11 @@ fn separated(p: &mut Parser<'_>, close: SyntaxKind, what: &str, one: impl Fn(&mu
 
 /// What fits nowhere in a list: one error, up to the next thing that does, or the next line.
 fn unknown(p: &mut Parser<'_>, expected: &str, list: List) {
-    let message = format!("expected {expected}, found {}", p.found());
+    // The keywords that are expected stand in the message.
+    let keywords = expected.split('`').skip(1).step_by(2);
+    let near = p.word().and_then(|word| similar(word, keywords));
+    let near = near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
+    let message = format!("expected {expected}, found {}{near}", p.found());
     p.skip(&message, |p| {
         // Outside all braces one stray `}` is one mistake, with all that it leaves without a place.
         let outside = !p.is_in(List::Library) && list == List::Library;

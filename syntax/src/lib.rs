@@ -18,6 +18,7 @@
 //! | `parser.rs` | what those functions are written with: markers, recovery, the cap on depth |
 //! | `tree.rs` | events and tokens → rowan's tree, with the white space back in its place |
 //! | `ast.rs` | the typed view |
+//! | `spelling.rs` | what a misspelt word may be |
 //!
 //! This crate knows no database, no editor protocol and no analysis of any kind.
 
@@ -26,11 +27,13 @@ mod generated;
 mod grammar;
 mod lexer;
 mod parser;
+mod spelling;
 mod tree;
 
 pub use generated::kinds::SyntaxKind;
 pub use lexer::{Lexed, lex};
 pub use rowan::{GreenNode, NodeOrToken, TextRange, TextSize, WalkEvent};
+pub use spelling::similar;
 pub use tree::{Parse, SyntaxError, is_whole};
 
 /// Ties rowan's untyped kinds to [`SyntaxKind`].

@@ -329,14 +329,17 @@ impl<'a> Parser<'a> {
         self.mark();
     }
 
-    /// The current token in words: itself, where it is short.
-    pub(crate) fn found(&self) -> String {
+    /// The current token as it stands, where it is a word or a number, and short.
+    pub(crate) fn word(&self) -> Option<&'a str> {
+        let kind = self.current();
         let range: std::ops::Range<usize> = self.range_of(self.position).into();
-        let short = self.text.get(range).filter(|text| text.len() <= 40);
-        match (self.current(), short) {
-            (IDENT | INT_NUMBER | FLOAT_NUMBER, Some(text)) => format!("`{text}`"),
-            (kind, _) => kind.describe().to_owned(),
-        }
+        let text = self.text.get(range).filter(|text| text.len() <= 40);
+        text.filter(|_| kind.is_word() || matches!(kind, INT_NUMBER | FLOAT_NUMBER))
+    }
+
+    /// The current token in words.
+    pub(crate) fn found(&self) -> String {
+        self.word().map_or_else(|| self.current().describe().to_owned(), |word| format!("`{word}`"))
     }
 
     /// Reports `message` at the current token, which stays.

@@ -196,6 +196,8 @@ impl<'db> Reader<'_, 'db> {
                 self.found.programs.push(TimedProgram { key: UPDATE_STATE.to_owned(), cost });
                 self.found.edges.push(Edge { source: 0, target: 0, transition: None, programs: vec![0] });
             }
+            // Where there is an error, it may have hidden that.
+            ([], None) if !self.core.whole => {}
             ([], None) => self.refuse(diagnostics::update_or_statemachine::neither(self.of)),
             ([.., last], None) => {
                 let at = self.at(last.part);
@@ -323,8 +325,10 @@ impl<'db> Reader<'_, 'db> {
         let start = match initial.as_slice() {
             [one] => *one,
             [] => {
-                let at = self.at(machine.part);
-                self.refuse(diagnostics::initial_state::none(at));
+                if machine.whole {
+                    let at = self.at(machine.part);
+                    self.refuse(diagnostics::initial_state::none(at));
+                }
                 return;
             }
             [first, second, ..] => {

@@ -139,6 +139,8 @@ impl<'db> Names<'db> {
             _ if hidden => Err(Unresolved::Lost),
             [decl] => Ok(*decl),
             [] if path.is_empty() || path.iter().any(|part| part.is_empty()) => Err(Unresolved::Missing),
+            // The error between two declarations may hide it.
+            [] if self.scope_lost.is_some() => Err(Unresolved::Lost),
             [] => Err(Unresolved::Unknown),
             [first, rest @ ..] if rest.iter().all(|it| it.library(db) == first.library(db)) => {
                 Err(Unresolved::Repeated)
@@ -200,32 +202,9 @@ impl<'db> Names<'db> {
     }
 }
 
-/// The one of `names` that `name` may be a misspelling of. Of very many names only the first thousand are looked at: a
-/// missing file must not make every name in its place slow.
+/// The one of `names` that `name` may be a misspelling of.
 pub fn similar<'a>(name: &str, names: impl IntoIterator<Item = &'a Name>) -> Option<Name> {
-    let length = name.chars().count();
-    let allowed = ((length + 1) / 3).min(3);
-    let near = names.into_iter().take(1000).filter(|other| other.len().abs_diff(length) <= allowed);
-    let (found, other) = near.map(|other| (distance(name, other), other)).min()?;
-    (found <= allowed && found > 0).then(|| other.clone())
-}
-
-/// How many letters must be added, removed, changed or swapped with their neighbour to make one word the other.
-fn distance(a: &str, b: &str) -> usize {
-    let (a, b): (Vec<char>, Vec<char>) = (a.chars().take(64).collect(), b.chars().take(64).collect());
-    let mut rows: Vec<Vec<usize>> = vec![(0..=b.len()).collect()];
-    for (i, &x) in a.iter().enumerate() {
-        let mut row = vec![i + 1];
-        for (j, &y) in b.iter().enumerate() {
-            let mut best = (rows[i][j] + usize::from(x != y)).min(rows[i][j + 1] + 1).min(row[j] + 1);
-            if i > 0 && j > 0 && x == b[j - 1] && a[i - 1] == y {
-                best = best.min(rows[i - 1][j - 1] + 1);
-            }
-            row.push(best);
-        }
-        rows.push(row);
-    }
-    rows.last().and_then(|row| row.last()).copied().unwrap_or(usize::MAX)
+    mauve_syntax::similar(name, names.into_iter().map(Name::as_str)).map(Name::from)
 }
 
 /// A feature of a shell, and the shell that declares it.
@@ -325,18 +304,4 @@ pub(crate) fn file_outside<'db>(
     let path = file.path(db);
     let path = path.strip_prefix(project.workspace(db).folder(db)).unwrap_or(path);
     Some(path.display().to_string())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn misspellings_are_recognised() {
-        let names: Vec<Name> = ["pilot", "laser", "navigation"].map(Name::from).to_vec();
-        assert_eq!(similar("pilto", &names), Some("pilot".into()));
-        assert_eq!(similar("Navigation", &names), Some("navigation".into()));
-        assert_eq!(similar("camera", &names), None);
-        assert_eq!(similar("", &names), None);
-    }
 }
