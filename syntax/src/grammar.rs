@@ -254,7 +254,7 @@ fn separated(p: &mut Parser<'_>, close: SyntaxKind, what: &str, one: impl Fn(&mu
 /// What fits nowhere in a list: one error, up to the next thing that does, or the next line.
 fn unknown(p: &mut Parser<'_>, expected: &str, list: List) {
     // The keywords that are expected stand in the message.
-    let keywords = expected.split('`').skip(1).step_by(2);
+    let keywords = expected.split('`').skip(1).step_by(2).flat_map(|words| words.split(' '));
     let near = p.word().and_then(|word| similar(word, keywords));
     let near = near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
     let message = format!("expected {expected}, found {}{near}", p.found());

@@ -166,7 +166,8 @@ impl<'db> Reader<'db> {
             let diagnostic =
                 diagnostics::missing_activity::report(at.clone(), &instance.name, self.of.name(self.db));
             let refusal = Refusal::reported("it has no activity", at.clone());
-            if !misspelt.contains(&instance.name) {
+            // Where an activity was lost, it may have been this one.
+            if !misspelt.contains(&instance.name) && self.found.lost.is_empty() {
                 self.found.diagnostics.push(diagnostic);
             }
             self.found.rows.push(Row {
