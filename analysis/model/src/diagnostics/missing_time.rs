@@ -60,8 +60,9 @@ pub(super) fn no_level<'db>(at: Place<'db>, level: Level, levels: &str) -> Diagn
 /// One warning for a deployment without any timing table: a warning for each codel would say no more.
 pub(super) fn no_table<'db>(at: Place<'db>, codels: usize) -> Diagnostic<'db> {
     let message = format!(
-        "no execution times: {codels} codels have none, so nothing is analysed. Name timing tables in mauve.toml \
-         (`[timing] tables = [\"timing/*.toml\"]`)"
+        "no execution times: {} lacks one, so nothing is analysed. Name timing tables in mauve.toml \
+         (`[timing] tables = [\"timing/*.toml\"]`)",
+        if codels == 1 { "a codel".to_owned() } else { format!("each of {codels} codels") }
     );
     Diagnostic::new(&MISSING_TIME, at, message)
 }
