@@ -1119,7 +1119,7 @@ fn what_a_codel_without_a_time_may_take() {
     "#]].assert_eq(&without(&["one", "two"]));
     let no_table = TIMES.split("//- /mauve.toml").next().unwrap();
     expect![[r#"
-        /model.mal "D" missing-time: no execution times: 3 codels have none, so nothing is analysed. Name timing tables in mauve.toml (`[timing] tables = ["timing/*.toml"]`)
+        /model.mal "D" missing-time: no execution times: each of 3 codels lacks one, so nothing is analysed. Name timing tables in mauve.toml (`[timing] tables = ["timing/*.toml"]`)
     "#]].assert_eq(&diagnostics(&format!("{ROBOT}{deployed}{no_table}")));
 }
 
