@@ -178,6 +178,20 @@ fn levels_that_a_table_lacks_are_named() {
 }
 
 #[test]
+fn a_result_that_cannot_be_written_is_no_success() {
+    let Ok(full) = std::fs::File::options().write(true).open("/dev/full") else {
+        // Only Linux has it.
+        assert!(!cfg!(target_os = "linux"));
+        return;
+    };
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_mauve"));
+    let output = command.args(["wcrt", "p3dx"]).current_dir(models()).stdout(full).output().unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(message.contains("the result cannot be written"), "{message}");
+}
+
+#[test]
 fn what_does_not_exist_is_said_and_exits_with_2() {
     for (arguments, message) in [
         (&["check", "nothing.mal"][..], "cannot read `nothing.mal`"),

@@ -146,7 +146,13 @@ fn damage(folder: &Path, texts: &[(PathBuf, String)], analysed: usize) {
     for damage in 0..damages {
         let mut random = Random(0x9e37_79b9_7f4a_7c15 ^ (damage + 1_u64).wrapping_mul(0xd134_2543_de82_ef95));
         let (path, text) = &texts[random.below(texts.len())];
-        let (damaged, what) = damaged(text, &mut random);
+        let (mut damaged, mut what) = damage_once(text, &mut random);
+        // Several of them may make another model that means something: then nothing is said of its figures.
+        let several = damage % 8 == 7;
+        for _ in 0..if several { 1 + random.below(4) } else { 0 } {
+            let (twice, more) = damage_once(&damaged, &mut random);
+            (damaged, what) = (twice, format!("{what}, {more}"));
+        }
         let file = workspace.file(&db, path).unwrap();
         file.set_text(&mut db).to(damaged.as_str().into());
         let found = workspace_diagnostics(&db, workspace);
@@ -166,8 +172,9 @@ fn damage(folder: &Path, texts: &[(PathBuf, String)], analysed: usize) {
         }
         // A codel with another name is another codel, which is no error; in a table everything that is noticed counts.
         let is_error = |it: &Finding<'_>| it.diagnostic.code.severity == Severity::Error;
-        if found.iter().any(is_error) || !found.is_empty() && path.extension().is_some_and(|it| it == "toml")
-        {
+        let is_noticed = found.iter().any(is_error)
+            || !found.is_empty() && path.extension().is_some_and(|it| it == "toml");
+        if is_noticed && !several {
             for (activity, response) in &now {
                 match response {
                     None => lost += 1,
@@ -228,9 +235,9 @@ fn responses(db: &Database, workspace: Workspace) -> Responses {
     responses
 }
 
-fn damaged(text: &str, random: &mut Random) -> (String, String) {
+fn damage_once(text: &str, random: &mut Random) -> (String, String) {
     let lexed = mauve_syntax::lex(text);
-    let token = lexed.range(random.below(lexed.len()));
+    let token = lexed.range(random.below(lexed.len().max(1)));
     let junk = JUNK[random.below(JUNK.len())];
     let rest = &text[token.start..];
     let (range, put) = match random.below(4) {
