@@ -252,7 +252,11 @@ impl<'db> Joining<'db> {
         let at = Place::Range(file, entry.key_span.start as u32, entry.key_span.end as u32);
         let found = match key.rsplit_once('.') {
             Some((library, name)) => names.in_library(Some(&library.into()), kind, &name.into()).to_vec(),
-            None => names.anywhere(db, kind, key),
+            // What stands outside libraries has no other key.
+            None => match names.in_library(None, kind, &key.into()) {
+                [] => names.anywhere(db, kind, key),
+                outside => outside.to_vec(),
+            },
         };
         match found.as_slice() {
             [] if is_known_elsewhere(db, self.project, kind, key) => {}
@@ -267,20 +271,20 @@ impl<'db> Joining<'db> {
                 // What it may be meant for is not analysed, and says so.
                 let stray = format!("`{}` in {}", entry.key, file_name(db, file));
                 // It may also stand in the wrong section, below a header that was lost.
-                let names_component = !names.anywhere(db, Kind::Component, key).is_empty();
+                let last = key.rsplit('.').next().unwrap_or(key);
+                let names_component = !names.anywhere(db, Kind::Component, last).is_empty();
                 if !of_whole || key.contains('/') {
                     self.lost(file, &format!("`{}` means nothing", entry.key), at.clone());
                 }
                 if kind == Kind::Component || names_component {
                     self.times.stray_component = Some(stray.clone());
                 }
+                // They stand in `[overhead]`, of which the header was lost.
+                if matches!(last, "dispatch" | "context_switch") {
+                    self.lost(file, &format!("`{key}` belongs into [overhead]"), at.clone());
+                }
                 if kind == Kind::Codel {
-                    let name = key.rsplit('.').next().unwrap_or(key);
-                    // They stand in `[overhead]`, of which the header was lost.
-                    if matches!(key, "dispatch" | "context_switch") {
-                        self.lost(file, &format!("`{key}` belongs into [overhead]"), at.clone());
-                    }
-                    self.times.strays.insert(name.into(), stray.clone());
+                    self.times.strays.insert(last.into(), stray.clone());
                 }
                 self.times.stray_codel = Some(stray);
                 // What a missing file declares is not unknown for a second time.
@@ -319,27 +323,44 @@ impl<'db> Joining<'db> {
             self.lost(file, &format!("`{}` is not the key of a program", entry.key), at);
             return;
         };
-        let component = self.add(entry, component, Kind::Component, slot, |decl| key_of(decl, program));
-        let Some(component) = component else { return };
-        let known = core_of(db, self.project, component).map(|core| behaviour_of(db, self.project, core));
-        let programs = known.into_iter().flat_map(|it| it.programs.iter().chain(&it.operations));
-        let keys: Vec<Name> = programs.map(|it| it.key.as_str().into()).collect();
+        let named = self.add(entry, component, Kind::Component, slot, |decl| key_of(decl, program));
         // Programs that no period executes: measured, and of no weight.
         let is_hook = ["configure", "start", "stop", "cleanup"].contains(&program);
+        let last = component.rsplit('.').next().unwrap_or(component);
+        let namesakes = names_of(db, self.project).anywhere(db, Kind::Component, last);
+        let addressed: Vec<Decl<'db>> = named.map_or_else(|| namesakes.clone(), |named| vec![named]);
+        let wrong = addressed.into_iter().find_map(|component| {
+            let keys = self.programs_of(component);
+            match keys.iter().filter(|key| *key == program).count() {
+                0 if is_hook => None,
+                1 => None,
+                count => Some((component, keys, count)),
+            }
+        });
+        let Some((component, keys, count)) = wrong else { return };
         let name = component.name(db);
-        let why = match keys.iter().filter(|key| *key == program).count() {
-            0 if is_hook => return,
-            1 => return,
-            0 => format!("{name} has no program `{program}`"),
-            _ => format!("{name} has several programs `{program}`"),
-        };
+        let what = if count == 0 { "no program" } else { "several programs" };
+        let why = format!("{name} has {what} `{program}`");
         // The transition alone is neither its guard nor its program.
         let longer =
             keys.iter().find(|key| key.strip_prefix(program).is_some_and(|rest| rest.starts_with('.')));
         let near = longer.cloned().or_else(|| similar(program, &keys));
         let near = near.map(|near| format!("{name}/{near}").into());
-        self.report(unknown_timing_key::of_program(at.clone(), &why, near));
-        self.times.doubtful.insert(component, (format!("{}: {why}", file_name(db, file)), at));
+        if named.is_some() {
+            self.report(unknown_timing_key::of_program(at.clone(), &why, near));
+        }
+        // It may be meant for another component of that name.
+        for namesake in namesakes {
+            self.times.doubtful.insert(namesake, (format!("{}: {why}", file_name(db, file)), at.clone()));
+        }
+    }
+
+    /// The keys of a component's programs and operations.
+    fn programs_of(&self, component: Decl<'db>) -> Vec<Name> {
+        let core = core_of(self.db, self.project, component);
+        let known = core.map(|core| behaviour_of(self.db, self.project, core));
+        let programs = known.into_iter().flat_map(|it| it.programs.iter().chain(&it.operations));
+        programs.map(|it| it.key.as_str().into()).collect()
     }
 
     /// One thing with two times: an error at each but the first, and neither counts.

@@ -264,9 +264,21 @@ impl Reader {
         let mut order: Vec<usize> = (0..self.table.levels.len()).collect();
         order.sort_by(|&a, &b| self.table.levels[b].cmp(&self.table.levels[a]));
         let levels = self.table.levels.clone();
-        let Table { codels, programs, components, .. } = &mut self.table;
+        let Table { codels, programs, components, overhead, .. } = &mut self.table;
         let mut varying = 0;
         let mut falling = Vec::new();
+        let mut overhead_falls = false;
+        for times in [&overhead.dispatch, &overhead.context_switch] {
+            let Times::PerLevel(times) = times else { continue };
+            overhead_falls |= order.windows(2).any(|pair| times[pair[1]] < times[pair[0]]);
+        }
+        if overhead_falls {
+            self.loses_all = true;
+            let message =
+                "the overhead falls from level to level: what is exceeded more rarely is not shorter";
+            self.error(self.table.overhead_span.clone(), message.to_owned());
+            return;
+        }
         for entry in codels.iter_mut().chain(programs).chain(components) {
             let Some(Times::PerLevel(times)) = &entry.value else { continue };
             varying += usize::from(times.windows(2).any(|pair| pair[0] != pair[1]));
@@ -334,16 +346,21 @@ impl Reader {
             section.iter().map(|(key, _)| key.span()).min_by_key(|span| span.start).unwrap_or_default();
         for (key, value) in section.iter() {
             match key.get_ref().as_ref() {
-                "dispatch" => self.table.overhead.dispatch = self.times(value).unwrap_or_default(),
-                "context_switch" => {
-                    self.table.overhead.context_switch = self.times(value).unwrap_or_default()
-                }
+                "dispatch" => self.table.overhead.dispatch = self.overhead_times(value),
+                "context_switch" => self.table.overhead.context_switch = self.overhead_times(value),
                 unknown => self.error(
                     key.span(),
                     format!("unknown overhead `{unknown}`: expected `dispatch` or `context_switch`"),
                 ),
             }
         }
+    }
+
+    fn overhead_times(&mut self, value: &Spanned<DeValue>) -> Times {
+        let times = self.times(value);
+        // That is reported, perhaps elsewhere.
+        self.table.lost |= times.is_none();
+        times.unwrap_or_default()
     }
 
     fn section(&mut self, section: &DeTable) -> Vec<Entry> {
@@ -382,8 +399,11 @@ impl Reader {
                 }
                 // Below a section these are its entries, and all times would be read without them.
                 DeValue::String(_) | DeValue::Array(_)
-                    if prefix.is_empty()
-                        && (name == "unit" || name == "levels" && self.table.levels.is_empty()) =>
+                    if match name.rsplit('.').next() {
+                        Some("unit") => true,
+                        Some("levels") => self.table.levels.is_empty(),
+                        _ => false,
+                    } =>
                 {
                     self.loses_all = true;
                     self.error(key.span(), format!("`{name}` stands before the first section of a table"));
@@ -639,6 +659,8 @@ ok = 1
                 lost
             "#]],
         );
+        let overhead = Table::parse("levels = [1e-3, 1e-4]\n[overhead]\ndispatch = [9, 1]\n");
+        assert!(overhead.lost && overhead.errors.len() == 1);
         // In any order, as long as that of the times is the same.
         assert_eq!(Table::parse("levels = [1e-5, 1e-3]\n[codel]\na = [3, 1]\nb = [4, 1]\n").errors, []);
     }
@@ -679,6 +701,11 @@ ok = 1
             "[codel]\na = 1\n[[overhead]]\ndispatch = 5\n",
             "[codel]\na = 1\nunit = \"s\"\n",
             "[codel]\na = 1\nlevels = [1e-3]\n",
+            "[codel.a]\nunit = \"s\"\nb = 1\n",
+            "[codel]\na.unit = \"s\"\na.b = 1\n",
+            "[codel]\n\"a.unit\" = \"s\"\n",
+            "[codel.a]\nlevels = [1e-3]\nb = 1\n",
+            "[codel]\na = [1, 2]\n[overhead]\ndispatch = [5, 6]\n",
         ] {
             let table = Table::parse(text);
             assert!(table.lost && table.errors.len() == 1, "{text}: {:?}", table.errors);
