@@ -415,7 +415,9 @@ impl<'db> Reader<'_, 'db> {
             if let Some(always) = fires_always {
                 let (at, first) = (self.at(transition.name.part), self.at(always.name.part));
                 let names = (&transition.name.name, &always.name.name);
-                self.found.diagnostics.push(diagnostics::never_taken::report(at, names, first));
+                if transition.whole && !names.0.is_empty() {
+                    self.found.diagnostics.push(diagnostics::never_taken::report(at, names, first));
+                }
                 continue;
             }
             let mut programs = before.clone();

@@ -30,7 +30,7 @@ pub struct Config {
     pub chains: Vec<(String, Range<usize>)>,
     /// What is wrong, and where.
     pub errors: Vec<(String, Range<usize>)>,
-    /// Was something lost that response times may rest on?
+    /// Was something lost that response times may rest on? Whatever is in the wrong place says that a header was lost.
     pub lost: bool,
 }
 
@@ -113,7 +113,7 @@ impl Reader {
             },
             _ => {
                 let message = format!("unknown key `{name}` in [project]: expected root or roots");
-                self.misplaced(name, message, key.span());
+                self.lost(message, key.span());
             }
         }
     }
@@ -186,7 +186,7 @@ impl Reader {
             parts.by_ref().take(2).all(|part| !part.is_empty()) && end.contains('.') && parts.next().is_none()
         };
         // `tables = ["t.toml"]` looks like one.
-        if name != "tables"
+        if !matches!(name, "tables" | "root" | "roots" | "synchronised")
             && value.get_ref().is_array()
             && strings(value).is_some_and(|ends| ends.iter().all(is_end))
         {
@@ -194,7 +194,7 @@ impl Reader {
         } else {
             let message =
                 format!("`{name}` is a list of ports, such as [\"hokuyo.scan\", \"guidance.command\"]");
-            self.misplaced(name, message, value.span());
+            self.lost(message, value.span());
         }
     }
 
@@ -202,7 +202,7 @@ impl Reader {
     fn ty(&mut self, name: &str, _: &Key<'_>, value: &Value<'_>) {
         let Some(entries) = value.get_ref().as_table() else {
             let message = format!("`{name}` is a section: `[types.{name}]` with `cpp` and `header`");
-            self.misplaced(name, message, value.span());
+            self.lost(message, value.span());
             return;
         };
         for (key, value) in entries {
@@ -210,9 +210,9 @@ impl Reader {
             if !known {
                 let message =
                     format!("unknown key `{}` in [types.{name}]: expected cpp or header", key.get_ref());
-                self.misplaced(key.get_ref(), message, key.span());
+                self.lost(message, key.span());
             } else if !value.get_ref().is_str() {
-                self.error(format!("`{}` is a text", key.get_ref()), value.span());
+                self.lost(format!("`{}` is a text", key.get_ref()), value.span());
             }
         }
     }
@@ -220,10 +220,10 @@ impl Reader {
     fn generate(&mut self, name: &str, key: &Key<'_>, value: &Value<'_>) {
         match name {
             "out" if value.get_ref().is_str() => {}
-            "out" => self.error("`out` is the path of a folder".to_owned(), value.span()),
+            "out" => self.lost("`out` is the path of a folder".to_owned(), value.span()),
             _ => {
                 let message = format!("unknown key `{name}` in [generate]: expected out");
-                self.misplaced(name, message, key.span());
+                self.lost(message, key.span());
             }
         }
     }
@@ -231,20 +231,7 @@ impl Reader {
     fn lint(&mut self, name: &str, _: &Key<'_>, value: &Value<'_>) {
         if !matches!(value.get_ref().as_str(), Some("allow" | "hint" | "warn" | "error")) {
             let message = format!("`{name}` in [lints] is \"allow\", \"hint\", \"warn\" or \"error\"");
-            self.misplaced(name, message, value.span());
-        }
-    }
-
-    /// Something that does not belong where it stands. Its own section may have lost its header: then what that says is
-    /// not known.
-    fn misplaced(&mut self, name: &str, message: String, at: Range<usize>) {
-        match name {
-            "cpus" | "rt_throttling" => self.lost(format!("{message}; [platform] has `{name}`"), at),
-            "tables" | "significance" => self.lost(format!("{message}; [timing] has `{name}`"), at),
-            "codel" => self.lost(format!("{message}; [assume] has `{name}`"), at),
-            "synchronised" => self.lost(format!("{message}; [clocks] has `{name}`"), at),
-            "root" | "roots" => self.lost(format!("{message}; [project] has `{name}`"), at),
-            _ => self.error(message, at),
+            self.lost(message, value.span());
         }
     }
 
@@ -316,22 +303,17 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_is_only_an_error() {
-        let (found, lost) = messages("[project]\nrot = \"a.mal\"\n");
-        let message = "\"rot\": unknown key `rot` in [project]: expected root or roots".to_owned();
-        assert_eq!((found, lost), (vec![message], false));
-        let (found, lost) = messages("[lints]\nlost-write = 3\n");
-        let message =
-            "\"3\": `lost-write` in [lints] is \"allow\", \"hint\", \"warn\" or \"error\"".to_owned();
-        assert_eq!((found, lost), (vec![message], false));
-        let (found, lost) = messages("[types.X]\ncpp = 3\nheder = \"x.h\"\n[generate]\nin = 1\n");
-        assert_eq!((found.len(), lost), (3, false), "{found:?}");
-    }
-
-    #[test]
     fn a_section_that_lost_its_header_is_lost() {
         for section in ["[project]", "[types.X]", "[generate]", "[lints]", "[chains]", "[clocks]"] {
-            for key in ["rt_throttling = true", "tables = [\"t.toml\"]", "codel = \"5 ms\"", "cpus = 1"] {
+            for key in [
+                "rt_throttling = true",
+                "tables = [\"t.toml\"]",
+                "codel = \"5 ms\"",
+                "cpus = 1",
+                "platform.rt_throttling = true",
+                "x.rt_throttling = true",
+                "cpp.x = 1",
+            ] {
                 let (found, lost) = messages(&format!("{section}\n{key}\n"));
                 // `t.toml` may be a port.
                 assert!(

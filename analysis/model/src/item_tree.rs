@@ -8,6 +8,8 @@ use std::fmt;
 use std::ops::Deref;
 use std::sync::Arc;
 
+use rustc_hash::FxHashSet;
+
 /// A name, or another short text, as it stands in the file. Cheap to clone.
 #[derive(Clone, PartialEq, Eq, Hash, PartialOrd, Ord, Default, salsa::SalsaValue)]
 pub struct Name(Arc<str>);
@@ -86,7 +88,7 @@ pub struct ItemTree {
     /// What may be declared by text that is no declaration, or not a whole one: a name in a library, or any name.
     /// Never found here, it must not be looked for elsewhere.
     pub doubts: Vec<(Option<Name>, Option<Name>)>,
-    /// May a half-typed line be an include?
+    /// May a half-typed line be an include, or the head of a library?
     pub include_lost: bool,
 }
 
@@ -252,6 +254,17 @@ pub struct Core {
     pub machines: Vec<Machine>,
     /// Was none of its items lost?
     pub whole: bool,
+}
+
+impl Core {
+    /// Does it have two behaviours, or define something twice?
+    pub(crate) fn is_double(&self) -> bool {
+        let updates = self.hooks.iter().filter(|hook| hook.kind == HookKind::Update).count();
+        let (mut names, mut kinds) = (FxHashSet::default(), FxHashSet::default());
+        updates + self.machines.len() > 1
+            || self.operations.iter().any(|operation| !names.insert(&operation.name.name))
+            || self.hooks.iter().any(|hook| !kinds.insert(hook.kind))
+    }
 }
 
 /// `var n: T = …`

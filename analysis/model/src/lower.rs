@@ -41,6 +41,37 @@ pub(crate) fn lower(file: &ast::SourceFile, whole: bool) -> (ItemTree, SourceMap
 const DECLARATIONS: [&str; 9] =
     ["include", "library", "use", "codel", "shell", "core", "component", "architecture", "deployment"];
 
+/// What begins an item of some declaration.
+const ITEMS: [&str; 27] = [
+    "constant",
+    "property",
+    "input",
+    "output",
+    "require",
+    "provide",
+    "var",
+    "handler",
+    "configure",
+    "start",
+    "update",
+    "stop",
+    "cleanup",
+    "statemachine",
+    "initial",
+    "state",
+    "entry",
+    "run",
+    "handle",
+    "exit",
+    "transition",
+    "import",
+    "instance",
+    "connection",
+    "operation",
+    "architecture",
+    "activity",
+];
+
 /// May an item of the list that `node` is have been lost, or its end?
 ///
 /// In an architecture and a deployment, a line that is the beginning of a keyword is no item yet: were it one that lost
@@ -76,7 +107,7 @@ fn begins_line(word: &SyntaxToken) -> bool {
 }
 
 /// The words before the first brace of `word … { … }`, a section that another tool may know: not one whose word may be
-/// a keyword that is misspelt or not all there.
+/// a keyword that is misspelt or not all there, nor one that holds a declaration, or the rest of one.
 fn unknown_section(tokens: &[SyntaxToken]) -> Option<Vec<Name>> {
     let word = tokens.first().filter(|word| word.kind().is_word())?;
     let names: Vec<Name> = DECLARATIONS.map(Name::from).to_vec();
@@ -90,8 +121,21 @@ fn unknown_section(tokens: &[SyntaxToken]) -> Option<Vec<Name>> {
         open -= i32::from(token.kind() == SyntaxKind::R_CURLY);
         open == 0 && token.kind() == SyntaxKind::R_CURLY
     });
-    let head = tokens.iter().take_while(|token| token.kind() != SyntaxKind::L_CURLY);
-    (closed? + 1 == tokens.len()).then(|| words(head))
+    let head = words(tokens.iter().take_while(|token| token.kind() != SyntaxKind::L_CURLY));
+    let is_rest = head.iter().any(|word| *word == "extends") || tokens.windows(3).any(begins_declaration);
+    (closed? + 1 == tokens.len() && !is_rest).then_some(head)
+}
+
+/// `codel f(`, `shell S {`, …
+fn begins_declaration(tokens: &[SyntaxToken]) -> bool {
+    let [keyword, name, next] = tokens else { return false };
+    name.kind().is_word()
+        && match keyword.text() {
+            "codel" | "core" | "component" => next.kind() == SyntaxKind::L_PAREN,
+            "shell" => next.kind() == SyntaxKind::L_CURLY || next.text() == "extends",
+            "library" | "architecture" | "deployment" => next.kind() == SyntaxKind::L_CURLY,
+            _ => false,
+        }
 }
 
 fn words<'a>(tokens: impl Iterator<Item = &'a SyntaxToken>) -> Vec<Name> {
@@ -103,6 +147,12 @@ fn words<'a>(tokens: impl Iterator<Item = &'a SyntaxToken>) -> Vec<Name> {
 fn swallowed(declaration: &SyntaxNode) -> Vec<Option<Name>> {
     let closes = |child: mauve_syntax::SyntaxElement| child.kind() == SyntaxKind::R_CURLY;
     if !declaration.children_with_tokens().any(closes) {
+        return vec![None];
+    }
+    // An item of another kind of declaration: the line between the two is lost.
+    let begins = |error: &SyntaxNode| tokens_of(error).first().is_some_and(|it| ITEMS.contains(&it.text()));
+    let mut own_errors = declaration.children().filter(|child| child.kind() == SyntaxKind::ERROR);
+    if own_errors.any(|error| begins(&error)) {
         return vec![None];
     }
     let errors = declaration.descendants().filter(|node| node.kind() == SyntaxKind::ERROR);
@@ -149,7 +199,12 @@ impl Lowering {
                 }
                 ast::Item::Core(it) => {
                     self.declare_named(it.syntax(), it.name(), Kind::Core, library, |this| {
-                        Data::Core(this.core(&it))
+                        let core = this.core(&it);
+                        // Two cores that have run together: the name of the second is lost.
+                        if core.is_double() {
+                            this.tree.doubts.push((library.cloned(), None));
+                        }
+                        Data::Core(core)
                     });
                 }
                 ast::Item::Component(it) => {
@@ -183,7 +238,8 @@ impl Lowering {
                     [word, ..] if !begins_line(word) => self.tree.scope_lost = true,
                     // A user has typed so far; or this line has lost the rest.
                     [word] if DECLARATIONS.iter().any(|keyword| keyword.starts_with(word.text())) => {
-                        self.tree.include_lost |= "include".starts_with(word.text());
+                        self.tree.include_lost |=
+                            ["include", "library"].iter().any(|keyword| keyword.starts_with(word.text()));
                         found.push(None);
                     }
                     tokens => match unknown_section(tokens) {

@@ -65,6 +65,16 @@ pub fn names_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Names<'db> 
             }
         }
     }
+    // The rest of a declaration, of which a name is declared elsewhere, says nothing of the name that it had.
+    let declared: FxHashSet<&Name> = if names.doubts.is_empty() {
+        FxHashSet::default()
+    } else {
+        names.all.iter().map(|it| it.name(db)).collect()
+    };
+    let is_declared = |name: &Option<Name>| name.as_ref().is_some_and(|name| declared.contains(name));
+    let more: Vec<Option<Name>> =
+        names.doubts.iter().filter(|(_, name)| is_declared(name)).map(|(of, _)| of.clone()).collect();
+    names.doubts.extend(more.into_iter().map(|of| (of, None)));
     names
 }
 
@@ -170,6 +180,11 @@ impl<'db> Names<'db> {
                 Box::new(once.into_iter())
             }
         }
+    }
+
+    /// May any name at all be declared by a text that is damaged?
+    pub(crate) fn is_in_doubt(&self) -> bool {
+        self.missing || !self.doubts.is_empty() || !self.nameless.is_empty()
     }
 
     /// That `what` is unknown, and whether that may be for a missing file, for a user.

@@ -168,6 +168,8 @@ fn report<'db>(
             _ => &[],
         };
         let others = because.iter().filter_map(|&other| row_of.get(other)).filter(|&&other| other != index);
+        // Where nothing at all is analysed, that is the reason.
+        let others = others.filter(|_| lost.is_empty());
         let others: Vec<&Row<'db>> = others.filter_map(|&other| system.rows.get(other)).collect();
         if let Some(first) = others.first() {
             let mut names: Vec<&str> = others.iter().map(|other| other.instance.as_str()).collect();

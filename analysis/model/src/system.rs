@@ -131,6 +131,11 @@ impl<'db> Reader<'db> {
             let first = first_of.insert(name, activity);
             let instance = flat.instance(name);
             // An instance that was lost is one mistake.
+            if instance.is_none() && target.library(self.db) != self.of.library(self.db) {
+                // The architecture that has it may be one of its own library, under another name.
+                let why = format!("{} of another library has no instance `{name}`", target.name(self.db));
+                self.found.lost.push(Refusal::reported(why, Place::Part(self.of, activity.instance.part)));
+            }
             if instance.is_none() && flat.lost.is_empty() {
                 let near = similar(name, flat.instances.iter().map(|instance| &instance.name));
                 let at = Place::Part(self.of, activity.instance.part);
@@ -228,7 +233,10 @@ impl<'db> Reader<'db> {
         if !activity.whole && row.refusals.is_empty() {
             row.refusals.push(Refusal::reported("its activity has a syntax error", at.clone()));
         }
-        // A field that was lost may be any of those that are missing.
+        // A field that was lost may be any of those that are missing. Where one is missing that must be there, another may
+        // have its value; where an affinity names no CPU, it may be the priority.
+        let missing = row.priority != Priority::Background && fields.period.is_none();
+        let doubtful = missing || fields.priority.is_none() || fields.misplaced;
         let lost = !activity.whole || fields.lost;
         if lost && fields.affinity.is_none() {
             row.cpus = None;
@@ -261,6 +269,9 @@ impl<'db> Reader<'db> {
             if fields.period.is_none() || row.refusals.is_empty() {
                 row.refusals.push(Refusal::reported("it has no period", at.clone()));
             }
+        }
+        if doubtful {
+            (row.priority, row.cpus) = (Priority::Unknown, None);
         }
         match (fields.deadline, row.deadline) {
             (None, _) => row.deadline = row.period,
@@ -352,9 +363,7 @@ impl<'db> Reader<'db> {
                 Err(why) => format!("a time in milliseconds ({why})"),
             },
         };
-        if name == "affinity" {
-            row.cpus = None;
-        }
+        fields.misplaced |= matches!(name, "affinity" | "priority");
         let report = diagnostics::invalid_field::report(value.clone(), name, &expected);
         row.refusals.push(Refusal::reported(format!("its {name} cannot be used"), value));
         self.found.diagnostics.push(report);
@@ -451,8 +460,8 @@ impl<'db> Reader<'db> {
                 let affinity = self.affinities.get(&index).unwrap_or(&at).clone();
                 self.found.diagnostics.push(diagnostics::invalid_field::no_such_cpu(affinity, &why));
                 row.refusals.push(Refusal::reported(why, at));
-                // It may be meant for any other.
-                row.cpus = None;
+                // It may be meant for any other, or be another field's.
+                (row.priority, row.cpus) = (Priority::Unknown, None);
             } else if cpus.count_ones() > 1 {
                 let may = if given { "it may run on" } else { "it has no affinity: it may run on" };
                 let why = format!("{may} {}, which is not analysed yet: give it one CPU", cpu_names(cpus));
@@ -470,6 +479,8 @@ struct Fields<'db> {
     period: Option<&'db Field>,
     deadline: Option<&'db Field>,
     lost: bool,
+    /// Is there an affinity or a priority that cannot be one?
+    misplaced: bool,
 }
 
 /// How CPUs are named to a user: by number from 1, bit 0 of the mask first.

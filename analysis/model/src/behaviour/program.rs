@@ -130,6 +130,10 @@ impl<'db> Reader<'_, 'db> {
     /// name, which may be missing.
     fn is_built_in_call(&self, callee: &NameRef, arguments: &[Expr]) -> bool {
         let Some(Expr::Name(first)) = arguments.first() else { return false };
+        // A variable of the same name may be meant, where a codel may be missing.
+        if self.scope.contains(&first.name) && callee.name != "collect" && self.names.is_in_doubt() {
+            return false;
+        }
         if callee.name == "collect" {
             return self.core.handlers.iter().any(|handler| handler.name == first.name);
         }
@@ -198,6 +202,16 @@ impl<'db> Reader<'_, 'db> {
     fn call(&mut self, callee: &NameRef, built_in: bool) -> Option<Cost<'db>> {
         let name = &callee.name;
         let at = self.at(callee.part);
+        let library = self.of.library(self.db).as_ref();
+        if built_in {
+            // A port that is called like the function does not hide it; a codel or an own operation does.
+            let codel = self.names.resolve(self.db, library, Kind::Codel, std::slice::from_ref(name));
+            let feature = self.features.get(name);
+            let is_own = feature.is_some_and(|feature| feature.kind == FeatureKind::Provided);
+            if matches!(codel, Err(Unresolved::Unknown | Unresolved::Lost)) && !is_own {
+                return None;
+            }
+        }
         if self.scope.contains(name) {
             self.not_callable(at, name, "a variable");
             return None;

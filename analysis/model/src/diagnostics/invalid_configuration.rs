@@ -1,7 +1,7 @@
 //! # invalid-configuration
 //!
-//! `mauve.toml` is not TOML, or has a section, a key or a value that means nothing. Where it may hide something that
-//! makes response times longer, nothing is analysed until it is mended.
+//! `mauve.toml` is not TOML, or has a section, a key or a value that means nothing. Something that makes response times
+//! longer may have lost its header, or be misspelt: nothing is analysed until it is mended.
 //!
 //! ```mauve
 //! codel plan(): int
