@@ -1,6 +1,7 @@
 //! # deadline-exceeds-period
 //!
-//! A deadline later than the next release: the analysis assumes D ≤ T (Hypothesis 1 of the paper).
+//! A deadline later than the next release: D ≤ T (Hypothesis 1 of the paper). Until one of the two is mended, the period
+//! counts as the deadline.
 //!
 //! ```mauve
 //! shell S { }

@@ -1,6 +1,7 @@
 //! # missing-field
 //!
-//! An activity has a priority and, unless that is `background`, a period in milliseconds.
+//! An activity has a priority and, unless that is `background`, a period in milliseconds. Where one is missing, another
+//! field may have its value: the activity may be the most urgent, on any CPU, and what it may delay is not analysed.
 //!
 //! ```mauve
 //! shell S { }
