@@ -10,29 +10,68 @@
 /// assert_eq!(similar("camera", ["laser", "pilot"]), None);
 /// ```
 pub fn similar<'a>(word: &str, words: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    let length = word.chars().count();
-    let allowed = ((length + 1) / 3).min(3);
-    let near = words.into_iter().take(1000).filter(|other| other.len().abs_diff(length) <= allowed);
-    let (found, other) = near.map(|other| (distance(word, other), other)).min()?;
-    (found <= allowed && found > 0).then_some(other)
+    let word: Vec<char> = word.chars().take(LONGEST).collect();
+    let mut allowed = ((word.len() + 1) / 3).min(3);
+    let mut rows = Rows::default();
+    let mut best: Option<(usize, &str)> = None;
+    for other in words.into_iter().take(1000) {
+        if other.len() > LONGEST * 4 {
+            continue;
+        }
+        if let Some(found) = rows.distance(&word, other, allowed).filter(|found| *found > 0)
+            && best.is_none_or(|best| (found, other) < best)
+        {
+            (best, allowed) = (Some((found, other)), found);
+        }
+    }
+    best.map(|(_, other)| other)
 }
 
-/// How many letters must be added, removed, changed or swapped with their neighbour to make one word the other.
-fn distance(a: &str, b: &str) -> usize {
-    let (a, b): (Vec<char>, Vec<char>) = (a.chars().take(64).collect(), b.chars().take(64).collect());
-    let mut rows: Vec<Vec<usize>> = vec![(0..=b.len()).collect()];
-    for (i, &x) in a.iter().enumerate() {
-        let mut row = vec![i + 1];
-        for (j, &y) in b.iter().enumerate() {
-            let mut best = (rows[i][j] + usize::from(x != y)).min(rows[i][j + 1] + 1).min(row[j] + 1);
-            if i > 0 && j > 0 && x == b[j - 1] && a[i - 1] == y {
-                best = best.min(rows[i - 1][j - 1] + 1);
-            }
-            row.push(best);
+/// Of longer words only the beginning is looked at.
+const LONGEST: usize = 64;
+
+/// The last three rows of a table of distances between the beginnings of two words.
+#[derive(Default)]
+struct Rows {
+    other: Vec<char>,
+    before_last: Vec<usize>,
+    last: Vec<usize>,
+    row: Vec<usize>,
+}
+
+impl Rows {
+    /// How many letters must be added, removed, changed or swapped with their neighbour to make one word the other;
+    /// `None` where it is more than `allowed`.
+    fn distance(&mut self, word: &[char], other: &str, allowed: usize) -> Option<usize> {
+        self.other.clear();
+        self.other.extend(other.chars().take(LONGEST));
+        if self.other.len().abs_diff(word.len()) > allowed {
+            return None;
         }
-        rows.push(row);
+        let width = self.other.len() + 1;
+        self.last.clear();
+        self.last.extend(0..width);
+        self.before_last.clear();
+        self.before_last.resize(width, usize::MAX / 2);
+        for (i, &x) in word.iter().enumerate() {
+            self.row.clear();
+            self.row.push(i + 1);
+            for (j, &y) in self.other.iter().enumerate() {
+                let change = self.last[j] + usize::from(x != y);
+                let mut best = change.min(self.last[j + 1] + 1).min(self.row[j] + 1);
+                if i > 0 && j > 0 && x == self.other[j - 1] && word[i - 1] == y {
+                    best = best.min(self.before_last[j - 1] + 1);
+                }
+                self.row.push(best);
+            }
+            if self.row.iter().all(|&distance| distance > allowed) {
+                return None;
+            }
+            std::mem::swap(&mut self.before_last, &mut self.last);
+            std::mem::swap(&mut self.last, &mut self.row);
+        }
+        self.last.last().copied().filter(|found| *found <= allowed)
     }
-    rows.last().and_then(|row| row.last()).copied().unwrap_or(usize::MAX)
 }
 
 #[cfg(test)]
@@ -45,5 +84,8 @@ mod tests {
         assert_eq!(similar("activity", ["activity"]), None);
         assert_eq!(similar("cor", ["core", "codel"]), Some("core"));
         assert_eq!(similar("", ["a"]), None);
+        assert_eq!(similar("ab", ["ba"]), Some("ba"));
+        assert_eq!(similar("naïve", ["naive"]), Some("naive"));
+        assert_eq!(similar(&"x".repeat(1000), ["x"]), None);
     }
 }

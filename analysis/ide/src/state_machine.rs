@@ -188,7 +188,7 @@ codel = "1.5 ms"
         let texts = mauve_tests::fixture(MODEL).into_iter().map(|(path, text)| (PathBuf::from(path), text));
         let workspace = Workspace::of_texts(&db, "/".into(), texts);
         let project = projects(&db, workspace)[0];
-        let pilot = names_of(&db, project).anywhere(&db, Kind::Component, "Pilot")[0];
+        let pilot = names_of(&db, project).anywhere(Kind::Component, "Pilot")[0];
         let psm = psm_of(&db, project, pilot, Level::TEN_TO_MINUS_FOUR).as_ref().unwrap();
         draw_state_machine("Pilot", Level::TEN_TO_MINUS_FOUR, psm, drawing)
     }

@@ -107,7 +107,8 @@ impl<'db> Diagnostic<'db> {
     ) -> Diagnostic<'db> {
         let names = names_of(db, project);
         let Some(name) = path.last() else { return self };
-        let advice = names.advice(of.library(db).as_ref(), kind, path).or_else(|| {
+        let library = of.library(db).as_ref();
+        let advice = names.advice(db, library, kind, path).or_else(|| {
             let file = file_outside(db, project, kind, name)?;
             Some(format!("{file} declares one, and is not included"))
         });
@@ -116,7 +117,7 @@ impl<'db> Diagnostic<'db> {
             return self;
         }
         let at = self.at.clone();
-        self.did_you_mean(at, names.similar(db, kind, name))
+        self.did_you_mean(at, names.similar(db, library, kind, path))
     }
 
     /// Asks whether `near` was meant, and offers to write it.
@@ -418,7 +419,7 @@ fn timing_diagnostics<'db>(
     }
     if !missing.is_empty() && timetable_of(db, project).is_empty() {
         found.push(missing_time::no_table(Place::name_of(deployment), missing.len()));
-    } else if !missing.is_empty() {
+    } else if missing.iter().any(|missing| !missing.at_other_levels) {
         let budgets = budgets(db, project, deployment, query);
         for missing in missing.iter().filter(|missing| !missing.at_other_levels) {
             let budget = budgets.iter().find(|budget| budget.codel == missing.codel);

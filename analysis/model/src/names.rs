@@ -15,6 +15,7 @@ pub struct Names<'db> {
     /// In the order of the project's files and their texts.
     pub all: Vec<Decl<'db>>,
     by_name: FxHashMap<(Option<Name>, Kind, Name), Vec<Decl<'db>>>,
+    in_any_library: FxHashMap<(Kind, Name), Vec<Decl<'db>>>,
     /// For each library, the libraries and message packages that it uses.
     uses: FxHashMap<Option<Name>, Vec<Name>>,
     libraries: FxHashSet<Name>,
@@ -34,6 +35,7 @@ pub fn names_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Names<'db> 
     let mut names = Names {
         all: Vec::new(),
         by_name: FxHashMap::default(),
+        in_any_library: FxHashMap::default(),
         uses: FxHashMap::default(),
         libraries: FxHashSet::default(),
         nameless: FxHashSet::default(),
@@ -61,6 +63,7 @@ pub fn names_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Names<'db> 
             if name.is_empty() {
                 names.nameless.insert((library, decl.kind(db)));
             } else {
+                names.in_any_library.entry((decl.kind(db), name.clone())).or_default().push(decl);
                 names.by_name.entry((library, decl.kind(db), name)).or_default().push(decl);
             }
         }
@@ -100,8 +103,8 @@ impl<'db> Names<'db> {
     }
 
     /// All declarations of this kind and name, in any library.
-    pub fn anywhere(&self, db: &'db dyn ModelDb, kind: Kind, name: &str) -> Vec<Decl<'db>> {
-        self.all.iter().copied().filter(|decl| decl.kind(db) == kind && decl.name(db) == name).collect()
+    pub fn anywhere(&self, kind: Kind, name: &str) -> &[Decl<'db>] {
+        self.in_any_library.get(&(kind, name.into())).map_or(&[], Vec::as_slice)
     }
 
     /// What `path`, written in `library`, means: looked up there, then in the libraries that it uses. What stands
@@ -194,11 +197,16 @@ impl<'db> Names<'db> {
     }
 
     /// What to do about `path`, written in `library`, that means nothing: a library to use, or one that is misspelt.
-    pub(crate) fn advice(&self, library: Option<&Name>, kind: Kind, path: &[Name]) -> Option<String> {
+    pub(crate) fn advice(
+        &self,
+        db: &'db dyn ModelDb,
+        library: Option<&Name>,
+        kind: Kind,
+        path: &[Name],
+    ) -> Option<String> {
         match path {
             [name] => {
-                let has = |of: &&Name| !self.in_library(Some(of), kind, name).is_empty();
-                let of = self.libraries.iter().filter(has).min()?;
+                let of = self.anywhere(kind, name).iter().find_map(|decl| decl.library(db).as_ref())?;
                 library.map(|_| format!("library `{of}` has one: add `use {of}`"))
             }
             [of, name] if !self.libraries.contains(of) => {
@@ -210,10 +218,27 @@ impl<'db> Names<'db> {
         }
     }
 
-    /// The name of this kind that `name` may be a misspelling of.
-    pub fn similar(&self, db: &'db dyn ModelDb, kind: Kind, name: &str) -> Option<Name> {
-        let names = self.all.iter().filter(|decl| decl.kind(db) == kind).map(|decl| decl.name(db));
-        similar(name, names)
+    /// The path of this kind, as it may be written in `library`, that `path` may be a misspelling of.
+    pub(crate) fn similar(
+        &self,
+        db: &'db dyn ModelDb,
+        library: Option<&Name>,
+        kind: Kind,
+        path: &[Name],
+    ) -> Option<Name> {
+        let (of, name) = match path {
+            [name] => (None, name),
+            [of, name] => (Some(of), name),
+            _ => return None,
+        };
+        let visible: FxHashSet<Option<&Name>> = match of {
+            Some(of) => FxHashSet::from_iter([Some(of)]),
+            None => self.visible(library).map(Some).chain([library]).collect(),
+        };
+        let is_seen =
+            |decl: &&Decl<'db>| decl.kind(db) == kind && visible.contains(&decl.library(db).as_ref());
+        let near = similar(name, self.all.iter().filter(is_seen).map(|decl| decl.name(db)))?;
+        Some(of.map_or_else(|| near.clone(), |of| format!("{of}.{near}").into()))
     }
 }
 

@@ -254,7 +254,7 @@ impl<'db> Joining<'db> {
             Some((library, name)) => names.in_library(Some(&library.into()), kind, &name.into()).to_vec(),
             // What stands outside libraries has no other key.
             None => match names.in_library(None, kind, &key.into()) {
-                [] => names.anywhere(db, kind, key),
+                [] => names.anywhere(kind, key).to_vec(),
                 outside => outside.to_vec(),
             },
         };
@@ -265,6 +265,8 @@ impl<'db> Joining<'db> {
                     .all
                     .iter()
                     .filter(|decl| decl.kind(db) == kind)
+                    // As many as are looked at.
+                    .take(500)
                     .flat_map(|&decl| [(decl.qualified(db).into(), decl), (decl.name(db).clone(), decl)])
                     .collect();
                 let near = similar(key, all.iter().map(|(name, _)| name));
@@ -272,7 +274,7 @@ impl<'db> Joining<'db> {
                 let stray = format!("`{}` in {}", entry.key, file_name(db, file));
                 // It may also stand in the wrong section, below a header that was lost.
                 let last = key.rsplit('.').next().unwrap_or(key);
-                let names_component = !names.anywhere(db, Kind::Component, last).is_empty();
+                let names_component = !names.anywhere(Kind::Component, last).is_empty();
                 if !of_whole || key.contains('/') {
                     self.lost(file, &format!("`{}` means nothing", entry.key), at.clone());
                 }
@@ -327,7 +329,7 @@ impl<'db> Joining<'db> {
         // Programs that no period executes: measured, and of no weight.
         let is_hook = ["configure", "start", "stop", "cleanup"].contains(&program);
         let last = component.rsplit('.').next().unwrap_or(component);
-        let namesakes = names_of(db, self.project).anywhere(db, Kind::Component, last);
+        let namesakes = names_of(db, self.project).anywhere(Kind::Component, last).to_vec();
         let addressed: Vec<Decl<'db>> = named.map_or_else(|| namesakes.clone(), |named| vec![named]);
         let wrong = addressed.into_iter().find_map(|component| {
             let keys = self.programs_of(component);
@@ -496,7 +498,7 @@ fn is_known_elsewhere<'db>(db: &'db dyn ModelDb, project: Project<'db>, kind: Ki
         Some((library, name)) => {
             !names_of(db, other).in_library(Some(&library.into()), kind, &name.into()).is_empty()
         }
-        None => !names_of(db, other).anywhere(db, kind, key).is_empty(),
+        None => !names_of(db, other).anywhere(kind, key).is_empty(),
     })
 }
 

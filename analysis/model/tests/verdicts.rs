@@ -1230,7 +1230,7 @@ fn a_deployment_of_which_nothing_is_known_is_not_schedulable() {
         let workspace = common::workspace(&db, text);
         let project = mauve_model::projects(&db, workspace)[0];
         let names = mauve_model::names_of(&db, project);
-        let deployment = names.anywhere(&db, mauve_model::item_tree::Kind::Deployment, "D")[0];
+        let deployment = names.anywhere(mauve_model::item_tree::Kind::Deployment, "D")[0];
         let query = mauve_model::Query { level: LEVEL, method: Method::Psm, horizon: None };
         mauve_model::response_times(&db, project, deployment, query).schedulable()
     };

@@ -48,7 +48,7 @@ pub(crate) fn machine(fixture: &str, component: &str) -> String {
     let db = Database::default();
     let workspace = workspace(&db, fixture);
     let project = projects(&db, workspace)[0];
-    let decl = names_of(&db, project).anywhere(&db, Kind::Component, component)[0];
+    let decl = names_of(&db, project).anywhere(Kind::Component, component)[0];
     let mut out = String::new();
     match psm_of(&db, project, decl, LEVEL) {
         Ok(psm) => {
