@@ -415,7 +415,7 @@ impl<'db> Reader<'_, 'db> {
             if let Some(always) = fires_always {
                 let (at, first) = (self.at(transition.name.part), self.at(always.name.part));
                 let names = (&transition.name.name, &always.name.name);
-                if transition.whole && !names.0.is_empty() {
+                if transition.whole && always.whole && !names.0.is_empty() {
                     self.found.diagnostics.push(diagnostics::never_taken::report(at, names, first));
                 }
                 continue;

@@ -20,7 +20,7 @@ use crate::response::{
 };
 use crate::source::{Decl, Place, component, item_tree_of, parse, shell};
 use crate::system::system_of;
-use crate::timetable::timetable_of;
+use crate::timetable::{table_diagnostics, timetable_of};
 use crate::{File, ModelDb, Workspace};
 
 /// A kind of diagnostic.
@@ -251,7 +251,7 @@ pub fn project_diagnostics<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> 
     for &decl in &names.all {
         found.extend(declaration_diagnostics(db, project, decl).iter().cloned());
     }
-    found.extend(timetable_of(db, project).diagnostics.iter().cloned());
+    found.extend(table_diagnostics(db, project).iter().cloned());
     found.into_boxed_slice()
 }
 

@@ -43,6 +43,20 @@ pub fn config_of(db: &dyn ModelDb, workspace: Workspace) -> Config {
     config
 }
 
+/// What `mauve.toml` says that response times rest on, without places: a comment in it changes nothing.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub(crate) struct Platform {
+    pub(crate) cpus: Option<u32>,
+    pub(crate) rt_throttling: Option<bool>,
+    pub(crate) synchronised: Vec<String>,
+}
+
+#[salsa::tracked(returns(ref))]
+pub(crate) fn platform_of(db: &dyn ModelDb, workspace: Workspace) -> Platform {
+    let Config { cpus, rt_throttling, synchronised, .. } = config_of(db, workspace);
+    Platform { cpus: *cpus, rt_throttling: *rt_throttling, synchronised: synchronised.clone() }
+}
+
 /// Where an include of `file` may be: beside it, then along the model path.
 pub fn include_candidates(db: &dyn ModelDb, workspace: Workspace, file: File, include: &str) -> Vec<PathBuf> {
     let beside = file.path(db).parent().unwrap_or(Path::new("/"));
@@ -92,7 +106,11 @@ pub(crate) fn not_checked(db: &dyn ModelDb, workspace: Workspace) -> Vec<File> {
     let roots = config_of(db, workspace).roots.len();
     let projects = projects(db, workspace);
     // What a missing include or root would include is not missing for a second time.
-    let missing = projects.len() < roots || projects.iter().any(|&project| names_of(db, project).missing);
+    let all_there = config_of(db, workspace)
+        .roots
+        .iter()
+        .all(|(path, _)| workspace.files(db).contains_key(&normalised(&workspace.folder(db).join(path))));
+    let missing = !all_there || projects.iter().any(|&project| names_of(db, project).missing);
     if roots == 0 || missing || !workspace.only(db).is_empty() {
         return Vec::new();
     }
@@ -110,7 +128,9 @@ pub(crate) fn all_roots(db: &dyn ModelDb, workspace: Workspace) -> Vec<File> {
     if !config.roots.is_empty() {
         let known = workspace.files(db);
         let root = |path: &str| known.get(&normalised(&workspace.folder(db).join(path))).copied();
-        return config.roots.iter().filter_map(|(path, _)| root(path)).collect();
+        let mut seen = FxHashSet::default();
+        let roots = config.roots.iter().filter_map(|(path, _)| root(path));
+        return roots.filter(|root| seen.insert(*root)).collect();
     }
     let folder = workspace.folder(db);
     let models: BTreeMap<&Path, File> = workspace

@@ -121,8 +121,8 @@ pub(crate) fn psm_with<'db>(
         return Err(Refused { refusals: behaviour.refusals.clone(), missing: Vec::new() });
     }
     let times = timetable_of(db, project);
-    if let Some((why, at)) = times.doubt(of) {
-        return refuse(Refusal::reported(why.clone(), at.clone()));
+    if let Some(why) = times.doubt(of) {
+        return refuse(Refusal::reported(why, at));
     }
     let mut reader = Evaluator {
         db,
@@ -169,7 +169,14 @@ impl<'db> Evaluator<'_, 'db> {
             .collect();
         let overhead = self.times.overhead(self.level);
         if overhead.is_none() {
-            self.refuse(format!("[overhead] of the timing table has no time at {}", self.level));
+            match self.times.without_level(self.level) {
+                // That is one warning, where the level is asked for.
+                Some(levels) => {
+                    let why = format!("no overhead at {}: {levels}", self.level);
+                    self.refused.refusals.push(Refusal::reported(why, Place::name_of(self.component)));
+                }
+                None => self.refuse("the overhead exceeds 584 years".to_owned()),
+            }
         }
         let mut edges = Vec::new();
         let mut described = Vec::new();

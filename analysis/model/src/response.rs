@@ -10,7 +10,7 @@ use mauve_timing::{
 use crate::behaviour::Refusal;
 use crate::item_tree::Name;
 use crate::names::names_of;
-use crate::project::{Project, config_of};
+use crate::project::{Project, platform_of};
 use crate::psm::{Psm, Refused, psm_of, psm_with};
 use crate::source::{Decl, Place};
 use crate::system::{Priority, Row, System, system_of};
@@ -130,7 +130,7 @@ pub fn response_times<'db>(
     query: Query,
 ) -> Report<'db> {
     // Of lost tables no time is right: what is left is that of `[assume]`.
-    let timed = timetable_of(db, project).lost.is_none();
+    let timed = is_timed(db, project);
     let mut psms = Vec::new();
     for row in &system_of(db, project, deployment).rows {
         let component = row.component.filter(|_| timed && row.priority != Priority::Background);
@@ -149,7 +149,7 @@ fn report<'db>(
     psms: &Psms<'_, 'db>,
 ) -> Report<'db> {
     let system = system_of(db, project, deployment);
-    let lost = lost_in(db, project, system);
+    let lost = lost_in(db, project, deployment);
     let Analysed { reasons, row_of, tasks, analysis } = analysed(db, project, system, query, psms);
     let mut activities: Vec<ActivityReport<'db>> = system.rows.iter().map(background).collect();
     let mut shares = None;
@@ -214,14 +214,14 @@ fn report<'db>(
     let cpus = analysis
         .cpus
         .iter()
-        .filter(|_| timetable_of(db, project).lost.is_none())
+        .filter(|_| is_timed(db, project))
         .map(|load| CpuReport {
             mask: 1 << load.cpu,
             utilisation: load.utilisation.clone(),
             complete: load.complete && lost.is_empty(),
         })
         .collect();
-    Report { activities, cpus, lost }
+    Report { activities, cpus, lost: lost.clone() }
 }
 
 /// The rows of a system as tasks, and what comes out.
@@ -241,7 +241,7 @@ fn analysed<'db>(
     query: Query,
     psms: &Psms<'_, 'db>,
 ) -> Analysed<'db> {
-    let throttled = config_of(db, project.workspace(db)).rt_throttling == Some(true);
+    let throttled = platform_of(db, project.workspace(db)).rt_throttling == Some(true);
     let reasons: Vec<Vec<Refusal<'db>>> =
         system.rows.iter().zip(psms).map(|(row, psm)| own_reasons(query, row, *psm)).collect();
     let mut tasks = Vec::new();
@@ -272,11 +272,18 @@ pub(crate) fn enumerated(names: &[&str]) -> String {
     }
 }
 
+/// Is no table lost? What reads only this is not run again for every other change of a table.
+#[salsa::tracked(returns(copy))]
+fn is_timed<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> bool {
+    timetable_of(db, project).lost.is_none()
+}
+
 /// Why nothing at all can be analysed: an activity may be missing, or a time that makes every bound longer.
-fn lost_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, system: &System<'db>) -> Vec<Refusal<'db>> {
-    let mut lost = system.lost.clone();
-    if let Some((why, at)) = &timetable_of(db, project).lost {
-        lost.push(Refusal::reported(why.clone(), at.clone()));
+#[salsa::tracked(returns(ref))]
+fn lost_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, deployment: Decl<'db>) -> Vec<Refusal<'db>> {
+    let mut lost = system_of(db, project, deployment).lost.clone();
+    if let Some((why, file)) = &timetable_of(db, project).lost {
+        lost.push(Refusal::reported(why.clone(), Place::Range(*file, 0, 0)));
     }
     if let Some(file) = names_of(db, project).scope_lost {
         let name = file.path(db).file_name().unwrap_or_default().display().to_string();
@@ -412,6 +419,9 @@ pub fn budgets<'db>(
             missing.extend(new.collect::<Vec<_>>());
         }
     }
+    if missing.len() > MOST_BUDGETS || !lost_in(db, project, deployment).is_empty() {
+        return Vec::new();
+    }
     let holds = |codel: Decl<'db>, time: Time| -> Option<bool> {
         let suppose = |of: Decl<'db>| {
             let supposed = if of == codel { time } else { Time::ZERO };
@@ -435,9 +445,6 @@ pub fn budgets<'db>(
         (!statuses().any(|status| status == Status::NotAnalysed))
             .then(|| statuses().all(|status| status == Status::Met))
     };
-    if missing.len() > MOST_BUDGETS || !lost_in(db, project, system).is_empty() {
-        return Vec::new();
-    }
     let longest = system.rows.iter().filter_map(|row| row.deadline).max().unwrap_or_default();
     let mut budgets = Vec::new();
     for &codel in &missing {

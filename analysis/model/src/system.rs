@@ -10,7 +10,7 @@ use crate::diagnostics::{self, Diagnostic};
 use crate::flat::{Flat, FlatInstance, Link, flat_of};
 use crate::item_tree::{Activity, Expr, FeatureKind, Field, Kind, Literal, Name, UnaryOperator};
 use crate::names::{Features, features_of, names_of, similar};
-use crate::project::{Project, config_of};
+use crate::project::{Project, platform_of};
 use crate::psm::{core_of, shell_of};
 use crate::source::{Decl, Place, architecture, core_interface, deployment};
 
@@ -126,16 +126,21 @@ impl<'db> Reader<'db> {
         let mut first_of: FxHashMap<&Name, &Activity> = FxHashMap::default();
         // Instances whose activity has a misspelt name: that is one mistake.
         let mut misspelt: FxHashSet<Name> = FxHashSet::default();
+        // The architecture that has an unknown instance may be one of its own library, under another name.
+        if target.library(self.db) != self.of.library(self.db)
+            && let Some(unknown) = activities
+                .iter()
+                .find(|it| !it.instance.name.is_empty() && flat.instance(&it.instance.name).is_none())
+        {
+            let name = &unknown.instance.name;
+            let why = format!("{} of another library has no instance `{name}`", target.name(self.db));
+            self.found.lost.push(Refusal::reported(why, Place::Part(self.of, unknown.instance.part)));
+        }
         for activity in activities.iter().filter(|activity| !activity.instance.name.is_empty()) {
             let name = &activity.instance.name;
             let first = first_of.insert(name, activity);
             let instance = flat.instance(name);
             // An instance that was lost is one mistake.
-            if instance.is_none() && target.library(self.db) != self.of.library(self.db) {
-                // The architecture that has it may be one of its own library, under another name.
-                let why = format!("{} of another library has no instance `{name}`", target.name(self.db));
-                self.found.lost.push(Refusal::reported(why, Place::Part(self.of, activity.instance.part)));
-            }
             if instance.is_none() && flat.lost.is_empty() {
                 let near = similar(name, flat.instances.iter().map(|instance| &instance.name));
                 let at = Place::Part(self.of, activity.instance.part);
@@ -424,9 +429,9 @@ impl<'db> Reader<'db> {
     }
 
     fn synchronised(&mut self) {
-        let config = config_of(self.db, self.project.workspace(self.db));
+        let platform = platform_of(self.db, self.project.workspace(self.db));
         for row in self.found.rows.iter_mut().filter(|row| row.priority != Priority::Background) {
-            if config.synchronised.iter().any(|name| *name == row.instance.as_str()) {
+            if platform.synchronised.iter().any(|name| *name == row.instance.as_str()) {
                 let why = "its clock is declared synchronised, which is not analysed yet: without `[clocks]` it is \
                            analysed for any phasing";
                 row.refusals.push(Refusal::own(why, row.at.clone()));
@@ -436,10 +441,10 @@ impl<'db> Reader<'db> {
 
     /// Which CPUs each activity may use, and what of that cannot be analysed.
     fn cpus(&mut self) {
-        let config = config_of(self.db, self.project.workspace(self.db));
+        let platform = platform_of(self.db, self.project.workspace(self.db));
         let named = self.found.rows.iter().filter_map(|row| row.cpus).fold(0, |all, cpus| all | cpus);
         // An affinity that cannot be read may name one more: who may run there too is delayed by no more than here.
-        let all = match config.cpus {
+        let all = match platform.cpus {
             Some(64..) => u64::MAX,
             Some(cpus) => (1 << cpus) - 1,
             None if named == 0 => 1,

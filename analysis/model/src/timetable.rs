@@ -103,7 +103,7 @@ pub struct Timetable<'db> {
     /// What an entry that means several things may have been for, and why: used where nothing else gives a time.
     doubts: FxHashMap<Of<'db>, String>,
     /// Components that have an entry for a program that they do not have: it may be for any of their programs.
-    doubtful: FxHashMap<Decl<'db>, (String, Place<'db>)>,
+    doubtful: FxHashMap<Decl<'db>, String>,
     /// An entry for a codel that is not declared: it may be for any that has no other time.
     stray_codel: Option<String>,
     /// Those entries by the name of the codel: they may be for one of that name in another library, whatever its time.
@@ -119,9 +119,7 @@ pub struct Timetable<'db> {
     with_levels: Vec<(String, Vec<Level>)>,
     assume: Option<Time>,
     /// Something was lost that may make every time longer: nothing is analysed.
-    pub lost: Option<(String, Place<'db>)>,
-    /// What is wrong in the tables.
-    pub diagnostics: Vec<Diagnostic<'db>>,
+    pub lost: Option<(String, File)>,
 }
 
 /// What the tables say of a time.
@@ -139,23 +137,32 @@ pub enum Lookup {
     Unusable(String),
 }
 
-/// Joins the tables of a project.
+/// The times of a project: its tables, joined. No place stands in them: a comment in a table changes nothing.
 #[salsa::tracked(returns(ref))]
 pub fn timetable_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Timetable<'db> {
+    joined(db, project).0.clone()
+}
+
+/// What is wrong in the tables.
+pub(crate) fn table_diagnostics<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> &'db [Diagnostic<'db>] {
+    &joined(db, project).1
+}
+
+#[salsa::tracked(returns(ref), no_eq)]
+fn joined<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> (Timetable<'db>, Vec<Diagnostic<'db>>) {
     let workspace = project.workspace(db);
     let found = table_files(db, workspace);
     let config = config_of(db, workspace);
     let times = Timetable { assume: config.assume, ..Timetable::default() };
-    let mut joining = Joining { db, project, times, places: FxHashMap::default() };
+    let mut joining = Joining { db, project, times, diagnostics: Vec::new(), places: FxHashMap::default() };
     if let Some(file) = config_file(db, workspace) {
-        let at = |span: &Range<usize>| Place::Range(file, span.start as u32, span.end as u32);
         if config.lost
-            && let Some((message, span)) = config.errors.first()
+            && let Some((message, _)) = config.errors.first()
         {
-            joining.lost(file, message, at(span));
+            joining.lost(file, message);
         }
-        for (message, span) in &found.errors {
-            joining.lost(file, message, at(span));
+        for (message, _) in &found.errors {
+            joining.lost(file, message);
         }
     }
     let mut tables = Vec::new();
@@ -177,7 +184,7 @@ pub fn timetable_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Timetab
             Some(without) => joining.times.partial.push((level, file_name(db, *without))),
         }
     }
-    joining.times
+    (joining.times, joining.diagnostics)
 }
 
 /// A timetable that is being made, and where its entries stand.
@@ -185,29 +192,30 @@ struct Joining<'db> {
     db: &'db dyn ModelDb,
     project: Project<'db>,
     times: Timetable<'db>,
+    diagnostics: Vec<Diagnostic<'db>>,
     places: FxHashMap<Of<'db>, Vec<(File, Place<'db>, String)>>,
 }
 
 impl<'db> Joining<'db> {
-    fn lost(&mut self, file: File, why: &str, at: Place<'db>) {
+    fn lost(&mut self, file: File, why: &str) {
         let name = file_name(self.db, file);
-        self.times.lost.get_or_insert_with(|| (format!("{name}: {why}"), at));
+        self.times.lost.get_or_insert_with(|| (format!("{name}: {why}"), file));
     }
 
     fn report(&mut self, diagnostic: Diagnostic<'db>) {
-        self.times.diagnostics.push(diagnostic);
+        self.diagnostics.push(diagnostic);
     }
 
     fn table(&mut self, file: File, table: &'db Table) {
         let at = |span: &Range<usize>| Place::Range(file, span.start as u32, span.end as u32);
         if let Some(problem) = file.problem(self.db) {
             self.report(invalid_table::report(at(&(0..0)), problem.clone()));
-            self.lost(file, problem, at(&(0..0)));
+            self.lost(file, problem);
         }
         for error in &table.errors {
             self.report(invalid_table::report(at(&error.span), error.message.clone()));
             if table.lost {
-                self.lost(file, &error.message, at(&error.span));
+                self.lost(file, &error.message);
             }
         }
         if table.lost {
@@ -218,7 +226,7 @@ impl<'db> Joining<'db> {
             if let Some((first, ..)) = &self.times.overhead {
                 let message =
                     format!("[overhead] stands in {} already: write it once", file_name(self.db, *first));
-                self.lost(file, &message, at(&table.overhead_span));
+                self.lost(file, &message);
                 self.report(invalid_table::report(at(&table.overhead_span), message));
             }
             self.times.overhead = Some((file, levels.clone(), table.overhead.clone()));
@@ -276,14 +284,14 @@ impl<'db> Joining<'db> {
                 let last = key.rsplit('.').next().unwrap_or(key);
                 let names_component = !names.anywhere(Kind::Component, last).is_empty();
                 if !of_whole || key.contains('/') {
-                    self.lost(file, &format!("`{}` means nothing", entry.key), at.clone());
+                    self.lost(file, &format!("`{}` means nothing", entry.key));
                 }
                 if kind == Kind::Component || names_component {
                     self.times.stray_component = Some(stray.clone());
                 }
                 // They stand in `[overhead]`, of which the header was lost.
                 if matches!(last, "dispatch" | "context_switch") {
-                    self.lost(file, &format!("`{key}` belongs into [overhead]"), at.clone());
+                    self.lost(file, &format!("`{key}` belongs into [overhead]"));
                 }
                 if kind == Kind::Codel {
                     self.times.strays.insert(last.into(), stray.clone());
@@ -321,8 +329,8 @@ impl<'db> Joining<'db> {
             let message = "the key of a program is `Component/update`, `Component/state.run`, \
                            `Component/state.transition.guard`, `Component/state.transition.effect` or \
                            `Component/operation`";
-            self.report(invalid_table::report(at.clone(), message.to_owned()));
-            self.lost(file, &format!("`{}` is not the key of a program", entry.key), at);
+            self.report(invalid_table::report(at, message.to_owned()));
+            self.lost(file, &format!("`{}` is not the key of a program", entry.key));
             return;
         };
         let named = self.add(entry, component, Kind::Component, slot, |decl| key_of(decl, program));
@@ -349,11 +357,11 @@ impl<'db> Joining<'db> {
         let near = longer.cloned().or_else(|| similar(program, &keys));
         let near = near.map(|near| format!("{name}/{near}").into());
         if named.is_some() {
-            self.report(unknown_timing_key::of_program(at.clone(), &why, near));
+            self.report(unknown_timing_key::of_program(at, &why, near));
         }
         // It may be meant for another component of that name.
         for namesake in namesakes {
-            self.times.doubtful.insert(namesake, (format!("{}: {why}", file_name(db, file)), at.clone()));
+            self.times.doubtful.insert(namesake, format!("{}: {why}", file_name(db, file)));
         }
     }
 
@@ -372,10 +380,10 @@ impl<'db> Joining<'db> {
             let Some(((file, first, _), rest)) = places.split_first() else { continue };
             for (_, at, key) in rest {
                 let first = (first.clone(), file_name(db, *file));
-                self.times.diagnostics.push(invalid_table::repeated(at.clone(), key, first));
+                self.diagnostics.push(invalid_table::repeated(at.clone(), key, first));
             }
         }
-        self.times.diagnostics.sort_by_key(|it| match it.at {
+        self.diagnostics.sort_by_key(|it| match it.at {
             Place::Range(file, start, _) => (file.path(db).clone(), start, it.message.clone()),
             _ => Default::default(),
         });
@@ -423,8 +431,8 @@ impl<'db> Timetable<'db> {
     }
 
     /// Why a component is not analysed whatever its codels take.
-    pub fn doubt(&self, component: Decl<'db>) -> Option<&(String, Place<'db>)> {
-        self.doubtful.get(&component)
+    pub fn doubt(&self, component: Decl<'db>) -> Option<&str> {
+        self.doubtful.get(&component).map(String::as_str)
     }
 
     /// Dispatch and two context switches, for each job; nothing where they have no time at this level.

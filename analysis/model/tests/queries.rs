@@ -129,7 +129,10 @@ fn a_comment_runs_no_analysis() {
 #[test]
 fn a_changed_period_runs_only_its_deployments_response_times() {
     let counts = executed(&robot(), "/model.mal", "period = 10", "period = 15");
-    check(&counts, &[("system_of", 1), ("response_times", 1), ("declaration_diagnostics", 1)]);
+    check(
+        &counts,
+        &[("system_of", 1), ("lost_in", 1), ("response_times", 1), ("declaration_diagnostics", 1)],
+    );
 }
 
 #[test]
@@ -152,14 +155,42 @@ fn a_saved_table_runs_no_names_and_no_behaviours() {
     let counts = executed(&robot(), "/times.toml", "two = 2", "two = 3");
     let expected = [
         ("table", 1),
+        ("joined", 1),
         ("timetable_of", 1),
+        ("is_timed", 1),
+        ("lost_in", 2),
         ("psm_of", 1),
         ("response_times", 2),
         ("declaration_diagnostics", 2),
     ];
     check(&counts, &expected);
     let counts = executed(&robot(), "/times.toml", "[codel]", "# measured\n[codel]");
-    check(&counts, &[("table", 1), ("timetable_of", 1)]);
+    check(&counts, &[("table", 1), ("joined", 1), ("timetable_of", 1)]);
+    // Nor where the table has a warning in it.
+    let mut warned = robot();
+    for (path, text) in &mut warned {
+        if path.ends_with("times.toml") {
+            *text += "three = 3\n[program]\n\"C/B.rnu\" = 1\n";
+        }
+    }
+    let counts = executed(&warned, "/times.toml", "[codel]", "# measured\n[codel]");
+    check(&counts, &[("table", 1), ("joined", 1), ("timetable_of", 1)]);
+}
+
+#[test]
+fn a_comment_in_the_configuration_runs_no_analysis() {
+    let counts = executed(&robot(), "/mauve.toml", "project", "# a comment\nproject");
+    for query in ["psm_of", "behaviour_of", "system_of", "response_times"] {
+        assert_eq!(counts.get(query), None, "{counts:?}");
+    }
+}
+
+#[test]
+fn a_new_name_runs_no_response_times() {
+    for new in ["codel three(): int\n", "codel thr\n", "cod\n"] {
+        let counts = executed(&robot(), "/parts.mal", "shell S", &format!("{new}shell S"));
+        assert_eq!(counts.get("response_times"), None, "{new}: {counts:?}");
+    }
 }
 
 #[test]
@@ -183,5 +214,8 @@ fn the_sample_robot_too() {
     let counts = executed(&texts, deployment, "deployment", "// a comment\ndeployment");
     check(&counts, &[]);
     let counts = executed(&texts, deployment, "period = 1000", "period = 900");
-    check(&counts, &[("system_of", 1), ("response_times", 1), ("declaration_diagnostics", 1)]);
+    check(
+        &counts,
+        &[("system_of", 1), ("lost_in", 1), ("response_times", 1), ("declaration_diagnostics", 1)],
+    );
 }
