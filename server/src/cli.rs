@@ -110,11 +110,7 @@ fn levels(db: &Database, project: Project<'_>, asked: Option<&Significance>) -> 
     match asked {
         Some(Significance::These(levels)) => levels.clone(),
         Some(Significance::All) => {
-            let (levels, partial) = timetable_of(db, project).levels();
-            let levels = levels.to_vec();
-            for (level, without) in partial {
-                say(&format!("{level} is left out: {without} does not have it"));
-            }
+            let levels = timetable_of(db, project).levels().to_vec();
             // Times that hold at every level need one column.
             if levels.is_empty() { vec![shown] } else { levels }
         }

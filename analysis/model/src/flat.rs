@@ -212,7 +212,7 @@ fn direction<'db>(
     diagnostics::connection_direction::report(what, source?, target?)
 }
 
-/// The same for the settings of a deployment.
+/// Why a name of an instance or a feature in the settings of a deployment means nothing.
 pub(crate) fn check_settings<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,

@@ -85,8 +85,8 @@ pub struct ItemTree {
     /// Is there more than a stray word between the declarations that fits nowhere, or a brace missing? Then a
     /// declaration may be lost, or stand in another library than it seems.
     pub scope_lost: bool,
-    /// What may be declared by text that is no declaration, or not a whole one: a name in a library, or any name.
-    /// Never found here, it must not be looked for elsewhere.
+    /// What may be declared by text that is no declaration, or not a whole one, or two that have run together: a name in
+    /// a library, or any name. Where its own library lacks it, it is not looked for elsewhere.
     pub doubts: Vec<(Option<Name>, Option<Name>)>,
     /// May a half-typed line be an include, or the head of a library?
     pub include_lost: bool,

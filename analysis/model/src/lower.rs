@@ -3,11 +3,10 @@
 use std::sync::Arc;
 
 use mauve_syntax::ast::{self, AstNode};
-use mauve_syntax::{SyntaxKind, SyntaxNode, SyntaxToken, TextRange, is_whole};
+use mauve_syntax::{SyntaxKind, SyntaxNode, SyntaxToken, TextRange, is_whole, similar};
 use rustc_hash::FxHashMap;
 
 use crate::item_tree::*;
-use crate::names::similar;
 
 /// Where things stand in a file. Only what is shown to a user may read it.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -110,9 +109,8 @@ fn begins_line(word: &SyntaxToken) -> bool {
 /// a keyword that is misspelt or not all there, nor one that holds a declaration, or the rest of one.
 fn unknown_section(tokens: &[SyntaxToken]) -> Option<Vec<Name>> {
     let word = tokens.first().filter(|word| word.kind().is_word())?;
-    let names: Vec<Name> = DECLARATIONS.map(Name::from).to_vec();
     let is_cut = DECLARATIONS.iter().any(|keyword| keyword.starts_with(word.text()));
-    if is_cut || similar(word.text(), &names).is_some() {
+    if is_cut || similar(word.text(), DECLARATIONS).is_some() {
         return None;
     }
     let mut open = 0;

@@ -104,11 +104,11 @@ pub struct Timetable<'db> {
     doubts: FxHashMap<Of<'db>, String>,
     /// Components that have an entry for a program that they do not have: it may be for any of their programs.
     doubtful: FxHashMap<Decl<'db>, String>,
-    /// An entry for a codel that is not declared: it may be for any that has no other time.
+    /// An entry for something that is not declared: it may be for any codel that has no other time.
     stray_codel: Option<String>,
     /// Those entries by the name of the codel: they may be for one of that name in another library, whatever its time.
     strays: FxHashMap<Name, String>,
-    /// The same for a component.
+    /// An entry that may be for any component without a time of its own.
     stray_component: Option<String>,
     overhead: Option<(File, Arc<[Level]>, Overhead)>,
     /// The levels at which all times hold, from the most probable down.
@@ -253,7 +253,7 @@ impl<'db> Joining<'db> {
         slot: Slot,
         of: impl Fn(Decl<'db>) -> Of<'db>,
     ) -> Option<Decl<'db>> {
-        let of_whole = entry.key == key;
+        let is_program = entry.key != key;
         let db = self.db;
         let names = names_of(db, self.project);
         let file = slot.file;
@@ -283,7 +283,7 @@ impl<'db> Joining<'db> {
                 // It may also stand in the wrong section, below a header that was lost.
                 let last = key.rsplit('.').next().unwrap_or(key);
                 let names_component = !names.anywhere(Kind::Component, last).is_empty();
-                if !of_whole || key.contains('/') {
+                if is_program || key.contains('/') {
                     self.lost(file, &format!("`{}` means nothing", entry.key));
                 }
                 if kind == Kind::Component || names_component {
@@ -448,10 +448,14 @@ impl<'db> Timetable<'db> {
         self.slots.is_empty() && self.assume.is_none()
     }
 
-    /// The levels at which every table holds, from the most probable down, none where no time depends on a level; and
-    /// those that only some tables have, each with the name of one that does not.
-    pub fn levels(&self) -> (&[Level], &[(Level, String)]) {
-        (&self.levels, &self.partial)
+    /// The levels at which every table holds, from the most probable down; none where no time depends on a level.
+    pub fn levels(&self) -> &[Level] {
+        &self.levels
+    }
+
+    /// The levels that only some tables have, each with the name of one that does not.
+    pub fn partial_levels(&self) -> &[(Level, String)] {
+        &self.partial
     }
 
     /// A table that has no times at this level, and which it has; in words for the user.

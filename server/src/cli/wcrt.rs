@@ -1,5 +1,6 @@
 //! `mauve wcrt [PATH]`: the worst-case response times of deployments.
 
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
@@ -9,7 +10,7 @@ use mauve_model::diagnostics::{Severity, workspace_diagnostics};
 use mauve_model::item_tree::Name;
 use mauve_model::{
     ActivityReport, Database, Decl, Priority, Project, Query, Report, Verdict, Workspace, config_of,
-    cpu_names, response_times,
+    cpu_names, response_times, timetable_of,
 };
 use mauve_timing::{Level, Rounding, Status, Time};
 use serde::Serialize;
@@ -103,6 +104,15 @@ impl Wcrt {
         let found = deployments(&db, &workspaces, self.deployment.as_deref())?;
         if found.is_empty() {
             return Err("no deployment in these models: nothing to analyse".to_owned());
+        }
+        if matches!(self.significance, Some(Significance::All)) {
+            let partial = |(project, _): &(Project<'_>, Decl<'_>)| {
+                timetable_of(&db, *project).partial_levels().iter().cloned().collect::<Vec<_>>()
+            };
+            let left_out: BTreeSet<(Level, String)> = found.iter().flat_map(partial).collect();
+            for (level, without) in left_out.iter().rev() {
+                say(&format!("{level} is left out: {without} does not have it"));
+            }
         }
         let mut all = Vec::new();
         for (project, deployment) in found {
@@ -336,7 +346,7 @@ fn csv(db: &Database, all: &[Deployed<'_>]) -> String {
         for (query, report) in &it.reports {
             for activity in &report.activities {
                 let row = &activity.row;
-                let cell = |time: Option<Time>| number(time.or(None)).replace('—', "");
+                let cell = |time: Option<Time>| time.map_or_else(String::new, |time| number(Some(time)));
                 let cells = [
                     it.deployment.name(db).to_string(),
                     query.level.to_string(),

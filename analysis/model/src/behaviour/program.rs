@@ -6,7 +6,7 @@ use super::{Cost, Reader};
 use crate::diagnostics;
 use crate::item_tree::{Expr, FeatureKind, Kind, Name, NameRef, Part, Program, Statement, Variable};
 use crate::names::{Unresolved, similar};
-use crate::source::Place;
+use crate::source::{Decl, Place};
 
 /// The variables in scope, innermost last.
 #[derive(Default)]
@@ -167,8 +167,7 @@ impl<'db> Reader<'_, 'db> {
             }
             return;
         }
-        let library = self.of.library(self.db).as_ref();
-        match self.names.resolve(self.db, library, Kind::Codel, std::slice::from_ref(name)) {
+        match self.codel(name) {
             Ok(_) | Err(Unresolved::Ambiguous | Unresolved::Repeated) => {
                 self.refuse(diagnostics::unresolved_variable::not_called(at, name, "a codel"));
             }
@@ -184,11 +183,15 @@ impl<'db> Reader<'_, 'db> {
         }
     }
 
+    /// The codel of that name, as it is seen from the core.
+    fn codel(&self, name: &Name) -> Result<Decl<'db>, Unresolved> {
+        let library = self.of.library(self.db).as_ref();
+        self.names.resolve(self.db, library, Kind::Codel, std::slice::from_ref(name))
+    }
+
     /// Something that hides the codel, or the built-in function, of its name.
     fn not_callable(&mut self, at: Place<'db>, name: &Name, what: &str) {
-        let library = self.of.library(self.db).as_ref();
-        let codel = self.names.resolve(self.db, library, Kind::Codel, std::slice::from_ref(name));
-        let hides = match (codel, name.as_str()) {
+        let hides = match (self.codel(name), name.as_str()) {
             (Err(Unresolved::Unknown), "read" | "write" | "status" | "send" | "collect") => {
                 Some("built-in function")
             }
@@ -202,10 +205,9 @@ impl<'db> Reader<'_, 'db> {
     fn call(&mut self, callee: &NameRef, built_in: bool) -> Option<Cost<'db>> {
         let name = &callee.name;
         let at = self.at(callee.part);
-        let library = self.of.library(self.db).as_ref();
         if built_in {
             // A port that is called like the function does not hide it; a codel or an own operation does.
-            let codel = self.names.resolve(self.db, library, Kind::Codel, std::slice::from_ref(name));
+            let codel = self.codel(name);
             let feature = self.features.get(name);
             let is_own = feature.is_some_and(|feature| feature.kind == FeatureKind::Provided);
             if matches!(codel, Err(Unresolved::Unknown | Unresolved::Lost)) && !is_own {
@@ -232,18 +234,12 @@ impl<'db> Reader<'_, 'db> {
             }
             return None;
         }
-        match self.names.resolve(
-            self.db,
-            self.of.library(self.db).as_ref(),
-            Kind::Codel,
-            std::slice::from_ref(name),
-        ) {
+        match self.codel(name) {
             Ok(codel) => return Some(Cost::Codel(codel)),
             Err(Unresolved::Ambiguous) => {
                 self.refuse(diagnostics::ambiguous_name::report(at, Kind::Codel, name))
             }
             Err(Unresolved::Repeated) => self.refuse_here(&format!("codel `{name}` is declared twice")),
-            Err(_) if built_in => {}
             Err(Unresolved::Lost) => {
                 self.refuse_here(&format!("`{name}` may be declared by something that is missing"));
             }

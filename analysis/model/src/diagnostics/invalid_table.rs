@@ -2,8 +2,9 @@
 //!
 //! A timing table is not TOML, or has something in it that means nothing. A table that is no TOML, or has an unknown
 //! section, contributes nothing, and nothing is analysed: one missing bracket could swallow an override and lower a
-//! bound. An entry with an error costs that entry: so does one with a shorter time at a stricter level, of which one must
-//! be wrong.
+//! bound. So do errors in `unit`, `levels` and `[overhead]`, which every time rests on, a second `[overhead]`, and a key of
+//! a program that names no component. An entry with an error costs that entry: so does one with a shorter time at a
+//! stricter level, of which one must be wrong; where all are so, the levels are, and that costs the table.
 //!
 //! ```mauve
 //! codel plan(): int

@@ -20,8 +20,7 @@ use super::*;
 code!(UNKNOWN_FIELD, Error, "unknown-field");
 
 pub(crate) fn report<'db>(at: Place<'db>, name: &str) -> Diagnostic<'db> {
-    let known: Vec<Name> = ["affinity", "priority", "period", "deadline"].map(Name::from).to_vec();
     let message = format!("no field `{name}` in an activity: expected affinity, priority, period or deadline");
-    let near = crate::names::similar(name, &known);
+    let near = mauve_syntax::similar(name, ["affinity", "priority", "period", "deadline"]).map(Name::from);
     Diagnostic::new(&UNKNOWN_FIELD, at.clone(), message).did_you_mean(at, near)
 }

@@ -16,8 +16,9 @@
 //!
 //! An entry that means nothing may be a misspelt one that makes something longer. So a component with an unknown program
 //! is not analysed; nothing is, while the component of a program is unknown; an unknown component keeps the classic
-//! method from those that have no time as a whole; an unknown codel keeps those without a time from being assumed
-//! to take that of `[assume]`, and codels of the same name in other libraries from being analysed.
+//! method from those that have no time as a whole; what is unknown keeps codels without a time from being assumed to take
+//! that of `[assume]`; an unknown codel keeps those of the same name in other libraries from being analysed; and
+//! `dispatch` and `context_switch` outside `[overhead]` say that its header was lost: nothing is analysed.
 
 use super::*;
 
