@@ -107,7 +107,7 @@ impl Wcrt {
         }
         if matches!(self.significance, Some(Significance::All)) {
             let partial = |(project, _): &(Project<'_>, Decl<'_>)| {
-                timetable_of(&db, *project).partial_levels().iter().cloned().collect::<Vec<_>>()
+                timetable_of(&db, *project).partial_levels().to_vec()
             };
             let left_out: BTreeSet<(Level, String)> = found.iter().flat_map(partial).collect();
             for (level, without) in left_out.iter().rev() {
