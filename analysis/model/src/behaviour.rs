@@ -355,14 +355,11 @@ impl<'db> Reader<'_, 'db> {
         if !self.found.refusals.is_empty() {
             return;
         }
-        let mut reached = vec![false; machine.states.len()];
-        let mut open = vec![start];
-        while let Some(state) = open.pop() {
-            if !std::mem::replace(&mut reached[state], true) {
-                let targets = machine.states[state].transitions.iter().filter_map(|it| it.target.as_ref());
-                open.extend(targets.filter_map(|target| self.states.get(&target.name)));
-            }
-        }
+        let next = |state: usize| -> Vec<usize> {
+            let targets = machine.states[state].transitions.iter().filter_map(|it| it.target.as_ref());
+            targets.filter_map(|target| self.states.get(&target.name).copied()).collect()
+        };
+        let reached = reachable(machine.states.len(), start, next);
         for (state, _) in machine.states.iter().zip(reached).filter(|(_, reached)| !reached) {
             let at = self.at(state.name.part);
             self.found.diagnostics.push(diagnostics::unreachable_state::report(at, &state.name.name));
@@ -472,17 +469,13 @@ impl<'db> Reader<'_, 'db> {
 
     /// States that the initial one does not reach are left out: no period of theirs ever happens.
     fn keep_reachable(&mut self, machine: &Machine, start: usize, edges: Vec<Edge>) {
-        let mut reached = vec![false; machine.states.len()];
-        let mut open = vec![start];
-        while let Some(state) = open.pop() {
-            if std::mem::replace(&mut reached[state], true) {
-                continue;
-            }
+        let next = |state: usize| -> Vec<usize> {
             // They come in the order of their sources.
             let first = edges.partition_point(|edge| edge.source < state);
             let out = edges.iter().skip(first).take_while(|edge| edge.source == state);
-            open.extend(out.map(|edge| edge.target));
-        }
+            out.map(|edge| edge.target).collect()
+        };
+        let reached = reachable(machine.states.len(), start, next);
         let mut number = vec![0; machine.states.len()];
         for (index, state) in machine.states.iter().enumerate().filter(|(index, _)| reached[*index]) {
             number[index] = self.found.states.len();
@@ -494,6 +487,18 @@ impl<'db> Reader<'_, 'db> {
             .map(|edge| Edge { source: number[edge.source], target: number[edge.target], ..edge })
             .collect();
     }
+}
+
+/// Which of `count` states are reached from `start`.
+fn reachable(count: usize, start: usize, next: impl Fn(usize) -> Vec<usize>) -> Vec<bool> {
+    let mut reached = vec![false; count];
+    let mut open = vec![start];
+    while let Some(state) = open.pop() {
+        if !std::mem::replace(&mut reached[state], true) {
+            open.extend(next(state));
+        }
+    }
+    reached
 }
 
 pub(crate) fn operations_in(cost: &Cost<'_>) -> Vec<usize> {
