@@ -126,16 +126,6 @@ impl<'db> Reader<'db> {
         let mut first_of: FxHashMap<&Name, &Activity> = FxHashMap::default();
         // Instances whose activity has a misspelt name: that is one mistake.
         let mut misspelt: FxHashSet<Name> = FxHashSet::default();
-        // The architecture that has an unknown instance may be one of its own library, under another name.
-        if target.library(self.db) != self.of.library(self.db)
-            && let Some(unknown) = activities
-                .iter()
-                .find(|it| !it.instance.name.is_empty() && flat.instance(&it.instance.name).is_none())
-        {
-            let name = &unknown.instance.name;
-            let why = format!("{} of another library has no instance `{name}`", target.name(self.db));
-            self.found.lost.push(Refusal::reported(why, Place::Part(self.of, unknown.instance.part)));
-        }
         for activity in activities.iter().filter(|activity| !activity.instance.name.is_empty()) {
             let name = &activity.instance.name;
             let first = first_of.insert(name, activity);
@@ -241,7 +231,8 @@ impl<'db> Reader<'db> {
         // A field that was lost may be any of those that are missing. Where one is missing that must be there, another may
         // have its value; where an affinity names no CPU, it may be the priority.
         let missing = row.priority != Priority::Background && fields.period.is_none();
-        let doubtful = missing || fields.priority.is_none() || fields.misplaced;
+        // An instance that the architecture lacks may have lost its line, and its component to another instance.
+        let doubtful = missing || fields.priority.is_none() || fields.misplaced || instance.is_none();
         let lost = !activity.whole || fields.lost;
         if lost && fields.affinity.is_none() {
             row.cpus = None;

@@ -693,11 +693,11 @@ fn instances_and_activities_that_do_not_match() {
         &(activities(FINE.0, FINE.1, FINE.2).replace("} }", "}")
             + " activity d { priority = 2 period = 10 } }"),
         expect![[r#"
-        a met 1 ms
-        b not-analysed: d may delay it, and is not analysed
-        c not-analysed: d may delay it, and is not analysed
-        d not-analysed: its instance is unknown
-    "#]],
+            a not-analysed: d may delay it, and is not analysed
+            b not-analysed: d may delay it, and is not analysed
+            c not-analysed: d may delay it, and is not analysed
+            d not-analysed: its instance is unknown
+        "#]],
     );
     check(
         &(activities(FINE.0, FINE.1, FINE.2).replace("} }", "}")

@@ -13,6 +13,9 @@
 //!   activity frnot { priority = 2 period = 10 }   // error
 //! }
 //! ```
+//!
+//! Where an activity names an unknown instance, the architecture may have lost it, and another instance may have its
+//! component: nothing on any CPU is analysed.
 
 use super::*;
 
