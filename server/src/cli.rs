@@ -9,7 +9,7 @@ mod psm;
 mod wcrt;
 
 use std::collections::BTreeSet;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{CommandFactory as _, Parser, Subcommand, ValueEnum};
 use mauve_model::item_tree::Kind;
@@ -174,6 +174,11 @@ fn milliseconds(time: Time) -> serde_json::Value {
 fn say(message: &str) {
     use std::io::Write as _;
     let _ = writeln!(anstream::stderr(), "mauve: {message}");
+}
+
+/// A path as it is shown: from `here`, where it is below.
+fn shown(path: &Path, here: &Path) -> String {
+    path.strip_prefix(here).unwrap_or(path).display().to_string()
 }
 
 /// `1 file`, `2 files`, `no files`.

@@ -12,11 +12,12 @@ use crate::item_tree::{Expr, FeatureKind, Field, Kind, Literal, Name, NameRef, T
 use crate::names::{FeatureOf, Unresolved, features_of, file_outside, names_of};
 use crate::project::{
     Project, config_file, config_of, include_candidates, include_rings, includes, not_checked, project_files,
-    projects,
+    projects, root_file,
 };
-use crate::psm::{core_of, is_core_for, shell_of};
+use crate::psm::is_core_for;
 use crate::response::{
-    ActivityReport, Budget, MissingTime, Query, Verdict, budgets, enumerated, missing_times, response_times,
+    ActivityReport, Budget, MissingTime, Query, Verdict, budgets, enumerated, is_timed, missing_times,
+    response_times,
 };
 use crate::source::{Decl, Place, component, item_tree_of, parse, shell};
 use crate::system::system_of;
@@ -325,33 +326,33 @@ pub fn declaration_diagnostics<'db>(
         Kind::Deployment => {
             found.extend(system_of(db, project, decl).diagnostics.iter().cloned());
             found.extend(check_settings(db, project, decl));
-            let level = config_of(db, project.workspace(db)).level();
-            let query = Query { level, method: mauve_timing::Method::Psm, horizon: None };
-            found.extend(timing_diagnostics(db, project, decl, query));
+            found.extend(timing_diagnostics(db, project, decl, Query::shown(db, project)));
         }
         Kind::Component => {
             let Some(data) = component(db, decl) else { return found.into_boxed_slice() };
             let names = names_of(db, project);
-            let is = |kind, ty: &Option<TypeRef>| names.resolve_type(db, decl, kind, ty.as_ref()).is_ok();
-            if is(Kind::Core, &data.shell)
-                && is(Kind::Shell, &data.core)
-                && !is(Kind::Shell, &data.shell)
-                && !is(Kind::Core, &data.core)
-            {
-                found.extend(data.shell.as_ref().map(|first| unresolved_shell::swapped(decl, first)));
-                return found.into_boxed_slice();
-            }
-            for (kind, ty) in [(Kind::Shell, &data.shell), (Kind::Core, &data.core)] {
-                if let Err(why) = names.resolve_type(db, decl, kind, ty.as_ref()) {
-                    let unresolved = unresolved_type(db, project, decl, kind, ty.as_ref(), &why);
-                    found.extend(unresolved.filter(|_| data.whole));
+            let resolve = |kind, ty: &Option<TypeRef>| names.resolve_type(db, decl, kind, ty.as_ref());
+            match (resolve(Kind::Shell, &data.shell), resolve(Kind::Core, &data.core)) {
+                (Ok(shell), Ok(core)) if is_core_for(db, project, core, shell) => {}
+                (Ok(shell), Ok(core)) => {
+                    let at = data.core.as_ref().map_or(Place::name_of(decl), |it| Place::Part(decl, it.part));
+                    found.push(wrong_shell::report(at, core.name(db), shell.name(db)));
                 }
-            }
-            if let (Some(core), Some(shell)) = (core_of(db, project, decl), shell_of(db, project, decl))
-                && !is_core_for(db, project, core, shell)
-            {
-                let at = data.core.as_ref().map_or(Place::name_of(decl), |core| Place::Part(decl, core.part));
-                found.push(wrong_shell::report(at, core.name(db), shell.name(db)));
+                (Err(_), Err(_))
+                    if resolve(Kind::Core, &data.shell).is_ok()
+                        && resolve(Kind::Shell, &data.core).is_ok() =>
+                {
+                    found.extend(data.shell.as_ref().map(|first| unresolved_shell::swapped(decl, first)));
+                }
+                (shell, core) => {
+                    let unresolved = [(Kind::Shell, &data.shell, shell), (Kind::Core, &data.core, core)];
+                    for (kind, ty, resolved) in unresolved.into_iter().filter(|_| data.whole) {
+                        let why = resolved.err();
+                        found.extend(
+                            why.and_then(|why| unresolved_type(db, project, decl, kind, ty.as_ref(), &why)),
+                        );
+                    }
+                }
             }
         }
         Kind::Shell => {
@@ -401,7 +402,7 @@ fn timing_diagnostics<'db>(
 ) -> Vec<Diagnostic<'db>> {
     let mut found = Vec::new();
     // Where a table is lost, it may have the times that seem to be missing.
-    let lost = timetable_of(db, project).lost.is_some();
+    let lost = !is_timed(db, project);
     let missing = if lost { Vec::new() } else { missing_times(db, project, deployment, query.level) };
     let report = response_times(db, project, deployment, query);
     let is_not_analysed = |it: &ActivityReport<'_>| it.verdict == Verdict::RealTime(Status::NotAnalysed);
@@ -521,8 +522,7 @@ fn config_diagnostics<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Di
         found.push(invalid_configuration::report(at(span), message.clone()));
     }
     for (path, span) in &config.roots {
-        let absolute = crate::normalised(&workspace.folder(db).join(path));
-        if !workspace.files(db).contains_key(&absolute) {
+        if root_file(db, workspace, path).is_none() {
             found.push(invalid_configuration::report(at(span), format!("no file `{path}` in this folder")));
         }
     }

@@ -137,10 +137,8 @@ impl<'db> Names<'db> {
         let in_doubt = |name: &Name| {
             let own = library.cloned();
             self.nameless.contains(&(own.clone(), kind))
-                || !self.doubts.is_empty()
-                    && [Some(name.clone()), None]
-                        .into_iter()
-                        .any(|name| self.doubts.contains(&(own.clone(), name)))
+                || self.doubts.contains(&(own.clone(), None))
+                || self.doubts.contains(&(own, Some(name.clone())))
         };
         let hidden = match path {
             [name] if name.is_empty() || found.iter().any(own) => false,

@@ -101,17 +101,19 @@ pub fn projects<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Project<
     roots.into_iter().map(|root| Project::new(db, workspace, root)).collect()
 }
 
+/// The file that a root of `mauve.toml` names.
+pub(crate) fn root_file(db: &dyn ModelDb, workspace: Workspace, path: &str) -> Option<File> {
+    workspace.file(db, &normalised(&workspace.folder(db).join(path)))
+}
+
 /// The models of a workspace's folder that no root of `mauve.toml` includes: nobody checks them.
 pub(crate) fn not_checked(db: &dyn ModelDb, workspace: Workspace) -> Vec<File> {
-    let roots = config_of(db, workspace).roots.len();
     let projects = projects(db, workspace);
     // What a missing include or root would include is not missing for a second time.
-    let all_there = config_of(db, workspace)
-        .roots
-        .iter()
-        .all(|(path, _)| workspace.files(db).contains_key(&normalised(&workspace.folder(db).join(path))));
+    let roots = &config_of(db, workspace).roots;
+    let all_there = roots.iter().all(|(path, _)| root_file(db, workspace, path).is_some());
     let missing = !all_there || projects.iter().any(|&project| names_of(db, project).missing);
-    if roots == 0 || missing || !workspace.only(db).is_empty() {
+    if roots.is_empty() || missing || !workspace.only(db).is_empty() {
         return Vec::new();
     }
     let checked: FxHashSet<File> =
@@ -126,10 +128,8 @@ pub(crate) fn not_checked(db: &dyn ModelDb, workspace: Workspace) -> Vec<File> {
 pub(crate) fn all_roots(db: &dyn ModelDb, workspace: Workspace) -> Vec<File> {
     let config = config_of(db, workspace);
     if !config.roots.is_empty() {
-        let known = workspace.files(db);
-        let root = |path: &str| known.get(&normalised(&workspace.folder(db).join(path))).copied();
         let mut seen = FxHashSet::default();
-        let roots = config.roots.iter().filter_map(|(path, _)| root(path));
+        let roots = config.roots.iter().filter_map(|(path, _)| root_file(db, workspace, path));
         return roots.filter(|root| seen.insert(*root)).collect();
     }
     let folder = workspace.folder(db);

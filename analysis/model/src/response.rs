@@ -10,7 +10,7 @@ use mauve_timing::{
 use crate::behaviour::Refusal;
 use crate::item_tree::Name;
 use crate::names::names_of;
-use crate::project::{Project, platform_of};
+use crate::project::{Project, config_of, platform_of};
 use crate::psm::{Psm, Refused, psm_of, psm_with};
 use crate::source::{Decl, Place};
 use crate::system::{Priority, Row, System, system_of};
@@ -26,6 +26,14 @@ pub struct Query {
     pub method: Method,
     /// Unsafe, for comparison with the paper only; see [`Options::horizon`].
     pub horizon: Option<Time>,
+}
+
+impl Query {
+    /// What is shown and checked: the level of `mauve.toml`, by the best method.
+    pub fn shown<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Query {
+        let level = config_of(db, project.workspace(db)).level();
+        Query { level, method: Method::Psm, horizon: None }
+    }
 }
 
 /// The response times of a deployment.
@@ -133,7 +141,7 @@ pub fn response_times<'db>(
     let timed = is_timed(db, project);
     let mut psms = Vec::new();
     for row in &system_of(db, project, deployment).rows {
-        let component = row.component.filter(|_| timed && row.priority != Priority::Background);
+        let component = row.executed().filter(|_| timed);
         psms.push(component.map(|component| psm_of(db, project, component, query.level)));
     }
     report(db, project, deployment, query, &psms)
@@ -274,7 +282,7 @@ pub(crate) fn enumerated(names: &[&str]) -> String {
 
 /// Is no table lost? What reads only this is not run again for every other change of a table.
 #[salsa::tracked(returns(copy))]
-fn is_timed<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> bool {
+pub(crate) fn is_timed<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> bool {
     timetable_of(db, project).lost.is_none()
 }
 
@@ -435,7 +443,7 @@ pub fn budgets<'db>(
             }
         }
         let psm = |row: &Row<'db>| {
-            let component = row.component.filter(|_| row.priority != Priority::Background)?;
+            let component = row.executed()?;
             supposed.get(&component).or_else(|| Some(psm_of(db, project, component, query.level)))
         };
         let psms: Vec<_> = system.rows.iter().map(psm).collect();
@@ -472,8 +480,7 @@ pub fn budgets<'db>(
 
 fn real_time_components<'db>(system: &System<'db>) -> Vec<Decl<'db>> {
     let mut seen = FxHashSet::default();
-    let rows = system.rows.iter().filter(|row| row.priority != Priority::Background);
-    rows.filter_map(|row| row.component.filter(|component| seen.insert(*component))).collect()
+    system.rows.iter().filter_map(Row::executed).filter(|component| seen.insert(*component)).collect()
 }
 
 /// A codel without a time, and who needs it.
@@ -497,9 +504,7 @@ pub fn missing_times<'db>(
     let mut missing: Vec<MissingTime<'db>> = Vec::new();
     let mut index: FxHashMap<Decl<'db>, usize> = FxHashMap::default();
     for row in &system_of(db, project, deployment).rows {
-        let Some(component) = row.component.filter(|_| row.priority != Priority::Background) else {
-            continue;
-        };
+        let Some(component) = row.executed() else { continue };
         let Err(refused) = psm_of(db, project, component, level) else { continue };
         for (codel, why) in &refused.missing {
             let user = (row.instance.clone(), row.at.clone());

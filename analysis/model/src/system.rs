@@ -48,6 +48,18 @@ pub struct Row<'db> {
     pub refusals: Vec<Refusal<'db>>,
 }
 
+impl<'db> Row<'db> {
+    /// The component whose state machine it executes, where that is known; none of what is not real-time.
+    pub(crate) fn executed(&self) -> Option<Decl<'db>> {
+        self.component.filter(|_| self.priority != Priority::Background)
+    }
+
+    /// It may be as urgent as anything, on any CPU.
+    fn forget(&mut self) {
+        (self.priority, self.cpus) = (Priority::Unknown, None);
+    }
+}
+
 /// How urgent an activity is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Priority {
@@ -153,7 +165,7 @@ impl<'db> Reader<'db> {
                 // Which one counts is unknown: both may be as urgent as anything.
                 for row in self.found.rows.iter_mut().filter(|row| row.instance == *name) {
                     row.refusals.push(refusal.clone());
-                    (row.priority, row.cpus) = (Priority::Unknown, None);
+                    row.forget();
                 }
             }
         }
@@ -240,7 +252,7 @@ impl<'db> Reader<'db> {
         // Where something is lost, it may be the priority of a real-time activity; of two instances of one name, one has
         // lost its own activity, which may be any.
         if lost && row.priority == Priority::Background || repeated {
-            (row.priority, row.cpus) = (Priority::Unknown, None);
+            row.forget();
         }
         if row.priority == Priority::Unknown {
             if fields.priority.is_none() && !lost {
@@ -267,7 +279,7 @@ impl<'db> Reader<'db> {
             }
         }
         if doubtful {
-            (row.priority, row.cpus) = (Priority::Unknown, None);
+            row.forget();
         }
         match (fields.deadline, row.deadline) {
             (None, _) => row.deadline = row.period,
@@ -457,7 +469,7 @@ impl<'db> Reader<'db> {
                 self.found.diagnostics.push(diagnostics::invalid_field::no_such_cpu(affinity, &why));
                 row.refusals.push(Refusal::reported(why, at));
                 // It may be meant for any other, or be another field's.
-                (row.priority, row.cpus) = (Priority::Unknown, None);
+                row.forget();
             } else if cpus.count_ones() > 1 {
                 let may = if given { "it may run on" } else { "it has no affinity: it may run on" };
                 let why = format!("{may} {}, which is not analysed yet: give it one CPU", cpu_names(cpus));

@@ -38,6 +38,7 @@ pub struct TableFiles {
 pub fn table_files(db: &dyn ModelDb, workspace: Workspace) -> TableFiles {
     let mut files: BTreeMap<&Path, File> = BTreeMap::new();
     let mut errors = Vec::new();
+    let config = workspace.folder(db).join(CONFIG_FILE);
     for (pattern, span) in &config_of(db, workspace).tables {
         let glob = match table_pattern(workspace.folder(db), pattern) {
             Ok(glob) => glob,
@@ -46,7 +47,6 @@ pub fn table_files(db: &dyn ModelDb, workspace: Workspace) -> TableFiles {
                 continue;
             }
         };
-        let config = workspace.folder(db).join(CONFIG_FILE);
         let known = workspace.files(db).iter().filter(|(path, _)| **path != config);
         let named = known.filter(|(path, _)| glob.is_match(path));
         let named: Vec<File> = named.map(|(_, file)| *file).collect();

@@ -3,17 +3,15 @@
 use std::fmt::Write as _;
 use std::time::{Duration, Instant};
 
+use super::{Paths, counted, deployments};
+use crate::Output;
+use crate::load::load;
 use mauve_model::diagnostics::{project_diagnostics, workspace_diagnostics};
 use mauve_model::item_tree::Kind;
 use mauve_model::{
     Database, File, Query, behaviour_of, item_tree_of, names_of, parse, project_files, projects,
     response_times,
 };
-use mauve_timing::Level;
-
-use super::{Paths, counted, deployments, levels};
-use crate::Output;
-use crate::load::load;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct AnalysisStats {
@@ -79,9 +77,7 @@ impl AnalysisStats {
         let start = Instant::now();
         let mut analysed = 0;
         for (project, deployment) in deployments(&db, &workspaces, None)? {
-            let level = levels(&db, project, None).first().copied().unwrap_or(Level::TEN_TO_MINUS_FOUR);
-            let query = Query { level, method: mauve_timing::Method::Psm, horizon: None };
-            analysed += response_times(&db, project, deployment, query).activities.len();
+            analysed += response_times(&db, project, deployment, Query::shown(&db, project)).activities.len();
         }
         line("response times", start.elapsed(), format!("{analysed} activities"));
 

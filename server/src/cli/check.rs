@@ -11,7 +11,7 @@ use mauve_model::{Database, File, Place};
 use serde::Serialize;
 
 use super::wcrt::Deployed;
-use super::{Paths, counted, wcrt};
+use super::{Paths, counted, shown, wcrt};
 use crate::Output;
 use crate::load::load;
 
@@ -153,10 +153,6 @@ fn clamp(text: &str, start: usize, end: usize) -> std::ops::Range<usize> {
     };
     let (start, end) = (boundary(start), boundary(end));
     start..end.max(start)
-}
-
-fn shown(path: &Path, here: &Path) -> String {
-    path.strip_prefix(here).unwrap_or(path).display().to_string()
 }
 
 #[derive(Serialize)]

@@ -16,7 +16,7 @@ use mauve_timing::{Level, Rounding, Status, Time};
 use serde::Serialize;
 use serde_json::Value;
 
-use super::{Method, Paths, Significance, columns, deployments, levels, milliseconds, say};
+use super::{Method, Paths, Significance, columns, deployments, levels, milliseconds, say, shown};
 use crate::Output;
 use crate::load::load;
 
@@ -84,8 +84,7 @@ impl Deployed<'_> {
     /// The root of its project, for a user.
     fn root(&self, db: &Database) -> String {
         let here = std::env::current_dir().unwrap_or_default();
-        let root = self.project.root(db).path(db);
-        root.strip_prefix(here).unwrap_or(root).display().to_string()
+        shown(self.project.root(db).path(db), &here)
     }
 }
 
@@ -343,6 +342,7 @@ fn csv(db: &Database, all: &[Deployed<'_>]) -> String {
         "deployment,significance,method,instance,component,affinity,priority,period_ms,deadline_ms,own_ms,first_job_ms,response_ms,status,assumed,root\n",
     );
     for it in all {
+        let root = quoted(&it.root(db));
         for (query, report) in &it.reports {
             for activity in &report.activities {
                 let row = &activity.row;
@@ -366,7 +366,7 @@ fn csv(db: &Database, all: &[Deployed<'_>]) -> String {
                     cell(activity.response),
                     activity.verdict.name().to_owned(),
                     activity.assumed.iter().map(|(codel, _)| codel.as_str()).collect::<Vec<_>>().join(" "),
-                    quoted(&it.root(db)),
+                    root.clone(),
                 ];
                 let _ = writeln!(out, "{}", cells.join(","));
             }
@@ -532,8 +532,7 @@ pub(super) fn at_shown_level<'db>(
     workspaces: &[Workspace],
 ) -> Result<Vec<Deployed<'db>>, String> {
     let deployed = |(project, deployment)| {
-        let level = levels(db, project, None).first().copied().unwrap_or(Level::TEN_TO_MINUS_FOUR);
-        let query = Query { level, method: mauve_timing::Method::Psm, horizon: None };
+        let query = Query::shown(db, project);
         Deployed {
             project,
             deployment,

@@ -130,14 +130,13 @@ impl<'db> Reader<'_, 'db> {
     /// name, which may be missing.
     fn is_built_in_call(&self, callee: &NameRef, arguments: &[Expr]) -> bool {
         let Some(Expr::Name(first)) = arguments.first() else { return false };
-        // A variable of the same name may be meant, where a codel may be missing.
-        if self.scope.contains(&first.name) && callee.name != "collect" && self.names.is_in_doubt() {
-            return false;
-        }
         if callee.name == "collect" {
             return self.core.handlers.iter().any(|handler| handler.name == first.name);
         }
-        // Ports and operations are no values: a variable of the same name is not meant.
+        // Ports and operations are no values: a variable of the same name is not meant, unless a codel may be missing.
+        if self.scope.contains(&first.name) && self.names.is_in_doubt() {
+            return false;
+        }
         let kind = self.features.get(&first.name).map(|feature| feature.kind);
         match callee.name.as_str() {
             "read" | "write" | "status" => {
