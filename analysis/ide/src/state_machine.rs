@@ -115,12 +115,14 @@ fn svg(title: &str, psm: &Psm, arrows: &BTreeMap<(usize, usize), Arrow<'_>>) -> 
             out,
             "<path d=\"{path}\" fill=\"none\" stroke=\"#456\"{heavy} marker-end=\"url(#tip)\"/>"
         );
-        let _ = writeln!(
-            out,
-            "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"middle\" stroke=\"#fff\" stroke-width=\"4\" \
-             paint-order=\"stroke\" fill=\"#234\">{}</text>",
-            escaped(&arrow.label())
-        );
+        // White around it first, so that it is read on lines: not every viewer knows an order of painting.
+        for paint in ["stroke=\"#fff\" stroke-width=\"4\" fill=\"#fff\"", "fill=\"#234\""] {
+            let _ = writeln!(
+                out,
+                "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"middle\" {paint}>{}</text>",
+                escaped(&arrow.label())
+            );
+        }
     }
     for (index, state) in psm.states.iter().enumerate() {
         let (x, y) = place(index);
