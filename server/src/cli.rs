@@ -3,6 +3,7 @@
 mod analysis_stats;
 mod check;
 mod explain;
+mod lsp;
 mod new;
 mod parse;
 mod psm;
@@ -28,6 +29,8 @@ pub(crate) struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Serve an editor on standard input and output.
+    Lsp(lsp::Lsp),
     /// Report everything that is wrong in models, then their response times.
     Check(check::Check),
     /// Compute worst-case response times.
@@ -53,6 +56,7 @@ impl Arguments {
     /// Runs the command; an `Err` is a message for standard error, and exit code 2.
     pub(crate) fn run(self) -> Result<Output, String> {
         match self.command {
+            Command::Lsp(it) => it.run(),
             Command::Check(it) => it.run(),
             Command::Wcrt(it) => it.run(),
             Command::Psm(it) => it.run(),

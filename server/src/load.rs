@@ -1,4 +1,4 @@
-//! From paths on the command line to workspaces in the database: the only place that reads models from the disk.
+//! From paths to workspaces in the database: the only place that reads models from the disk.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -17,10 +17,32 @@ const MADE_BY_TOOLS: [&str; 4] = ["build", "devel", "install", "log"];
 /// A file that is longer is not read.
 const LONGEST: u64 = 1 << 28;
 
-/// The workspaces that `paths` name, the current folder without any.
+/// The texts that were read, and the workspaces that they make up.
 ///
-/// A folder is the workspace of the nearest `mauve.toml` above it, and there is one more for each `mauve.toml` below.
-/// A model is seen as part of the projects that have it.
+/// The command line loads once. The server loads again whenever a file comes or goes: what is there already keeps its
+/// inputs, so that nothing is analysed again but what changed.
+#[derive(Default)]
+pub(crate) struct Loader {
+    /// By the path behind all links, so that two ways to one file give one file.
+    files: BTreeMap<PathBuf, File>,
+    /// By their folders.
+    workspaces: BTreeMap<PathBuf, Workspace>,
+    /// Files whose text is an editor's, whatever the disk has.
+    edited: BTreeSet<PathBuf>,
+    /// Folders in which a file that comes or goes may change a workspace.
+    folders: BTreeSet<PathBuf>,
+}
+
+/// What is to be read of a folder.
+#[derive(Default)]
+struct Asked {
+    /// All of its models, and not only those below?
+    whole: bool,
+    /// Models that were named.
+    models: Vec<PathBuf>,
+}
+
+/// The workspaces that `paths` name, the current folder without any.
 ///
 /// # Errors
 ///
@@ -28,56 +50,362 @@ const LONGEST: u64 = 1 << 28;
 pub(crate) fn load(db: &mut Database, paths: &[PathBuf]) -> Result<Vec<Workspace>, String> {
     let here = [PathBuf::from(".")];
     let paths = if paths.is_empty() { &here[..] } else { paths };
-    let mut loaded = Vec::new();
-    let mut seen = BTreeSet::new();
-    let mut single: Vec<(PathBuf, PathBuf)> = Vec::new();
-    for path in paths {
-        let absolute =
-            path.canonicalize().map_err(|error| format!("cannot read `{}`: {error}", path.display()))?;
-        let is_config = absolute.file_name().is_some_and(|name| name == CONFIG_FILE);
-        if absolute.is_file() && !is_config {
-            if !is_model(&absolute) {
-                let path = path.display();
-                return Err(format!("`{path}` is no model (*.mal), no {CONFIG_FILE} and no folder"));
-            }
-            let folder = absolute.parent().unwrap_or(Path::new("/"));
-            single.push((home(folder), absolute));
-            continue;
-        }
-        let folder =
-            if is_config { absolute.parent().unwrap_or(Path::new("/")).to_owned() } else { absolute };
-        let found = find(&folder);
-        let mut homes: BTreeSet<PathBuf> =
-            found.configs.iter().filter_map(|it| Some(it.parent()?.to_owned())).collect();
-        if found.models.iter().any(|model| owner(model, &homes).is_none()) {
-            homes.insert(home(&folder));
-        }
-        if homes.is_empty() {
-            return Err(format!("no model (*.mal) and no {CONFIG_FILE} in `{}`", path.display()));
-        }
-        for home in homes {
-            if seen.insert(home.clone()) {
-                loaded.push(read(db, &home, &[]));
-            }
-        }
+    let (workspaces, problems) = Loader::default().load(db, paths);
+    match problems.into_iter().next() {
+        Some(problem) => Err(problem),
+        None => Ok(workspaces),
     }
-    // Several models of one folder are one workspace, or part of one that is read already.
-    single.sort();
-    for group in single.chunk_by(|(home, _), (other, _)| home == other) {
-        if let Some((home, _)) = group.first()
-            && !seen.contains(home)
-        {
-            let paths: Vec<&Path> = group.iter().map(|(_, path)| path.as_path()).collect();
-            loaded.push(read(db, home, &paths));
-        }
-    }
-    Ok(loaded)
 }
 
-/// The folder whose `mauve.toml` is the nearest above; `folder` itself without any.
-fn home(folder: &Path) -> PathBuf {
-    let with_config = folder.ancestors().find(|above| above.join(CONFIG_FILE).is_file());
-    with_config.unwrap_or(folder).to_owned()
+impl Loader {
+    /// The workspaces that `paths` name; and which paths do not exist or have no model in them, in words for the user.
+    ///
+    /// A folder is the workspace of the nearest `mauve.toml` above it, and there is one more for each `mauve.toml` below.
+    /// A model is seen as part of the projects that have it.
+    pub(crate) fn load(&mut self, db: &mut Database, paths: &[PathBuf]) -> (Vec<Workspace>, Vec<String>) {
+        self.folders.clear();
+        let mut problems = Vec::new();
+        let mut asked: Vec<(PathBuf, Asked)> = Vec::new();
+        let mut index: BTreeMap<PathBuf, usize> = BTreeMap::new();
+        let mut of_folder = |asked: &mut Vec<(PathBuf, Asked)>, folder: PathBuf| {
+            *index.entry(folder.clone()).or_insert_with(|| {
+                asked.push((folder, Asked::default()));
+                asked.len() - 1
+            })
+        };
+        for path in paths {
+            let absolute = match self.place(path) {
+                Ok(absolute) => absolute,
+                Err(error) => {
+                    problems.push(format!("cannot read `{}`: {error}", path.display()));
+                    continue;
+                }
+            };
+            let is_config = absolute.file_name().is_some_and(|name| name == CONFIG_FILE);
+            if self.is_file(&absolute) && !is_config {
+                if !is_model(&absolute) {
+                    let path = path.display();
+                    problems.push(format!("`{path}` is no model (*.mal), no {CONFIG_FILE} and no folder"));
+                    continue;
+                }
+                let folder = self.home(absolute.parent().unwrap_or(Path::new("/")));
+                let at = of_folder(&mut asked, folder);
+                asked[at].1.models.push(absolute);
+                continue;
+            }
+            let folder =
+                if is_config { absolute.parent().unwrap_or(Path::new("/")).to_owned() } else { absolute };
+            let found = self.find(&folder, None);
+            let mut homes: BTreeSet<PathBuf> =
+                found.configs.iter().filter_map(|it| Some(it.parent()?.to_owned())).collect();
+            if found.models.iter().any(|model| owner(model, &homes).is_none()) {
+                homes.insert(self.home(&folder));
+            }
+            if homes.is_empty() {
+                problems.push(format!("no model (*.mal) and no {CONFIG_FILE} in `{}`", path.display()));
+            }
+            for home in homes {
+                let at = of_folder(&mut asked, home);
+                asked[at].1.whole = true;
+            }
+        }
+        let workspaces = asked.iter().map(|(folder, asked)| self.read(db, folder, asked)).collect();
+        (workspaces, problems)
+    }
+
+    /// Takes a file's text from an editor, until [`Loader::closed`].
+    pub(crate) fn opened(
+        &mut self,
+        db: &mut Database,
+        path: &Path,
+        text: &str,
+        problem: Option<String>,
+    ) -> File {
+        let place = self.place(path).unwrap_or_else(|_| path.to_owned());
+        self.edited.insert(place.clone());
+        match self.files.get(&place) {
+            Some(&file) => {
+                write(db, file, text, problem);
+                file
+            }
+            None => {
+                let file = File::new(db, place.clone(), text.into(), problem);
+                self.files.insert(place, file);
+                file
+            }
+        }
+    }
+
+    /// The workspace of a text that is no file on the disk.
+    pub(crate) fn alone(&mut self, db: &dyn ModelDb, file: File) -> Workspace {
+        let path = file.path(db);
+        *self.workspaces.entry(path.clone()).or_insert_with(|| {
+            let files = Arc::new(BTreeMap::from([(path.clone(), file)]));
+            Workspace::new(db, PathBuf::new(), files, model_path(), vec![file], Vec::new())
+        })
+    }
+
+    /// Takes a file's text from the disk again.
+    pub(crate) fn closed(&mut self, db: &mut Database, file: File) {
+        let place = file.path(db).clone();
+        self.edited.remove(&place);
+        self.changed(db, &place);
+    }
+
+    /// Reads a file again that may have changed on the disk; is it one that was read, and still there?
+    pub(crate) fn changed(&mut self, db: &mut Database, path: &Path) -> bool {
+        let place = self.place(path).unwrap_or_else(|_| path.to_owned());
+        let Some(&file) = self.files.get(&place) else { return false };
+        if self.edited.contains(&place) {
+            return true;
+        }
+        let (text, problem) = text_of(&place);
+        write(db, file, &text, problem);
+        place.is_file()
+    }
+
+    /// The file at `path`, if it has been read.
+    pub(crate) fn file(&self, path: &Path) -> Option<File> {
+        self.files.get(&self.place(path).ok()?).copied()
+    }
+
+    /// Folders in which a file that comes or goes may change a workspace.
+    pub(crate) fn folders(&self) -> &BTreeSet<PathBuf> {
+        &self.folders
+    }
+
+    /// The path behind all links. A file that is not yet on the disk stands in a folder that is.
+    fn place(&self, path: &Path) -> std::io::Result<PathBuf> {
+        path.canonicalize().or_else(|error| {
+            let (Some(folder), Some(name)) = (path.parent(), path.file_name()) else { return Err(error) };
+            let place = folder.canonicalize().map_or_else(|_| path.to_owned(), |folder| folder.join(name));
+            if self.edited.contains(&place) { Ok(place) } else { Err(error) }
+        })
+    }
+
+    fn is_file(&self, place: &Path) -> bool {
+        self.edited.contains(place) || place.is_file()
+    }
+
+    /// The folder whose `mauve.toml` is the nearest above; `folder` itself without any.
+    fn home(&self, folder: &Path) -> PathBuf {
+        let with_config = folder.ancestors().find(|above| self.is_file(&above.join(CONFIG_FILE)));
+        with_config.unwrap_or(folder).to_owned()
+    }
+
+    /// The models and configurations below `folder`, without what tools made and what `.gitignore` names.
+    fn find(&mut self, folder: &Path, depth: Option<usize>) -> Found {
+        let mut found = Found { models: Vec::new(), configs: Vec::new() };
+        let made = |name: &std::ffi::OsStr| MADE_BY_TOOLS.iter().any(|made| name == *made);
+        let walk = WalkBuilder::new(folder)
+            .require_git(false)
+            .max_depth(depth)
+            .sort_by_file_path(Path::cmp)
+            .filter_entry(move |entry| {
+                entry.depth() == 0 || !made(entry.file_name()) || entry.path().is_file()
+            })
+            .build();
+        for entry in walk.flatten() {
+            let path = entry.path();
+            if entry.file_type().is_some_and(|kind| kind.is_dir()) {
+                self.folders.insert(path.to_owned());
+            } else if is_model(path) && path.is_file() {
+                found.models.push(path.to_owned());
+            } else if path.file_name().is_some_and(|name| name == CONFIG_FILE) && path.is_file() {
+                found.configs.push(path.to_owned());
+            }
+        }
+        let new_config = folder.join(CONFIG_FILE);
+        if self.edited.contains(&new_config) && !found.configs.contains(&new_config) {
+            found.configs.push(new_config);
+        }
+        found
+    }
+
+    /// Reads the workspace of `folder`: its models, its configuration, the tables that this names, and whatever the
+    /// models include from elsewhere.
+    fn read(&mut self, db: &mut Database, folder: &Path, asked: &Asked) -> Workspace {
+        let config = folder.join(CONFIG_FILE);
+        // A model by itself is seen together with what stands beside it.
+        let depth = if asked.whole || self.is_file(&config) { None } else { Some(1) };
+        let found = self.find(folder, depth);
+        let inner: BTreeSet<PathBuf> = found
+            .configs
+            .iter()
+            .filter_map(|config| Some(config.parent()?.to_owned()))
+            .filter(|it| it != folder)
+            .collect();
+        let mut files = BTreeMap::new();
+        let own = found.models.iter().filter(|model| owner(model, &inner).is_none());
+        for path in own.chain(&asked.models) {
+            self.add(db, &mut files, path);
+        }
+        if self.is_file(&config) {
+            self.add(db, &mut files, &config);
+        }
+        let only: Vec<File> = match asked.whole {
+            true => Vec::new(),
+            false => asked.models.iter().filter_map(|only| files.get(only).copied()).collect(),
+        };
+        let workspace = match self.workspaces.get(folder) {
+            Some(&workspace) => {
+                if workspace.files(db).get(&config) != files.get(&config) {
+                    workspace.set_files(db).to(Arc::new(files.clone()));
+                }
+                if *workspace.only(db) != only {
+                    workspace.set_only(db).to(only);
+                }
+                workspace
+            }
+            None => {
+                let known = Arc::new(files.clone());
+                let workspace = Workspace::new(db, folder.to_owned(), known, model_path(), only, Vec::new());
+                self.workspaces.insert(folder.to_owned(), workspace);
+                workspace
+            }
+        };
+        let config = config_of(db, workspace).clone();
+        for (root, _) in &config.roots {
+            let root = normalised(&folder.join(root));
+            if self.is_file(&root) {
+                self.add(db, &mut files, &root);
+            }
+        }
+        let mut unreadable = Vec::new();
+        for (pattern, _) in &config.tables {
+            for path in self.tables(folder, pattern, &mut unreadable) {
+                self.add(db, &mut files, &path);
+            }
+        }
+        self.follow_includes(db, workspace, &mut files);
+        if **workspace.files(db) != files {
+            workspace.set_files(db).to(Arc::new(files));
+        }
+        if *workspace.unreadable(db) != unreadable {
+            workspace.set_unreadable(db).to(unreadable);
+        }
+        workspace
+    }
+
+    fn add(&mut self, db: &mut Database, files: &mut BTreeMap<PathBuf, File>, path: &Path) {
+        if files.contains_key(path) {
+            return;
+        }
+        let place = self.place(path).unwrap_or_else(|_| path.to_owned());
+        for path in [path, &place] {
+            self.folders.extend(path.parent().map(Path::to_owned));
+        }
+        // What could not be read may be there now.
+        let file = match self.files.get(&place).copied() {
+            Some(file) if file.problem(db).is_none() || self.edited.contains(&place) => file,
+            Some(file) => {
+                let (text, problem) = text_of(&place);
+                write(db, file, &text, problem);
+                file
+            }
+            None => {
+                let (text, problem) = text_of(&place);
+                let file = File::new(db, place.clone(), text.into(), problem);
+                self.files.insert(place, file);
+                file
+            }
+        };
+        files.insert(path.to_owned(), file);
+    }
+
+    fn follow_includes(
+        &mut self,
+        db: &mut Database,
+        workspace: Workspace,
+        files: &mut BTreeMap<PathBuf, File>,
+    ) {
+        let models = files.values().copied().filter(|file| is_model(file.path(db)));
+        let mut seen: BTreeSet<PathBuf> = models.clone().map(|file| file.path(db).clone()).collect();
+        let mut open: Vec<File> = models.collect();
+        while let Some(file) = open.pop() {
+            for include in item_tree_of(db, file).includes.clone().iter().flatten() {
+                let candidates = include_candidates(db, workspace, file, include);
+                let Some(path) = candidates.iter().find(|path| self.is_file(path)) else {
+                    // It may come.
+                    self.folders.extend(candidates.iter().filter_map(|path| existing(path.parent()?)));
+                    continue;
+                };
+                self.add(db, files, path);
+                if let Some(&file) = files.get(path)
+                    && seen.insert(file.path(db).clone())
+                {
+                    open.push(file);
+                }
+            }
+        }
+    }
+
+    /// The files that a pattern of `[timing] tables` names, whether they can be read or not; and what kept some folder
+    /// from being looked into.
+    fn tables(&mut self, folder: &Path, pattern: &str, unreadable: &mut Vec<String>) -> Vec<PathBuf> {
+        let Ok(glob) = table_pattern(folder, pattern) else { return Vec::new() };
+        let is_fixed = |part: &std::path::Component<'_>| {
+            !part.as_os_str().to_string_lossy().contains(['*', '?', '[', '{', '\\'])
+        };
+        let parts: Vec<_> = Path::new(pattern).components().collect();
+        let fixed: PathBuf = parts.iter().take_while(|part| is_fixed(part)).collect();
+        let from = normalised(&folder.join(&fixed));
+        self.folders.extend(existing(&from));
+        if parts.iter().all(is_fixed) {
+            let is_there = self.edited.contains(&from) || from.symlink_metadata().is_ok();
+            return if is_there { vec![from] } else { Vec::new() };
+        }
+        let depth = parts.len() - fixed.components().count();
+        // What the configuration names is read, whatever `.gitignore` says, and wherever a link leads.
+        let walk = WalkBuilder::new(&from)
+            .standard_filters(false)
+            .follow_links(true)
+            .max_depth(if pattern.contains("**") { None } else { Some(depth) })
+            .sort_by_file_path(Path::cmp)
+            .build();
+        let mut found = Vec::new();
+        for entry in walk {
+            match entry {
+                Ok(entry) if entry.path().is_dir() => {
+                    self.folders.insert(entry.into_path());
+                }
+                Ok(entry) => found.push(entry.into_path()),
+                Err(error) => match path_of(&error) {
+                    // A link that leads nowhere is a table that cannot be read.
+                    Some(path) if !path.is_dir() && path.symlink_metadata().is_ok() => {
+                        found.push(path.to_owned())
+                    }
+                    _ if from.exists() => unreadable.push(error.to_string()),
+                    _ => {}
+                },
+            }
+        }
+        found.extend(self.edited.iter().filter(|path| !path.exists()).cloned());
+        found.retain(|path| glob.is_match(path));
+        found
+    }
+}
+
+/// Does a model of this workspace include a file that is on the disk and has not been read, since its text has changed?
+pub(crate) fn is_outdated(db: &dyn ModelDb, workspace: Workspace) -> bool {
+    let known = workspace.files(db);
+    known.values().filter(|file| is_model(file.path(db))).any(|&file| {
+        item_tree_of(db, file).includes.iter().flatten().any(|include| {
+            let candidates = include_candidates(db, workspace, file, include);
+            candidates.iter().take_while(|path| !known.contains_key(*path)).any(|path| path.is_file())
+        })
+    })
+}
+
+/// `folder`, or what there is of it.
+fn existing(folder: &Path) -> Option<PathBuf> {
+    folder.ancestors().find(|folder| folder.is_dir()).map(Path::to_owned)
+}
+
+/// `MAUVE_MODELS`.
+fn model_path() -> Vec<PathBuf> {
+    let Some(folders) = std::env::var_os("MAUVE_MODELS") else { return Vec::new() };
+    std::env::split_paths(&folders).filter(|folder| !folder.as_os_str().is_empty()).collect()
 }
 
 fn owner<'a>(model: &Path, homes: &'a BTreeSet<PathBuf>) -> Option<&'a PathBuf> {
@@ -89,117 +417,14 @@ struct Found {
     configs: Vec<PathBuf>,
 }
 
-/// The models and configurations below `folder`, without what tools made and what `.gitignore` names.
-fn find(folder: &Path) -> Found {
-    let mut found = Found { models: Vec::new(), configs: Vec::new() };
-    let made = |name: &std::ffi::OsStr| MADE_BY_TOOLS.iter().any(|made| name == *made);
-    let walk = WalkBuilder::new(folder)
-        .require_git(false)
-        .sort_by_file_path(Path::cmp)
-        .filter_entry(move |entry| entry.depth() == 0 || !made(entry.file_name()) || entry.path().is_file())
-        .build();
-    for entry in walk.flatten() {
-        let path = entry.path();
-        if !path.is_file() {
-            continue;
-        }
-        if is_model(path) {
-            found.models.push(path.to_owned());
-        } else if path.file_name().is_some_and(|name| name == CONFIG_FILE) {
-            found.configs.push(path.to_owned());
-        }
+/// Sets a text, where it is another: setting ends whatever is being computed.
+fn write(db: &mut Database, file: File, text: &str, problem: Option<String>) {
+    if **file.text(db) != *text {
+        file.set_text(db).to(text.into());
     }
-    found
-}
-
-/// Reads the workspace of `folder`: its models, its configuration, the tables that this names, and whatever the models
-/// include from elsewhere.
-fn read(db: &mut Database, folder: &Path, only: &[&Path]) -> Workspace {
-    let found = find(folder);
-    let inner: BTreeSet<PathBuf> = found
-        .configs
-        .iter()
-        .filter_map(|config| Some(config.parent()?.to_owned()))
-        .filter(|it| it != folder)
-        .collect();
-    let mut reader = Reader { files: BTreeMap::new(), by_place: BTreeMap::new() };
-    let own = found.models.iter().filter(|model| owner(model, &inner).is_none());
-    for path in own.map(PathBuf::as_path).chain(only.iter().copied()) {
-        reader.add(db, path);
+    if *file.problem(db) != problem {
+        file.set_problem(db).to(problem);
     }
-    let config = folder.join(CONFIG_FILE);
-    if config.is_file() {
-        reader.add(db, &config);
-    }
-    let model_path: Vec<PathBuf> = std::env::var_os("MAUVE_MODELS")
-        .map(|folders| {
-            std::env::split_paths(&folders).filter(|folder| !folder.as_os_str().is_empty()).collect()
-        })
-        .unwrap_or_default();
-    let only_roots: Vec<File> = only.iter().filter_map(|only| reader.files.get(*only).copied()).collect();
-    let files = Arc::new(reader.files.clone());
-    let workspace = Workspace::new(db, folder.to_owned(), files, model_path, only_roots, Vec::new());
-    let config = config_of(db, workspace).clone();
-    for (root, _) in &config.roots {
-        reader.add_if_there(db, &normalised(&folder.join(root)));
-    }
-    let mut unreadable = Vec::new();
-    for (pattern, _) in &config.tables {
-        for path in tables(folder, pattern, &mut unreadable) {
-            reader.add(db, &path);
-        }
-    }
-    reader.follow_includes(db, workspace);
-    workspace.set_files(db).to(Arc::new(reader.files));
-    workspace.set_unreadable(db).to(unreadable);
-    workspace
-}
-
-struct Reader {
-    files: BTreeMap<PathBuf, File>,
-    /// By the path behind all links, so that two ways to one file give one file.
-    by_place: BTreeMap<PathBuf, File>,
-}
-
-impl Reader {
-    fn add_if_there(&mut self, db: &Database, path: &Path) {
-        if path.is_file() {
-            self.add(db, path);
-        }
-    }
-
-    fn add(&mut self, db: &Database, path: &Path) {
-        if self.files.contains_key(path) {
-            return;
-        }
-        let place = path.canonicalize().unwrap_or_else(|_| path.to_owned());
-        let file = *self.by_place.entry(place.clone()).or_insert_with(|| read_file(db, place));
-        self.files.insert(path.to_owned(), file);
-    }
-
-    fn follow_includes(&mut self, db: &Database, workspace: Workspace) {
-        let mut open: Vec<File> =
-            self.by_place.values().copied().filter(|file| is_model(file.path(db))).collect();
-        let mut seen: BTreeSet<PathBuf> = open.iter().map(|file| file.path(db).clone()).collect();
-        while let Some(file) = open.pop() {
-            for include in item_tree_of(db, file).includes.iter().flatten() {
-                let candidates = include_candidates(db, workspace, file, include);
-                let Some(path) = candidates.iter().find(|path| path.is_file()) else { continue };
-                self.add(db, path);
-                if let Some(&file) = self.files.get(path)
-                    && seen.insert(file.path(db).clone())
-                {
-                    open.push(file);
-                }
-            }
-        }
-    }
-}
-
-/// Reads a file, as much of it as is text.
-fn read_file(db: &dyn ModelDb, path: PathBuf) -> File {
-    let (text, problem) = text_of(&path);
-    File::new(db, path, text.into(), problem)
 }
 
 /// The text of a file up to where it stops being UTF-8, and why it is not all of it.
@@ -228,46 +453,6 @@ pub(crate) fn text_of(path: &Path) -> (String, Option<String>) {
             }
         },
     }
-}
-
-/// The files that a pattern of `[timing] tables` names, whether they can be read or not; and what kept some folder from
-/// being looked into.
-fn tables(folder: &Path, pattern: &str, unreadable: &mut Vec<String>) -> Vec<PathBuf> {
-    let Ok(glob) = table_pattern(folder, pattern) else { return Vec::new() };
-    let is_fixed = |part: &std::path::Component<'_>| {
-        !part.as_os_str().to_string_lossy().contains(['*', '?', '[', '{', '\\'])
-    };
-    let parts: Vec<_> = Path::new(pattern).components().collect();
-    let fixed: PathBuf = parts.iter().take_while(|part| is_fixed(part)).collect();
-    let from = normalised(&folder.join(&fixed));
-    if parts.iter().all(is_fixed) {
-        return if from.symlink_metadata().is_ok() { vec![from] } else { Vec::new() };
-    }
-    let depth = parts.len() - fixed.components().count();
-    // What the configuration names is read, whatever `.gitignore` says, and wherever a link leads.
-    let walk = WalkBuilder::new(&from)
-        .standard_filters(false)
-        .follow_links(true)
-        .max_depth(if pattern.contains("**") { None } else { Some(depth) })
-        .sort_by_file_path(Path::cmp)
-        .build();
-    let mut found = Vec::new();
-    for entry in walk {
-        match entry {
-            Ok(entry) if entry.path().is_dir() => {}
-            Ok(entry) => found.push(entry.into_path()),
-            Err(error) => match path_of(&error) {
-                // A link that leads nowhere is a table that cannot be read.
-                Some(path) if !path.is_dir() && path.symlink_metadata().is_ok() => {
-                    found.push(path.to_owned())
-                }
-                _ if from.exists() => unreadable.push(error.to_string()),
-                _ => {}
-            },
-        }
-    }
-    found.retain(|path| glob.is_match(path));
-    found
 }
 
 fn path_of(error: &ignore::Error) -> Option<&Path> {

@@ -7,6 +7,7 @@
 
 mod cli;
 mod load;
+mod lsp;
 
 use std::io::Write as _;
 use std::process::ExitCode;

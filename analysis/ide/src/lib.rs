@@ -2,13 +2,29 @@
 //!
 //! | file | shows |
 //! |---|---|
+//! | `inlay_hints.rs` | response times beside activities, and what is left out |
+//! | `hover.rs` | what stands under the cursor, and where a response time comes from |
+//! | `definition.rs`, `reference.rs` | where a name is declared |
+//! | `document_symbols.rs` | what a file declares |
 //! | `explanation.rs` | where a response time comes from, in words |
 //! | `state_machine.rs` | a component's periodic state machine, as DOT and as SVG |
 //!
-//! This crate knows no protocol and no terminal.
+//! Places are offsets in a file's text. This crate knows no protocol and no terminal.
 
+mod definition;
+mod document_symbols;
 mod explanation;
+#[cfg(test)]
+mod fixture;
+mod hover;
+mod inlay_hints;
+mod project;
+mod reference;
 mod state_machine;
 
+pub use definition::{Definition, Target, definition};
+pub use document_symbols::{Symbol, SymbolKind, document_symbols};
 pub use explanation::explain_response;
+pub use hover::{Hover, hover};
+pub use inlay_hints::{InlayHint, inlay_hints};
 pub use state_machine::{Drawing, draw_state_machine};

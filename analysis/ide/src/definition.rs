@@ -1,0 +1,344 @@
+//! Where the name under the cursor is declared.
+
+use mauve_model::{Decl, File, ModelDb, Place, Project, Workspace, parse, project_files, source_map};
+use mauve_syntax::ast::{self, AstNode as _};
+use mauve_syntax::{TextRange, TextSize};
+
+use crate::project::projects_with;
+use crate::reference::{Meaning, Reference, reference_at, reference_in_toml};
+
+/// A name, and where it is declared.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Definition {
+    /// The name that was asked about.
+    pub origin: TextRange,
+    /// Where it is declared; several, where several projects or blocks do so.
+    pub targets: Vec<Target>,
+}
+
+/// A declaration.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Target {
+    /// Where it stands.
+    pub file: File,
+    /// All of it.
+    pub range: TextRange,
+    /// Its name.
+    pub name: TextRange,
+}
+
+/// Where the name at `offset` is declared, in any of the projects that have the file.
+pub fn definition(
+    db: &dyn ModelDb,
+    workspaces: &[Workspace],
+    file: File,
+    offset: TextSize,
+) -> Option<Definition> {
+    let mut definition: Option<Definition> = None;
+    for (project, Reference { range, meanings }) in references(db, workspaces, file, offset) {
+        let definition = definition.get_or_insert_with(|| Definition { origin: range, targets: Vec::new() });
+        for target in meanings.iter().flat_map(|meaning| targets(db, project, meaning)) {
+            if !definition.targets.contains(&target) {
+                definition.targets.push(target);
+            }
+        }
+    }
+    definition
+}
+
+/// The reference at `offset` in each project that has the file.
+pub(crate) fn references<'db>(
+    db: &'db dyn ModelDb,
+    workspaces: &[Workspace],
+    file: File,
+    offset: TextSize,
+) -> Vec<(Project<'db>, Reference<'db>)> {
+    let of_toml =
+        workspaces.iter().filter(|&&workspace| mauve_model::config_file(db, workspace) == Some(file));
+    let of_toml = of_toml.flat_map(|&workspace| mauve_model::projects(db, workspace).iter().copied());
+    let all = projects_with(db, workspaces, file).into_iter().chain(of_toml);
+    let reference = |project| {
+        let found = match mauve_model::is_model(file.path(db)) {
+            true => reference_at(db, project, file, offset),
+            false => reference_in_toml(db, project, file, offset),
+        };
+        found.map(|reference| (project, reference))
+    };
+    all.filter_map(reference).collect()
+}
+
+fn targets<'db>(db: &'db dyn ModelDb, project: Project<'db>, meaning: &Meaning<'db>) -> Vec<Target> {
+    match meaning {
+        Meaning::Declaration(decl) => of_declaration(db, *decl).into_iter().collect(),
+        Meaning::Part(place) => {
+            let range = place.range(db);
+            vec![Target { file: place.file(db), range, name: range }]
+        }
+        Meaning::File(file) => {
+            let start = TextRange::empty(0.into());
+            vec![Target { file: *file, range: start, name: start }]
+        }
+        Meaning::Library(library) => {
+            let of_file = |&file: &File| {
+                let source = parse(db, file).file();
+                let blocks = source.items().filter_map(|item| match item {
+                    ast::Item::Library(it) => {
+                        let name = it.name().filter(|name| name.syntax().text() == library.as_str())?;
+                        let (range, name) = (it.syntax().text_range(), name.syntax().text_range());
+                        Some(Target { file, range, name })
+                    }
+                    _ => None,
+                });
+                blocks.collect::<Vec<_>>()
+            };
+            project_files(db, project).iter().flat_map(of_file).collect()
+        }
+    }
+}
+
+fn of_declaration(db: &dyn ModelDb, decl: Decl<'_>) -> Option<Target> {
+    let file = decl.file(db);
+    let name = Place::name_of(decl).range(db);
+    // The declaration is the one that has this name.
+    let maps = &source_map(db, file).declarations;
+    let range = maps.iter().find(|map| map.parts.first() == Some(&name))?.range;
+    Some(Target { file, range, name })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixture::Fixture;
+    use expect_test::{Expect, expect};
+
+    /// What is under the cursor, and where it leads: file, line and text of each target.
+    fn check(fixture: &str, expected: Expect) {
+        let Fixture { db, workspace, file, offset } = Fixture::new(fixture);
+        let mut shown = String::new();
+        if let Some(found) = definition(&db, &[workspace], file, offset) {
+            shown += &format!("{}\n", &file.text(&db)[found.origin]);
+            for target in found.targets {
+                let text = target.file.text(&db);
+                let line = text[..target.name.start().into()].matches('\n').count() + 1;
+                let all = text[target.range].lines().next().unwrap_or("");
+                let path = target.file.path(&db).display();
+                shown += &format!("-> {path}:{line} {} | {all}\n", &text[target.name]);
+            }
+        }
+        expected.assert_eq(&shown);
+    }
+
+    /// A project over several files with a cursor in place of `from`, the `nth` of them in its file.
+    fn at(path: &str, from: &str, to: &str, expected: Expect) {
+        let mut files = mauve_tests::fixture(ROBOT);
+        let (_, text) = files.iter_mut().find(|(known, _)| known == path).unwrap();
+        assert!(text.contains(from), "{from}");
+        *text = text.replacen(from, to, 1);
+        let fixture: Vec<String> = files.iter().map(|(path, text)| format!("//- {path}\n{text}")).collect();
+        check(&fixture.concat(), expected);
+    }
+
+    const ROBOT: &str = r#"
+//- /robot.mal
+include "parts.mal"
+use parts
+architecture Base { instance laser: parts.Laser }
+architecture A {
+  import Base
+  instance map: Mapper
+  connection laser.scan -> map.scan
+  operation map.clear -> laser.wipe
+  property laser.rate = 5
+}
+deployment D {
+  architecture A
+  activity laser { priority = 1 period = 100 }
+  activity map { priority = 2 period = 100 }
+  property map.size = 3
+}
+//- /parts.mal
+library parts {
+  // Takes a picture.
+  codel shoot(out n: int): int
+  shell Sensor { property rate: int }
+  shell LaserShell extends Sensor { output port scan: int  require wipe(): int }
+  shell MapShell { input port scan: int  provide clear(): int  property size: int }
+  core LaserCore(LaserShell) {
+    var n: int = 0;
+    statemachine {
+      var k: int = 0;
+      initial state Idle { run = { shoot(n); write(scan, n + k + rate); }  transition go if (n > 0) to Busy }
+      state Busy { transition back to Idle }
+    }
+  }
+  core MapCore(MapShell) {
+    var v: int;
+    provide clear(): int = { var v: int = 1; v = 2; return v; }
+    update = { read(scan, v); if (v > 0) then { clear(); } else { v = size; } }
+  }
+  component Laser(LaserShell, LaserCore)
+  component Mapper(MapShell, MapCore)
+}
+//- /mauve.toml
+[project]
+root = "robot.mal"
+[timing]
+tables = ["times.toml"]
+//- /times.toml
+[codel]
+"parts.shoot" = 3
+[program]
+"Laser/Idle.run" = 4
+"#;
+
+    #[test]
+    fn types_over_files_and_libraries() {
+        at("/robot.mal", "map: Mapper", "map: Map$0per", expect![[r#"
+            Mapper
+            -> /parts.mal:21 Mapper | component Mapper(MapShell, MapCore)
+        "#]]);
+        at("/robot.mal", "parts.Laser", "parts.$0Laser", expect![[r#"
+            parts.Laser
+            -> /parts.mal:20 Laser | component Laser(LaserShell, LaserCore)
+        "#]]);
+        at("/robot.mal", "parts.Laser", "par$0ts.Laser", expect![[r#"
+            parts.Laser
+            -> /parts.mal:1 parts | library parts {
+        "#]]);
+        at("/robot.mal", "use parts", "use parts$0", expect![[r#"
+            parts
+            -> /parts.mal:1 parts | library parts {
+        "#]]);
+        at("/robot.mal", "import Base", "import $0Base", expect![[r#"
+            Base
+            -> /robot.mal:3 Base | architecture Base { instance laser: parts.Laser }
+        "#]]);
+        at("/robot.mal", "  architecture A\n", "  architecture A$0\n", expect![[r#"
+            A
+            -> /robot.mal:4 A | architecture A {
+        "#]]);
+        at("/parts.mal", "extends Sensor", "extends Sen$0sor", expect![[r#"
+            Sensor
+            -> /parts.mal:4 Sensor | shell Sensor { property rate: int }
+        "#]]);
+        at("/parts.mal", "LaserCore(LaserShell)", "LaserCore(L$0aserShell)", expect![[r#"
+            LaserShell
+            -> /parts.mal:5 LaserShell | shell LaserShell extends Sensor { output port scan: int  require wipe(): int }
+        "#]]);
+        at("/parts.mal", "Laser(LaserShell, LaserCore)", "Laser(LaserShell, LaserCore$0)", expect![[r#"
+            LaserCore
+            -> /parts.mal:7 LaserCore | core LaserCore(LaserShell) {
+        "#]]);
+    }
+
+    #[test]
+    fn files() {
+        at("/robot.mal", "parts.mal", "par$0ts.mal", expect![[r#"
+            "parts.mal"
+            -> /parts.mal:1  | 
+        "#]]);
+        at("/mauve.toml", "robot.mal", "robot$0.mal", expect![[r#"
+            "robot.mal"
+            -> /robot.mal:1  | 
+        "#]]);
+    }
+
+    #[test]
+    fn instances_and_their_features() {
+        at("/robot.mal", "activity laser", "activity las$0er", expect![[r#"
+            laser
+            -> /robot.mal:3 laser | laser
+        "#]]);
+        at("/robot.mal", "laser.scan ->", "laser.$0scan ->", expect![[r#"
+            scan
+            -> /parts.mal:5 scan | scan
+        "#]]);
+        at("/robot.mal", "-> map.scan", "-> $0map.scan", expect![[r#"
+            map
+            -> /robot.mal:6 map | map
+        "#]]);
+        at("/robot.mal", "map.clear ->", "map.clear$0 ->", expect![[r#"
+            clear
+            -> /parts.mal:6 clear | clear
+        "#]]);
+        at("/robot.mal", "laser.rate", "laser.r$0ate", expect![[r#"
+            rate
+            -> /parts.mal:4 rate | rate
+        "#]]);
+        at("/robot.mal", "map.size", "map.si$0ze", expect![[r#"
+            size
+            -> /parts.mal:6 size | size
+        "#]]);
+    }
+
+    #[test]
+    fn names_in_programs() {
+        at("/parts.mal", "shoot(n);", "sho$0ot(n);", expect![[r#"
+            shoot
+            -> /parts.mal:3 shoot | codel shoot(out n: int): int
+        "#]]);
+        at("/parts.mal", "shoot(n);", "shoot($0n);", expect![[r#"
+            n
+            -> /parts.mal:8 n | n
+        "#]]);
+        at("/parts.mal", "n + k + rate", "n + $0k + rate", expect![[r#"
+            k
+            -> /parts.mal:10 k | k
+        "#]]);
+        at("/parts.mal", "n + k + rate", "n + k + ra$0te", expect![[r#"
+            rate
+            -> /parts.mal:4 rate | rate
+        "#]]);
+        at("/parts.mal", "write(scan", "write(sc$0an", expect![[r#"
+            scan
+            -> /parts.mal:5 scan | scan
+        "#]]);
+        at("/parts.mal", "to Busy", "to Bu$0sy", expect![[r#"
+            Busy
+            -> /parts.mal:12 Busy | Busy
+        "#]]);
+        at("/parts.mal", "clear(); }", "cle$0ar(); }", expect![[r#"
+            clear
+            -> /parts.mal:17 clear | clear
+        "#]]);
+        at("/parts.mal", "provide clear(): int =", "provide cl$0ear(): int =", expect![[r#"
+            clear
+            -> /parts.mal:6 clear | clear
+        "#]]);
+        // The nearest of two variables of one name.
+        at("/parts.mal", "v = 2", "v$0 = 2", expect![[r#"
+            v
+            -> /parts.mal:17 v | v
+        "#]]);
+        at("/parts.mal", "v = size", "v$0 = size", expect![[r#"
+            v
+            -> /parts.mal:16 v | v
+        "#]]);
+        at("/parts.mal", "v = size", "v = si$0ze", expect![[r#"
+            size
+            -> /parts.mal:6 size | size
+        "#]]);
+    }
+
+    #[test]
+    fn keys_of_timing_tables() {
+        at("/times.toml", "parts.shoot", "parts.sh$0oot", expect![[r#"
+            "parts.shoot"
+            -> /parts.mal:3 shoot | codel shoot(out n: int): int
+        "#]]);
+        at("/times.toml", "Idle.run", "Idle.r$0un", expect![[r#"
+            "Laser/Idle.run"
+            -> /parts.mal:20 Laser | component Laser(LaserShell, LaserCore)
+        "#]]);
+    }
+
+    #[test]
+    fn while_the_text_is_broken() {
+        check("architecture A { instance pilot: $0", expect![[r#""#]]);
+        check("codel f(): int core C(S) { update = { if (f$0( }", expect![[r#"
+            f
+            -> /model.mal:1 f | codel f(): int
+        "#]]);
+        check("$0", expect![[r#""#]]);
+    }
+}

@@ -1,0 +1,263 @@
+//! What stands under the cursor: on an activity, where its response time comes from; on a name, what it stands for.
+
+use std::fmt::Write as _;
+
+use mauve_model::item_tree::Kind;
+use mauve_model::{
+    Decl, File, Lookup, ModelDb, Place, Project, Query, Workspace, declarations, parse, response_times,
+    timetable_of,
+};
+use mauve_syntax::ast::{self, AstNode as _};
+use mauve_syntax::{SyntaxKind, SyntaxNode, TextRange, TextSize};
+
+use crate::definition::{Target, definition, references};
+use crate::explanation::explain_response;
+use crate::project::projects_with;
+use crate::reference::Meaning;
+
+/// What is shown about a place.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Hover {
+    /// What it is about.
+    pub range: TextRange,
+    /// In Markdown.
+    pub markdown: String,
+}
+
+/// What is known of what stands at `offset`.
+pub fn hover(db: &dyn ModelDb, workspaces: &[Workspace], file: File, offset: TextSize) -> Option<Hover> {
+    let projects = projects_with(db, workspaces, file);
+    let of_name = of_name(db, workspaces, file, offset);
+    let Some((range, explanations)) = of_activity(db, &projects, file, offset) else { return of_name };
+    let mut markdown = String::new();
+    for explanation in explanations {
+        let _ = writeln!(markdown, "```text\n{}\n```\n", explanation.trim_end());
+    }
+    match of_name {
+        Some(name) => Some(Hover { range: name.range, markdown: markdown + &name.markdown }),
+        None => Some(Hover { range, markdown }),
+    }
+}
+
+/// The explanations of the activity whose name or keyword is at `offset`: one, or as many as projects differ.
+fn of_activity(
+    db: &dyn ModelDb,
+    projects: &[Project<'_>],
+    file: File,
+    offset: TextSize,
+) -> Option<(TextRange, Vec<String>)> {
+    if !mauve_model::is_model(file.path(db)) {
+        return None;
+    }
+    let token = parse(db, file).syntax().token_at_offset(offset).find(|token| token.kind().is_word())?;
+    let activity = token.parent_ancestors().find_map(ast::Activity::cast)?;
+    let name = activity.name_ref()?.syntax().text_range();
+    let keyword = activity.syntax().text_range().start();
+    if !name.contains_inclusive(offset) && token.text_range().start() != keyword {
+        return None;
+    }
+    let mut explanations = Vec::new();
+    for &project in projects {
+        let query = Query::shown(db, project);
+        for &deployment in declarations(db, file).all.iter().filter(|it| it.kind(db) == Kind::Deployment) {
+            let report = response_times(db, project, deployment, query);
+            let activities = report.activities.iter().filter(|it| it.row.at.range(db) == name);
+            for activity in activities.filter(|it| it.row.at != Place::name_of(deployment)) {
+                let explanation = explain_response(db, project, activity, query);
+                if !explanations.contains(&explanation) {
+                    explanations.push(explanation);
+                }
+            }
+        }
+    }
+    (!explanations.is_empty()).then_some((name, explanations))
+}
+
+/// The declaration that a name stands for: its head, the comment above it, and, of a codel, its times.
+fn of_name(db: &dyn ModelDb, workspaces: &[Workspace], file: File, offset: TextSize) -> Option<Hover> {
+    let found = definition(db, workspaces, file, offset)?;
+    let mut markdown = String::new();
+    for target in found.targets.iter().filter(|target| !target.name.is_empty()) {
+        let Some(node) = declaration_at(db, target) else { continue };
+        let _ = writeln!(markdown, "```mauve\n{}\n```\n", head(&node));
+        let comment = comment_above(&node);
+        if !comment.is_empty() {
+            let _ = writeln!(markdown, "{comment}\n");
+        }
+    }
+    for (project, reference) in references(db, workspaces, file, offset) {
+        for meaning in reference.meanings {
+            if let Meaning::Declaration(codel) = meaning
+                && codel.kind(db) == Kind::Codel
+            {
+                let times = times(db, project, codel);
+                if !markdown.contains(&times) {
+                    markdown += &times;
+                }
+            }
+        }
+    }
+    (!markdown.is_empty()).then_some(Hover { range: found.origin, markdown })
+}
+
+/// The node that declares what a target names.
+fn declaration_at(db: &dyn ModelDb, target: &Target) -> Option<SyntaxNode> {
+    let root = parse(db, target.file).syntax();
+    let name = root.text_range().contains_range(target.name).then(|| root.covering_element(target.name))?;
+    name.ancestors().find(|node| !matches!(node.kind(), SyntaxKind::NAME | SyntaxKind::NAME_REF))
+}
+
+/// The text of a declaration up to its block, on one line.
+fn head(node: &SyntaxNode) -> String {
+    let text = node.text().to_string();
+    let is_short = matches!(node.kind(), SyntaxKind::ACTIVITY);
+    let head = if is_short { text.as_str() } else { text.split('{').next().unwrap_or_default() };
+    head.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// The comment lines right above a declaration.
+fn comment_above(node: &SyntaxNode) -> String {
+    let mut lines = Vec::new();
+    let mut before = node.first_token().and_then(|token| token.prev_token());
+    while let Some(token) = before {
+        match token.kind() {
+            SyntaxKind::BLOCK_COMMENT | SyntaxKind::LINE_COMMENT => {
+                let text = token.text().trim_start_matches('/').trim_matches('*').trim();
+                lines.push(text.trim_end_matches("*/").trim_end().to_owned());
+            }
+            // An empty line ends the comment.
+            SyntaxKind::WHITESPACE if token.text().matches('\n').count() < 2 => {}
+            _ => break,
+        }
+        before = token.prev_token();
+    }
+    lines.reverse();
+    lines.join("\n")
+}
+
+/// What the tables say that a codel takes, level by level.
+fn times<'db>(db: &'db dyn ModelDb, project: Project<'db>, codel: Decl<'db>) -> String {
+    let table = timetable_of(db, project);
+    let shown = Query::shown(db, project).level;
+    let mut levels = table.levels().to_vec();
+    if !levels.contains(&shown) {
+        levels.push(shown);
+    }
+    let mut out = String::new();
+    for level in levels {
+        let time = match table.codel_time(db, codel, level) {
+            Lookup::Known(time) => time.to_string(),
+            Lookup::Assumed(time) => format!("{time} (assumed: no table has it)"),
+            Lookup::Absent => "no time".to_owned(),
+            Lookup::OtherLevels(why) | Lookup::Unusable(why) => why,
+        };
+        let mark = if level == shown { " ←" } else { "" };
+        let _ = writeln!(out, "| {level}{mark} | {time} |");
+    }
+    format!("| level | execution time |\n|---|---|\n{out}\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixture::Fixture;
+    use expect_test::{Expect, expect};
+
+    fn check(fixture: &str, expected: Expect) {
+        let Fixture { db, workspace, file, offset } = Fixture::new(fixture);
+        let shown = match hover(&db, &[workspace], file, offset) {
+            Some(hover) => format!("{}\n---\n{}", &file.text(&db)[hover.range], hover.markdown),
+            None => String::new(),
+        };
+        expected.assert_eq(&shown);
+    }
+
+    const TABLES: &str = r#"
+//- /mauve.toml
+[timing]
+tables = ["times.toml"]
+[platform]
+rt_throttling = false
+//- /times.toml
+levels = [1e-3, 1e-4]
+[codel]
+plan = [60, 70]
+drive = 17
+"#;
+
+    const PARTS: &str = "
+// Finds a way.
+// Slowly.
+codel plan(in goal: int,
+  out path: int): int
+codel drive(): int
+shell S { }
+core Planning(S) { var goal: int; var path: int; update = { pl$1an(goal, path); } }
+core Driving(S) { update = { drive(); } }
+component Planner(S, Planning)
+component Driver(S, Driving)
+architecture A { instance planner: Planner  instance driver: Driver }
+deployment D {
+  architecture A
+  activity driver { priority = 2 period = 50 }
+  activity plan$2ner { priority = 1 period = 100 }
+}
+";
+
+    fn robot(cursor: &str) -> String {
+        let parts = PARTS.replace(cursor, "$0");
+        ["$1", "$2"].iter().fold(parts, |text, mark| text.replace(mark, "")) + TABLES
+    }
+
+    #[test]
+    fn an_activity_explains_its_response_time() {
+        check(&robot("$2"), expect![[r#"
+            planner
+            ---
+            ```text
+            planner (Planner), at 1e-4, method psm
+              unbounded: response —, deadline 100 ms, period 100 ms
+              because it and what is as urgent ask for 104.0 % of CPU 1
+
+            own time 70 ms: update
+                     70 ms  update
+                                   70 ms  plan
+
+            first job after a release of all together: 121 ms
+
+            interference in that window:
+                     51 ms     3 jobs  driver
+            ```
+
+            ```mauve
+            instance planner: Planner
+            ```
+
+        "#]]);
+    }
+
+    #[test]
+    fn a_codel_shows_its_comment_and_its_times() {
+        check(&robot("$1"), expect![[r#"
+            plan
+            ---
+            ```mauve
+            codel plan(in goal: int, out path: int): int
+            ```
+
+            Finds a way.
+            Slowly.
+
+            | level | execution time |
+            |---|---|
+            | 1e-3 | 60 ms |
+            | 1e-4 ← | 70 ms |
+
+        "#]]);
+    }
+
+    #[test]
+    fn where_there_is_nothing() {
+        check("codel f(): int $0 // here", expect![[r#""#]]);
+    }
+}

@@ -1,0 +1,320 @@
+//! Response times beside activities, deadlines that are left out, the load of CPUs beside deployments.
+
+use mauve_model::item_tree::Kind;
+use mauve_model::{
+    ActivityReport, Decl, File, ModelDb, Place, Project, Query, Report, Verdict, Workspace, budgets,
+    cpu_names, declarations, parse, psm_of, response_times, source_map,
+};
+use mauve_syntax::ast::{self, AstNode as _};
+use mauve_syntax::{SyntaxKind, SyntaxNode, TextRange, TextSize};
+use mauve_timing::{Status, Time};
+
+use crate::project::projects_with;
+
+/// Something that is shown in the text, and is not part of it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct InlayHint {
+    /// Where, between two characters.
+    pub offset: TextSize,
+    /// What.
+    pub label: String,
+    /// May a hover explain it? Then [`hover`](crate::hover) at this offset does.
+    pub explained_at: Option<TextSize>,
+}
+
+/// The hints that fall into `range`, in the order of the text.
+///
+/// ```
+/// use mauve_model::{Database, Workspace};
+/// use mauve_syntax::{TextRange, TextSize};
+///
+/// let model = "codel plan(): int  shell S { }  core C(S) { update = { plan(); } }  component P(S, C)
+///     architecture A { instance pilot: P }
+///     deployment D { architecture A  activity pilot { priority = 1 period = 100 } }";
+/// let db = Database::default();
+/// let files = [
+///     ("/robot.mal".into(), model.to_owned()),
+///     ("/mauve.toml".into(), "timing.tables = [\"times.toml\"]".to_owned()),
+///     ("/times.toml".into(), "codel.plan = 17".to_owned()),
+/// ];
+/// let workspace = Workspace::of_texts(&db, "/".into(), files);
+/// let file = workspace.file(&db, "/robot.mal".as_ref()).unwrap();
+/// let hints = mauve_ide::inlay_hints(&db, &[workspace], file, TextRange::up_to(TextSize::of(model)));
+/// assert!(hints.iter().any(|hint| hint.label == "R 17 ms ≤ 100 ms · slack 83 ms"));
+/// ```
+pub fn inlay_hints(
+    db: &dyn ModelDb,
+    workspaces: &[Workspace],
+    file: File,
+    range: TextRange,
+) -> Vec<InlayHint> {
+    let mut hints = Vec::new();
+    let deployments = declarations(db, file).all.iter().zip(&source_map(db, file).declarations);
+    let deployments = deployments
+        .filter(|(decl, map)| decl.kind(db) == Kind::Deployment && map.range.intersect(range).is_some());
+    for (&deployment, _) in deployments {
+        for &project in &projects_with(db, workspaces, file) {
+            of_deployment(db, project, deployment, &mut hints);
+        }
+    }
+    hints.retain(|hint: &InlayHint| range.contains_inclusive(hint.offset));
+    // What several projects say alike is said once; where they differ, all of it is shown.
+    hints.sort_by(|a, b| (a.offset, &a.label).cmp(&(b.offset, &b.label)));
+    hints.dedup_by(|a, b| (a.offset, &a.label) == (b.offset, &b.label));
+    hints
+}
+
+fn of_deployment<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployment: Decl<'db>,
+    hints: &mut Vec<InlayHint>,
+) {
+    let query = Query::shown(db, project);
+    let report = response_times(db, project, deployment, query);
+    let Some(node) = node_at::<ast::Deployment>(db, &Place::name_of(deployment)) else { return };
+    if let Some(offset) = beside(node.syntax()) {
+        hints.push(InlayHint { offset, label: of_all(report, query), explained_at: None });
+    }
+    for activity in &report.activities {
+        // An instance without an activity has a diagnostic instead.
+        if activity.row.at == Place::name_of(deployment) {
+            continue;
+        }
+        let Some(node) = node_at::<ast::Activity>(db, &activity.row.at) else { continue };
+        let name = activity.row.at.range(db).start();
+        let budget = missing_codel(db, project, activity, query).and_then(|codel| {
+            budgets(db, project, deployment, query).iter().find(|budget| budget.codel == codel)?.time
+        });
+        let label = label(activity, budget);
+        if let Some(offset) = beside(node.syntax()) {
+            hints.push(InlayHint { offset, label, explained_at: Some(name) });
+        }
+        hints.extend(default_deadline(activity, &node));
+    }
+}
+
+/// The verdict on an activity, as it stands beside it.
+fn label(activity: &ActivityReport<'_>, budget: Option<Time>) -> String {
+    let because = || {
+        let first = activity.reasons.first().map_or("", |reason| reason.message.as_str());
+        match activity.reasons.len() {
+            0 | 1 => first.to_owned(),
+            count => format!("{first} (and {} more)", count - 1),
+        }
+    };
+    let deadline = activity.row.deadline.unwrap_or_default();
+    match (activity.verdict, activity.response) {
+        (Verdict::Background, _) => "not real-time".to_owned(),
+        (Verdict::RealTime(Status::Met), Some(response)) => {
+            let slack = deadline.checked_sub(response).unwrap_or_default();
+            format!("R {response} ≤ {deadline} · slack {slack}{}", assumed(activity))
+        }
+        (Verdict::RealTime(Status::Missed), Some(response)) => {
+            format!("R {response} > {deadline} ✗{}", assumed(activity))
+        }
+        (Verdict::RealTime(Status::Unbounded), _) => format!("unbounded ✗: {}", because()),
+        (Verdict::RealTime(Status::NotAnalysed), _) => {
+            let budget = budget.map_or_else(String::new, |time| format!(" — it may take up to {time}"));
+            format!("not analysed: {}{budget}", because())
+        }
+        (Verdict::RealTime(_), _) => format!("no bound ✗: {}", because()),
+    }
+}
+
+/// The codel without a time, where that is all that keeps an activity from being analysed.
+fn missing_codel<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    activity: &ActivityReport<'db>,
+    query: Query,
+) -> Option<Decl<'db>> {
+    let component = activity.row.component.filter(|_| activity.reasons.len() == 1)?;
+    let refused = psm_of(db, project, component, query.level).as_ref().err()?;
+    match (refused.refusals.as_slice(), refused.missing.as_slice()) {
+        ([_], [(codel, None)]) => Some(*codel),
+        _ => None,
+    }
+}
+
+fn assumed(activity: &ActivityReport<'_>) -> &'static str {
+    if activity.assumed.is_empty() { "" } else { " · times assumed" }
+}
+
+/// What holds of the deployment as a whole.
+fn of_all(report: &Report<'_>, query: Query) -> String {
+    let real_time = report.activities.iter().filter(|activity| activity.verdict != Verdict::Background);
+    let count = real_time.clone().count();
+    let met = real_time.filter(|activity| activity.verdict.is_met()).count();
+    let met = if report.lost.is_empty() { met } else { 0 };
+    let mut label = format!("{met} of {count} deadlines met at {}", query.level);
+    for cpu in &report.cpus {
+        // What is not analysed is not counted: there is more.
+        let at_least = if cpu.complete { "" } else { "≥ " };
+        label += &format!(" · {} {at_least}{:.1} %", cpu_names(cpu.mask), cpu.utilisation.as_f64() * 100.0);
+    }
+    label
+}
+
+/// `deadline = 100` where it is left out.
+fn default_deadline(activity: &ActivityReport<'_>, node: &ast::Activity) -> Option<InlayHint> {
+    let fields: Vec<ast::Field> = node.fields().collect();
+    let is_deadline =
+        |field: &ast::Field| field.name_ref().is_some_and(|name| name.syntax().text() == "deadline");
+    if activity.verdict == Verdict::Background || fields.iter().any(is_deadline) {
+        return None;
+    }
+    let deadline: Time = activity.row.deadline?;
+    let offset = fields.last()?.syntax().text_range().end();
+    // Without the unit, as it would be written.
+    let label = format!(" deadline = {}", deadline.to_string().trim_end_matches(" ms"));
+    Some(InlayHint { offset, label, explained_at: None })
+}
+
+/// The node around a place.
+fn node_at<N: ast::AstNode>(db: &dyn ModelDb, at: &Place<'_>) -> Option<N> {
+    let root: SyntaxNode = parse(db, at.file(db)).syntax();
+    let range = at.range(db);
+    let element = root.text_range().contains_range(range).then(|| root.covering_element(range))?;
+    let node = match element {
+        mauve_syntax::NodeOrToken::Node(node) => Some(node),
+        mauve_syntax::NodeOrToken::Token(token) => token.parent(),
+    };
+    node?.ancestors().find_map(N::cast)
+}
+
+/// Behind `node` where it stands on one line; otherwise behind its opening brace.
+fn beside(node: &SyntaxNode) -> Option<TextSize> {
+    let text = node.text();
+    if !text.contains_char('\n') {
+        return Some(node.text_range().end());
+    }
+    let mut tokens = node.children_with_tokens().filter_map(mauve_syntax::NodeOrToken::into_token);
+    Some(tokens.find(|token| token.kind() == SyntaxKind::L_CURLY)?.text_range().end())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixture::Fixture;
+    use expect_test::{Expect, expect};
+
+    /// The text of the first file with the hints in it, in `⟨…⟩`.
+    fn check(fixture: &str, expected: Expect) {
+        let fixture = Fixture::new(fixture);
+        let file = fixture.file;
+        let text = file.text(&fixture.db);
+        let hints =
+            inlay_hints(&fixture.db, &[fixture.workspace], file, TextRange::up_to(TextSize::of(&**text)));
+        let mut shown = String::new();
+        let mut done = 0;
+        for hint in hints {
+            let offset = usize::from(hint.offset);
+            shown += &format!("{}⟨{}⟩", &text[done..offset], hint.label);
+            done = offset;
+        }
+        let shown = shown + &text[done..];
+        let lines: Vec<&str> = shown.lines().filter(|line| line.contains('⟨')).map(str::trim).collect();
+        expected.assert_eq(&(lines.join("\n") + "\n"));
+    }
+
+    const PARTS: &str = "
+codel plan(): int
+codel drive(): int
+shell S { }
+core Planning(S) { update = { plan(); } }
+core Driving(S) { update = { drive(); } }
+component Planner(S, Planning)
+component Driver(S, Driving)
+architecture A { instance planner: Planner  instance driver: Driver }
+";
+
+    fn robot(deployment: &str, times: &str) -> String {
+        format!(
+            "{PARTS}{deployment}\n//- /mauve.toml\n[timing]\ntables = [\"times.toml\"]\n[platform]\nrt_throttling = false\n\
+             //- /times.toml\n{times}\n"
+        )
+    }
+
+    #[test]
+    fn met_and_missed_and_what_is_left_out() {
+        check(
+            &robot(
+                "deployment D {\n architecture A\n activity driver { priority = 2 period = 50 deadline = 20 }\n \
+                 activity planner {\n  priority = 1\n  period = 100\n }\n}",
+                "codel.plan = 70\ncodel.drive = 17",
+            ),
+            expect![[r#"
+                deployment D {⟨1 of 2 deadlines met at 1e-4 · CPU 1 104.0 %⟩
+                activity driver { priority = 2 period = 50 deadline = 20 }⟨R 17 ms ≤ 20 ms · slack 3 ms⟩
+                activity planner {⟨unbounded ✗: it and what is as urgent ask for 104.0 % of CPU 1⟩
+                period = 100⟨ deadline = 100⟩
+            "#]],
+        );
+        check(
+            &robot(
+                "deployment D { architecture A activity driver { priority = 2 period = 50 deadline = 16 } \
+                 activity planner { priority = background } }",
+                "codel.plan = 70\ncodel.drive = 17",
+            ),
+            expect![[r#"
+                deployment D { architecture A activity driver { priority = 2 period = 50 deadline = 16 }⟨R 17 ms > 16 ms ✗⟩ activity planner { priority = background }⟨not real-time⟩ }⟨0 of 1 deadlines met at 1e-4 · CPU 1 34.0 %⟩
+            "#]],
+        );
+    }
+
+    #[test]
+    fn what_is_not_analysed_says_why_and_what_it_may_take() {
+        check(
+            &robot(
+                "deployment D {\n architecture A\n activity driver { priority = 1 period = 50 deadline = 50 }\n \
+                 activity planner { priority = 2 period = 100 deadline = 100 }\n}",
+                "codel.drive = 17",
+            ),
+            expect![[r#"
+                deployment D {⟨0 of 2 deadlines met at 1e-4 · CPU 1 ≥ 34.0 %⟩
+                activity driver { priority = 1 period = 50 deadline = 50 }⟨not analysed: planner may delay it, and is not analysed⟩
+                activity planner { priority = 2 period = 100 deadline = 100 }⟨not analysed: no time for codel `plan` — it may take up to 33 ms⟩
+            "#]],
+        );
+    }
+
+    #[test]
+    fn while_the_text_is_broken() {
+        check(
+            &robot(
+                "deployment D {\n architecture A\n activity driver { priority = 2 period = }\n \
+                 activity planner { priority = 1 period = 100 }\n",
+                "codel.plan = 70\ncodel.drive = 17",
+            ),
+            expect![[r#"
+                deployment D {⟨0 of 2 deadlines met at 1e-4 · CPU 1 ≥ 70.0 %⟩
+                activity driver { priority = 2 period = }⟨not analysed: its period has a syntax error (and 1 more)⟩
+                activity planner { priority = 1 period = 100⟨ deadline = 100⟩ }⟨not analysed: deployment D has a syntax error: an activity may be missing in it⟩
+            "#]],
+        );
+    }
+
+    #[test]
+    fn assumed_times_are_marked() {
+        check(
+            "
+codel plan(): int
+shell S { }
+core Planning(S) { update = { plan(); } }
+component Planner(S, Planning)
+architecture A { instance planner: Planner }
+deployment D { architecture A
+  activity planner { priority = 2 period = 100 deadline = 100 }
+}
+//- /mauve.toml
+[assume]
+codel = \"5 ms\"
+",
+            expect![[r#"
+                deployment D {⟨1 of 1 deadlines met at 1e-4 · CPU 1 5.0 %⟩ architecture A
+                activity planner { priority = 2 period = 100 deadline = 100 }⟨R 5 ms ≤ 100 ms · slack 95 ms · times assumed⟩
+            "#]],
+        );
+    }
+}

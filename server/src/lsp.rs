@@ -1,0 +1,159 @@
+//! The language server.
+//!
+//! ```text
+//! stdin ── frame ── transport ── tower-lsp ── backend ──events──▶ main loop (owns the database)
+//!                       │                        ▲                    │ snapshot
+//! stdout ◀─ frame ──────┘◀── publisher ◀─────────┴──────answer──── worker (handlers, check)
+//! ```
+//!
+//! | file | does |
+//! |---|---|
+//! | `frame.rs` | messages on a byte stream |
+//! | `transport.rs` | order, panics, the ways in which a session ends |
+//! | `backend.rs` | the methods: each an event for the main loop |
+//! | `main_loop.rs` | one thread, one database; edits in, snapshots out |
+//! | `documents.rs`, `position.rs` | the client's texts, and its positions in them |
+//! | `snapshot.rs` | what a worker reads, and how its jobs end |
+//! | `handlers/` | a file for each method that is answered |
+//! | `check.rs`, `publisher.rs` | what is published after a change |
+//! | `watcher.rs` | files that change outside the client |
+//! | `mirror.rs` | recording a session |
+//!
+//! Nothing waits in a handler, nothing is analysed on the thread that reads, and an edit ends whatever is outdated by it.
+
+mod backend;
+mod capabilities;
+mod check;
+mod documents;
+mod frame;
+mod handlers;
+mod main_loop;
+pub(crate) mod mirror;
+mod position;
+mod publisher;
+mod snapshot;
+mod to_proto;
+mod transport;
+mod watcher;
+
+use std::io::{BufReader, Write};
+use std::sync::{Arc, mpsc};
+use std::time::Duration;
+
+use tokio::sync::{mpsc as channel, oneshot};
+use tower_lsp::LspService;
+
+use backend::Backend;
+use frame::Frame;
+use main_loop::MainLoop;
+use mirror::{Mirror, Side};
+use publisher::{Outbox, Publisher};
+use transport::{Outgoing, Streams, serve};
+
+/// So many messages are read ahead.
+const READ_AHEAD: usize = 1024;
+
+/// So many jobs run at once; more than there are processors, since one may wait for what another computes.
+const WORKERS: usize = 16;
+
+/// What is said last is given so long to be read.
+const FAREWELL: Duration = Duration::from_secs(1);
+
+/// Serves one client on these streams until it is done: 0 after `exit` that followed `shutdown`, else 1.
+///
+/// # Errors
+///
+/// The server cannot begin, in words for the user.
+pub(crate) fn run(
+    input: impl std::io::Read + Send + 'static,
+    output: impl Write + Send + 'static,
+    mirror: Option<Mirror>,
+) -> Result<u8, String> {
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_time()
+        .max_blocking_threads(WORKERS)
+        .build()
+        .map_err(|error| format!("the server cannot begin: {error}"))?;
+    let (frames, incoming) = channel::channel(READ_AHEAD);
+    let (outgoing, messages) = channel::unbounded_channel();
+    let (ended, main_loop_ended) = oneshot::channel();
+    let (events, inbox) = mpsc::channel();
+    let outbox = Arc::new(Outbox::default());
+
+    let main_loop =
+        MainLoop::new(events.clone(), runtime.handle().clone(), Publisher::new(Arc::clone(&outbox)));
+    let spawn = |name: &str, thread: Box<dyn FnOnce() + Send>| {
+        let thread = std::thread::Builder::new().name(name.to_owned()).spawn(thread);
+        thread.map_err(|error| format!("the server cannot begin: {error}"))
+    };
+    spawn(
+        "main loop",
+        Box::new(move || {
+            let _ended = ended;
+            main_loop.run(&inbox);
+        }),
+    )?;
+    let said = mirror.clone();
+    spawn("reader", Box::new(move || read(input, &frames, said.as_ref())))?;
+    let (farewell, last_words) = mpsc::channel();
+    spawn(
+        "writer",
+        Box::new(move || {
+            write(output, messages, mirror.as_ref());
+            let _ = farewell.send(());
+        }),
+    )?;
+
+    let code = runtime.block_on(async {
+        let build = LspService::build(|client| {
+            let sender = client.clone();
+            tokio::spawn(async move { outbox.send_to(sender).await });
+            Backend { main_loop: events }
+        });
+        let (service, socket) = backend::with_custom_methods(build).finish();
+        serve(service, socket, Streams { incoming, outgoing, main_loop: main_loop_ended }).await
+    });
+    let _ = last_words.recv_timeout(FAREWELL);
+    // Whoever still computes is not waited for.
+    runtime.shutdown_background();
+    Ok(code)
+}
+
+fn read(input: impl std::io::Read, frames: &channel::Sender<Frame>, mirror: Option<&Mirror>) {
+    let mut input = BufReader::new(input);
+    loop {
+        match frame::read(&mut input) {
+            Ok(Some(frame)) => {
+                if let (Some(mirror), Frame::Message(message)) = (mirror, &frame) {
+                    mirror.record(Side::Client, message);
+                }
+                if frames.blocking_send(frame).is_err() {
+                    return;
+                }
+            }
+            Ok(None) => return,
+            Err(error) => {
+                tracing::error!("the client's stream: {error}");
+                return;
+            }
+        }
+    }
+}
+
+fn write(output: impl Write, mut messages: channel::UnboundedReceiver<Outgoing>, mirror: Option<&Mirror>) {
+    let mut output = std::io::BufWriter::new(output);
+    while let Some(Outgoing { message, written }) = messages.blocking_recv() {
+        if let Some(mirror) = mirror
+            && let Ok(message) = serde_json::from_str(&message)
+        {
+            mirror.record(Side::Server, &message);
+        }
+        if let Err(error) = frame::write(&mut output, &message) {
+            tracing::error!("the client does not read: {error}");
+            return;
+        }
+        if let Some(written) = written {
+            let _ = written.send(());
+        }
+    }
+}

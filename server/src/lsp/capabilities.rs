@@ -1,0 +1,82 @@
+//! What the client can do, resolved once, and what the server says that it does.
+
+use tower_lsp::lsp_types::{
+    ClientCapabilities, HoverProviderCapability, InlayHintOptions, InlayHintServerCapabilities, MarkupKind,
+    OneOf, SaveOptions, ServerCapabilities, TextDocumentSyncCapability, TextDocumentSyncKind,
+    TextDocumentSyncOptions, TextDocumentSyncSaveOptions, WorkspaceFoldersServerCapabilities,
+    WorkspaceServerCapabilities,
+};
+
+use super::position::Encoding;
+
+/// What matters of the client's capabilities.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Capabilities {
+    /// What columns count.
+    pub(crate) encoding: Encoding,
+    /// May it be asked to ask for inlay hints again?
+    pub(crate) hint_refresh: bool,
+    /// Does it show Markdown in a hover?
+    pub(crate) markdown: bool,
+    /// Does it know a definition with the range that it was asked from?
+    pub(crate) definition_links: bool,
+    /// Does it know symbols that stand in symbols?
+    pub(crate) nested_symbols: bool,
+    /// Does it show the places that a diagnostic names?
+    pub(crate) related: bool,
+    /// Does it show progress?
+    pub(crate) progress: bool,
+}
+
+impl Capabilities {
+    /// Those of a client.
+    pub(crate) fn of(client: &ClientCapabilities) -> Capabilities {
+        let general = client.general.as_ref();
+        let text = client.text_document.as_ref();
+        let workspace = client.workspace.as_ref();
+        let hover = text.and_then(|it| it.hover.as_ref()?.content_format.as_ref());
+        let publish = text.and_then(|it| it.publish_diagnostics.as_ref());
+        Capabilities {
+            encoding: Encoding::negotiated(general.and_then(|it| it.position_encodings.as_deref())),
+            hint_refresh: workspace.and_then(|it| it.inlay_hint.as_ref()?.refresh_support).unwrap_or(false),
+            markdown: hover.is_some_and(|formats| formats.contains(&MarkupKind::Markdown)),
+            definition_links: text.and_then(|it| it.definition?.link_support).unwrap_or(false),
+            nested_symbols: text
+                .and_then(|it| it.document_symbol.as_ref()?.hierarchical_document_symbol_support)
+                .unwrap_or(false),
+            related: publish.and_then(|it| it.related_information).unwrap_or(false),
+            progress: client.window.as_ref().and_then(|it| it.work_done_progress).unwrap_or(false),
+        }
+    }
+
+    /// What the server does for such a client.
+    pub(crate) fn of_server(self) -> ServerCapabilities {
+        ServerCapabilities {
+            position_encoding: Some(self.encoding.kind()),
+            text_document_sync: Some(TextDocumentSyncCapability::Options(TextDocumentSyncOptions {
+                open_close: Some(true),
+                change: Some(TextDocumentSyncKind::INCREMENTAL),
+                // The text comes with it: were the two copies ever to differ, they would not for longer than this.
+                save: Some(TextDocumentSyncSaveOptions::SaveOptions(SaveOptions {
+                    include_text: Some(true),
+                })),
+                ..TextDocumentSyncOptions::default()
+            })),
+            hover_provider: Some(HoverProviderCapability::Simple(true)),
+            definition_provider: Some(OneOf::Left(true)),
+            document_symbol_provider: Some(OneOf::Left(true)),
+            inlay_hint_provider: Some(OneOf::Right(InlayHintServerCapabilities::Options(InlayHintOptions {
+                resolve_provider: Some(true),
+                ..InlayHintOptions::default()
+            }))),
+            workspace: Some(WorkspaceServerCapabilities {
+                workspace_folders: Some(WorkspaceFoldersServerCapabilities {
+                    supported: Some(true),
+                    change_notifications: Some(OneOf::Left(true)),
+                }),
+                file_operations: None,
+            }),
+            ..ServerCapabilities::default()
+        }
+    }
+}

@@ -1,0 +1,63 @@
+//! Everything that is wrong, in the client's terms: what is published after each change.
+
+use std::collections::BTreeMap;
+use std::hash::{DefaultHasher, Hash as _, Hasher as _};
+
+use mauve_model::diagnostics::workspace_diagnostics;
+use mauve_model::is_model;
+use mauve_syntax::{TextRange, TextSize};
+use tower_lsp::lsp_types::{Diagnostic, Url};
+
+use super::position::line_index;
+use super::snapshot::Snapshot;
+use super::to_proto;
+use crate::load::is_outdated;
+
+/// What a worker found.
+pub(crate) enum Checked {
+    /// A file that is included now has not been read: nothing is known until it is.
+    Outdated,
+    /// This.
+    Found {
+        /// For each file with a diagnostic and each open one, with the version that was checked.
+        diagnostics: BTreeMap<Url, (Option<i32>, Vec<Diagnostic>)>,
+        /// For each open file, what its inlay hints say, wherever they stand.
+        hints: BTreeMap<Url, u64>,
+    },
+}
+
+/// Checks everything as it is.
+pub(crate) fn check(snapshot: &Snapshot) -> Checked {
+    let db = &snapshot.db;
+    if snapshot.workspaces.iter().any(|&workspace| is_outdated(db, workspace)) {
+        return Checked::Outdated;
+    }
+    let mut diagnostics: BTreeMap<Url, (Option<i32>, Vec<Diagnostic>)> = BTreeMap::new();
+    for (url, document) in snapshot.documents.iter() {
+        diagnostics.insert(url.clone(), (Some(document.version), Vec::new()));
+    }
+    for &workspace in snapshot.workspaces.iter() {
+        for finding in workspace_diagnostics(db, workspace) {
+            let Some(url) = snapshot.url(finding.diagnostic.at.file(db)) else { continue };
+            let diagnostic = to_proto::diagnostic(snapshot, &finding);
+            let (_, found) = diagnostics.entry(url).or_default();
+            // A file that several workspaces have is right or wrong once.
+            if !found.contains(&diagnostic) {
+                found.push(diagnostic);
+            }
+        }
+    }
+    let mut hints = BTreeMap::new();
+    for (url, document) in snapshot.documents.iter().filter(|(_, document)| is_model(document.file.path(db)))
+    {
+        let mut hasher = DefaultHasher::new();
+        let all = TextRange::up_to(TextSize::of(&**document.file.text(db)));
+        for hint in mauve_ide::inlay_hints(db, &snapshot.workspaces, document.file, all) {
+            hint.label.hash(&mut hasher);
+        }
+        // So that the first request for it is quick.
+        line_index(db, document.file);
+        hints.insert(url.clone(), hasher.finish());
+    }
+    Checked::Found { diagnostics, hints }
+}

@@ -1,0 +1,166 @@
+//! The texts that the client has open, kept as it keeps them.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use tower_lsp::lsp_types::{TextDocumentContentChangeEvent, TextDocumentItem, Url};
+
+use super::position::{Encoding, offset};
+
+/// An open text.
+#[derive(Debug)]
+pub(crate) struct Open {
+    /// Where it is; a name of its own where it is no file.
+    pub(crate) path: PathBuf,
+    /// Is it a file on the disk, or one to be?
+    pub(crate) is_file: bool,
+    /// As the client counts.
+    pub(crate) version: i32,
+    pub(crate) text: String,
+    /// Why the text is not to be trusted: a change was lost.
+    pub(crate) problem: Option<String>,
+    /// Has the text changed since it was last given to the database?
+    pub(crate) dirty: bool,
+}
+
+/// All of them, by their addresses.
+#[derive(Debug, Default)]
+pub(crate) struct Documents(pub(crate) BTreeMap<Url, Open>);
+
+const LOST: &str = "the editor's last change was not understood, so that its text is unknown here: close and open the \
+                    file, or save it";
+
+impl Documents {
+    /// Takes a text. One that is open already is replaced: the client knows best.
+    pub(crate) fn open(&mut self, document: TextDocumentItem) {
+        let TextDocumentItem { uri, version, text, .. } = document;
+        let (path, is_file) = match uri.to_file_path() {
+            Ok(path) => (path, true),
+            // Only texts of our language are opened without a file.
+            Err(()) => (PathBuf::from(format!("{uri}.mal")), false),
+        };
+        if self.0.contains_key(&uri) {
+            tracing::warn!("{uri} was open already");
+        }
+        self.0.insert(uri, Open { path, is_file, version, text, problem: None, dirty: true });
+    }
+
+    /// Makes the changes of one message, one after the other.
+    pub(crate) fn change(
+        &mut self,
+        uri: &Url,
+        version: i32,
+        changes: &[TextDocumentContentChangeEvent],
+        encoding: Encoding,
+    ) {
+        let Some(open) = self.0.get_mut(uri) else {
+            tracing::warn!("a change of {uri}, which is not open");
+            return;
+        };
+        if version <= open.version {
+            // They come in their order, whatever they are called.
+            tracing::warn!("{uri}: version {version} after {}", open.version);
+        }
+        open.version = version;
+        open.dirty = true;
+        for change in changes {
+            match change.range {
+                None => {
+                    open.text.clone_from(&change.text);
+                    open.problem = None;
+                }
+                Some(range) => {
+                    let start = offset(&open.text, range.start, encoding);
+                    let end = offset(&open.text, range.end, encoding).max(start);
+                    open.text.replace_range(start..end, &change.text);
+                }
+            }
+        }
+    }
+
+    /// Compares the copies: the client has saved `text`.
+    pub(crate) fn saved(&mut self, uri: &Url, text: Option<String>) {
+        let (Some(open), Some(text)) = (self.0.get_mut(uri), text) else { return };
+        if open.text != text || open.problem.is_some() {
+            tracing::error!("{uri}: the text was another one than the client's");
+            open.text = text;
+            open.problem = None;
+            open.dirty = true;
+        }
+    }
+
+    /// A change came that means nothing: from here on the text is unknown.
+    pub(crate) fn lost(&mut self, uri: &Url) {
+        if let Some(open) = self.0.get_mut(uri) {
+            open.problem = Some(LOST.to_owned());
+            open.dirty = true;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+    use tower_lsp::lsp_types::{Position, Range};
+
+    use super::*;
+
+    fn uri() -> Url {
+        Url::parse("file:///robot/a.mal").unwrap()
+    }
+
+    fn opened(text: &str) -> Documents {
+        let mut documents = Documents::default();
+        documents.open(TextDocumentItem::new(uri(), "mauve".to_owned(), 1, text.to_owned()));
+        documents
+    }
+
+    fn change(from: (u32, u32), to: (u32, u32), text: &str) -> TextDocumentContentChangeEvent {
+        let range = Range::new(Position::new(from.0, from.1), Position::new(to.0, to.1));
+        TextDocumentContentChangeEvent { range: Some(range), range_length: None, text: text.to_owned() }
+    }
+
+    #[test]
+    fn changes_of_one_message_follow_each_other() {
+        let mut documents = opened("one\ntwo\n");
+        let changes = [change((0, 0), (0, 3), "1"), change((0, 1), (1, 0), ""), change((9, 0), (9, 9), "!")];
+        documents.change(&uri(), 2, &changes, Encoding::Utf16);
+        assert_eq!(documents.0[&uri()].text, "1two\n!");
+    }
+
+    #[test]
+    fn a_text_that_differs_at_saving_is_the_clients() {
+        let mut documents = opened("one");
+        documents.saved(&uri(), Some("two".to_owned()));
+        assert_eq!(documents.0[&uri()].text, "two");
+    }
+
+    #[test]
+    fn a_lost_change_is_a_problem_until_the_whole_text_comes() {
+        let mut documents = opened("one");
+        documents.lost(&uri());
+        documents.change(&uri(), 2, &[change((0, 0), (0, 0), "x")], Encoding::Utf16);
+        assert!(documents.0[&uri()].problem.is_some());
+        let whole =
+            TextDocumentContentChangeEvent { range: None, range_length: None, text: "two".to_owned() };
+        documents.change(&uri(), 3, &[whole], Encoding::Utf16);
+        assert_eq!((documents.0[&uri()].text.as_str(), &documents.0[&uri()].problem), ("two", &None));
+    }
+
+    proptest! {
+        /// Any change at all is taken: positions are brought into the text.
+        #[test]
+        fn no_change_is_too_wild(
+            text in "[a\u{e9}\u{1f916}\r\n]{0,12}",
+            from in (0..5u32, 0..9u32),
+            to in (0..5u32, 0..9u32),
+            new in "[b\u{1f916}\n]{0,3}",
+        ) {
+            for encoding in [Encoding::Utf8, Encoding::Utf16, Encoding::Utf32] {
+                let mut documents = opened(&text);
+                documents.change(&uri(), 2, &[change(from, to, &new)], encoding);
+                prop_assert!(documents.0[&uri()].text.contains(&new));
+            }
+        }
+    }
+}

@@ -1,0 +1,85 @@
+//! `textDocument/documentSymbol`.
+
+use mauve_ide::{Symbol, SymbolKind};
+use tower_lsp::jsonrpc::Result;
+use tower_lsp::lsp_types::{
+    self, DocumentSymbol, DocumentSymbolParams, DocumentSymbolResponse, SymbolInformation,
+};
+
+use crate::lsp::position::LineIndex;
+use crate::lsp::snapshot::Snapshot;
+
+/// What a file declares: a tree, or a list for a client that knows no trees.
+pub(crate) fn document_symbols(
+    snapshot: &Snapshot,
+    params: DocumentSymbolParams,
+) -> Result<Option<DocumentSymbolResponse>> {
+    let (file, lines) = snapshot.file(&params.text_document)?;
+    let symbols = mauve_ide::document_symbols(&snapshot.db, file);
+    if snapshot.capabilities.nested_symbols {
+        let symbols = symbols.into_iter().map(|symbol| nested(snapshot, lines, symbol));
+        return Ok(Some(DocumentSymbolResponse::Nested(symbols.collect())));
+    }
+    let mut flat = Vec::new();
+    let mut open: Vec<(Option<String>, Symbol)> = symbols.into_iter().rev().map(|it| (None, it)).collect();
+    while let Some((container_name, symbol)) = open.pop() {
+        let range = lines.range(symbol.range, snapshot.capabilities.encoding);
+        let location = lsp_types::Location { uri: params.text_document.uri.clone(), range };
+        let name = shown(&symbol);
+        open.extend(symbol.children.into_iter().rev().map(|child| (Some(name.clone()), child)));
+        #[allow(deprecated, reason = "the field must be given")]
+        let deprecated = None;
+        #[allow(deprecated, reason = "the field must be given")]
+        flat.push(SymbolInformation {
+            name,
+            kind: kind(symbol.kind),
+            tags: None,
+            deprecated,
+            location,
+            container_name,
+        });
+    }
+    Ok(Some(DocumentSymbolResponse::Flat(flat)))
+}
+
+fn nested(snapshot: &Snapshot, lines: &LineIndex, symbol: Symbol) -> DocumentSymbol {
+    let encoding = snapshot.capabilities.encoding;
+    let name = shown(&symbol);
+    let children: Vec<DocumentSymbol> =
+        symbol.children.into_iter().map(|child| nested(snapshot, lines, child)).collect();
+    #[allow(deprecated, reason = "the field must be given")]
+    DocumentSymbol {
+        name,
+        detail: (!symbol.detail.is_empty()).then_some(symbol.detail),
+        kind: kind(symbol.kind),
+        tags: None,
+        deprecated: None,
+        range: lines.range(symbol.range, encoding),
+        selection_range: lines.range(symbol.name_range, encoding),
+        children: (!children.is_empty()).then_some(children),
+    }
+}
+
+/// The protocol forbids empty names.
+fn shown(symbol: &Symbol) -> String {
+    if symbol.name.is_empty() { "?".to_owned() } else { symbol.name.clone() }
+}
+
+fn kind(kind: SymbolKind) -> lsp_types::SymbolKind {
+    match kind {
+        SymbolKind::Library => lsp_types::SymbolKind::MODULE,
+        SymbolKind::Codel => lsp_types::SymbolKind::FUNCTION,
+        SymbolKind::Shell => lsp_types::SymbolKind::INTERFACE,
+        SymbolKind::Property => lsp_types::SymbolKind::PROPERTY,
+        SymbolKind::Constant => lsp_types::SymbolKind::CONSTANT,
+        SymbolKind::Port => lsp_types::SymbolKind::FIELD,
+        SymbolKind::Operation | SymbolKind::Hook => lsp_types::SymbolKind::METHOD,
+        SymbolKind::Core | SymbolKind::Component => lsp_types::SymbolKind::CLASS,
+        SymbolKind::Variable | SymbolKind::Handler => lsp_types::SymbolKind::VARIABLE,
+        SymbolKind::State => lsp_types::SymbolKind::ENUM_MEMBER,
+        SymbolKind::Transition | SymbolKind::Activity => lsp_types::SymbolKind::EVENT,
+        SymbolKind::Architecture => lsp_types::SymbolKind::STRUCT,
+        SymbolKind::Instance => lsp_types::SymbolKind::OBJECT,
+        SymbolKind::Deployment => lsp_types::SymbolKind::PACKAGE,
+    }
+}

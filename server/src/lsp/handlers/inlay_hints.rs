@@ -1,0 +1,58 @@
+//! `textDocument/inlayHint` and `inlayHint/resolve`.
+
+use serde::{Deserialize, Serialize};
+use tower_lsp::jsonrpc::Result;
+use tower_lsp::lsp_types::{
+    self, InlayHintLabel, InlayHintParams, InlayHintTooltip, Position, TextDocumentIdentifier,
+};
+
+use super::hover::content;
+use crate::lsp::snapshot::Snapshot;
+
+/// What a hint needs to be explained, later.
+#[derive(Serialize, Deserialize)]
+struct Explained {
+    document: TextDocumentIdentifier,
+    at: Position,
+}
+
+/// The hints of a range; why they say what they say is found when somebody wants to know.
+pub(crate) fn inlay_hints(
+    snapshot: &Snapshot,
+    params: InlayHintParams,
+) -> Result<Option<Vec<lsp_types::InlayHint>>> {
+    let (file, lines) = snapshot.file(&params.text_document)?;
+    let encoding = snapshot.capabilities.encoding;
+    let range = lines.text_range(params.range, encoding);
+    let hints = mauve_ide::inlay_hints(&snapshot.db, &snapshot.workspaces, file, range);
+    let hints = hints.into_iter().map(|hint| {
+        let explained = hint.explained_at.map(|offset| Explained {
+            document: params.text_document.clone(),
+            at: lines.position(offset, encoding),
+        });
+        lsp_types::InlayHint {
+            position: lines.position(hint.offset, encoding),
+            // What stands within a line brings its own space.
+            padding_left: Some(!hint.label.starts_with(' ')),
+            label: InlayHintLabel::String(hint.label),
+            kind: None,
+            text_edits: None,
+            tooltip: None,
+            padding_right: None,
+            data: explained.and_then(|explained| serde_json::to_value(explained).ok()),
+        }
+    });
+    Ok(Some(hints.collect()))
+}
+
+/// A hint with its explanation.
+pub(crate) fn resolve(snapshot: &Snapshot, mut hint: lsp_types::InlayHint) -> Result<lsp_types::InlayHint> {
+    let explained = hint.data.clone().and_then(|data| serde_json::from_value::<Explained>(data).ok());
+    let Some(Explained { document, at }) = explained else { return Ok(hint) };
+    let (file, lines) = snapshot.file(&document)?;
+    let offset = lines.offset(at, snapshot.capabilities.encoding);
+    if let Some(hover) = mauve_ide::hover(&snapshot.db, &snapshot.workspaces, file, offset) {
+        hint.tooltip = Some(InlayHintTooltip::MarkupContent(content(snapshot, hover.markdown)));
+    }
+    Ok(hint)
+}

@@ -1,0 +1,180 @@
+//! Offsets and positions: a text's bytes against the client's lines and columns, in the encoding that both agreed on.
+//!
+//! A line ends at `\n`; a `\r` before it belongs to the line's end. Every position from a client is taken: one behind a
+//! line's end means that end, one behind the text the text's.
+
+use mauve_model::{Database, File, ModelDb};
+use mauve_syntax::{TextRange, TextSize};
+use tower_lsp::lsp_types::{Position, PositionEncodingKind, Range};
+
+/// What a column counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Encoding {
+    /// Bytes.
+    Utf8,
+    /// Halves of surrogate pairs, as JavaScript does; what every client must know.
+    Utf16,
+    /// Characters.
+    Utf32,
+}
+
+impl Encoding {
+    /// The best of those that a client knows: bytes are free.
+    pub(crate) fn negotiated(known: Option<&[PositionEncodingKind]>) -> Encoding {
+        let knows = |kind| known.is_some_and(|known| known.contains(&kind));
+        if knows(PositionEncodingKind::UTF8) {
+            Encoding::Utf8
+        } else if knows(PositionEncodingKind::UTF32) && !knows(PositionEncodingKind::UTF16) {
+            Encoding::Utf32
+        } else {
+            Encoding::Utf16
+        }
+    }
+
+    /// Its name in the protocol.
+    pub(crate) fn kind(self) -> PositionEncodingKind {
+        match self {
+            Encoding::Utf8 => PositionEncodingKind::UTF8,
+            Encoding::Utf16 => PositionEncodingKind::UTF16,
+            Encoding::Utf32 => PositionEncodingKind::UTF32,
+        }
+    }
+
+    fn width(self, letter: char) -> u32 {
+        match self {
+            Encoding::Utf8 => letter.len_utf8() as u32,
+            Encoding::Utf16 => letter.len_utf16() as u32,
+            Encoding::Utf32 => 1,
+        }
+    }
+}
+
+/// Where `position` is in `text`.
+pub(crate) fn offset(text: &str, position: Position, encoding: Encoding) -> usize {
+    let mut start = 0;
+    for _ in 0..position.line {
+        match text[start..].find('\n') {
+            Some(length) => start += length + 1,
+            None => return text.len(),
+        }
+    }
+    start + offset_in_line(&text[start..], position.character, encoding)
+}
+
+/// Where a column is in the first line of `text`; never behind the line's end, nor within a character.
+fn offset_in_line(text: &str, column: u32, encoding: Encoding) -> usize {
+    let mut left = column;
+    for (offset, letter) in text.char_indices() {
+        let is_end = letter == '\n' || text[offset..].starts_with("\r\n");
+        let width = encoding.width(letter);
+        if is_end || left < width {
+            return offset;
+        }
+        left -= width;
+    }
+    text.len()
+}
+
+/// Where the lines of a text begin.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) struct LineIndex {
+    text: std::sync::Arc<str>,
+    lines: line_index::LineIndex,
+}
+
+/// The lines of a file.
+#[salsa::tracked(returns(ref), no_eq)]
+fn lines(db: &dyn ModelDb, file: File) -> LineIndex {
+    let text = file.text(db).clone();
+    LineIndex { lines: line_index::LineIndex::new(&text), text }
+}
+
+/// The lines of a file.
+pub(crate) fn line_index(db: &Database, file: File) -> &LineIndex {
+    lines(db, file)
+}
+
+impl LineIndex {
+    /// Where a position is.
+    pub(crate) fn offset(&self, position: Position, encoding: Encoding) -> TextSize {
+        let line = self.lines.line(position.line);
+        let text = line.and_then(|line| self.text.get(std::ops::Range::<usize>::from(line)));
+        match (line, text) {
+            (Some(line), Some(text)) => {
+                line.start() + TextSize::new(offset_in_line(text, position.character, encoding) as u32)
+            }
+            _ => TextSize::of(&*self.text),
+        }
+    }
+
+    /// Where a range is; its end is never before its start.
+    pub(crate) fn text_range(&self, range: Range, encoding: Encoding) -> TextRange {
+        let (start, end) = (self.offset(range.start, encoding), self.offset(range.end, encoding));
+        TextRange::new(start, end.max(start))
+    }
+
+    /// The position of an offset.
+    pub(crate) fn position(&self, offset: TextSize, encoding: Encoding) -> Position {
+        let offset = offset.min(TextSize::of(&*self.text));
+        let line_column = self.lines.line_col(offset);
+        let line = self.lines.line(line_column.line).map_or(0, |line| line.start().into());
+        let before = self.text.get(line..offset.into()).unwrap_or_default();
+        let column = match encoding {
+            Encoding::Utf8 => line_column.col,
+            Encoding::Utf16 | Encoding::Utf32 => before.chars().map(|letter| encoding.width(letter)).sum(),
+        };
+        Position::new(line_column.line, column)
+    }
+
+    /// The positions of a range.
+    pub(crate) fn range(&self, range: TextRange, encoding: Encoding) -> Range {
+        Range::new(self.position(range.start(), encoding), self.position(range.end(), encoding))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TEXT: &str = "aé\u{1f916}b\r\n\nlast";
+
+    #[test]
+    fn columns_count_what_was_agreed_on() {
+        let robot = TEXT.find('b').unwrap();
+        for (encoding, column) in [(Encoding::Utf8, 7), (Encoding::Utf16, 4), (Encoding::Utf32, 3)] {
+            let position = Position::new(0, column);
+            assert_eq!(offset(TEXT, position, encoding), robot);
+            let index = LineIndex { text: TEXT.into(), lines: line_index::LineIndex::new(TEXT) };
+            assert_eq!(index.offset(position, encoding), TextSize::new(robot as u32));
+            assert_eq!(index.position(TextSize::new(robot as u32), encoding), position);
+        }
+    }
+
+    #[test]
+    fn positions_outside_the_text_mean_its_nearest_place() {
+        let index = LineIndex { text: TEXT.into(), lines: line_index::LineIndex::new(TEXT) };
+        let end_of_line = TEXT.find('\r').unwrap();
+        for (position, expected) in [
+            (Position::new(0, 99), end_of_line),
+            (Position::new(0, u32::MAX), end_of_line),
+            (Position::new(1, 5), TEXT.find("\nlast").unwrap()),
+            (Position::new(2, 99), TEXT.len()),
+            (Position::new(3, 0), TEXT.len()),
+            (Position::new(u32::MAX, u32::MAX), TEXT.len()),
+            // Within a surrogate pair: before the character.
+            (Position::new(0, 3), 3),
+        ] {
+            assert_eq!(offset(TEXT, position, Encoding::Utf16), expected, "{position:?}");
+            assert_eq!(usize::from(index.offset(position, Encoding::Utf16)), expected, "{position:?}");
+        }
+    }
+
+    #[test]
+    fn bytes_are_chosen_where_they_are_known() {
+        use PositionEncodingKind as Kind;
+        assert_eq!(Encoding::negotiated(None), Encoding::Utf16);
+        assert_eq!(Encoding::negotiated(Some(&[Kind::UTF16, Kind::UTF8])), Encoding::Utf8);
+        assert_eq!(Encoding::negotiated(Some(&[Kind::UTF32])), Encoding::Utf32);
+        assert_eq!(Encoding::negotiated(Some(&[Kind::UTF32, Kind::UTF16])), Encoding::Utf16);
+    }
+}

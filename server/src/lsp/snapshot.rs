@@ -1,0 +1,104 @@
+//! What a worker reads: the database as it was when the worker began, and what is needed to answer in the client's terms.
+
+use std::collections::BTreeMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::AtomicUsize;
+
+use mauve_model::{Database, File, Workspace};
+use salsa::Cancelled;
+use tower_lsp::jsonrpc::{Error, ErrorCode, Result};
+use tower_lsp::lsp_types::{TextDocumentIdentifier, Url};
+
+use super::capabilities::Capabilities;
+use super::position::{LineIndex, line_index};
+
+/// An open document.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Document {
+    pub(crate) file: File,
+    pub(crate) version: i32,
+}
+
+/// A reader of the database. While one lives, no input can be set: it must not be kept, nor cross an `.await`.
+pub(crate) struct Snapshot {
+    pub(crate) db: Database,
+    pub(crate) workspaces: Arc<[Workspace]>,
+    /// By the addresses that the client uses.
+    pub(crate) documents: Arc<BTreeMap<Url, Document>>,
+    pub(crate) capabilities: Arc<Capabilities>,
+    /// How many jobs are running.
+    pub(crate) running: Arc<AtomicUsize>,
+}
+
+impl Snapshot {
+    /// The file that a client means, and where its lines begin.
+    ///
+    /// # Errors
+    ///
+    /// It is neither open nor part of a workspace.
+    pub(crate) fn file(&self, document: &TextDocumentIdentifier) -> Result<(File, &LineIndex)> {
+        let url = &document.uri;
+        let file = match self.documents.get(url) {
+            Some(document) => Some(document.file),
+            None => url.to_file_path().ok().and_then(|path| self.known(path)),
+        };
+        let file =
+            file.ok_or_else(|| Error::invalid_params(format!("`{url}` is not open, and in no workspace")))?;
+        Ok((file, line_index(&self.db, file)))
+    }
+
+    fn known(&self, path: PathBuf) -> Option<File> {
+        let place = path.canonicalize().unwrap_or(path);
+        let mut all = self.workspaces.iter().filter_map(|workspace| workspace.file(&self.db, &place));
+        all.next()
+    }
+
+    /// The address of a file, as the client knows it.
+    pub(crate) fn url(&self, file: File) -> Option<Url> {
+        let open = self.documents.iter().find(|(_, document)| document.file == file);
+        open.map(|(url, _)| url.clone()).or_else(|| Url::from_file_path(file.path(&self.db)).ok())
+    }
+}
+
+/// Why a job gave nothing.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) enum Failure {
+    /// An edit has overtaken it.
+    Overtaken,
+    /// The client does not want it any more.
+    Cancelled,
+    /// It panicked: a defect of ours.
+    Panicked(String),
+}
+
+impl Failure {
+    /// The failure as an answer.
+    pub(crate) fn into_error(self) -> Error {
+        match self {
+            Failure::Overtaken => Error::content_modified(),
+            Failure::Cancelled => Error::request_cancelled(),
+            Failure::Panicked(message) => Error {
+                code: ErrorCode::InternalError,
+                message: format!("a defect of mauve: {message}").into(),
+                data: None,
+            },
+        }
+    }
+}
+
+/// Runs `job`, and tells how it ended where it did not end well. A panic in it costs its answer, and nothing else.
+pub(crate) fn attempt<T>(job: impl FnOnce() -> T) -> std::result::Result<T, Failure> {
+    // Whatever a query left behind, it holds no lock: salsa takes its unwinding into account.
+    catch_unwind(AssertUnwindSafe(job)).map_err(|payload| match payload.downcast_ref::<Cancelled>() {
+        Some(Cancelled::PendingWrite) => Failure::Overtaken,
+        Some(Cancelled::Local) => Failure::Cancelled,
+        Some(_) => Failure::Panicked("a query that another job waited for has panicked".to_owned()),
+        None => {
+            let text = payload.downcast_ref::<String>().map(String::as_str);
+            let text = text.or_else(|| payload.downcast_ref::<&str>().copied());
+            Failure::Panicked(text.unwrap_or("a panic without words").to_owned())
+        }
+    })
+}

@@ -1,0 +1,49 @@
+//! From our words to the protocol's.
+
+use mauve_model::Place;
+use mauve_model::diagnostics::{Finding, Severity};
+use tower_lsp::lsp_types::{
+    Diagnostic, DiagnosticRelatedInformation, DiagnosticSeverity, DiagnosticTag, Location, NumberOrString,
+};
+
+use super::position::line_index;
+use super::snapshot::Snapshot;
+
+/// A diagnostic.
+pub(crate) fn diagnostic(snapshot: &Snapshot, finding: &Finding<'_>) -> Diagnostic {
+    let (db, found) = (&snapshot.db, &finding.diagnostic);
+    let related = found.related.iter().filter(|_| snapshot.capabilities.related);
+    let related = related.filter_map(|(at, message)| {
+        Some(DiagnosticRelatedInformation { location: location(snapshot, at)?, message: message.clone() })
+    });
+    let related: Vec<_> = related.collect();
+    let only = finding.only_in.map(|project| {
+        let name = project.root(db).path(db).file_name().unwrap_or_default().display().to_string();
+        format!(" (in the project of {name})")
+    });
+    Diagnostic {
+        range: range(snapshot, &found.at),
+        severity: Some(match found.code.severity {
+            Severity::Error => DiagnosticSeverity::ERROR,
+            Severity::Warning => DiagnosticSeverity::WARNING,
+            Severity::Hint => DiagnosticSeverity::HINT,
+        }),
+        code: Some(NumberOrString::String(found.code.name.to_owned())),
+        source: Some("mauve".to_owned()),
+        message: found.message.clone() + &only.unwrap_or_default(),
+        related_information: (!related.is_empty()).then_some(related),
+        tags: matches!(found.code.name, "unreachable-state" | "never-taken" | "not-included")
+            .then(|| vec![DiagnosticTag::UNNECESSARY]),
+        ..Diagnostic::default()
+    }
+}
+
+/// Where something stands.
+pub(crate) fn location(snapshot: &Snapshot, at: &Place<'_>) -> Option<Location> {
+    Some(Location { uri: snapshot.url(at.file(&snapshot.db))?, range: range(snapshot, at) })
+}
+
+fn range(snapshot: &Snapshot, at: &Place<'_>) -> tower_lsp::lsp_types::Range {
+    let db = &snapshot.db;
+    line_index(db, at.file(db)).range(at.range(db), snapshot.capabilities.encoding)
+}

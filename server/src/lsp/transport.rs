@@ -1,0 +1,194 @@
+//! Between the byte streams and tower-lsp's service: what comes is given to the service in its order, and what it says is
+//! written.
+//!
+//! tower-lsp's own `Server` is not used. It stops reading at a message that is no JSON, and when four requests wait; it
+//! lives on after `exit` while its input is open; a panic in a handler ends it. Here each message is called and polled
+//! once before the next is looked at, so that a handler that begins by sending its event to the main loop keeps the order
+//! of the client; then it waits in a task of its own, with all others.
+
+use std::panic::AssertUnwindSafe;
+use std::time::Duration;
+
+use futures::{FutureExt as _, SinkExt as _, StreamExt as _};
+use serde_json::Value;
+use tokio::sync::{mpsc, oneshot};
+use tokio::task::JoinSet;
+use tower::Service as _;
+use tower_lsp::jsonrpc::{Error, ErrorCode, Id, Request, Response};
+use tower_lsp::{ClientSocket, LspService};
+
+use super::backend::Backend;
+use super::frame::Frame;
+
+/// The two directions, and the main loop's end.
+pub(crate) struct Streams {
+    /// What the client says. Closed when its stream ends.
+    pub(crate) incoming: mpsc::Receiver<Frame>,
+    /// What is said to it. Closed when nobody listens any more.
+    pub(crate) outgoing: mpsc::UnboundedSender<Outgoing>,
+    /// Is dropped when the main loop ends.
+    pub(crate) main_loop: oneshot::Receiver<()>,
+}
+
+/// A message for the client, and who wants to know when it has been written.
+#[derive(Debug)]
+pub(crate) struct Outgoing {
+    pub(crate) message: String,
+    pub(crate) written: Option<oneshot::Sender<()>>,
+}
+
+/// How often it is looked whether the client is still there.
+const HEARTBEAT: Duration = Duration::from_secs(1);
+
+/// Serves until the client says `exit`, goes away or dies: 0 after `exit` that followed `shutdown`, else 1.
+pub(crate) async fn serve(
+    mut service: LspService<Backend>,
+    socket: ClientSocket,
+    mut streams: Streams,
+) -> u8 {
+    let (mut to_client, mut from_client) = socket.split();
+    let mut tasks: JoinSet<Option<Response>> = JoinSet::new();
+    let mut heartbeat = tokio::time::interval(HEARTBEAT);
+    let mut client: Option<u32> = None;
+    let mut is_shut_down = false;
+    // What the server says by itself waits until the last of it was written: a client that does not read costs no memory.
+    let mut writing: Option<oneshot::Receiver<()>> = None;
+    let code = |is_shut_down: bool| u8::from(!is_shut_down);
+    loop {
+        tokio::select! {
+            frame = streams.incoming.recv() => {
+                let message = match frame {
+                    None => return code(is_shut_down),
+                    Some(Frame::Message(message)) => message,
+                    Some(Frame::Invalid(why)) => {
+                        tracing::warn!("an invalid message: {why}");
+                        let error = Error { message: why.into(), ..Error::parse_error() };
+                        send(&streams, &Response::from_error(Id::Null, error));
+                        continue;
+                    }
+                };
+                let request = match understood(message) {
+                    Ok(Message::Request(request)) => request,
+                    Ok(Message::Response(response)) => {
+                        // An answer to a question that nobody asked is nothing to die of.
+                        let answered = AssertUnwindSafe(from_client.send(response)).catch_unwind().await;
+                        if !matches!(answered, Ok(Ok(()))) {
+                            tracing::warn!("an answer that nobody waits for");
+                        }
+                        continue;
+                    }
+                    Err(refusal) => {
+                        send(&streams, &refusal);
+                        continue;
+                    }
+                };
+                match request.method() {
+                    "exit" => return code(is_shut_down),
+                    "shutdown" => is_shut_down = true,
+                    "initialize" => client = client.or_else(|| process_of(&request)),
+                    _ => {}
+                }
+                service.inner().notice(&request);
+                let id = request.id().cloned();
+                let mut answer = AssertUnwindSafe(service.call(request)).catch_unwind().boxed();
+                let answer = async move {
+                    match answer.as_mut().await {
+                        Ok(answer) => answer.ok().flatten(),
+                        Err(_) => id.map(|id| Response::from_error(id, Error::internal_error())),
+                    }
+                };
+                let mut answer = Box::pin(answer);
+                match futures::poll!(&mut answer) {
+                    std::task::Poll::Ready(Some(response)) => send(&streams, &response),
+                    std::task::Poll::Ready(None) => {}
+                    std::task::Poll::Pending => {
+                        tasks.spawn(answer);
+                    }
+                }
+            }
+            Some(answered) = tasks.join_next() => {
+                if let Ok(Some(response)) = answered {
+                    send(&streams, &response);
+                }
+            }
+            Some(request) = to_client.next(), if writing.is_none() => {
+                let (written, wait) = oneshot::channel();
+                let message = serde_json::to_string(&request).unwrap_or_default();
+                let _ = streams.outgoing.send(Outgoing { message, written: Some(written) });
+                writing = Some(wait);
+            }
+            _ = async { if let Some(wait) = &mut writing { let _ = wait.await; } }, if writing.is_some() => {
+                writing = None;
+            }
+            () = streams.outgoing.closed() => {
+                tracing::warn!("the client does not listen any more");
+                return code(false);
+            }
+            _ = &mut streams.main_loop => {
+                tracing::error!("the main loop has ended");
+                return 101;
+            }
+            _ = heartbeat.tick() => {
+                if client.is_some_and(|client| !is_alive(client)) {
+                    tracing::warn!("the client has died");
+                    return code(false);
+                }
+            }
+        }
+    }
+}
+
+fn send(streams: &Streams, response: &Response) {
+    match serde_json::to_string(response) {
+        Ok(message) => {
+            // Where nobody listens, the loop above ends.
+            let _ = streams.outgoing.send(Outgoing { message, written: None });
+        }
+        Err(error) => tracing::error!("an answer that is no JSON: {error}"),
+    }
+}
+
+enum Message {
+    Request(Request),
+    Response(Response),
+}
+
+/// What a JSON value is; where it is neither, the answer that says so.
+fn understood(mut message: Value) -> Result<Message, Response> {
+    // Some clients say `null` where they have nothing to say.
+    if message.get("params").is_some_and(Value::is_null)
+        && let Some(fields) = message.as_object_mut()
+    {
+        fields.remove("params");
+    }
+    let id = message.get("id").and_then(|id| serde_json::from_value(id.clone()).ok()).unwrap_or(Id::Null);
+    let is_request = message.get("method").is_some();
+    let understood = match is_request {
+        true => serde_json::from_value(message).map(Message::Request),
+        false => serde_json::from_value(message).map(Message::Response),
+    };
+    understood.map_err(|error| {
+        let message = format!("neither a request nor an answer: {error}");
+        let error = Error { code: ErrorCode::InvalidRequest, message: message.into(), data: None };
+        Response::from_error(if is_request { id } else { Id::Null }, error)
+    })
+}
+
+/// The client's process, where it says so and it is there to be watched. (One in another container is not.)
+fn process_of(initialize: &Request) -> Option<u32> {
+    let process = initialize.params()?.get("processId")?.as_u64()?;
+    u32::try_from(process).ok().filter(|&process| is_alive(process))
+}
+
+#[cfg(unix)]
+fn is_alive(process: u32) -> bool {
+    let process = i32::try_from(process).ok().and_then(rustix::process::Pid::from_raw);
+    // Who may not be signalled is alive too.
+    process.is_some_and(|process| rustix::process::test_kill_process(process) != Err(rustix::io::Errno::SRCH))
+}
+
+/// Where it cannot be asked, the end of the input tells.
+#[cfg(not(unix))]
+fn is_alive(_: u32) -> bool {
+    true
+}
