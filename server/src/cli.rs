@@ -7,6 +7,7 @@ mod lsp;
 mod new;
 mod parse;
 mod psm;
+mod replay;
 mod wcrt;
 
 use std::collections::BTreeSet;
@@ -31,6 +32,8 @@ pub(crate) struct Arguments {
 enum Command {
     /// Serve an editor on standard input and output.
     Lsp(lsp::Lsp),
+    /// Say a recorded session of an editor again, and compare.
+    Replay(replay::Replay),
     /// Report everything that is wrong in models, then their response times.
     Check(check::Check),
     /// Compute worst-case response times.
@@ -57,6 +60,7 @@ impl Arguments {
     pub(crate) fn run(self) -> Result<Output, String> {
         match self.command {
             Command::Lsp(it) => it.run(),
+            Command::Replay(it) => it.run(),
             Command::Check(it) => it.run(),
             Command::Wcrt(it) => it.run(),
             Command::Psm(it) => it.run(),

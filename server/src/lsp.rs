@@ -25,7 +25,7 @@ mod backend;
 mod capabilities;
 mod check;
 mod documents;
-mod frame;
+pub(crate) mod frame;
 mod handlers;
 mod main_loop;
 pub(crate) mod mirror;

@@ -40,11 +40,28 @@ pub fn scratch(target: &str, name: &str) -> std::path::PathBuf {
 }
 
 /// Writes files, by their paths below `folder`.
-pub fn write(folder: &Path, files: &[(&str, &str)]) {
+pub fn write<S: AsRef<str>>(folder: &Path, files: &[(S, S)]) {
     for (path, text) in files {
-        let path = folder.join(path.trim_start_matches('/'));
+        let path = folder.join(path.as_ref().trim_start_matches('/'));
         let written = std::fs::create_dir_all(path.parent().unwrap_or(folder))
-            .and_then(|()| std::fs::write(&path, text));
+            .and_then(|()| std::fs::write(&path, text.as_ref()));
         written.unwrap_or_else(|error| panic!("cannot write {}: {error}", path.display()));
     }
+}
+
+/// Copies a folder with all that is in it.
+pub fn copy(from: &Path, to: &Path) {
+    let copied = std::fs::create_dir_all(to).and_then(|()| std::fs::read_dir(from)).and_then(|entries| {
+        for entry in entries {
+            let entry = entry?;
+            let target = to.join(entry.file_name());
+            if entry.path().is_dir() {
+                copy(&entry.path(), &target);
+            } else {
+                std::fs::copy(entry.path(), target)?;
+            }
+        }
+        Ok(())
+    });
+    copied.unwrap_or_else(|error| panic!("cannot copy {}: {error}", from.display()));
 }

@@ -5,12 +5,14 @@
 
 #![allow(clippy::panic, reason = "a helper of tests fails as a test does")]
 
+mod client;
 mod command;
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-pub use command::{Run, mauve, scratch, write};
+pub use client::{Client, Columns, Text, address, is_answer, is_publication};
+pub use command::{Run, copy, mauve, scratch, write};
 
 /// The files of a fixture: `//- /path` begins a file, and text before the first such line is `/model.mal`.
 ///
@@ -98,4 +100,27 @@ fn part_text(part: usize, states: usize) -> String {
     }
     let _ = write!(text, "    }}\n  }}\n\n  component Component{part}(Shell{part}, Core{part})\n}}\n");
     text
+}
+
+/// A project whose analysis takes long: `count` activities below one that leaves a millionth of the CPU, so that each is
+/// searched for a bound until that is given up.
+pub fn long_analysis(count: usize) -> Vec<(String, String)> {
+    let mut model = String::from(
+        "codel f(): int\ncodel g(): int\nshell S { }\ncore C(S) { update = { f(); } }\ncore E(S) { update = { g(); } }\n\
+         component P(S, C)\ncomponent Q(S, E)\n",
+    );
+    let mut instances = String::from("architecture A {\n  instance p: P\n");
+    let mut activities =
+        String::from("deployment D {\n  architecture A\n  activity p { priority = 99 period = 1 }\n");
+    for index in 0..count {
+        let _ = writeln!(instances, "  instance q{index}: Q");
+        let priority = 1 + index % 98;
+        let _ = writeln!(activities, "  activity q{index} {{ priority = {priority} period = 2147483647 }}");
+    }
+    model += &format!("{instances}}}\n{activities}}}\n");
+    let times = "unit = \"ns\"\n[codel]\nf = 999999\ng = 2000000\n";
+    let config = "[timing]\ntables = [\"times.toml\"]\n";
+    [("/a.mal", model.as_str()), ("/mauve.toml", config), ("/times.toml", times)]
+        .map(|(path, text)| (path.to_owned(), text.to_owned()))
+        .to_vec()
 }

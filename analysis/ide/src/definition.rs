@@ -193,152 +193,305 @@ tables = ["times.toml"]
 
     #[test]
     fn types_over_files_and_libraries() {
-        at("/robot.mal", "map: Mapper", "map: Map$0per", expect![[r#"
+        at(
+            "/robot.mal",
+            "map: Mapper",
+            "map: Map$0per",
+            expect![[r#"
             Mapper
             -> /parts.mal:21 Mapper | component Mapper(MapShell, MapCore)
-        "#]]);
-        at("/robot.mal", "parts.Laser", "parts.$0Laser", expect![[r#"
+        "#]],
+        );
+        at(
+            "/robot.mal",
+            "parts.Laser",
+            "parts.$0Laser",
+            expect![[r#"
             parts.Laser
             -> /parts.mal:20 Laser | component Laser(LaserShell, LaserCore)
-        "#]]);
-        at("/robot.mal", "parts.Laser", "par$0ts.Laser", expect![[r#"
+        "#]],
+        );
+        at(
+            "/robot.mal",
+            "parts.Laser",
+            "par$0ts.Laser",
+            expect![[r#"
             parts.Laser
             -> /parts.mal:1 parts | library parts {
-        "#]]);
-        at("/robot.mal", "use parts", "use parts$0", expect![[r#"
+        "#]],
+        );
+        at(
+            "/robot.mal",
+            "use parts",
+            "use parts$0",
+            expect![[r#"
             parts
             -> /parts.mal:1 parts | library parts {
-        "#]]);
-        at("/robot.mal", "import Base", "import $0Base", expect![[r#"
+        "#]],
+        );
+        at(
+            "/robot.mal",
+            "import Base",
+            "import $0Base",
+            expect![[r#"
             Base
             -> /robot.mal:3 Base | architecture Base { instance laser: parts.Laser }
-        "#]]);
-        at("/robot.mal", "  architecture A\n", "  architecture A$0\n", expect![[r#"
+        "#]],
+        );
+        at(
+            "/robot.mal",
+            "  architecture A\n",
+            "  architecture A$0\n",
+            expect![[r#"
             A
             -> /robot.mal:4 A | architecture A {
-        "#]]);
-        at("/parts.mal", "extends Sensor", "extends Sen$0sor", expect![[r#"
+        "#]],
+        );
+        at(
+            "/parts.mal",
+            "extends Sensor",
+            "extends Sen$0sor",
+            expect![[r#"
             Sensor
             -> /parts.mal:4 Sensor | shell Sensor { property rate: int }
-        "#]]);
-        at("/parts.mal", "LaserCore(LaserShell)", "LaserCore(L$0aserShell)", expect![[r#"
+        "#]],
+        );
+        at(
+            "/parts.mal",
+            "LaserCore(LaserShell)",
+            "LaserCore(L$0aserShell)",
+            expect![[r#"
             LaserShell
             -> /parts.mal:5 LaserShell | shell LaserShell extends Sensor { output port scan: int  require wipe(): int }
-        "#]]);
-        at("/parts.mal", "Laser(LaserShell, LaserCore)", "Laser(LaserShell, LaserCore$0)", expect![[r#"
+        "#]],
+        );
+        at(
+            "/parts.mal",
+            "Laser(LaserShell, LaserCore)",
+            "Laser(LaserShell, LaserCore$0)",
+            expect![[r#"
             LaserCore
             -> /parts.mal:7 LaserCore | core LaserCore(LaserShell) {
-        "#]]);
+        "#]],
+        );
     }
 
     #[test]
     fn files() {
-        at("/robot.mal", "parts.mal", "par$0ts.mal", expect![[r#"
+        at(
+            "/robot.mal",
+            "parts.mal",
+            "par$0ts.mal",
+            expect![[r#"
             "parts.mal"
             -> /parts.mal:1  | 
-        "#]]);
-        at("/mauve.toml", "robot.mal", "robot$0.mal", expect![[r#"
+        "#]],
+        );
+        at(
+            "/mauve.toml",
+            "robot.mal",
+            "robot$0.mal",
+            expect![[r#"
             "robot.mal"
             -> /robot.mal:1  | 
-        "#]]);
+        "#]],
+        );
     }
 
     #[test]
     fn instances_and_their_features() {
-        at("/robot.mal", "activity laser", "activity las$0er", expect![[r#"
+        at(
+            "/robot.mal",
+            "activity laser",
+            "activity las$0er",
+            expect![[r#"
             laser
             -> /robot.mal:3 laser | laser
-        "#]]);
-        at("/robot.mal", "laser.scan ->", "laser.$0scan ->", expect![[r#"
+        "#]],
+        );
+        at(
+            "/robot.mal",
+            "laser.scan ->",
+            "laser.$0scan ->",
+            expect![[r#"
             scan
             -> /parts.mal:5 scan | scan
-        "#]]);
-        at("/robot.mal", "-> map.scan", "-> $0map.scan", expect![[r#"
+        "#]],
+        );
+        at(
+            "/robot.mal",
+            "-> map.scan",
+            "-> $0map.scan",
+            expect![[r#"
             map
             -> /robot.mal:6 map | map
-        "#]]);
-        at("/robot.mal", "map.clear ->", "map.clear$0 ->", expect![[r#"
+        "#]],
+        );
+        at(
+            "/robot.mal",
+            "map.clear ->",
+            "map.clear$0 ->",
+            expect![[r#"
             clear
             -> /parts.mal:6 clear | clear
-        "#]]);
-        at("/robot.mal", "laser.rate", "laser.r$0ate", expect![[r#"
+        "#]],
+        );
+        at(
+            "/robot.mal",
+            "laser.rate",
+            "laser.r$0ate",
+            expect![[r#"
             rate
             -> /parts.mal:4 rate | rate
-        "#]]);
-        at("/robot.mal", "map.size", "map.si$0ze", expect![[r#"
+        "#]],
+        );
+        at(
+            "/robot.mal",
+            "map.size",
+            "map.si$0ze",
+            expect![[r#"
             size
             -> /parts.mal:6 size | size
-        "#]]);
+        "#]],
+        );
     }
 
     #[test]
     fn names_in_programs() {
-        at("/parts.mal", "shoot(n);", "sho$0ot(n);", expect![[r#"
+        at(
+            "/parts.mal",
+            "shoot(n);",
+            "sho$0ot(n);",
+            expect![[r#"
             shoot
             -> /parts.mal:3 shoot | codel shoot(out n: int): int
-        "#]]);
-        at("/parts.mal", "shoot(n);", "shoot($0n);", expect![[r#"
+        "#]],
+        );
+        at(
+            "/parts.mal",
+            "shoot(n);",
+            "shoot($0n);",
+            expect![[r#"
             n
             -> /parts.mal:8 n | n
-        "#]]);
-        at("/parts.mal", "n + k + rate", "n + $0k + rate", expect![[r#"
+        "#]],
+        );
+        at(
+            "/parts.mal",
+            "n + k + rate",
+            "n + $0k + rate",
+            expect![[r#"
             k
             -> /parts.mal:10 k | k
-        "#]]);
-        at("/parts.mal", "n + k + rate", "n + k + ra$0te", expect![[r#"
+        "#]],
+        );
+        at(
+            "/parts.mal",
+            "n + k + rate",
+            "n + k + ra$0te",
+            expect![[r#"
             rate
             -> /parts.mal:4 rate | rate
-        "#]]);
-        at("/parts.mal", "write(scan", "write(sc$0an", expect![[r#"
+        "#]],
+        );
+        at(
+            "/parts.mal",
+            "write(scan",
+            "write(sc$0an",
+            expect![[r#"
             scan
             -> /parts.mal:5 scan | scan
-        "#]]);
-        at("/parts.mal", "to Busy", "to Bu$0sy", expect![[r#"
+        "#]],
+        );
+        at(
+            "/parts.mal",
+            "to Busy",
+            "to Bu$0sy",
+            expect![[r#"
             Busy
             -> /parts.mal:12 Busy | Busy
-        "#]]);
-        at("/parts.mal", "clear(); }", "cle$0ar(); }", expect![[r#"
+        "#]],
+        );
+        at(
+            "/parts.mal",
+            "clear(); }",
+            "cle$0ar(); }",
+            expect![[r#"
             clear
             -> /parts.mal:17 clear | clear
-        "#]]);
-        at("/parts.mal", "provide clear(): int =", "provide cl$0ear(): int =", expect![[r#"
+        "#]],
+        );
+        at(
+            "/parts.mal",
+            "provide clear(): int =",
+            "provide cl$0ear(): int =",
+            expect![[r#"
             clear
             -> /parts.mal:6 clear | clear
-        "#]]);
+        "#]],
+        );
         // The nearest of two variables of one name.
-        at("/parts.mal", "v = 2", "v$0 = 2", expect![[r#"
+        at(
+            "/parts.mal",
+            "v = 2",
+            "v$0 = 2",
+            expect![[r#"
             v
             -> /parts.mal:17 v | v
-        "#]]);
-        at("/parts.mal", "v = size", "v$0 = size", expect![[r#"
+        "#]],
+        );
+        at(
+            "/parts.mal",
+            "v = size",
+            "v$0 = size",
+            expect![[r#"
             v
             -> /parts.mal:16 v | v
-        "#]]);
-        at("/parts.mal", "v = size", "v = si$0ze", expect![[r#"
+        "#]],
+        );
+        at(
+            "/parts.mal",
+            "v = size",
+            "v = si$0ze",
+            expect![[r#"
             size
             -> /parts.mal:6 size | size
-        "#]]);
+        "#]],
+        );
     }
 
     #[test]
     fn keys_of_timing_tables() {
-        at("/times.toml", "parts.shoot", "parts.sh$0oot", expect![[r#"
+        at(
+            "/times.toml",
+            "parts.shoot",
+            "parts.sh$0oot",
+            expect![[r#"
             "parts.shoot"
             -> /parts.mal:3 shoot | codel shoot(out n: int): int
-        "#]]);
-        at("/times.toml", "Idle.run", "Idle.r$0un", expect![[r#"
+        "#]],
+        );
+        at(
+            "/times.toml",
+            "Idle.run",
+            "Idle.r$0un",
+            expect![[r#"
             "Laser/Idle.run"
             -> /parts.mal:20 Laser | component Laser(LaserShell, LaserCore)
-        "#]]);
+        "#]],
+        );
     }
 
     #[test]
     fn while_the_text_is_broken() {
         check("architecture A { instance pilot: $0", expect![[r#""#]]);
-        check("codel f(): int core C(S) { update = { if (f$0( }", expect![[r#"
+        check(
+            "codel f(): int core C(S) { update = { if (f$0( }",
+            expect![[r#"
             f
             -> /model.mal:1 f | codel f(): int
-        "#]]);
+        "#]],
+        );
         check("$0", expect![[r#""#]]);
     }
 }

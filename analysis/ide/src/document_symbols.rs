@@ -270,9 +270,12 @@ library robot {
 
     #[test]
     fn while_the_text_is_broken() {
-        check("library robot { codel shell S { input port } core (", expect![[r#"
+        check(
+            "library robot { codel shell S { input port } core (",
+            expect![[r#"
             Library robot
               Codel shell
-        "#]]);
+        "#]],
+        );
     }
 }

@@ -211,7 +211,9 @@ deployment D {
 
     #[test]
     fn an_activity_explains_its_response_time() {
-        check(&robot("$2"), expect![[r#"
+        check(
+            &robot("$2"),
+            expect![[r#"
             planner
             ---
             ```text
@@ -233,12 +235,15 @@ deployment D {
             instance planner: Planner
             ```
 
-        "#]]);
+        "#]],
+        );
     }
 
     #[test]
     fn a_codel_shows_its_comment_and_its_times() {
-        check(&robot("$1"), expect![[r#"
+        check(
+            &robot("$1"),
+            expect![[r#"
             plan
             ---
             ```mauve
@@ -253,7 +258,8 @@ deployment D {
             | 1e-3 | 60 ms |
             | 1e-4 ← | 70 ms |
 
-        "#]]);
+        "#]],
+        );
     }
 
     #[test]

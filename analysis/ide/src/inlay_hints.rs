@@ -1,9 +1,9 @@
 //! Response times beside activities, deadlines that are left out, the load of CPUs beside deployments.
 
-use mauve_model::item_tree::Kind;
+use mauve_model::item_tree::{Kind, Name};
 use mauve_model::{
     ActivityReport, Decl, File, ModelDb, Place, Project, Query, Report, Verdict, Workspace, budgets,
-    cpu_names, declarations, parse, psm_of, response_times, source_map,
+    config_of, cpu_names, declarations, parse, psm_of, response_times, source_map,
 };
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxKind, SyntaxNode, TextRange, TextSize};
@@ -74,8 +74,14 @@ fn of_deployment<'db>(
     let report = response_times(db, project, deployment, query);
     let Some(node) = node_at::<ast::Deployment>(db, &Place::name_of(deployment)) else { return };
     if let Some(offset) = beside(node.syntax()) {
-        hints.push(InlayHint { offset, label: of_all(report, query), explained_at: None });
+        let mut label = of_all(report, query);
+        if config_of(db, project.workspace(db)).rt_throttling.is_none() {
+            label += " · assumes real-time throttling off";
+        }
+        hints.push(InlayHint { offset, label, explained_at: None });
     }
+    let with_assumptions = report.activities.iter().filter(|activity| !activity.assumed.is_empty());
+    let with_assumptions: Vec<&Name> = with_assumptions.map(|activity| &activity.row.instance).collect();
     for activity in &report.activities {
         // An instance without an activity has a diagnostic instead.
         if activity.row.at == Place::name_of(deployment) {
@@ -86,7 +92,10 @@ fn of_deployment<'db>(
         let budget = missing_codel(db, project, activity, query).and_then(|codel| {
             budgets(db, project, deployment, query).iter().find(|budget| budget.codel == codel)?.time
         });
-        let label = label(activity, budget);
+        let assumes = with_assumptions.iter().any(|&name| {
+            *name == activity.row.instance || activity.interference.iter().any(|it| it.instance == *name)
+        });
+        let label = label(activity, assumes, budget);
         if let Some(offset) = beside(node.syntax()) {
             hints.push(InlayHint { offset, label, explained_at: Some(name) });
         }
@@ -95,7 +104,7 @@ fn of_deployment<'db>(
 }
 
 /// The verdict on an activity, as it stands beside it.
-fn label(activity: &ActivityReport<'_>, budget: Option<Time>) -> String {
+fn label(activity: &ActivityReport<'_>, assumes: bool, budget: Option<Time>) -> String {
     let because = || {
         let first = activity.reasons.first().map_or("", |reason| reason.message.as_str());
         match activity.reasons.len() {
@@ -104,14 +113,15 @@ fn label(activity: &ActivityReport<'_>, budget: Option<Time>) -> String {
         }
     };
     let deadline = activity.row.deadline.unwrap_or_default();
+    let assumed = if assumes { " · times assumed" } else { "" };
     match (activity.verdict, activity.response) {
         (Verdict::Background, _) => "not real-time".to_owned(),
         (Verdict::RealTime(Status::Met), Some(response)) => {
             let slack = deadline.checked_sub(response).unwrap_or_default();
-            format!("R {response} ≤ {deadline} · slack {slack}{}", assumed(activity))
+            format!("R {response} ≤ {deadline} · slack {slack}{assumed}")
         }
         (Verdict::RealTime(Status::Missed), Some(response)) => {
-            format!("R {response} > {deadline} ✗{}", assumed(activity))
+            format!("R {response} > {deadline} ✗{assumed}")
         }
         (Verdict::RealTime(Status::Unbounded), _) => format!("unbounded ✗: {}", because()),
         (Verdict::RealTime(Status::NotAnalysed), _) => {
@@ -135,10 +145,6 @@ fn missing_codel<'db>(
         ([_], [(codel, None)]) => Some(*codel),
         _ => None,
     }
-}
-
-fn assumed(activity: &ActivityReport<'_>) -> &'static str {
-    if activity.assumed.is_empty() { "" } else { " · times assumed" }
 }
 
 /// What holds of the deployment as a whole.
@@ -312,7 +318,7 @@ deployment D { architecture A
 codel = \"5 ms\"
 ",
             expect![[r#"
-                deployment D {⟨1 of 1 deadlines met at 1e-4 · CPU 1 5.0 %⟩ architecture A
+                deployment D {⟨1 of 1 deadlines met at 1e-4 · CPU 1 5.0 % · assumes real-time throttling off⟩ architecture A
                 activity planner { priority = 2 period = 100 deadline = 100 }⟨R 5 ms ≤ 100 ms · slack 95 ms · times assumed⟩
             "#]],
         );

@@ -1,0 +1,225 @@
+//! `mauve replay FILE`: a recorded session once more.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::io::{BufReader, PipeReader, PipeWriter};
+use std::path::PathBuf;
+use std::sync::mpsc;
+use std::time::{Duration, Instant};
+
+use serde_json::{Value, json};
+
+use crate::Output;
+use crate::lsp::frame::{self, Frame};
+use crate::lsp::mirror::{Line, Side};
+use crate::lsp::run;
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Replay {
+    /// What `mauve lsp --mirror FILE` has recorded.
+    file: PathBuf,
+    /// The folder of the models, where it is not the one of the record.
+    #[arg(long, value_name = "FOLDER")]
+    folder: Option<PathBuf>,
+}
+
+/// No answer takes longer, unless something is wrong.
+const PATIENCE: Duration = Duration::from_secs(30);
+
+impl Replay {
+    /// Says again what the client said, each message when what it had been told before has come; and compares.
+    pub(crate) fn run(self) -> Result<Output, String> {
+        let path = self.file.display();
+        let text =
+            std::fs::read_to_string(&self.file).map_err(|error| format!("cannot read `{path}`: {error}"))?;
+        let text = match &self.folder {
+            Some(folder) => moved(&text, folder)?,
+            None => text,
+        };
+        let mut lines: Vec<Line> = Vec::new();
+        let mut cut = false;
+        for (number, line) in text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()) {
+            match serde_json::from_str(line) {
+                Ok(line) => lines.push(line),
+                // A session that was cut off ends in half a line.
+                Err(_) if number + 1 == text.lines().count() && !lines.is_empty() => cut = true,
+                Err(error) => {
+                    return Err(format!(
+                        "{path}:{}: this is no line of a recorded session: {error}",
+                        number + 1
+                    ));
+                }
+            }
+        }
+        let mut session = Session::begin()?;
+        let begin = Instant::now();
+        for line in &lines {
+            match line.from {
+                Side::Client => session.say(&line.message)?,
+                Side::Server => session.expect(&line.message),
+            }
+        }
+        let said = lines.iter().filter(|line| line.from == Side::Client).count();
+        let mut out =
+            format!("{said} messages of the client said again in {:.1} s\n", begin.elapsed().as_secs_f64());
+        if cut {
+            out += "the last line of the record is cut off\n";
+        }
+        let differences = session.end(&lines);
+        let code = u8::from(!differences.is_empty());
+        match differences.len() {
+            0 => out += "all answers and the last diagnostics are as recorded\n",
+            count => {
+                let _ = writeln!(out, "{count} differ from the record:");
+                differences.iter().for_each(|difference| out += difference);
+            }
+        }
+        Ok(Output { text: out, code })
+    }
+}
+
+/// The record with the address of its first folder replaced by that of `folder`.
+fn moved(text: &str, folder: &std::path::Path) -> Result<String, String> {
+    let shown = folder.display();
+    let folder = folder.canonicalize().map_err(|error| format!("cannot read `{shown}`: {error}"))?;
+    let new = tower_lsp::lsp_types::Url::from_file_path(&folder)
+        .map_err(|()| format!("`{shown}` has no address"))?;
+    let first = text.lines().find_map(|line| serde_json::from_str::<Line>(line).ok());
+    let old = first.as_ref().and_then(|line| {
+        let params = line.message.get("params")?;
+        params.pointer("/workspaceFolders/0/uri").or_else(|| params.get("rootUri"))?.as_str()
+    });
+    let old = old.ok_or("the record does not begin with a folder to be replaced")?;
+    Ok(text.replace(old.trim_end_matches('/'), new.as_str().trim_end_matches('/')))
+}
+
+/// A server in this process, and what it has said.
+struct Session {
+    input: Option<PipeWriter>,
+    said: mpsc::Receiver<Value>,
+    heard: Vec<Value>,
+}
+
+impl Session {
+    fn begin() -> Result<Session, String> {
+        let pipe = || std::io::pipe().map_err(|error| format!("no pipe to the server: {error}"));
+        let ((server_input, input), (output, server_output)) = (pipe()?, pipe()?);
+        std::thread::spawn(move || run(server_input, server_output, None));
+        let (sender, said) = mpsc::channel();
+        std::thread::spawn(move || listen(output, &sender));
+        Ok(Session { input: Some(input), said, heard: Vec::new() })
+    }
+
+    fn say(&mut self, message: &Value) -> Result<(), String> {
+        // Answers to questions of the server are given at once, whatever number the question has this time.
+        if message.get("method").is_none() {
+            return Ok(());
+        }
+        let mut message = message.clone();
+        if let Some(params) = message.get_mut("params").and_then(Value::as_object_mut) {
+            // That process is gone.
+            params.remove("processId");
+        }
+        self.write(&message)
+    }
+
+    fn write(&mut self, message: &Value) -> Result<(), String> {
+        let Some(input) = &mut self.input else { return Ok(()) };
+        frame::write(input, &message.to_string()).map_err(|error| format!("the server has ended: {error}"))
+    }
+
+    /// Waits for what the server had said here: an answer, or diagnostics.
+    fn expect(&mut self, recorded: &Value) {
+        let is_it: Box<dyn Fn(&Value) -> bool> = match (id_of(recorded), uri_of(recorded)) {
+            (Some(id), _) => Box::new(move |heard| id_of(heard) == Some(id)),
+            (None, Some(_)) => {
+                let key = (uri_of(recorded), recorded.pointer("/params/version"));
+                Box::new(move |heard| (uri_of(heard), heard.pointer("/params/version")) == key)
+            }
+            _ => return,
+        };
+        let end = Instant::now() + PATIENCE;
+        while !self.heard.iter().any(&is_it) {
+            let Ok(message) = self.said.recv_timeout(end.saturating_duration_since(Instant::now())) else {
+                return;
+            };
+            self.hear(message);
+        }
+    }
+
+    fn hear(&mut self, message: Value) {
+        if message.get("method").is_some() && message.get("id").is_some() {
+            let answer = json!({"jsonrpc": "2.0", "id": message["id"], "result": null});
+            let _ = self.write(&answer);
+        }
+        self.heard.push(message);
+    }
+
+    /// Ends the session, and tells what was said otherwise than in the record.
+    fn end(mut self, lines: &[Line]) -> Vec<String> {
+        self.input = None;
+        while let Ok(message) = self.said.recv_timeout(PATIENCE) {
+            self.hear(message);
+        }
+        let recorded: Vec<&Value> =
+            lines.iter().filter(|line| line.from == Side::Server).map(|line| &line.message).collect();
+        let mut found = Vec::new();
+        for answer in &recorded {
+            let Some(id) = id_of(answer) else { continue };
+            let again = self.heard.iter().find(|heard| id_of(heard) == Some(id));
+            // Whether an edit overtakes a request depends on the hour.
+            let is_overtaken = |answer: &Value| answer.pointer("/error/code") == Some(&json!(-32801));
+            if again.is_none_or(|again| again != *answer && !is_overtaken(again) && !is_overtaken(answer)) {
+                found.push(difference(&method_of(lines, id), answer, again));
+            }
+        }
+        let last = |messages: &mut dyn Iterator<Item = &Value>| -> BTreeMap<String, Value> {
+            messages
+                .filter_map(|message| {
+                    Some((uri_of(message)?.to_owned(), message["params"]["diagnostics"].clone()))
+                })
+                .collect()
+        };
+        let now = last(&mut self.heard.iter());
+        for (uri, diagnostics) in last(&mut recorded.iter().copied()) {
+            if now.get(&uri) != Some(&diagnostics) {
+                found.push(difference(&format!("diagnostics of {uri}"), &diagnostics, now.get(&uri)));
+            }
+        }
+        found
+    }
+}
+
+fn listen(output: PipeReader, sender: &mpsc::Sender<Value>) {
+    let mut output = BufReader::new(output);
+    while let Ok(Some(frame)) = frame::read(&mut output) {
+        if let Frame::Message(message) = frame
+            && sender.send(message).is_err()
+        {
+            return;
+        }
+    }
+}
+
+/// Of an answer.
+fn id_of(message: &Value) -> Option<&Value> {
+    if message.get("method").is_some() { None } else { message.get("id") }
+}
+
+/// Of published diagnostics.
+fn uri_of(message: &Value) -> Option<&str> {
+    let is_publication = message.get("method").is_some_and(|it| it == "textDocument/publishDiagnostics");
+    message.pointer("/params/uri").filter(|_| is_publication)?.as_str()
+}
+
+fn method_of(lines: &[Line], id: &Value) -> String {
+    let mut requests = lines.iter().filter(|line| line.from == Side::Client).map(|line| &line.message);
+    let request = requests.find(|it| it.get("id") == Some(id) && it.get("method").is_some());
+    let method = request.and_then(|it| it["method"].as_str()).unwrap_or("?");
+    format!("{method}, request {id}")
+}
+
+fn difference(what: &str, recorded: &Value, now: Option<&Value>) -> String {
+    let now = now.map_or_else(|| "nothing".to_owned(), Value::to_string);
+    format!("{what}\n  recorded {recorded}\n  now      {now}\n")
+}

@@ -1,0 +1,321 @@
+//! The language server over its standard streams: what a client sees while a deployment is edited.
+
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use mauve_tests::{Client, Columns, address, copy, is_publication, mauve, models, scratch, write};
+use serde_json::{Value, json};
+
+const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
+
+/// A copy of the sample robot.
+fn robot(name: &str) -> PathBuf {
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), name);
+    copy(&models().join("p3dx"), &folder);
+    folder
+}
+
+#[test]
+fn hints_and_warnings_follow_an_edit() {
+    let folder = robot("lsp_edit");
+    let mut client = Client::of_folder(MAUVE, &folder);
+    let mut text = client.open_file(&folder.join("deployment.mal"));
+    assert_eq!(client.codes(&text), [] as [&str; 0]);
+    assert_eq!(client.hint(&text, "activity navigation"), "R 997 ms ≤ 1000 ms · slack 3 ms");
+    client.edit(
+        &mut text,
+        "priority = 2   period = 1000  deadline = 1000",
+        "priority = 2   period = 1000  deadline = 996",
+    );
+    assert_eq!(client.codes(&text), ["deadline-missed"]);
+    assert_eq!(client.hint(&text, "activity navigation"), "R 997 ms > 996 ms ✗");
+    client.wait("that hints are to be asked for again", |it| it["method"] == "workspace/inlayHint/refresh");
+    client.edit(&mut text, "deadline = 996", "deadline = 1000");
+    assert_eq!(client.codes(&text), [] as [&str; 0]);
+    assert_eq!(client.hint(&text, "activity navigation"), "R 997 ms ≤ 1000 ms · slack 3 ms");
+    assert_eq!(client.shut_down(), Some(0));
+}
+
+#[test]
+fn a_hover_explains_an_activity() {
+    let folder = robot("lsp_hover");
+    let mut client = Client::of_folder(MAUVE, &folder);
+    let mut text = client.open_file(&folder.join("deployment.mal"));
+    client.edit(&mut text, "period = 1000  deadline = 1000", "period = 1000  deadline = 700");
+    let hover = client.call("textDocument/hover", text.at("navigation  {")).unwrap();
+    let shown = hover["contents"]["value"].as_str().unwrap();
+    for part in [
+        "missed: response 997 ms, deadline 700 ms",
+        "own time 297 ms",
+        "430 ms    10 jobs  hokuyo",
+        "crosses the deadline",
+    ] {
+        assert!(shown.contains(part), "{part} in {shown}");
+    }
+    // The same stands behind the hint.
+    let range = json!({"start": {"line": 0, "character": 0}, "end": {"line": 99, "character": 0}});
+    let hints = client
+        .call("textDocument/inlayHint", json!({"textDocument": {"uri": text.uri}, "range": range}))
+        .unwrap();
+    let hint = hints
+        .as_array()
+        .unwrap()
+        .iter()
+        .find(|hint| hint["label"].as_str().unwrap().starts_with("R 997"))
+        .unwrap();
+    let resolved = client.call("inlayHint/resolve", hint.clone()).unwrap();
+    assert_eq!(resolved["tooltip"]["value"], shown);
+}
+
+#[test]
+fn definitions_cross_files() {
+    let folder = robot("lsp_definition");
+    let mut client = Client::of_folder(MAUVE, &folder);
+    let text = client.open_file(&folder.join("deployment.mal"));
+    let found = client.call("textDocument/definition", text.at("navigation  {")).unwrap();
+    assert_eq!(found[0]["targetUri"], address(&folder.join("navigation_architecture.mal")));
+    let architecture = client.open_file(&folder.join("navigation_architecture.mal"));
+    let found = client.call("textDocument/definition", architecture.at("Navigation\n")).unwrap();
+    assert_eq!(found[0]["targetUri"], address(&folder.join("components/navigation.mal")));
+    let symbols =
+        client.call("textDocument/documentSymbol", json!({"textDocument": {"uri": text.uri}})).unwrap();
+    assert_eq!(symbols[0]["name"], "exploration");
+    assert_eq!(symbols[0]["children"][0]["children"][7]["name"], "navigation");
+}
+
+#[test]
+fn diagnostics_are_those_of_the_command_line() {
+    let folder = robot("lsp_command_line");
+    let path = folder.join("components/navigation.mal");
+    let broken = std::fs::read_to_string(&path).unwrap().replace("astar(", "astra(");
+    std::fs::write(&path, &broken).unwrap();
+    let mut client = Client::of_folder(MAUVE, &folder);
+    let deployment = client.open_file(&folder.join("deployment.mal"));
+    client.diagnostics(&deployment);
+    let run = mauve(MAUVE, &folder, &["check", "--format", "json"]);
+    let expected: Value = serde_json::from_str(&run.out).unwrap();
+    let expected: Vec<(&str, &str)> = expected["diagnostics"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|it| (it["code"].as_str().unwrap(), it["message"].as_str().unwrap()))
+        .collect();
+    assert!(!expected.is_empty());
+    client.settle(Duration::from_millis(200));
+    let published = client.published();
+    let mut found: Vec<(&str, &str)> = published
+        .values()
+        .flat_map(|found| found.as_array().unwrap())
+        .map(|it| (it["code"].as_str().unwrap(), it["message"].as_str().unwrap()))
+        .collect();
+    found.sort_unstable();
+    let mut expected = expected;
+    expected.sort_unstable();
+    assert_eq!(found, expected);
+}
+
+#[test]
+fn tables_and_models_that_change_on_the_disk_are_seen() {
+    let folder = robot("lsp_disk");
+    let mut client = Client::of_folder(MAUVE, &folder);
+    let text = client.open_file(&folder.join("deployment.mal"));
+    assert_eq!(client.codes(&text), [] as [&str; 0]);
+    let table = folder.join("timing/p3dx.toml");
+    let old = std::fs::read_to_string(&table).unwrap();
+    assert!(client.hint(&text, "activity navigation").starts_with("R 997"));
+    client.forget();
+
+    // A table that another tool writes.
+    let astar = old.lines().find(|line| line.contains("astar")).unwrap();
+    let half = astar.split_once('=').unwrap().0.to_owned() + "= 1";
+    std::fs::write(&table, old.replace(astar, &half)).unwrap();
+    client.wait("a refresh", |it| it["method"] == "workspace/inlayHint/refresh");
+    let hint = client.hint(&text, "activity navigation");
+    assert!(!hint.starts_with("R 997"), "{hint}");
+    client.forget();
+    std::fs::write(&table, &old).unwrap();
+    client.wait("a refresh", |it| it["method"] == "workspace/inlayHint/refresh");
+    assert!(client.hint(&text, "activity navigation").starts_with("R 997"));
+
+    // A model that goes away and comes back.
+    let model = folder.join("components/navigation.mal");
+    let model_text = std::fs::read_to_string(&model).unwrap();
+    client.forget();
+    std::fs::remove_file(&model).unwrap();
+    client.wait("an unresolved include", |it| it.to_string().contains("unresolved-include"));
+    let hint = client.hint(&text, "activity navigation");
+    assert!(hint.starts_with("not analysed"), "{hint}");
+    client.forget();
+    std::fs::write(&model, model_text).unwrap();
+    client.wait("a refresh", |it| it["method"] == "workspace/inlayHint/refresh");
+    assert!(client.hint(&text, "activity navigation").starts_with("R 997"));
+
+    // The configuration: another level.
+    client.forget();
+    let config = folder.join("mauve.toml");
+    let config_text = std::fs::read_to_string(&config).unwrap();
+    std::fs::write(&config, config_text.replace("significance = 1e-4", "significance = 1e-1")).unwrap();
+    client.wait("a refresh", |it| it["method"] == "workspace/inlayHint/refresh");
+    assert!(client.hint(&text, "deployment P3dx").contains("at 1e-1"));
+}
+
+#[test]
+fn a_table_is_followed_while_it_is_typed() {
+    let folder = robot("lsp_table");
+    let mut client = Client::of_folder(MAUVE, &folder);
+    let text = client.open_file(&folder.join("deployment.mal"));
+    let mut table = client.open_file(&folder.join("timing/p3dx.toml"));
+    assert!(client.hint(&text, "activity navigation").starts_with("R 997"));
+    let line = table.text.lines().find(|line| line.contains("astar")).unwrap().to_owned();
+    client.edit(&mut table, &line, "\"navigation.astar\" = 1");
+    let hint = client.hint(&text, "activity navigation");
+    assert!(hint.starts_with("R ") && !hint.starts_with("R 997"), "{hint}");
+    // Half typed, nothing is known; and the disk's text counts again when the editor closes it.
+    client.edit(&mut table, "\"navigation.astar\" = 1", "\"navigation.astar\" = ");
+    assert!(client.hint(&text, "activity navigation").starts_with("not analysed"));
+    client.notify("textDocument/didClose", json!({"textDocument": {"uri": table.uri}}));
+    assert!(client.hint(&text, "activity navigation").starts_with("R 997"));
+}
+
+#[test]
+fn includes_are_followed_while_they_are_typed() {
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "lsp_include");
+    let outside = folder.join("outside/part.mal");
+    write(
+        &folder,
+        &[("outside/part.mal", "codel f(): int\n"), ("robot/mauve.toml", ""), ("robot/root.mal", "")],
+    );
+    let mut client = Client::of_folder(MAUVE, &folder.join("robot"));
+    let mut text = client.open(&folder.join("robot/root.mal"), "include \"../outside/par.mal\"\n");
+    assert_eq!(client.codes(&text), ["unresolved-include"]);
+    client.edit(&mut text, "par.mal", "part.mal");
+    assert_eq!(client.codes(&text), [] as [&str; 0]);
+    // What was read then is followed too.
+    std::fs::write(&outside, "codel f(): \n").unwrap();
+    client.wait("an error outside", |it| {
+        is_publication(it, &address(&outside)) && it.to_string().contains("syntax-error")
+    });
+}
+
+#[test]
+fn a_file_by_itself_and_a_text_that_is_no_file() {
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "lsp_alone");
+    let mut client = Client::start(MAUVE, &[]);
+    client.initialize(None, &json!({}));
+    let file = client.open(&folder.join("new.mal"), "codel f(: int\n");
+    assert_eq!(client.codes(&file), ["syntax-error"]);
+    let mut untitled = client.open_at("untitled:Untitled-1", "codel f(: int\n");
+    assert_eq!(client.codes(&untitled), ["syntax-error"]);
+    client.edit(&mut untitled, "f(:", "f():");
+    assert_eq!(client.codes(&untitled), [] as [&str; 0]);
+    // What is closed has no diagnostics any more.
+    client.notify("textDocument/didClose", json!({"textDocument": {"uri": file.uri}}));
+    client.wait("no diagnostics", |it| {
+        is_publication(it, &file.uri) && it["params"]["diagnostics"] == json!([])
+    });
+}
+
+#[test]
+fn columns_are_counted_as_agreed() {
+    let text = "/* é \u{1f916} */ deployment D { architecture A  activity pilot { priority = 1 period = 5 deadline = 9 } }\n";
+    for (name, columns) in [("utf-8", Columns::Utf8), ("utf-16", Columns::Utf16), ("utf-32", Columns::Utf32)]
+    {
+        let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "lsp_columns");
+        let mut client = Client::start(MAUVE, &[]);
+        let capabilities = json!({"general": {"positionEncodings": [name]}});
+        let server = client.initialize(Some(&folder), &capabilities);
+        assert_eq!(server["capabilities"]["positionEncoding"], name);
+        let mut open = client.open(&folder.join("a.mal"), text);
+        open.columns = columns;
+        client.edit(&mut open, "deadline = 9", "deadline = 8");
+        client.edit(&mut open, "\u{1f916}", "\u{1f916}\u{1f916}");
+        let found = client.diagnostics(&open);
+        let unknown = found.iter().find(|it| it["code"] == "unresolved-architecture").unwrap();
+        assert_eq!(unknown["range"]["start"], open.position(open.text.find("A ").unwrap()), "{name}");
+    }
+}
+
+#[test]
+fn a_plain_client_is_served_too() {
+    let folder = robot("lsp_plain");
+    let mut client = Client::start(MAUVE, &[]);
+    client.initialize(Some(&folder), &json!({}));
+    let mut text = client.open_file(&folder.join("deployment.mal"));
+    client.edit(&mut text, "deadline = 1000", "deadline = 700");
+    let found = client.diagnostics(&text);
+    assert_eq!(found[0]["code"], "deadline-missed");
+    assert_eq!(found[0].get("relatedInformation"), None);
+    let hover = client.call("textDocument/hover", text.at("navigation  {")).unwrap();
+    assert_eq!(hover["contents"]["kind"], "plaintext");
+    assert!(!hover["contents"]["value"].as_str().unwrap().contains("```"));
+    let found = client.call("textDocument/definition", text.at("navigation  {")).unwrap();
+    assert_eq!(found[0]["uri"], address(&folder.join("navigation_architecture.mal")));
+    let symbols =
+        client.call("textDocument/documentSymbol", json!({"textDocument": {"uri": text.uri}})).unwrap();
+    let navigation = symbols.as_array().unwrap().iter().find(|it| it["name"] == "navigation").unwrap();
+    assert_eq!(navigation["containerName"], "P3dxDeployment");
+    client.settle(Duration::from_millis(200));
+    assert_eq!(client.count(|it| it["method"] == "workspace/inlayHint/refresh"), 0);
+}
+
+#[test]
+fn folders_come_and_go() {
+    let folder = robot("lsp_folders");
+    let mut client = Client::start(MAUVE, &[]);
+    client.initialize(None, &json!({}));
+    let workspaces =
+        |client: &mut Client| client.call("mauve/status", Value::Null).unwrap()["workspaces"].clone();
+    assert_eq!(workspaces(&mut client), json!([]));
+    let change = |added: &[&Path], removed: &[&Path]| {
+        let folders = |paths: &[&Path]| -> Vec<Value> {
+            paths.iter().map(|path| json!({"uri": address(path), "name": ""})).collect()
+        };
+        json!({"event": {"added": folders(added), "removed": folders(removed)}})
+    };
+    client.notify("workspace/didChangeWorkspaceFolders", change(&[&folder], &[]));
+    assert_eq!(workspaces(&mut client)[0]["roots"], json!([folder.join("exploration.mal")]));
+    client.notify("workspace/didChangeWorkspaceFolders", change(&[], &[&folder]));
+    assert_eq!(workspaces(&mut client), json!([]));
+}
+
+#[test]
+fn a_recorded_session_can_be_said_again() {
+    let folder = robot("lsp_mirror");
+    let (mirror, log) = (folder.join("session.jsonl"), folder.join("session.log"));
+    let mut client =
+        Client::start(MAUVE, &["--mirror", mirror.to_str().unwrap(), "--log", log.to_str().unwrap()]);
+    client.initialize(Some(&folder), &json!({}));
+    let mut text = client.open_file(&folder.join("deployment.mal"));
+    client.diagnostics(&text);
+    client.edit(&mut text, "deadline = 1000", "deadline = 700");
+    client.diagnostics(&text);
+    assert_eq!(client.hint(&text, "activity navigation"), "R 997 ms > 700 ms ✗");
+    assert_eq!(client.shut_down(), Some(0));
+    assert!(std::fs::read_to_string(&log).unwrap().contains("workspaces loaded"));
+
+    let arguments = ["replay", mirror.to_str().unwrap()];
+    let run = mauve(MAUVE, &folder, &arguments);
+    assert_eq!((run.code, run.err.as_str()), (0, ""), "{}", run.out);
+    assert!(run.out.contains("as recorded"), "{}", run.out);
+    // In another folder, where another time is in the table, it shows what is said otherwise.
+    let elsewhere = robot("lsp_mirror_elsewhere");
+    let table = elsewhere.join("timing/p3dx.toml");
+    let old = std::fs::read_to_string(&table).unwrap();
+    let line = old.lines().find(|line| line.contains("astar")).unwrap();
+    std::fs::write(&table, old.replace(line, "\"navigation.astar\" = 1")).unwrap();
+    let run =
+        mauve(MAUVE, &folder, &["replay", mirror.to_str().unwrap(), "--folder", elsewhere.to_str().unwrap()]);
+    assert_eq!(run.code, 1, "{}", run.out);
+    assert!(run.out.contains("textDocument/inlayHint, request"), "{}", run.out);
+    // Half a record is one.
+    let record = std::fs::read_to_string(&mirror).unwrap();
+    std::fs::write(&mirror, &record[..record.len() * 2 / 3]).unwrap();
+    let run = mauve(MAUVE, &folder, &arguments);
+    assert!(run.out.contains("cut off"), "{}{}", run.out, run.err);
+    std::fs::write(&mirror, "no record\n").unwrap();
+    let run = mauve(MAUVE, &folder, &arguments);
+    assert_eq!(run.code, 2);
+    assert!(run.err.contains("session.jsonl:1: this is no line of a recorded session"), "{}", run.err);
+}

@@ -1,0 +1,313 @@
+//! How a session of the language server goes whatever its client does: order, load, panics, cancellation, the end; and what
+//! a client must never do.
+
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use mauve_tests::{Client, address, is_answer, is_publication, long_analysis, models, scratch, write};
+use serde_json::{Value, json};
+
+const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
+const SOON: Duration = Duration::from_secs(10);
+
+fn robot() -> Client {
+    Client::of_folder(MAUVE, &models().join("p3dx"))
+}
+
+#[test]
+fn exit_ends_the_server_while_its_input_is_open() {
+    let mut client = robot();
+    client.call("shutdown", Value::Null).unwrap();
+    client.notify("exit", Value::Null);
+    assert_eq!(client.wait_for_end(SOON), Some(0));
+}
+
+#[test]
+fn exit_without_shutdown_is_a_failure() {
+    let mut client = robot();
+    client.notify("exit", Value::Null);
+    assert_eq!(client.wait_for_end(SOON), Some(1));
+    // Even before anything else.
+    let mut client = Client::start(MAUVE, &[]);
+    client.notify("exit", Value::Null);
+    assert_eq!(client.wait_for_end(SOON), Some(1));
+}
+
+#[test]
+fn the_end_of_the_input_ends_the_server() {
+    let mut client = robot();
+    client.hang_up();
+    assert_eq!(client.wait_for_end(SOON), Some(1));
+    let mut client = robot();
+    client.call("shutdown", Value::Null).unwrap();
+    client.hang_up();
+    assert_eq!(client.wait_for_end(SOON), Some(0));
+}
+
+#[test]
+fn the_end_of_the_input_within_a_message_ends_the_server() {
+    let mut client = robot();
+    client.write(b"Content-Length: 100\r\n\r\n{\"jsonrpc\"");
+    client.hang_up();
+    assert_eq!(client.wait_for_end(SOON), Some(1));
+}
+
+#[test]
+fn a_client_that_dies_without_a_word_ends_the_server() {
+    let mut other = Command::new("sleep").arg("60").stdin(Stdio::null()).spawn().unwrap();
+    let mut client = Client::start(MAUVE, &[]);
+    client.call("initialize", json!({"processId": other.id(), "capabilities": {}})).unwrap();
+    other.kill().unwrap();
+    other.wait().unwrap();
+    assert_eq!(client.wait_for_end(SOON), Some(1));
+}
+
+#[test]
+fn two_hundred_requests_in_flight_are_all_answered() {
+    let mut client = robot();
+    let text = client.open_file(&models().join("p3dx/deployment.mal"));
+    let methods = ["textDocument/hover", "textDocument/definition", "textDocument/documentSymbol"];
+    let ids: Vec<u64> =
+        (0..200).map(|index| client.request(methods[index % 3], text.at("navigation  {"))).collect();
+    for id in ids.into_iter().rev() {
+        client.answer(id).unwrap();
+    }
+    assert_eq!(client.shut_down(), Some(0));
+}
+
+#[test]
+fn requests_that_wait_starve_no_other() {
+    let mut client = robot();
+    let working: Vec<u64> = (0..8).map(|_| client.request("mauve/debug/work", Value::Null)).collect();
+    let mut text = client.open_file(&models().join("p3dx/deployment.mal"));
+    assert!(client.hint(&text, "activity navigation").starts_with("R 997"));
+    client.edit(&mut text, "deadline = 1000", "deadline = 999");
+    for id in working {
+        assert_eq!(client.answer(id).unwrap_err()["code"], -32801);
+    }
+}
+
+#[test]
+fn four_hundred_edits_are_made_in_order() {
+    let mut client = robot();
+    let mut text = client.open_file(&models().join("p3dx/deployment.mal"));
+    let line = text.text.find("period = 1000").unwrap() + "period = ".len();
+    // Digits in, digits out, a question between them now and then; in the end it is another number.
+    for index in 0..200 {
+        let digit = (1 + index % 9).to_string();
+        client.replace(&mut text, line..line, &digit);
+        if index % 10 == 0 {
+            client.request("textDocument/hover", text.at("navigation  {"));
+        }
+        client.replace(&mut text, line + 1..line + 2, "");
+    }
+    let number: String = text.text[line..].chars().take_while(char::is_ascii_digit).collect();
+    assert_eq!((number.as_str(), text.version), ("2000", 401));
+    let found = client.diagnostics(&text);
+    let hint = client.hint(&text, "activity navigation");
+    let mut fresh = robot();
+    let again = fresh.open(&models().join("p3dx/deployment.mal"), &text.text);
+    assert_eq!(found, fresh.diagnostics(&again));
+    assert_eq!(hint, fresh.hint(&again, "activity navigation"));
+    assert!(hint.contains("≤ 1000 ms"), "{hint}");
+}
+
+#[test]
+fn two_texts_edited_in_one_burst() {
+    let folder = models().join("p3dx");
+    let mut client = robot();
+    let mut deployment = client.open_file(&folder.join("deployment.mal"));
+    let mut table = client.open_file(&folder.join("timing/p3dx.toml"));
+    let line = table.text.lines().find(|line| line.contains("astar")).unwrap().to_owned();
+    client.edit(&mut table, &line, "\"navigation.astar\" = 1");
+    client.edit(&mut deployment, "deadline = 1000", "deadline = 1");
+    client.edit(&mut table, "\"navigation.astar\" = 1", &line);
+    client.edit(&mut deployment, "deadline = 1 }", "deadline = 1000 }");
+    assert_eq!(client.codes(&deployment), [] as [&str; 0]);
+    assert!(client.hint(&deployment, "activity navigation").starts_with("R 997"));
+}
+
+#[test]
+fn a_panic_costs_one_answer() {
+    let mut client = robot();
+    let text = client.open_file(&models().join("p3dx/deployment.mal"));
+    for _ in 0..3 {
+        let error = client.call("mauve/debug/panic", Value::Null).unwrap_err();
+        assert_eq!(error["code"], -32603);
+        assert_eq!(error["message"], "a defect of mauve: asked for");
+    }
+    assert!(client.hint(&text, "activity navigation").starts_with("R 997"));
+    assert_eq!(client.shut_down(), Some(0));
+}
+
+/// The jobs that run, when those that were told to stop have had a moment for it.
+fn jobs(client: &mut Client) -> Value {
+    let end = Instant::now() + SOON;
+    loop {
+        let jobs = client.call("mauve/status", Value::Null).unwrap()["jobs"].clone();
+        if jobs == 0 || Instant::now() > end {
+            return jobs;
+        }
+    }
+}
+
+#[test]
+fn a_cancelled_request_stops_its_work() {
+    let mut client = robot();
+    let id = client.request("mauve/debug/work", Value::Null);
+    let status = client.call("mauve/status", Value::Null).unwrap();
+    assert!(status["jobs"].as_u64().unwrap() >= 1, "{status}");
+    client.notify("$/cancelRequest", json!({"id": id}));
+    assert_eq!(client.answer(id).unwrap_err()["code"], -32800);
+    assert_eq!(jobs(&mut client), 0);
+    // What is not running any more cannot be cancelled, and what never was neither.
+    client.notify("$/cancelRequest", json!({"id": id}));
+    client.notify("$/cancelRequest", json!({"id": "unknown"}));
+    client.notify("$/cancelRequest", json!({}));
+    assert_eq!(client.shut_down(), Some(0));
+}
+
+#[test]
+fn an_edit_ends_a_long_analysis() {
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "lsp_long");
+    write(&folder, &long_analysis(200));
+    let mut client = Client::of_folder(MAUVE, &folder);
+    let mut text = client.open_file(&folder.join("a.mal"));
+    let params = json!({"textDocument": {"uri": text.uri}, "range": {
+        "start": {"line": 0, "character": 0}, "end": {"line": 9999, "character": 0},
+    }});
+    let id = client.request("textDocument/inlayHint", params);
+    std::thread::sleep(Duration::from_millis(100));
+    client.edit(&mut text, "period = 1 }", "period = 2 }");
+    assert_eq!(client.answer(id).unwrap_err()["code"], -32801);
+    // Half of the CPU is free now, and the bounds are found at once.
+    assert_eq!(client.codes(&text), [] as [&str; 0]);
+    assert_eq!(jobs(&mut client), 0);
+}
+
+#[test]
+fn requests_before_initialize_and_after_shutdown_are_refused() {
+    let mut client = Client::start(MAUVE, &[]);
+    assert_eq!(client.call("textDocument/hover", json!({})).unwrap_err()["code"], -32002);
+    client.notify(
+        "textDocument/didOpen",
+        json!({"textDocument": {"uri": "file:///a.mal", "languageId": "mauve", "version": 1, "text": ""}}),
+    );
+    client.initialize(None, &json!({}));
+    assert_eq!(client.call("initialize", json!({"capabilities": {}})).unwrap_err()["code"], -32600);
+    client.call("shutdown", Value::Null).unwrap();
+    assert_eq!(client.call("textDocument/hover", json!({})).unwrap_err()["code"], -32600);
+    client.notify("exit", Value::Null);
+    assert_eq!(client.wait_for_end(SOON), Some(0));
+}
+
+#[test]
+fn messages_that_are_none_cost_an_error_each() {
+    let mut client = robot();
+    let text = client.open_file(&models().join("p3dx/deployment.mal"));
+    let bad: [&[u8]; 6] = [
+        b"Content-Length: 5\r\n\r\n{\"a\":",
+        b"Content-Length: 2\r\n\r\n\xff\xfe",
+        b"Content-Length: x\r\n\r\n",
+        b"Content-Length: 2\r\n\r\n[]",
+        b"Content-Length: 7\r\n\r\n{\"a\":1}",
+        b"Content-Length: 36\r\n\r\n{\"jsonrpc\":\"1.0\",\"id\":9,\"method\":\"x\"}",
+    ];
+    for bytes in bad {
+        client.write(bytes);
+        let (_, error) = client.wait("an error", |it| it.get("error").is_some());
+        assert!([-32700, -32600].contains(&error["error"]["code"].as_i64().unwrap()), "{error}");
+    }
+    client.write(b"what is this?\r\n\r\n");
+    assert_eq!(client.call("no/such/method", json!({})).unwrap_err()["code"], -32601);
+    assert_eq!(client.call("textDocument/hover", json!({"textDocument": 5})).unwrap_err()["code"], -32602);
+    client.notify("no/such/notification", json!({}));
+    // An answer that nobody has asked for.
+    client.send(&json!({"jsonrpc": "2.0", "id": 4711, "result": null}));
+    assert!(client.hint(&text, "activity navigation").starts_with("R 997"));
+    assert_eq!(client.shut_down(), Some(0));
+}
+
+#[test]
+fn unknown_files_and_places_outside_a_text() {
+    let mut client = robot();
+    let text = client.open_file(&models().join("p3dx/deployment.mal"));
+    let start = json!({"line": 0, "character": 0});
+    for uri in ["file:///no/such/file.mal", "untitled:x", "git:/a.mal", "file:///"] {
+        let error =
+            client.call("textDocument/hover", json!({"textDocument": {"uri": uri}, "position": start}));
+        assert_eq!(error.unwrap_err()["code"], -32602, "{uri}");
+    }
+    for (line, character) in [(0, u32::MAX), (u32::MAX, 0), (u32::MAX, u32::MAX), (16, 9999)] {
+        let position = json!({"line": line, "character": character});
+        let at = json!({"textDocument": {"uri": text.uri}, "position": position});
+        client.call("textDocument/hover", at.clone()).unwrap();
+        client.call("textDocument/definition", at).unwrap();
+        let range = json!({"start": position, "end": start});
+        client
+            .call("textDocument/inlayHint", json!({"textDocument": {"uri": text.uri}, "range": range}))
+            .unwrap();
+    }
+    // A file of the workspace need not be open.
+    let uri = address(&models().join("p3dx/exploration.mal"));
+    client.call("textDocument/documentSymbol", json!({"textDocument": {"uri": uri}})).unwrap();
+    assert_eq!(client.shut_down(), Some(0));
+}
+
+#[test]
+fn versions_and_openings_that_are_wrong() {
+    let path = models().join("p3dx/deployment.mal");
+    let mut client = robot();
+    let change = |uri: &str, version: i64, text: &str| json!({"textDocument": {"uri": uri, "version": version}, "contentChanges": [{"text": text}]});
+    // A text that is not open, closed twice, saved.
+    client.notify("textDocument/didChange", change("file:///no.mal", 2, "codel"));
+    client.notify("textDocument/didClose", json!({"textDocument": {"uri": "file:///no.mal"}}));
+    client
+        .notify("textDocument/didSave", json!({"textDocument": {"uri": "file:///no.mal"}, "text": "codel"}));
+    // Opened twice; versions that fall: what came last counts.
+    client.open(&path, "codel f(");
+    let mut text = client.open_file(&path);
+    assert!(client.hint(&text, "activity navigation").starts_with("R 997"));
+    client.notify("textDocument/didChange", change(&text.uri, -5, "codel f(): int\n"));
+    text.version = -5;
+    assert_eq!(client.hints(&text.uri), []);
+    client.diagnostics(&text);
+    assert_eq!(client.shut_down(), Some(0));
+}
+
+#[test]
+fn a_change_that_means_nothing_leaves_nothing_to_trust() {
+    let mut client = robot();
+    let mut text = client.open_file(&models().join("p3dx/deployment.mal"));
+    assert!(client.hint(&text, "activity navigation").starts_with("R 997"));
+    let range = json!({"start": {"line": -1, "character": 0}, "end": {"line": 0, "character": 0}});
+    let change = json!({"range": range, "text": "x"});
+    let document = json!({"uri": text.uri, "version": 2});
+    client.notify("textDocument/didChange", json!({"textDocument": document, "contentChanges": [change]}));
+    client.wait("that the text is unknown", |it| {
+        is_publication(it, &text.uri) && it.to_string().contains("unreadable-file")
+    });
+    let hint = client.hint(&text, "activity navigation");
+    assert!(hint.starts_with("not analysed"), "{hint}");
+    // The text that is saved is known.
+    client.notify("textDocument/didSave", json!({"textDocument": {"uri": text.uri}, "text": text.text}));
+    assert!(client.hint(&text, "activity navigation").starts_with("R 997"));
+    client.edit(&mut text, "deadline = 1000", "deadline = 700");
+    assert_eq!(client.codes(&text), ["deadline-missed"]);
+}
+
+#[test]
+fn a_client_that_does_not_read_is_waited_for() {
+    let mut client = robot();
+    let mut text = client.open_file(&models().join("p3dx/deployment.mal"));
+    let line = text.text.find("period = 1000").unwrap() + "period = ".len();
+    for _ in 0..2000 {
+        client.replace(&mut text, line..line, "1");
+        client.replace(&mut text, line..line + 1, "");
+    }
+    let id = client.request("mauve/status", Value::Null);
+    client.wait("the last answer", |it| is_answer(it, id));
+    assert_eq!(client.codes(&text), [] as [&str; 0]);
+}

@@ -1,0 +1,374 @@
+//! A client of the language server, over the binary's standard streams.
+
+use std::collections::{HashMap, VecDeque};
+use std::io::{BufReader, Write as _};
+use std::path::Path;
+use std::process::{Child, ChildStdin, Command, Stdio};
+use std::sync::mpsc;
+use std::time::{Duration, Instant};
+
+use serde_json::{Value, json};
+
+/// No answer takes longer, unless it does not come.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// A running server, and what it has said.
+pub struct Client {
+    process: Child,
+    input: Option<ChildStdin>,
+    messages: mpsc::Receiver<(Instant, Value)>,
+    /// Heard, and not asked for yet.
+    waiting: VecDeque<(Instant, Value)>,
+    next_id: u64,
+    /// The newest diagnostics of each file.
+    published: HashMap<String, Value>,
+}
+
+impl Client {
+    /// Starts `mauve lsp` (its path is the caller's `CARGO_BIN_EXE_mauve`) with further arguments.
+    pub fn start(binary: &str, arguments: &[&str]) -> Client {
+        let mut process = Command::new(binary)
+            .arg("lsp")
+            .args(arguments)
+            .env_remove("MAUVE_MODELS")
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            // Panics that tests ask for say so there.
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap_or_else(|error| panic!("{binary} does not run: {error}"));
+        let input = process.stdin.take();
+        let output = process.stdout.take();
+        let (sender, messages) = mpsc::channel();
+        std::thread::spawn(move || {
+            let mut output = BufReader::new(output?);
+            while let Some(message) = read(&mut output) {
+                sender.send((Instant::now(), message)).ok()?;
+            }
+            Some(())
+        });
+        let waiting = VecDeque::new();
+        Client { process, input, messages, waiting, next_id: 0, published: HashMap::new() }
+    }
+
+    /// A server for `folder` and a client that can do what good editors can.
+    pub fn of_folder(binary: &str, folder: &Path) -> Client {
+        let mut client = Client::start(binary, &[]);
+        client.initialize(Some(folder), &good_editor());
+        client
+    }
+
+    /// The first words of a session; gives what the server can do.
+    pub fn initialize(&mut self, folder: Option<&Path>, capabilities: &Value) -> Value {
+        let folders = folder.map(|folder| json!([{"uri": address(folder), "name": "models"}]));
+        let result = self.call(
+            "initialize",
+            json!({
+                "processId": std::process::id(), "rootUri": null,
+                "capabilities": capabilities, "workspaceFolders": folders,
+            }),
+        );
+        self.notify("initialized", json!({}));
+        result.unwrap_or_else(|error| panic!("no server: {error}"))
+    }
+
+    /// Writes bytes as they are.
+    pub fn write(&mut self, bytes: &[u8]) {
+        let Some(input) = &mut self.input else { return };
+        // Where the server has ended, whoever waits for an answer notices.
+        let _ = input.write_all(bytes).and_then(|()| input.flush());
+    }
+
+    /// Sends a message.
+    pub fn send(&mut self, message: &Value) {
+        let message = message.to_string();
+        self.write(format!("Content-Length: {}\r\n\r\n{message}", message.len()).as_bytes());
+    }
+
+    /// Sends a notification.
+    pub fn notify(&mut self, method: &str, params: Value) {
+        self.send(&json!({"jsonrpc": "2.0", "method": method, "params": params}));
+    }
+
+    /// Sends a request; gives its number.
+    pub fn request(&mut self, method: &str, params: Value) -> u64 {
+        self.next_id += 1;
+        self.send(&json!({"jsonrpc": "2.0", "id": self.next_id, "method": method, "params": params}));
+        self.next_id
+    }
+
+    /// Sends a request and waits for the answer: a result, or an error.
+    pub fn call(&mut self, method: &str, params: Value) -> Result<Value, Value> {
+        let id = self.request(method, params);
+        self.answer(id)
+    }
+
+    /// Waits for the answer of a request.
+    pub fn answer(&mut self, id: u64) -> Result<Value, Value> {
+        let (_, answer) = self.wait(&format!("an answer to request {id}"), |message| is_answer(message, id));
+        match answer.get("error") {
+            Some(error) => Err(error.clone()),
+            None => Ok(answer["result"].clone()),
+        }
+    }
+
+    /// Waits for a message; others are kept for later. Questions of the server are answered with nothing.
+    pub fn wait(&mut self, what: &str, is_it: impl Fn(&Value) -> bool) -> (Instant, Value) {
+        if let Some(index) = self.waiting.iter().position(|(_, message)| is_it(message))
+            && let Some(found) = self.waiting.remove(index)
+        {
+            return found;
+        }
+        let end = Instant::now() + PATIENCE;
+        loop {
+            let left = end.saturating_duration_since(Instant::now());
+            match self.hear(left) {
+                Some((at, message)) if is_it(&message) => return (at, message),
+                Some(other) => self.waiting.push_back(other),
+                None => panic!("the server does not send {what}; it said {:?}", self.waiting),
+            }
+        }
+    }
+
+    /// What comes within `time`, if anything.
+    fn hear(&mut self, time: Duration) -> Option<(Instant, Value)> {
+        let (at, message) = self.messages.recv_timeout(time).ok()?;
+        if message.get("method").is_some() && message.get("id").is_some() {
+            self.send(&json!({"jsonrpc": "2.0", "id": message["id"], "result": null}));
+        }
+        if let Some(uri) = message.pointer("/params/uri").and_then(Value::as_str)
+            && message["method"] == "textDocument/publishDiagnostics"
+        {
+            self.published.insert(uri.to_owned(), message["params"]["diagnostics"].clone());
+        }
+        Some((at, message))
+    }
+
+    /// Everything that comes until nothing has come for `quiet`.
+    pub fn settle(&mut self, quiet: Duration) {
+        while let Some(message) = self.hear(quiet) {
+            self.waiting.push_back(message);
+        }
+    }
+
+    /// Forgets what was heard and not asked for.
+    pub fn forget(&mut self) {
+        self.waiting.clear();
+    }
+
+    /// How many messages were heard and not asked for that are like this.
+    pub fn count(&self, is_it: impl Fn(&Value) -> bool) -> usize {
+        self.waiting.iter().filter(|(_, message)| is_it(message)).count()
+    }
+
+    /// The newest diagnostics of every file that has one.
+    pub fn published(&self) -> HashMap<String, Value> {
+        let some =
+            self.published.iter().filter(|(_, found)| found.as_array().is_some_and(|it| !it.is_empty()));
+        some.map(|(uri, found)| (uri.clone(), found.clone())).collect()
+    }
+
+    /// Opens a text.
+    pub fn open(&mut self, path: &Path, text: &str) -> Text {
+        let uri = address(path);
+        self.open_at(&uri, text)
+    }
+
+    /// Opens a text by its address.
+    pub fn open_at(&mut self, uri: &str, text: &str) -> Text {
+        let document = json!({"uri": uri, "languageId": "mauve", "version": 1, "text": text});
+        self.notify("textDocument/didOpen", json!({"textDocument": document}));
+        Text { uri: uri.to_owned(), version: 1, text: text.to_owned(), columns: Columns::Utf16 }
+    }
+
+    /// Opens a file of the disk.
+    pub fn open_file(&mut self, path: &Path) -> Text {
+        let text = std::fs::read_to_string(path);
+        let text = text.unwrap_or_else(|error| panic!("cannot read {}: {error}", path.display()));
+        self.open(path, &text)
+    }
+
+    /// Replaces the first `from` of a text by `to`.
+    pub fn edit(&mut self, text: &mut Text, from: &str, to: &str) {
+        let Some(start) = text.text.find(from) else { panic!("no `{from}` in {}", text.text) };
+        self.replace(text, start..start + from.len(), to);
+    }
+
+    /// Replaces these bytes of a text.
+    pub fn replace(&mut self, text: &mut Text, range: std::ops::Range<usize>, to: &str) {
+        let (start, end) = (text.position(range.start), text.position(range.end));
+        text.text.replace_range(range, to);
+        text.version += 1;
+        let change = json!({"range": {"start": start, "end": end}, "text": to});
+        self.notify(
+            "textDocument/didChange",
+            json!({"textDocument": {"uri": text.uri, "version": text.version}, "contentChanges": [change]}),
+        );
+    }
+
+    /// Waits for the diagnostics of this version of a text.
+    pub fn diagnostics(&mut self, text: &Text) -> Vec<Value> {
+        let (_, found) = self
+            .wait(&format!("diagnostics of version {} of {}", text.version, text.uri), |message| {
+                is_publication(message, &text.uri) && message["params"]["version"] == text.version
+            });
+        found["params"]["diagnostics"].as_array().cloned().unwrap_or_default()
+    }
+
+    /// The codes of the diagnostics of this version of a text.
+    pub fn codes(&mut self, text: &Text) -> Vec<String> {
+        let found = self.diagnostics(text);
+        found.iter().map(|it| it["code"].as_str().unwrap_or_default().to_owned()).collect()
+    }
+
+    /// The inlay hints of a text: lines, from 0, and labels. An edit that overtakes the question has it asked again.
+    pub fn hints(&mut self, uri: &str) -> Vec<(u64, String)> {
+        let everything =
+            json!({"start": {"line": 0, "character": 0}, "end": {"line": 1_000_000, "character": 0}});
+        loop {
+            let params = json!({"textDocument": {"uri": uri}, "range": everything});
+            match self.call("textDocument/inlayHint", params) {
+                Ok(hints) => {
+                    let hints = hints.as_array().cloned().unwrap_or_default();
+                    let label = |hint: &Value| hint["label"].as_str().unwrap_or_default().to_owned();
+                    let line = |hint: &Value| hint["position"]["line"].as_u64().unwrap_or_default();
+                    return hints.iter().map(|hint| (line(hint), label(hint))).collect();
+                }
+                Err(error) => assert_eq!(error["code"], -32801, "{error}"),
+            }
+        }
+    }
+
+    /// The last hint in the first line that has `beside` in it.
+    pub fn hint(&mut self, text: &Text, beside: &str) -> String {
+        let line = text.text.lines().position(|line| line.contains(beside));
+        let hints = self.hints(&text.uri);
+        let found = hints.iter().rfind(|(at, _)| Some(*at as usize) == line);
+        found.map_or_else(|| panic!("no hint beside `{beside}`: {hints:?}"), |(_, label)| label.clone())
+    }
+
+    /// Closes the server's input.
+    pub fn hang_up(&mut self) {
+        self.input = None;
+    }
+
+    /// How the server ends, within `time`; none where it does not.
+    pub fn wait_for_end(&mut self, time: Duration) -> Option<i32> {
+        let end = Instant::now() + time;
+        while Instant::now() < end {
+            if let Ok(Some(status)) = self.process.try_wait() {
+                return Some(status.code().unwrap_or(-1));
+            }
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        None
+    }
+
+    /// The process.
+    pub fn process(&self) -> u32 {
+        self.process.id()
+    }
+
+    /// Ends the session as a client does; gives the exit code.
+    pub fn shut_down(mut self) -> Option<i32> {
+        let _ = self.call("shutdown", Value::Null);
+        self.notify("exit", Value::Null);
+        self.wait_for_end(Duration::from_secs(10))
+    }
+}
+
+impl Drop for Client {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+/// What columns count.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum Columns {
+    Utf8,
+    Utf16,
+    Utf32,
+}
+
+/// An open text, as the client has it.
+#[derive(Debug, Clone)]
+pub struct Text {
+    /// Its address.
+    pub uri: String,
+    /// Counts the edits.
+    pub version: i64,
+    /// What is in it.
+    pub text: String,
+    /// What its columns count.
+    pub columns: Columns,
+}
+
+impl Text {
+    /// The position of a byte.
+    pub fn position(&self, offset: usize) -> Value {
+        let before = &self.text[..offset];
+        let line = before.rsplit('\n').next().unwrap_or_default();
+        let column = match self.columns {
+            Columns::Utf8 => line.len(),
+            Columns::Utf16 => line.encode_utf16().count(),
+            Columns::Utf32 => line.chars().count(),
+        };
+        json!({"line": before.matches('\n').count(), "character": column})
+    }
+
+    /// What a request about the place of the first `at` needs.
+    pub fn at(&self, at: &str) -> Value {
+        let Some(offset) = self.text.find(at) else { panic!("no `{at}` in {}", self.text) };
+        json!({"textDocument": {"uri": self.uri}, "position": self.position(offset)})
+    }
+}
+
+/// What a good editor can do.
+fn good_editor() -> Value {
+    json!({
+        "general": {"positionEncodings": ["utf-16"]},
+        "workspace": {"inlayHint": {"refreshSupport": true}},
+        "textDocument": {
+            "hover": {"contentFormat": ["markdown", "plaintext"]},
+            "definition": {"linkSupport": true},
+            "documentSymbol": {"hierarchicalDocumentSymbolSupport": true},
+            "publishDiagnostics": {"relatedInformation": true, "versionSupport": true},
+        },
+    })
+}
+
+/// The address of a file.
+pub fn address(path: &Path) -> String {
+    format!("file://{}", path.display())
+}
+
+/// Is this the answer to request `id`?
+pub fn is_answer(message: &Value, id: u64) -> bool {
+    message.get("method").is_none() && message["id"] == id
+}
+
+/// Are these the diagnostics of a file?
+pub fn is_publication(message: &Value, uri: &str) -> bool {
+    message["method"] == "textDocument/publishDiagnostics" && message["params"]["uri"] == uri
+}
+
+fn read(output: &mut impl std::io::BufRead) -> Option<Value> {
+    let mut length = 0;
+    loop {
+        let mut line = String::new();
+        if output.read_line(&mut line).ok()? == 0 {
+            return None;
+        }
+        match line.trim_end().split_once(": ") {
+            Some(("Content-Length", value)) => length = value.parse().ok()?,
+            Some(_) => {}
+            None => break,
+        }
+    }
+    let mut bytes = vec![0; length];
+    output.read_exact(&mut bytes).ok()?;
+    serde_json::from_slice(&bytes).ok()
+}
