@@ -1,0 +1,68 @@
+import * as vscode from "vscode";
+import { languageOf } from "./recognise";
+import { Server, State } from "./server";
+
+let server: Server;
+
+export async function activate(context: vscode.ExtensionContext): Promise<void> {
+  const log = vscode.window.createOutputChannel("MAUVE", "log");
+  const status = vscode.window.createStatusBarItem("mauve.server", vscode.StatusBarAlignment.Left);
+  status.name = "MAUVE Server";
+  status.command = "mauve.showLog";
+  status.show();
+  server = new Server(context.extensionPath, log, (state) => showState(status, state));
+
+  // A project begins and ends with its mauve.toml: which TOML files the server gets depends on it.
+  const projects = vscode.workspace.createFileSystemWatcher("**/mauve.toml", false, true, false);
+  context.subscriptions.push(
+    log,
+    status,
+    projects,
+    projects.onDidCreate(() => server.restart()),
+    projects.onDidDelete(() => server.restart()),
+    vscode.commands.registerCommand("mauve.restartServer", () => server.restart()),
+    vscode.commands.registerCommand("mauve.showLog", () => log.show()),
+    vscode.workspace.onDidChangeConfiguration((change) => {
+      if (change.affectsConfiguration("mauve.server")) {
+        void server.restart();
+      }
+    }),
+    vscode.workspace.onDidOpenTextDocument(recognise),
+  );
+  await Promise.all(vscode.workspace.textDocuments.map(recognise));
+  await server.restart();
+}
+
+export function deactivate(): Promise<void> | undefined {
+  return server?.stop();
+}
+
+/** Documents that were given another language, once: what the user then chooses for them stays. */
+const recognised = new Set<string>();
+
+/** Gives a `.mal` document to the language that it is written in, whichever extension claimed it. */
+async function recognise(document: vscode.TextDocument): Promise<void> {
+  const uri = document.uri.toString();
+  if (!document.uri.path.endsWith(".mal") || recognised.has(uri)) {
+    return;
+  }
+  const language = languageOf(document.getText());
+  if (language === "mal" && document.languageId === "mauve") {
+    recognised.add(uri);
+    const known = await vscode.languages.getLanguages();
+    await vscode.languages.setTextDocumentLanguage(document, known.includes("mal") ? "mal" : "plaintext");
+  } else if (language === "mauve" && document.languageId === "mal") {
+    recognised.add(uri);
+    await vscode.languages.setTextDocumentLanguage(document, "mauve");
+  }
+}
+
+function showState(item: vscode.StatusBarItem, state: State): void {
+  const icon = { starting: "loading~spin", running: "check", stopped: "circle-slash", error: "error" }[state.kind];
+  item.text = `$(${icon}) MAUVE`;
+  item.backgroundColor = state.kind === "error" ? new vscode.ThemeColor("statusBarItem.errorBackground") : undefined;
+  const detail =
+    state.kind === "running" ? `${state.path} ${state.version ?? ""}` : state.kind === "error" ? state.problem : "";
+  item.tooltip = `MAUVE server: ${state.kind}\n${detail}\nClick to show its log.`;
+  item.accessibilityInformation = { label: `MAUVE server: ${state.kind}` };
+}

@@ -1,0 +1,201 @@
+import { ChildProcess, spawn } from "node:child_process";
+import { once } from "node:events";
+import * as path from "node:path";
+import * as vscode from "vscode";
+import {
+  CloseAction,
+  DocumentSelector,
+  LanguageClient,
+  RevealOutputChannelOn,
+  State as ClientState,
+} from "vscode-languageclient/node";
+import { findServer } from "./find";
+
+/** What the status bar shows. */
+export type State =
+  | { kind: "starting" | "stopped" }
+  | { kind: "running"; path: string; version?: string }
+  | { kind: "error"; problem: string };
+
+/** `mauve lsp`, and the client that talks to it. */
+export class Server {
+  private client?: LanguageClient;
+  private process?: ChildProcess;
+  private state: State["kind"] = "stopped";
+  /** Starts and stops follow each other: a client that is half started cannot be stopped. */
+  private queue: Promise<void> = Promise.resolve();
+
+  constructor(
+    private readonly extension: string,
+    private readonly log: vscode.OutputChannel,
+    private readonly show: (state: State) => void,
+  ) {}
+
+  restart(): Promise<void> {
+    return this.enqueue(async () => {
+      await this.shutDown();
+      await this.start();
+    });
+  }
+
+  stop(): Promise<void> {
+    return this.enqueue(() => this.shutDown());
+  }
+
+  private enqueue(step: () => Promise<void>): Promise<void> {
+    if (!this.client?.isRunning()) {
+      // A server that does not answer would hold up the queue for ever.
+      this.process?.kill();
+    }
+    this.queue = this.queue.then(step).catch((error) => this.fail(`The MAUVE server failed: ${messageOf(error)}`));
+    return this.queue;
+  }
+
+  private async start(): Promise<void> {
+    this.set({ kind: "starting" });
+    const settings = vscode.workspace.getConfiguration("mauve.server");
+    const folder = vscode.workspace.workspaceFolders?.find(({ uri }) => uri.scheme === "file")?.uri.fsPath;
+    const found = findServer({
+      setting: settings.get("path", "").trim(),
+      folder: folder ?? "",
+      extension: this.extension,
+      PATH: process.env.PATH ?? "",
+      platform: process.platform,
+    });
+    if ("problem" in found) {
+      this.log.appendLine("Looked for the server here:");
+      found.lookedFor.forEach((file) => this.log.appendLine(`  ${file}`));
+      return this.fail(found.problem);
+    }
+
+    const commandLine = [found.path, "lsp", ...settings.get<string[]>("arguments", [])];
+    this.log.appendLine(`Starting ${commandLine.join(" ")}`);
+    let ended: string | undefined;
+    const run = async (): Promise<ChildProcess> => {
+      const [program, ...args] = commandLine;
+      const server = spawn(program, args, { cwd: folder });
+      this.process = server;
+      server.on("exit", (code, signal) => {
+        ended = signal === null ? `exit code ${code}` : `signal ${signal}`;
+        this.log.appendLine(`The server ended: ${ended}.`);
+      });
+      await once(server, "spawn");
+      // The client sees what goes wrong from here on; an error without a listener would end the extension host.
+      server.on("error", (error) => this.log.appendLine(messageOf(error)));
+      return server;
+    };
+
+    let started = false;
+    const client: LanguageClient = new QuietClient("mauve", "MAUVE", run, {
+      documentSelector: await documentSelector(),
+      outputChannel: this.log,
+      revealOutputChannelOn: RevealOutputChannelOn.Never,
+      initializationFailedHandler: () => false,
+      errorHandler: {
+        error: (error, message, count) => restarts.error(error, message, count),
+        closed: async () => {
+          // One that dies while it starts would only do so again, and one that was replaced must not come back.
+          const again = started && this.client === client;
+          const result = again ? await restarts.closed() : { action: CloseAction.DoNotRestart };
+          if (again && result.action === CloseAction.DoNotRestart) {
+            this.fail("The MAUVE server ended too often, and is not started again. Its log may tell why.");
+          }
+          return { ...result, handled: true };
+        },
+      },
+    });
+    const restarts = client.createDefaultErrorHandler();
+    this.client = client;
+    client.onDidChangeState(({ newState }) => {
+      if (this.client !== client) {
+        return;
+      }
+      if (newState === ClientState.Running) {
+        this.set({ kind: "running", path: found.path, version: client.initializeResult?.serverInfo?.version });
+      } else if (newState === ClientState.Starting) {
+        this.set({ kind: "starting" });
+      } else if (this.state !== "error") {
+        this.set({ kind: "stopped" });
+      }
+    });
+    const problem = await client.start().catch(messageOf);
+    // It also returns normally when the server ends at once.
+    started = client.isRunning();
+    const server = this.process;
+    if (started || server?.killed) {
+      return; // killed by a restart, which follows
+    }
+    await exit(server);
+    this.fail(
+      `The MAUVE server could not be started: ${commandLine.join(" ")}: ${ended ?? problem}. Its log may tell more; which server is started is said by the setting mauve.server.path.`,
+    );
+    server?.kill();
+  }
+
+  private async shutDown(): Promise<void> {
+    const { client, process } = this;
+    this.client = undefined;
+    this.process = undefined;
+    if (client?.isRunning()) {
+      // It waits two seconds for the server, and then throws.
+      await client.dispose().catch((error) => this.log.appendLine(messageOf(error)));
+    }
+    await exit(process);
+    process?.kill();
+    this.set({ kind: "stopped" });
+  }
+
+  private set(state: State): void {
+    this.state = state.kind;
+    this.show(state);
+  }
+
+  private fail(problem: string): void {
+    this.log.appendLine(problem);
+    this.set({ kind: "error", problem });
+    void vscode.window.showErrorMessage(problem, "Open Settings", "Show Log").then((choice) => {
+      if (choice === "Open Settings") {
+        void vscode.commands.executeCommand("workbench.action.openSettings", "mauve.server");
+      } else if (choice === "Show Log") {
+        this.log.show();
+      }
+    });
+  }
+}
+
+/** What fails is in the log; the user is told by `Server.fail`, once and with what to do. */
+class QuietClient extends LanguageClient {
+  override error(message: string, data?: unknown): void {
+    super.error(message, data, false);
+  }
+}
+
+/**
+ * Models, and TOML files below a `mauve.toml`: which of them are timing tables only the server knows. Those of other
+ * folders are nobody's business.
+ */
+async function documentSelector(): Promise<DocumentSelector> {
+  const projects = await vscode.workspace.findFiles("**/mauve.toml");
+  const folders = new Set(projects.filter(({ scheme }) => scheme === "file").map(({ fsPath }) => path.dirname(fsPath)));
+  const tables = [...folders].map((folder) => ({
+    scheme: "file",
+    pattern: new vscode.RelativePattern(vscode.Uri.file(folder), "**/*.toml"),
+  }));
+  const models = [
+    { language: "mauve", scheme: "file" },
+    { language: "mauve", scheme: "untitled" },
+  ];
+  // The client hands patterns on to VS Code as they are; only its type wants a string.
+  return [...models, ...tables] as DocumentSelector;
+}
+
+/** Waits for the end of a process that is about to end: half a second. */
+async function exit(process: ChildProcess | undefined): Promise<void> {
+  if (process?.pid !== undefined && process.exitCode === null && process.signalCode === null) {
+    await Promise.race([once(process, "exit"), new Promise((resolve) => setTimeout(resolve, 500))]);
+  }
+}
+
+function messageOf(error: unknown): string {
+  return error instanceof Error ? error.message : String(error);
+}

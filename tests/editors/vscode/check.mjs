@@ -1,0 +1,151 @@
+// check.mjs HOST:PORT MODEL [SCREENSHOT.png]: opens MODEL, the sample robot, in the VS Code that is served there, edits it,
+// and checks what a user sees. `run` beside this file starts it all.
+import { readFileSync } from "node:fs";
+import { createRequire } from "node:module";
+import * as path from "node:path";
+
+const [address, model, screenshot] = process.argv.slice(2);
+const { chromium } = createRequire(path.join(process.env.MAUVE_TEST_DRIVER, "/"))("playwright-core");
+const file = path.join(model, "deployment.mal");
+
+const browser = await chromium.launch({
+  executablePath: "/usr/bin/chromium",
+  // Chromium is not to look for its maker's hosts. It has no sandbox where root runs it.
+  args: [
+    ...["--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking"],
+    ...["--disable-component-update", "--disable-sync", "--no-sandbox"],
+  ],
+});
+const page = await browser.newPage({ viewport: { width: 1600, height: 900 } });
+
+/** What the lines of the editor show, hints as well, with ordinary spaces; and which lines are underlined. */
+function editor() {
+  return page.evaluate(() => {
+    const lines = [...document.querySelectorAll(".editor-instance .view-line")].map((line) => ({
+      text: line.textContent.replaceAll("\u00a0", " ").trim(),
+      top: line.getBoundingClientRect().top,
+    }));
+    const squiggles = [...document.querySelectorAll(".editor-instance .squiggly-error, .editor-instance .squiggly-warning")];
+    const underlined = squiggles.map((squiggle) => {
+      const { top, bottom } = squiggle.getBoundingClientRect();
+      const middle = (top + bottom) / 2;
+      return lines.findLast((line) => line.top <= middle)?.text ?? "";
+    });
+    return { lines: lines.map(({ text }) => text), underlined };
+  });
+}
+
+/** The line of an activity, as it is shown. */
+async function activity(name) {
+  const { lines } = await editor();
+  return lines.find((line) => line.startsWith(`activity ${name} `)) ?? "no such line";
+}
+
+async function underlined() {
+  return (await editor()).underlined;
+}
+
+/** The rows of the Problems panel. */
+function problems() {
+  return page.evaluate(() =>
+    [...document.querySelectorAll(".markers-panel .monaco-list-row")].map((row) => row.textContent.replaceAll("\u00a0", " ")),
+  );
+}
+
+/** The server's item in the status bar; what VS Code tells the user, where that is an error. */
+async function status() {
+  const label = await page.evaluate(
+    () => document.querySelector('.statusbar-item [aria-label^="MAUVE server"]')?.getAttribute("aria-label") ?? "no item",
+  );
+  if (!label.endsWith(": error")) {
+    return label;
+  }
+  const told = await page.locator(".notification-list-item-message").allTextContents();
+  throw new Error(`expected: the server runs\n  seen: ${label}\n  ${told.join("\n  ")}`);
+}
+
+/** Looks until what is seen is as expected. */
+async function expect(what, look, isExpected, seconds = 10) {
+  const start = performance.now();
+  let seen;
+  do {
+    seen = await look();
+    if (isExpected(seen)) {
+      console.log(`seen: ${what} (${Math.round(performance.now() - start)} ms)`);
+      return;
+    }
+    await page.waitForTimeout(50);
+  } while (performance.now() - start < seconds * 1000);
+  throw new Error(`expected: ${what}\n  seen: ${JSON.stringify(seen, undefined, 2).replaceAll("\n", "\n  ")}`);
+}
+
+/** Puts the cursor somewhere, as a user who knows the line does. */
+async function goTo(line, column) {
+  await page.keyboard.press("Control+g");
+  await page.waitForSelector(".quick-input-widget input", { timeout: 5000 });
+  await page.keyboard.type(`${line}:${column}`);
+  await page.keyboard.press("Enter");
+  await page.waitForSelector(".quick-input-widget", { state: "hidden", timeout: 5000 });
+}
+
+async function check() {
+  const payload = JSON.stringify([["openFile", `vscode-remote://${address}${file}`]]);
+  const query = new URLSearchParams({ folder: model, payload });
+  await page.goto(`http://${address}/?${query}`, { timeout: 20_000 });
+  await page.waitForSelector(".editor-instance .view-line", { timeout: 30_000 });
+
+  await expect("the status bar: the server runs", status, (label) => label === "MAUVE server: running", 20);
+  await expect("the hint at navigation: 997 ms", () => activity("navigation"), (line) => line.includes("997 ms"));
+  await expect("nothing underlined", underlined, (lines) => lines.length === 0);
+
+  // Control, twice as often, and to be done in half the time: it is not, and nothing is left for navigation.
+  const text = readFileSync(file, "utf8").split("\n");
+  const line = text.findIndex((line) => line.includes("activity control "));
+  await goTo(line + 1, text[line].indexOf("period") + 1);
+  await page.keyboard.press("Shift+End");
+  await page.keyboard.type("period = 50  deadline = 50 }", { delay: 15 });
+
+  await expect("the hint at control: missed", () => activity("control"), (line) => /deadline = 50 \}.*✗|✗.*deadline = 50 \}/.test(line));
+  await expect(
+    "the hint at navigation: no longer 997 ms",
+    () => activity("navigation"),
+    (line) => !line.includes("997 ms") && /✗|unbounded/.test(line),
+  );
+  await expect(
+    "control and navigation underlined, nothing else",
+    underlined,
+    (lines) =>
+      lines.length === 2 && lines[0].startsWith("activity control ") && lines[1].startsWith("activity navigation "),
+  );
+  await page.keyboard.press("Control+Shift+m");
+  await expect("both in Problems, as deadline-missed", problems, (rows) =>
+    ["control", "navigation"].every((name) => rows.some((row) => row.includes("deadline-missed") && row.includes(name))),
+  );
+  if (screenshot !== undefined) {
+    // Without the file explorer, there is room for the longest hint.
+    await page.keyboard.press("Control+b");
+    await page.waitForTimeout(500);
+    await page.screenshot({ path: screenshot });
+  }
+
+  await page.keyboard.press("Control+1");
+  for (let undone = 0; undone < 60 && !(await activity("control")).includes("deadline = 100"); undone++) {
+    await page.keyboard.press("Control+z");
+    await page.waitForTimeout(50);
+  }
+  await expect("after undo, the hint at navigation: 997 ms", () => activity("navigation"), (line) => line.includes("997 ms"));
+  await expect("after undo, nothing underlined", underlined, (lines) => lines.length === 0);
+  await expect("after undo, no problems", problems, (rows) => rows.length === 0);
+}
+
+try {
+  await check();
+} catch (error) {
+  console.log(error.message);
+  if (screenshot !== undefined) {
+    await page.screenshot({ path: screenshot }).catch(() => {});
+  }
+  process.exitCode = 1;
+} finally {
+  await browser.close();
+}
