@@ -236,8 +236,12 @@ impl Loader {
             .filter(|it| it != folder)
             .collect();
         let mut files = BTreeMap::new();
-        let own = found.models.iter().filter(|model| owner(model, &inner).is_none());
-        for path in own.chain(&asked.models) {
+        for path in found.models.iter().filter(|model| owner(model, &inner).is_none()) {
+            self.add(db, &mut files, path);
+            // Nobody names it: it may be of the other language that has this extension.
+            files.retain(|known, file| known != path || !is_of_another_language(file.text(db)));
+        }
+        for path in &asked.models {
             self.add(db, &mut files, path);
         }
         if self.is_file(&config) {
@@ -397,6 +401,24 @@ pub(crate) fn is_outdated(db: &dyn ModelDb, workspace: Workspace) -> bool {
     })
 }
 
+/// Is a `.mal` text one of the Meta Attack Language? Its files begin with `#id: "…"`, `category X`, `associations {`, behind
+/// comments and includes.
+fn is_of_another_language(text: &str) -> bool {
+    let lexed = mauve_syntax::lex(text);
+    let tokens = (0..lexed.len()).filter(|&index| !lexed.kind(index).is_trivia());
+    let mut tokens = tokens.filter_map(|index| text.get(lexed.range(index))).peekable();
+    while tokens.next_if_eq(&"include").is_some() {
+        tokens.next_if(|path| path.starts_with('"'));
+    }
+    let is_name = |word: &str| word.starts_with(char::is_alphabetic);
+    match (tokens.next(), tokens.next(), tokens.next()) {
+        (Some("#"), Some(name), Some(":")) => is_name(name),
+        (Some("category"), Some(name), _) => is_name(name),
+        (Some("associations"), Some("{"), _) => true,
+        _ => false,
+    }
+}
+
 /// `folder`, or what there is of it.
 fn existing(folder: &Path) -> Option<PathBuf> {
     folder.ancestors().find(|folder| folder.is_dir()).map(Path::to_owned)
@@ -460,5 +482,32 @@ fn path_of(error: &ignore::Error) -> Option<&Path> {
         ignore::Error::WithPath { path, .. } => Some(path),
         ignore::Error::WithDepth { err, .. } | ignore::Error::WithLineNumber { err, .. } => path_of(err),
         _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_other_language_of_this_extension_is_known_by_its_beginning() {
+        for text in [
+            "#id: \"org.example.lang\"\n#version: \"1.0.0\"\ncategory System { asset Host { } }",
+            "// a comment\ninclude \"core.mal\"\n#version: \"1.0.0\"\n",
+            "category System {",
+            "/* c */ associations { Host [a] * <-- }",
+        ] {
+            assert!(is_of_another_language(text), "{text}");
+        }
+        for text in [
+            "",
+            "include \"a.mal\"",
+            "library a { }",
+            "# a comment of another kind\ncodel f(): int",
+            "category",
+            "codel category(): int",
+        ] {
+            assert!(!is_of_another_language(text), "{text}");
+        }
     }
 }

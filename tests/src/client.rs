@@ -247,6 +247,19 @@ impl Client {
         found.map_or_else(|| panic!("no hint beside `{beside}`: {hints:?}"), |(_, label)| label.clone())
     }
 
+    /// Asks for a hint again and again until it is as expected, as a client does that is told to ask again.
+    pub fn wait_for_hint(&mut self, text: &Text, beside: &str, is_it: impl Fn(&str) -> bool) {
+        let end = Instant::now() + PATIENCE;
+        loop {
+            let hint = self.hint(text, beside);
+            if is_it(&hint) {
+                return;
+            }
+            assert!(Instant::now() < end, "the hint stays `{hint}`");
+            self.settle(Duration::from_millis(10));
+        }
+    }
+
     /// Closes the server's input.
     pub fn hang_up(&mut self) {
         self.input = None;

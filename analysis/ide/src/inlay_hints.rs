@@ -1,5 +1,7 @@
 //! Response times beside activities, deadlines that are left out, the load of CPUs beside deployments.
 
+use std::collections::HashMap;
+
 use mauve_model::item_tree::{Kind, Name};
 use mauve_model::{
     ActivityReport, Decl, File, ModelDb, Place, Project, Query, Report, Verdict, Workspace, budgets,
@@ -54,7 +56,7 @@ pub fn inlay_hints(
         .filter(|(decl, map)| decl.kind(db) == Kind::Deployment && map.range.intersect(range).is_some());
     for (&deployment, _) in deployments {
         for &project in &projects_with(db, workspaces, file) {
-            of_deployment(db, project, deployment, &mut hints);
+            of_deployment(db, project, deployment, range, &mut hints);
         }
     }
     hints.retain(|hint: &InlayHint| range.contains_inclusive(hint.offset));
@@ -68,12 +70,15 @@ fn of_deployment<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     deployment: Decl<'db>,
+    range: TextRange,
     hints: &mut Vec<InlayHint>,
 ) {
+    let Some(node) = deployment_at(db, &Place::name_of(deployment)) else { return };
     let query = Query::shown(db, project);
     let report = response_times(db, project, deployment, query);
-    let Some(node) = node_at::<ast::Deployment>(db, &Place::name_of(deployment)) else { return };
-    if let Some(offset) = beside(node.syntax()) {
+    if let Some(offset) = beside(node.syntax())
+        && report.activities.iter().any(|activity| activity.verdict != Verdict::Background)
+    {
         let mut label = of_all(report, query);
         if config_of(db, project.workspace(db)).rt_throttling.is_none() {
             label += " · assumes real-time throttling off";
@@ -82,13 +87,17 @@ fn of_deployment<'db>(
     }
     let with_assumptions = report.activities.iter().filter(|activity| !activity.assumed.is_empty());
     let with_assumptions: Vec<&Name> = with_assumptions.map(|activity| &activity.row.instance).collect();
-    for activity in &report.activities {
-        // An instance without an activity has a diagnostic instead.
-        if activity.row.at == Place::name_of(deployment) {
-            continue;
+    let nodes = node.deployment_items().filter_map(|item| match item {
+        ast::DeploymentItem::Activity(it) if it.syntax().text_range().intersect(range).is_some() => {
+            Some((it.name_ref()?.syntax().text_range().start(), it))
         }
-        let Some(node) = node_at::<ast::Activity>(db, &activity.row.at) else { continue };
+        _ => None,
+    });
+    let nodes: HashMap<TextSize, ast::Activity> = nodes.collect();
+    for activity in &report.activities {
         let name = activity.row.at.range(db).start();
+        // Another one, or an instance without an activity: that has a diagnostic instead.
+        let Some(node) = nodes.get(&name) else { continue };
         let budget = missing_codel(db, project, activity, query).and_then(|codel| {
             budgets(db, project, deployment, query).iter().find(|budget| budget.codel == codel)?.time
         });
@@ -99,7 +108,7 @@ fn of_deployment<'db>(
         if let Some(offset) = beside(node.syntax()) {
             hints.push(InlayHint { offset, label, explained_at: Some(name) });
         }
-        hints.extend(default_deadline(activity, &node));
+        hints.extend(default_deadline(activity, node));
     }
 }
 
@@ -177,16 +186,11 @@ fn default_deadline(activity: &ActivityReport<'_>, node: &ast::Activity) -> Opti
     Some(InlayHint { offset, label, explained_at: None })
 }
 
-/// The node around a place.
-fn node_at<N: ast::AstNode>(db: &dyn ModelDb, at: &Place<'_>) -> Option<N> {
-    let root: SyntaxNode = parse(db, at.file(db)).syntax();
-    let range = at.range(db);
-    let element = root.text_range().contains_range(range).then(|| root.covering_element(range))?;
-    let node = match element {
-        mauve_syntax::NodeOrToken::Node(node) => Some(node),
-        mauve_syntax::NodeOrToken::Token(token) => token.parent(),
-    };
-    node?.ancestors().find_map(N::cast)
+/// The deployment of this name.
+fn deployment_at(db: &dyn ModelDb, name: &Place<'_>) -> Option<ast::Deployment> {
+    let root: SyntaxNode = parse(db, name.file(db)).syntax();
+    let token = root.token_at_offset(name.range(db).start()).right_biased()?;
+    token.parent_ancestors().find_map(ast::Deployment::cast)
 }
 
 /// Behind `node` where it stands on one line; otherwise behind its opening brace.

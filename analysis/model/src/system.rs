@@ -388,8 +388,11 @@ impl<'db> Reader<'db> {
         }
         // What the end of a connection is; none where that is not known.
         let kind = |(instance, feature): &(Name, Name)| {
-            let features = shells.get(instance).filter(|features| !features.lost)?;
-            features.get(feature).map(|feature| feature.kind)
+            // Where some other feature of the shell was lost, its component is refused, and this one is what it is.
+            match shells.get(instance)?.by_name.get(feature)?.as_slice() {
+                [feature] => Some(feature.kind),
+                _ => None,
+            }
         };
         let mut serves: FxHashMap<&Name, &Name> = FxHashMap::default();
         // A connection that is not right may be meant for anybody who provides something.

@@ -192,6 +192,7 @@ impl MainLoop {
     /// Looks at files that may have changed outside the client.
     fn disk(&mut self, paths: &BTreeSet<PathBuf>) {
         for path in paths {
+            self.watcher.forget(path);
             let is_known = self.loader.file(path).is_some();
             let is_there = self.loader.changed(&mut self.db, path);
             let is_ours = is_model(path) || path.extension().is_some_and(|extension| extension == "toml");

@@ -32,7 +32,7 @@ pub(crate) fn diagnostic(snapshot: &Snapshot, finding: &Finding<'_>) -> Diagnost
         source: Some("mauve".to_owned()),
         message: found.message.clone() + &only.unwrap_or_default(),
         related_information: (!related.is_empty()).then_some(related),
-        tags: matches!(found.code.name, "unreachable-state" | "never-taken" | "not-included")
+        tags: matches!(found.code.name, "unreachable-state" | "never-taken")
             .then(|| vec![DiagnosticTag::UNNECESSARY]),
         ..Diagnostic::default()
     }

@@ -2,7 +2,7 @@
 //! folders: the server looks for itself.
 
 use std::collections::BTreeSet;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::mpsc;
 use std::time::Duration;
 
@@ -45,6 +45,11 @@ impl Watcher {
             }
         });
         Watcher { watcher, watched: BTreeSet::new() }
+    }
+
+    /// A folder has come or gone: if it is there, it is another one than was watched.
+    pub(crate) fn forget(&mut self, folder: &Path) {
+        self.watched.remove(folder);
     }
 
     /// Watches these folders, each by itself, and no others.
