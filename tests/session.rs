@@ -188,6 +188,25 @@ fn an_edit_ends_a_long_analysis() {
 }
 
 #[test]
+fn an_analysis_that_takes_long_says_so() {
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "lsp_progress");
+    write(&folder, &long_analysis(400));
+    let mut client = Client::start(MAUVE, &[]);
+    client.initialize(Some(&folder), &json!({"window": {"workDoneProgress": true}}));
+    let mut text = client.open_file(&folder.join("a.mal"));
+    let (_, create) = client.wait("a progress", |it| it["method"] == "window/workDoneProgress/create");
+    let of_this = |it: &Value, kind: &str| {
+        it["method"] == "$/progress"
+            && it["params"]["token"] == create["params"]["token"]
+            && it["params"]["value"]["kind"] == kind
+    };
+    client.wait("its beginning", |it| of_this(it, "begin"));
+    client.edit(&mut text, "period = 1 }", "period = 2 }");
+    client.wait("its end", |it| of_this(it, "end"));
+    assert_eq!(client.codes(&text), [] as [&str; 0]);
+}
+
+#[test]
 fn requests_before_initialize_and_after_shutdown_are_refused() {
     let mut client = Client::start(MAUVE, &[]);
     assert_eq!(client.call("textDocument/hover", json!({})).unwrap_err()["code"], -32002);

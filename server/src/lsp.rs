@@ -15,7 +15,7 @@
 //! | `documents.rs`, `position.rs` | the client's texts, and its positions in them |
 //! | `snapshot.rs` | what a worker reads, and how its jobs end |
 //! | `handlers/` | a file for each method that is answered |
-//! | `check.rs`, `publisher.rs` | what is published after a change |
+//! | `check.rs`, `publisher.rs`, `progress.rs` | what is published after a change, and that it takes long |
 //! | `watcher.rs` | files that change outside the client |
 //! | `mirror.rs` | recording a session |
 //!
@@ -30,6 +30,7 @@ mod handlers;
 mod main_loop;
 pub(crate) mod mirror;
 mod position;
+mod progress;
 mod publisher;
 mod snapshot;
 mod to_proto;
@@ -40,7 +41,7 @@ use std::io::{BufReader, Write};
 use std::sync::{Arc, mpsc};
 use std::time::Duration;
 
-use tokio::sync::{mpsc as channel, oneshot};
+use tokio::sync::{mpsc as channel, oneshot, watch};
 use tower_lsp::LspService;
 
 use backend::Backend;
@@ -80,8 +81,9 @@ pub(crate) fn run(
     let (events, inbox) = mpsc::channel();
     let outbox = Arc::new(Outbox::default());
 
-    let main_loop =
-        MainLoop::new(events.clone(), runtime.handle().clone(), Publisher::new(Arc::clone(&outbox)));
+    let (busy, is_busy) = watch::channel(false);
+    let publisher = Publisher::new(Arc::clone(&outbox));
+    let main_loop = MainLoop::new(events.clone(), runtime.handle().clone(), publisher, busy);
     let spawn = |name: &str, thread: Box<dyn FnOnce() + Send>| {
         let thread = std::thread::Builder::new().name(name.to_owned()).spawn(thread);
         thread.map_err(|error| format!("the server cannot begin: {error}"))
@@ -106,8 +108,8 @@ pub(crate) fn run(
 
     let code = runtime.block_on(async {
         let build = LspService::build(|client| {
-            let sender = client.clone();
-            tokio::spawn(async move { outbox.send_to(sender).await });
+            tokio::spawn(progress::show(client.clone(), is_busy));
+            tokio::spawn(async move { outbox.send_to(client).await });
             Backend { main_loop: events }
         });
         let (service, socket) = backend::with_custom_methods(build).finish();

@@ -1,6 +1,7 @@
 //! `mauve lsp`: the language server.
 
 use std::fs::File;
+use std::io::IsTerminal as _;
 use std::path::PathBuf;
 use std::sync::Mutex;
 
@@ -8,6 +9,7 @@ use tracing::Level;
 use tracing_subscriber::filter::Targets;
 use tracing_subscriber::prelude::*;
 
+use super::say;
 use crate::Output;
 use crate::lsp::{mirror::Mirror, run};
 
@@ -34,6 +36,9 @@ impl Lsp {
             let ours = Targets::new().with_targets([("mauve", Level::DEBUG), ("tower_lsp", Level::INFO)]);
             let lines = tracing_subscriber::fmt::layer().with_writer(Mutex::new(file)).with_ansi(false);
             tracing_subscriber::registry().with(lines.with_filter(ours)).init();
+        }
+        if std::io::stdin().is_terminal() {
+            say("the language server reads messages of an editor here, and this is a terminal");
         }
         let mirror = self.mirror.map(|path| {
             let mirror = Mirror::create(&path);

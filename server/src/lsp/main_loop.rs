@@ -9,6 +9,7 @@ use std::sync::{Arc, mpsc};
 
 use mauve_model::{CONFIG_FILE, Database, Workspace, is_model};
 use tokio::runtime::Handle;
+use tokio::sync::watch;
 use tower_lsp::lsp_types::{DidChangeTextDocumentParams, DidSaveTextDocumentParams, TextDocumentItem, Url};
 
 use super::capabilities::Capabilities;
@@ -74,11 +75,18 @@ pub(crate) struct MainLoop {
     sender: mpsc::Sender<Event>,
     workers: Handle,
     running: Arc<AtomicUsize>,
+    /// Is a check running? For a client that shows progress.
+    busy: watch::Sender<bool>,
 }
 
 impl MainLoop {
     /// A server that knows nothing yet. Its own workers report to `sender`.
-    pub(crate) fn new(sender: mpsc::Sender<Event>, workers: Handle, publisher: Publisher) -> MainLoop {
+    pub(crate) fn new(
+        sender: mpsc::Sender<Event>,
+        workers: Handle,
+        publisher: Publisher,
+        busy: watch::Sender<bool>,
+    ) -> MainLoop {
         MainLoop {
             db: Database::default(),
             loader: Loader::default(),
@@ -98,6 +106,7 @@ impl MainLoop {
             sender,
             workers,
             running: Arc::default(),
+            busy,
         }
     }
 
@@ -128,6 +137,8 @@ impl MainLoop {
                 self.changed = true;
             }
             Event::Opened(document) => {
+                // Not every client says so.
+                self.is_initialized = true;
                 let uri = document.uri.clone();
                 self.documents.open(document);
                 // It may be part of no workspace yet; and a project without roots has one more.
@@ -279,6 +290,7 @@ impl MainLoop {
 
     fn start_check(&mut self) {
         self.generation += 1;
+        self.busy.send_replace(self.capabilities.progress);
         let (generation, snapshot, sender) = (self.generation, self.snapshot(), self.sender.clone());
         self.spawn(move || {
             let checked = attempt(|| check(&snapshot));
@@ -291,6 +303,7 @@ impl MainLoop {
         if generation != self.generation || self.changed {
             return;
         }
+        self.busy.send_replace(false);
         match checked {
             Ok(Checked::Outdated) if self.reloads < MOST_RELOADS => {
                 self.reloads += 1;
