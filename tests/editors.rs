@@ -1,0 +1,61 @@
+//! The real editors, as their users have them: Neovim without a screen, the workbench of VS Code in a browser. Each is driven
+//! by the scripts in `tests/editors/`, which say what they look at.
+//!
+//! `tests/run` installs the editors; without them these tests fail, and say so.
+
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::sync::{Mutex, PoisonError};
+
+const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
+
+/// One after the other: they build the extension in its folder, and two cores are few for two browsers.
+static VSCODE: Mutex<()> = Mutex::new(());
+
+/// Runs a script of `tests/editors/`; gives what it said, and whether it went well.
+fn run(script: &str, arguments: &[&str]) -> (String, bool) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/editors").join(script);
+    let output = Command::new(&path).args(arguments).stdin(Stdio::null()).output();
+    let output = output.unwrap_or_else(|error| panic!("{} does not run: {error}", path.display()));
+    let text = |bytes| String::from_utf8_lossy(bytes).into_owned();
+    (text(&output.stdout) + &text(&output.stderr), output.status.success())
+}
+
+#[test]
+fn neovim_shows_response_times_and_warnings() {
+    let (said, fine) = run("nvim/run", &[MAUVE]);
+    println!("{said}");
+    assert!(fine, "{said}");
+}
+
+#[test]
+fn neovim_shows_nothing_without_a_server() {
+    let (said, fine) = run("nvim/run", &["/no/such/server"]);
+    assert!(!fine && said.contains("FAILED"), "{said}");
+}
+
+#[test]
+fn vscode_shows_response_times_and_warnings() {
+    let _alone = VSCODE.lock().unwrap_or_else(PoisonError::into_inner);
+    let picture = Path::new(env!("CARGO_TARGET_TMPDIR")).join("vscode.png");
+    let (said, fine) = run("vscode/run", &[MAUVE, &picture.display().to_string()]);
+    println!("{said}a picture of it is {}", picture.display());
+    assert!(fine, "{said}");
+}
+
+#[test]
+fn vscode_shows_nothing_without_a_server() {
+    let _alone = VSCODE.lock().unwrap_or_else(PoisonError::into_inner);
+    let (said, fine) = run("vscode/run", &["/no/such/server"]);
+    assert!(!fine && said.contains("The MAUVE server was not found"), "{said}");
+}
+
+#[test]
+fn vscode_extension_passes_its_own_tests() {
+    let _alone = VSCODE.lock().unwrap_or_else(PoisonError::into_inner);
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../editors/vscode");
+    let output = Command::new("npm").args(["test", "--silent"]).current_dir(folder).stdin(Stdio::null()).output();
+    let output = output.unwrap_or_else(|error| panic!("npm does not run: {error}"));
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success(), "{said}{}", String::from_utf8_lossy(&output.stderr));
+}

@@ -1,0 +1,313 @@
+-- What a user sees of the server in Neovim, on a copy of the sample robot. Run by ./run.
+
+local checking = dofile(vim.fs.joinpath(vim.fs.dirname(debug.getinfo(1, 'S').source:sub(2)), 'checking.lua'))
+local check, equal, wait = checking.check, checking.equal, checking.wait
+
+local function in_robot(path)
+  return vim.fs.joinpath(checking.folder, path)
+end
+
+local function open(path)
+  vim.cmd.edit(in_robot(path))
+  return vim.api.nvim_get_current_buf()
+end
+
+-- Looking
+
+--- The first line of a buffer with this text, counted from 1.
+local function line_of(buffer, text)
+  for number, line in ipairs(vim.api.nvim_buf_get_lines(buffer, 0, -1, false)) do
+    if line:find(text, 1, true) then
+      return number, line
+    end
+  end
+  error(('no line of %s has "%s"'):format(vim.api.nvim_buf_get_name(buffer), text))
+end
+
+local function put_cursor(text, word)
+  local number, line = line_of(0, text)
+  vim.api.nvim_win_set_cursor(0, { number, line:find(word or text, line:find(text, 1, true), true) - 1 })
+end
+
+--- What is drawn into a line, and the text to the right of it. Only what is on the screen is drawn.
+local function drawn(buffer, text)
+  local number, line = line_of(buffer, text)
+  local result = {}
+  for name, namespace in pairs(vim.api.nvim_get_namespaces()) do
+    if name:find('inlay_?hint') then
+      local first, last = { number - 1, 0 }, { number - 1, -1 }
+      for _, mark in ipairs(vim.api.nvim_buf_get_extmarks(buffer, namespace, first, last, { details = true })) do
+        for _, chunk in ipairs(mark[4].virt_text or {}) do
+          table.insert(result, { text = chunk[1], right = line:sub(mark[3] + 1) })
+        end
+      end
+    end
+  end
+  return result
+end
+
+local deployment
+--- Waits for a hint beside an activity with all of these texts, and returns it. It must be drawn in a window.
+local function wait_for_hint(activity, ...)
+  local texts = { ... }
+  local found
+  wait('a hint with ' .. vim.inspect(texts) .. ' beside ' .. activity, function()
+    return drawn(deployment, 'activity ' .. activity)
+  end, function(hints)
+    for _, hint in ipairs(hints) do
+      local all = vim.iter(texts):all(function(text)
+        return hint.text:find(text, 1, true)
+      end)
+      if all then
+        found = hint
+        return true
+      end
+    end
+  end)
+  return found
+end
+
+local function missed(buffer)
+  local result = vim.tbl_filter(function(diagnostic)
+    return diagnostic.code == 'deadline-missed'
+  end, vim.diagnostic.get(buffer))
+  return vim.tbl_map(function(diagnostic)
+    local text = vim.api.nvim_buf_get_text(
+      buffer,
+      diagnostic.lnum,
+      diagnostic.col,
+      diagnostic.end_lnum,
+      diagnostic.end_col,
+      {}
+    )
+    return { diagnostic.source, text[1] }
+  end, result)
+end
+
+--- Waits until exactly these activities of the deployment have missed deadlines.
+local function wait_for_missed(...)
+  local expected = vim.tbl_map(function(activity)
+    return { 'mauve', activity }
+  end, { ... })
+  wait('diagnostics deadline-missed: ' .. vim.inspect(expected), function()
+    return missed(deployment)
+  end, function(seen)
+    return vim.deep_equal(expected, seen)
+  end)
+end
+
+local function wait_for_place(file, text)
+  wait(('the cursor in %s at %s'):format(file, text), function()
+    return { vim.api.nvim_buf_get_name(0), vim.api.nvim_get_current_line():sub(vim.fn.col('.')) }
+  end, function(seen)
+    return seen[1] == in_robot(file) and vim.startswith(seen[2], text)
+  end)
+end
+
+-- Doing
+
+--- Replaces a text in the first line that has it, as one change to be undone.
+local function replace(buffer, line_text, old, new)
+  local number, line = line_of(buffer, line_text)
+  local first, last = line:find(old, 1, true)
+  vim.bo[buffer].undolevels = vim.bo[buffer].undolevels
+  vim.api.nvim_buf_set_text(buffer, number - 1, first - 1, number - 1, last, { new })
+end
+
+local function undo(buffer)
+  vim.api.nvim_buf_call(buffer, function()
+    vim.cmd('silent undo')
+  end)
+end
+
+--- Writes a file as another program does.
+local function change_file(path, old, new)
+  local file = assert(io.open(in_robot(path)))
+  local text = file:read('*a')
+  file:close()
+  local first, last = text:find(old, 1, true)
+  file = assert(io.open(in_robot(path), 'w'))
+  file:write(text:sub(1, first - 1), new, text:sub(last + 1))
+  file:close()
+end
+
+-- The checks. Each leaves the robot as it was.
+
+local navigation = 'activity navigation'
+local table_file = 'timing/p3dx.toml'
+local astar = '"navigation.astar"'
+
+check('the server is attached', function()
+  deployment = open('deployment.mal')
+  local clients = wait('a client', function()
+    return vim.lsp.get_clients({ bufnr = deployment, name = 'mauve' })
+  end, function(seen)
+    return #seen == 1 and seen[1].initialized
+  end)
+  equal(checking.folder, clients[1].config.root_dir)
+end)
+
+check('a response time is drawn beside its activity', function()
+  put_cursor(navigation)
+  wait_for_hint('navigation', 'R 997 ms', '1000 ms', 'slack 3 ms')
+  equal({}, missed(deployment))
+end)
+
+check('a deadline that is edited is missed, until that is undone', function()
+  replace(deployment, navigation, 'deadline = 1000', 'deadline = 990')
+  wait_for_missed('navigation')
+  wait_for_hint('navigation', 'R 997 ms > 990 ms')
+  undo(deployment)
+  wait_for_missed()
+  wait_for_hint('navigation', 'R 997 ms', 'slack 3 ms')
+end)
+
+check('the period of one activity changes the response time of another', function()
+  replace(deployment, 'activity teleop', 'period = 100  deadline = 100', 'period = 90  deadline = 90')
+  wait_for_missed('navigation')
+  wait_for_hint('navigation', 'unbounded')
+  wait_for_hint('teleop', 'R 70 ms', '90 ms')
+  undo(deployment)
+  wait_for_missed()
+  wait_for_hint('navigation', 'R 997 ms')
+end)
+
+check('characters of several bytes move nothing', function()
+  local right = wait_for_hint('navigation', 'R 997 ms').right
+  replace(deployment, navigation, 'activity', '/* µs 𝛑 é */ activity')
+  replace(deployment, navigation, 'deadline = 1000', 'deadline = 990')
+  wait_for_missed('navigation')
+  -- Another text, so it has been placed anew.
+  local hint = wait_for_hint('navigation', 'R 997 ms > 990 ms')
+  equal((right:gsub('deadline = 1000', 'deadline = 990')), hint.right)
+  undo(deployment)
+  wait_for_missed()
+  put_cursor(navigation, 'navigation')
+  vim.lsp.buf.definition()
+  wait_for_place('navigation_architecture.mal', 'navigation: Navigation')
+  vim.cmd.buffer(deployment)
+  undo(deployment)
+  wait_for_hint('navigation', 'R 997 ms')
+end)
+
+check('a table that is edited, saved, and abandoned', function()
+  vim.cmd('belowright split')
+  local times = open(table_file)
+  wait('a client for the table', function()
+    return #vim.lsp.get_clients({ bufnr = times, name = 'mauve' })
+  end, function(count)
+    return count == 1
+  end)
+
+  replace(times, astar, '293', '273')
+  wait_for_hint('navigation', 'R 977 ms', 'slack 23 ms')
+  vim.cmd('silent write')
+  wait_for_hint('navigation', 'R 977 ms')
+  replace(times, astar, '273', '303')
+  wait_for_missed('navigation')
+  wait_for_hint('navigation', 'unbounded')
+
+  -- What was saved counts again.
+  vim.cmd('bwipeout!')
+  wait_for_missed()
+  wait_for_hint('navigation', 'R 977 ms')
+end)
+
+check('a table that another program writes', function()
+  equal(-1, vim.fn.bufnr(in_robot(table_file)))
+  change_file(table_file, '273', '303')
+  wait_for_missed('navigation')
+  wait_for_hint('navigation', 'unbounded')
+  change_file(table_file, '303', '293')
+  wait_for_missed()
+  wait_for_hint('navigation', 'R 997 ms')
+end)
+
+check('a buffer that was hidden meanwhile', function()
+  local times = open(table_file)
+  replace(times, astar, '293', '273')
+  vim.wait(500)
+  vim.cmd.buffer(deployment)
+  wait_for_hint('navigation', 'R 977 ms')
+  undo(times)
+  wait_for_hint('navigation', 'R 997 ms')
+  vim.cmd('bwipeout! ' .. times)
+end)
+
+check('the level in mauve.toml', function()
+  local project = open('mauve.toml')
+  vim.cmd.buffer(deployment)
+  replace(project, 'significance', '1e-4', '1e-3')
+  wait_for_hint('navigation', 'R 882 ms')
+  vim.cmd('bwipeout! ' .. project)
+  wait_for_hint('navigation', 'R 997 ms')
+end)
+
+check('another model file', function()
+  local core = open('components/navigation.mal')
+  vim.cmd.buffer(deployment)
+  replace(core, 'attempts = attempts + 1;', 'attempts', 'simplify(route, tolerance); attempts')
+  wait_for_hint('navigation', 'R 998.3 ms')
+  undo(core)
+  wait_for_hint('navigation', 'R 997 ms')
+end)
+
+check('definitions, from file to file', function()
+  put_cursor(navigation, 'navigation')
+  vim.lsp.buf.definition()
+  wait_for_place('navigation_architecture.mal', 'navigation: Navigation')
+  put_cursor('instance navigation: Navigation', 'Navigation')
+  vim.lsp.buf.definition()
+  wait_for_place('components/navigation.mal', 'Navigation(NavigationShell, NavigationCore)')
+  -- As CTRL-] does it.
+  put_cursor('component Navigation', 'NavigationShell')
+  vim.cmd('normal! ' .. vim.keycode('<C-]>'))
+  wait_for_place('components/navigation_shell.mal', 'NavigationShell {')
+  vim.cmd.buffer(deployment)
+end)
+
+check('hover has the response time', function()
+  put_cursor(navigation, 'navigation')
+  vim.lsp.buf.hover()
+  wait('a floating window with 997 ms', function()
+    for _, window in ipairs(vim.api.nvim_list_wins()) do
+      if vim.api.nvim_win_get_config(window).relative ~= '' then
+        return table.concat(vim.api.nvim_buf_get_lines(vim.api.nvim_win_get_buf(window), 0, -1, false), '\n')
+      end
+    end
+  end, function(text)
+    return text and text:find('997 ms', 1, true)
+  end)
+  vim.cmd('fclose!')
+end)
+
+check('document symbols', function()
+  local parameters = { textDocument = vim.lsp.util.make_text_document_params(deployment) }
+  local replies = vim.lsp.buf_request_sync(deployment, 'textDocument/documentSymbol', parameters, 5000) or {}
+  local names = {}
+  local function collect(symbols)
+    for _, symbol in ipairs(symbols) do
+      names[symbol.name] = true
+      collect(symbol.children or {})
+    end
+  end
+  for _, reply in pairs(replies) do
+    collect(reply.result or {})
+  end
+  equal({ true, true }, { names.P3dxDeployment, names.navigation }, vim.inspect(replies))
+end)
+
+check('the server can be restarted', function()
+  local old = vim.lsp.get_clients({ name = 'mauve' })[1].id
+  vim.cmd('Mauve restart')
+  wait('another client', function()
+    return vim.lsp.get_clients({ bufnr = deployment, name = 'mauve' })
+  end, function(clients)
+    return #clients == 1 and clients[1].id ~= old and clients[1].initialized
+  end)
+  replace(deployment, navigation, 'deadline = 1000', 'deadline = 995')
+  wait_for_hint('navigation', 'R 997 ms > 995 ms')
+  wait_for_missed('navigation')
+end)
+
+checking.done()
