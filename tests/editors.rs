@@ -54,7 +54,8 @@ fn vscode_shows_nothing_without_a_server() {
 fn vscode_extension_passes_its_own_tests() {
     let _alone = VSCODE.lock().unwrap_or_else(PoisonError::into_inner);
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../editors/vscode");
-    let output = Command::new("npm").args(["test", "--silent"]).current_dir(folder).stdin(Stdio::null()).output();
+    let output =
+        Command::new("npm").args(["test", "--silent"]).current_dir(folder).stdin(Stdio::null()).output();
     let output = output.unwrap_or_else(|error| panic!("npm does not run: {error}"));
     let said = String::from_utf8_lossy(&output.stdout);
     assert!(output.status.success(), "{said}{}", String::from_utf8_lossy(&output.stderr));

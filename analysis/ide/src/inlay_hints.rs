@@ -1,11 +1,12 @@
 //! Response times beside activities, deadlines that are left out, the load of CPUs beside deployments.
 
 use std::collections::HashMap;
+use std::path::Path;
 
 use mauve_model::item_tree::{Kind, Name};
 use mauve_model::{
     ActivityReport, Decl, File, ModelDb, Place, Project, Query, Report, Verdict, Workspace, budgets,
-    config_of, cpu_names, declarations, parse, psm_of, response_times, source_map,
+    config_of, cpu_names, declarations, is_model, parse, psm_of, response_times, source_map,
 };
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxKind, SyntaxNode, TextRange, TextSize};
@@ -50,19 +51,35 @@ pub fn inlay_hints(
     file: File,
     range: TextRange,
 ) -> Vec<InlayHint> {
-    let mut hints = Vec::new();
+    if !is_model(file.path(db)) {
+        return Vec::new();
+    }
+    let mut found: Vec<(InlayHint, &Path)> = Vec::new();
     let deployments = declarations(db, file).all.iter().zip(&source_map(db, file).declarations);
     let deployments = deployments
         .filter(|(decl, map)| decl.kind(db) == Kind::Deployment && map.range.intersect(range).is_some());
     for (&deployment, _) in deployments {
         for &project in &projects_with(db, workspaces, file) {
+            let mut hints = Vec::new();
             of_deployment(db, project, deployment, range, &mut hints);
+            found.extend(hints.into_iter().map(|hint| (hint, project.root(db).path(db).as_path())));
         }
     }
-    hints.retain(|hint: &InlayHint| range.contains_inclusive(hint.offset));
-    // What several projects say alike is said once; where they differ, all of it is shown.
-    hints.sort_by(|a, b| (a.offset, &a.label).cmp(&(b.offset, &b.label)));
-    hints.dedup_by(|a, b| (a.offset, &a.label) == (b.offset, &b.label));
+    found.retain(|(hint, _)| range.contains_inclusive(hint.offset));
+    // What several projects say alike is said once; where they differ, all of it is shown, and who says it.
+    found.sort_by(|(a, _), (b, _)| (a.offset, &a.label).cmp(&(b.offset, &b.label)));
+    found.dedup_by(|(a, _), (b, _)| (a.offset, &a.label) == (b.offset, &b.label));
+    let mut hints = Vec::new();
+    for same_place in found.chunk_by(|(a, _), (b, _)| a.offset == b.offset) {
+        for (hint, root) in same_place {
+            let mut hint = hint.clone();
+            if same_place.len() > 1 {
+                let name = root.file_name().unwrap_or_default().display();
+                hint.label += &format!(" (in the project of {name})");
+            }
+            hints.push(hint);
+        }
+    }
     hints
 }
 
@@ -301,6 +318,27 @@ architecture A { instance planner: Planner  instance driver: Driver }
                 deployment D {⟨0 of 2 deadlines met at 1e-4 · CPU 1 ≥ 70.0 %⟩
                 activity driver { priority = 2 period = }⟨not analysed: its period has a syntax error (and 1 more)⟩
                 activity planner { priority = 1 period = 100⟨ deadline = 100⟩ }⟨not analysed: deployment D has a syntax error: an activity may be missing in it⟩
+            "#]],
+        );
+    }
+
+    #[test]
+    fn projects_that_differ_are_told_apart() {
+        let parts = PARTS.replace("codel plan(): int\n", "");
+        let deployment = "deployment D { architecture A activity driver { priority = 2 period = 50 deadline = 20 }\n\
+                          activity planner { priority = 1 period = 100 deadline = 100 } }";
+        let root = |times: &str| format!("include \"shared.mal\"\ncodel plan(): int\n{times}");
+        check(
+            &format!(
+                "//- /shared.mal\n{parts}{deployment}\n//- /one.mal\n{}\n//- /two.mal\n{}\n//- /mauve.toml\n[project]\n\
+                 roots = [\"one.mal\", \"two.mal\"]\n[timing]\ntables = [\"times.toml\"]\n[platform]\nrt_throttling = false\n\
+                 //- /times.toml\ncodel.drive = 17\ncodel.plan = 20\n",
+                root(""),
+                root("codel plan(): int\n"),
+            ),
+            expect![[r#"
+                deployment D {⟨1 of 2 deadlines met at 1e-4 · CPU 1 ≥ 34.0 % (in the project of two.mal)⟩⟨2 of 2 deadlines met at 1e-4 · CPU 1 54.0 % (in the project of one.mal)⟩ architecture A activity driver { priority = 2 period = 50 deadline = 20 }⟨R 17 ms ≤ 20 ms · slack 3 ms⟩
+                activity planner { priority = 1 period = 100 deadline = 100 }⟨R 37 ms ≤ 100 ms · slack 63 ms (in the project of one.mal)⟩⟨not analysed: core Planning: codel `plan` is declared twice (in the project of two.mal)⟩ }
             "#]],
         );
     }
