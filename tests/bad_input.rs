@@ -8,7 +8,7 @@ use serde_json::Value;
 fn check(name: &str, files: &[(&str, &[u8])]) -> (Run, Vec<(String, u64, String)>) {
     let folder = scratch(env!("CARGO_TARGET_TMPDIR"), name);
     for (path, bytes) in files {
-        write(&folder, &[(path, "")]);
+        write(&folder, &[(*path, "")]);
         std::fs::write(folder.join(path), bytes).unwrap();
     }
     let run = mauve(env!("CARGO_BIN_EXE_mauve"), &folder, &["check", "--format", "json"]);

@@ -3,6 +3,8 @@
 //!
 //! `tests/run` installs the editors; without them these tests fail, and say so.
 
+#![allow(clippy::panic)]
+
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::{Mutex, PoisonError};

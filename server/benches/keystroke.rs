@@ -3,6 +3,8 @@
 //!
 //! This is no test: it prints times, median and 95th percentile.
 
+#![allow(clippy::panic)]
+
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -23,27 +25,16 @@ fn main() {
 
     start(&robot, "sample robot");
     start(&project, "200 files, 10,000 lines");
-    keystrokes(&robot, "deployment.mal", "sample robot, period", "period = 1000", ["1", "2"]);
-    keystrokes(
-        &robot,
-        "components/navigation.mal",
-        "sample robot, comment in a component",
-        "//",
-        ["// a", "// b"],
-    );
-    keystrokes(&project, "root.mal", "200 files, period", "period = 20 ", ["20", "30"]);
-    keystrokes(&project, "part7.mal", "200 files, program of one", "next = 0;", ["0", "sense(1)"]);
-    keystrokes(&project, "part7.mal", "200 files, comment in one", "// Part", ["// a", "// b"]);
+    keystrokes(&robot, "deployment.mal", "sample robot, period", ["period = 1000", "period = 2000"]);
+    keystrokes(&robot, "components/navigation.mal", "sample robot, comment in a component", ["//", "// so:"]);
+    keystrokes(&project, "root.mal", "200 files, period", ["period = 20 ", "period = 30 "]);
+    keystrokes(&project, "part7.mal", "200 files, program of one", ["next = 0;", "next = sense(1);"]);
+    keystrokes(&project, "part7.mal", "200 files, comment in one", ["// Part", "// The part"]);
     for lines in [1_000, 10_000] {
         let _ = std::fs::remove_dir_all(&one);
         write(&one, &generated_project(2, lines));
-        keystrokes(
-            &one,
-            "part0.mal",
-            &format!("a file of {lines} lines, program"),
-            "next = 0;",
-            ["0", "sense(1)"],
-        );
+        let what = format!("a file of {lines} lines, program");
+        keystrokes(&one, "part0.mal", &what, ["next = 0;", "next = sense(1);"]);
     }
     requests(&robot, "deployment.mal", "sample robot", "activity navigation");
     requests(&project, "root.mal", "200 files", "activity i150");
@@ -77,8 +68,8 @@ fn start(folder: &Path, what: &str) {
     report(&format!("{what}: process to diagnostics"), checked);
 }
 
-/// Replaces the last word of `place` to and fro, and waits each time for the diagnostics and for the hints.
-fn keystrokes(folder: &Path, file: &str, what: &str, place: &str, words: [&str; 2]) {
+/// Replaces one text by the other, to and fro, and waits each time for the diagnostics and for the hints.
+fn keystrokes(folder: &Path, file: &str, what: &str, texts: [&str; 2]) {
     let mut client = Client::of_folder(MAUVE, folder);
     let deployment = if folder.join("deployment.mal").exists() { "deployment.mal" } else { "root.mal" };
     let deployment = client.open_file(&folder.join(deployment));
@@ -89,22 +80,14 @@ fn keystrokes(folder: &Path, file: &str, what: &str, place: &str, words: [&str; 
         client.open_file(&folder.join(file))
     };
     client.hints(&deployment.uri);
+    let Some(at) = text.text.find(texts[0]) else { panic!("no {} in {file}", texts[0]) };
     let (mut published, mut hinted) = (Vec::new(), Vec::new());
-    let Some(at) = text.text.find(place) else { panic!("no {place} in {file}") };
-    let length = place.trim_end().rsplit([' ', ';']).find(|it| !it.is_empty()).map_or(0, |word| {
-        place.len()
-            - place.find(word).unwrap_or_default()
-            - (place.len() - place.trim_end_matches([' ', ';']).len())
-    });
-    let mut range =
-        at + place.trim_end_matches([' ', ';']).len() - length..at + place.trim_end_matches([' ', ';']).len();
     for round in 0..ROUNDS {
-        let word = words[round % 2];
+        let (old, new) = (texts[round % 2], texts[(round + 1) % 2]);
         let begin = Instant::now();
-        client.replace(&mut text, range.clone(), word);
-        range = range.start..range.start + word.len();
-        let (at, _) = wait_for(&mut client, &text);
-        published.push(at - begin);
+        client.replace(&mut text, at..at + old.len(), new);
+        let (published_at, _) = wait_for(&mut client, &text);
+        published.push(published_at - begin);
         client.hints(&deployment.uri);
         hinted.push(begin.elapsed());
         client.forget();

@@ -21,7 +21,7 @@ pub struct InlayHint {
     pub offset: TextSize,
     /// What.
     pub label: String,
-    /// May a hover explain it? Then [`hover`](crate::hover) at this offset does.
+    /// May a hover explain it? Then [`hover`](crate::hover()) at this offset does.
     pub explained_at: Option<TextSize>,
 }
 

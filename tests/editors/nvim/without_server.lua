@@ -65,7 +65,7 @@ end)
 check('brackets in comments and strings indent nothing', function()
   check_indent(write('indent.mal', [[
 library a { // {
-  property x: string = "\" /* { " */
+  property x: string = "\\" /* { " */
   property x: string = "\" {"
   property x: string = "\
   property x: string = "{
