@@ -188,6 +188,36 @@ fn an_edit_ends_a_long_analysis() {
 }
 
 #[test]
+fn a_request_that_waits_for_a_cancelled_one_is_answered() {
+    let mut client = robot();
+    let mut text = client.open_file(&models().join("p3dx/deployment.mal"));
+    let all = json!({"start": {"line": 0, "character": 0}, "end": {"line": 99, "character": 0}});
+    let mut ids = Vec::new();
+    for round in 0..500 {
+        let (old, new) = if round % 2 == 0 { ("= 1000 }", "= 900 }") } else { ("= 900 }", "= 1000 }") };
+        client.edit(&mut text, old, new);
+        let document = json!({"uri": text.uri});
+        let hints = json!({"textDocument": document, "range": all});
+        // They ask for the same analysis, as the check does that follows the edit.
+        let of_round = [
+            client.request("textDocument/inlayHint", hints.clone()),
+            client.request("textDocument/hover", text.at("navigation  {")),
+            client.request("textDocument/inlayHint", hints),
+        ];
+        std::thread::sleep(Duration::from_micros(100 * (round % 10)));
+        client.notify("$/cancelRequest", json!({"id": of_round[round as usize % 3]}));
+        ids.extend(of_round);
+    }
+    for id in ids {
+        if let Err(error) = client.answer(id) {
+            assert!([-32800, -32801].contains(&error["code"].as_i64().unwrap()), "{error}");
+        }
+    }
+    assert_eq!(client.codes(&text), [] as [&str; 0]);
+    assert_eq!(client.count(|it| it.to_string().contains("defect")), 0);
+}
+
+#[test]
 fn an_analysis_that_takes_long_says_so() {
     let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "lsp_progress");
     write(&folder, &long_analysis(400));

@@ -78,7 +78,7 @@ impl Backend {
     /// Answers a request by a worker: an edit overtakes it, and the client can cancel it.
     async fn answer<T: Send + 'static>(
         &self,
-        handler: impl FnOnce(&Snapshot) -> Result<T> + Send + 'static,
+        handler: impl Fn(&Snapshot) -> Result<T> + Send + 'static,
     ) -> Result<T> {
         let (reply, answer) = oneshot::channel();
         let cancel = CancelOnDrop::default();
@@ -177,7 +177,7 @@ impl LanguageServer for Backend {
     }
 
     async fn inlay_hint(&self, params: InlayHintParams) -> Result<Option<Vec<InlayHint>>> {
-        let answer = self.answer(move |snapshot| handlers::inlay_hints::inlay_hints(snapshot, params)).await;
+        let answer = self.answer(move |snapshot| handlers::inlay_hints::inlay_hints(snapshot, &params)).await;
         if answer.as_ref().is_err_and(|error| *error == Error::content_modified()) {
             // An edit elsewhere may have overtaken it: then nobody asks again by himself.
             self.send(Event::HintsOwed);
@@ -186,18 +186,18 @@ impl LanguageServer for Backend {
     }
 
     async fn inlay_hint_resolve(&self, hint: InlayHint) -> Result<InlayHint> {
-        self.answer(move |snapshot| handlers::inlay_hints::resolve(snapshot, hint)).await
+        self.answer(move |snapshot| handlers::inlay_hints::resolve(snapshot, &hint)).await
     }
 
     async fn hover(&self, params: HoverParams) -> Result<Option<Hover>> {
-        self.answer(move |snapshot| handlers::hover::hover(snapshot, params)).await
+        self.answer(move |snapshot| handlers::hover::hover(snapshot, &params)).await
     }
 
     async fn goto_definition(&self, params: GotoDefinitionParams) -> Result<Option<GotoDefinitionResponse>> {
-        self.answer(move |snapshot| handlers::definition::definition(snapshot, params)).await
+        self.answer(move |snapshot| handlers::definition::definition(snapshot, &params)).await
     }
 
     async fn document_symbol(&self, params: DocumentSymbolParams) -> Result<Option<DocumentSymbolResponse>> {
-        self.answer(move |snapshot| handlers::document_symbols::document_symbols(snapshot, params)).await
+        self.answer(move |snapshot| handlers::document_symbols::document_symbols(snapshot, &params)).await
     }
 }

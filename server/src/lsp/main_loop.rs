@@ -3,6 +3,7 @@
 //! if nothing has changed meanwhile.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, mpsc};
@@ -283,7 +284,7 @@ impl MainLoop {
         running.fetch_add(1, Ordering::SeqCst);
         self.workers.spawn_blocking(move || {
             // Jobs catch their panics themselves: this is for what comes behind.
-            let _ = attempt(job);
+            let _ = catch_unwind(AssertUnwindSafe(job));
             running.fetch_sub(1, Ordering::SeqCst);
         });
     }

@@ -88,17 +88,29 @@ impl Failure {
     }
 }
 
+/// A job that waits for another's query is tried again so often when that other is cancelled.
+const MOST_ATTEMPTS: usize = 100;
+
 /// Runs `job`, and tells how it ended where it did not end well. A panic in it costs its answer, and nothing else.
-pub(crate) fn attempt<T>(job: impl FnOnce() -> T) -> std::result::Result<T, Failure> {
-    // Whatever a query left behind, it holds no lock: salsa takes its unwinding into account.
-    catch_unwind(AssertUnwindSafe(job)).map_err(|payload| match payload.downcast_ref::<Cancelled>() {
-        Some(Cancelled::PendingWrite) => Failure::Overtaken,
-        Some(Cancelled::Local) => Failure::Cancelled,
-        Some(_) => Failure::Panicked("a query that another job waited for has panicked".to_owned()),
-        None => {
-            let text = payload.downcast_ref::<String>().map(String::as_str);
-            let text = text.or_else(|| payload.downcast_ref::<&str>().copied());
-            Failure::Panicked(text.unwrap_or("a panic without words").to_owned())
+pub(crate) fn attempt<T>(job: impl Fn() -> T) -> std::result::Result<T, Failure> {
+    for _ in 0..MOST_ATTEMPTS {
+        // Whatever a query left behind, it holds no lock: salsa takes its unwinding into account.
+        let payload = match catch_unwind(AssertUnwindSafe(&job)) {
+            Ok(done) => return Ok(done),
+            Err(payload) => payload,
+        };
+        match payload.downcast_ref::<Cancelled>() {
+            Some(Cancelled::PendingWrite) => return Err(Failure::Overtaken),
+            Some(Cancelled::Local) => return Err(Failure::Cancelled),
+            // Another job computed what this one waited for, and was ended: by its client, by an edit, or by a panic. This
+            // one computes it now; a defect then shows itself here.
+            Some(_) => {}
+            None => {
+                let text = payload.downcast_ref::<String>().map(String::as_str);
+                let text = text.or_else(|| payload.downcast_ref::<&str>().copied());
+                return Err(Failure::Panicked(text.unwrap_or("a panic without words").to_owned()));
+            }
         }
-    })
+    }
+    Err(Failure::Overtaken)
 }

@@ -9,9 +9,9 @@ use crate::lsp::snapshot::Snapshot;
 /// Where the name at a position is declared.
 pub(crate) fn definition(
     snapshot: &Snapshot,
-    params: GotoDefinitionParams,
+    params: &GotoDefinitionParams,
 ) -> Result<Option<GotoDefinitionResponse>> {
-    let at = params.text_document_position_params;
+    let at = &params.text_document_position_params;
     let (file, lines) = snapshot.file(&at.text_document)?;
     let encoding = snapshot.capabilities.encoding;
     let offset = lines.offset(at.position, encoding);

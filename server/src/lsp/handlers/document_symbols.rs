@@ -12,7 +12,7 @@ use crate::lsp::snapshot::Snapshot;
 /// What a file declares: a tree, or a list for a client that knows no trees.
 pub(crate) fn document_symbols(
     snapshot: &Snapshot,
-    params: DocumentSymbolParams,
+    params: &DocumentSymbolParams,
 ) -> Result<Option<DocumentSymbolResponse>> {
     let (file, lines) = snapshot.file(&params.text_document)?;
     let symbols = mauve_ide::document_symbols(&snapshot.db, file);

@@ -19,7 +19,7 @@ struct Explained {
 /// The hints of a range; why they say what they say is found when somebody wants to know.
 pub(crate) fn inlay_hints(
     snapshot: &Snapshot,
-    params: InlayHintParams,
+    params: &InlayHintParams,
 ) -> Result<Option<Vec<lsp_types::InlayHint>>> {
     let (file, lines) = snapshot.file(&params.text_document)?;
     let encoding = snapshot.capabilities.encoding;
@@ -46,7 +46,8 @@ pub(crate) fn inlay_hints(
 }
 
 /// A hint with its explanation.
-pub(crate) fn resolve(snapshot: &Snapshot, mut hint: lsp_types::InlayHint) -> Result<lsp_types::InlayHint> {
+pub(crate) fn resolve(snapshot: &Snapshot, hint: &lsp_types::InlayHint) -> Result<lsp_types::InlayHint> {
+    let mut hint = hint.clone();
     let explained = hint.data.clone().and_then(|data| serde_json::from_value::<Explained>(data).ok());
     let Some(Explained { document, at }) = explained else { return Ok(hint) };
     let (file, lines) = snapshot.file(&document)?;
