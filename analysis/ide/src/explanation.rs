@@ -8,6 +8,9 @@ use mauve_timing::{Method, Time, worst_trace};
 /// How many periods of the worst trace are shown.
 const SHOWN_PERIODS: usize = 12;
 
+/// How many iterations of a search are shown: the first, and the last.
+const SHOWN_ITERATIONS: usize = 12;
+
 /// Explains the response time of an activity.
 pub fn explain_response<'db>(
     db: &'db dyn ModelDb,
@@ -37,27 +40,27 @@ pub fn explain_response<'db>(
     for reason in &activity.reasons {
         let _ = writeln!(out, "  because {}", reason.message);
     }
-    let component = activity.row.component;
-    let psm = component.and_then(|component| psm_of(db, project, component, query.level).as_ref().ok());
-    if let Some((component, psm)) = component.zip(psm) {
-        let path = |program: &str| worst_path(db, project, component, query.level, program);
-        own_time(&mut out, psm, query.method, &path);
-    }
-    if let Some(first_job) = activity.first_job {
-        let _ = writeln!(out, "\nfirst job after a release of all together: {first_job}");
-        if query.horizon.is_some() {
-            out += "  (with --horizon: traces end there. For comparison only: this is not a bound)\n";
+    match &activity.window {
+        Some(window) if window.job > 1 => {
+            let _ = writeln!(
+                out,
+                "\njob {job} of the busy window responds last: it ends {} after the window began\n\
+                 of that, its own {job} jobs take {}",
+                window.length,
+                window.own,
+                job = window.job
+            );
         }
-    }
-    if let Some(window) = activity.window.as_ref().filter(|window| window.job > 1) {
-        let _ = writeln!(
-            out,
-            "job {} of the busy window responds last: it ends {} after the window began, its own jobs taking {}",
-            window.job, window.length, window.own
-        );
+        Some(window) => {
+            let _ = writeln!(out, "\nof that, its own job takes {}", window.own);
+        }
+        None => {}
     }
     if !activity.interference.is_empty() {
-        out += "\ninterference in that window:\n";
+        out += match activity.window {
+            Some(_) => "and what interferes:\n",
+            None => "\nwhat interferes until its first job ends:\n",
+        };
         for it in &activity.interference {
             let jobs = if it.jobs == 1 { "job" } else { "jobs" };
             let _ = writeln!(out, "  {:>12}  {:>4} {jobs:<4}  {}", it.time.to_string(), it.jobs, it.instance);
@@ -73,8 +76,23 @@ pub fn explain_response<'db>(
             "\niterations: the {} crosses the deadline, {deadline} after the window began",
             ordinal(crossed + 1)
         );
-        let shown: Vec<String> = window.iterations.iter().map(Time::to_string).collect();
+        let mut shown: Vec<String> = window.iterations.iter().map(Time::to_string).collect();
+        if let Some(more) = shown.len().checked_sub(SHOWN_ITERATIONS + 1).filter(|more| *more > 0) {
+            shown.splice(1..=more, [format!("… {more} more …")]);
+        }
         let _ = writeln!(out, "  {}", shown.join(" → "));
+    }
+    let component = activity.row.component;
+    let psm = component.and_then(|component| psm_of(db, project, component, query.level).as_ref().ok());
+    if let Some((component, psm)) = component.zip(psm) {
+        let path = |program: &str| worst_path(db, project, component, query.level, program);
+        own_time(&mut out, psm, query.method, &path);
+    }
+    if let Some(first_job) = activity.first_job {
+        let _ = writeln!(out, "\nfirst job after a release of all together: {first_job}");
+        if query.horizon.is_some() {
+            out += "  (with --horizon: traces end there. For comparison only: this is not a bound)\n";
+        }
     }
     // The classic method takes every job for the longest.
     if let Some(psm) = psm.filter(|psm| query.method != Method::Classic && psm.states.len() > 1) {

@@ -214,28 +214,28 @@ deployment D {
         check(
             &robot("$2"),
             expect![[r#"
-            planner
-            ---
-            ```text
-            planner (Planner), at 1e-4, method psm
-              unbounded: response —, deadline 100 ms, period 100 ms
-              because it and what is as urgent ask for 104.0 % of CPU 1
+                planner
+                ---
+                ```text
+                planner (Planner), at 1e-4, method psm
+                  unbounded: response —, deadline 100 ms, period 100 ms
+                  because it and what is as urgent ask for 104.0 % of CPU 1
 
-            own time 70 ms: update
-                     70 ms  update
-                                   70 ms  plan
+                what interferes until its first job ends:
+                         51 ms     3 jobs  driver
 
-            first job after a release of all together: 121 ms
+                own time 70 ms: update
+                         70 ms  update
+                                       70 ms  plan
 
-            interference in that window:
-                     51 ms     3 jobs  driver
-            ```
+                first job after a release of all together: 121 ms
+                ```
 
-            ```mauve
-            instance planner: Planner
-            ```
+                ```mauve
+                instance planner: Planner
+                ```
 
-        "#]],
+            "#]],
         );
     }
 
