@@ -40,6 +40,8 @@ struct Asked {
     whole: bool,
     /// Models that were named.
     models: Vec<PathBuf>,
+    /// What is in it, where that was looked for already.
+    found: Option<Found>,
 }
 
 /// The workspaces that `paths` name, the current folder without any.
@@ -74,13 +76,13 @@ impl Loader {
             })
         };
         for path in paths {
-            let absolute = match self.place(path) {
-                Ok(absolute) => absolute,
-                Err(error) => {
-                    problems.push(format!("cannot read `{}`: {error}", path.display()));
-                    continue;
-                }
-            };
+            let absolute = place(path);
+            if !self.edited.contains(&absolute)
+                && let Err(error) = std::fs::metadata(&absolute)
+            {
+                problems.push(format!("cannot read `{}`: {error}", path.display()));
+                continue;
+            }
             let is_config = absolute.file_name().is_some_and(|name| name == CONFIG_FILE);
             if self.is_file(&absolute) && !is_config {
                 if !is_model(&absolute) {
@@ -104,12 +106,17 @@ impl Loader {
             if homes.is_empty() {
                 problems.push(format!("no model (*.mal) and no {CONFIG_FILE} in `{}`", path.display()));
             }
+            let mut found = Some(found);
             for home in homes {
+                let is_looked_for = home == folder;
                 let at = of_folder(&mut asked, home);
                 asked[at].1.whole = true;
+                if is_looked_for {
+                    asked[at].1.found = found.take();
+                }
             }
         }
-        let workspaces = asked.iter().map(|(folder, asked)| self.read(db, folder, asked)).collect();
+        let workspaces = asked.into_iter().map(|(folder, asked)| self.read(db, &folder, asked)).collect();
         (workspaces, problems)
     }
 
@@ -121,7 +128,7 @@ impl Loader {
         text: &str,
         problem: Option<String>,
     ) -> File {
-        let place = self.place(path).unwrap_or_else(|_| path.to_owned());
+        let place = place(path);
         self.edited.insert(place.clone());
         match self.files.get(&place) {
             Some(&file) => {
@@ -152,35 +159,26 @@ impl Loader {
         self.changed(db, &place);
     }
 
-    /// Reads a file again that may have changed on the disk; is it one that was read, and still there?
+    /// Reads a file again that may have changed on the disk, if it was read before. Says whether it is another one now.
     pub(crate) fn changed(&mut self, db: &mut Database, path: &Path) -> bool {
-        let place = self.place(path).unwrap_or_else(|_| path.to_owned());
-        let Some(&file) = self.files.get(&place) else { return false };
+        let place = place(path);
         if self.edited.contains(&place) {
-            return true;
+            return false;
         }
-        let (text, problem) = text_of(&place);
-        write(db, file, &text, problem);
-        place.is_file()
+        self.files.get(&place).copied().is_some_and(|file| {
+            let (text, problem) = text_of(&place);
+            write(db, file, &text, problem)
+        })
     }
 
-    /// The file at `path`, if it has been read.
-    pub(crate) fn file(&self, path: &Path) -> Option<File> {
-        self.files.get(&self.place(path).ok()?).copied()
+    /// Has the file at `path` been read?
+    pub(crate) fn is_known(&self, path: &Path) -> bool {
+        self.files.contains_key(&place(path))
     }
 
     /// Folders in which a file that comes or goes may change a workspace.
     pub(crate) fn folders(&self) -> &BTreeSet<PathBuf> {
         &self.folders
-    }
-
-    /// The path behind all links. A file that is not yet on the disk stands in a folder that is.
-    fn place(&self, path: &Path) -> std::io::Result<PathBuf> {
-        path.canonicalize().or_else(|error| {
-            let (Some(folder), Some(name)) = (path.parent(), path.file_name()) else { return Err(error) };
-            let place = folder.canonicalize().map_or_else(|_| path.to_owned(), |folder| folder.join(name));
-            if self.edited.contains(&place) { Ok(place) } else { Err(error) }
-        })
     }
 
     fn is_file(&self, place: &Path) -> bool {
@@ -224,11 +222,11 @@ impl Loader {
 
     /// Reads the workspace of `folder`: its models, its configuration, the tables that this names, and whatever the
     /// models include from elsewhere.
-    fn read(&mut self, db: &mut Database, folder: &Path, asked: &Asked) -> Workspace {
+    fn read(&mut self, db: &mut Database, folder: &Path, asked: Asked) -> Workspace {
         let config = folder.join(CONFIG_FILE);
         // A model by itself is seen together with what stands beside it.
         let depth = if asked.whole || self.is_file(&config) { None } else { Some(1) };
-        let found = self.find(folder, depth);
+        let found = asked.found.unwrap_or_else(|| self.find(folder, depth));
         let inner: BTreeSet<PathBuf> = found
             .configs
             .iter()
@@ -291,20 +289,18 @@ impl Loader {
         workspace
     }
 
+    /// Adds a file to those of a workspace, and reads it: nobody may have watched it until now.
     fn add(&mut self, db: &mut Database, files: &mut BTreeMap<PathBuf, File>, path: &Path) {
         if files.contains_key(path) {
             return;
         }
-        let place = self.place(path).unwrap_or_else(|_| path.to_owned());
+        let place = place(path);
         for path in [path, &place] {
             self.folders.extend(path.parent().map(Path::to_owned));
         }
-        // What could not be read may be there now.
         let file = match self.files.get(&place).copied() {
-            Some(file) if file.problem(db).is_none() || self.edited.contains(&place) => file,
             Some(file) => {
-                let (text, problem) = text_of(&place);
-                write(db, file, &text, problem);
+                self.changed(db, &place);
                 file
             }
             None => {
@@ -392,6 +388,10 @@ impl Loader {
 
 /// Does a model of this workspace include a file that is on the disk and has not been read, since its text has changed?
 pub(crate) fn is_outdated(db: &dyn ModelDb, workspace: Workspace) -> bool {
+    // A text that is no file on the disk stands nowhere: it includes nothing.
+    if workspace.folder(db).as_os_str().is_empty() {
+        return false;
+    }
     let known = workspace.files(db);
     known.values().filter(|file| is_model(file.path(db))).any(|&file| {
         item_tree_of(db, file).includes.iter().flatten().any(|include| {
@@ -439,14 +439,24 @@ struct Found {
     configs: Vec<PathBuf>,
 }
 
-/// Sets a text, where it is another: setting ends whatever is being computed.
-fn write(db: &mut Database, file: File, text: &str, problem: Option<String>) {
-    if **file.text(db) != *text {
+/// Sets a text, where it is another: setting ends whatever is being computed. Says whether it was.
+fn write(db: &mut Database, file: File, text: &str, problem: Option<String>) -> bool {
+    let (is_text, is_problem) = (**file.text(db) != *text, *file.problem(db) != problem);
+    if is_text {
         file.set_text(db).to(text.into());
     }
-    if *file.problem(db) != problem {
+    if is_problem {
         file.set_problem(db).to(problem);
     }
+    is_text || is_problem
+}
+
+/// The path behind all links. A file that is not on the disk yet, or not any more, stands in a folder that is.
+fn place(path: &Path) -> PathBuf {
+    path.canonicalize().unwrap_or_else(|_| {
+        let folder = path.parent().and_then(|folder| folder.canonicalize().ok());
+        folder.zip(path.file_name()).map_or_else(|| path.to_owned(), |(folder, name)| folder.join(name))
+    })
 }
 
 /// The text of a file up to where it stops being UTF-8, and why it is not all of it.

@@ -60,7 +60,7 @@ const WORKERS: usize = 16;
 /// What is said last is given so long to be read.
 const FAREWELL: Duration = Duration::from_secs(1);
 
-/// Serves one client on these streams until it is done: 0 after `exit` that followed `shutdown`, else 1.
+/// Serves one client on these streams until it is done; gives the exit code, see [`transport::serve`].
 ///
 /// # Errors
 ///

@@ -18,7 +18,7 @@ use clap::Parser as _;
 pub(crate) struct Output {
     /// For standard output.
     pub(crate) text: String,
-    /// 0 or 1.
+    /// 0 or 1; of a language server that has a defect, 101.
     pub(crate) code: u8,
 }
 
@@ -32,6 +32,8 @@ impl Output {
 fn main() -> ExitCode {
     let command = cli::Arguments::parse();
     match command.run() {
+        // Whoever had the streams for himself may have them still.
+        Ok(output) if output.text.is_empty() => ExitCode::from(output.code),
         Ok(output) => {
             let mut out = anstream::stdout().lock();
             match out.write_all(output.text.as_bytes()).and_then(|()| out.flush()) {

@@ -39,12 +39,17 @@ impl Backend {
         if request.method() != "textDocument/didChange" {
             return;
         }
-        let params = request.params().cloned().unwrap_or_default();
-        if let Err(error) = DidChangeTextDocumentParams::deserialize(&params) {
+        let params = request.params().unwrap_or(&serde_json::Value::Null);
+        if let Err(error) = DidChangeTextDocumentParams::deserialize(params) {
             tracing::error!("a change that means nothing: {error}");
             let uri = params.pointer("/textDocument/uri").and_then(|uri| uri.as_str());
             self.send(Event::Lost(uri.and_then(|uri| Url::parse(uri).ok())));
         }
+    }
+
+    /// A message was lost, and it may have been a change of any text.
+    pub(crate) fn lost(&self) {
+        self.send(Event::Lost(None));
     }
 
     fn send(&self, event: Event) {
@@ -164,7 +169,7 @@ impl LanguageServer for Backend {
 
     async fn did_change_watched_files(&self, params: DidChangeWatchedFilesParams) {
         let paths = params.changes.into_iter().filter_map(|change| change.uri.to_file_path().ok());
-        self.send(Event::Disk(paths.collect()));
+        self.send(Event::Disk { paths: paths.collect(), missed: false });
     }
 
     async fn did_change_workspace_folders(&self, params: DidChangeWorkspaceFoldersParams) {
@@ -177,12 +182,23 @@ impl LanguageServer for Backend {
     }
 
     async fn inlay_hint(&self, params: InlayHintParams) -> Result<Option<Vec<InlayHint>>> {
-        let answer = self.answer(move |snapshot| handlers::inlay_hints::inlay_hints(snapshot, &params)).await;
-        if answer.as_ref().is_err_and(|error| *error == Error::content_modified()) {
-            // An edit elsewhere may have overtaken it: then nobody asks again by himself.
-            self.send(Event::HintsOwed);
+        let handler = move |snapshot: &Snapshot| {
+            let hints = handlers::inlay_hints::inlay_hints(snapshot, &params)?;
+            Ok((hints, snapshot.generation))
+        };
+        match self.answer(handler).await {
+            Ok((hints, generation)) => {
+                self.send(Event::Hinted(Some(generation)));
+                Ok(hints)
+            }
+            Err(error) => {
+                // An edit elsewhere may have overtaken it: then nobody asks again by himself.
+                if error == Error::content_modified() {
+                    self.send(Event::Hinted(None));
+                }
+                Err(error)
+            }
         }
-        answer
     }
 
     async fn inlay_hint_resolve(&self, hint: InlayHint) -> Result<InlayHint> {

@@ -14,36 +14,32 @@ use super::to_proto;
 use crate::load::is_outdated;
 
 /// What a worker found.
-pub(crate) enum Checked {
-    /// A file that is included now has not been read: nothing is known until it is.
-    Outdated,
-    /// This.
-    Found {
-        /// For each file with a diagnostic and each open one, with the version that was checked.
-        diagnostics: BTreeMap<Url, (Option<i32>, Vec<Diagnostic>)>,
-        /// For each open file, what its inlay hints say, wherever they stand.
-        hints: BTreeMap<Url, u64>,
-    },
+pub(crate) struct Checked {
+    /// Is a file included that is there and has not been read? Then the rest is not to be shown before it is.
+    pub(crate) is_outdated: bool,
+    /// For each file with a diagnostic and each open one, with the version that was checked.
+    pub(crate) diagnostics: BTreeMap<Url, (Option<i32>, Vec<Diagnostic>)>,
+    /// For each open file, what its inlay hints say, wherever they stand.
+    pub(crate) hints: BTreeMap<Url, u64>,
 }
 
 /// Checks everything as it is.
 pub(crate) fn check(snapshot: &Snapshot) -> Checked {
     let db = &snapshot.db;
-    if snapshot.workspaces.iter().any(|&workspace| is_outdated(db, workspace)) {
-        return Checked::Outdated;
-    }
+    let is_outdated = snapshot.workspaces.iter().any(|&workspace| is_outdated(db, workspace));
     let mut diagnostics: BTreeMap<Url, (Option<i32>, Vec<Diagnostic>)> = BTreeMap::new();
     for (url, document) in snapshot.documents.iter() {
         diagnostics.insert(url.clone(), (Some(document.version), Vec::new()));
     }
     for &workspace in snapshot.workspaces.iter() {
         for finding in workspace_diagnostics(db, workspace) {
-            let Some(url) = snapshot.url(finding.diagnostic.at.file(db)) else { continue };
             let diagnostic = to_proto::diagnostic(snapshot, &finding);
-            let (_, found) = diagnostics.entry(url).or_default();
-            // A file that several workspaces have is right or wrong once.
-            if !found.contains(&diagnostic) {
-                found.push(diagnostic);
+            for url in snapshot.urls(finding.diagnostic.at.file(db)) {
+                let (_, found) = diagnostics.entry(url).or_default();
+                // A file that several workspaces have is right or wrong once.
+                if !found.contains(&diagnostic) {
+                    found.push(diagnostic.clone());
+                }
             }
         }
     }
@@ -59,5 +55,5 @@ pub(crate) fn check(snapshot: &Snapshot) -> Checked {
         line_index(db, document.file);
         hints.insert(url.clone(), hasher.finish());
     }
-    Checked::Found { diagnostics, hints }
+    Checked { is_outdated, diagnostics, hints }
 }

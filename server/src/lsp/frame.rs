@@ -15,8 +15,13 @@ const LONGEST_MESSAGE: u64 = 1 << 30;
 pub(crate) enum Frame {
     /// A message.
     Message(Value),
-    /// Something else; why it is no message.
-    Invalid(String),
+    /// Something else.
+    Invalid {
+        /// Why it is no message.
+        why: String,
+        /// May it have been a change of a text?
+        may_be_change: bool,
+    },
 }
 
 /// Reads one message; `None` at the end of the stream.
@@ -36,7 +41,7 @@ pub(crate) fn read(input: &mut impl BufRead) -> io::Result<Option<Frame>> {
         if line.is_empty() {
             match length.take() {
                 Some(Ok(length)) => return body(input, length).map(Some),
-                Some(Err(why)) => return Ok(Some(Frame::Invalid(why))),
+                Some(Err(why)) => return Ok(Some(Frame::Invalid { why, may_be_change: true })),
                 // An empty line between messages is not worth an error.
                 None => continue,
             }
@@ -61,7 +66,11 @@ fn body(input: &mut impl BufRead, length: u64) -> io::Result<Frame> {
     }
     Ok(match serde_json::from_slice(&bytes) {
         Ok(message) => Frame::Message(message),
-        Err(error) => Frame::Invalid(format!("not JSON: {error}")),
+        Err(error) => {
+            let name = b"textDocument/did";
+            let may_be_change = bytes.windows(name.len()).any(|part| part == name);
+            Frame::Invalid { why: format!("not JSON: {error}"), may_be_change }
+        }
     })
 }
 
@@ -122,7 +131,7 @@ mod tests {
             bytes.extend(good.as_bytes());
             let frames = all(&bytes);
             assert!(
-                matches!(frames.as_slice(), [Some(Frame::Invalid(_)), Some(Frame::Message(_))]),
+                matches!(frames.as_slice(), [Some(Frame::Invalid { .. }), Some(Frame::Message(_))]),
                 "{bad}: {frames:?}"
             );
         }

@@ -2,13 +2,14 @@
 //! analysed, so that a burst of edits costs one analysis. Then a worker checks everything, and what it found is published
 //! if nothing has changed meanwhile.
 
+use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, mpsc};
 
-use mauve_model::{CONFIG_FILE, Database, Workspace, is_model};
+use mauve_model::{CONFIG_FILE, Database, File, Workspace, is_model};
 use tokio::runtime::Handle;
 use tokio::sync::watch;
 use tower_lsp::lsp_types::{DidChangeTextDocumentParams, DidSaveTextDocumentParams, TextDocumentItem, Url};
@@ -37,20 +38,23 @@ pub(crate) enum Event {
     Saved(DidSaveTextDocumentParams),
     /// It is the disk's again.
     Closed(Url),
-    /// Files that have come, gone or changed.
-    Disk(BTreeSet<PathBuf>),
+    /// Files that have come, gone or changed; and perhaps more, which nobody can name.
+    Disk { paths: BTreeSet<PathBuf>, missed: bool },
     /// The client's folders have changed.
     Folders { added: Vec<Url>, removed: Vec<Url> },
     /// Something to compute.
     Job(Box<dyn FnOnce(Snapshot) + Send>),
-    /// An edit has overtaken a request for inlay hints.
-    HintsOwed,
+    /// The client was given the inlay hints of this generation; none, where an edit has overtaken its question.
+    Hinted(Option<u64>),
     /// A worker has checked everything as it was at this generation.
     Checked(u64, Result<Checked, Failure>),
 }
 
 /// After so many attempts in a row to read what is missing, what is there is shown.
 const MOST_RELOADS: u32 = 3;
+
+/// So often folders are read again that nobody watched while they were read.
+const MOST_PASSES: u32 = 3;
 
 /// The state of the server.
 pub(crate) struct MainLoop {
@@ -59,17 +63,23 @@ pub(crate) struct MainLoop {
     documents: Documents,
     /// The client's folders.
     folders: Vec<PathBuf>,
-    capabilities: Arc<Capabilities>,
+    capabilities: Capabilities,
     workspaces: Arc<[Workspace]>,
     shared_documents: Arc<BTreeMap<Url, Document>>,
+    /// Open texts that no folder of the client has: opening them has changed the workspaces, closing them will.
+    strays: BTreeSet<Url>,
     /// Files or folders have come or gone: the workspaces are to be looked for again.
     reload: bool,
+    /// How often in a row a check has found that something was to be read first.
     reloads: u32,
-    /// Something has changed since the last check.
-    changed: bool,
-    /// Counts the states that are checked.
+    /// A check is due.
+    check: bool,
+    /// Counts the states of what the client and the disk have.
     generation: u64,
-    hints_owed: bool,
+    /// The one of which the diagnostics were published last.
+    published: Option<u64>,
+    /// Others of which the client was given inlay hints since.
+    hinted: BTreeSet<u64>,
     is_initialized: bool,
     publisher: Publisher,
     watcher: Watcher,
@@ -93,14 +103,16 @@ impl MainLoop {
             loader: Loader::default(),
             documents: Documents::default(),
             folders: Vec::new(),
-            capabilities: Arc::new(Capabilities::of(&Default::default())),
+            capabilities: Capabilities::of(&Default::default()),
             workspaces: Arc::new([]),
             shared_documents: Arc::default(),
+            strays: BTreeSet::new(),
             reload: false,
             reloads: 0,
-            changed: false,
+            check: false,
             generation: 0,
-            hints_owed: false,
+            published: None,
+            hinted: BTreeSet::new(),
             is_initialized: false,
             publisher,
             watcher: Watcher::new(sender.clone()),
@@ -111,7 +123,7 @@ impl MainLoop {
         }
     }
 
-    /// Runs until nobody can send events any more.
+    /// Runs as long as the process.
     pub(crate) fn run(mut self, events: &mpsc::Receiver<Event>) {
         while let Ok(event) = events.recv() {
             self.handle(event);
@@ -119,8 +131,7 @@ impl MainLoop {
                 self.handle(event);
             }
             self.settle();
-            if self.changed && self.is_initialized {
-                self.changed = false;
+            if self.is_initialized && std::mem::take(&mut self.check) {
                 self.start_check();
             }
         }
@@ -129,21 +140,19 @@ impl MainLoop {
     fn handle(&mut self, event: Event) {
         match event {
             Event::Initialize { capabilities, folders } => {
-                self.capabilities = Arc::new(capabilities);
+                self.capabilities = capabilities;
                 self.folders = folders.iter().filter_map(|url| url.to_file_path().ok()).collect();
                 self.reload = true;
             }
             Event::Initialized => {
                 self.is_initialized = true;
-                self.changed = true;
+                self.check = true;
             }
             Event::Opened(document) => {
                 // Not every client says so.
                 self.is_initialized = true;
                 let uri = document.uri.clone();
                 self.documents.open(document);
-                // It may be part of no workspace yet; and a project without roots has one more.
-                self.reload = true;
                 self.touched(&uri);
             }
             Event::Changed(params) => {
@@ -163,16 +172,11 @@ impl MainLoop {
                 self.documents.saved(&params.text_document.uri, params.text);
                 self.touched(&params.text_document.uri);
             }
-            Event::Closed(uri) => {
-                if self.documents.0.remove(&uri).is_some()
-                    && let Some(document) = self.shared_documents.get(&uri)
-                {
-                    self.loader.closed(&mut self.db, document.file);
-                    self.reload = true;
-                    self.changed = true;
-                }
+            Event::Closed(uri) => self.closed(&uri),
+            Event::Disk { paths, missed } => {
+                self.reload |= missed;
+                self.disk(&paths);
             }
-            Event::Disk(paths) => self.disk(&paths),
             Event::Folders { added, removed } => {
                 let paths = |urls: Vec<Url>| urls.into_iter().filter_map(|url| url.to_file_path().ok());
                 let removed: BTreeSet<PathBuf> = paths(removed).collect();
@@ -185,35 +189,58 @@ impl MainLoop {
                 let snapshot = self.snapshot();
                 self.spawn(move || job(snapshot));
             }
-            Event::HintsOwed => {
-                self.hints_owed = true;
-                self.changed = true;
+            Event::Hinted(generation) => self.hinted(generation),
+            Event::Checked(generation, checked) => {
+                self.settle();
+                self.checked(generation, checked);
             }
-            Event::Checked(generation, checked) => self.checked(generation, checked),
         }
     }
 
     /// A text was touched: it is to be checked, even where it is the same, since the client waits for its version.
     fn touched(&mut self, uri: &Url) {
-        self.changed = true;
-        let config = self.documents.0.get(uri).filter(|open| open.dirty);
-        self.reload |=
-            config.is_some_and(|open| open.path.file_name().is_some_and(|name| name == CONFIG_FILE));
+        self.check = true;
+        self.reload |= self.documents.0.get(uri).is_some_and(|open| open.dirty && is_config(&open.path));
+    }
+
+    fn closed(&mut self, uri: &Url) {
+        // The client may have forgotten its diagnostics.
+        self.publisher.forget(uri);
+        self.reload |= self.strays.remove(uri);
+        let Some(document) =
+            self.documents.0.remove(uri).and_then(|_| self.shared_documents.get(uri).copied())
+        else {
+            return;
+        };
+        // The same file may be open by another address: then that one's text counts.
+        let mut is_open = false;
+        for (other, known) in self.shared_documents.iter() {
+            if let Some(open) = self.documents.0.get_mut(other).filter(|_| known.file == document.file) {
+                open.dirty = true;
+                is_open = true;
+            }
+        }
+        if !is_open {
+            self.loader.closed(&mut self.db, document.file);
+            self.reload |= !document.file.path(&self.db).is_file() || is_config(document.file.path(&self.db));
+        }
+        self.stir();
     }
 
     /// Looks at files that may have changed outside the client.
     fn disk(&mut self, paths: &BTreeSet<PathBuf>) {
         for path in paths {
+            let is_watched = self.loader.folders().contains(path);
             self.watcher.forget(path);
-            let is_known = self.loader.file(path).is_some();
-            let is_there = self.loader.changed(&mut self.db, path);
+            let is_known = self.loader.is_known(path);
+            if is_known && self.loader.changed(&mut self.db, path) {
+                self.stir();
+            }
             let is_ours = is_model(path) || path.extension().is_some_and(|extension| extension == "toml");
-            let is_config = path.file_name().is_some_and(|name| name == CONFIG_FILE);
-            // Something that was not there, or is not any more.
-            let comes_or_goes = is_known != is_there || (!is_known && (is_ours || path.is_dir()));
-            let goes = !path.exists() && (is_ours || self.loader.folders().contains(path));
-            self.reload |= comes_or_goes || is_config || goes;
-            self.changed |= is_known;
+            let is_ignored = path.file_name().is_some_and(|name| name == ".gitignore" || name == ".ignore");
+            // What is known and there was read just now; anything else of ours comes or goes.
+            let is_the_same = is_known && path.is_file() && !is_config(path);
+            self.reload |= !is_the_same && (is_known || is_ours || is_watched || is_ignored || path.is_dir());
         }
     }
 
@@ -227,46 +254,73 @@ impl MainLoop {
                 Some(document) => document.file,
                 None => self.loader.opened(&mut self.db, &open.path, &open.text, open.problem.clone()),
             };
+            if known.is_none()
+                && !is_in_a_folder(&self.db, &self.workspaces, file)
+                && self.strays.insert(uri.clone())
+            {
+                self.reload = true;
+            }
+            is_new |= open.dirty;
             open.dirty = false;
-            let document = Document { file, version: open.version };
-            is_new |= known != Some(document);
-            shared.insert(uri.clone(), document);
+            shared.insert(uri.clone(), Document { file, version: open.version });
         }
         if is_new {
             self.shared_documents = Arc::new(shared);
-            self.changed = true;
+            self.stir();
         }
-        if std::mem::take(&mut self.reload) {
-            self.load();
-            self.changed = true;
+        if self.reload {
+            self.stir();
+            self.reload = false;
+            if let Err(Failure::Panicked(message)) = self.load() {
+                // Nothing is known until it succeeds.
+                self.workspaces = Arc::new([]);
+                self.reload = true;
+                self.panicked(&message);
+            }
         }
     }
 
-    fn load(&mut self) {
+    /// The state is another one from here on.
+    fn stir(&mut self) {
+        self.generation += 1;
+        self.check = true;
+    }
+
+    fn load(&mut self) -> Result<(), Failure> {
         let begin = std::time::Instant::now();
         let mut paths = self.folders.clone();
         let mut alone = Vec::new();
         for (uri, open) in &self.documents.0 {
-            let is_config = open.path.file_name().is_some_and(|name| name == CONFIG_FILE);
             match (open.is_file, self.shared_documents.get(uri)) {
-                (true, _) if is_model(&open.path) || is_config => paths.push(open.path.clone()),
+                (true, _) if is_model(&open.path) || is_config(&open.path) => paths.push(open.path.clone()),
                 (false, Some(document)) => alone.push(document.file),
                 _ => {}
             }
         }
-        let (mut workspaces, problems) = self.loader.load(&mut self.db, &paths);
-        for problem in problems {
-            tracing::info!("{problem}");
-        }
-        let alone: Vec<Workspace> = alone.into_iter().map(|file| self.loader.alone(&self.db, file)).collect();
-        workspaces.extend(alone);
-        self.workspaces = workspaces.into();
-        if let Err(error) = self.watcher.watch(self.loader.folders()) {
-            self.publisher.warn(format!(
-                "Files that change outside the editor may not be noticed: {error}. Restart the server after such a change."
-            ));
+        for _ in 0..MOST_PASSES {
+            // What is read rests on queries, and they on what anybody has written.
+            let (db, loader) = (RefCell::new(&mut self.db), RefCell::new(&mut self.loader));
+            let (mut workspaces, problems) = attempt(|| {
+                let (db, loader) = (&mut **db.borrow_mut(), &mut **loader.borrow_mut());
+                loader.load(db, &paths)
+            })?;
+            problems.iter().for_each(|problem| tracing::info!("{problem}"));
+            workspaces.extend(alone.iter().map(|&file| self.loader.alone(&self.db, file)));
+            self.workspaces = workspaces.into();
+            // What was written before a folder was watched was perhaps not read.
+            match self.watcher.watch(self.loader.folders()) {
+                Ok(true) => {}
+                Ok(false) => break,
+                Err(error) => {
+                    self.publisher.warn(format!(
+                        "Files that change outside the editor may not be noticed: {error}. Restart the server after such a change."
+                    ));
+                    break;
+                }
+            }
         }
         tracing::debug!("{} workspaces loaded in {:?}", self.workspaces.len(), begin.elapsed());
+        Ok(())
     }
 
     fn snapshot(&self) -> Snapshot {
@@ -274,7 +328,8 @@ impl MainLoop {
             db: self.db.clone(),
             workspaces: Arc::clone(&self.workspaces),
             documents: Arc::clone(&self.shared_documents),
-            capabilities: Arc::clone(&self.capabilities),
+            capabilities: self.capabilities,
+            generation: self.generation,
             running: Arc::clone(&self.running),
         }
     }
@@ -290,7 +345,6 @@ impl MainLoop {
     }
 
     fn start_check(&mut self) {
-        self.generation += 1;
         self.busy.send_replace(self.capabilities.progress);
         let (generation, snapshot, sender) = (self.generation, self.snapshot(), self.sender.clone());
         self.spawn(move || {
@@ -301,33 +355,64 @@ impl MainLoop {
     }
 
     fn checked(&mut self, generation: u64, checked: Result<Checked, Failure>) {
-        if generation != self.generation || self.changed {
+        if generation != self.generation {
             return;
         }
         self.busy.send_replace(false);
         match checked {
-            Ok(Checked::Outdated) if self.reloads < MOST_RELOADS => {
+            Ok(checked) if checked.is_outdated && self.reloads < MOST_RELOADS => {
                 self.reloads += 1;
                 self.reload = true;
             }
-            Ok(Checked::Outdated) => {
-                tracing::error!("an included file cannot be read");
+            Ok(Checked { is_outdated, diagnostics, hints }) => {
+                if is_outdated {
+                    tracing::error!("a file that is included cannot be read");
+                }
                 self.reloads = 0;
-            }
-            Ok(Checked::Found { diagnostics, hints }) => {
-                self.reloads = 0;
-                let changed = self.publisher.publish(diagnostics, hints);
-                if (changed || std::mem::take(&mut self.hints_owed)) && self.capabilities.hint_refresh {
-                    self.publisher.refresh_hints();
+                self.published = Some(generation);
+                let others = std::mem::take(&mut self.hinted);
+                let is_another = self.publisher.publish(diagnostics, hints);
+                if is_another || others.iter().any(|hinted| *hinted != generation) {
+                    self.refresh_hints();
                 }
             }
-            Err(Failure::Panicked(message)) => {
-                let open =
-                    self.shared_documents.iter().map(|(uri, document)| (uri.clone(), document.version));
-                self.publisher.panicked(open.collect(), &message);
-            }
+            Err(Failure::Panicked(message)) => self.panicked(&message),
             // What ended it is followed by another check; if not, it is due now.
-            Err(Failure::Overtaken | Failure::Cancelled) => self.changed = true,
+            Err(Failure::Overtaken | Failure::Cancelled) => self.check = true,
         }
     }
+
+    /// Sees to it that the client does not keep hints of another state than the last.
+    fn hinted(&mut self, generation: Option<u64>) {
+        if generation.is_none() || generation != self.published {
+            self.hinted.insert(generation.unwrap_or(u64::MAX));
+            // The check that is to come looks at it; if there is none to come, it is now.
+            if self.published == Some(self.generation) {
+                self.hinted.clear();
+                self.refresh_hints();
+            }
+        }
+    }
+
+    fn refresh_hints(&self) {
+        if self.capabilities.hint_refresh {
+            self.publisher.refresh_hints();
+        }
+    }
+
+    fn panicked(&mut self, message: &str) {
+        let open = self.shared_documents.iter().map(|(uri, document)| (uri.clone(), document.version));
+        self.publisher.panicked(open.collect(), message);
+        self.refresh_hints();
+    }
+}
+
+/// Does a workspace of the client's folders have this file?
+fn is_in_a_folder(db: &Database, workspaces: &[Workspace], file: File) -> bool {
+    let whole = workspaces.iter().filter(|workspace| workspace.only(db).is_empty());
+    whole.into_iter().any(|workspace| workspace.files(db).values().any(|known| *known == file))
+}
+
+fn is_config(path: &Path) -> bool {
+    path.file_name().is_some_and(|name| name == CONFIG_FILE)
 }

@@ -52,11 +52,19 @@ impl Publisher {
             .collect();
         found.retain(|_, (version, diagnostics)| version.is_some() || !diagnostics.is_empty());
         self.published = found;
-        let is_another = |(url, hash): (&Url, &u64)| self.hints.get(url).is_some_and(|old| old != hash);
+        // What the client was given before the first check is not known.
+        let is_another = |(url, hash): (&Url, &u64)| self.hints.get(url) != Some(hash);
         let refresh = hints.iter().any(is_another);
         self.hints = hints;
         self.outbox.put(|waiting| waiting.diagnostics.extend(new));
         refresh
+    }
+
+    /// The client has closed a file: what it shows of it is not known any more.
+    pub(crate) fn forget(&mut self, url: &Url) {
+        if let Some((version, _)) = self.published.get_mut(url) {
+            *version = Some(i32::MIN);
+        }
     }
 
     /// Instead of what may not hold any more, publishes that nothing is known.
@@ -73,7 +81,6 @@ impl Publisher {
         };
         let known = |(url, version)| (url, (Some(version), vec![diagnostic.clone()]));
         self.publish(open.into_iter().map(known).collect(), BTreeMap::new());
-        self.refresh_hints();
         self.warn(format!("A defect of mauve: {message}. Please report it."));
     }
 

@@ -27,7 +27,9 @@ pub(crate) struct Snapshot {
     pub(crate) workspaces: Arc<[Workspace]>,
     /// By the addresses that the client uses.
     pub(crate) documents: Arc<BTreeMap<Url, Document>>,
-    pub(crate) capabilities: Arc<Capabilities>,
+    pub(crate) capabilities: Capabilities,
+    /// Which state of the texts it is.
+    pub(crate) generation: u64,
     /// How many jobs are running.
     pub(crate) running: Arc<AtomicUsize>,
 }
@@ -55,10 +57,20 @@ impl Snapshot {
         all.next()
     }
 
-    /// The address of a file, as the client knows it.
+    /// The addresses by which the client has a file open; otherwise the one of its path.
+    pub(crate) fn urls(&self, file: File) -> Vec<Url> {
+        let open = self.documents.iter().filter(|(_, document)| document.file == file);
+        let open: Vec<Url> = open.map(|(url, _)| url.clone()).collect();
+        if open.is_empty() {
+            Url::from_file_path(file.path(&self.db)).ok().into_iter().collect()
+        } else {
+            open
+        }
+    }
+
+    /// One address of a file.
     pub(crate) fn url(&self, file: File) -> Option<Url> {
-        let open = self.documents.iter().find(|(_, document)| document.file == file);
-        open.map(|(url, _)| url.clone()).or_else(|| Url::from_file_path(file.path(&self.db)).ok())
+        self.urls(file).into_iter().next()
     }
 }
 

@@ -40,7 +40,8 @@ pub(crate) struct Outgoing {
 /// How often it is looked whether the client is still there.
 const HEARTBEAT: Duration = Duration::from_secs(1);
 
-/// Serves until the client says `exit`, goes away or dies: 0 after `exit` that followed `shutdown`, else 1.
+/// Serves until the client says `exit`, goes away or dies: 0 after `exit` that followed `shutdown`, 101 where the main loop
+/// has ended by itself, else 1.
 pub(crate) async fn serve(
     mut service: LspService<Backend>,
     socket: ClientSocket,
@@ -60,13 +61,17 @@ pub(crate) async fn serve(
                 let message = match frame {
                     None => return code(is_shut_down),
                     Some(Frame::Message(message)) => message,
-                    Some(Frame::Invalid(why)) => {
+                    Some(Frame::Invalid { why, may_be_change }) => {
                         tracing::warn!("an invalid message: {why}");
+                        if may_be_change {
+                            service.inner().lost();
+                        }
                         let error = Error { message: why.into(), ..Error::parse_error() };
                         send(&streams, &Response::from_error(Id::Null, error));
                         continue;
                     }
                 };
+                let may_be_change = message["method"].as_str().is_some_and(|it| it.starts_with("textDocument/did"));
                 let request = match understood(message) {
                     Ok(Message::Request(request)) => request,
                     Ok(Message::Response(response)) => {
@@ -78,6 +83,9 @@ pub(crate) async fn serve(
                         continue;
                     }
                     Err(refusal) => {
+                        if may_be_change {
+                            service.inner().lost();
+                        }
                         send(&streams, &refusal);
                         continue;
                     }

@@ -4,15 +4,16 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use notify::event::{AccessKind, AccessMode};
 use notify::{EventKind, RecommendedWatcher, RecursiveMode, Watcher as _};
 
 use super::main_loop::Event;
 
-/// Whoever writes a file often does it in several steps: so long is waited for the next.
+/// Whoever writes a file often does it in several steps: so long is waited for the next, but not for ever.
 const QUIET: Duration = Duration::from_millis(10);
+const LONGEST: Duration = Duration::from_millis(100);
 
 /// Watches the folders of the workspaces.
 pub(crate) struct Watcher {
@@ -24,22 +25,34 @@ pub(crate) struct Watcher {
 impl Watcher {
     /// Watches nothing yet; what it will see goes to `events`.
     pub(crate) fn new(events: mpsc::Sender<Event>) -> Watcher {
-        let (sender, seen) = mpsc::channel::<PathBuf>();
+        // None: something was missed.
+        let (sender, seen) = mpsc::channel::<Option<PathBuf>>();
         let watcher = notify::recommended_watcher(move |event: notify::Result<notify::Event>| {
-            let Ok(event) = event else { return };
-            let is_read = matches!(event.kind, EventKind::Access(kind)
-                if kind != AccessKind::Close(AccessMode::Write));
-            if !is_read {
-                event.paths.into_iter().for_each(|path| drop(sender.send(path)));
+            let say = |path| drop(sender.send(path));
+            match event {
+                Ok(event) if event.need_rescan() => say(None),
+                Ok(event) => {
+                    let is_read = matches!(event.kind, EventKind::Access(kind)
+                        if kind != AccessKind::Close(AccessMode::Write));
+                    if !is_read {
+                        event.paths.into_iter().map(Some).for_each(say);
+                    }
+                }
+                Err(_) => say(None),
             }
         });
         std::thread::spawn(move || {
             while let Ok(first) = seen.recv() {
+                let begin = Instant::now();
                 let mut paths = BTreeSet::from([first]);
-                while let Ok(next) = seen.recv_timeout(QUIET) {
+                while begin.elapsed() < LONGEST
+                    && let Ok(next) = seen.recv_timeout(QUIET)
+                {
                     paths.insert(next);
                 }
-                if events.send(Event::Disk(paths)).is_err() {
+                let missed = paths.remove(&None);
+                let event = Event::Disk { paths: paths.into_iter().flatten().collect(), missed };
+                if events.send(event).is_err() {
                     return;
                 }
             }
@@ -47,19 +60,24 @@ impl Watcher {
         Watcher { watcher, watched: BTreeSet::new() }
     }
 
-    /// A folder has come or gone: if it is there, it is another one than was watched.
+    /// A folder has come or gone, with all that is in it: what is there now is another one than was watched.
     pub(crate) fn forget(&mut self, folder: &Path) {
-        self.watched.remove(folder);
+        let (gone, kept) =
+            std::mem::take(&mut self.watched).into_iter().partition(|it| it.starts_with(folder));
+        self.watched = kept;
+        for gone in BTreeSet::<PathBuf>::into_iter(gone) {
+            let _ = self.watcher.as_mut().map(|watcher| watcher.unwatch(&gone));
+        }
     }
 
-    /// Watches these folders, each by itself, and no others.
+    /// Watches these folders, each by itself, and no others. Says whether one is new.
     ///
     /// # Errors
     ///
     /// Why one of them cannot be watched; the others are.
-    pub(crate) fn watch(&mut self, folders: &BTreeSet<PathBuf>) -> Result<(), String> {
+    pub(crate) fn watch(&mut self, folders: &BTreeSet<PathBuf>) -> Result<bool, String> {
         let watcher = self.watcher.as_mut().map_err(|error| error.to_string())?;
-        let mut failed = None;
+        let (mut failed, mut is_new) = (None, false);
         for folder in self.watched.difference(folders) {
             // It may be gone already.
             let _ = watcher.unwatch(folder);
@@ -71,13 +89,13 @@ impl Watcher {
             }
             match watcher.watch(folder, RecursiveMode::NonRecursive) {
                 Ok(()) => {
-                    self.watched.insert(folder.clone());
+                    is_new |= self.watched.insert(folder.clone());
                 }
                 // It may come, or have gone.
                 Err(_) if !folder.is_dir() => {}
                 Err(error) => failed = Some(format!("{}: {error}", folder.display())),
             }
         }
-        failed.map_or(Ok(()), Err)
+        failed.map_or(Ok(is_new), Err)
     }
 }

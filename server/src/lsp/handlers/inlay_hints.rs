@@ -1,7 +1,7 @@
 //! `textDocument/inlayHint` and `inlayHint/resolve`.
 
 use serde::{Deserialize, Serialize};
-use tower_lsp::jsonrpc::Result;
+use tower_lsp::jsonrpc::{Error, Result};
 use tower_lsp::lsp_types::{
     self, InlayHintLabel, InlayHintParams, InlayHintTooltip, Position, TextDocumentIdentifier,
 };
@@ -13,6 +13,7 @@ use crate::lsp::snapshot::Snapshot;
 #[derive(Serialize, Deserialize)]
 struct Explained {
     document: TextDocumentIdentifier,
+    version: Option<i32>,
     at: Position,
 }
 
@@ -25,9 +26,11 @@ pub(crate) fn inlay_hints(
     let encoding = snapshot.capabilities.encoding;
     let range = lines.text_range(params.range, encoding);
     let hints = mauve_ide::inlay_hints(&snapshot.db, &snapshot.workspaces, file, range);
+    let version = snapshot.documents.get(&params.text_document.uri).map(|document| document.version);
     let hints = hints.into_iter().map(|hint| {
         let explained = hint.explained_at.map(|offset| Explained {
             document: params.text_document.clone(),
+            version,
             at: lines.position(offset, encoding),
         });
         lsp_types::InlayHint {
@@ -49,7 +52,11 @@ pub(crate) fn inlay_hints(
 pub(crate) fn resolve(snapshot: &Snapshot, hint: &lsp_types::InlayHint) -> Result<lsp_types::InlayHint> {
     let mut hint = hint.clone();
     let explained = hint.data.clone().and_then(|data| serde_json::from_value::<Explained>(data).ok());
-    let Some(Explained { document, at }) = explained else { return Ok(hint) };
+    let Some(Explained { document, version, at }) = explained else { return Ok(hint) };
+    // In a text that has changed since, something else may stand there.
+    if snapshot.documents.get(&document.uri).map(|document| document.version) != version {
+        return Err(Error::content_modified());
+    }
     let (file, lines) = snapshot.file(&document)?;
     let offset = lines.offset(at, snapshot.capabilities.encoding);
     if let Some(hover) = mauve_ide::hover(&snapshot.db, &snapshot.workspaces, file, offset) {
