@@ -34,16 +34,24 @@ pub fn definition(
     file: File,
     offset: TextSize,
 ) -> Option<Definition> {
-    let mut definition: Option<Definition> = None;
-    for (project, Reference { range, meanings }) in references(db, workspaces, file, offset) {
-        let definition = definition.get_or_insert_with(|| Definition { origin: range, targets: Vec::new() });
-        for target in meanings.iter().flat_map(|meaning| targets(db, project, meaning)) {
+    definition_of(db, &references(db, workspaces, file, offset))
+}
+
+/// Where these are declared.
+pub(crate) fn definition_of<'db>(
+    db: &'db dyn ModelDb,
+    references: &[(Project<'db>, Reference<'db>)],
+) -> Option<Definition> {
+    let (_, first) = references.first()?;
+    let mut definition = Definition { origin: first.range, targets: Vec::new() };
+    for (project, reference) in references {
+        for target in reference.meanings.iter().flat_map(|meaning| targets(db, *project, meaning)) {
             if !definition.targets.contains(&target) {
                 definition.targets.push(target);
             }
         }
     }
-    definition
+    Some(definition)
 }
 
 /// The reference at `offset` in each project that has the file.
@@ -53,10 +61,6 @@ pub(crate) fn references<'db>(
     file: File,
     offset: TextSize,
 ) -> Vec<(Project<'db>, Reference<'db>)> {
-    let of_toml =
-        workspaces.iter().filter(|&&workspace| mauve_model::config_file(db, workspace) == Some(file));
-    let of_toml = of_toml.flat_map(|&workspace| mauve_model::projects(db, workspace).iter().copied());
-    let all = projects_with(db, workspaces, file).into_iter().chain(of_toml);
     let reference = |project| {
         let found = match mauve_model::is_model(file.path(db)) {
             true => reference_at(db, project, file, offset),
@@ -64,7 +68,7 @@ pub(crate) fn references<'db>(
         };
         found.map(|reference| (project, reference))
     };
-    all.filter_map(reference).collect()
+    projects_with(db, workspaces, file).into_iter().filter_map(reference).collect()
 }
 
 fn targets<'db>(db: &'db dyn ModelDb, project: Project<'db>, meaning: &Meaning<'db>) -> Vec<Target> {
@@ -458,6 +462,37 @@ tables = ["times.toml"]
             -> /parts.mal:6 size | size
         "#]],
         );
+    }
+
+    #[test]
+    fn what_is_seen_where() {
+        const SHELL: &str = "shell S { output port out: int  require far(): int }\n";
+        // The port of a built-in function is not the variable of its name; its value is.
+        let program = "core C(S) { var out: int = 0; update = { write(out, out); } }";
+        check(&format!("{SHELL}{}", program.replace("write(out", "write($0out")), expect![[r#"
+            out
+            -> /model.mal:1 out | out
+        "#]]);
+        check(&format!("{SHELL}{}", program.replace(", out)", ", $0out)")), expect![[r#"
+            out
+            -> /model.mal:2 out | out
+        "#]]);
+        check(&format!("{SHELL}{}", program.replace("write(", "wri$0te(")), expect![[r#""#]]);
+        // Hooks see the core's variables, programs of the machine its own.
+        let program = "core C(S) { var v: int; handler h: far start = { v = 1; collect(h); }\n\
+                       statemachine { var v: int; initial state A { run = { v = 2; } } } }";
+        check(&format!("{SHELL}{}", program.replace("v = 1", "$0v = 1")), expect![[r#"
+            v
+            -> /model.mal:2 v | v
+        "#]]);
+        check(&format!("{SHELL}{}", program.replace("v = 2", "$0v = 2")), expect![[r#"
+            v
+            -> /model.mal:3 v | v
+        "#]]);
+        check(&format!("{SHELL}{}", program.replace("(h)", "($0h)")), expect![[r#"
+            h
+            -> /model.mal:2 h | h
+        "#]]);
     }
 
     #[test]

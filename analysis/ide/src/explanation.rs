@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use mauve_model::{ActivityReport, ModelDb, Project, Psm, Query, Verdict, psm_of, worst_path};
+use mauve_model::{ActivityReport, ModelDb, Project, Psm, Query, Report, Verdict, psm_of, worst_path};
 use mauve_timing::{Method, Time, worst_trace};
 
 /// How many periods of the worst trace are shown.
@@ -11,10 +11,11 @@ const SHOWN_PERIODS: usize = 12;
 /// How many iterations of a search are shown: the first, and the last.
 const SHOWN_ITERATIONS: usize = 12;
 
-/// Explains the response time of an activity.
+/// Explains the response time of an activity of `report`.
 pub fn explain_response<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
+    report: &Report<'db>,
     activity: &ActivityReport<'db>,
     query: Query,
 ) -> String {
@@ -63,7 +64,11 @@ pub fn explain_response<'db>(
         };
         for it in &activity.interference {
             let jobs = if it.jobs == 1 { "job" } else { "jobs" };
-            let _ = writeln!(out, "  {:>12}  {:>4} {jobs:<4}  {}", it.time.to_string(), it.jobs, it.instance);
+            let mut others = report.activities.iter().filter(|other| other.row.instance == it.instance);
+            let is_assumed = others.any(|other| !other.assumed.is_empty());
+            let assumed = if is_assumed { "  (with assumed times)" } else { "" };
+            let time = it.time.to_string();
+            let _ = writeln!(out, "  {time:>12}  {:>4} {jobs:<4}  {}{assumed}", it.jobs, it.instance);
         }
     }
     if let (Some(window), Some(period), Some(deadline)) = (&activity.window, row.period, row.deadline)

@@ -1,18 +1,19 @@
 //! What stands under the cursor: on an activity, where its response time comes from; on a name, what it stands for.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use mauve_model::item_tree::Kind;
 use mauve_model::{
-    Decl, File, Lookup, ModelDb, Place, Project, Query, Workspace, declarations, parse, response_times,
+    Decl, File, Lookup, ModelDb, Project, Query, Workspace, declarations, parse, response_times, source_map,
     timetable_of,
 };
 use mauve_syntax::ast::{self, AstNode as _};
-use mauve_syntax::{SyntaxKind, SyntaxNode, TextRange, TextSize};
+use mauve_syntax::{SyntaxKind, SyntaxNode, SyntaxToken, TextRange, TextSize};
 
-use crate::definition::{Target, definition, references};
+use crate::definition::{Target, definition_of, references};
 use crate::explanation::explain_response;
-use crate::project::projects_with;
+use crate::project::{name_of_root, projects_with};
 use crate::reference::Meaning;
 
 /// What is shown about a place.
@@ -56,26 +57,32 @@ fn of_activity(
     if !name.contains_inclusive(offset) && token.text_range().start() != keyword {
         return None;
     }
-    let mut explanations = Vec::new();
+    let mut declarations = declarations(db, file).all.iter().zip(&source_map(db, file).declarations);
+    let (&deployment, _) = declarations
+        .find(|(decl, map)| decl.kind(db) == Kind::Deployment && map.range.contains_range(name))?;
+    // What several projects say alike is said once.
+    let mut explanations: BTreeMap<String, Vec<String>> = BTreeMap::new();
     for &project in projects {
         let query = Query::shown(db, project);
-        for &deployment in declarations(db, file).all.iter().filter(|it| it.kind(db) == Kind::Deployment) {
-            let report = response_times(db, project, deployment, query);
-            let activities = report.activities.iter().filter(|it| it.row.at.range(db) == name);
-            for activity in activities.filter(|it| it.row.at != Place::name_of(deployment)) {
-                let explanation = explain_response(db, project, activity, query);
-                if !explanations.contains(&explanation) {
-                    explanations.push(explanation);
-                }
-            }
+        let report = response_times(db, project, deployment, query);
+        for activity in report.activities.iter().filter(|it| it.row.at.range(db) == name) {
+            let explanation = explain_response(db, project, report, activity, query);
+            explanations.entry(explanation).or_default().push(name_of_root(db, project));
         }
     }
+    let differ = explanations.len() > 1;
+    let explanations = explanations.into_iter().map(|(explanation, roots)| match differ {
+        true => format!("in the project of {}:\n{explanation}", roots.join(", ")),
+        false => explanation,
+    });
+    let explanations: Vec<String> = explanations.collect();
     (!explanations.is_empty()).then_some((name, explanations))
 }
 
 /// The declaration that a name stands for: its head, the comment above it, and, of a codel, its times.
 fn of_name(db: &dyn ModelDb, workspaces: &[Workspace], file: File, offset: TextSize) -> Option<Hover> {
-    let found = definition(db, workspaces, file, offset)?;
+    let references = references(db, workspaces, file, offset);
+    let found = definition_of(db, &references)?;
     let mut markdown = String::new();
     for target in found.targets.iter().filter(|target| !target.name.is_empty()) {
         let Some(node) = declaration_at(db, target) else { continue };
@@ -85,7 +92,7 @@ fn of_name(db: &dyn ModelDb, workspaces: &[Workspace], file: File, offset: TextS
             let _ = writeln!(markdown, "{comment}\n");
         }
     }
-    for (project, reference) in references(db, workspaces, file, offset) {
+    for (project, reference) in references {
         for meaning in reference.meanings {
             if let Meaning::Declaration(codel) = meaning
                 && codel.kind(db) == Kind::Codel
@@ -121,11 +128,11 @@ fn comment_above(node: &SyntaxNode) -> String {
     let mut before = node.first_token().and_then(|token| token.prev_token());
     while let Some(token) = before {
         match token.kind() {
-            SyntaxKind::BLOCK_COMMENT | SyntaxKind::LINE_COMMENT => {
+            SyntaxKind::BLOCK_COMMENT | SyntaxKind::LINE_COMMENT if begins_line(&token) => {
                 let text = token.text().trim_start_matches('/').trim_matches('*').trim();
                 lines.push(text.trim_end_matches("*/").trim_end().to_owned());
             }
-            // An empty line ends the comment.
+            // An empty line ends the comment, and one behind something else is that one's.
             SyntaxKind::WHITESPACE if token.text().matches('\n').count() < 2 => {}
             _ => break,
         }
@@ -133,6 +140,11 @@ fn comment_above(node: &SyntaxNode) -> String {
     }
     lines.reverse();
     lines.join("\n")
+}
+
+fn begins_line(token: &SyntaxToken) -> bool {
+    let before = token.prev_token();
+    before.is_none_or(|before| before.kind() == SyntaxKind::WHITESPACE && before.text().contains('\n'))
 }
 
 /// What the tables say that a codel takes, level by level.
@@ -260,6 +272,36 @@ deployment D {
 
         "#]],
         );
+    }
+
+    #[test]
+    fn a_comment_behind_something_else_is_not_about_what_follows() {
+        check("codel f(): int // about f\ncodel $0g(): int", expect![[r#"
+            g
+            ---
+            ```mauve
+            codel g(): int
+            ```
+
+            | level | execution time |
+            |---|---|
+            | 1e-4 ← | no time |
+
+        "#]]);
+        check("codel f(): int // about f\n\n// about g\ncodel $0g(): int", expect![[r#"
+            g
+            ---
+            ```mauve
+            codel g(): int
+            ```
+
+            about g
+
+            | level | execution time |
+            |---|---|
+            | 1e-4 ← | no time |
+
+        "#]]);
     }
 
     #[test]

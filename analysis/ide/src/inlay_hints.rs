@@ -1,7 +1,6 @@
 //! Response times beside activities, deadlines that are left out, the load of CPUs beside deployments.
 
-use std::collections::HashMap;
-use std::path::Path;
+use std::collections::{BTreeMap, HashMap};
 
 use mauve_model::item_tree::{Kind, Name};
 use mauve_model::{
@@ -12,7 +11,7 @@ use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxKind, SyntaxNode, TextRange, TextSize};
 use mauve_timing::{Status, Time};
 
-use crate::project::projects_with;
+use crate::project::{name_of_root, projects_with};
 
 /// Something that is shown in the text, and is not part of it.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -54,33 +53,31 @@ pub fn inlay_hints(
     if !is_model(file.path(db)) {
         return Vec::new();
     }
-    let mut found: Vec<(InlayHint, &Path)> = Vec::new();
+    // By place and label, with the projects that say so.
+    let mut found: BTreeMap<(TextSize, String), (InlayHint, Vec<Project<'_>>)> = BTreeMap::new();
+    let projects = projects_with(db, workspaces, file);
     let deployments = declarations(db, file).all.iter().zip(&source_map(db, file).declarations);
     let deployments = deployments
         .filter(|(decl, map)| decl.kind(db) == Kind::Deployment && map.range.intersect(range).is_some());
     for (&deployment, _) in deployments {
-        for &project in &projects_with(db, workspaces, file) {
+        for &project in &projects {
             let mut hints = Vec::new();
             of_deployment(db, project, deployment, range, &mut hints);
-            found.extend(hints.into_iter().map(|hint| (hint, project.root(db).path(db).as_path())));
-        }
-    }
-    found.retain(|(hint, _)| range.contains_inclusive(hint.offset));
-    // What several projects say alike is said once; where they differ, all of it is shown, and who says it.
-    found.sort_by(|(a, _), (b, _)| (a.offset, &a.label).cmp(&(b.offset, &b.label)));
-    found.dedup_by(|(a, _), (b, _)| (a.offset, &a.label) == (b.offset, &b.label));
-    let mut hints = Vec::new();
-    for same_place in found.chunk_by(|(a, _), (b, _)| a.offset == b.offset) {
-        for (hint, root) in same_place {
-            let mut hint = hint.clone();
-            if same_place.len() > 1 {
-                let name = root.file_name().unwrap_or_default().display();
-                hint.label += &format!(" (in the project of {name})");
+            for hint in hints.into_iter().filter(|hint| range.contains_inclusive(hint.offset)) {
+                let key = (hint.offset, hint.label.clone());
+                found.entry(key).or_insert_with(|| (hint, Vec::new())).1.push(project);
             }
-            hints.push(hint);
         }
     }
-    hints
+    // Where projects differ, all of it is shown, and who says it.
+    let hints = found.into_values().map(|(mut hint, having)| {
+        if having.len() < projects.len() {
+            let roots: Vec<String> = having.iter().map(|&project| name_of_root(db, project)).collect();
+            hint.label += &format!(" (in the project of {})", roots.join(", "));
+        }
+        hint
+    });
+    hints.collect()
 }
 
 fn of_deployment<'db>(
@@ -93,17 +90,20 @@ fn of_deployment<'db>(
     let Some(node) = deployment_at(db, &Place::name_of(deployment)) else { return };
     let query = Query::shown(db, project);
     let report = response_times(db, project, deployment, query);
+    let with_assumptions = report.activities.iter().filter(|activity| !activity.assumed.is_empty());
+    let with_assumptions: Vec<&Name> = with_assumptions.map(|activity| &activity.row.instance).collect();
     if let Some(offset) = beside(node.syntax())
         && report.activities.iter().any(|activity| activity.verdict != Verdict::Background)
     {
         let mut label = of_all(report, query);
+        if !with_assumptions.is_empty() {
+            label += " · times assumed";
+        }
         if config_of(db, project.workspace(db)).rt_throttling.is_none() {
             label += " · assumes real-time throttling off";
         }
         hints.push(InlayHint { offset, label, explained_at: None });
     }
-    let with_assumptions = report.activities.iter().filter(|activity| !activity.assumed.is_empty());
-    let with_assumptions: Vec<&Name> = with_assumptions.map(|activity| &activity.row.instance).collect();
     let nodes = node.deployment_items().filter_map(|item| match item {
         ast::DeploymentItem::Activity(it) if it.syntax().text_range().intersect(range).is_some() => {
             Some((it.name_ref()?.syntax().text_range().start(), it))
@@ -360,7 +360,7 @@ deployment D { architecture A
 codel = \"5 ms\"
 ",
             expect![[r#"
-                deployment D {⟨1 of 1 deadlines met at 1e-4 · CPU 1 5.0 % · assumes real-time throttling off⟩ architecture A
+                deployment D {⟨1 of 1 deadlines met at 1e-4 · CPU 1 5.0 % · times assumed · assumes real-time throttling off⟩ architecture A
                 activity planner { priority = 2 period = 100 deadline = 100 }⟨R 5 ms ≤ 100 ms · slack 95 ms · times assumed⟩
             "#]],
         );

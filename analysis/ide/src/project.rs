@@ -1,6 +1,6 @@
 //! Which projects a file is part of.
 
-use mauve_model::{File, ModelDb, Project, Workspace, project_files, projects, table_files};
+use mauve_model::{File, ModelDb, Project, Workspace, config_file, project_files, projects, table_files};
 
 /// The projects that have this model, table or configuration.
 pub(crate) fn projects_with<'db>(
@@ -10,9 +10,16 @@ pub(crate) fn projects_with<'db>(
 ) -> Vec<Project<'db>> {
     let mut found = Vec::new();
     for &workspace in workspaces {
-        let is_table = || table_files(db, workspace).files.contains(&file);
+        let is_shared =
+            config_file(db, workspace) == Some(file) || table_files(db, workspace).files.contains(&file);
         let all = projects(db, workspace).iter().copied();
-        found.extend(all.filter(|&project| project_files(db, project).contains(&file) || is_table()));
+        found.extend(all.filter(|&project| is_shared || project_files(db, project).contains(&file)));
     }
     found
+}
+
+/// The root of a project as a user knows it: its path from the workspace's folder.
+pub(crate) fn name_of_root(db: &dyn ModelDb, project: Project<'_>) -> String {
+    let path = project.root(db).path(db);
+    path.strip_prefix(project.workspace(db).folder(db)).unwrap_or(path).display().to_string()
 }

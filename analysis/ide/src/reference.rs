@@ -2,8 +2,8 @@
 //! in `mauve.toml`.
 
 use mauve_model::item_tree::{
-    Architecture, Core, Data, Deployment, Endpoint, Expr, Kind, Name, NameRef, Parameter, Part, Program,
-    Statement, TypeRef, Variable,
+    Architecture, Core, Data, Deployment, Endpoint, Expr, FeatureKind, Kind, Name, NameRef, Parameter, Part,
+    Program, State, Statement, Transition, TypeRef, Variable,
 };
 use mauve_model::{
     Decl, File, ModelDb, Place, Project, architecture, config_of, data, declarations, features_of, flat_of,
@@ -219,13 +219,12 @@ impl<'db> Finder<'_, 'db> {
         let shell = names.resolve_type(self.db, self.of, Kind::Shell, core.shell.as_ref()).ok();
         let core_scope: Vec<&NameRef> =
             core.variables.iter().map(|it| &it.name).chain(&core.handlers).collect();
-        let machine_scope = core.machines.iter().flat_map(|machine| &machine.variables).map(|it| &it.name);
-        let all: Vec<&NameRef> = core_scope.iter().copied().chain(machine_scope).collect();
+        let of_machines = core.machines.iter().flat_map(|machine| &machine.variables).map(|it| &it.name);
         let programs = Programs { finder: self, shell, core };
         if let found @ Some(_) = self.type_among(Kind::Shell, &core.shell) {
             return found;
         }
-        if let found @ Some(_) = self.itself(all.iter().copied()) {
+        if let found @ Some(_) = self.itself(core_scope.iter().copied().chain(of_machines)) {
             return found;
         }
         for operation in &core.operations {
@@ -244,11 +243,9 @@ impl<'db> Finder<'_, 'db> {
                 return found;
             }
         }
-        let mut scope = all.clone();
-        let values = core.variables.iter().chain(core.machines.iter().flat_map(|machine| &machine.variables));
-        if let found @ Some(_) =
-            values.filter_map(|it| it.value.as_ref()).find_map(|it| programs.expr(it, &scope))
-        {
+        let mut scope = core_scope.clone();
+        let values = core.variables.iter().filter_map(|variable| variable.value.as_ref());
+        if let found @ Some(_) = values.into_iter().find_map(|value| programs.expr(value, &scope)) {
             return found;
         }
         if let found @ Some(_) =
@@ -257,19 +254,14 @@ impl<'db> Finder<'_, 'db> {
             return found;
         }
         core.machines.iter().find_map(|machine| {
-            let states = machine.states.iter().map(|state| &state.name);
-            self.itself(states).or_else(|| {
-                machine.states.iter().find_map(|state| {
-                    let of_method =
-                        state.methods.iter().find_map(|it| programs.program(&it.program, &mut scope));
-                    of_method.or_else(|| {
-                        state
-                            .transitions
-                            .iter()
-                            .find_map(|transition| programs.transition(transition, &mut scope))
-                    })
-                })
-            })
+            let own = machine.variables.iter().map(|variable| &variable.name);
+            let mut scope: Vec<&NameRef> = core_scope.iter().copied().chain(own).collect();
+            let mut values = machine.variables.iter().filter_map(|variable| variable.value.as_ref());
+            if let found @ Some(_) = values.find_map(|value| programs.expr(value, &scope)) {
+                return found;
+            }
+            self.itself(machine.states.iter().map(|state| &state.name))
+                .or_else(|| machine.states.iter().find_map(|state| programs.state(state, &mut scope)))
         })
     }
 }
@@ -283,11 +275,12 @@ struct Programs<'a, 'db> {
 }
 
 impl<'a, 'db> Programs<'a, 'db> {
-    fn transition(
-        &self,
-        transition: &'a mauve_model::item_tree::Transition,
-        scope: &mut Vec<&'a NameRef>,
-    ) -> Meanings<'db> {
+    fn state(&self, state: &'a State, scope: &mut Vec<&'a NameRef>) -> Meanings<'db> {
+        let of_methods = state.methods.iter().find_map(|method| self.program(&method.program, scope));
+        of_methods.or_else(|| state.transitions.iter().find_map(|it| self.transition(it, scope)))
+    }
+
+    fn transition(&self, transition: &'a Transition, scope: &mut Vec<&'a NameRef>) -> Meanings<'db> {
         if self.finder.is_here(&transition.name) {
             return self.finder.here();
         }
@@ -344,8 +337,21 @@ impl<'a, 'db> Programs<'a, 'db> {
                 Expr::Name(_) => {}
                 Expr::Unary(_, inner) => open.push(inner),
                 Expr::Binary(_, lhs, rhs) => open.extend([rhs.as_ref(), lhs.as_ref()]),
-                Expr::Call { callee, .. } if self.finder.is_here(callee) => return self.callee(callee),
-                Expr::Call { arguments, .. } => open.extend(arguments),
+                Expr::Call { callee, arguments } => {
+                    // The port, operation or handler of a built-in function is no value.
+                    let first = arguments.first().and_then(|first| match first {
+                        Expr::Name(first) => {
+                            self.operand(&callee.name, first).map(|meanings| (first, meanings))
+                        }
+                        _ => None,
+                    });
+                    match first {
+                        Some(_) if self.finder.is_here(callee) => return None,
+                        Some((first, meanings)) if self.finder.is_here(first) => return Some(meanings),
+                        _ if self.finder.is_here(callee) => return self.callee(callee),
+                        _ => open.extend(arguments),
+                    }
+                }
             }
         }
         None
@@ -357,6 +363,22 @@ impl<'a, 'db> Programs<'a, 'db> {
             Some(known) => self.finder.at(self.finder.of, known),
             None => self.finder.feature(self.shell?, &name.name),
         }
+    }
+
+    /// What the first argument of `read`, `write`, `status`, `send` and `collect` stands for; nothing where it is no call
+    /// of one of these.
+    fn operand(&self, callee: &str, first: &NameRef) -> Option<Vec<Meaning<'db>>> {
+        if callee == "collect" {
+            let handler = self.core.handlers.iter().find(|handler| handler.name == first.name)?;
+            return self.finder.at(self.finder.of, handler);
+        }
+        let feature = features_of(self.finder.db, self.finder.project, self.shell?).get(&first.name)?;
+        let fits = match callee {
+            "read" | "write" | "status" => matches!(feature.kind, FeatureKind::Input | FeatureKind::Output),
+            "send" => feature.kind == FeatureKind::Required,
+            _ => false,
+        };
+        fits.then(|| self.finder.feature(self.shell?, &first.name))?
     }
 
     /// An operation, or a codel.

@@ -163,7 +163,9 @@ fn explain(db: &Database, all: &[Deployed<'_>], instance: &str) -> Result<String
     for it in all {
         for (query, report) in &it.reports {
             let activities = report.activities.iter().filter(|activity| activity.row.instance == *instance);
-            texts.extend(activities.map(|activity| explain_response(db, it.project, activity, *query)));
+            texts.extend(
+                activities.map(|activity| explain_response(db, it.project, report, activity, *query)),
+            );
         }
     }
     if texts.is_empty() {
