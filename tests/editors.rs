@@ -11,8 +11,8 @@ use std::sync::{Mutex, PoisonError};
 
 const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
 
-/// One after the other: they build the extension in its folder, and two cores are few for two browsers.
-static VSCODE: Mutex<()> = Mutex::new(());
+/// One after the other: two cores are few for two editors, and those of VS Code build the extension in its folder.
+static EDITOR: Mutex<()> = Mutex::new(());
 
 /// Runs a script of `tests/editors/`; gives what it said, and whether it went well.
 fn run(script: &str, arguments: &[&str]) -> (String, bool) {
@@ -25,6 +25,7 @@ fn run(script: &str, arguments: &[&str]) -> (String, bool) {
 
 #[test]
 fn neovim_shows_response_times_and_warnings() {
+    let _alone = EDITOR.lock().unwrap_or_else(PoisonError::into_inner);
     let (said, fine) = run("nvim/run", &[MAUVE]);
     println!("{said}");
     assert!(fine, "{said}");
@@ -32,13 +33,14 @@ fn neovim_shows_response_times_and_warnings() {
 
 #[test]
 fn neovim_shows_nothing_without_a_server() {
+    let _alone = EDITOR.lock().unwrap_or_else(PoisonError::into_inner);
     let (said, fine) = run("nvim/run", &["/no/such/server"]);
     assert!(!fine && said.contains("FAILED"), "{said}");
 }
 
 #[test]
 fn vscode_shows_response_times_and_warnings() {
-    let _alone = VSCODE.lock().unwrap_or_else(PoisonError::into_inner);
+    let _alone = EDITOR.lock().unwrap_or_else(PoisonError::into_inner);
     let picture = Path::new(env!("CARGO_TARGET_TMPDIR")).join("vscode.png");
     let (said, fine) = run("vscode/run", &[MAUVE, &picture.display().to_string()]);
     println!("{said}a picture of it is {}", picture.display());
@@ -47,14 +49,14 @@ fn vscode_shows_response_times_and_warnings() {
 
 #[test]
 fn vscode_shows_nothing_without_a_server() {
-    let _alone = VSCODE.lock().unwrap_or_else(PoisonError::into_inner);
+    let _alone = EDITOR.lock().unwrap_or_else(PoisonError::into_inner);
     let (said, fine) = run("vscode/run", &["/no/such/server"]);
     assert!(!fine && said.contains("The MAUVE server was not found"), "{said}");
 }
 
 #[test]
 fn vscode_extension_passes_its_own_tests() {
-    let _alone = VSCODE.lock().unwrap_or_else(PoisonError::into_inner);
+    let _alone = EDITOR.lock().unwrap_or_else(PoisonError::into_inner);
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../editors/vscode");
     let output =
         Command::new("npm").args(["test", "--silent"]).current_dir(folder).stdin(Stdio::null()).output();

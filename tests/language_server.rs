@@ -67,6 +67,9 @@ fn a_hover_explains_an_activity() {
         .unwrap();
     let resolved = client.call("inlayHint/resolve", hint.clone()).unwrap();
     assert_eq!(resolved["tooltip"]["value"], shown);
+    // In another text, something else may stand there.
+    client.edit(&mut text, "library", "// A line more.\nlibrary");
+    assert_eq!(client.call("inlayHint/resolve", hint.clone()).unwrap_err()["code"], -32801);
 }
 
 #[test]
@@ -103,7 +106,7 @@ fn diagnostics_are_those_of_the_command_line() {
         .map(|it| (it["code"].as_str().unwrap(), it["message"].as_str().unwrap()))
         .collect();
     assert!(!expected.is_empty());
-    client.settle(Duration::from_millis(200));
+    client.settle(Duration::from_millis(500));
     let published = client.published();
     let mut found: Vec<(&str, &str)> = published
         .values()
@@ -132,12 +135,13 @@ fn tables_and_models_that_change_on_the_disk_are_seen() {
     let faster = old.replace(astar, "\"navigation.astar\" = 1");
     let is_as_before = |hint: &str| hint.starts_with("R 997");
     let is_shorter = |hint: &str| hint.starts_with("R ") && !hint.starts_with("R 997");
+    client.settle(Duration::from_millis(100));
+    client.forget();
     std::fs::write(&table, &faster).unwrap();
     client.wait("a refresh", |it| it["method"] == "workspace/inlayHint/refresh");
-    assert!(is_shorter(&client.hint(&text, "activity navigation")));
+    client.wait_for_hint(&text, "activity navigation", is_shorter);
     std::fs::write(&table, &old).unwrap();
-    client.wait("a refresh", |it| it["method"] == "workspace/inlayHint/refresh");
-    assert!(is_as_before(&client.hint(&text, "activity navigation")));
+    client.wait_for_hint(&text, "activity navigation", is_as_before);
 
     // A model that goes away and comes back.
     let model = folder.join("components/navigation.mal");
@@ -153,10 +157,14 @@ fn tables_and_models_that_change_on_the_disk_are_seen() {
     client.wait_for_hint(&text, "activity navigation", |hint| hint.starts_with("not analysed"));
     std::fs::rename(folder.join("elsewhere"), folder.join("timing")).unwrap();
     client.wait_for_hint(&text, "activity navigation", is_as_before);
-    std::fs::write(&table, &faster).unwrap();
+    // Another one at once in its place, in which somebody writes later.
+    write(&folder, &[("another/p3dx.toml", &faster)]);
+    std::fs::rename(folder.join("timing"), folder.join("elsewhere")).unwrap();
+    std::fs::rename(folder.join("another"), folder.join("timing")).unwrap();
     client.wait_for_hint(&text, "activity navigation", is_shorter);
     std::fs::write(&table, &old).unwrap();
     client.wait_for_hint(&text, "activity navigation", is_as_before);
+    std::fs::remove_dir_all(folder.join("elsewhere")).unwrap();
 
     // The configuration: another level.
     let config = folder.join("mauve.toml");
@@ -223,6 +231,66 @@ fn a_file_by_itself_and_a_text_that_is_no_file() {
     client.wait("no diagnostics", |it| {
         is_publication(it, &file.uri) && it["params"]["diagnostics"] == json!([])
     });
+}
+
+#[test]
+fn a_text_that_is_no_file_includes_nothing() {
+    let mut client = Client::start(MAUVE, &[]);
+    client.initialize(None, &json!({}));
+    // There is such a file where the server was started, and that is nobody's business.
+    let mut untitled = client.open_at("untitled:Untitled-1", "include \"Cargo.toml\"\n");
+    assert_eq!(client.codes(&untitled), ["unresolved-include"]);
+    client.edit(&mut untitled, "include \"Cargo.toml\"", "codel f(");
+    assert_eq!(client.codes(&untitled), ["syntax-error"]);
+}
+
+#[test]
+fn nothing_is_remembered_that_nobody_watched() {
+    let folder = robot("lsp_reopen");
+    let mut client = Client::start(MAUVE, &[]);
+    client.initialize(None, &json!({}));
+    let text = client.open_file(&folder.join("deployment.mal"));
+    assert!(client.hint(&text, "activity navigation").starts_with("R 997"));
+    client.notify("textDocument/didClose", json!({"textDocument": {"uri": text.uri}}));
+    client.call("mauve/status", Value::Null).unwrap();
+    let table = folder.join("timing/p3dx.toml");
+    let old = std::fs::read_to_string(&table).unwrap();
+    let astar = old.lines().find(|line| line.contains("astar")).unwrap();
+    std::fs::write(&table, old.replace(astar, "\"navigation.astar\" = 1")).unwrap();
+    let text = client.open_file(&folder.join("deployment.mal"));
+    assert!(!client.hint(&text, "activity navigation").starts_with("R 997"));
+}
+
+#[test]
+fn one_file_by_two_addresses() {
+    let folder = robot("lsp_links");
+    let link = folder.join("link.mal");
+    std::os::unix::fs::symlink(folder.join("deployment.mal"), &link).unwrap();
+    let mut client = Client::of_folder(MAUVE, &folder);
+    let mut text = client.open_file(&folder.join("deployment.mal"));
+    let linked = client.open_file(&link);
+    client.edit(&mut text, "deadline = 1000", "deadline = 700");
+    assert_eq!(client.codes(&text), ["deadline-missed"]);
+    client.wait("the same by the other address", |it| {
+        is_publication(it, &linked.uri) && it.to_string().contains("deadline-missed")
+    });
+    // What is closed by one address is still open by the other.
+    client.notify("textDocument/didClose", json!({"textDocument": {"uri": linked.uri}}));
+    assert_eq!(client.hint(&text, "activity navigation"), "R 997 ms > 700 ms ✗");
+}
+
+#[test]
+fn a_text_that_is_closed_and_opened_at_once_has_its_diagnostics() {
+    let folder = robot("lsp_close_open");
+    let mut client = Client::of_folder(MAUVE, &folder);
+    let broken = std::fs::read_to_string(folder.join("deployment.mal"))
+        .unwrap()
+        .replace("deadline = 1000", "deadline = 7");
+    let text = client.open(&folder.join("deployment.mal"), &broken);
+    assert_eq!(client.codes(&text), ["deadline-missed", "deadline-missed"]);
+    client.notify("textDocument/didClose", json!({"textDocument": {"uri": text.uri}}));
+    let text = client.open(&folder.join("deployment.mal"), &broken);
+    assert_eq!(client.codes(&text), ["deadline-missed", "deadline-missed"]);
 }
 
 #[test]

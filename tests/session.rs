@@ -6,7 +6,7 @@
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use mauve_tests::{Client, address, is_answer, is_publication, long_analysis, models, scratch, write};
+use mauve_tests::{Client, address, long_analysis, models, scratch, write};
 use serde_json::{Value, json};
 
 const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
@@ -275,6 +275,9 @@ fn messages_that_are_none_cost_an_error_each() {
     client.notify("no/such/notification", json!({}));
     // An answer that nobody has asked for.
     client.send(&json!({"jsonrpc": "2.0", "id": 4711, "result": null}));
+    // One of them may have been a change: the text that is saved is known again.
+    assert!(client.hint(&text, "activity navigation").starts_with("not analysed"));
+    client.notify("textDocument/didSave", json!({"textDocument": {"uri": text.uri}, "text": text.text}));
     assert!(client.hint(&text, "activity navigation").starts_with("R 997"));
     assert_eq!(client.shut_down(), Some(0));
 }
@@ -334,29 +337,53 @@ fn a_change_that_means_nothing_leaves_nothing_to_trust() {
     let range = json!({"start": {"line": -1, "character": 0}, "end": {"line": 0, "character": 0}});
     let change = json!({"range": range, "text": "x"});
     let document = json!({"uri": text.uri, "version": 2});
-    client.notify("textDocument/didChange", json!({"textDocument": document, "contentChanges": [change]}));
-    client.wait("that the text is unknown", |it| {
-        is_publication(it, &text.uri) && it.to_string().contains("unreadable-file")
-    });
-    let hint = client.hint(&text, "activity navigation");
-    assert!(hint.starts_with("not analysed"), "{hint}");
-    // The text that is saved is known.
-    client.notify("textDocument/didSave", json!({"textDocument": {"uri": text.uri}, "text": text.text}));
-    assert!(client.hint(&text, "activity navigation").starts_with("R 997"));
+    let params = json!({"textDocument": document, "contentChanges": [change]});
+    let change = json!({"jsonrpc": "2.0", "method": "textDocument/didChange", "params": params}).to_string();
+    // Half of a surrogate pair, as JavaScript writes it, is no JSON to others.
+    let half = change.replace("-1", "0").replace("\"x\"", r#""\ud83e""#);
+    // A method is no number.
+    let none = change.replace("\"2.0\"", "2");
+    for bad in [change, half, none] {
+        client.write(format!("Content-Length: {}\r\n\r\n{bad}", bad.len()).as_bytes());
+        let hint = client.hint(&text, "activity navigation");
+        assert!(hint.starts_with("not analysed"), "{hint}");
+        client.settle(Duration::from_millis(100));
+        assert!(client.published()[&text.uri].to_string().contains("unreadable-file"));
+        // The text that is saved is known.
+        client.notify("textDocument/didSave", json!({"textDocument": {"uri": text.uri}, "text": text.text}));
+        assert!(client.hint(&text, "activity navigation").starts_with("R 997"));
+    }
     client.edit(&mut text, "deadline = 1000", "deadline = 700");
     assert_eq!(client.codes(&text), ["deadline-missed"]);
 }
 
 #[test]
-fn a_client_that_does_not_read_is_waited_for() {
+fn a_client_that_does_not_read_is_waited_for_and_left() {
+    let path = models().join("p3dx/deployment.mal");
     let mut client = robot();
-    let mut text = client.open_file(&models().join("p3dx/deployment.mal"));
+    let mut text = client.open_file(&path);
+    client.diagnostics(&text);
+    client.stop_reading();
+    // Far more than a pipe holds.
+    let document = json!({"textDocument": {"uri": text.uri}});
+    let ids: Vec<u64> =
+        (0..100).map(|_| client.request("textDocument/documentSymbol", document.clone())).collect();
     let line = text.text.find("period = 1000").unwrap() + "period = ".len();
     for _ in 0..2000 {
         client.replace(&mut text, line..line, "1");
         client.replace(&mut text, line..line + 1, "");
     }
-    let id = client.request("mauve/status", Value::Null);
-    client.wait("the last answer", |it| is_answer(it, id));
+    client.read_on();
+    for id in ids {
+        let answer = client.answer(id);
+        assert!(answer.is_ok() || answer.is_err_and(|error| error["code"] == -32801));
+    }
     assert_eq!(client.codes(&text), [] as [&str; 0]);
+    // Nor does it keep the server from its end.
+    client.stop_reading();
+    for _ in 0..100 {
+        client.request("textDocument/documentSymbol", document.clone());
+    }
+    client.notify("exit", Value::Null);
+    assert_eq!(client.wait_for_end(SOON), Some(1));
 }

@@ -4,7 +4,7 @@ use std::collections::{HashMap, VecDeque};
 use std::io::{BufReader, Write as _};
 use std::path::Path;
 use std::process::{Child, ChildStdin, Command, Stdio};
-use std::sync::mpsc;
+use std::sync::{Arc, Condvar, Mutex, mpsc};
 use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
@@ -17,6 +17,8 @@ pub struct Client {
     process: Child,
     input: Option<ChildStdin>,
     messages: mpsc::Receiver<(Instant, Value)>,
+    /// Is the server's output read?
+    gate: Arc<(Mutex<bool>, Condvar)>,
     /// Heard, and not asked for yet.
     waiting: VecDeque<(Instant, Value)>,
     next_id: u64,
@@ -40,15 +42,21 @@ impl Client {
         let input = process.stdin.take();
         let output = process.stdout.take();
         let (sender, messages) = mpsc::channel();
+        let gate = Arc::new((Mutex::new(true), Condvar::new()));
+        let is_open = Arc::clone(&gate);
         std::thread::spawn(move || {
             let mut output = BufReader::new(output?);
-            while let Some(message) = read(&mut output) {
+            loop {
+                let open = is_open.1.wait_while(is_open.0.lock().ok()?, |open| !*open);
+                drop(open.ok()?);
+                let message = read(&mut output)?;
                 sender.send((Instant::now(), message)).ok()?;
             }
+            #[allow(unreachable_code, reason = "the type of the closure")]
             Some(())
         });
         let waiting = VecDeque::new();
-        Client { process, input, messages, waiting, next_id: 0, published: HashMap::new() }
+        Client { process, input, messages, gate, waiting, next_id: 0, published: HashMap::new() }
     }
 
     /// A server for `folder` and a client that can do what good editors can.
@@ -258,6 +266,23 @@ impl Client {
             assert!(Instant::now() < end, "the hint stays `{hint}`");
             self.settle(Duration::from_millis(10));
         }
+    }
+
+    /// Reads nothing more of what the server says, but for what is on its way.
+    pub fn stop_reading(&mut self) {
+        self.set_gate(false);
+    }
+
+    /// Reads again.
+    pub fn read_on(&mut self) {
+        self.set_gate(true);
+    }
+
+    fn set_gate(&mut self, open: bool) {
+        if let Ok(mut gate) = self.gate.0.lock() {
+            *gate = open;
+        }
+        self.gate.1.notify_all();
     }
 
     /// Closes the server's input.

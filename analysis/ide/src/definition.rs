@@ -469,30 +469,45 @@ tables = ["times.toml"]
         const SHELL: &str = "shell S { output port out: int  require far(): int }\n";
         // The port of a built-in function is not the variable of its name; its value is.
         let program = "core C(S) { var out: int = 0; update = { write(out, out); } }";
-        check(&format!("{SHELL}{}", program.replace("write(out", "write($0out")), expect![[r#"
+        check(
+            &format!("{SHELL}{}", program.replace("write(out", "write($0out")),
+            expect![[r#"
             out
             -> /model.mal:1 out | out
-        "#]]);
-        check(&format!("{SHELL}{}", program.replace(", out)", ", $0out)")), expect![[r#"
+        "#]],
+        );
+        check(
+            &format!("{SHELL}{}", program.replace(", out)", ", $0out)")),
+            expect![[r#"
             out
             -> /model.mal:2 out | out
-        "#]]);
+        "#]],
+        );
         check(&format!("{SHELL}{}", program.replace("write(", "wri$0te(")), expect![[r#""#]]);
         // Hooks see the core's variables, programs of the machine its own.
         let program = "core C(S) { var v: int; handler h: far start = { v = 1; collect(h); }\n\
                        statemachine { var v: int; initial state A { run = { v = 2; } } } }";
-        check(&format!("{SHELL}{}", program.replace("v = 1", "$0v = 1")), expect![[r#"
+        check(
+            &format!("{SHELL}{}", program.replace("v = 1", "$0v = 1")),
+            expect![[r#"
             v
             -> /model.mal:2 v | v
-        "#]]);
-        check(&format!("{SHELL}{}", program.replace("v = 2", "$0v = 2")), expect![[r#"
+        "#]],
+        );
+        check(
+            &format!("{SHELL}{}", program.replace("v = 2", "$0v = 2")),
+            expect![[r#"
             v
             -> /model.mal:3 v | v
-        "#]]);
-        check(&format!("{SHELL}{}", program.replace("(h)", "($0h)")), expect![[r#"
+        "#]],
+        );
+        check(
+            &format!("{SHELL}{}", program.replace("(h)", "($0h)")),
+            expect![[r#"
             h
             -> /model.mal:2 h | h
-        "#]]);
+        "#]],
+        );
     }
 
     #[test]

@@ -276,7 +276,9 @@ deployment D {
 
     #[test]
     fn a_comment_behind_something_else_is_not_about_what_follows() {
-        check("codel f(): int // about f\ncodel $0g(): int", expect![[r#"
+        check(
+            "codel f(): int // about f\ncodel $0g(): int",
+            expect![[r#"
             g
             ---
             ```mauve
@@ -287,8 +289,11 @@ deployment D {
             |---|---|
             | 1e-4 ← | no time |
 
-        "#]]);
-        check("codel f(): int // about f\n\n// about g\ncodel $0g(): int", expect![[r#"
+        "#]],
+        );
+        check(
+            "codel f(): int // about f\n\n// about g\ncodel $0g(): int",
+            expect![[r#"
             g
             ---
             ```mauve
@@ -301,7 +306,8 @@ deployment D {
             |---|---|
             | 1e-4 ← | no time |
 
-        "#]]);
+        "#]],
+        );
     }
 
     #[test]

@@ -30,7 +30,10 @@ impl Lsp {
     /// Serves until the client is done.
     pub(crate) fn run(self) -> Result<Output, String> {
         if let Some(path) = &self.log {
-            let file = File::create(path)
+            let file = File::options()
+                .create(true)
+                .append(true)
+                .open(path)
                 .map_err(|error| format!("cannot write the log `{}`: {error}", path.display()))?;
             // salsa tells of every query.
             let ours = Targets::new().with_targets([("mauve", Level::DEBUG), ("tower_lsp", Level::INFO)]);

@@ -51,6 +51,9 @@ impl Replay {
                 }
             }
         }
+        // One file may hold several sessions: an editor starts a server again that has ended. The last one counts.
+        let is_first = |line: &Line| line.from == Side::Client && line.message["method"] == "initialize";
+        let lines = lines.split_off(lines.iter().rposition(is_first).unwrap_or_default());
         let mut session = Session::begin()?;
         let begin = Instant::now();
         for line in &lines {
@@ -167,9 +170,12 @@ impl Session {
         for answer in &recorded {
             let Some(id) = id_of(answer) else { continue };
             let again = self.heard.iter().find(|heard| id_of(heard) == Some(id));
-            // Whether an edit overtakes a request depends on the hour.
-            let is_overtaken = |answer: &Value| answer.pointer("/error/code") == Some(&json!(-32801));
-            if again.is_none_or(|again| again != *answer && !is_overtaken(again) && !is_overtaken(answer)) {
+            // Whether an edit, or its client, ends a request in time depends on the hour.
+            let is_ended = |answer: &Value| {
+                let code = answer.pointer("/error/code").and_then(Value::as_i64);
+                code.is_some_and(|code| [-32801, -32800].contains(&code))
+            };
+            if again.is_none_or(|again| again != *answer && !is_ended(again) && !is_ended(answer)) {
                 found.push(difference(&method_of(lines, id), answer, again));
             }
         }

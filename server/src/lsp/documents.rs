@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::time::Instant;
 
 use tower_lsp::lsp_types::{TextDocumentContentChangeEvent, TextDocumentItem, Url};
 
@@ -19,8 +20,8 @@ pub(crate) struct Open {
     pub(crate) text: String,
     /// Why the text is not to be trusted: a change was lost.
     pub(crate) problem: Option<String>,
-    /// Has the text changed since it was last given to the database?
-    pub(crate) dirty: bool,
+    /// When it has changed, if the database was not given it since.
+    pub(crate) dirty: Option<Instant>,
 }
 
 /// All of them, by their addresses.
@@ -42,7 +43,7 @@ impl Documents {
         if self.0.contains_key(&uri) {
             tracing::warn!("{uri} was open already");
         }
-        self.0.insert(uri, Open { path, is_file, version, text, problem: None, dirty: true });
+        self.0.insert(uri, Open { path, is_file, version, text, problem: None, dirty: Some(Instant::now()) });
     }
 
     /// Makes the changes of one message, one after the other.
@@ -62,7 +63,7 @@ impl Documents {
             tracing::warn!("{uri}: version {version} after {}", open.version);
         }
         open.version = version;
-        open.dirty = true;
+        open.dirty = Some(Instant::now());
         for change in changes {
             match change.range {
                 None => {
@@ -85,7 +86,7 @@ impl Documents {
             tracing::error!("{uri}: the text was another one than the client's");
             open.text = text;
             open.problem = None;
-            open.dirty = true;
+            open.dirty = Some(Instant::now());
         }
     }
 
@@ -93,7 +94,7 @@ impl Documents {
     pub(crate) fn lost(&mut self, uri: &Url) {
         if let Some(open) = self.0.get_mut(uri) {
             open.problem = Some(LOST.to_owned());
-            open.dirty = true;
+            open.dirty = Some(Instant::now());
         }
     }
 }

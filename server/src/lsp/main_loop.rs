@@ -8,6 +8,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, mpsc};
+use std::time::Instant;
 
 use mauve_model::{CONFIG_FILE, Database, File, Workspace, is_model};
 use tokio::runtime::Handle;
@@ -131,7 +132,8 @@ impl MainLoop {
                 self.handle(event);
             }
             self.settle();
-            if self.is_initialized && std::mem::take(&mut self.check) {
+            // What could not be loaded is not checked: nothing is known of it.
+            if self.is_initialized && !self.reload && std::mem::take(&mut self.check) {
                 self.start_check();
             }
         }
@@ -200,7 +202,8 @@ impl MainLoop {
     /// A text was touched: it is to be checked, even where it is the same, since the client waits for its version.
     fn touched(&mut self, uri: &Url) {
         self.check = true;
-        self.reload |= self.documents.0.get(uri).is_some_and(|open| open.dirty && is_config(&open.path));
+        self.reload |=
+            self.documents.0.get(uri).is_some_and(|open| open.dirty.is_some() && is_config(&open.path));
     }
 
     fn closed(&mut self, uri: &Url) {
@@ -216,7 +219,7 @@ impl MainLoop {
         let mut is_open = false;
         for (other, known) in self.shared_documents.iter() {
             if let Some(open) = self.documents.0.get_mut(other).filter(|_| known.file == document.file) {
-                open.dirty = true;
+                open.dirty = Some(Instant::now());
                 is_open = true;
             }
         }
@@ -246,23 +249,27 @@ impl MainLoop {
 
     /// Gives what has changed to the database, which ends whatever reads it.
     fn settle(&mut self) {
-        let mut is_new = self.shared_documents.len() != self.documents.0.len();
+        let mut dirty: Vec<(Instant, &Url)> =
+            self.documents.0.iter().filter_map(|(uri, open)| Some((open.dirty?, uri))).collect();
+        // Of two addresses of one file, the one that was changed last counts.
+        dirty.sort();
+        let mut written: BTreeMap<Url, File> = BTreeMap::new();
+        for uri in dirty.into_iter().map(|(_, uri)| uri) {
+            if let Some(open) = self.documents.0.get(uri) {
+                let file = self.loader.opened(&mut self.db, &open.path, &open.text, open.problem.clone());
+                written.insert(uri.clone(), file);
+            }
+        }
+        let is_new = !written.is_empty() || self.shared_documents.len() != self.documents.0.len();
         let mut shared = BTreeMap::new();
         for (uri, open) in &mut self.documents.0 {
-            let known = self.shared_documents.get(uri).copied();
-            let file = match known.filter(|_| !open.dirty) {
-                Some(document) => document.file,
-                None => self.loader.opened(&mut self.db, &open.path, &open.text, open.problem.clone()),
-            };
-            if known.is_none()
-                && !is_in_a_folder(&self.db, &self.workspaces, file)
-                && self.strays.insert(uri.clone())
-            {
-                self.reload = true;
-            }
-            is_new |= open.dirty;
-            open.dirty = false;
+            open.dirty = None;
+            let known = self.shared_documents.get(uri).map(|document| document.file);
+            let Some(file) = written.get(uri).copied().or(known) else { continue };
             shared.insert(uri.clone(), Document { file, version: open.version });
+            if known.is_none() && !is_in_a_folder(&self.db, &self.workspaces, file) {
+                self.reload |= self.strays.insert(uri.clone());
+            }
         }
         if is_new {
             self.shared_documents = Arc::new(shared);
@@ -287,7 +294,7 @@ impl MainLoop {
     }
 
     fn load(&mut self) -> Result<(), Failure> {
-        let begin = std::time::Instant::now();
+        let begin = Instant::now();
         let mut paths = self.folders.clone();
         let mut alone = Vec::new();
         for (uri, open) in &self.documents.0 {

@@ -39,13 +39,17 @@ pub(crate) struct Mirror {
 }
 
 impl Mirror {
-    /// A record at `path`; one that is there already is overwritten.
+    /// A record at `path`, behind what is there already: an editor starts a server again that has ended by a defect, and
+    /// that session is the one to be looked at.
     ///
     /// # Errors
     ///
     /// Those of the file system.
     pub(crate) fn create(path: &Path) -> std::io::Result<Mirror> {
-        Ok(Mirror { begin: Instant::now(), file: Arc::new(Mutex::new(File::create(path)?)) })
+        Ok(Mirror {
+            begin: Instant::now(),
+            file: Arc::new(Mutex::new(File::options().create(true).append(true).open(path)?)),
+        })
     }
 
     /// Writes a line at once: a session may end at any time. One that cannot be written is not worth the session.
