@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use mauve_tests::{Client, Text, copy, models, scratch};
@@ -50,8 +50,8 @@ const PIECES: [&str; 16] = [
     "/*",
 ];
 
-/// The files that are edited, those that matter most first.
-const FILES: [&str; 7] = [
+/// The files that are edited, those that matter most first; the last is a link to the first.
+const FILES: [&str; 8] = [
     "deployment.mal",
     "timing/p3dx.toml",
     "mauve.toml",
@@ -59,7 +59,11 @@ const FILES: [&str; 7] = [
     "exploration.mal",
     "components/navigation.mal",
     "components/hokuyo.mal",
+    "link.mal",
 ];
+
+/// Folders that come and go.
+const FOLDERS: [&str; 2] = ["timing", "components"];
 
 #[test]
 fn ten_thousand_edits_leave_what_a_fresh_server_finds() {
@@ -68,23 +72,29 @@ fn ten_thousand_edits_leave_what_a_fresh_server_finds() {
     let folder = scratch(env!("CARGO_TARGET_TMPDIR"), &format!("lsp_random_{seed}"));
     copy(&models().join("p3dx"), &folder);
     let paths: Vec<PathBuf> = FILES.iter().map(|file| folder.join(file)).collect();
+    std::os::unix::fs::symlink(&paths[0], &paths[7]).unwrap();
     let originals: Vec<String> = paths.iter().map(|path| std::fs::read_to_string(path).unwrap()).collect();
     let mut random = Random(seed);
     let mut client = Client::of_folder(MAUVE, &folder);
-    let mut open: BTreeMap<usize, Text> = BTreeMap::new();
+    // With the step in which each was touched last.
+    let mut open: BTreeMap<usize, (usize, Text)> = BTreeMap::new();
     for step in 1..=STEPS {
         let file = random.below(FILES.len());
+        if random.below(100) == 0 {
+            move_a_folder(&mut random, &folder, &originals[1]);
+        }
+        let path = &paths[file];
         match open.get_mut(&file) {
             None => match random.below(8) {
-                // Somebody else writes it, or takes it away.
-                0 => std::fs::write(&paths[file], damaged(&mut random, &originals[file])).unwrap(),
-                1 => drop(std::fs::remove_file(&paths[file])),
-                2 => std::fs::write(&paths[file], &originals[file]).unwrap(),
+                // Somebody else writes it, or takes it away. Its folder may be away.
+                0 => drop(std::fs::write(path, damaged(&mut random, &originals[file]))),
+                1 if file != 7 => drop(std::fs::remove_file(path)),
+                2 => drop(std::fs::write(path, &originals[file])),
                 _ => {
-                    open.insert(file, client.open(&paths[file], &originals[file]));
+                    open.insert(file, (step, client.open(path, &originals[file])));
                 }
             },
-            Some(text) => match random.below(20) {
+            Some((touched, text)) => match random.below(20) {
                 0 => {
                     client.notify("textDocument/didClose", json!({"textDocument": {"uri": text.uri}}));
                     open.remove(&file);
@@ -93,6 +103,7 @@ fn ten_thousand_edits_leave_what_a_fresh_server_finds() {
                 1..=5 => {
                     let all = 0..text.text.len();
                     client.replace(text, all, &originals[file]);
+                    *touched = step;
                 }
                 6 => {
                     let uri = text.uri.clone();
@@ -111,6 +122,7 @@ fn ten_thousand_edits_leave_what_a_fresh_server_finds() {
                 _ => {
                     let (range, piece) = edit(&mut random, &text.text);
                     client.replace(text, range, &piece);
+                    *touched = step;
                 }
             },
         }
@@ -123,6 +135,22 @@ fn ten_thousand_edits_leave_what_a_fresh_server_finds() {
         }
     }
     assert_eq!(client.shut_down(), Some(0));
+}
+
+/// Takes a folder away, puts it back, or puts another one in its place.
+fn move_a_folder(random: &mut Random, folder: &Path, table: &str) {
+    let name = *random.of(&FOLDERS);
+    let (here, away) = (folder.join(name), folder.join(format!("{name}.away")));
+    if !here.exists() {
+        std::fs::rename(away, here).unwrap();
+    } else if random.below(2) == 0 && !away.exists() {
+        std::fs::rename(here, away).unwrap();
+    } else if name == "timing" && !away.exists() {
+        std::fs::rename(&here, &away).unwrap();
+        std::fs::create_dir(&here).unwrap();
+        std::fs::write(here.join("p3dx.toml"), damaged(random, table)).unwrap();
+        std::fs::remove_dir_all(away).unwrap();
+    }
 }
 
 fn boundary(text: &str, mut offset: usize) -> usize {
@@ -158,16 +186,17 @@ fn damaged(random: &mut Random, text: &str) -> String {
 }
 
 /// Compares all diagnostics, and all hints of open files, with those of a server that has seen nothing of what happened.
-fn compare(client: &mut Client, folder: &std::path::Path, open: &BTreeMap<usize, Text>) {
+fn compare(client: &mut Client, folder: &Path, open: &BTreeMap<usize, (usize, Text)>) {
     let mut fresh = Client::of_folder(MAUVE, folder);
-    let mut expected = Vec::new();
-    for text in open.values() {
+    // Of two addresses of one file, the one that was touched last counts.
+    let mut texts: Vec<(usize, &Text)> = open.values().map(|(touched, text)| (*touched, text)).collect();
+    texts.sort_by_key(|(touched, _)| *touched);
+    for (_, text) in &texts {
         fresh.open_at(&text.uri, &text.text);
     }
-    for text in open.values() {
-        expected.push(fresh.hints(&text.uri));
-    }
-    let hints = |client: &mut Client| open.values().map(|text| client.hints(&text.uri)).collect::<Vec<_>>();
+    let hints =
+        |client: &mut Client| texts.iter().map(|(_, text)| client.hints(&text.uri)).collect::<Vec<_>>();
+    let expected = hints(&mut fresh);
     // What changed on the disk is noticed in its time.
     for quiet in [100, 300, 1000] {
         client.settle(Duration::from_millis(quiet));
