@@ -6,26 +6,10 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use mauve_tests::{Client, Text, copy, models, scratch};
+use mauve_tests::{Client, Random, Text, copy, models, scratch};
 use serde_json::json;
 
 const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
-
-/// Numbers that look random, the same ones in each run with one seed (xorshift).
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, bound: usize) -> usize {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 % bound.max(1) as u64) as usize
-    }
-
-    fn of<'a, T>(&mut self, all: &'a [T]) -> &'a T {
-        &all[self.below(all.len())]
-    }
-}
 
 const STEPS: usize = 10_000;
 /// So often the server is compared with a fresh one.

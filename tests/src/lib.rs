@@ -37,6 +37,24 @@ pub fn fixture(text: &str) -> Vec<(String, String)> {
     files
 }
 
+/// Numbers that look random, the same ones in each run with one seed, which is not 0 (xorshift).
+pub struct Random(pub u64);
+
+impl Random {
+    /// A number below `bound`.
+    pub fn below(&mut self, bound: usize) -> usize {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 % bound.max(1) as u64) as usize
+    }
+
+    /// One of `all`, which are some.
+    pub fn of<'a, T>(&mut self, all: &'a [T]) -> &'a T {
+        &all[self.below(all.len())]
+    }
+}
+
 /// The folder `tests/models` of the repository.
 pub fn models() -> PathBuf {
     PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/models"))

@@ -13,6 +13,7 @@ use std::path::{Path, PathBuf};
 use mauve_model::diagnostics::{Finding, Severity, workspace_diagnostics};
 use mauve_model::item_tree::Kind;
 use mauve_model::{Database, Query, Workspace, names_of, projects, response_times};
+use mauve_tests::Random;
 use mauve_timing::{Level, Method, Time};
 use salsa::Setter as _;
 
@@ -255,15 +256,4 @@ fn damage_once(text: &str, random: &mut Random) -> (String, String) {
     let line = text[..range.start].matches('\n').count() + 1;
     let what = format!("line {line}: {:?} becomes {put:?}", &text[range.clone()]);
     (format!("{}{put}{}", &text[..range.start], &text[range.end..]), what)
-}
-
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, limit: usize) -> usize {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 % limit as u64) as usize
-    }
 }
