@@ -4,10 +4,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use globset::GlobMatcher;
 use ignore::WalkBuilder;
 use mauve_model::{
-    CONFIG_FILE, Database, File, ModelDb, Workspace, config_of, include_candidates, is_model, item_tree_of,
-    normalised, table_pattern,
+    CONFIG_FILE, Database, File, ModelDb, Problem, Workspace, config_of, include_candidates, is_model,
+    item_tree_of, normalised, table_pattern,
 };
 use salsa::Setter;
 
@@ -29,8 +30,14 @@ pub(crate) struct Loader {
     workspaces: BTreeMap<PathBuf, Workspace>,
     /// Files whose text is an editor's, whatever the disk has.
     edited: BTreeSet<PathBuf>,
-    /// Folders in which a file that comes or goes may change a workspace.
+    /// Folders that were looked through: whatever comes or goes in them may change a workspace.
     folders: BTreeSet<PathBuf>,
+    /// Paths elsewhere that matter by their names: what was looked for and not found, and folders and links on the way.
+    awaited: BTreeSet<PathBuf>,
+    /// What tables are called.
+    patterns: Vec<GlobMatcher>,
+    /// The files of the workspaces.
+    current: BTreeSet<PathBuf>,
 }
 
 /// What is to be read of a folder.
@@ -66,6 +73,8 @@ impl Loader {
     /// A model is seen as part of the projects that have it.
     pub(crate) fn load(&mut self, db: &mut Database, paths: &[PathBuf]) -> (Vec<Workspace>, Vec<String>) {
         self.folders.clear();
+        self.awaited.clear();
+        self.patterns.clear();
         let mut problems = Vec::new();
         let mut asked: Vec<(PathBuf, Asked)> = Vec::new();
         let mut index: BTreeMap<PathBuf, usize> = BTreeMap::new();
@@ -81,6 +90,7 @@ impl Loader {
                 && let Err(error) = std::fs::metadata(&absolute)
             {
                 problems.push(format!("cannot read `{}`: {error}", path.display()));
+                self.await_path(path);
                 continue;
             }
             let is_config = absolute.file_name().is_some_and(|name| name == CONFIG_FILE);
@@ -116,8 +126,53 @@ impl Loader {
                 }
             }
         }
-        let workspaces = asked.into_iter().map(|(folder, asked)| self.read(db, &folder, asked)).collect();
+        let read = asked.into_iter().map(|(folder, asked)| self.read(db, &folder, asked));
+        let workspaces: Vec<Workspace> = read.collect();
+        let files = workspaces.iter().flat_map(|workspace| workspace.files(db).values());
+        self.current = files.map(|file| file.path(db).clone()).collect();
+        // Any folder or link on the way may be another one tomorrow.
+        let folders: Vec<PathBuf> = self.folders.iter().cloned().collect();
+        let on_the_way: BTreeSet<&Path> = folders.iter().flat_map(|folder| folder.ancestors()).collect();
+        on_the_way.into_iter().for_each(|folder| self.await_path(folder));
         (workspaces, problems)
+    }
+
+    /// Remembers that it matters whether `path` comes, goes, or becomes another. Where its folder is not there, that is
+    /// what is waited for.
+    fn await_path(&mut self, path: &Path) {
+        let there =
+            path.ancestors().find_map(|path| Some((path.parent()?.canonicalize().ok()?, path.file_name()?)));
+        self.awaited.extend(there.map(|(folder, name)| folder.join(name)));
+    }
+
+    /// The folders to be watched, behind all links.
+    pub(crate) fn watched(&self) -> BTreeSet<PathBuf> {
+        let folders = self.folders.iter().map(PathBuf::as_path);
+        let all = folders.chain(self.awaited.iter().filter_map(|path| path.parent()));
+        all.filter_map(|folder| folder.canonicalize().ok()).collect()
+    }
+
+    /// May the workspaces be others, now that something has happened at `path`, in a folder that is watched?
+    pub(crate) fn matters(&self, path: &Path) -> bool {
+        if self.awaited.contains(path) {
+            return true;
+        }
+        let is_looked_through = path.parent().is_some_and(|folder| {
+            self.folders
+                .iter()
+                .any(|known| known == folder || known.canonicalize().is_ok_and(|known| known == folder))
+        });
+        // Tools write much beside models; but what is not there any more may have been anything.
+        let is_other_file = std::fs::symlink_metadata(path).is_ok_and(|data| data.is_file());
+        let is_ours = is_model(path) || path.extension().is_some_and(|extension| extension == "toml");
+        let is_ignoring = path.file_name().is_some_and(|name| name == ".gitignore" || name == ".ignore");
+        let is_named = || self.patterns.iter().any(|pattern| pattern.is_match(path));
+        is_looked_through && (!is_other_file || is_ours || is_ignoring || is_named())
+    }
+
+    /// Is this a file of the workspaces, and no link to one?
+    pub(crate) fn is_current(&self, path: &Path) -> bool {
+        self.current.contains(path) && std::fs::symlink_metadata(path).is_ok_and(|data| data.is_file())
     }
 
     /// Takes a file's text from an editor, until [`Loader::closed`].
@@ -126,7 +181,7 @@ impl Loader {
         db: &mut Database,
         path: &Path,
         text: &str,
-        problem: Option<String>,
+        problem: Option<Problem>,
     ) -> File {
         let place = place(path);
         self.edited.insert(place.clone());
@@ -171,24 +226,21 @@ impl Loader {
         })
     }
 
-    /// Has the file at `path` been read?
-    pub(crate) fn is_known(&self, path: &Path) -> bool {
-        self.files.contains_key(&place(path))
-    }
-
-    /// Folders in which a file that comes or goes may change a workspace.
-    pub(crate) fn folders(&self) -> &BTreeSet<PathBuf> {
-        &self.folders
-    }
-
     fn is_file(&self, place: &Path) -> bool {
         self.edited.contains(place) || place.is_file()
     }
 
     /// The folder whose `mauve.toml` is the nearest above; `folder` itself without any.
-    fn home(&self, folder: &Path) -> PathBuf {
-        let with_config = folder.ancestors().find(|above| self.is_file(&above.join(CONFIG_FILE)));
-        with_config.unwrap_or(folder).to_owned()
+    fn home(&mut self, folder: &Path) -> PathBuf {
+        for above in folder.ancestors() {
+            for name in [CONFIG_FILE, ".gitignore", ".ignore"] {
+                self.await_path(&above.join(name));
+            }
+            if self.is_file(&above.join(CONFIG_FILE)) {
+                return above.to_owned();
+            }
+        }
+        folder.to_owned()
     }
 
     /// The models and configurations below `folder`, without what tools made and what `.gitignore` names.
@@ -213,16 +265,19 @@ impl Loader {
                 found.configs.push(path.to_owned());
             }
         }
-        let new_config = folder.join(CONFIG_FILE);
-        if self.edited.contains(&new_config) && !found.configs.contains(&new_config) {
-            found.configs.push(new_config);
-        }
+        // Those that an editor has and has not saved yet.
+        let is_new =
+            |path: &&PathBuf| path.file_name().is_some_and(|name| name == CONFIG_FILE) && !path.exists();
+        let new =
+            self.edited.iter().filter(is_new).filter(|path| depth.is_none() && path.starts_with(folder));
+        found.configs.extend(new.cloned());
         found
     }
 
     /// Reads the workspace of `folder`: its models, its configuration, the tables that this names, and whatever the
     /// models include from elsewhere.
     fn read(&mut self, db: &mut Database, folder: &Path, asked: Asked) -> Workspace {
+        self.home(folder);
         let config = folder.join(CONFIG_FILE);
         // A model by itself is seen together with what stands beside it.
         let depth = if asked.whole || self.is_file(&config) { None } else { Some(1) };
@@ -269,6 +324,7 @@ impl Loader {
         let config = config_of(db, workspace).clone();
         for (root, _) in &config.roots {
             let root = normalised(&folder.join(root));
+            self.await_path(&root);
             if self.is_file(&root) {
                 self.add(db, &mut files, &root);
             }
@@ -325,11 +381,13 @@ impl Loader {
         while let Some(file) = open.pop() {
             for include in item_tree_of(db, file).includes.clone().iter().flatten() {
                 let candidates = include_candidates(db, workspace, file, include);
-                let Some(path) = candidates.iter().find(|path| self.is_file(path)) else {
-                    // It may come.
-                    self.folders.extend(candidates.iter().filter_map(|path| existing(path.parent()?)));
-                    continue;
-                };
+                let found = candidates.iter().position(|path| self.is_file(path));
+                // A nearer one may come.
+                candidates
+                    .iter()
+                    .take(found.unwrap_or(candidates.len()))
+                    .for_each(|path| self.await_path(path));
+                let Some(path) = found.and_then(|index| candidates.get(index)) else { continue };
                 self.add(db, files, path);
                 if let Some(&file) = files.get(path)
                     && seen.insert(file.path(db).clone())
@@ -345,12 +403,13 @@ impl Loader {
     fn tables(&mut self, folder: &Path, pattern: &str, unreadable: &mut Vec<String>) -> Vec<PathBuf> {
         let Ok(glob) = table_pattern(folder, pattern) else { return Vec::new() };
         let is_fixed = |part: &std::path::Component<'_>| {
-            !part.as_os_str().to_string_lossy().contains(['*', '?', '[', '{', '\\'])
+            !part.as_os_str().to_string_lossy().contains(['*', '?', '[', '{'])
         };
         let parts: Vec<_> = Path::new(pattern).components().collect();
         let fixed: PathBuf = parts.iter().take_while(|part| is_fixed(part)).collect();
         let from = normalised(&folder.join(&fixed));
-        self.folders.extend(existing(&from));
+        self.await_path(&from);
+        self.patterns.push(glob.clone());
         if parts.iter().all(is_fixed) {
             let is_there = self.edited.contains(&from) || from.symlink_metadata().is_ok();
             return if is_there { vec![from] } else { Vec::new() };
@@ -386,17 +445,19 @@ impl Loader {
     }
 }
 
-/// Does a model of this workspace include a file that is on the disk and has not been read, since its text has changed?
-pub(crate) fn is_outdated(db: &dyn ModelDb, workspace: Workspace) -> bool {
+/// Does a file of this workspace include one that is there and has not been read, since its text has changed? `is_open` tells
+/// which files an editor has, be they on the disk or not.
+pub(crate) fn is_outdated(db: &dyn ModelDb, workspace: Workspace, is_open: &dyn Fn(&Path) -> bool) -> bool {
     // A text that is no file on the disk stands nowhere: it includes nothing.
     if workspace.folder(db).as_os_str().is_empty() {
         return false;
     }
     let known = workspace.files(db);
-    known.values().filter(|file| is_model(file.path(db))).any(|&file| {
+    let is_there = |path: &Path| path.is_file() || is_open(path);
+    known.values().filter(|file| file.path(db).extension().is_none_or(|it| it != "toml")).any(|&file| {
         item_tree_of(db, file).includes.iter().flatten().any(|include| {
             let candidates = include_candidates(db, workspace, file, include);
-            candidates.iter().take_while(|path| !known.contains_key(*path)).any(|path| path.is_file())
+            candidates.iter().take_while(|path| !known.contains_key(*path)).any(|path| is_there(path))
         })
     })
 }
@@ -419,11 +480,6 @@ fn is_of_another_language(text: &str) -> bool {
     }
 }
 
-/// `folder`, or what there is of it.
-fn existing(folder: &Path) -> Option<PathBuf> {
-    folder.ancestors().find(|folder| folder.is_dir()).map(Path::to_owned)
-}
-
 /// `MAUVE_MODELS`.
 fn model_path() -> Vec<PathBuf> {
     let Some(folders) = std::env::var_os("MAUVE_MODELS") else { return Vec::new() };
@@ -440,7 +496,7 @@ struct Found {
 }
 
 /// Sets a text, where it is another: setting ends whatever is being computed. Says whether it was.
-fn write(db: &mut Database, file: File, text: &str, problem: Option<String>) -> bool {
+fn write(db: &mut Database, file: File, text: &str, problem: Option<Problem>) -> bool {
     let (is_text, is_problem) = (**file.text(db) != *text, *file.problem(db) != problem);
     if is_text {
         file.set_text(db).to(text.into());
@@ -452,7 +508,7 @@ fn write(db: &mut Database, file: File, text: &str, problem: Option<String>) -> 
 }
 
 /// The path behind all links. A file that is not on the disk yet, or not any more, stands in a folder that is.
-fn place(path: &Path) -> PathBuf {
+pub(crate) fn place(path: &Path) -> PathBuf {
     path.canonicalize().unwrap_or_else(|_| {
         let folder = path.parent().and_then(|folder| folder.canonicalize().ok());
         folder.zip(path.file_name()).map_or_else(|| path.to_owned(), |(folder, name)| folder.join(name))
@@ -460,20 +516,22 @@ fn place(path: &Path) -> PathBuf {
 }
 
 /// The text of a file up to where it stops being UTF-8, and why it is not all of it.
-pub(crate) fn text_of(path: &Path) -> (String, Option<String>) {
+pub(crate) fn text_of(path: &Path) -> (String, Option<Problem>) {
     match std::fs::metadata(path) {
-        Err(error) => return (String::new(), Some(format!("cannot be read: {error}"))),
-        Ok(data) if !data.is_file() => return (String::new(), Some("this is not a file".to_owned())),
+        Err(error) => return (String::new(), Some(Problem::Cut(format!("cannot be read: {error}")))),
+        Ok(data) if !data.is_file() => {
+            return (String::new(), Some(Problem::Cut("this is not a file".to_owned())));
+        }
         Ok(data) if data.len() > LONGEST => {
             return (
                 String::new(),
-                Some(format!("this file is longer than {LONGEST} bytes, and is not read")),
+                Some(Problem::Cut(format!("this file is longer than {LONGEST} bytes, and is not read"))),
             );
         }
         Ok(_) => {}
     }
     match std::fs::read(path) {
-        Err(error) => (String::new(), Some(format!("cannot be read: {error}"))),
+        Err(error) => (String::new(), Some(Problem::Cut(format!("cannot be read: {error}")))),
         Ok(bytes) => match String::from_utf8(bytes) {
             Ok(text) => (text, None),
             Err(error) => {
@@ -481,7 +539,12 @@ pub(crate) fn text_of(path: &Path) -> (String, Option<String>) {
                 let mut bytes = error.into_bytes();
                 bytes.truncate(valid);
                 let text = String::from_utf8(bytes).unwrap_or_default();
-                (text, Some(format!("this is not UTF-8 text from byte {valid} on, and is not read further")))
+                (
+                    text,
+                    Some(Problem::Cut(format!(
+                        "this is not UTF-8 text from byte {valid} on, and is not read further"
+                    ))),
+                )
             }
         },
     }

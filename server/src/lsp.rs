@@ -49,7 +49,7 @@ use frame::Frame;
 use main_loop::MainLoop;
 use mirror::{Mirror, Side};
 use publisher::{Outbox, Publisher};
-use transport::{Outgoing, Streams, serve};
+use transport::{Backlog, Outgoing, Streams, serve};
 
 /// So many messages are read ahead.
 const READ_AHEAD: usize = 1024;
@@ -80,6 +80,7 @@ pub(crate) fn run(
     let (ended, main_loop_ended) = oneshot::channel();
     let (events, inbox) = mpsc::channel();
     let outbox = Arc::new(Outbox::default());
+    let backlog = Arc::new(Backlog::default());
 
     let (busy, is_busy) = watch::channel(false);
     let publisher = Publisher::new(Arc::clone(&outbox));
@@ -97,11 +98,12 @@ pub(crate) fn run(
     )?;
     let said = mirror.clone();
     spawn("reader", Box::new(move || read(input, &frames, said.as_ref())))?;
+    let written = Arc::clone(&backlog);
     let (farewell, last_words) = mpsc::channel();
     spawn(
         "writer",
         Box::new(move || {
-            write(output, messages, mirror.as_ref());
+            write(output, messages, &written, mirror.as_ref());
             let _ = farewell.send(());
         }),
     )?;
@@ -113,7 +115,7 @@ pub(crate) fn run(
             Backend { main_loop: events }
         });
         let (service, socket) = backend::with_custom_methods(build).finish();
-        serve(service, socket, Streams { incoming, outgoing, main_loop: main_loop_ended }).await
+        serve(service, socket, Streams { incoming, outgoing, backlog, main_loop: main_loop_ended }).await
     });
     let _ = last_words.recv_timeout(FAREWELL);
     // Whoever still computes is not waited for.
@@ -142,7 +144,12 @@ fn read(input: impl std::io::Read, frames: &channel::Sender<Frame>, mirror: Opti
     }
 }
 
-fn write(output: impl Write, mut messages: channel::UnboundedReceiver<Outgoing>, mirror: Option<&Mirror>) {
+fn write(
+    output: impl Write,
+    mut messages: channel::UnboundedReceiver<Outgoing>,
+    backlog: &Backlog,
+    mirror: Option<&Mirror>,
+) {
     let mut output = std::io::BufWriter::new(output);
     while let Some(Outgoing { message, written }) = messages.blocking_recv() {
         if let Some(mirror) = mirror
@@ -154,6 +161,7 @@ fn write(output: impl Write, mut messages: channel::UnboundedReceiver<Outgoing>,
             tracing::error!("the client does not read: {error}");
             return;
         }
+        backlog.written();
         if let Some(written) = written {
             let _ = written.send(());
         }

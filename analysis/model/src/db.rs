@@ -15,9 +15,27 @@ pub struct File {
     /// What is in it; as far as it is UTF-8.
     #[returns(ref)]
     pub text: Arc<str>,
-    /// Why the text is not all of it: it could not be read, or is no UTF-8.
+    /// Why the text is not all of it, or not what is in it.
     #[returns(ref)]
-    pub problem: Option<String>,
+    pub problem: Option<Problem>,
+}
+
+/// What is wrong with the text of a file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Problem {
+    /// It ends too early: the file cannot be read from there on, or is no UTF-8.
+    Cut(String),
+    /// Any of it may be another: a change was lost.
+    Unknown(String),
+}
+
+impl Problem {
+    /// In words for the user.
+    pub fn message(&self) -> &str {
+        match self {
+            Problem::Cut(message) | Problem::Unknown(message) => message,
+        }
+    }
 }
 
 /// A folder with models in it, and the files that they need.

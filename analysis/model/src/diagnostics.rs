@@ -266,7 +266,7 @@ pub fn file_diagnostics<'db>(
     let mut found = Vec::new();
     if let Some(problem) = file.problem(db) {
         let end = file.text(db).len() as u32;
-        found.push(unreadable_file::report(Place::Range(file, end, end), problem));
+        found.push(unreadable_file::report(Place::Range(file, end, end), problem.message()));
     }
     // What a file lacks because its text ends too early is no mistake of its own.
     for error in parse(db, file).errors().iter().filter(|_| file.problem(db).is_none()) {

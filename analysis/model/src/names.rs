@@ -7,7 +7,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use crate::item_tree::{FeatureKind, Kind, Name, TypeRef};
 use crate::project::{Project, includes, is_model, project_files};
 use crate::source::{Decl, declarations, shell};
-use crate::{File, ModelDb};
+use crate::{File, ModelDb, Problem};
 
 /// The declarations of a project by library, kind and name.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
@@ -25,7 +25,7 @@ pub struct Names<'db> {
     doubts: FxHashSet<(Option<Name>, Option<Name>)>,
     /// Is a file missing, or unreadable, so that what it declares is unknown?
     pub missing: bool,
-    /// A file in which a declaration may be lost, or stand in another library than it seems.
+    /// A file in which a declaration may be lost, or stand in another library than it seems, or of which the text is unknown.
     pub scope_lost: Option<File>,
 }
 
@@ -48,7 +48,8 @@ pub fn names_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Names<'db> 
         let declarations = declarations(db, file);
         names.missing |= unknown || declarations.include_lost || file.problem(db).is_some();
         names.doubts.extend(declarations.doubts.iter().cloned());
-        if declarations.scope_lost {
+        // Of a text that may be another, any declaration may be.
+        if declarations.scope_lost || matches!(file.problem(db), Some(Problem::Unknown(_))) {
             names.scope_lost.get_or_insert(file);
         }
         for &decl in &declarations.all {

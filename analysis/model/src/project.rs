@@ -37,7 +37,7 @@ pub fn config_of(db: &dyn ModelDb, workspace: Workspace) -> Config {
     let Some(file) = config_file(db, workspace) else { return Config::default() };
     let mut config = config::read(file.text(db));
     if let Some(problem) = file.problem(db) {
-        config.errors.push((problem.clone(), 0..0));
+        config.errors.push((problem.message().to_owned(), 0..0));
         config.lost = true;
     }
     config

@@ -295,7 +295,10 @@ fn lost_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, deployment: Decl<'d
     }
     if let Some(file) = names_of(db, project).scope_lost {
         let name = file.path(db).file_name().unwrap_or_default().display().to_string();
-        let why = format!("{name} has a syntax error between its declarations: one of them may be missing");
+        let why = match file.problem(db) {
+            Some(problem) => format!("{name}: {}", problem.message()),
+            None => format!("{name} has a syntax error between its declarations: one of them may be missing"),
+        };
         lost.push(Refusal::reported(why, Place::Range(file, 0, 0)));
     }
     lost

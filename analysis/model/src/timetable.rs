@@ -74,7 +74,9 @@ pub fn table_pattern(folder: &Path, pattern: &str) -> Result<GlobMatcher, globse
     // The folder is a path, whatever letters it has: only the pattern is one.
     let escaped = PathBuf::from(globset::escape(&folder.to_string_lossy()));
     let absolute = normalised(&escaped.join(pattern));
-    let glob = GlobBuilder::new(&absolute.to_string_lossy()).literal_separator(true).build()?;
+    let absolute = absolute.to_string_lossy();
+    // A backslash is a letter of a folder's name; `[*]` is a star.
+    let glob = GlobBuilder::new(&absolute).literal_separator(true).backslash_escape(false).build()?;
     Ok(glob.compile_matcher())
 }
 
@@ -209,8 +211,8 @@ impl<'db> Joining<'db> {
     fn table(&mut self, file: File, table: &'db Table) {
         let at = |span: &Range<usize>| Place::Range(file, span.start as u32, span.end as u32);
         if let Some(problem) = file.problem(self.db) {
-            self.report(invalid_table::report(at(&(0..0)), problem.clone()));
-            self.lost(file, problem);
+            self.report(invalid_table::report(at(&(0..0)), problem.message().to_owned()));
+            self.lost(file, problem.message());
         }
         for error in &table.errors {
             self.report(invalid_table::report(at(&error.span), error.message.clone()));

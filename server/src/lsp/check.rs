@@ -11,7 +11,6 @@ use tower_lsp::lsp_types::{Diagnostic, Url};
 use super::position::line_index;
 use super::snapshot::Snapshot;
 use super::to_proto;
-use crate::load::is_outdated;
 
 /// What a worker found.
 pub(crate) struct Checked {
@@ -26,7 +25,7 @@ pub(crate) struct Checked {
 /// Checks everything as it is.
 pub(crate) fn check(snapshot: &Snapshot) -> Checked {
     let db = &snapshot.db;
-    let is_outdated = snapshot.workspaces.iter().any(|&workspace| is_outdated(db, workspace));
+    let is_outdated = snapshot.is_outdated();
     let mut diagnostics: BTreeMap<Url, (Option<i32>, Vec<Diagnostic>)> = BTreeMap::new();
     for (url, document) in snapshot.documents.iter() {
         diagnostics.insert(url.clone(), (Some(document.version), Vec::new()));
@@ -42,6 +41,9 @@ pub(crate) fn check(snapshot: &Snapshot) -> Checked {
                 }
             }
         }
+    }
+    for (url, document) in snapshot.documents.iter().filter(|(_, document)| !document.is_analysed) {
+        diagnostics.insert(url.clone(), (Some(document.version), vec![to_proto::another_text()]));
     }
     let mut hints = BTreeMap::new();
     for (url, document) in snapshot.documents.iter().filter(|(_, document)| is_model(document.file.path(db)))

@@ -46,6 +46,20 @@ impl Documents {
         self.0.insert(uri, Open { path, is_file, version, text, problem: None, dirty: Some(Instant::now()) });
     }
 
+    /// The address by which a text was opened: one file may be written in several ways, such as `%41` for `A`.
+    pub(crate) fn address(&self, uri: &Url) -> Option<Url> {
+        if self.0.contains_key(uri) {
+            return Some(uri.clone());
+        }
+        let path = uri.to_file_path().ok()?;
+        self.0.iter().find(|(_, open)| open.is_file && open.path == path).map(|(uri, _)| uri.clone())
+    }
+
+    fn get_mut(&mut self, uri: &Url) -> Option<&mut Open> {
+        let address = self.address(uri)?;
+        self.0.get_mut(&address)
+    }
+
     /// Makes the changes of one message, one after the other.
     pub(crate) fn change(
         &mut self,
@@ -54,7 +68,7 @@ impl Documents {
         changes: &[TextDocumentContentChangeEvent],
         encoding: Encoding,
     ) {
-        let Some(open) = self.0.get_mut(uri) else {
+        let Some(open) = self.get_mut(uri) else {
             tracing::warn!("a change of {uri}, which is not open");
             return;
         };
@@ -81,7 +95,7 @@ impl Documents {
 
     /// Compares the copies: the client has saved `text`.
     pub(crate) fn saved(&mut self, uri: &Url, text: Option<String>) {
-        let (Some(open), Some(text)) = (self.0.get_mut(uri), text) else { return };
+        let (Some(open), Some(text)) = (self.get_mut(uri), text) else { return };
         if open.text != text || open.problem.is_some() {
             tracing::error!("{uri}: the text was another one than the client's");
             open.text = text;
@@ -92,7 +106,7 @@ impl Documents {
 
     /// A change came that means nothing: from here on the text is unknown.
     pub(crate) fn lost(&mut self, uri: &Url) {
-        if let Some(open) = self.0.get_mut(uri) {
+        if let Some(open) = self.get_mut(uri) {
             open.problem = Some(LOST.to_owned());
             open.dirty = Some(Instant::now());
         }
@@ -127,6 +141,15 @@ mod tests {
         let changes = [change((0, 0), (0, 3), "1"), change((0, 1), (1, 0), ""), change((9, 0), (9, 9), "!")];
         documents.change(&uri(), 2, &changes, Encoding::Utf16);
         assert_eq!(documents.0[&uri()].text, "1two\n!");
+    }
+
+    #[test]
+    fn one_file_written_in_two_ways() {
+        let mut documents = opened("one");
+        let other = Url::parse("file:///robot/%61.mal").unwrap();
+        documents.change(&other, 2, &[change((0, 0), (0, 3), "two")], Encoding::Utf16);
+        assert_eq!(documents.0[&uri()].text, "two");
+        assert_eq!(documents.address(&other), Some(uri()));
     }
 
     #[test]

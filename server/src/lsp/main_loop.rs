@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, mpsc};
 use std::time::Instant;
 
-use mauve_model::{CONFIG_FILE, Database, File, Workspace, is_model};
+use mauve_model::{CONFIG_FILE, Database, File, Problem, Workspace, is_model};
 use tokio::runtime::Handle;
 use tokio::sync::watch;
 use tower_lsp::lsp_types::{DidChangeTextDocumentParams, DidSaveTextDocumentParams, TextDocumentItem, Url};
@@ -21,7 +21,7 @@ use super::documents::Documents;
 use super::publisher::Publisher;
 use super::snapshot::{Document, Failure, Snapshot, attempt};
 use super::watcher::Watcher;
-use crate::load::Loader;
+use crate::load::{Loader, place};
 
 /// What the main loop is told.
 pub(crate) enum Event {
@@ -158,7 +158,8 @@ impl MainLoop {
                 self.touched(&uri);
             }
             Event::Changed(params) => {
-                let uri = &params.text_document.uri;
+                let uri =
+                    &self.documents.address(&params.text_document.uri).unwrap_or(params.text_document.uri);
                 let encoding = self.capabilities.encoding;
                 self.documents.change(uri, params.text_document.version, &params.content_changes, encoding);
                 self.touched(uri);
@@ -174,7 +175,7 @@ impl MainLoop {
                 self.documents.saved(&params.text_document.uri, params.text);
                 self.touched(&params.text_document.uri);
             }
-            Event::Closed(uri) => self.closed(&uri),
+            Event::Closed(uri) => self.closed(&self.documents.address(&uri).unwrap_or(uri)),
             Event::Disk { paths, missed } => {
                 self.reload |= missed;
                 self.disk(&paths);
@@ -230,25 +231,25 @@ impl MainLoop {
         self.stir();
     }
 
-    /// Looks at files that may have changed outside the client.
+    /// Looks at what may have changed outside the client.
     fn disk(&mut self, paths: &BTreeSet<PathBuf>) {
         for path in paths {
-            let is_watched = self.loader.folders().contains(path);
             self.watcher.forget(path);
-            let is_known = self.loader.is_known(path);
-            if is_known && self.loader.changed(&mut self.db, path) {
-                self.stir();
+            if self.loader.is_current(path) && !is_config(path) {
+                if self.loader.changed(&mut self.db, path) {
+                    self.stir();
+                }
+            } else {
+                self.reload |= self.loader.matters(path);
             }
-            let is_ours = is_model(path) || path.extension().is_some_and(|extension| extension == "toml");
-            let is_ignored = path.file_name().is_some_and(|name| name == ".gitignore" || name == ".ignore");
-            // What is known and there was read just now; anything else of ours comes or goes.
-            let is_the_same = is_known && path.is_file() && !is_config(path);
-            self.reload |= !is_the_same && (is_known || is_ours || is_watched || is_ignored || path.is_dir());
         }
     }
 
     /// Gives what has changed to the database, which ends whatever reads it.
     fn settle(&mut self) {
+        if self.reload {
+            self.find_again();
+        }
         let mut dirty: Vec<(Instant, &Url)> =
             self.documents.0.iter().filter_map(|(uri, open)| Some((open.dirty?, uri))).collect();
         // Of two addresses of one file, the one that was changed last counts.
@@ -256,7 +257,8 @@ impl MainLoop {
         let mut written: BTreeMap<Url, File> = BTreeMap::new();
         for uri in dirty.into_iter().map(|(_, uri)| uri) {
             if let Some(open) = self.documents.0.get(uri) {
-                let file = self.loader.opened(&mut self.db, &open.path, &open.text, open.problem.clone());
+                let problem = open.problem.clone().map(Problem::Unknown);
+                let file = self.loader.opened(&mut self.db, &open.path, &open.text, problem);
                 written.insert(uri.clone(), file);
             }
         }
@@ -266,7 +268,8 @@ impl MainLoop {
             open.dirty = None;
             let known = self.shared_documents.get(uri).map(|document| document.file);
             let Some(file) = written.get(uri).copied().or(known) else { continue };
-            shared.insert(uri.clone(), Document { file, version: open.version });
+            let is_analysed = **file.text(&self.db) == *open.text;
+            shared.insert(uri.clone(), Document { file, version: open.version, is_analysed });
             if known.is_none() && !is_in_a_folder(&self.db, &self.workspaces, file) {
                 self.reload |= self.strays.insert(uri.clone());
             }
@@ -283,6 +286,18 @@ impl MainLoop {
                 self.workspaces = Arc::new([]);
                 self.reload = true;
                 self.panicked(&message);
+            }
+        }
+    }
+
+    /// Behind a link that has become another one, an open text is that of another file.
+    fn find_again(&mut self) {
+        for (uri, open) in &mut self.documents.0 {
+            let known = self.shared_documents.get(uri).map(|document| document.file);
+            if let Some(file) = known.filter(|file| open.is_file && place(&open.path) != *file.path(&self.db))
+            {
+                self.loader.closed(&mut self.db, file);
+                open.dirty = Some(Instant::now());
             }
         }
     }
@@ -315,7 +330,7 @@ impl MainLoop {
             workspaces.extend(alone.iter().map(|&file| self.loader.alone(&self.db, file)));
             self.workspaces = workspaces.into();
             // What was written before a folder was watched was perhaps not read.
-            match self.watcher.watch(self.loader.folders()) {
+            match self.watcher.watch(&self.loader.watched()) {
                 Ok(true) => {}
                 Ok(false) => break,
                 Err(error) => {

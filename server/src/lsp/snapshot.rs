@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicUsize;
 
@@ -13,13 +13,19 @@ use tower_lsp::lsp_types::{TextDocumentIdentifier, Url};
 
 use super::capabilities::Capabilities;
 use super::position::{LineIndex, line_index};
+use crate::load::{is_outdated, place};
 
 /// An open document.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Document {
     pub(crate) file: File,
     pub(crate) version: i32,
+    /// Is its text the one that is analysed? Not where the same file is open by another address with another text.
+    pub(crate) is_analysed: bool,
 }
+
+/// What is said of a text that is not analysed.
+pub(crate) const ANOTHER_TEXT: &str = "this file is open by another address too, with another text: that one, which was changed last, is analysed";
 
 /// A reader of the database. While one lives, no input can be set: it must not be kept, nor cross an `.await`.
 pub(crate) struct Snapshot {
@@ -43,6 +49,7 @@ impl Snapshot {
     pub(crate) fn file(&self, document: &TextDocumentIdentifier) -> Result<(File, &LineIndex)> {
         let url = &document.uri;
         let file = match self.documents.get(url) {
+            Some(document) if !document.is_analysed => return Err(Error::invalid_params(ANOTHER_TEXT)),
             Some(document) => Some(document.file),
             None => url.to_file_path().ok().and_then(|path| self.known(path)),
         };
@@ -52,9 +59,25 @@ impl Snapshot {
     }
 
     fn known(&self, path: PathBuf) -> Option<File> {
-        let place = path.canonicalize().unwrap_or(path);
+        let place = place(&path);
         let mut all = self.workspaces.iter().filter_map(|workspace| workspace.file(&self.db, &place));
         all.next()
+    }
+
+    /// Is everything read that is needed? Otherwise an answer would be one of another project.
+    ///
+    /// # Errors
+    ///
+    /// It is not, and will be.
+    pub(crate) fn complete(&self) -> Result<()> {
+        if self.is_outdated() { Err(Error::content_modified()) } else { Ok(()) }
+    }
+
+    /// Is a file included that is there and has not been read?
+    pub(crate) fn is_outdated(&self) -> bool {
+        let is_open =
+            |path: &Path| self.documents.values().any(|document| document.file.path(&self.db) == path);
+        self.workspaces.iter().any(|&workspace| is_outdated(&self.db, workspace, &is_open))
     }
 
     /// The addresses by which the client has a file open; otherwise the one of its path.

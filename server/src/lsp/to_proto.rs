@@ -7,7 +7,7 @@ use tower_lsp::lsp_types::{
 };
 
 use super::position::line_index;
-use super::snapshot::Snapshot;
+use super::snapshot::{ANOTHER_TEXT, Snapshot};
 
 /// A diagnostic.
 pub(crate) fn diagnostic(snapshot: &Snapshot, finding: &Finding<'_>) -> Diagnostic {
@@ -34,6 +34,17 @@ pub(crate) fn diagnostic(snapshot: &Snapshot, finding: &Finding<'_>) -> Diagnost
         related_information: (!related.is_empty()).then_some(related),
         tags: matches!(found.code.name, "unreachable-state" | "never-taken")
             .then(|| vec![DiagnosticTag::UNNECESSARY]),
+        ..Diagnostic::default()
+    }
+}
+
+/// What is said of an open text that is not the one that is analysed.
+pub(crate) fn another_text() -> Diagnostic {
+    Diagnostic {
+        severity: Some(DiagnosticSeverity::WARNING),
+        code: Some(NumberOrString::String("unreadable-file".to_owned())),
+        source: Some("mauve".to_owned()),
+        message: ANOTHER_TEXT.to_owned(),
         ..Diagnostic::default()
     }
 }

@@ -7,11 +7,13 @@
 //! of the client; then it waits in a task of its own, with all others.
 
 use std::panic::AssertUnwindSafe;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 use futures::{FutureExt as _, SinkExt as _, StreamExt as _};
 use serde_json::Value;
-use tokio::sync::{mpsc, oneshot};
+use tokio::sync::{Notify, mpsc, oneshot};
 use tokio::task::JoinSet;
 use tower::Service as _;
 use tower_lsp::jsonrpc::{Error, ErrorCode, Id, Request, Response};
@@ -26,6 +28,8 @@ pub(crate) struct Streams {
     pub(crate) incoming: mpsc::Receiver<Frame>,
     /// What is said to it. Closed when nobody listens any more.
     pub(crate) outgoing: mpsc::UnboundedSender<Outgoing>,
+    /// How much of that has not been written yet.
+    pub(crate) backlog: Arc<Backlog>,
     /// Is dropped when the main loop ends.
     pub(crate) main_loop: oneshot::Receiver<()>,
 }
@@ -36,6 +40,24 @@ pub(crate) struct Outgoing {
     pub(crate) message: String,
     pub(crate) written: Option<oneshot::Sender<()>>,
 }
+
+/// Counts what waits to be written.
+#[derive(Debug, Default)]
+pub(crate) struct Backlog {
+    waiting: AtomicUsize,
+    less: Notify,
+}
+
+impl Backlog {
+    /// A message was written.
+    pub(crate) fn written(&self) {
+        self.waiting.fetch_sub(1, Ordering::SeqCst);
+        self.less.notify_one();
+    }
+}
+
+/// With so many answers that a client has not read, nothing more is read of what it says.
+const MOST_WAITING: usize = 2000;
 
 /// How often it is looked whether the client is still there.
 const HEARTBEAT: Duration = Duration::from_secs(1);
@@ -57,7 +79,7 @@ pub(crate) async fn serve(
     let code = |is_shut_down: bool| u8::from(!is_shut_down);
     loop {
         tokio::select! {
-            frame = streams.incoming.recv() => {
+            frame = streams.incoming.recv(), if waiting(&streams) + tasks.len() < MOST_WAITING => {
                 let message = match frame {
                     None => return code(is_shut_down),
                     Some(Frame::Message(message)) => message,
@@ -122,12 +144,14 @@ pub(crate) async fn serve(
             Some(request) = to_client.next(), if writing.is_none() => {
                 let (written, wait) = oneshot::channel();
                 let message = serde_json::to_string(&request).unwrap_or_default();
-                let _ = streams.outgoing.send(Outgoing { message, written: Some(written) });
+                put(&streams, Outgoing { message, written: Some(written) });
                 writing = Some(wait);
             }
             _ = async { if let Some(wait) = &mut writing { let _ = wait.await; } }, if writing.is_some() => {
                 writing = None;
             }
+            // Looks again at the condition above.
+            () = streams.backlog.less.notified(), if waiting(&streams) > 0 => {}
             () = streams.outgoing.closed() => {
                 tracing::warn!("the client does not listen any more");
                 return code(false);
@@ -149,11 +173,20 @@ pub(crate) async fn serve(
 fn send(streams: &Streams, response: &Response) {
     match serde_json::to_string(response) {
         Ok(message) => {
-            // Where nobody listens, the loop above ends.
-            let _ = streams.outgoing.send(Outgoing { message, written: None });
+            put(&streams, Outgoing { message, written: None });
         }
         Err(error) => tracing::error!("an answer that is no JSON: {error}"),
     }
+}
+
+fn put(streams: &Streams, message: Outgoing) {
+    streams.backlog.waiting.fetch_add(1, Ordering::SeqCst);
+    // Where nobody listens, the loop above ends.
+    let _ = streams.outgoing.send(message);
+}
+
+fn waiting(streams: &Streams) -> usize {
+    streams.backlog.waiting.load(Ordering::SeqCst)
 }
 
 enum Message {

@@ -8,6 +8,7 @@ use crate::lsp::snapshot::Snapshot;
 /// What stands at a position.
 pub(crate) fn hover(snapshot: &Snapshot, params: &HoverParams) -> Result<Option<lsp_types::Hover>> {
     let at = &params.text_document_position_params;
+    snapshot.complete()?;
     let (file, lines) = snapshot.file(&at.text_document)?;
     let encoding = snapshot.capabilities.encoding;
     let offset = lines.offset(at.position, encoding);

@@ -22,6 +22,7 @@ pub(crate) fn inlay_hints(
     snapshot: &Snapshot,
     params: &InlayHintParams,
 ) -> Result<Option<Vec<lsp_types::InlayHint>>> {
+    snapshot.complete()?;
     let (file, lines) = snapshot.file(&params.text_document)?;
     let encoding = snapshot.capabilities.encoding;
     let range = lines.text_range(params.range, encoding);
