@@ -7,13 +7,16 @@ use std::sync::Arc;
 use globset::GlobMatcher;
 use ignore::WalkBuilder;
 use mauve_model::{
-    CONFIG_FILE, Database, File, ModelDb, Problem, Workspace, config_of, include_candidates, is_model,
-    item_tree_of, normalised, table_pattern,
+    CONFIG_FILE, Database, File, ModelDb, Problem, Workspace, config_file, config_of, include_candidates,
+    is_model, item_tree_of, normalised, table_pattern,
 };
 use salsa::Setter;
 
 /// Folders that hold what tools made.
 const MADE_BY_TOOLS: [&str; 4] = ["build", "devel", "install", "log"];
+
+/// So many links that lead to links are followed.
+const MOST_LINKS: usize = 16;
 
 /// A file that is longer is not read.
 const LONGEST: u64 = 1 << 28;
@@ -36,8 +39,9 @@ pub(crate) struct Loader {
     awaited: BTreeSet<PathBuf>,
     /// What tables are called.
     patterns: Vec<GlobMatcher>,
-    /// The files of the workspaces.
+    /// The files of the workspaces, and those of them that are configurations, whatever they are called.
     current: BTreeSet<PathBuf>,
+    configs: BTreeSet<PathBuf>,
 }
 
 /// What is to be read of a folder.
@@ -130,6 +134,8 @@ impl Loader {
         let workspaces: Vec<Workspace> = read.collect();
         let files = workspaces.iter().flat_map(|workspace| workspace.files(db).values());
         self.current = files.map(|file| file.path(db).clone()).collect();
+        let configs = workspaces.iter().filter_map(|&workspace| config_file(db, workspace));
+        self.configs = configs.map(|file| file.path(db).clone()).collect();
         // Any folder or link on the way may be another one tomorrow.
         let folders: Vec<PathBuf> = self.folders.iter().cloned().collect();
         let on_the_way: BTreeSet<&Path> = folders.iter().flat_map(|folder| folder.ancestors()).collect();
@@ -138,11 +144,23 @@ impl Loader {
     }
 
     /// Remembers that it matters whether `path` comes, goes, or becomes another. Where its folder is not there, that is
-    /// what is waited for.
+    /// what is waited for; where it is a link, what that leads to as well.
     fn await_path(&mut self, path: &Path) {
-        let there =
-            path.ancestors().find_map(|path| Some((path.parent()?.canonicalize().ok()?, path.file_name()?)));
-        self.awaited.extend(there.map(|(folder, name)| folder.join(name)));
+        let mut path = path.to_owned();
+        for _ in 0..MOST_LINKS {
+            let there = path
+                .ancestors()
+                .find_map(|path| Some((path.parent()?.canonicalize().ok()?, path.file_name()?)));
+            let Some(there) = there.map(|(folder, name)| folder.join(name)) else { return };
+            let target = there.read_link().ok().map(|target| there.with_file_name("").join(target));
+            if !self.awaited.insert(there) {
+                return;
+            }
+            match target {
+                Some(target) => path = target,
+                None => return,
+            }
+        }
     }
 
     /// The folders to be watched, behind all links.
@@ -170,9 +188,21 @@ impl Loader {
         is_looked_through && (!is_other_file || is_ours || is_ignoring || is_named())
     }
 
-    /// Is this a file of the workspaces, and no link to one?
-    pub(crate) fn is_current(&self, path: &Path) -> bool {
-        self.current.contains(path) && std::fs::symlink_metadata(path).is_ok_and(|data| data.is_file())
+    /// Reads a file again that something has happened to. Says whether that is all: it is one of the workspaces and no link
+    /// to one, and which files those have does not rest on its text. Otherwise they are to be loaded again.
+    pub(crate) fn refreshed(&mut self, db: &mut Database, path: &Path) -> Option<bool> {
+        let is_there = std::fs::symlink_metadata(path).is_ok_and(|data| data.is_file());
+        if !is_there || !self.current.contains(path) || self.is_config(path) {
+            return None;
+        }
+        let is_changed = self.changed(db, path);
+        let file = self.files.get(path)?;
+        (!is_model(path) || !is_of_another_language(file.text(db))).then_some(is_changed)
+    }
+
+    /// Is this the configuration of a workspace, or of one to be?
+    pub(crate) fn is_config(&self, path: &Path) -> bool {
+        path.file_name().is_some_and(|name| name == CONFIG_FILE) || self.configs.contains(&place(path))
     }
 
     /// Takes a file's text from an editor, until [`Loader::closed`].

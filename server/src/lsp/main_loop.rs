@@ -5,7 +5,7 @@
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, mpsc};
 use std::time::Instant;
@@ -203,8 +203,8 @@ impl MainLoop {
     /// A text was touched: it is to be checked, even where it is the same, since the client waits for its version.
     fn touched(&mut self, uri: &Url) {
         self.check = true;
-        self.reload |=
-            self.documents.0.get(uri).is_some_and(|open| open.dirty.is_some() && is_config(&open.path));
+        let dirty = self.documents.0.get(uri).filter(|open| open.dirty.is_some());
+        self.reload |= dirty.is_some_and(|open| self.loader.is_config(&open.path));
     }
 
     fn closed(&mut self, uri: &Url) {
@@ -226,7 +226,8 @@ impl MainLoop {
         }
         if !is_open {
             self.loader.closed(&mut self.db, document.file);
-            self.reload |= !document.file.path(&self.db).is_file() || is_config(document.file.path(&self.db));
+            self.reload |= !document.file.path(&self.db).is_file()
+                || self.loader.is_config(document.file.path(&self.db));
         }
         self.stir();
     }
@@ -235,12 +236,10 @@ impl MainLoop {
     fn disk(&mut self, paths: &BTreeSet<PathBuf>) {
         for path in paths {
             self.watcher.forget(path);
-            if self.loader.is_current(path) && !is_config(path) {
-                if self.loader.changed(&mut self.db, path) {
-                    self.stir();
-                }
-            } else {
-                self.reload |= self.loader.matters(path);
+            match self.loader.refreshed(&mut self.db, path) {
+                Some(true) => self.stir(),
+                Some(false) => {}
+                None => self.reload |= self.loader.matters(path),
             }
         }
     }
@@ -314,7 +313,9 @@ impl MainLoop {
         let mut alone = Vec::new();
         for (uri, open) in &self.documents.0 {
             match (open.is_file, self.shared_documents.get(uri)) {
-                (true, _) if is_model(&open.path) || is_config(&open.path) => paths.push(open.path.clone()),
+                (true, _) if is_model(&open.path) || open.path.ends_with(CONFIG_FILE) => {
+                    paths.push(open.path.clone());
+                }
                 (false, Some(document)) => alone.push(document.file),
                 _ => {}
             }
@@ -433,8 +434,4 @@ impl MainLoop {
 fn is_in_a_folder(db: &Database, workspaces: &[Workspace], file: File) -> bool {
     let whole = workspaces.iter().filter(|workspace| workspace.only(db).is_empty());
     whole.into_iter().any(|workspace| workspace.files(db).values().any(|known| *known == file))
-}
-
-fn is_config(path: &Path) -> bool {
-    path.file_name().is_some_and(|name| name == CONFIG_FILE)
 }
