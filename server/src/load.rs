@@ -263,9 +263,7 @@ impl Loader {
     /// The folder whose `mauve.toml` is the nearest above; `folder` itself without any.
     fn home(&mut self, folder: &Path) -> PathBuf {
         for above in folder.ancestors() {
-            for name in [CONFIG_FILE, ".gitignore", ".ignore"] {
-                self.await_path(&above.join(name));
-            }
+            self.await_path(&above.join(CONFIG_FILE));
             if self.is_file(&above.join(CONFIG_FILE)) {
                 return above.to_owned();
             }
@@ -308,6 +306,10 @@ impl Loader {
     /// models include from elsewhere.
     fn read(&mut self, db: &mut Database, folder: &Path, asked: Asked) -> Workspace {
         self.home(folder);
+        for above in folder.ancestors() {
+            self.await_path(&above.join(".gitignore"));
+            self.await_path(&above.join(".ignore"));
+        }
         let config = folder.join(CONFIG_FILE);
         // A model by itself is seen together with what stands beside it.
         let depth = if asked.whole || self.is_file(&config) { None } else { Some(1) };

@@ -252,21 +252,25 @@ impl Client {
 
     /// The last hint in the first line that has `beside` in it.
     pub fn hint(&mut self, text: &Text, beside: &str) -> String {
-        let line = text.text.lines().position(|line| line.contains(beside));
+        let hint = self.hint_if_any(text, beside);
+        hint.unwrap_or_else(|| panic!("no hint beside `{beside}` in {}", text.uri))
+    }
+
+    fn hint_if_any(&mut self, text: &Text, beside: &str) -> Option<String> {
+        let line = text.text.lines().position(|line| line.contains(beside))?;
         let hints = self.hints(&text.uri);
-        let found = hints.iter().rfind(|(at, _)| Some(*at as usize) == line);
-        found.map_or_else(|| panic!("no hint beside `{beside}`: {hints:?}"), |(_, label)| label.clone())
+        hints.into_iter().rfind(|(at, _)| *at as usize == line).map(|(_, label)| label)
     }
 
     /// Asks for a hint again and again until it is as expected, as a client does that is told to ask again.
     pub fn wait_for_hint(&mut self, text: &Text, beside: &str, is_it: impl Fn(&str) -> bool) {
         let end = Instant::now() + PATIENCE;
         loop {
-            let hint = self.hint(text, beside);
-            if is_it(&hint) {
+            let hint = self.hint_if_any(text, beside);
+            if hint.as_deref().is_some_and(&is_it) {
                 return;
             }
-            assert!(Instant::now() < end, "the hint stays `{hint}`");
+            assert!(Instant::now() < end, "the hint stays {hint:?}");
             self.settle(Duration::from_millis(10));
         }
     }

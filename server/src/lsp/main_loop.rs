@@ -272,6 +272,8 @@ impl MainLoop {
             if known.is_none() && !is_in_a_folder(&self.db, &self.workspaces, file) {
                 self.reload |= self.strays.insert(uri.clone());
             }
+            // Behind a link that has become another one.
+            self.reload |= known.is_some_and(|known| known != file);
         }
         if is_new {
             self.shared_documents = Arc::new(shared);

@@ -1,0 +1,244 @@
+//! Files, folders and links that come, go and become others under a running server: afterwards it knows what a fresh one
+//! does.
+
+#![allow(clippy::unwrap_used, clippy::panic)]
+#![cfg(unix)]
+
+use std::fs;
+use std::os::unix::fs::symlink;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use mauve_tests::{Client, Text, copy, scratch, write};
+use serde_json::json;
+
+const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
+
+const MODEL: &str = "codel plan(): int
+shell S { }
+core C(S) { update = { plan(); } }
+component Pilot(S, C)
+architecture A { instance pilot: Pilot }
+deployment D { architecture A
+  activity pilot { priority = 1 period = 100 }
+}
+";
+
+/// A server for `robot` below a folder, in which the model is open.
+struct Session {
+    top: PathBuf,
+    client: Client,
+    text: Text,
+}
+
+impl Session {
+    /// The folder has a model, its configuration and a table, or what `files` say instead.
+    fn new(name: &str, files: &[(&str, &str)], prepare: impl FnOnce(&Path)) -> Session {
+        let top = scratch(env!("CARGO_TARGET_TMPDIR"), &format!("disk_{name}"));
+        write(&top, &[("robot/robot.mal", MODEL), ("robot/mauve.toml", &config("times/*.toml"))]);
+        write(&top, &[("robot/times/plan.toml", table(17).as_str())]);
+        write(&top, files);
+        prepare(&top);
+        let mut client = Client::of_folder(MAUVE, &top.join("robot"));
+        let text = client.open_file(&top.join("robot/robot.mal"));
+        client.diagnostics(&text);
+        Session { top, client, text }
+    }
+
+    fn path(&self, path: &str) -> PathBuf {
+        self.top.join(path)
+    }
+
+    fn put(&self, path: &str, text: &str) {
+        write(&self.top, &[(path, text)]);
+    }
+
+    fn rename(&self, from: &str, to: &str) {
+        fs::rename(self.path(from), self.path(to)).unwrap();
+    }
+
+    /// Puts a link in the place of another, at once.
+    fn link(&self, target: &str, link: &str) {
+        let new = self.path("new_link");
+        symlink(target, &new).unwrap();
+        fs::rename(new, self.path(link)).unwrap();
+    }
+
+    /// Waits until the response time of the model is as a fresh server says, which says `expected`.
+    fn expect(&mut self, expected: &str) {
+        let mut fresh = Client::of_folder(MAUVE, &self.top.join("robot"));
+        let text = fresh.open(&self.path("robot/robot.mal"), &self.text.text);
+        let hint = fresh.hint(&text, "activity");
+        assert!(hint.starts_with(expected), "{hint}");
+        self.client.wait_for_hint(&self.text, "activity", |it| it == hint);
+        fresh.settle(Duration::from_millis(100));
+        for _ in 0..20 {
+            self.client.settle(Duration::from_millis(50));
+            if self.client.published() == fresh.published() {
+                return;
+            }
+        }
+        assert_eq!(self.client.published(), fresh.published());
+    }
+}
+
+fn config(tables: &str) -> String {
+    format!("[timing]\ntables = [\"{tables}\"]\n[platform]\nrt_throttling = false\n")
+}
+
+fn table(plan: u32) -> String {
+    format!("[codel]\nplan = {plan}\n")
+}
+
+#[test]
+fn what_was_taken_away_comes_back() {
+    let mut it = Session::new("back", &[("robot/times/more.toml", "[overhead]\ndispatch = 20\n")], |_| {});
+    it.expect("R 37 ms");
+    fs::remove_file(it.path("robot/times/more.toml")).unwrap();
+    it.expect("R 17 ms");
+    it.put("robot/times/more.toml", "[overhead]\ndispatch = 30\n");
+    it.expect("R 47 ms");
+    fs::remove_file(it.path("robot/mauve.toml")).unwrap();
+    it.expect("not analysed");
+    it.put("robot/mauve.toml", &config("times/plan.toml"));
+    it.expect("R 17 ms");
+}
+
+#[test]
+fn links_that_lead_to_others() {
+    let files = [
+        ("slow/plan.toml", table(80)),
+        ("fast/plan.toml", table(5)),
+        ("robot/mauve.toml", config("../now/*.toml")),
+    ];
+    let files: Vec<(&str, &str)> = files.iter().map(|(path, text)| (*path, text.as_str())).collect();
+    let mut it = Session::new("links", &files, |top| symlink("slow", top.join("now")).unwrap());
+    it.expect("R 80 ms");
+    it.link("fast", "now");
+    it.expect("R 5 ms");
+    // Both have been read before.
+    it.link("slow", "now");
+    it.expect("R 80 ms");
+    it.put("slow/plan.toml", &table(70));
+    it.expect("R 70 ms");
+    // What it leads to goes away, and comes back; and another folder takes its place.
+    it.rename("slow", "away");
+    it.expect("not analysed");
+    it.rename("away", "slow");
+    it.expect("R 70 ms");
+    it.put("other/plan.toml", &table(60));
+    it.rename("slow", "away");
+    it.rename("other", "slow");
+    it.expect("R 60 ms");
+    // A file by a link of its own.
+    it.put("robot/mauve.toml", &config("plan_now.toml"));
+    it.link("../slow/plan.toml", "robot/plan_now.toml");
+    it.expect("R 60 ms");
+    it.link("../fast/plan.toml", "robot/plan_now.toml");
+    it.expect("R 5 ms");
+    it.link("../slow/plan.toml", "robot/plan_now.toml");
+    it.expect("R 60 ms");
+}
+
+#[test]
+fn one_folder_by_two_names() {
+    let mut it = Session::new("two_names", &[("robot/mauve.toml", &config("link/plan.toml"))], |top| {
+        symlink("times", top.join("robot/link")).unwrap();
+    });
+    it.expect("R 17 ms");
+    it.put("robot/mauve.toml", &config("times/plan.toml"));
+    it.expect("R 17 ms");
+    it.put("robot/times/plan.toml", &table(18));
+    it.expect("R 18 ms");
+}
+
+#[test]
+fn an_open_file_behind_a_link_that_leads_elsewhere() {
+    let model = MODEL.replace("100 }", "50 }");
+    let mut it = Session::new("open_link", &[("one/other.mal", MODEL), ("two/other.mal", &model)], |top| {
+        symlink("../one", top.join("robot/link")).unwrap();
+    });
+    let path = it.path("robot/link/other.mal");
+    let mut other = it.client.open_file(&path);
+    it.client.edit(&mut other, "100 }", "90 }");
+    assert!(it.client.hint(&other, "activity").contains("90 ms"));
+    it.link("../two", "robot/link");
+    it.client.edit(&mut other, "90 }", "80 }");
+    it.client.wait_for_hint(&other, "activity", |hint| hint.contains("80 ms"));
+    it.client.notify("textDocument/didClose", json!({"textDocument": {"uri": other.uri}}));
+    // What was never saved is nobody's text any more.
+    let other = it.client.open_file(&path);
+    it.client.wait_for_hint(&other, "activity", |hint| hint.contains("50 ms"));
+    it.link("../one", "robot/link");
+    it.client.notify("textDocument/didClose", json!({"textDocument": {"uri": other.uri}}));
+    let other = it.client.open_file(&path);
+    it.client.wait_for_hint(&other, "activity", |hint| hint.contains("100 ms"));
+}
+
+#[test]
+fn what_stands_outside_of_the_folder() {
+    // A root and an include that are not there yet.
+    let root = "[project]\nroot = \"../roots/root.mal\"\n".to_owned() + &config("times/*.toml");
+    let mut it = Session::new("outside", &[("robot/mauve.toml", &root)], |_| {});
+    let unknown = it.client.published();
+    assert!(format!("{unknown:?}").contains("../roots/root.mal"), "{unknown:?}");
+    it.put("roots/root.mal", "include \"../robot/robot.mal\"\ninclude \"more.mal\"\n");
+    it.expect("R 17 ms");
+    assert!(format!("{:?}", it.client.published()).contains("unresolved-include"));
+    it.put("roots/more.mal", "codel more(): int\n");
+    it.expect("R 17 ms");
+    assert!(it.client.published().is_empty());
+    // A table that is no `.toml`.
+    it.put("robot/mauve.toml", &root.replace("times/*.toml", "tables/*.wcet"));
+    it.expect("not analysed");
+    it.put("robot/tables/plan.wcet", &table(19));
+    it.expect("R 19 ms");
+    it.put("robot/tables/plan.wcet", &table(20));
+    it.expect("R 20 ms");
+    fs::remove_file(it.path("robot/tables/plan.wcet")).unwrap();
+    it.expect("not analysed");
+}
+
+#[test]
+fn a_configuration_above_the_folder_and_one_behind_a_link() {
+    let mut it = Session::new("above", &[("times/plan.toml", &table(23))], |top| {
+        fs::remove_file(top.join("robot/mauve.toml")).unwrap();
+    });
+    it.expect("not analysed");
+    it.put("mauve.toml", &config("times/*.toml"));
+    it.expect("R 23 ms");
+    it.put("elsewhere.toml", &config("times/none.toml"));
+    it.link("../elsewhere.toml", "robot/mauve.toml");
+    it.expect("not analysed");
+    it.put("elsewhere.toml", &config("times/plan.toml"));
+    it.expect("R 17 ms");
+}
+
+#[test]
+fn folders_that_are_copied_swapped_and_ignored() {
+    let mut it = Session::new("folders", &[], |_| {});
+    copy(&it.path("robot/times"), &it.path("robot/copy"));
+    it.put("robot/copy/plan.toml", &table(29));
+    it.rename("robot/times", "robot/old");
+    it.rename("robot/copy", "robot/times");
+    it.expect("R 29 ms");
+    it.put("robot/times/plan.toml", &table(30));
+    it.expect("R 30 ms");
+    // The whole folder, under the server.
+    it.rename("robot", "away");
+    it.client.settle(Duration::from_millis(100));
+    it.rename("away", "robot");
+    it.expect("R 30 ms");
+    it.put("robot/sub/broken.mal", "codel f(\n");
+    it.expect("R 30 ms");
+    assert!(format!("{:?}", it.client.published()).contains("broken.mal"));
+    it.put(".gitignore", "sub\n");
+    it.expect("R 30 ms");
+    assert!(!format!("{:?}", it.client.published()).contains("broken.mal"));
+    // Files of the other language that has this extension are nobody's business, until they are ours.
+    it.put("robot/their.mal", "category System { }\n");
+    it.expect("R 30 ms");
+    it.put("robot/their.mal", "codel f(\n");
+    it.expect("R 30 ms");
+    assert!(format!("{:?}", it.client.published()).contains("their.mal"));
+}
