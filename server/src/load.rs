@@ -33,7 +33,7 @@ pub(crate) struct Loader {
     workspaces: BTreeMap<PathBuf, Workspace>,
     /// Files whose text is an editor's, whatever the disk has.
     edited: BTreeSet<PathBuf>,
-    /// Folders that were looked through: whatever comes or goes in them may change a workspace.
+    /// Folders that were looked through, behind all links: whatever comes or goes in them may change a workspace.
     folders: BTreeSet<PathBuf>,
     /// Paths elsewhere that matter by their names: what was looked for and not found, and folders and links on the way.
     awaited: BTreeSet<PathBuf>,
@@ -140,6 +140,7 @@ impl Loader {
         let folders: Vec<PathBuf> = self.folders.iter().cloned().collect();
         let on_the_way: BTreeSet<&Path> = folders.iter().flat_map(|folder| folder.ancestors()).collect();
         on_the_way.into_iter().for_each(|folder| self.await_path(folder));
+        self.folders = folders.iter().filter_map(|folder| folder.canonicalize().ok()).collect();
         (workspaces, problems)
     }
 
@@ -165,9 +166,8 @@ impl Loader {
 
     /// The folders to be watched, behind all links.
     pub(crate) fn watched(&self) -> BTreeSet<PathBuf> {
-        let folders = self.folders.iter().map(PathBuf::as_path);
-        let all = folders.chain(self.awaited.iter().filter_map(|path| path.parent()));
-        all.filter_map(|folder| folder.canonicalize().ok()).collect()
+        let awaited = self.awaited.iter().filter_map(|path| path.parent()).map(Path::to_owned);
+        self.folders.iter().cloned().chain(awaited).collect()
     }
 
     /// May the workspaces be others, now that something has happened at `path`, in a folder that is watched?
@@ -175,11 +175,7 @@ impl Loader {
         if self.awaited.contains(path) {
             return true;
         }
-        let is_looked_through = path.parent().is_some_and(|folder| {
-            self.folders
-                .iter()
-                .any(|known| known == folder || known.canonicalize().is_ok_and(|known| known == folder))
-        });
+        let is_looked_through = path.parent().is_some_and(|folder| self.folders.contains(folder));
         // Tools write much beside models; but what is not there any more may have been anything.
         let is_other_file = std::fs::symlink_metadata(path).is_ok_and(|data| data.is_file());
         let is_ours = is_model(path) || path.extension().is_some_and(|extension| extension == "toml");

@@ -293,13 +293,23 @@ impl MainLoop {
 
     /// Behind a link that has become another one, an open text is that of another file.
     fn find_again(&mut self) {
-        for (uri, open) in &mut self.documents.0 {
-            let known = self.shared_documents.get(uri).map(|document| document.file);
-            if let Some(file) = known.filter(|file| open.is_file && place(&open.path) != *file.path(&self.db))
-            {
-                self.loader.closed(&mut self.db, file);
-                open.dirty = Some(Instant::now());
+        let known = |uri| self.shared_documents.get(uri).map(|document| document.file);
+        let files = self.documents.0.iter().filter(|(_, open)| open.is_file);
+        let files = files.filter_map(|(uri, open)| Some((known(uri)?, open)));
+        let left: Vec<File> = files
+            .filter(|(file, open)| place(&open.path) != *file.path(&self.db))
+            .map(|(file, _)| file)
+            .collect();
+        for &file in &left {
+            self.loader.closed(&mut self.db, file);
+        }
+        for (uri, document) in
+            self.shared_documents.iter().filter(|(_, document)| left.contains(&document.file))
+        {
+            if let Some(open) = self.documents.0.get_mut(uri) {
+                open.dirty.get_or_insert(Instant::now());
             }
+            tracing::debug!("{uri} is not {} any more", document.file.path(&self.db).display());
         }
     }
 

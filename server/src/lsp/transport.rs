@@ -173,7 +173,7 @@ pub(crate) async fn serve(
 fn send(streams: &Streams, response: &Response) {
     match serde_json::to_string(response) {
         Ok(message) => {
-            put(&streams, Outgoing { message, written: None });
+            put(streams, Outgoing { message, written: None });
         }
         Err(error) => tracing::error!("an answer that is no JSON: {error}"),
     }
