@@ -1,10 +1,11 @@
 //! From paths to workspaces in the database: the only place that reads models from the disk.
 
+mod surroundings;
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use globset::GlobMatcher;
 use ignore::WalkBuilder;
 use mauve_model::{
     CONFIG_FILE, Database, File, ModelDb, Problem, Workspace, config_file, config_of, include_candidates,
@@ -12,11 +13,10 @@ use mauve_model::{
 };
 use salsa::Setter;
 
+use surroundings::Surroundings;
+
 /// Folders that hold what tools made.
 const MADE_BY_TOOLS: [&str; 4] = ["build", "devel", "install", "log"];
-
-/// So many links that lead to links are followed.
-const MOST_LINKS: usize = 16;
 
 /// A file that is longer is not read.
 const LONGEST: u64 = 1 << 28;
@@ -33,12 +33,8 @@ pub(crate) struct Loader {
     workspaces: BTreeMap<PathBuf, Workspace>,
     /// Files whose text is an editor's, whatever the disk has.
     edited: BTreeSet<PathBuf>,
-    /// Folders that were looked through, behind all links: whatever comes or goes in them may change a workspace.
-    folders: BTreeSet<PathBuf>,
-    /// Paths elsewhere that matter by their names: what was looked for and not found, and folders and links on the way.
-    awaited: BTreeSet<PathBuf>,
-    /// What tables are called.
-    patterns: Vec<GlobMatcher>,
+    /// Where files may come and go.
+    surroundings: Surroundings,
     /// The files of the workspaces, and those of them that are configurations, whatever they are called.
     current: BTreeSet<PathBuf>,
     configs: BTreeSet<PathBuf>,
@@ -76,9 +72,7 @@ impl Loader {
     /// A folder is the workspace of the nearest `mauve.toml` above it, and there is one more for each `mauve.toml` below.
     /// A model is seen as part of the projects that have it.
     pub(crate) fn load(&mut self, db: &mut Database, paths: &[PathBuf]) -> (Vec<Workspace>, Vec<String>) {
-        self.folders.clear();
-        self.awaited.clear();
-        self.patterns.clear();
+        self.surroundings = Surroundings::default();
         let mut problems = Vec::new();
         let mut asked: Vec<(PathBuf, Asked)> = Vec::new();
         let mut index: BTreeMap<PathBuf, usize> = BTreeMap::new();
@@ -94,7 +88,7 @@ impl Loader {
                 && let Err(error) = std::fs::metadata(&absolute)
             {
                 problems.push(format!("cannot read `{}`: {error}", path.display()));
-                self.await_path(path);
+                self.surroundings.await_path(path);
                 continue;
             }
             let is_config = absolute.file_name().is_some_and(|name| name == CONFIG_FILE);
@@ -136,52 +130,13 @@ impl Loader {
         self.current = files.map(|file| file.path(db).clone()).collect();
         let configs = workspaces.iter().filter_map(|&workspace| config_file(db, workspace));
         self.configs = configs.map(|file| file.path(db).clone()).collect();
-        // Any folder or link on the way may be another one tomorrow.
-        let folders: Vec<PathBuf> = self.folders.iter().cloned().collect();
-        let on_the_way: BTreeSet<&Path> = folders.iter().flat_map(|folder| folder.ancestors()).collect();
-        on_the_way.into_iter().for_each(|folder| self.await_path(folder));
-        self.folders = folders.iter().filter_map(|folder| folder.canonicalize().ok()).collect();
+        self.surroundings.complete();
         (workspaces, problems)
     }
 
-    /// Remembers that it matters whether `path` comes, goes, or becomes another. Where its folder is not there, that is
-    /// what is waited for; where it is a link, what that leads to as well.
-    fn await_path(&mut self, path: &Path) {
-        let mut path = path.to_owned();
-        for _ in 0..MOST_LINKS {
-            let there = path
-                .ancestors()
-                .find_map(|path| Some((path.parent()?.canonicalize().ok()?, path.file_name()?)));
-            let Some(there) = there.map(|(folder, name)| folder.join(name)) else { return };
-            let target = there.read_link().ok().map(|target| there.with_file_name("").join(target));
-            if !self.awaited.insert(there) {
-                return;
-            }
-            match target {
-                Some(target) => path = target,
-                None => return,
-            }
-        }
-    }
-
-    /// The folders to be watched, behind all links.
-    pub(crate) fn watched(&self) -> BTreeSet<PathBuf> {
-        let awaited = self.awaited.iter().filter_map(|path| path.parent()).map(Path::to_owned);
-        self.folders.iter().cloned().chain(awaited).collect()
-    }
-
-    /// May the workspaces be others, now that something has happened at `path`, in a folder that is watched?
-    pub(crate) fn matters(&self, path: &Path) -> bool {
-        if self.awaited.contains(path) {
-            return true;
-        }
-        let is_looked_through = path.parent().is_some_and(|folder| self.folders.contains(folder));
-        // Tools write much beside models; but what is not there any more may have been anything.
-        let is_other_file = std::fs::symlink_metadata(path).is_ok_and(|data| data.is_file());
-        let is_ours = is_model(path) || path.extension().is_some_and(|extension| extension == "toml");
-        let is_ignoring = path.file_name().is_some_and(|name| name == ".gitignore" || name == ".ignore");
-        let is_named = || self.patterns.iter().any(|pattern| pattern.is_match(path));
-        is_looked_through && (!is_other_file || is_ours || is_ignoring || is_named())
+    /// Where files may come and go.
+    pub(crate) fn surroundings(&self) -> &Surroundings {
+        &self.surroundings
     }
 
     /// Reads a file again that something has happened to. Says whether that is all: it is one of the workspaces and no link
@@ -259,7 +214,7 @@ impl Loader {
     /// The folder whose `mauve.toml` is the nearest above; `folder` itself without any.
     fn home(&mut self, folder: &Path) -> PathBuf {
         for above in folder.ancestors() {
-            self.await_path(&above.join(CONFIG_FILE));
+            self.surroundings.await_path(&above.join(CONFIG_FILE));
             if self.is_file(&above.join(CONFIG_FILE)) {
                 return above.to_owned();
             }
@@ -282,7 +237,7 @@ impl Loader {
         for entry in walk.flatten() {
             let path = entry.path();
             if entry.file_type().is_some_and(|kind| kind.is_dir()) {
-                self.folders.insert(path.to_owned());
+                self.surroundings.look_through(path.to_owned());
             } else if is_model(path) && path.is_file() {
                 found.models.push(path.to_owned());
             } else if path.file_name().is_some_and(|name| name == CONFIG_FILE) && path.is_file() {
@@ -303,8 +258,8 @@ impl Loader {
     fn read(&mut self, db: &mut Database, folder: &Path, asked: Asked) -> Workspace {
         self.home(folder);
         for above in folder.ancestors() {
-            self.await_path(&above.join(".gitignore"));
-            self.await_path(&above.join(".ignore"));
+            self.surroundings.await_path(&above.join(".gitignore"));
+            self.surroundings.await_path(&above.join(".ignore"));
         }
         let config = folder.join(CONFIG_FILE);
         // A model by itself is seen together with what stands beside it.
@@ -352,7 +307,7 @@ impl Loader {
         let config = config_of(db, workspace).clone();
         for (root, _) in &config.roots {
             let root = normalised(&folder.join(root));
-            self.await_path(&root);
+            self.surroundings.await_path(&root);
             if self.is_file(&root) {
                 self.add(db, &mut files, &root);
             }
@@ -380,7 +335,7 @@ impl Loader {
         }
         let place = place(path);
         for path in [path, &place] {
-            self.folders.extend(path.parent().map(Path::to_owned));
+            self.surroundings.look_through(path.parent().unwrap_or(path).to_owned());
         }
         let file = match self.files.get(&place).copied() {
             Some(file) => {
@@ -414,7 +369,7 @@ impl Loader {
                 candidates
                     .iter()
                     .take(found.unwrap_or(candidates.len()))
-                    .for_each(|path| self.await_path(path));
+                    .for_each(|path| self.surroundings.await_path(path));
                 let Some(path) = found.and_then(|index| candidates.get(index)) else { continue };
                 self.add(db, files, path);
                 if let Some(&file) = files.get(path)
@@ -436,8 +391,8 @@ impl Loader {
         let parts: Vec<_> = Path::new(pattern).components().collect();
         let fixed: PathBuf = parts.iter().take_while(|part| is_fixed(part)).collect();
         let from = normalised(&folder.join(&fixed));
-        self.await_path(&from);
-        self.patterns.push(glob.clone());
+        self.surroundings.await_path(&from);
+        self.surroundings.name(glob.clone());
         if parts.iter().all(is_fixed) {
             let is_there = self.edited.contains(&from) || from.symlink_metadata().is_ok();
             return if is_there { vec![from] } else { Vec::new() };
@@ -454,7 +409,7 @@ impl Loader {
         for entry in walk {
             match entry {
                 Ok(entry) if entry.path().is_dir() => {
-                    self.folders.insert(entry.into_path());
+                    self.surroundings.look_through(entry.into_path());
                 }
                 Ok(entry) => found.push(entry.into_path()),
                 Err(error) => match path_of(&error) {

@@ -239,7 +239,7 @@ impl MainLoop {
             match self.loader.refreshed(&mut self.db, path) {
                 Some(true) => self.stir(),
                 Some(false) => {}
-                None => self.reload |= self.loader.matters(path),
+                None => self.reload |= self.loader.surroundings().matters(path),
             }
         }
     }
@@ -343,7 +343,7 @@ impl MainLoop {
             workspaces.extend(alone.iter().map(|&file| self.loader.alone(&self.db, file)));
             self.workspaces = workspaces.into();
             // What was written before a folder was watched was perhaps not read.
-            match self.watcher.watch(&self.loader.watched()) {
+            match self.watcher.watch(&self.loader.surroundings().watched()) {
                 Ok(true) => {}
                 Ok(false) => break,
                 Err(error) => {

@@ -1,0 +1,81 @@
+//! Where a file that comes, goes or becomes another may change a workspace.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use globset::GlobMatcher;
+use mauve_model::is_model;
+
+/// So many links that lead to links are followed.
+const MOST_LINKS: usize = 16;
+
+/// What was looked through and looked for while workspaces were loaded.
+#[derive(Debug, Default)]
+pub(crate) struct Surroundings {
+    /// Folders that were looked through, when complete behind all links: whatever comes or goes in them may matter.
+    folders: BTreeSet<PathBuf>,
+    /// Paths elsewhere that matter by their names: what was looked for and not found, and folders and links on the way.
+    awaited: BTreeSet<PathBuf>,
+    /// What tables are called.
+    patterns: Vec<GlobMatcher>,
+}
+
+impl Surroundings {
+    /// Whatever comes or goes in this folder may matter.
+    pub(super) fn look_through(&mut self, folder: PathBuf) {
+        self.folders.insert(folder);
+    }
+
+    /// Files of such names matter, whatever their extension.
+    pub(super) fn name(&mut self, pattern: GlobMatcher) {
+        self.patterns.push(pattern);
+    }
+
+    /// Remembers that it matters whether `path` comes, goes, or becomes another. Where its folder is not there, that is
+    /// what is waited for; where it is a link, what that leads to as well.
+    pub(super) fn await_path(&mut self, path: &Path) {
+        let mut path = path.to_owned();
+        for _ in 0..MOST_LINKS {
+            let there = path
+                .ancestors()
+                .find_map(|path| Some((path.parent()?.canonicalize().ok()?, path.file_name()?)));
+            let Some(there) = there.map(|(folder, name)| folder.join(name)) else { return };
+            let target = there.read_link().ok().map(|target| there.with_file_name("").join(target));
+            if !self.awaited.insert(there) {
+                return;
+            }
+            match target {
+                Some(target) => path = target,
+                None => return,
+            }
+        }
+    }
+
+    /// Any folder or link on the way may be another one tomorrow.
+    pub(super) fn complete(&mut self) {
+        let folders = std::mem::take(&mut self.folders);
+        let on_the_way: BTreeSet<&Path> = folders.iter().flat_map(|folder| folder.ancestors()).collect();
+        on_the_way.into_iter().for_each(|folder| self.await_path(folder));
+        self.folders = folders.iter().filter_map(|folder| folder.canonicalize().ok()).collect();
+    }
+
+    /// The folders to be watched, behind all links.
+    pub(crate) fn watched(&self) -> BTreeSet<PathBuf> {
+        let awaited = self.awaited.iter().filter_map(|path| path.parent()).map(Path::to_owned);
+        self.folders.iter().cloned().chain(awaited).collect()
+    }
+
+    /// May the workspaces be others, now that something has happened at `path`, in a folder that is watched?
+    pub(crate) fn matters(&self, path: &Path) -> bool {
+        if self.awaited.contains(path) {
+            return true;
+        }
+        let is_looked_through = path.parent().is_some_and(|folder| self.folders.contains(folder));
+        // Tools write much beside models; but what is not there any more may have been anything.
+        let is_other_file = std::fs::symlink_metadata(path).is_ok_and(|data| data.is_file());
+        let is_ours = is_model(path) || path.extension().is_some_and(|extension| extension == "toml");
+        let is_ignoring = path.file_name().is_some_and(|name| name == ".gitignore" || name == ".ignore");
+        let is_named = || self.patterns.iter().any(|pattern| pattern.is_match(path));
+        is_looked_through && (!is_other_file || is_ours || is_ignoring || is_named())
+    }
+}
