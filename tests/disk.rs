@@ -195,6 +195,10 @@ fn what_stands_outside_of_the_folder() {
     it.expect("R 19 ms");
     it.put("robot/tables/plan.wcet", &table(20));
     it.expect("R 20 ms");
+    it.put("robot/tables/more.wcet", "[overhead]\ndispatch = 1\n");
+    it.expect("R 21 ms");
+    fs::remove_file(it.path("robot/tables/more.wcet")).unwrap();
+    it.expect("R 20 ms");
     fs::remove_file(it.path("robot/tables/plan.wcet")).unwrap();
     it.expect("not analysed");
 }
@@ -241,4 +245,6 @@ fn folders_that_are_copied_swapped_and_ignored() {
     it.put("robot/their.mal", "codel f(\n");
     it.expect("R 30 ms");
     assert!(format!("{:?}", it.client.published()).contains("their.mal"));
+    it.put("robot/their.mal", "category System { }\n");
+    it.expect("R 30 ms");
 }

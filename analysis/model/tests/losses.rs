@@ -4,7 +4,10 @@ mod common;
 
 use common::{LEVEL, diagnostics, verdicts, verdicts_with};
 use expect_test::expect;
+use mauve_model::item_tree::Kind;
+use mauve_model::{Database, Problem, Query, Workspace, names_of, projects, response_times};
 use mauve_timing::Method;
+use salsa::Setter as _;
 
 /// What is damaged in `fixture` may not make anything look faster than it is there: each damage replaces the first of
 /// two texts by the second.
@@ -467,4 +470,28 @@ fn duplicates_are_not_chosen_from() {
 fn a_deadline_behind_the_period_is_not_used() {
     let late = TWICE.replace("priority = 4 period = 100", "priority = 4 period = 40 deadline = 60");
     assert!(verdicts(&late).contains("q missed"), "{}", verdicts(&late));
+}
+
+#[test]
+fn a_text_of_which_a_change_was_lost_says_nothing() {
+    let db = Database::default();
+    let texts = mauve_tests::fixture(TWICE).into_iter().map(|(path, text)| (path.into(), text));
+    let workspace = Workspace::of_texts(&db, "/".into(), texts);
+    let mut db = db;
+    let verdicts = |db: &Database| -> Vec<&str> {
+        let project = projects(db, workspace)[0];
+        let deployment = names_of(db, project).anywhere(Kind::Deployment, "D")[0];
+        let report = response_times(db, project, deployment, Query::shown(db, project));
+        report.activities.iter().map(|activity| activity.verdict.name()).collect()
+    };
+    let before = verdicts(&db);
+    assert!(before.contains(&"met"), "{before:?}");
+    // Even in a file that nothing of the deployment rests on, as far as is known.
+    for path in ["/lib.mal", "/model.mal"] {
+        let file = workspace.file(&db, path.as_ref()).unwrap();
+        file.set_problem(&mut db).to(Some(Problem::Unknown("lost".to_owned())));
+        assert!(verdicts(&db).iter().all(|verdict| *verdict == "not-analysed"), "{path}");
+        file.set_problem(&mut db).to(None);
+        assert_eq!(verdicts(&db), before);
+    }
 }
