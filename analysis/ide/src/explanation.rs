@@ -2,7 +2,9 @@
 
 use std::fmt::Write as _;
 
-use mauve_model::{ActivityReport, ModelDb, Project, Psm, Query, Report, Verdict, psm_of, worst_path};
+use mauve_model::{
+    ActivityReport, ModelDb, Priority, Project, Psm, Query, Report, Verdict, psm_of, worst_path,
+};
 use mauve_timing::{Method, Time, worst_trace};
 
 /// How many periods of the worst trace are shown.
@@ -100,7 +102,16 @@ pub fn explain_response<'db>(
         }
     }
     // The classic method takes every job for the longest.
-    if let Some(psm) = psm.filter(|psm| query.method != Method::Classic && psm.states.len() > 1) {
+    let delays = |other: &ActivityReport<'_>| {
+        let is_as_urgent = match (row.priority, other.row.priority) {
+            (Priority::RealTime(own), Priority::RealTime(other)) => own >= other,
+            _ => false,
+        };
+        let (own, others) = (row.cpus.unwrap_or(u64::MAX), other.row.cpus.unwrap_or(u64::MAX));
+        other.row.at != row.at && is_as_urgent && own & others != 0
+    };
+    let psm = psm.filter(|psm| query.method != Method::Classic && psm.states.len() > 1);
+    if let Some(psm) = psm.filter(|_| report.activities.iter().any(delays)) {
         trace(&mut out, psm);
     }
     out

@@ -163,10 +163,10 @@ fn times<'db>(db: &'db dyn ModelDb, project: Project<'db>, codel: Decl<'db>) -> 
             Lookup::Absent => "no time".to_owned(),
             Lookup::OtherLevels(why) | Lookup::Unusable(why) => why,
         };
-        let mark = if level == shown { " ←" } else { "" };
-        let _ = writeln!(out, "| {level}{mark} | {time} |");
+        let mark = if level == shown { ", the level that is shown" } else { "" };
+        let _ = writeln!(out, "{time} at {level}{mark}");
     }
-    format!("| level | execution time |\n|---|---|\n{out}\n")
+    format!("```text\n{out}```\n")
 }
 
 #[cfg(test)]
@@ -231,7 +231,7 @@ deployment D {
                 ```text
                 planner (Planner), at 1e-4, method psm
                   unbounded: response —, deadline 100 ms, period 100 ms
-                  because it and what is as urgent ask for 104.0 % of CPU 1
+                  because CPU 1 is asked for 104.0 % by it and what is at least as urgent
 
                 what interferes until its first job ends:
                          51 ms     3 jobs  driver
@@ -256,21 +256,20 @@ deployment D {
         check(
             &robot("$1"),
             expect![[r#"
-            plan
-            ---
-            ```mauve
-            codel plan(in goal: int, out path: int): int
-            ```
+                plan
+                ---
+                ```mauve
+                codel plan(in goal: int, out path: int): int
+                ```
 
-            Finds a way.
-            Slowly.
+                Finds a way.
+                Slowly.
 
-            | level | execution time |
-            |---|---|
-            | 1e-3 | 60 ms |
-            | 1e-4 ← | 70 ms |
-
-        "#]],
+                ```text
+                60 ms at 1e-3
+                70 ms at 1e-4, the level that is shown
+                ```
+            "#]],
         );
     }
 
@@ -279,34 +278,32 @@ deployment D {
         check(
             "codel f(): int // about f\ncodel $0g(): int",
             expect![[r#"
-            g
-            ---
-            ```mauve
-            codel g(): int
-            ```
+                g
+                ---
+                ```mauve
+                codel g(): int
+                ```
 
-            | level | execution time |
-            |---|---|
-            | 1e-4 ← | no time |
-
-        "#]],
+                ```text
+                no time at 1e-4, the level that is shown
+                ```
+            "#]],
         );
         check(
             "codel f(): int // about f\n\n// about g\ncodel $0g(): int",
             expect![[r#"
-            g
-            ---
-            ```mauve
-            codel g(): int
-            ```
+                g
+                ---
+                ```mauve
+                codel g(): int
+                ```
 
-            about g
+                about g
 
-            | level | execution time |
-            |---|---|
-            | 1e-4 ← | no time |
-
-        "#]],
+                ```text
+                no time at 1e-4, the level that is shown
+                ```
+            "#]],
         );
     }
 

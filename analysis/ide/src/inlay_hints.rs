@@ -116,12 +116,17 @@ fn of_deployment<'db>(
         // Another one, or an instance without an activity: that has a diagnostic instead.
         let Some(node) = nodes.get(&name) else { continue };
         let budget = missing_codel(db, project, activity, query).and_then(|codel| {
-            budgets(db, project, deployment, query).iter().find(|budget| budget.codel == codel)?.time
+            let budgets = budgets(db, project, deployment, query).iter();
+            // Where others lack a time too, it is no promise.
+            budgets.filter(|budget| budget.alone).find(|budget| budget.codel == codel)?.time
         });
         let assumes = with_assumptions.iter().any(|&name| {
             *name == activity.row.instance || activity.interference.iter().any(|it| it.instance == *name)
         });
-        let label = label(activity, assumes, budget);
+        let mut label = label(activity, assumes, budget);
+        if is_late(activity, node) {
+            label += " (the deadline is later than the period, which counts)";
+        }
         if let Some(offset) = beside(node.syntax()) {
             hints.push(InlayHint { offset, label, explained_at: Some(name) });
         }
@@ -177,15 +182,32 @@ fn missing_codel<'db>(
 fn of_all(report: &Report<'_>, query: Query) -> String {
     let real_time = report.activities.iter().filter(|activity| activity.verdict != Verdict::Background);
     let count = real_time.clone().count();
-    let met = real_time.filter(|activity| activity.verdict.is_met()).count();
-    let met = if report.lost.is_empty() { met } else { 0 };
+    let not_analysed = |it: &&ActivityReport<'_>| it.verdict == Verdict::RealTime(Status::NotAnalysed);
+    let unknown = if report.lost.is_empty() { real_time.clone().filter(not_analysed).count() } else { count };
+    let met = real_time.filter(|activity| activity.verdict.is_met()).count().min(count - unknown);
     let mut label = format!("{met} of {count} deadlines met at {}", query.level);
+    for (others, what) in [(count - unknown - met, "missed"), (unknown, "not analysed")] {
+        if others > 0 {
+            label += &format!(", {others} {what}");
+        }
+    }
     for cpu in &report.cpus {
         // What is not analysed is not counted: there is more.
         let at_least = if cpu.complete { "" } else { "≥ " };
         label += &format!(" · {} {at_least}{:.1} %", cpu_names(cpu.mask), cpu.utilisation.as_f64() * 100.0);
     }
     label
+}
+
+/// Is there a deadline that does not count, since it is later than the period?
+fn is_late(activity: &ActivityReport<'_>, node: &ast::Activity) -> bool {
+    let number = |of: &str| -> Option<f64> {
+        let mut fields = node.fields();
+        let field = fields.find(|field| field.name_ref().is_some_and(|name| name.syntax().text() == of))?;
+        field.expr()?.syntax().text().to_string().parse().ok()
+    };
+    let is_period = activity.row.deadline.is_some() && activity.row.deadline == activity.row.period;
+    is_period && number("deadline").zip(number("period")).is_some_and(|(deadline, period)| deadline > period)
 }
 
 /// `deadline = 100` where it is left out.
@@ -272,9 +294,9 @@ architecture A { instance planner: Planner  instance driver: Driver }
                 "codel.plan = 70\ncodel.drive = 17",
             ),
             expect![[r#"
-                deployment D {⟨1 of 2 deadlines met at 1e-4 · CPU 1 104.0 %⟩
+                deployment D {⟨1 of 2 deadlines met at 1e-4, 1 missed · CPU 1 104.0 %⟩
                 activity driver { priority = 2 period = 50 deadline = 20 }⟨R 17 ms ≤ 20 ms · slack 3 ms⟩
-                activity planner {⟨unbounded ✗: it and what is as urgent ask for 104.0 % of CPU 1⟩
+                activity planner {⟨unbounded ✗: CPU 1 is asked for 104.0 % by it and what is at least as urgent⟩
                 period = 100⟨ deadline = 100⟩
             "#]],
         );
@@ -285,7 +307,7 @@ architecture A { instance planner: Planner  instance driver: Driver }
                 "codel.plan = 70\ncodel.drive = 17",
             ),
             expect![[r#"
-                deployment D { architecture A activity driver { priority = 2 period = 50 deadline = 16 }⟨R 17 ms > 16 ms ✗⟩ activity planner { priority = background }⟨not real-time⟩ }⟨0 of 1 deadlines met at 1e-4 · CPU 1 34.0 %⟩
+                deployment D { architecture A activity driver { priority = 2 period = 50 deadline = 16 }⟨R 17 ms > 16 ms ✗⟩ activity planner { priority = background }⟨not real-time⟩ }⟨0 of 1 deadlines met at 1e-4, 1 missed · CPU 1 34.0 %⟩
             "#]],
         );
     }
@@ -299,7 +321,7 @@ architecture A { instance planner: Planner  instance driver: Driver }
                 "codel.drive = 17",
             ),
             expect![[r#"
-                deployment D {⟨0 of 2 deadlines met at 1e-4 · CPU 1 ≥ 34.0 %⟩
+                deployment D {⟨0 of 2 deadlines met at 1e-4, 2 not analysed · CPU 1 ≥ 34.0 %⟩
                 activity driver { priority = 1 period = 50 deadline = 50 }⟨not analysed: planner may delay it, and is not analysed⟩
                 activity planner { priority = 2 period = 100 deadline = 100 }⟨not analysed: no time for codel `plan` — it may take up to 33 ms⟩
             "#]],
@@ -315,9 +337,25 @@ architecture A { instance planner: Planner  instance driver: Driver }
                 "codel.plan = 70\ncodel.drive = 17",
             ),
             expect![[r#"
-                deployment D {⟨0 of 2 deadlines met at 1e-4 · CPU 1 ≥ 70.0 %⟩
+                deployment D {⟨0 of 2 deadlines met at 1e-4, 2 not analysed · CPU 1 ≥ 70.0 %⟩
                 activity driver { priority = 2 period = }⟨not analysed: its period has a syntax error (and 1 more)⟩
                 activity planner { priority = 1 period = 100⟨ deadline = 100⟩ }⟨not analysed: deployment D has a syntax error: an activity may be missing in it⟩
+            "#]],
+        );
+    }
+
+    #[test]
+    fn a_deadline_that_does_not_count_is_said_to() {
+        check(
+            &robot(
+                "deployment D {\n architecture A\n activity driver { priority = 2 period = 10 deadline = 100 }\n \
+                 activity planner { priority = 1 period = 1000 deadline = 1000.0 }\n}",
+                "codel.plan = 70\ncodel.drive = 9",
+            ),
+            expect![[r#"
+                deployment D {⟨2 of 2 deadlines met at 1e-4 · CPU 1 97.0 %⟩
+                activity driver { priority = 2 period = 10 deadline = 100 }⟨R 9 ms ≤ 10 ms · slack 1 ms (the deadline is later than the period, which counts)⟩
+                activity planner { priority = 1 period = 1000 deadline = 1000.0 }⟨R 700 ms ≤ 1000 ms · slack 300 ms⟩
             "#]],
         );
     }
@@ -337,7 +375,7 @@ architecture A { instance planner: Planner  instance driver: Driver }
                 root("codel plan(): int\n"),
             ),
             expect![[r#"
-                deployment D {⟨1 of 2 deadlines met at 1e-4 · CPU 1 ≥ 34.0 % (in the project of two.mal)⟩⟨2 of 2 deadlines met at 1e-4 · CPU 1 54.0 % (in the project of one.mal)⟩ architecture A activity driver { priority = 2 period = 50 deadline = 20 }⟨R 17 ms ≤ 20 ms · slack 3 ms⟩
+                deployment D {⟨1 of 2 deadlines met at 1e-4, 1 not analysed · CPU 1 ≥ 34.0 % (in the project of two.mal)⟩⟨2 of 2 deadlines met at 1e-4 · CPU 1 54.0 % (in the project of one.mal)⟩ architecture A activity driver { priority = 2 period = 50 deadline = 20 }⟨R 17 ms ≤ 20 ms · slack 3 ms⟩
                 activity planner { priority = 1 period = 100 deadline = 100 }⟨R 37 ms ≤ 100 ms · slack 63 ms (in the project of one.mal)⟩⟨not analysed: core Planning: codel `plan` is declared twice (in the project of two.mal)⟩ }
             "#]],
         );

@@ -210,7 +210,10 @@ fn report<'db>(
                 let asked = utilisation_above(&tasks, shares, task) * 100.0;
                 // Rounded, a slight overload is none.
                 let asked = if asked < 100.05 { "more than 100".to_owned() } else { format!("{asked:.1}") };
-                let why = format!("it and what is as urgent ask for {asked} % of {}", cpu_names(1 << cpu));
+                let why = format!(
+                    "{} is asked for {asked} % by it and what is at least as urgent",
+                    cpu_names(1 << cpu)
+                );
                 activity.reasons.push(Refusal::reported(why, row.at.clone()));
             }
             Bound::NoBound(why) => {

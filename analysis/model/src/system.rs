@@ -467,7 +467,7 @@ impl<'db> Reader<'db> {
             let at = row.at.clone();
             if cpus & !all != 0 {
                 let why =
-                    format!("affinity names {}, and [platform] has {}", cpu_names(cpus), cpu_names(all));
+                    format!("affinity names {}, and mauve.toml has {}", cpu_names(cpus), cpu_names(all));
                 let affinity = self.affinities.get(&index).unwrap_or(&at).clone();
                 self.found.diagnostics.push(diagnostics::invalid_field::no_such_cpu(affinity, &why));
                 row.refusals.push(Refusal::reported(why, at));

@@ -301,7 +301,7 @@ fn cpus() {
     );
     expect![[r#"
         a not-analysed: b may delay it, and is not analysed
-        b not-analysed: affinity names CPU 3, and [platform] has CPUs 1 and 2
+        b not-analysed: affinity names CPU 3, and mauve.toml has CPUs 1 and 2
         c not-analysed: b may delay it, and is not analysed
     "#]]
     .assert_eq(&verdicts(&format!("{ROBOT}{on_four}{platform}")));

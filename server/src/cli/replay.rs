@@ -53,7 +53,14 @@ impl Replay {
         }
         // One file may hold several sessions: an editor starts a server again that has ended. The last one counts.
         let is_first = |line: &Line| line.from == Side::Client && line.message["method"] == "initialize";
+        let sessions = lines.iter().filter(|line| is_first(line)).count();
         let lines = lines.split_off(lines.iter().rposition(is_first).unwrap_or_default());
+        if let Some(folder) = lines.first().and_then(folder_of).filter(|folder| !folder.is_dir()) {
+            let folder = folder.display();
+            return Err(format!(
+                "the folder `{folder}` of the record is not there: say where it is by --folder"
+            ));
+        }
         let mut session = Session::begin()?;
         let begin = Instant::now();
         for line in &lines {
@@ -65,6 +72,9 @@ impl Replay {
         let said = lines.iter().filter(|line| line.from == Side::Client).count();
         let mut out =
             format!("{said} messages of the client said again in {:.1} s\n", begin.elapsed().as_secs_f64());
+        if sessions > 1 {
+            let _ = writeln!(out, "the record has {sessions} sessions: this is the last of them");
+        }
         if cut {
             out += "the last line of the record is cut off\n";
         }
@@ -88,12 +98,19 @@ fn moved(text: &str, folder: &std::path::Path) -> Result<String, String> {
     let new = tower_lsp::lsp_types::Url::from_file_path(&folder)
         .map_err(|()| format!("`{shown}` has no address"))?;
     let first = text.lines().find_map(|line| serde_json::from_str::<Line>(line).ok());
-    let old = first.as_ref().and_then(|line| {
-        let params = line.message.get("params")?;
-        params.pointer("/workspaceFolders/0/uri").or_else(|| params.get("rootUri"))?.as_str()
-    });
+    let old = first.as_ref().and_then(folder_address);
     let old = old.ok_or("the record does not begin with a folder to be replaced")?;
     Ok(text.replace(old.trim_end_matches('/'), new.as_str().trim_end_matches('/')))
+}
+
+/// The address of the folder that the first words of a session name.
+fn folder_address(first: &Line) -> Option<&str> {
+    let params = first.message.get("params")?;
+    params.pointer("/workspaceFolders/0/uri").or_else(|| params.get("rootUri"))?.as_str()
+}
+
+fn folder_of(first: &Line) -> Option<PathBuf> {
+    tower_lsp::lsp_types::Url::parse(folder_address(first)?).ok()?.to_file_path().ok()
 }
 
 /// A server in this process, and what it has said.
@@ -101,6 +118,8 @@ struct Session {
     input: Option<PipeWriter>,
     said: mpsc::Receiver<Value>,
     heard: Vec<Value>,
+    /// What was waited for in vain.
+    missing: Vec<String>,
 }
 
 impl Session {
@@ -110,7 +129,7 @@ impl Session {
         std::thread::spawn(move || run(server_input, server_output, None));
         let (sender, said) = mpsc::channel();
         std::thread::spawn(move || listen(output, &sender));
-        Ok(Session { input: Some(input), said, heard: Vec::new() })
+        Ok(Session { input: Some(input), said, heard: Vec::new(), missing: Vec::new() })
     }
 
     fn say(&mut self, message: &Value) -> Result<(), String> {
@@ -135,15 +154,20 @@ impl Session {
     fn expect(&mut self, recorded: &Value) {
         let is_it: Box<dyn Fn(&Value) -> bool> = match (id_of(recorded), uri_of(recorded)) {
             (Some(id), _) => Box::new(move |heard| id_of(heard) == Some(id)),
-            (None, Some(_)) => {
-                let key = (uri_of(recorded), recorded.pointer("/params/version"));
-                Box::new(move |heard| (uri_of(heard), heard.pointer("/params/version")) == key)
+            // Those of a version that was overtaken then may come now, and the other way round: a newer one is as good.
+            (None, Some(uri)) => {
+                let version = |it: &Value| it.pointer("/params/version").and_then(Value::as_i64);
+                let Some(at_least) = version(recorded) else { return };
+                Box::new(move |heard| {
+                    uri_of(heard) == Some(uri) && version(heard).is_some_and(|version| version >= at_least)
+                })
             }
             _ => return,
         };
         let end = Instant::now() + PATIENCE;
         while !self.heard.iter().any(&is_it) {
             let Ok(message) = self.said.recv_timeout(end.saturating_duration_since(Instant::now())) else {
+                self.missing.push(format!("within {} s there was no {recorded}\n", PATIENCE.as_secs()));
                 return;
             };
             self.hear(message);
@@ -166,7 +190,7 @@ impl Session {
         }
         let recorded: Vec<&Value> =
             lines.iter().filter(|line| line.from == Side::Server).map(|line| &line.message).collect();
-        let mut found = Vec::new();
+        let mut found = std::mem::take(&mut self.missing);
         for answer in &recorded {
             let Some(id) = id_of(answer) else { continue };
             let again = self.heard.iter().find(|heard| id_of(heard) == Some(id));
