@@ -248,3 +248,31 @@ fn folders_that_are_copied_swapped_and_ignored() {
     it.put("robot/their.mal", "category System { }\n");
     it.expect("R 30 ms");
 }
+
+#[test]
+fn a_nearer_folder_of_the_model_path() {
+    let top = scratch(env!("CARGO_TARGET_TMPDIR"), "disk_model_path");
+    let model = MODEL.replace("codel plan(): int", "include \"plan.mal\"");
+    let files = [
+        ("robot/robot.mal", model.as_str()),
+        ("robot/mauve.toml", &config("plan.toml")),
+        ("robot/plan.toml", &table(17)),
+        ("far/plan.mal", "codel plan(): int\n"),
+    ];
+    write(&top, &files);
+    fs::create_dir(top.join("near")).unwrap();
+    let models = format!("{}:{}", top.join("near").display(), top.join("far").display());
+    let mut client = Client::start_with_models(MAUVE, &[], &models);
+    client.initialize(Some(&top.join("robot")), &json!({}));
+    let text = client.open_file(&top.join("robot/robot.mal"));
+    assert!(client.hint(&text, "activity").starts_with("R 17 ms"));
+    // It declares something else.
+    write(&top, &[("near/plan.mal", "codel another(): int\n")]);
+    client.wait_for_hint(&text, "activity", |hint| hint.starts_with("not analysed"));
+    fs::remove_file(top.join("near/plan.mal")).unwrap();
+    client.wait_for_hint(&text, "activity", |hint| hint.starts_with("R 17 ms"));
+    fs::rename(top.join("far"), top.join("away")).unwrap();
+    client.wait_for_hint(&text, "activity", |hint| hint.starts_with("not analysed"));
+    fs::rename(top.join("away"), top.join("far")).unwrap();
+    client.wait_for_hint(&text, "activity", |hint| hint.starts_with("R 17 ms"));
+}

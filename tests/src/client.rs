@@ -29,10 +29,15 @@ pub struct Client {
 impl Client {
     /// Starts `mauve lsp` (its path is the caller's `CARGO_BIN_EXE_mauve`) with further arguments.
     pub fn start(binary: &str, arguments: &[&str]) -> Client {
+        Client::start_with_models(binary, arguments, "")
+    }
+
+    /// [`Client::start`] with `MAUVE_MODELS`.
+    pub fn start_with_models(binary: &str, arguments: &[&str], models: &str) -> Client {
         let mut process = Command::new(binary)
             .arg("lsp")
             .args(arguments)
-            .env_remove("MAUVE_MODELS")
+            .env("MAUVE_MODELS", models)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             // Panics that tests ask for say so there.
