@@ -185,7 +185,13 @@ fn report<'db>(
             let mut seen = FxHashSet::default();
             names.retain(|name| seen.insert(*name));
             let verb = if names.len() == 1 { "is" } else { "are" };
-            let why = format!("{} may delay it, and {verb} not analysed", enumerated(&names));
+            // It may seem to be the less urgent one.
+            let unknown = match others.iter().all(|other| other.priority == Priority::Unknown) {
+                true if names.len() == 1 => ", whose priority is unknown,",
+                true => ", whose priorities are unknown,",
+                false => "",
+            };
+            let why = format!("{}{unknown} may delay it, and {verb} not analysed", enumerated(&names));
             activity.reasons.push(Refusal::reported(why, first.at.clone()));
         }
         if !activity.reasons.is_empty() {

@@ -121,9 +121,9 @@ fn a_broken_field_takes_what_it_may_delay_with_it() {
     check(
         &activities(FINE.0, "priority = 100 period = 10", FINE.2),
         expect![[r#"
-            a not-analysed: b may delay it, and is not analysed
+            a not-analysed: b, whose priority is unknown, may delay it, and is not analysed
             b not-analysed: its priority cannot be used
-            c not-analysed: b may delay it, and is not analysed
+            c not-analysed: b, whose priority is unknown, may delay it, and is not analysed
         "#]],
     );
     check(
@@ -171,10 +171,10 @@ fn half_typed_activities() {
              activity b
              activity c { priority = 1 period = 10 } }",
         expect![[r#"
-        a not-analysed: b may delay it, and is not analysed
-        b not-analysed: its activity has a syntax error; it has no priority
-        c not-analysed: b may delay it, and is not analysed
-    "#]],
+            a not-analysed: b, whose priority is unknown, may delay it, and is not analysed
+            b not-analysed: its activity has a syntax error; it has no priority
+            c not-analysed: b, whose priority is unknown, may delay it, and is not analysed
+        "#]],
     );
     check(
         "deployment D { architecture A  actvity b { priority = 1 }
@@ -221,18 +221,18 @@ fn instances_and_activities_that_do_not_match() {
     check(
         "deployment D { architecture A  activity a { priority = 3 period = 10 } activity b { priority = 2 period = 10 } }",
         expect![[r#"
-        a not-analysed: c may delay it, and is not analysed
-        b not-analysed: c may delay it, and is not analysed
-        c not-analysed: it has no activity
-    "#]],
+            a not-analysed: c, whose priority is unknown, may delay it, and is not analysed
+            b not-analysed: c, whose priority is unknown, may delay it, and is not analysed
+            c not-analysed: it has no activity
+        "#]],
     );
     check(
         &(activities(FINE.0, FINE.1, FINE.2).replace("} }", "}")
             + " activity d { priority = 2 period = 10 } }"),
         expect![[r#"
-            a not-analysed: d may delay it, and is not analysed
-            b not-analysed: d may delay it, and is not analysed
-            c not-analysed: d may delay it, and is not analysed
+            a not-analysed: d, whose priority is unknown, may delay it, and is not analysed
+            b not-analysed: d, whose priority is unknown, may delay it, and is not analysed
+            c not-analysed: d, whose priority is unknown, may delay it, and is not analysed
             d not-analysed: its instance is unknown
         "#]],
     );
@@ -240,10 +240,10 @@ fn instances_and_activities_that_do_not_match() {
         &(activities(FINE.0, FINE.1, FINE.2).replace("} }", "}")
             + " activity b { priority = 1 period = 10 } }"),
         expect![[r#"
-            a not-analysed: b may delay it, and is not analysed
-            b not-analysed: a second activity for `b`: remove one; b may delay it, and is not analysed
-            c not-analysed: b may delay it, and is not analysed
-            b not-analysed: a second activity for `b`: remove one; b may delay it, and is not analysed
+            a not-analysed: b, whose priority is unknown, may delay it, and is not analysed
+            b not-analysed: a second activity for `b`: remove one; b, whose priority is unknown, may delay it, and is not analysed
+            c not-analysed: b, whose priority is unknown, may delay it, and is not analysed
+            b not-analysed: a second activity for `b`: remove one; b, whose priority is unknown, may delay it, and is not analysed
         "#]],
     );
     check(
@@ -300,9 +300,9 @@ fn cpus() {
         "affinity = 2 priority = 1 period = 10",
     );
     expect![[r#"
-        a not-analysed: b may delay it, and is not analysed
+        a not-analysed: b, whose priority is unknown, may delay it, and is not analysed
         b not-analysed: affinity names CPU 3, and mauve.toml has CPUs 1 and 2
-        c not-analysed: b may delay it, and is not analysed
+        c not-analysed: b, whose priority is unknown, may delay it, and is not analysed
     "#]]
     .assert_eq(&verdicts(&format!("{ROBOT}{on_four}{platform}")));
     // Without any affinity: as many CPUs as the platform has.
@@ -379,9 +379,9 @@ fn architectures() {
     "#]]
     .assert_eq(&with("architecture A { instance a: C1  instance b: Nothing  instance c: C4 }"));
     expect![[r#"
-        a not-analysed: b may delay it, and is not analysed
+        a not-analysed: b, whose priority is unknown, may delay it, and is not analysed
         b not-analysed: several instances have its name
-        c not-analysed: b may delay it, and is not analysed
+        c not-analysed: b, whose priority is unknown, may delay it, and is not analysed
     "#]]
     .assert_eq(&with("architecture A { instance a: C1  instance b: C2  instance b: C1  instance c: C4 }"));
 }
