@@ -1,9 +1,9 @@
-//! `mauve`: the command line.
+//! `mauve`: the command line, and the language server (`lsp.rs`).
 //!
 //! Results go to standard output, messages to standard error. Exit codes: 0 fine; 1 findings (an error in a model, a
 //! deadline that is not proved); 2 usage, a path that cannot be read, or a result that cannot be written.
 //!
-//! Each command is a file in `cli/` with a function from its arguments to an [`Output`]; results are printed here alone.
+//! Each command is a file in `cli/` with a function from its arguments to an [`Output`]; results are printed here alone. `load.rs` reads models from the disk for all of them.
 
 mod cli;
 mod load;

@@ -7,6 +7,7 @@
 //! | `definition.rs`, `reference.rs` | where a name is declared |
 //! | `document_symbols.rs` | what a file declares |
 //! | `explanation.rs` | where a response time comes from, in words |
+//! | `project.rs` | which projects a file is part of, and what they are called |
 //! | `state_machine.rs` | a component's periodic state machine, as DOT and as SVG |
 //!
 //! Places are offsets in a file's text. This crate knows no protocol and no terminal.

@@ -24,7 +24,7 @@ pub(crate) fn content(snapshot: &Snapshot, markdown: String) -> MarkupContent {
     if snapshot.capabilities.markdown {
         return MarkupContent { kind: MarkupKind::Markdown, value: markdown };
     }
-    let lines = markdown.lines().filter(|line| !line.starts_with("```") && *line != "|---|---|");
+    let lines = markdown.lines().filter(|line| !line.starts_with("```"));
     let value = lines.collect::<Vec<_>>().join("\n").trim_end().to_owned();
     MarkupContent { kind: MarkupKind::PlainText, value }
 }
