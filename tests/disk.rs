@@ -68,17 +68,13 @@ impl Session {
     fn expect(&mut self, expected: &str) {
         let mut fresh = Client::of_folder(MAUVE, &self.top.join("robot"));
         let text = fresh.open(&self.path("robot/robot.mal"), &self.text.text);
+        fresh.diagnostics(&text);
         let hint = fresh.hint(&text, "activity");
         assert!(hint.starts_with(expected), "{hint}");
         self.client.wait_for_hint(&self.text, "activity", |it| it == hint);
         fresh.settle(Duration::from_millis(100));
-        for _ in 0..20 {
-            self.client.settle(Duration::from_millis(50));
-            if self.client.published() == fresh.published() {
-                return;
-            }
-        }
-        assert_eq!(self.client.published(), fresh.published());
+        let expected = fresh.published();
+        self.client.wait_for_published(|published| *published == expected);
     }
 }
 

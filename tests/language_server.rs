@@ -106,17 +106,15 @@ fn diagnostics_are_those_of_the_command_line() {
         .map(|it| (it["code"].as_str().unwrap(), it["message"].as_str().unwrap()))
         .collect();
     assert!(!expected.is_empty());
-    client.settle(Duration::from_millis(500));
-    let published = client.published();
-    let mut found: Vec<(&str, &str)> = published
-        .values()
-        .flat_map(|found| found.as_array().unwrap())
-        .map(|it| (it["code"].as_str().unwrap(), it["message"].as_str().unwrap()))
-        .collect();
-    found.sort_unstable();
     let mut expected = expected;
     expected.sort_unstable();
-    assert_eq!(found, expected);
+    client.wait_for_published(|published| {
+        let all = published.values().flat_map(|found| found.as_array().unwrap());
+        let mut found: Vec<(&str, &str)> =
+            all.map(|it| (it["code"].as_str().unwrap(), it["message"].as_str().unwrap())).collect();
+        found.sort_unstable();
+        found == expected
+    });
 }
 
 #[test]

@@ -182,7 +182,7 @@ fn compare(client: &mut Client, folder: &Path, open: &BTreeMap<usize, (usize, Te
         |client: &mut Client| texts.iter().map(|(_, text)| client.hints(&text.uri)).collect::<Vec<_>>();
     let expected = hints(&mut fresh);
     // What changed on the disk is noticed in its time.
-    for quiet in [100, 300, 1000] {
+    for quiet in [100, 300, 1000, 1000, 1000, 1000, 1000, 1000] {
         client.settle(Duration::from_millis(quiet));
         fresh.settle(Duration::from_millis(quiet));
         if hints(client) == expected && client.published() == fresh.published() {

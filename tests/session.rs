@@ -347,8 +347,9 @@ fn a_change_that_means_nothing_leaves_nothing_to_trust() {
         client.write(format!("Content-Length: {}\r\n\r\n{bad}", bad.len()).as_bytes());
         let hint = client.hint(&text, "activity navigation");
         assert!(hint.starts_with("not analysed"), "{hint}");
-        client.settle(Duration::from_millis(100));
-        assert!(client.published()[&text.uri].to_string().contains("unreadable-file"));
+        client.wait_for_published(|published| {
+            published.get(&text.uri).is_some_and(|found| found.to_string().contains("unreadable-file"))
+        });
         // The text that is saved is known.
         client.notify("textDocument/didSave", json!({"textDocument": {"uri": text.uri}, "text": text.text}));
         assert!(client.hint(&text, "activity navigation").starts_with("R 997"));

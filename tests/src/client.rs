@@ -280,6 +280,22 @@ impl Client {
         }
     }
 
+    /// Waits until what is published is as expected; gives it.
+    pub fn wait_for_published(
+        &mut self,
+        is_it: impl Fn(&HashMap<String, Value>) -> bool,
+    ) -> HashMap<String, Value> {
+        let end = Instant::now() + PATIENCE;
+        loop {
+            let published = self.published();
+            if is_it(&published) {
+                return published;
+            }
+            assert!(Instant::now() < end, "published is {published:?}");
+            self.settle(Duration::from_millis(20));
+        }
+    }
+
     /// Reads nothing more of what the server says, but for what is on its way.
     pub fn stop_reading(&mut self) {
         self.set_gate(false);
