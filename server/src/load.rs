@@ -91,7 +91,7 @@ impl Loader {
                 self.surroundings.await_path(path);
                 continue;
             }
-            let is_config = absolute.file_name().is_some_and(|name| name == CONFIG_FILE);
+            let is_config = absolute.ends_with(CONFIG_FILE);
             if self.is_file(&absolute) && !is_config {
                 if !is_model(&absolute) {
                     let path = path.display();
@@ -130,13 +130,12 @@ impl Loader {
         self.current = files.map(|file| file.path(db).clone()).collect();
         let configs = workspaces.iter().filter_map(|&workspace| config_file(db, workspace));
         self.configs = configs.map(|file| file.path(db).clone()).collect();
-        self.surroundings.complete();
         (workspaces, problems)
     }
 
     /// Where files may come and go.
-    pub(crate) fn surroundings(&self) -> &Surroundings {
-        &self.surroundings
+    pub(crate) fn surroundings(&mut self) -> &mut Surroundings {
+        &mut self.surroundings
     }
 
     /// Reads a file again that something has happened to. Says whether that is all: it is one of the workspaces and no link
@@ -148,12 +147,12 @@ impl Loader {
         }
         let is_changed = self.changed(db, path);
         let file = self.files.get(path)?;
-        (!is_model(path) || !is_of_another_language(file.text(db))).then_some(is_changed)
+        (!is_model(path) || !is_foreign(db, *file)).then_some(is_changed)
     }
 
     /// Is this the configuration of a workspace, or of one to be?
     pub(crate) fn is_config(&self, path: &Path) -> bool {
-        path.file_name().is_some_and(|name| name == CONFIG_FILE) || self.configs.contains(&place(path))
+        path.ends_with(CONFIG_FILE) || self.configs.contains(&place(path))
     }
 
     /// Takes a file's text from an editor, until [`Loader::closed`].
@@ -166,6 +165,11 @@ impl Loader {
     ) -> File {
         let place = place(path);
         self.edited.insert(place.clone());
+        self.put(db, place, text, problem)
+    }
+
+    /// The file at `place` with this text.
+    fn put(&mut self, db: &mut Database, place: PathBuf, text: &str, problem: Option<Problem>) -> File {
         match self.files.get(&place) {
             Some(&file) => {
                 write(db, file, text, problem);
@@ -203,7 +207,7 @@ impl Loader {
         }
         self.files.get(&place).copied().is_some_and(|file| {
             let (text, problem) = text_of(&place);
-            write(db, file, &text, problem)
+            write(db, file, &text, problem.map(Problem::Cut))
         })
     }
 
@@ -240,15 +244,13 @@ impl Loader {
                 self.surroundings.look_through(path.to_owned());
             } else if is_model(path) && path.is_file() {
                 found.models.push(path.to_owned());
-            } else if path.file_name().is_some_and(|name| name == CONFIG_FILE) && path.is_file() {
+            } else if path.ends_with(CONFIG_FILE) && path.is_file() {
                 found.configs.push(path.to_owned());
             }
         }
         // Those that an editor has and has not saved yet.
-        let is_new =
-            |path: &&PathBuf| path.file_name().is_some_and(|name| name == CONFIG_FILE) && !path.exists();
-        let new =
-            self.edited.iter().filter(is_new).filter(|path| depth.is_none() && path.starts_with(folder));
+        let new = self.edited.iter().filter(|path| depth.is_none() && path.starts_with(folder));
+        let new = new.filter(|path| path.ends_with(CONFIG_FILE) && !path.exists());
         found.configs.extend(new.cloned());
         found
     }
@@ -275,7 +277,9 @@ impl Loader {
         for path in found.models.iter().filter(|model| owner(model, &inner).is_none()) {
             self.add(db, &mut files, path);
             // Nobody names it: it may be of the other language that has this extension.
-            files.retain(|known, file| known != path || !is_of_another_language(file.text(db)));
+            if files.get(path).is_some_and(|&file| is_foreign(db, file)) {
+                files.remove(path);
+            }
         }
         for path in &asked.models {
             self.add(db, &mut files, path);
@@ -337,16 +341,11 @@ impl Loader {
         for path in [path, &place] {
             self.surroundings.look_through(path.parent().unwrap_or(path).to_owned());
         }
-        let file = match self.files.get(&place).copied() {
-            Some(file) => {
-                self.changed(db, &place);
-                file
-            }
-            None => {
+        let file = match self.files.get(&place) {
+            Some(&file) if self.edited.contains(&place) => file,
+            _ => {
                 let (text, problem) = text_of(&place);
-                let file = File::new(db, place.clone(), text.into(), problem);
-                self.files.insert(place, file);
-                file
+                self.put(db, place, &text, problem.map(Problem::Cut))
             }
         };
         files.insert(path.to_owned(), file);
@@ -435,14 +434,27 @@ pub(crate) fn is_outdated(db: &dyn ModelDb, workspace: Workspace, is_open: &dyn 
     if workspace.folder(db).as_os_str().is_empty() {
         return false;
     }
+    nearer(db, workspace).iter().any(|path| path.is_file() || is_open(path))
+}
+
+/// Where files may be that a workspace includes, before those that it takes: where there are none, usually nowhere.
+#[salsa::tracked(returns(ref))]
+fn nearer(db: &dyn ModelDb, workspace: Workspace) -> Vec<PathBuf> {
     let known = workspace.files(db);
-    let is_there = |path: &Path| path.is_file() || is_open(path);
-    known.values().filter(|file| file.path(db).extension().is_none_or(|it| it != "toml")).any(|&file| {
-        item_tree_of(db, file).includes.iter().flatten().any(|include| {
-            let candidates = include_candidates(db, workspace, file, include);
-            candidates.iter().take_while(|path| !known.contains_key(*path)).any(|path| is_there(path))
-        })
-    })
+    let files = known.values().filter(|file| file.path(db).extension().is_none_or(|it| it != "toml"));
+    let includes =
+        files.flat_map(|&file| item_tree_of(db, file).includes.iter().flatten().map(move |it| (file, it)));
+    let nearer = includes.flat_map(|(file, include)| {
+        let candidates = include_candidates(db, workspace, file, include);
+        candidates.into_iter().take_while(|path| !known.contains_key(path))
+    });
+    nearer.collect()
+}
+
+/// Is a file one of the other language that has this extension? Asked whenever workspaces are loaded, so it is remembered.
+#[salsa::tracked(returns(copy))]
+fn is_foreign(db: &dyn ModelDb, file: File) -> bool {
+    is_of_another_language(file.text(db))
 }
 
 /// Is a `.mal` text one of the Meta Attack Language? Its files begin with `#id: "…"`, `category X`, `associations {`, behind
@@ -499,22 +511,20 @@ pub(crate) fn place(path: &Path) -> PathBuf {
 }
 
 /// The text of a file up to where it stops being UTF-8, and why it is not all of it.
-pub(crate) fn text_of(path: &Path) -> (String, Option<Problem>) {
+pub(crate) fn text_of(path: &Path) -> (String, Option<String>) {
     match std::fs::metadata(path) {
-        Err(error) => return (String::new(), Some(Problem::Cut(format!("cannot be read: {error}")))),
-        Ok(data) if !data.is_file() => {
-            return (String::new(), Some(Problem::Cut("this is not a file".to_owned())));
-        }
+        Err(error) => return (String::new(), Some(format!("cannot be read: {error}"))),
+        Ok(data) if !data.is_file() => return (String::new(), Some("this is not a file".to_owned())),
         Ok(data) if data.len() > LONGEST => {
             return (
                 String::new(),
-                Some(Problem::Cut(format!("this file is longer than {LONGEST} bytes, and is not read"))),
+                Some(format!("this file is longer than {LONGEST} bytes, and is not read")),
             );
         }
         Ok(_) => {}
     }
     match std::fs::read(path) {
-        Err(error) => (String::new(), Some(Problem::Cut(format!("cannot be read: {error}")))),
+        Err(error) => (String::new(), Some(format!("cannot be read: {error}"))),
         Ok(bytes) => match String::from_utf8(bytes) {
             Ok(text) => (text, None),
             Err(error) => {
@@ -522,12 +532,7 @@ pub(crate) fn text_of(path: &Path) -> (String, Option<Problem>) {
                 let mut bytes = error.into_bytes();
                 bytes.truncate(valid);
                 let text = String::from_utf8(bytes).unwrap_or_default();
-                (
-                    text,
-                    Some(Problem::Cut(format!(
-                        "this is not UTF-8 text from byte {valid} on, and is not read further"
-                    ))),
-                )
+                (text, Some(format!("this is not UTF-8 text from byte {valid} on, and is not read further")))
             }
         },
     }

@@ -30,7 +30,7 @@ impl Parse {
     pub(crate) fn run(self) -> Result<Output, String> {
         let (text, problem) = text_of(&self.file);
         if let Some(problem) = problem {
-            return Err(format!("`{}`: {}", self.file.display(), problem.message()));
+            return Err(format!("`{}`: {problem}", self.file.display()));
         }
         let parse = mauve_syntax::parse(&text);
         let code = u8::from(!parse.errors().is_empty());

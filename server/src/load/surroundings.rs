@@ -12,7 +12,7 @@ const MOST_LINKS: usize = 16;
 /// What was looked through and looked for while workspaces were loaded.
 #[derive(Debug, Default)]
 pub(crate) struct Surroundings {
-    /// Folders that were looked through, when complete behind all links: whatever comes or goes in them may matter.
+    /// Folders that were looked through, behind all links once they are watched: whatever comes or goes in them may matter.
     folders: BTreeSet<PathBuf>,
     /// Paths elsewhere that matter by their names: what was looked for and not found, and folders and links on the way.
     awaited: BTreeSet<PathBuf>,
@@ -51,16 +51,13 @@ impl Surroundings {
         }
     }
 
-    /// Any folder or link on the way may be another one tomorrow.
-    pub(super) fn complete(&mut self) {
+    /// The folders to be watched, behind all links. Whoever does not watch need not know them.
+    pub(crate) fn watched(&mut self) -> BTreeSet<PathBuf> {
+        // Any folder or link on the way may be another one tomorrow.
         let folders = std::mem::take(&mut self.folders);
         let on_the_way: BTreeSet<&Path> = folders.iter().flat_map(|folder| folder.ancestors()).collect();
         on_the_way.into_iter().for_each(|folder| self.await_path(folder));
         self.folders = folders.iter().filter_map(|folder| folder.canonicalize().ok()).collect();
-    }
-
-    /// The folders to be watched, behind all links.
-    pub(crate) fn watched(&self) -> BTreeSet<PathBuf> {
         let awaited = self.awaited.iter().filter_map(|path| path.parent()).map(Path::to_owned);
         self.folders.iter().cloned().chain(awaited).collect()
     }

@@ -55,6 +55,11 @@ impl Documents {
         self.0.iter().find(|(_, open)| open.is_file && open.path == path).map(|(uri, _)| uri.clone())
     }
 
+    /// The text at an address, however that is written.
+    pub(crate) fn get(&self, uri: &Url) -> Option<&Open> {
+        self.0.get(&self.address(uri)?)
+    }
+
     fn get_mut(&mut self, uri: &Url) -> Option<&mut Open> {
         let address = self.address(uri)?;
         self.0.get_mut(&address)

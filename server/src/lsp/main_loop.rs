@@ -2,7 +2,6 @@
 //! analysed, so that a burst of edits costs one analysis. Then a worker checks everything, and what it found is published
 //! if nothing has changed meanwhile.
 
-use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
@@ -158,8 +157,7 @@ impl MainLoop {
                 self.touched(&uri);
             }
             Event::Changed(params) => {
-                let uri =
-                    &self.documents.address(&params.text_document.uri).unwrap_or(params.text_document.uri);
+                let uri = &params.text_document.uri;
                 let encoding = self.capabilities.encoding;
                 self.documents.change(uri, params.text_document.version, &params.content_changes, encoding);
                 self.touched(uri);
@@ -203,7 +201,7 @@ impl MainLoop {
     /// A text was touched: it is to be checked, even where it is the same, since the client waits for its version.
     fn touched(&mut self, uri: &Url) {
         self.check = true;
-        let dirty = self.documents.0.get(uri).filter(|open| open.dirty.is_some());
+        let dirty = self.documents.get(uri).filter(|open| open.dirty.is_some());
         self.reload |= dirty.is_some_and(|open| self.loader.is_config(&open.path));
     }
 
@@ -334,11 +332,7 @@ impl MainLoop {
         }
         for _ in 0..MOST_PASSES {
             // What is read rests on queries, and they on what anybody has written.
-            let (db, loader) = (RefCell::new(&mut self.db), RefCell::new(&mut self.loader));
-            let (mut workspaces, problems) = attempt(|| {
-                let (db, loader) = (&mut **db.borrow_mut(), &mut **loader.borrow_mut());
-                loader.load(db, &paths)
-            })?;
+            let (mut workspaces, problems) = attempt(|| self.loader.load(&mut self.db, &paths))?;
             problems.iter().for_each(|problem| tracing::info!("{problem}"));
             workspaces.extend(alone.iter().map(|&file| self.loader.alone(&self.db, file)));
             self.workspaces = workspaces.into();

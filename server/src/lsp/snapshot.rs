@@ -127,10 +127,10 @@ impl Failure {
 const MOST_ATTEMPTS: usize = 100;
 
 /// Runs `job`, and tells how it ended where it did not end well. A panic in it costs its answer, and nothing else.
-pub(crate) fn attempt<T>(job: impl Fn() -> T) -> std::result::Result<T, Failure> {
+pub(crate) fn attempt<T>(mut job: impl FnMut() -> T) -> std::result::Result<T, Failure> {
     for _ in 0..MOST_ATTEMPTS {
         // Whatever a query left behind, it holds no lock: salsa takes its unwinding into account.
-        let payload = match catch_unwind(AssertUnwindSafe(&job)) {
+        let payload = match catch_unwind(AssertUnwindSafe(&mut job)) {
             Ok(done) => return Ok(done),
             Err(payload) => payload,
         };

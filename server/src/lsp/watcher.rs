@@ -62,11 +62,12 @@ impl Watcher {
 
     /// A folder has come or gone, with all that is in it: what is there now is another one than was watched.
     pub(crate) fn forget(&mut self, folder: &Path) {
-        let (gone, kept) =
-            std::mem::take(&mut self.watched).into_iter().partition(|it| it.starts_with(folder));
-        self.watched = kept;
-        for gone in BTreeSet::<PathBuf>::into_iter(gone) {
-            let _ = self.watcher.as_mut().map(|watcher| watcher.unwatch(&gone));
+        // What stands in a folder follows it in their order.
+        let from = self.watched.range(folder.to_owned()..);
+        let gone: Vec<PathBuf> = from.take_while(|watched| watched.starts_with(folder)).cloned().collect();
+        for folder in gone {
+            let _ = self.watcher.as_mut().map(|watcher| watcher.unwatch(&folder));
+            self.watched.remove(&folder);
         }
     }
 
