@@ -117,8 +117,7 @@ fn declaration_at(db: &dyn ModelDb, target: &Target) -> Option<SyntaxNode> {
 /// The text of a declaration up to its block, on one line.
 fn head(node: &SyntaxNode) -> String {
     let text = node.text().to_string();
-    let is_short = matches!(node.kind(), SyntaxKind::ACTIVITY);
-    let head = if is_short { text.as_str() } else { text.split('{').next().unwrap_or_default() };
+    let head = text.split('{').next().unwrap_or_default();
     head.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 

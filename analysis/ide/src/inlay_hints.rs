@@ -124,7 +124,7 @@ fn of_deployment<'db>(
             *name == activity.row.instance || activity.interference.iter().any(|it| it.instance == *name)
         });
         let mut label = label(activity, assumes, budget);
-        if is_late(activity, node) {
+        if activity.row.is_late {
             label += " (the deadline is later than the period, which counts)";
         }
         if let Some(offset) = beside(node.syntax()) {
@@ -197,17 +197,6 @@ fn of_all(report: &Report<'_>, query: Query) -> String {
         label += &format!(" · {} {at_least}{:.1} %", cpu_names(cpu.mask), cpu.utilisation.as_f64() * 100.0);
     }
     label
-}
-
-/// Is there a deadline that does not count, since it is later than the period?
-fn is_late(activity: &ActivityReport<'_>, node: &ast::Activity) -> bool {
-    let number = |of: &str| -> Option<f64> {
-        let mut fields = node.fields();
-        let field = fields.find(|field| field.name_ref().is_some_and(|name| name.syntax().text() == of))?;
-        field.expr()?.syntax().text().to_string().parse().ok()
-    };
-    let is_period = activity.row.deadline.is_some() && activity.row.deadline == activity.row.period;
-    is_period && number("deadline").zip(number("period")).is_some_and(|(deadline, period)| deadline > period)
 }
 
 /// `deadline = 100` where it is left out.

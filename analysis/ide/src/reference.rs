@@ -2,8 +2,8 @@
 //! in `mauve.toml`.
 
 use mauve_model::item_tree::{
-    Architecture, Core, Data, Deployment, Endpoint, Expr, FeatureKind, Kind, Name, NameRef, Parameter, Part,
-    Program, State, Statement, Transition, TypeRef, Variable,
+    Architecture, Core, Data, Deployment, Endpoint, Expr, Kind, Name, NameRef, Parameter, Part, Program,
+    State, Statement, Transition, TypeRef, Variable,
 };
 use mauve_model::{
     Decl, File, ModelDb, Place, Project, architecture, config_of, data, declarations, features_of, flat_of,
@@ -87,12 +87,8 @@ pub(crate) fn reference_in_toml<'db>(
         .into_iter()
         .find_map(|(kind, entries)| Some((kind, entries.iter().find(|entry| at(&entry.key_span))?)))?;
     let key = entry.key.split_once('/').map_or(entry.key.as_str(), |(component, _)| component);
-    let names = names_of(db, project);
-    let found = match key.rsplit_once('.') {
-        Some((library, name)) => names.in_library(Some(&library.into()), kind, &name.into()).to_vec(),
-        None => names.anywhere(kind, key).to_vec(),
-    };
-    let meanings = found.into_iter().map(Meaning::Declaration).collect();
+    let found = names_of(db, project).by_key(kind, key);
+    let meanings = found.iter().copied().map(Meaning::Declaration).collect();
     Some(Reference { range: range(&entry.key_span), meanings })
 }
 
@@ -373,12 +369,7 @@ impl<'a, 'db> Programs<'a, 'db> {
             return self.finder.at(self.finder.of, handler);
         }
         let feature = features_of(self.finder.db, self.finder.project, self.shell?).get(&first.name)?;
-        let fits = match callee {
-            "read" | "write" | "status" => matches!(feature.kind, FeatureKind::Input | FeatureKind::Output),
-            "send" => feature.kind == FeatureKind::Required,
-            _ => false,
-        };
-        fits.then(|| self.finder.feature(self.shell?, &first.name))?
+        feature.kind.is_operand_of(callee).then(|| self.finder.feature(self.shell?, &first.name))?
     }
 
     /// An operation, or a codel.

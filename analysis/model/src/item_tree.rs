@@ -237,6 +237,18 @@ pub enum FeatureKind {
     Provided,
 }
 
+impl FeatureKind {
+    /// Does the built-in function of this name take a feature of this kind: `read`, `write` and `status` a port, `send` an
+    /// operation?
+    pub fn is_operand_of(self, function: &str) -> bool {
+        match function {
+            "read" | "write" | "status" => matches!(self, FeatureKind::Input | FeatureKind::Output),
+            "send" => self == FeatureKind::Required,
+            _ => false,
+        }
+    }
+}
+
 /// `core C(S) { … }`
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Core {

@@ -108,6 +108,18 @@ impl<'db> Names<'db> {
         self.in_any_library.get(&(kind, name.into())).map_or(&[], Vec::as_slice)
     }
 
+    /// What a key of a timing table, `library.name` or `name`, means; more than one is an error.
+    pub fn by_key(&self, kind: Kind, key: &str) -> &[Decl<'db>] {
+        match key.rsplit_once('.') {
+            Some((library, name)) => self.in_library(Some(&library.into()), kind, &name.into()),
+            // What stands outside libraries has no other key.
+            None => match self.in_library(None, kind, &key.into()) {
+                [] => self.anywhere(kind, key),
+                outside => outside,
+            },
+        }
+    }
+
     /// What `path`, written in `library`, means: looked up there, then in the libraries that it uses. What stands
     /// outside any library sees everything.
     pub fn resolve(

@@ -42,8 +42,10 @@ pub struct Row<'db> {
     pub cpus: Option<u64>,
     /// T.
     pub period: Option<Time>,
-    /// D; the period where it is left out.
+    /// D; the period where it is left out, or where it is later than that.
     pub deadline: Option<Time>,
+    /// Is a deadline written that is later than the period, and does not count?
+    pub is_late: bool,
     /// Why it is not analysed.
     pub refusals: Vec<Refusal<'db>>,
 }
@@ -191,6 +193,7 @@ impl<'db> Reader<'db> {
                 cpus: None,
                 period: None,
                 deadline: None,
+                is_late: false,
                 refusals: vec![refusal],
             });
         }
@@ -216,6 +219,7 @@ impl<'db> Reader<'db> {
             cpus: Some(0),
             period: None,
             deadline: None,
+            is_late: false,
             refusals: Vec::new(),
         };
         let mut repeated = false;
@@ -295,6 +299,7 @@ impl<'db> Reader<'db> {
                     self.found.diagnostics.push(report(self.of, (deadline, of_row), (field, period)));
                     // Which of the two is the mistake is unknown.
                     row.deadline = Some(period);
+                    row.is_late = true;
                 }
             }
         }

@@ -260,15 +260,8 @@ impl<'db> Joining<'db> {
         let names = names_of(db, self.project);
         let file = slot.file;
         let at = Place::Range(file, entry.key_span.start as u32, entry.key_span.end as u32);
-        let found = match key.rsplit_once('.') {
-            Some((library, name)) => names.in_library(Some(&library.into()), kind, &name.into()).to_vec(),
-            // What stands outside libraries has no other key.
-            None => match names.in_library(None, kind, &key.into()) {
-                [] => names.anywhere(kind, key).to_vec(),
-                outside => outside.to_vec(),
-            },
-        };
-        match found.as_slice() {
+        let found = names.by_key(kind, key);
+        match found {
             [] if is_known_elsewhere(db, self.project, kind, key) => {}
             [] => {
                 let all: Vec<(Name, Decl<'db>)> = names
@@ -316,7 +309,7 @@ impl<'db> Joining<'db> {
                 if rest.iter().any(|other| other.library(db) != first.library(db)) {
                     self.report(unknown_timing_key::ambiguous(at, key, &first.qualified(db)));
                 }
-                for &decl in &found {
+                for &decl in found {
                     let why = format!("{}: the key `{key}` means several of that name", file_name(db, file));
                     self.times.doubts.insert(of(decl), why);
                 }

@@ -137,14 +137,7 @@ impl<'db> Reader<'_, 'db> {
         if self.scope.contains(&first.name) && self.names.is_in_doubt() {
             return false;
         }
-        let kind = self.features.get(&first.name).map(|feature| feature.kind);
-        match callee.name.as_str() {
-            "read" | "write" | "status" => {
-                matches!(kind, Some(FeatureKind::Input | FeatureKind::Output))
-            }
-            "send" => kind == Some(FeatureKind::Required),
-            _ => false,
-        }
+        self.features.get(&first.name).is_some_and(|feature| feature.kind.is_operand_of(&callee.name))
     }
 
     /// A name that stands for a value, or is assigned one. One that means something else may be a call that lost its
