@@ -183,7 +183,7 @@ impl<'db> Reader<'_, 'db> {
 
     fn read(&mut self) {
         self.core.variables.iter().for_each(|variable| self.scope.push(&variable.name.name));
-        self.core.handlers.iter().for_each(|handler| self.scope.push(&handler.name));
+        self.core.handlers.iter().for_each(|handler| self.scope.push(&handler.name.name));
         self.duplicates_of_core();
         self.initial_values(&self.core.variables);
         self.operations();
@@ -220,7 +220,7 @@ impl<'db> Reader<'_, 'db> {
     fn duplicates_of_core(&mut self) {
         let of = self.of;
         let variables = self.core.variables.iter().map(|it| (&it.name, "variable"));
-        let handlers = self.core.handlers.iter().map(|it| (it, "handler"));
+        let handlers = self.core.handlers.iter().map(|it| (&it.name, "handler"));
         let found = diagnostics::duplicate_definition::among(of, variables.chain(handlers));
         self.found.diagnostics.extend(found);
         let operations = self.core.operations.iter().map(|it| (&it.name, "definition of the operation"));

@@ -534,7 +534,7 @@ fn milliseconds(value: &Expr) -> Result<Time, String> {
             return Err("not in hexadecimal".to_owned());
         }
         Expr::Literal(Literal::Int(text) | Literal::Float(text), _) => text,
-        Expr::Unary(UnaryOperator::Minus, _) => return Err("it is never negative".to_owned()),
+        Expr::Unary(UnaryOperator::Minus, ..) => return Err("it is never negative".to_owned()),
         _ => return Err("a number, not an expression".to_owned()),
     };
     Time::parse(text, Unit::Milliseconds, Rounding::Exact).map_err(|error: TimeError| error.to_string())
