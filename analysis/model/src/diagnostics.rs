@@ -29,8 +29,10 @@ use crate::{File, ModelDb, Workspace};
 pub struct Code {
     /// Its stable name, such as `deadline-missed`.
     pub name: &'static str,
-    /// How bad it is.
+    /// How bad it is, unless `mauve.toml` says otherwise.
     pub severity: Severity,
+    /// Is what it marks there for nothing, so that an editor may show it faded?
+    pub unused: bool,
 }
 
 /// How bad a diagnostic is.
@@ -75,10 +77,8 @@ pub struct Diagnostic<'db> {
 pub struct Fix<'db> {
     /// For the user to choose by.
     pub title: String,
-    /// What is replaced.
-    pub at: Place<'db>,
-    /// By what.
-    pub text: String,
+    /// What is replaced, and by what.
+    pub edits: Vec<(Place<'db>, String)>,
 }
 
 impl<'db> Diagnostic<'db> {
@@ -92,7 +92,7 @@ impl<'db> Diagnostic<'db> {
     }
 
     fn fix(mut self, title: impl Into<String>, at: Place<'db>, text: String) -> Diagnostic<'db> {
-        self.fixes.push(Fix { title: title.into(), at, text });
+        self.fixes.push(Fix { title: title.into(), edits: vec![(at, text)] });
         self
     }
 
@@ -131,7 +131,10 @@ impl<'db> Diagnostic<'db> {
 
 macro_rules! code {
     ($name:ident, $severity:ident, $text:literal) => {
-        pub(super) static $name: Code = Code { name: $text, severity: Severity::$severity };
+        pub(super) static $name: Code = Code { name: $text, severity: Severity::$severity, unused: false };
+    };
+    ($name:ident, $severity:ident, $text:literal, Unused) => {
+        pub(super) static $name: Code = Code { name: $text, severity: Severity::$severity, unused: true };
     };
 }
 
@@ -190,6 +193,45 @@ codes! {
     invalid_configuration::INVALID_CONFIGURATION;
     invalid_table::INVALID_TABLE;
     unknown_timing_key::UNKNOWN_TIMING_KEY;
+    unresolved_operation::UNRESOLVED_OPERATION;
+    argument_count::ARGUMENT_COUNT;
+    argument_type::ARGUMENT_TYPE;
+    out_argument::OUT_ARGUMENT;
+    assignment_type::ASSIGNMENT_TYPE;
+    return_type::RETURN_TYPE;
+    condition_type::CONDITION_TYPE;
+    operator_type::OPERATOR_TYPE;
+    invalid_type::INVALID_TYPE;
+    port_direction::PORT_DIRECTION;
+    not_assignable::NOT_ASSIGNABLE;
+    connection_type::CONNECTION_TYPE;
+    two_writers::TWO_WRITERS;
+    operation_signature::OPERATION_SIGNATURE;
+    buffer_size::BUFFER_SIZE;
+    operation_definition::OPERATION_DEFINITION;
+    missing_value::MISSING_VALUE;
+    outside_interval::OUTSIDE_INTERVAL;
+    empty_interval::EMPTY_INTERVAL;
+    constant_expression::CONSTANT_EXPRESSION;
+    read_before_assignment::READ_BEFORE_ASSIGNMENT;
+    not_strongly_connected::NOT_STRONGLY_CONNECTED;
+    lost_write::LOST_WRITE;
+    unconnected_operation::UNCONNECTED_OPERATION;
+    unconnected_input::UNCONNECTED_INPUT;
+    equal_priorities::EQUAL_PRIORITIES;
+    priority_inversion::PRIORITY_INVERSION;
+    stale_data::STALE_DATA;
+    unused_codel::UNUSED_CODEL;
+    unused_variable::UNUSED_VARIABLE;
+    unused_property::UNUSED_PROPERTY;
+    unused_declaration::UNUSED_DECLARATION;
+    unreachable_code::UNREACHABLE_CODE;
+    reserved_name::RESERVED_NAME;
+    missing_else::MISSING_ELSE;
+    header_colon::HEADER_COLON;
+    continued_line::CONTINUED_LINE;
+    unknown_type::UNKNOWN_TYPE;
+    unknown_package::UNKNOWN_PACKAGE;
 }
 
 /// All kinds of diagnostic.
