@@ -188,7 +188,7 @@ impl Loader {
         let path = file.path(db);
         *self.workspaces.entry(path.clone()).or_insert_with(|| {
             let files = Arc::new(BTreeMap::from([(path.clone(), file)]));
-            Workspace::new(db, PathBuf::new(), files, model_path(), vec![file], Vec::new())
+            Workspace::new(db, PathBuf::new(), files, model_path(), vec![file], Vec::new(), Arc::default())
         })
     }
 
@@ -303,7 +303,15 @@ impl Loader {
             }
             None => {
                 let known = Arc::new(files.clone());
-                let workspace = Workspace::new(db, folder.to_owned(), known, model_path(), only, Vec::new());
+                let workspace = Workspace::new(
+                    db,
+                    folder.to_owned(),
+                    known,
+                    model_path(),
+                    only,
+                    Vec::new(),
+                    Arc::default(),
+                );
                 self.workspaces.insert(folder.to_owned(), workspace);
                 workspace
             }

@@ -17,6 +17,7 @@
 //! | `source.rs` | declarations, their data, and [`Place`]s |
 //! | `project.rs`, `config.rs` | roots, includes, `mauve.toml` |
 //! | `names.rs` | what a name means; the features of a shell |
+//! | `messages.rs` | message packages: `.msg` texts, the catalogue that is built in, what a type's name means |
 //! | `behaviour.rs`, `behaviour/program.rs` | a core's states and edges; what its programs cost |
 //! | `timetable.rs` | the timing tables, joined |
 //! | `psm.rs` | behaviour + times: the periodic state machine of a component |
@@ -38,6 +39,7 @@ pub mod diagnostics;
 mod flat;
 pub mod item_tree;
 mod lower;
+mod messages;
 mod names;
 mod project;
 mod psm;
@@ -51,6 +53,10 @@ pub use config::Config;
 pub use db::{Database, File, ModelDb, Problem, Workspace, normalised};
 pub use flat::{Flat, FlatInstance, Link, flat_of};
 pub use lower::{DeclarationMap, SourceMap};
+pub use messages::{
+    BUILT_IN_TYPES, Message, MessageConstant, MessageField, Package, catalogue, message_of, package,
+    read_message, used_packages,
+};
 pub use names::{FeatureOf, Features, Names, Unresolved, features_of, names_of, similar};
 pub use project::{
     CONFIG_FILE, Project, config_file, config_of, include_candidates, includes, is_model, project_files,
