@@ -283,6 +283,15 @@ impl<'db> Reader<'_, 'db> {
                 self.refuse(diagnostics::undeclared_operation::report(at, name));
             }
         }
+        let defined: FxHashSet<&Name> = self.core.operations.iter().map(|it| &it.name.name).collect();
+        let whole = self.core.whole && !self.features.lost;
+        for (name, found) in self.features.by_name.iter().filter(|(name, _)| whole && !defined.contains(name))
+        {
+            if let Some(declared) = found.first().filter(|feature| feature.kind == FeatureKind::Provided) {
+                let report = diagnostics::undefined_operation::report;
+                self.found.diagnostics.push(report(self.db, Place::name_of(self.of), name, declared));
+            }
+        }
     }
 
     /// Callees before callers; what is left over calls itself.

@@ -72,7 +72,7 @@ impl fmt::Debug for Name {
 }
 
 /// Something in a declaration that can be pointed at, numbered in the order of the text; 0 is its name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Default, salsa::SalsaValue)]
 pub struct Part(pub u32);
 
 /// The declarations of a file.
@@ -557,6 +557,37 @@ pub enum Literal {
 pub enum UnaryOperator {
     Not,
     Minus,
+}
+
+impl UnaryOperator {
+    /// As it is written.
+    pub fn text(self) -> &'static str {
+        match self {
+            UnaryOperator::Not => "!",
+            UnaryOperator::Minus => "-",
+        }
+    }
+}
+
+impl BinaryOperator {
+    /// As it is written.
+    pub fn text(self) -> &'static str {
+        match self {
+            BinaryOperator::Or => "||",
+            BinaryOperator::And => "&&",
+            BinaryOperator::Equal => "==",
+            BinaryOperator::NotEqual => "!=",
+            BinaryOperator::Less => "<",
+            BinaryOperator::LessOrEqual => "<=",
+            BinaryOperator::Greater => ">",
+            BinaryOperator::GreaterOrEqual => ">=",
+            BinaryOperator::Add => "+",
+            BinaryOperator::Subtract => "-",
+            BinaryOperator::Multiply => "*",
+            BinaryOperator::Divide => "/",
+            BinaryOperator::Remainder => "%",
+        }
+    }
 }
 
 /// The binary operators.

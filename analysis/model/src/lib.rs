@@ -35,8 +35,10 @@
 mod behaviour;
 mod config;
 mod db;
+mod declared;
 pub mod diagnostics;
 mod flat;
+mod flow;
 pub mod item_tree;
 mod lower;
 mod messages;
@@ -44,9 +46,15 @@ mod names;
 mod project;
 mod psm;
 mod response;
+mod settings;
 mod source;
 mod system;
 mod timetable;
+mod types;
+mod typing;
+mod urgency;
+mod values;
+mod wiring;
 
 pub use behaviour::{Behaviour, Cost, Edge, Refusal, TimedProgram, behaviour_of};
 pub use config::Config;
@@ -73,3 +81,6 @@ pub use source::{
 };
 pub use system::{Priority, Row, System, cpu_names, system_of};
 pub use timetable::{Lookup, TableFiles, Timetable, table, table_files, table_pattern, timetable_of};
+pub use types::{Integer, Type, built_in_type, type_of};
+pub use typing::{Callee, Meaning, Typing, VariableKind, VariableOf, typing_of};
+pub use values::Value;

@@ -402,7 +402,7 @@ impl<'db> Reader<'db> {
         let mut serves: FxHashMap<&Name, &Name> = FxHashMap::default();
         // A connection that is not right may be meant for anybody who provides something.
         let mut lost = flat.links_lost;
-        for Link { operation, source, target } in &flat.links {
+        for Link { operation, source, target, .. } in &flat.links {
             let kinds = (kind(source), kind(target));
             let is_port = |kind| matches!(kind, Some(FeatureKind::Input | FeatureKind::Output));
             lost |= match operation {

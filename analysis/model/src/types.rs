@@ -4,6 +4,7 @@ use std::fmt;
 
 use crate::ModelDb;
 use crate::item_tree::{BinaryOperator, Name, TypeRef, UnaryOperator};
+use crate::messages::message_of;
 use crate::names::names_of;
 use crate::project::{Project, external_types};
 use crate::source::Decl;
@@ -152,9 +153,9 @@ impl Type {
     /// become decimal ones; nothing else changes silently, but for constants that the other type has as well.
     pub fn fits(&self, constant: Option<&Value>, wanted: &Type) -> bool {
         match (self, wanted, constant) {
-            (Type::INT, Type::Double | Type::Float, _) => true,
+            (&Type::INT, Type::Double | Type::Float, _) => true,
             (Type::Double, Type::Float, Some(_)) => true,
-            (Type::INT, Type::Integer(integer), Some(Value::Int(value))) => integer.holds(*value),
+            (&Type::INT, Type::Integer(integer), Some(Value::Int(value))) => integer.holds(*value),
             _ => self.is(wanted),
         }
     }
@@ -174,11 +175,19 @@ impl Type {
             Op::Equal | Op::NotEqual => {
                 let handles = |it: &Type| matches!(it, Type::Handle(_) | Type::Void);
                 let same = self.is(other) || are(Type::is_number);
-                if same && !handles(self) && !handles(other) { Ok(Type::Bool) } else { Err("two values of one type") }
+                if same && !handles(self) && !handles(other) {
+                    Ok(Type::Bool)
+                } else {
+                    Err("two values of one type")
+                }
             }
-            Op::Less | Op::LessOrEqual | Op::Greater | Op::GreaterOrEqual if are(Type::is_number) => Ok(Type::Bool),
+            Op::Less | Op::LessOrEqual | Op::Greater | Op::GreaterOrEqual if are(Type::is_number) => {
+                Ok(Type::Bool)
+            }
             Op::Less | Op::LessOrEqual | Op::Greater | Op::GreaterOrEqual => Err("two numbers"),
-            Op::Add if are(|it| *it == Type::String) => Ok(if unknown { Type::Unknown } else { Type::String }),
+            Op::Add if are(|it| *it == Type::String) => {
+                Ok(if unknown { Type::Unknown } else { Type::String })
+            }
             Op::Remainder if are(|it| matches!(it, Type::Integer(_))) => Ok(self.joined(other)),
             Op::Remainder => Err("two whole numbers"),
             _ if are(Type::is_number) => Ok(self.joined(other)),
@@ -214,7 +223,12 @@ impl Type {
 }
 
 /// What the name of a type, written in `of`, means.
-pub fn type_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, ty: Option<&TypeRef>) -> Type {
+pub fn type_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    ty: Option<&TypeRef>,
+) -> Type {
     let Some(ty) = ty else { return Type::Unknown };
     resolved(db, project, of.library(db).as_ref(), &ty.path).unwrap_or(Type::Unknown)
 }
@@ -242,15 +256,14 @@ pub(crate) fn resolved<'db>(
     {
         return built_in_type(name);
     }
-    let (package, _) = crate::messages::message_of(db, project, library, path)?;
-    Some(Type::Message(package, path.last()?.clone()))
-}
-
-/// A `use` in a library, or anywhere where it counts for `library`, that means nothing: then what its package may declare
-/// is not reported again.
-pub(crate) fn uses_the_unknown<'db>(db: &'db dyn ModelDb, project: Project<'db>, library: Option<&Name>) -> bool {
-    let names = names_of(db, project);
-    names.used(library).into_iter().any(|name| !is_known_package(db, project, name))
+    let (package, _) = match path {
+        // As C++ and the tools of ROS 2 write it.
+        [package, msg, name] if msg == "msg" => {
+            message_of(db, project, library, &[package.clone(), name.clone()])?
+        }
+        path => message_of(db, project, library, path)?,
+    };
+    Some(Type::Message(package.name.clone(), path.last()?.clone()))
 }
 
 /// Is this the name of a library of the project, of a message package, or `ctypes`?

@@ -84,7 +84,9 @@ impl Value {
     pub fn unary(&self, operator: UnaryOperator) -> Result<Option<Value>, &'static str> {
         Ok(match (operator, self) {
             (UnaryOperator::Not, Value::Bool(value)) => Some(Value::Bool(!value)),
-            (UnaryOperator::Minus, Value::Int(value)) => Some(Value::Int(value.checked_neg().ok_or(TOO_GREAT)?)),
+            (UnaryOperator::Minus, Value::Int(value)) => {
+                Some(Value::Int(value.checked_neg().ok_or(TOO_GREAT)?))
+            }
             (UnaryOperator::Minus, Value::Double(value)) => Some(Value::Double(-value)),
             _ => None,
         })

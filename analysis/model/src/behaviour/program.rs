@@ -216,7 +216,7 @@ impl<'db> Reader<'_, 'db> {
                     let defined =
                         self.core.operations.iter().position(|operation| operation.name.name == *name);
                     if defined.is_none() {
-                        self.refuse(diagnostics::undefined_operation::report(at, name));
+                        self.refuse_here(&format!("it does not define the operation `{name}`, and calls it"));
                     }
                     return defined.map(Cost::Operation);
                 }
