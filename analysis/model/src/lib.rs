@@ -62,8 +62,8 @@ pub use db::{Database, File, ModelDb, Problem, Workspace, normalised};
 pub use flat::{Flat, FlatInstance, Link, flat_of};
 pub use lower::{DeclarationMap, SourceMap};
 pub use messages::{
-    BUILT_IN_TYPES, Message, MessageConstant, MessageField, Package, catalogue, message_of, package,
-    read_message, used_packages,
+    BUILT_IN_TYPES, Message, MessageConstant, MessageField, Package, catalogue, message_of, named_packages,
+    package, read_message, used_packages,
 };
 pub use names::{FeatureOf, Features, Names, Unresolved, features_of, names_of, similar};
 pub use project::{

@@ -3,17 +3,17 @@
 //! A package that is installed on this machine is read from its `.msg` files, those of ROS 1 and of ROS 2 alike; the common
 //! ones are built in (`messages/catalogue.txt`), so that a model means the same where nothing is installed.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::path::PathBuf;
 use std::sync::{Arc, LazyLock};
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use crate::item_tree::{Kind, Name};
-use crate::project::{Project, project_files};
-use crate::source::declarations;
-use crate::{ModelDb, Workspace};
+use crate::item_tree::{Data, Kind, Name, Parameter, Statement, TypeRef};
+use crate::project::{Project, is_model, project_files};
+use crate::source::{declarations, item_tree_of};
+use crate::{File, ModelDb, Workspace};
 
 /// The types that `.msg` files know without a package.
 pub const BUILT_IN_TYPES: [&str; 17] = [
@@ -26,8 +26,6 @@ pub const BUILT_IN_TYPES: [&str; 17] = [
 pub struct Package {
     /// Its name.
     pub name: Name,
-    /// The folder of the `.msg` files that it was read from; none: it is built in.
-    pub folder: Option<PathBuf>,
     /// Its messages, by name.
     pub messages: BTreeMap<Name, Message>,
 }
@@ -39,6 +37,8 @@ pub struct Message {
     pub fields: Vec<MessageField>,
     /// In the order of the text.
     pub constants: Vec<MessageConstant>,
+    /// The file that it was read from; none: it is built in.
+    pub path: Option<PathBuf>,
 }
 
 /// `float64[36] covariance`, in ROS 2 also `int32 count 1`
@@ -138,18 +138,19 @@ fn read_line(message: &mut Message, line: &str) -> Option<()> {
 /// A value without the comment behind it. A text is all of the line in ROS 1, and quoted in ROS 2.
 fn value_of(text: &str, is_string: bool) -> &str {
     let text = text.trim();
-    if !is_string {
+    let Some(quote) = text.chars().next().filter(|_| is_string) else {
         return text.split('#').next().unwrap_or_default().trim_end();
+    };
+    if !matches!(quote, '"' | '\'') {
+        return text;
     }
-    let Some(quote) = text.chars().next().filter(|c| matches!(c, '"' | '\'')) else { return text };
-    let mut is_escaped = true; // The quote that opens it does not close it.
-    for (index, c) in text.char_indices() {
-        if c == quote && !is_escaped {
-            return text.get(..=index).unwrap_or(text);
-        }
-        is_escaped = (c == '\\' && !is_escaped) || index == 0 && c == '\\';
-    }
-    text
+    let mut is_escaped = false;
+    let end = text.char_indices().skip(1).find(|&(_, c)| {
+        let is_end = c == quote && !is_escaped;
+        is_escaped = c == '\\' && !is_escaped;
+        is_end
+    });
+    end.and_then(|(index, _)| text.get(..=index)).unwrap_or(text)
 }
 
 fn is_name(text: &str) -> bool {
@@ -251,4 +252,304 @@ pub fn used_packages<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> FxHash
         }
     }
     used
+}
+
+/// What the models of a workspace name where a message package may be meant: `use package`, `package.Message`.
+#[salsa::tracked(returns(ref))]
+pub fn named_packages(db: &dyn ModelDb, workspace: Workspace) -> BTreeSet<Name> {
+    let models = workspace.files(db).values().filter(|file| is_model(file.path(db)));
+    models.flat_map(|&file| named_in(db, file)).cloned().collect()
+}
+
+#[salsa::tracked(returns(ref))]
+fn named_in(db: &dyn ModelDb, file: File) -> BTreeSet<Name> {
+    let mut types = Vec::new();
+    let mut names = BTreeSet::new();
+    for declaration in &item_tree_of(db, file).declarations {
+        if declaration.kind == Kind::Use && !declaration.name.is_empty() {
+            names.insert(declaration.name.clone());
+        }
+        types_of_values(&declaration.data, &mut types);
+    }
+    let first = |ty: &TypeRef| ty.path.first().filter(|_| ty.path.len() > 1).cloned();
+    names.extend(types.into_iter().filter_map(first));
+    names
+}
+
+/// The types of parameters, ports, properties, variables and results.
+fn types_of_values<'a>(data: &'a Data, types: &mut Vec<&'a TypeRef>) {
+    fn of_parameters<'a>(parameters: &'a [Parameter], types: &mut Vec<&'a TypeRef>) {
+        types.extend(parameters.iter().filter_map(|parameter| parameter.ty.as_ref()));
+    }
+    match data {
+        Data::Codel(codel) => {
+            of_parameters(&codel.parameters, types);
+            types.extend(&codel.result);
+        }
+        Data::Shell(shell) => {
+            for feature in &shell.features {
+                of_parameters(&feature.parameters, types);
+                types.extend(&feature.ty);
+            }
+        }
+        Data::Core(core) => {
+            let machines = core.machines.iter();
+            let variables = core.variables.iter().chain(machines.clone().flat_map(|it| &it.variables));
+            types.extend(variables.filter_map(|variable| variable.ty.as_ref()));
+            core.operations.iter().for_each(|it| of_parameters(&it.parameters, types));
+            let states = machines.flat_map(|machine| &machine.states);
+            let of_states = states.flat_map(|state| {
+                let effects = state.transitions.iter().filter_map(|it| it.effect.as_ref());
+                state.methods.iter().map(|it| &it.program).chain(effects)
+            });
+            let programs = core.operations.iter().map(|it| &it.program);
+            let programs = programs.chain(core.hooks.iter().map(|it| &it.program)).chain(of_states);
+            programs.for_each(|program| types_of_variables(&program.statements, types));
+        }
+        Data::Use | Data::Component(_) | Data::Architecture(_) | Data::Deployment(_) => {}
+    }
+}
+
+fn types_of_variables<'a>(statements: &'a [Statement], types: &mut Vec<&'a TypeRef>) {
+    for statement in statements {
+        match statement {
+            Statement::Variable(variable) => types.extend(&variable.ty),
+            Statement::Block(inner) => types_of_variables(inner, types),
+            Statement::If { then, otherwise, .. } => {
+                types_of_variables(then, types);
+                types_of_variables(otherwise.as_deref().unwrap_or_default(), types);
+            }
+            Statement::Return(_) | Statement::Assign(..) | Statement::Expr(_) => {}
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fmt::Write as _;
+    use std::path::Path;
+
+    use super::*;
+    use crate::{Database, projects};
+    use expect_test::{Expect, expect};
+    use salsa::Setter as _;
+
+    fn check(text: &str, expected: Expect) {
+        expected.assert_eq(&line_of(&read_message(text)).replace("; ", "\n"));
+    }
+
+    /// As in the catalogue.
+    fn line_of(message: &Message) -> String {
+        let fields = message.fields.iter().map(ToString::to_string);
+        let all: Vec<String> = fields.chain(message.constants.iter().map(ToString::to_string)).collect();
+        all.join("; ")
+    }
+
+    #[test]
+    fn fields_and_constants_of_ros_1() {
+        check(
+            "# a comment\n\nHeader header\n  geometry_msgs/Pose   pose # where\n\tfloat64[36] covariance\r\n\
+             uint8[] data#bytes\nbyte DEBUG=1 #debug\nint32 X = -5\nstring A= a text # with this \nstring E=\n",
+            expect![[r#"
+                std_msgs/Header header
+                geometry_msgs/Pose pose
+                float64[36] covariance
+                uint8[] data
+                byte DEBUG=1
+                int32 X=-5
+                string A=a text # with this
+                string E="#]],
+        );
+    }
+
+    #[test]
+    fn bounds_and_defaults_of_ros_2() {
+        check(
+            "string<=10 name \"a # \\\" b\" # c\nwstring<=5[<=3] names\nPoint[<=4] points\nint32[] samples [1, 2] # c\n\
+             float64 speed 1.5\nbool on true#c\nstring WORD=\"one # two\" # c\nstd_msgs/Header header\nstring s 'it''s'",
+            expect![[r#"
+                string<=10 name "a # \" b"
+                wstring<=5[<=3] names
+                Point[<=4] points
+                int32[] samples [1, 2]
+                float64 speed 1.5
+                bool on true
+                std_msgs/Header header
+                string s 'it'
+                string WORD="one # two""#]],
+        );
+    }
+
+    #[test]
+    fn what_is_no_line_of_a_message_is_passed_over() {
+        check(
+            "\u{feff}int32 a\n---\n=\n= =\nint32\nint32 =5\nint32 5\n5 x\nint32[ x\nint32] x\nint32[x] x\na/b/c x\n/b x\na/ x\n\
+             int32 é\nint32 a-b\nint32[2] X=1\na/B X=1\nint8 Y=\nstring<=x s\nint32<=5 s\n<html>\n\0\n@optional x",
+            expect!["int32 a"],
+        );
+    }
+
+    #[test]
+    fn a_type_without_its_array() {
+        let message = read_message("a/B[3] x\nstring<=3[] y\nint8 z");
+        let elements: Vec<_> = message.fields.iter().map(|it| (it.element(), it.is_array())).collect();
+        assert_eq!(elements, [("a/B", true), ("string", true), ("int8", false)]);
+    }
+
+    #[test]
+    fn every_type_in_the_catalogue_is_built_in_or_in_the_catalogue() {
+        let text = include_str!("messages/catalogue.txt");
+        let packages: Vec<&str> = text.lines().filter_map(|line| line.strip_prefix("package ")).collect();
+        assert!(packages.is_sorted(), "{packages:?}");
+        assert_eq!(catalogue().keys().map(Name::as_str).collect::<Vec<_>>(), packages);
+        for package in catalogue().values() {
+            for (name, message) in &package.messages {
+                // Nothing was passed over.
+                let line = format!("{name}: {}", line_of(message));
+                assert!(text.lines().any(|it| it == line.trim_end()), "{line}");
+                for field in &message.fields {
+                    let ty = field.element();
+                    let (of, ty) = ty.split_once('/').unwrap_or((&package.name, ty));
+                    let is_known = BUILT_IN_TYPES.contains(&field.element())
+                        || catalogue().get(of).is_some_and(|of| of.messages.contains_key(ty));
+                    assert!(is_known, "{}/{name}: {field}", package.name);
+                }
+            }
+        }
+        let messages =
+            text.lines().filter(|line| !line.starts_with(['#', 'p']) && line.contains(':')).count();
+        assert_eq!(catalogue().values().map(|it| it.messages.len()).sum::<usize>(), messages);
+    }
+
+    /// The catalogue is made by what this prints where the packages named at its head are installed. Where none is, only
+    /// [`every_type_in_the_catalogue_is_built_in_or_in_the_catalogue`] speaks for it.
+    #[test]
+    fn the_catalogue_has_what_debian_has_installed() {
+        let mut wrong = String::new();
+        for package in catalogue().values() {
+            let folder = Path::new("/usr/share").join(&*package.name).join("msg");
+            for path in std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path()) {
+                let name = path.file_stem().unwrap().to_str().unwrap();
+                let installed = read_message(&std::fs::read_to_string(&path).unwrap());
+                if package.messages.get(name) != Some(&installed) {
+                    let _ = writeln!(wrong, "{}: {name}: {}", package.name, line_of(&installed));
+                }
+            }
+        }
+        assert_eq!(wrong, "");
+    }
+
+    fn workspace(db: &Database, files: &[(&str, &str)]) -> Workspace {
+        Workspace::of_texts(
+            db,
+            "/".into(),
+            files.iter().map(|(path, text)| ((*path).into(), (*text).to_owned())),
+        )
+    }
+
+    fn install(db: &mut Database, workspace: Workspace, packages: &[(&str, &str)]) {
+        let package = |&(name, message): &(&str, &str)| {
+            let messages = BTreeMap::from([(message.into(), read_message("int8 installed"))]);
+            (name.into(), Arc::new(Package { name: name.into(), messages }))
+        };
+        workspace.set_packages(db).to(Arc::new(packages.iter().map(package).collect()));
+    }
+
+    fn found(db: &Database, workspace: Workspace, library: Option<&str>, path: &[&str]) -> Option<String> {
+        let path: Vec<Name> = path.iter().map(|&part| part.into()).collect();
+        let library = library.map(Name::from);
+        let (package, message) = message_of(db, projects(db, workspace)[0], library.as_ref(), &path)?;
+        Some(format!("{}: {}", package.name, line_of(message)))
+    }
+
+    const MODEL: &str = "
+        use sensor_msgs
+        library a { use std_msgs use b use nothing use tf2_msgs }
+        library b { use geometry_msgs codel f(): int }
+        library a { use nav_msgs use std_msgs }";
+
+    #[test]
+    fn a_message_is_one_of_the_packages_that_its_library_uses() {
+        let db = Database::default();
+        let workspace = workspace(&db, &[("/a.mal", MODEL)]);
+        let found = |library, path: &[&str]| found(&db, workspace, library, path);
+        assert_eq!(found(Some("a"), &["String"]).as_deref(), Some("std_msgs: string data"));
+        assert_eq!(
+            found(Some("a"), &["GridCells"]).as_deref(),
+            Some(
+                "nav_msgs: std_msgs/Header header; float32 cell_width; float32 cell_height; \
+                 geometry_msgs/Point[] cells"
+            )
+        );
+        // What library `b` uses, `a` does not see; what is qualified needs no `use`.
+        assert_eq!(found(Some("a"), &["Pose"]), None);
+        assert_eq!(
+            found(Some("a"), &["geometry_msgs", "Pose"]).as_deref(),
+            Some("geometry_msgs: Point position; Quaternion orientation")
+        );
+        assert_eq!(found(Some("b"), &["Joy"]), None);
+        for name in ["Pose", "Joy", "String"] {
+            assert!(found(None, &[name]).is_some(), "{name}");
+        }
+        for path in [&["std_msgs", "Nothing"] as &[&str], &["nothing", "String"], &["std_msgs"], &[], &[""]] {
+            assert_eq!(found(Some("a"), path), None, "{path:?}");
+        }
+        assert_eq!(found(Some("a"), &["std_msgs", "msg", "String"]), None);
+    }
+
+    #[test]
+    fn a_package_that_is_installed_wins_as_a_whole() {
+        let mut db = Database::default();
+        let workspace = workspace(&db, &[("/a.mal", MODEL)]);
+        install(&mut db, workspace, &[("std_msgs", "Mine"), ("nothing", "Thing")]);
+        assert_eq!(found(&db, workspace, Some("a"), &["Mine"]).as_deref(), Some("std_msgs: int8 installed"));
+        assert_eq!(found(&db, workspace, Some("a"), &["Thing"]).as_deref(), Some("nothing: int8 installed"));
+        assert_eq!(found(&db, workspace, Some("a"), &["String"]), None);
+        assert!(found(&db, workspace, None, &["Joy"]).is_some());
+    }
+
+    /// Stands for what will ask.
+    #[salsa::tracked(returns(copy))]
+    fn asks(db: &dyn ModelDb, workspace: Workspace) -> usize {
+        package(db, workspace, &"std_msgs".into()).map_or(0, |package| package.messages.len())
+    }
+
+    #[test]
+    fn a_package_that_comes_touches_only_who_asks_for_it() {
+        let mut db = Database::with_log();
+        let workspace = workspace(&db, &[("/a.mal", MODEL)]);
+        install(&mut db, workspace, &[("std_msgs", "Mine")]);
+        assert_eq!(asks(&db, workspace), 1);
+        db.take_log();
+        install(&mut db, workspace, &[("std_msgs", "Mine"), ("other_msgs", "Other")]);
+        assert_eq!(asks(&db, workspace), 1);
+        assert_eq!(db.take_log(), ["installed"]);
+        install(&mut db, workspace, &[("std_msgs", "Another")]);
+        assert_eq!(asks(&db, workspace), 1);
+        assert_eq!(db.take_log(), ["installed", "asks"]);
+    }
+
+    #[test]
+    fn packages_are_named_by_uses_and_by_qualified_types() {
+        let db = Database::default();
+        let model = "use a library l { use b }
+            codel f(in x: c::X, out y: Y): d.D
+            shell S extends lib.S { input port p: e.E property q: int require o(in x: f::F): g.G }
+            core C(lib.S) {
+              var v: h.H
+              handler o: o
+              provide w(in x: i.I) = { var v: j.J }
+              statemachine {
+                var m: k.K
+                initial state S {
+                  run = { if v then { { var w: n.N = 1; } } else { var w: p.P; } }
+                  transition t to S { var w: q.Q; }
+                }
+              }
+            }
+            component M(lib.S, lib.C)";
+        let workspace = workspace(&db, &[("/a.mal", model), ("/mauve.toml", "x = \"y.z\"")]);
+        let named: Vec<&str> = named_packages(&db, workspace).iter().map(Name::as_str).collect();
+        assert_eq!(named.join(" "), "a b c d e f g h i j k n p q");
+    }
 }
