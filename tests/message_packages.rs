@@ -1,5 +1,7 @@
 //! Message packages that are installed: where they are found, which messages they have, and what is passed over.
 
+#![allow(clippy::unwrap_used)]
+
 use std::path::{Path, PathBuf};
 
 use mauve_tests::{Client, Text, scratch, write};
