@@ -5,8 +5,8 @@
 //! (`#` begins the first one in a `mauve.toml` or a timing table). The text is a part of the message, and may be left out.
 //!
 //! Errors and warnings are exactly those that are marked. So are hints of the codes that a block under the same heading
-//! marks as hints; other hints do not matter. Every model is read four times: as it stands, indented by tabs, with CRLF,
-//! and without a last newline; that changes nothing.
+//! marks as hints; other hints do not matter. Every model is read five times: as it stands, indented by tabs, with CRLF,
+//! without a last newline, and behind a byte order mark; that changes nothing.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
 
@@ -231,7 +231,7 @@ fn marks_of(line: &str) -> impl Iterator<Item = Mark> {
 }
 
 /// The files of a block, in each way in which the same lines may be written.
-fn variants(block: &str) -> [(&'static str, Vec<(String, String)>); 4] {
+fn variants(block: &str) -> [(&'static str, Vec<(String, String)>); 5] {
     let files = mauve_tests::fixture(block);
     let each = |change: fn(&str) -> String| {
         files.iter().map(|(path, text)| (path.clone(), change(text))).collect::<Vec<_>>()
@@ -241,6 +241,7 @@ fn variants(block: &str) -> [(&'static str, Vec<(String, String)>); 4] {
         (" — indented by tabs", each(with_tabs)),
         (" — with CRLF", each(|text| text.replace('\n', "\r\n"))),
         (" — without a last newline", each(|text| text.trim_end_matches('\n').to_owned())),
+        (" — behind a byte order mark", each(|text| format!("\u{feff}{text}"))),
     ]
 }
 
@@ -269,7 +270,7 @@ fn found(files: Vec<(String, String)>) -> Vec<Mark> {
             let line = text[..start].matches('\n').count() + 1;
             Mark {
                 path: file.path(&db).display().to_string(),
-                line: line.min(text.lines().count()),
+                line: line.min(text.lines().count().max(1)),
                 severity: diagnostic.code.severity.name().to_owned(),
                 code: diagnostic.code.name.to_owned(),
                 text: diagnostic.message,
