@@ -138,7 +138,8 @@ fn folder() -> PathBuf {
 
 fn pages() -> Vec<Page> {
     let files = std::fs::read_dir(folder()).unwrap().map(|entry| entry.unwrap().path());
-    let pages: BTreeSet<PathBuf> = files.filter(|path| path.extension().is_some_and(|it| it == "md")).collect();
+    let pages: BTreeSet<PathBuf> =
+        files.filter(|path| path.extension().is_some_and(|it| it == "md")).collect();
     pages.iter().map(|path| Page::read(path)).collect()
 }
 
@@ -213,13 +214,11 @@ fn marks_of(line: &str) -> impl Iterator<Item = Mark> {
     let first = first.flatten().min();
     let all = first.map_or("", |first| line[first..].trim_start_matches(['/', '#']));
     all.split(" // ").filter(|mark| !mark.is_empty()).map(move |mark| {
-        let (severity, rest) = mark.trim().split_once(": [").unwrap_or_else(|| panic!("{line:?}: no mark"));
-        let (code, text) = rest.split_once(']').unwrap_or_else(|| panic!("{line:?}: no code"));
+        let parts = mark.trim().split_once(": [").and_then(|(it, rest)| Some((it, rest.split_once(']')?)));
+        let (severity, (code, text)) = parts.expect("a mark is `severity: [code] \"text\"`");
         let text = text.trim();
-        assert!(
-            text.is_empty() || text.len() > 2 && text.starts_with('"') && text.ends_with('"'),
-            "{line:?}: the text of a mark stands in quotes"
-        );
+        let is_quoted = text.len() > 2 && text.starts_with('"') && text.ends_with('"');
+        assert!(text.is_empty() || is_quoted, "{line:?}: the text of a mark stands in quotes");
         Mark {
             path: String::new(),
             line: 0,
@@ -280,12 +279,17 @@ fn found(files: Vec<(String, String)>) -> Vec<Mark> {
 }
 
 /// What is marked and not found, or found and not marked, each with its file and line.
-fn differences(expected: &[Mark], found: Vec<Mark>, hints: &BTreeSet<String>) -> Vec<(String, usize, String)> {
+fn differences(
+    expected: &[Mark],
+    found: Vec<Mark>,
+    hints: &BTreeSet<String>,
+) -> Vec<(String, usize, String)> {
     let mut left = found;
     left.retain(|it| it.severity != "hint" || hints.contains(&it.code));
     let mut missing = Vec::new();
     // Marks with a text choose first.
-    let (with_text, without): (Vec<&Mark>, Vec<&Mark>) = expected.iter().partition(|mark| !mark.text.is_empty());
+    let (with_text, without): (Vec<&Mark>, Vec<&Mark>) =
+        expected.iter().partition(|mark| !mark.text.is_empty());
     for mark in with_text.into_iter().chain(without) {
         let is_it = |it: &Mark| {
             it.text.contains(&mark.text) && Mark { text: mark.text.clone(), ..it.clone() } == *mark
@@ -308,8 +312,7 @@ fn differences(expected: &[Mark], found: Vec<Mark>, hints: &BTreeSet<String>) ->
 
 #[test]
 fn marks() {
-    let marks: Vec<Mark> =
-        marks_of("  f(); // text // error: [a-b] \"no `f`\" // hint: [c]").collect();
+    let marks: Vec<Mark> = marks_of("  f(); // text // error: [a-b] \"no `f`\" // hint: [c]").collect();
     let shown: Vec<(&str, &str, &str)> =
         marks.iter().map(|it| (it.severity.as_str(), it.code.as_str(), it.text.as_str())).collect();
     assert_eq!(shown, [("error", "a-b", "no `f`"), ("hint", "c", "")]);
@@ -324,8 +327,12 @@ fn a_difference_in_severity_code_line_or_number_is_a_difference() {
     let one = of("x // error: [a] \"yes\"");
     let count = |found: &str| differences(&one, of(found), &none).len();
     assert_eq!(count("x // error: [a] \"oh yes, yes\""), 0);
-    for other in ["x // error: [a] \"no\"", "x // error: [b] \"yes\"", "x // warning: [a] \"yes\"", "\ny\nx // error: [a] \"yes\""]
-    {
+    for other in [
+        "x // error: [a] \"no\"",
+        "x // error: [b] \"yes\"",
+        "x // warning: [a] \"yes\"",
+        "\ny\nx // error: [a] \"yes\"",
+    ] {
         assert_eq!(count(other), 2, "{other}");
     }
     assert_eq!(count("x // error: [a] \"yes\" // error: [a] \"yes\""), 1);
