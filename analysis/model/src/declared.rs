@@ -254,7 +254,7 @@ fn named_by_others(data: &Shell, name: &Name) -> bool {
     while let Some(expr) = open.pop() {
         match expr {
             Expr::Name(it) if it.name == *name => return true,
-            Expr::Unary(_, inner, _) => open.push(inner),
+            Expr::Lost(inner) | Expr::Unary(_, inner, _) => open.push(inner),
             Expr::Binary(_, lhs, rhs, _) => open.extend([lhs.as_ref(), rhs.as_ref()]),
             _ => {}
         }

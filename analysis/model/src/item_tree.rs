@@ -577,6 +577,8 @@ impl Statement {
 pub enum Expr {
     /// It is not there, or not understood.
     Missing,
+    /// Something in it was lost: it names what it names, and what it gives is unknown.
+    Lost(Box<Expr>),
     Literal(Literal, Part),
     Name(NameRef),
     Call {
@@ -592,7 +594,7 @@ impl Expr {
     /// Where the whole of it stands, without brackets around it.
     pub fn part(&self) -> Option<Part> {
         match self {
-            Expr::Missing => None,
+            Expr::Missing | Expr::Lost(_) => None,
             Expr::Name(name) => Some(name.part),
             Expr::Literal(_, part)
             | Expr::Call { part, .. }

@@ -559,6 +559,15 @@ impl Lowering {
 
     fn expr(&mut self, expr: Option<ast::Expr>) -> Expr {
         let Some(expr) = expr else { return Expr::Missing };
+        let in_arguments = |node: &SyntaxNode| {
+            node.children().any(|child| child.kind() == SyntaxKind::ARGUMENT_LIST && has_error_child(&child))
+        };
+        let is_lost = has_error_child(expr.syntax()) || in_arguments(expr.syntax());
+        let lowered = self.whole_expr(expr);
+        if is_lost { Expr::Lost(Box::new(lowered)) } else { lowered }
+    }
+
+    fn whole_expr(&mut self, expr: ast::Expr) -> Expr {
         match expr {
             ast::Expr::Literal(it) => self.literal(&it),
             ast::Expr::NameExpr(it) => match it.name_ref() {

@@ -100,7 +100,7 @@ impl<'db> Reader<'_, 'db> {
         match expr {
             Expr::Missing | Expr::Literal(..) => {}
             Expr::Name(name) => self.name(name),
-            Expr::Unary(_, inner, _) => self.expr(inner, costs),
+            Expr::Lost(inner) | Expr::Unary(_, inner, _) => self.expr(inner, costs),
             Expr::Binary(_, lhs, rhs, _) => {
                 // Sums are left-deep: the loop keeps the recursion to the right.
                 let mut spine = vec![rhs];
@@ -258,7 +258,7 @@ impl<'db> Reader<'_, 'db> {
 /// Where an expression without any call stands. (One that is missing is a syntax error.)
 fn of_no_call(expr: &Expr) -> Option<Part> {
     match expr {
-        Expr::Missing | Expr::Call { .. } => None,
+        Expr::Missing | Expr::Lost(_) | Expr::Call { .. } => None,
         Expr::Literal(_, part) => Some(*part),
         Expr::Name(name) => Some(name.part),
         Expr::Unary(_, inner, _) => of_no_call(inner),
