@@ -32,9 +32,10 @@ pub(crate) fn check<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'
     if let Data::Core(core) = data {
         found.extend(core.colon.map(|colon| diagnostics::header_colon::report(Place::Part(of, colon))));
         for variable in core.all_variables() {
-            let report =
-                |part| diagnostics::continued_line::report(Place::Part(of, part), &variable.name.name);
-            found.extend(variable.continued.map(report));
+            found.extend(variable.continued.map(|(token, before)| {
+                let (at, before) = (Place::Part(of, token), Place::Behind(of, before));
+                diagnostics::continued_line::report(at, before, &variable.name.name)
+            }));
         }
     }
     if let Some(unused) = unused(db, project, of) {
@@ -118,15 +119,15 @@ fn check_type<'db>(
                         package(db, workspace, it).is_some_and(|it| it.messages.contains_key(name))
                     };
                     let elsewhere = library.and_then(|_| catalogue().keys().find(declares));
-                    Some(diagnostics::unknown_type::report(at, &ty.path, elsewhere, near))
+                    Some(diagnostics::unknown_type::report(of, at, &ty.path, elsewhere, near))
                 }
                 [of_path, ..] if package(db, workspace, of_path).is_none() => {
-                    Some(diagnostics::unknown_type::report(at, &ty.path, None, None))
+                    Some(diagnostics::unknown_type::report(of, at, &ty.path, None, None))
                 }
                 [of_path, ..] => {
                     let near =
                         similar(name, of_package(of_path)).map(|near| format!("{of_path}.{near}").into());
-                    Some(diagnostics::unknown_type::report(at, &ty.path, None, near))
+                    Some(diagnostics::unknown_type::report(of, at, &ty.path, None, near))
                 }
                 [] => None,
             }

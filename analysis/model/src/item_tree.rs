@@ -391,8 +391,9 @@ pub struct Variable {
     pub ty: Option<TypeRef>,
     /// Its first value.
     pub value: Option<Expr>,
-    /// A token that begins a line and goes on with the value, where another statement may have been meant.
-    pub continued: Option<Part>,
+    /// A token that begins a line and goes on with the value, where another statement may have been meant; and the one
+    /// before it.
+    pub continued: Option<(Part, Part)>,
 }
 
 /// `provide f(…): T = { … }`

@@ -432,7 +432,7 @@ impl<'db> Typer<'_, 'db> {
         if !found.is(&Type::Bool)
             && let Some(part) = condition.part()
         {
-            self.report(diagnostics::condition_type::report(self.at(part), &found));
+            self.report(diagnostics::condition_type::report(self.of, part, &found));
         }
     }
 
