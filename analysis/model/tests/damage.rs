@@ -92,6 +92,8 @@ tables = ["times.toml", "more.toml"]
 significance = 1e-3
 [assume]
 codel = "1 us"
+[lints]
+priority-inversion = "allow"
 [platform]
 cpus = 2
 //- /times.toml

@@ -270,7 +270,7 @@ fn found(files: Vec<(String, String)>) -> Vec<Mark> {
             Mark {
                 path: file.path(&db).display().to_string(),
                 line: line.min(text.lines().count().max(1)),
-                severity: diagnostic.code.severity.name().to_owned(),
+                severity: finding.severity.name().to_owned(),
                 code: diagnostic.code.name.to_owned(),
                 text: diagnostic.message,
             }
