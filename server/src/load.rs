@@ -1,5 +1,6 @@
 //! From paths to workspaces in the database: the only place that reads models from the disk.
 
+mod packages;
 mod surroundings;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -7,12 +8,14 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use ignore::WalkBuilder;
+use mauve_model::item_tree::Name;
 use mauve_model::{
-    CONFIG_FILE, Database, File, ModelDb, Problem, Workspace, config_file, config_of, include_candidates,
-    is_model, item_tree_of, normalised, table_pattern,
+    CONFIG_FILE, Database, File, ModelDb, Package, Problem, Workspace, config_file, config_of,
+    include_candidates, is_model, item_tree_of, named_packages, normalised, table_pattern,
 };
 use salsa::Setter;
 
+use packages::Places;
 use surroundings::Surroundings;
 
 /// Folders that hold what tools made.
@@ -38,6 +41,8 @@ pub(crate) struct Loader {
     /// The files of the workspaces, and those of them that are configurations, whatever they are called.
     current: BTreeSet<PathBuf>,
     configs: BTreeSet<PathBuf>,
+    /// The message packages that were asked for, where they are installed.
+    packages: BTreeMap<Name, Option<Arc<Package>>>,
 }
 
 /// What is to be read of a folder.
@@ -73,6 +78,7 @@ impl Loader {
     /// A model is seen as part of the projects that have it.
     pub(crate) fn load(&mut self, db: &mut Database, paths: &[PathBuf]) -> (Vec<Workspace>, Vec<String>) {
         self.surroundings = Surroundings::default();
+        self.packages.clear();
         let mut problems = Vec::new();
         let mut asked: Vec<(PathBuf, Asked)> = Vec::new();
         let mut index: BTreeMap<PathBuf, usize> = BTreeMap::new();
@@ -184,12 +190,29 @@ impl Loader {
     }
 
     /// The workspace of a text that is no file on the disk.
-    pub(crate) fn alone(&mut self, db: &dyn ModelDb, file: File) -> Workspace {
-        let path = file.path(db);
-        *self.workspaces.entry(path.clone()).or_insert_with(|| {
-            let files = Arc::new(BTreeMap::from([(path.clone(), file)]));
-            Workspace::new(db, PathBuf::new(), files, model_path(), vec![file], Vec::new())
-        })
+    pub(crate) fn alone(&mut self, db: &mut Database, file: File) -> Workspace {
+        let path = file.path(db).clone();
+        let workspace = *self.workspaces.entry(path.clone()).or_insert_with(|| {
+            let files = Arc::new(BTreeMap::from([(path, file)]));
+            Workspace::new(db, PathBuf::new(), files, model_path(), vec![file], Vec::new(), Arc::default())
+        });
+        self.find_packages(db, workspace);
+        workspace
+    }
+
+    /// Reads the message packages that the models of a workspace name, where they are installed.
+    fn find_packages(&mut self, db: &mut Database, workspace: Workspace) {
+        let mut found = BTreeMap::new();
+        for name in named_packages(db, workspace) {
+            let package = self
+                .packages
+                .entry(name.clone())
+                .or_insert_with(|| Places::of_environment().read(name).map(Arc::new));
+            found.extend(package.clone().map(|package| (name.clone(), package)));
+        }
+        if **workspace.packages(db) != found {
+            workspace.set_packages(db).to(Arc::new(found));
+        }
     }
 
     /// Takes a file's text from the disk again.
@@ -303,7 +326,15 @@ impl Loader {
             }
             None => {
                 let known = Arc::new(files.clone());
-                let workspace = Workspace::new(db, folder.to_owned(), known, model_path(), only, Vec::new());
+                let workspace = Workspace::new(
+                    db,
+                    folder.to_owned(),
+                    known,
+                    model_path(),
+                    only,
+                    Vec::new(),
+                    Arc::default(),
+                );
                 self.workspaces.insert(folder.to_owned(), workspace);
                 workspace
             }
@@ -329,6 +360,7 @@ impl Loader {
         if *workspace.unreadable(db) != unreadable {
             workspace.set_unreadable(db).to(unreadable);
         }
+        self.find_packages(db, workspace);
         workspace
     }
 
@@ -427,9 +459,14 @@ impl Loader {
     }
 }
 
-/// Does a file of this workspace include one that is there and has not been read, since its text has changed? `is_open` tells
-/// which files an editor has, be they on the disk or not.
+/// Does a file of this workspace include one that is there and has not been read, since its text has changed? Or name such
+/// a message package? `is_open` tells which files an editor has, be they on the disk or not.
 pub(crate) fn is_outdated(db: &dyn ModelDb, workspace: Workspace, is_open: &dyn Fn(&Path) -> bool) -> bool {
+    let is_read = |name: &Name| workspace.packages(db).contains_key(name);
+    let mut unread = named_packages(db, workspace).iter().filter(|name| !is_read(name));
+    if unread.any(|name| !Places::of_environment().folders(name).is_empty()) {
+        return true;
+    }
     // A text that is no file on the disk stands nowhere: it includes nothing.
     if workspace.folder(db).as_os_str().is_empty() {
         return false;

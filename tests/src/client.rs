@@ -34,10 +34,19 @@ impl Client {
 
     /// [`Client::start`] with `MAUVE_MODELS`.
     pub fn start_with_models(binary: &str, arguments: &[&str], models: &str) -> Client {
+        Client::start_where(binary, arguments, &[("MAUVE_MODELS", models)])
+    }
+
+    /// [`Client::start`] with these variables of the environment, and no others that name folders.
+    pub fn start_where(binary: &str, arguments: &[&str], environment: &[(&str, &str)]) -> Client {
         let mut process = Command::new(binary)
             .arg("lsp")
             .args(arguments)
-            .env("MAUVE_MODELS", models)
+            .env_remove("MAUVE_MODELS")
+            .env_remove("ROS_PACKAGE_PATH")
+            .env_remove("AMENT_PREFIX_PATH")
+            .env_remove("CMAKE_PREFIX_PATH")
+            .envs(environment.iter().copied())
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             // Panics that tests ask for say so there.

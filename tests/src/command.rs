@@ -20,6 +20,9 @@ pub fn mauve(binary: &str, folder: &Path, arguments: &[&str]) -> Run {
         .args(arguments)
         .current_dir(folder)
         .env_remove("MAUVE_MODELS")
+        .env_remove("ROS_PACKAGE_PATH")
+        .env_remove("AMENT_PREFIX_PATH")
+        .env_remove("CMAKE_PREFIX_PATH")
         .stdin(Stdio::null())
         .output()
         .unwrap_or_else(|error| panic!("{binary} does not run: {error}"));

@@ -1,12 +1,13 @@
-//! What stands under the cursor: on an activity, where its response time comes from; on a name, what it stands for.
+//! What stands under the cursor: on an activity, where its response time comes from; on a name, what it stands for; on the
+//! type of a value, the fields of the message.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use mauve_model::item_tree::Kind;
+use mauve_model::item_tree::{Kind, Name};
 use mauve_model::{
-    Decl, File, Lookup, ModelDb, Project, Query, Workspace, declarations, parse, response_times, source_map,
-    timetable_of,
+    Decl, File, Lookup, Message, ModelDb, Package, Project, Query, Workspace, declarations, message_of,
+    parse, response_times, source_map, timetable_of,
 };
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxKind, SyntaxNode, SyntaxToken, TextRange, TextSize};
@@ -15,6 +16,9 @@ use crate::definition::{Target, definition_of, references};
 use crate::explanation::explain_response;
 use crate::project::{name_of_root, projects_with};
 use crate::reference::Meaning;
+
+/// So many lines of a message are shown.
+const MOST_LINES: usize = 60;
 
 /// What is shown about a place.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -28,7 +32,7 @@ pub struct Hover {
 /// What is known of what stands at `offset`.
 pub fn hover(db: &dyn ModelDb, workspaces: &[Workspace], file: File, offset: TextSize) -> Option<Hover> {
     let projects = projects_with(db, workspaces, file);
-    let of_name = of_name(db, workspaces, file, offset);
+    let of_name = of_name(db, workspaces, file, offset).or_else(|| of_message(db, &projects, file, offset));
     let Some((range, explanations)) = of_activity(db, &projects, file, offset) else { return of_name };
     let mut markdown = String::new();
     for explanation in explanations {
@@ -105,6 +109,59 @@ fn of_name(db: &dyn ModelDb, workspaces: &[Workspace], file: File, offset: TextS
         }
     }
     (!markdown.is_empty()).then_some(Hover { range: found.origin, markdown })
+}
+
+/// The message that the type at `offset` is: its package, its fields, and where it is from.
+fn of_message(db: &dyn ModelDb, projects: &[Project<'_>], file: File, offset: TextSize) -> Option<Hover> {
+    if !mauve_model::is_model(file.path(db)) {
+        return None;
+    }
+    let token = parse(db, file).syntax().token_at_offset(offset).find(|token| token.kind().is_word())?;
+    let ty = token.parent_ancestors().find_map(ast::Type::cast)?;
+    // The other types are shells, cores, components, architectures and operations.
+    let is_of_value = matches!(
+        ty.syntax().parent()?.kind(),
+        SyntaxKind::PARAM
+            | SyntaxKind::CODEL
+            | SyntaxKind::PROPERTY
+            | SyntaxKind::PORT
+            | SyntaxKind::OPERATION_DECLARATION
+            | SyntaxKind::VAR
+            | SyntaxKind::RESULT_TYPE
+    );
+    if !is_of_value {
+        return None;
+    }
+    let library = token.parent_ancestors().find_map(ast::Library::cast).and_then(|it| it.name());
+    let library = library.map(|name| Name::from(name.syntax().text().to_string()));
+    let path: Vec<Name> = ty.segments().map(|it| it.syntax().text().to_string().into()).collect();
+    let mut shown: Vec<String> = Vec::new();
+    for &project in projects {
+        let found = message_of(db, project, library.as_ref(), &path);
+        let Some((package, message)) = found else { continue };
+        let text = fields(package, path.last()?, message);
+        if !shown.contains(&text) {
+            shown.push(text);
+        }
+    }
+    (!shown.is_empty()).then(|| Hover { range: ty.syntax().text_range(), markdown: shown.concat() })
+}
+
+/// A message as a `.msg` file has it.
+fn fields(package: &Package, name: &str, message: &Message) -> String {
+    let fields = message.fields.iter().map(ToString::to_string);
+    let lines: Vec<String> = fields.chain(message.constants.iter().map(ToString::to_string)).collect();
+    let mut out = format!("```msg\n# {}/{name}\n", package.name);
+    for line in lines.iter().take(MOST_LINES) {
+        let _ = writeln!(out, "{line}");
+    }
+    if let Some(more) = lines.len().checked_sub(MOST_LINES).filter(|more| *more > 0) {
+        let _ = writeln!(out, "# and {more} more");
+    }
+    match &message.path {
+        Some(path) => out + &format!("```\n\nfrom `{}`\n", path.display()),
+        None => out + "```\n\nbuilt in: no such package was found on this machine\n",
+    }
 }
 
 /// The node that declares what a target names.
@@ -304,6 +361,99 @@ deployment D {
                 ```
             "#]],
         );
+    }
+
+    const MESSAGES: &str = "
+library a {
+  use b use std_msgs use geometry_msgs
+  shell S { input port pose: $1Pose property many: nav_msgs::O$2dometry require o(in x: Strin$3g): int }
+  core C($4Pose) { handler h: $5Pose var x: $6Missing }
+}
+library b { use sensor_msgs codel f(): $7Joy }
+library c { codel f(in x: $8Joy): int }
+codel f(): $9Joy
+";
+
+    fn messages(cursor: &str) -> String {
+        let text = MESSAGES.replace(cursor, "$0");
+        (1..=9).fold(text, |text, mark| text.replace(&format!("${mark}"), ""))
+    }
+
+    #[test]
+    fn the_type_of_a_value_shows_the_fields_of_the_message() {
+        check(&messages("$1"), expect![[r#"
+            Pose
+            ---
+            ```msg
+            # geometry_msgs/Pose
+            Point position
+            Quaternion orientation
+            ```
+
+            built in: no such package was found on this machine
+        "#]]);
+        check(&messages("$2"), expect![[r#"
+            nav_msgs::Odometry
+            ---
+            ```msg
+            # nav_msgs/Odometry
+            std_msgs/Header header
+            string child_frame_id
+            geometry_msgs/PoseWithCovariance pose
+            geometry_msgs/TwistWithCovariance twist
+            ```
+
+            built in: no such package was found on this machine
+        "#]]);
+        check(&messages("$3"), expect![[r#"
+            String
+            ---
+            ```msg
+            # std_msgs/String
+            string data
+            ```
+
+            built in: no such package was found on this machine
+        "#]]);
+        check(&messages("$7"), expect![[r#"
+            Joy
+            ---
+            ```msg
+            # sensor_msgs/Joy
+            std_msgs/Header header
+            float32[] axes
+            int32[] buttons
+            ```
+
+            built in: no such package was found on this machine
+        "#]]);
+        check(&messages("$9"), expect![[r#"
+            Joy
+            ---
+            ```msg
+            # sensor_msgs/Joy
+            std_msgs/Header header
+            float32[] axes
+            int32[] buttons
+            ```
+
+            built in: no such package was found on this machine
+        "#]]);
+    }
+
+    #[test]
+    fn what_is_no_type_of_a_value_or_not_used_is_no_message() {
+        for cursor in ["$4", "$5", "$6", "$8"] {
+            check(&messages(cursor), expect![""]);
+        }
+    }
+
+    #[test]
+    fn a_long_message_is_cut() {
+        let message = mauve_model::read_message(&"int8 x\n".repeat(MOST_LINES + 2));
+        let shown = fields(&Package { name: "p".into(), ..Package::default() }, "Long", &message);
+        assert_eq!(shown.matches("int8 x\n").count(), MOST_LINES);
+        assert!(shown.contains("# and 2 more\n"), "{shown}");
     }
 
     #[test]

@@ -214,7 +214,7 @@ impl<'db> Finder<'_, 'db> {
         let names = names_of(self.db, self.project);
         let shell = names.resolve_type(self.db, self.of, Kind::Shell, core.shell.as_ref()).ok();
         let core_scope: Vec<&NameRef> =
-            core.variables.iter().map(|it| &it.name).chain(&core.handlers).collect();
+            core.variables.iter().map(|it| &it.name).chain(core.handlers.iter().map(|it| &it.name)).collect();
         let of_machines = core.machines.iter().flat_map(|machine| &machine.variables).map(|it| &it.name);
         let programs = Programs { finder: self, shell, core };
         if let found @ Some(_) = self.type_among(Kind::Shell, &core.shell) {
@@ -307,12 +307,12 @@ impl<'a, 'db> Programs<'a, 'db> {
                 scope.push(name);
                 found.or_else(|| self.finder.itself(std::iter::once(name)))
             }
-            Statement::If { condition, then, otherwise } => self
+            Statement::If { condition, then, otherwise, .. } => self
                 .expr(condition, scope)
                 .or_else(|| self.block(then, scope))
                 .or_else(|| self.block(otherwise.as_deref()?, scope)),
             Statement::Block(statements) => self.block(statements, scope),
-            Statement::Return(value) => self.expr(value.as_ref()?, scope),
+            Statement::Return(_, value) => self.expr(value.as_ref()?, scope),
             Statement::Assign(target, value) => {
                 if self.finder.is_here(target) {
                     return self.value(target, scope);
@@ -331,9 +331,9 @@ impl<'a, 'db> Programs<'a, 'db> {
                 Expr::Missing | Expr::Literal(..) => {}
                 Expr::Name(name) if self.finder.is_here(name) => return self.value(name, scope),
                 Expr::Name(_) => {}
-                Expr::Unary(_, inner) => open.push(inner),
-                Expr::Binary(_, lhs, rhs) => open.extend([rhs.as_ref(), lhs.as_ref()]),
-                Expr::Call { callee, arguments } => {
+                Expr::Unary(_, inner, _) => open.push(inner),
+                Expr::Binary(_, lhs, rhs, _) => open.extend([rhs.as_ref(), lhs.as_ref()]),
+                Expr::Call { callee, arguments, .. } => {
                     // The port, operation or handler of a built-in function is no value.
                     let first = arguments.first().and_then(|first| match first {
                         Expr::Name(first) => {
@@ -365,8 +365,8 @@ impl<'a, 'db> Programs<'a, 'db> {
     /// of one of these.
     fn operand(&self, callee: &str, first: &NameRef) -> Option<Vec<Meaning<'db>>> {
         if callee == "collect" {
-            let handler = self.core.handlers.iter().find(|handler| handler.name == first.name)?;
-            return self.finder.at(self.finder.of, handler);
+            let handler = self.core.handlers.iter().find(|handler| handler.name.name == first.name)?;
+            return self.finder.at(self.finder.of, &handler.name);
         }
         let feature = features_of(self.finder.db, self.finder.project, self.shell?).get(&first.name)?;
         feature.kind.is_operand_of(callee).then(|| self.finder.feature(self.shell?, &first.name))?

@@ -183,7 +183,7 @@ impl<'db> Reader<'_, 'db> {
 
     fn read(&mut self) {
         self.core.variables.iter().for_each(|variable| self.scope.push(&variable.name.name));
-        self.core.handlers.iter().for_each(|handler| self.scope.push(&handler.name));
+        self.core.handlers.iter().for_each(|handler| self.scope.push(&handler.name.name));
         self.duplicates_of_core();
         self.initial_values(&self.core.variables);
         self.operations();
@@ -220,7 +220,7 @@ impl<'db> Reader<'_, 'db> {
     fn duplicates_of_core(&mut self) {
         let of = self.of;
         let variables = self.core.variables.iter().map(|it| (&it.name, "variable"));
-        let handlers = self.core.handlers.iter().map(|it| (it, "handler"));
+        let handlers = self.core.handlers.iter().map(|it| (&it.name, "handler"));
         let found = diagnostics::duplicate_definition::among(of, variables.chain(handlers));
         self.found.diagnostics.extend(found);
         let operations = self.core.operations.iter().map(|it| (&it.name, "definition of the operation"));
@@ -281,6 +281,15 @@ impl<'db> Reader<'_, 'db> {
             if !self.features.lost {
                 let at = self.at(operation.name.part);
                 self.refuse(diagnostics::undeclared_operation::report(at, name));
+            }
+        }
+        let defined: FxHashSet<&Name> = self.core.operations.iter().map(|it| &it.name.name).collect();
+        let whole = self.core.whole && !self.features.lost;
+        for (name, found) in self.features.by_name.iter().filter(|(name, _)| whole && !defined.contains(name))
+        {
+            if let Some(declared) = found.first().filter(|feature| feature.kind == FeatureKind::Provided) {
+                let report = diagnostics::undefined_operation::report;
+                self.found.diagnostics.push(report(self.db, Place::name_of(self.of), name, declared));
             }
         }
     }

@@ -1,10 +1,14 @@
 //! `mauve.toml`: what the user says about a workspace.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use mauve_timing::{Level, Rounding, Time};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
+
+use crate::diagnostics::{Severity, codes};
+use crate::item_tree::Name;
 
 /// What `mauve.toml` says.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -26,6 +30,10 @@ pub struct Config {
     pub rt_throttling: Option<bool>,
     /// `[clocks] synchronised`: instances that are released together.
     pub synchronised: Vec<String>,
+    /// `[types.…]`: types that no message package declares, and what they are in C++, where that is said.
+    pub types: BTreeMap<Name, String>,
+    /// `[lints]`: how bad a diagnostic is here; nothing where it is not shown.
+    pub lints: BTreeMap<&'static str, Option<Severity>>,
     /// `[chains]`: named, and not analysed yet.
     pub chains: Vec<(String, Range<usize>)>,
     /// What is wrong, and where.
@@ -215,6 +223,8 @@ impl Reader {
                 self.lost(format!("`{}` is a text", key.get_ref()), value.span());
             }
         }
+        let cpp = entries.get("cpp").and_then(|cpp| cpp.get_ref().as_str());
+        self.config.types.insert(name.into(), cpp.unwrap_or_default().to_owned());
     }
 
     fn generate(&mut self, name: &str, key: &Key<'_>, value: &Value<'_>) {
@@ -228,10 +238,31 @@ impl Reader {
         }
     }
 
-    fn lint(&mut self, name: &str, _: &Key<'_>, value: &Value<'_>) {
-        if !matches!(value.get_ref().as_str(), Some("allow" | "hint" | "warn" | "error")) {
-            let message = format!("`{name}` in [lints] is \"allow\", \"hint\", \"warn\" or \"error\"");
-            self.lost(message, value.span());
+    /// `lost-write = "warn"`
+    fn lint(&mut self, name: &str, key: &Key<'_>, value: &Value<'_>) {
+        let severity = match value.get_ref().as_str() {
+            Some("allow") => None,
+            Some("hint") => Some(Severity::Hint),
+            Some("warn") => Some(Severity::Warning),
+            Some("error") => Some(Severity::Error),
+            _ => {
+                let message = format!("`{name}` in [lints] is \"allow\", \"hint\", \"warn\" or \"error\"");
+                self.lost(message, value.span());
+                return;
+            }
+        };
+        match codes().find(|code| code.name == name) {
+            Some(code) => {
+                self.config.lints.insert(code.name, severity);
+            }
+            None => {
+                let near = mauve_syntax::similar(name, codes().map(|code| code.name));
+                let near = near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
+                self.error(
+                    format!("no diagnostic `{name}`{near} (`mauve explain all` lists them)"),
+                    key.span(),
+                );
+            }
         }
     }
 

@@ -6,6 +6,9 @@ use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
+use crate::item_tree::Name;
+use crate::messages::Package;
+
 /// A text: a model, a timing table or a `mauve.toml`.
 #[salsa::input(debug)]
 pub struct File {
@@ -56,6 +59,9 @@ pub struct Workspace {
     /// Folders that the configuration names for tables, and that cannot be read: why.
     #[returns(ref)]
     pub unreadable: Vec<String>,
+    /// The message packages that were found on this machine, of those that the models name.
+    #[returns(ref)]
+    pub packages: Arc<BTreeMap<Name, Arc<Package>>>,
 }
 
 /// What every query runs on.
@@ -99,6 +105,7 @@ impl Workspace {
             Vec::new(),
             Vec::new(),
             Vec::new(),
+            Arc::default(),
         )
     }
 

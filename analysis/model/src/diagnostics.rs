@@ -8,7 +8,9 @@ use rustc_hash::FxHashMap;
 
 use crate::behaviour::behaviour_of;
 use crate::flat::{check_architecture, check_settings};
-use crate::item_tree::{Expr, FeatureKind, Field, Kind, Literal, Name, NameRef, TypeRef};
+use crate::item_tree::{
+    BinaryOperator, Expr, FeatureKind, Field, Kind, Literal, Name, NameRef, TypeRef, UnaryOperator,
+};
 use crate::names::{FeatureOf, Unresolved, features_of, file_outside, names_of};
 use crate::project::{
     Project, config_file, config_of, include_candidates, include_rings, includes, not_checked, project_files,
@@ -19,18 +21,23 @@ use crate::response::{
     ActivityReport, Budget, MissingTime, Query, Verdict, budgets, enumerated, is_timed, missing_times,
     response_times,
 };
-use crate::source::{Decl, Place, component, item_tree_of, parse, shell};
+use crate::source::{Decl, Place, component, core_interface, declarations, item_tree_of, parse, shell};
 use crate::system::system_of;
 use crate::timetable::{table_diagnostics, timetable_of};
-use crate::{File, ModelDb, Workspace};
+use crate::types::Type;
+use crate::typing::typing_of;
+use crate::values::Value;
+use crate::{File, ModelDb, Workspace, declared, flow, settings, urgency, wiring};
 
 /// A kind of diagnostic.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Code {
     /// Its stable name, such as `deadline-missed`.
     pub name: &'static str,
-    /// How bad it is.
+    /// How bad it is, unless `mauve.toml` says otherwise.
     pub severity: Severity,
+    /// Is what it marks there for nothing, so that an editor may show it faded?
+    pub unused: bool,
 }
 
 /// How bad a diagnostic is.
@@ -75,10 +82,8 @@ pub struct Diagnostic<'db> {
 pub struct Fix<'db> {
     /// For the user to choose by.
     pub title: String,
-    /// What is replaced.
-    pub at: Place<'db>,
-    /// By what.
-    pub text: String,
+    /// What is replaced, and by what.
+    pub edits: Vec<(Place<'db>, String)>,
 }
 
 impl<'db> Diagnostic<'db> {
@@ -92,7 +97,7 @@ impl<'db> Diagnostic<'db> {
     }
 
     fn fix(mut self, title: impl Into<String>, at: Place<'db>, text: String) -> Diagnostic<'db> {
-        self.fixes.push(Fix { title: title.into(), at, text });
+        self.fixes.push(Fix { title: title.into(), edits: vec![(at, text)] });
         self
     }
 
@@ -131,7 +136,10 @@ impl<'db> Diagnostic<'db> {
 
 macro_rules! code {
     ($name:ident, $severity:ident, $text:literal) => {
-        pub(super) static $name: Code = Code { name: $text, severity: Severity::$severity };
+        pub(super) static $name: Code = Code { name: $text, severity: Severity::$severity, unused: false };
+    };
+    ($name:ident, $severity:ident, $text:literal, Unused) => {
+        pub(super) static $name: Code = Code { name: $text, severity: Severity::$severity, unused: true };
     };
 }
 
@@ -190,6 +198,45 @@ codes! {
     invalid_configuration::INVALID_CONFIGURATION;
     invalid_table::INVALID_TABLE;
     unknown_timing_key::UNKNOWN_TIMING_KEY;
+    unresolved_operation::UNRESOLVED_OPERATION;
+    argument_count::ARGUMENT_COUNT;
+    argument_type::ARGUMENT_TYPE;
+    out_argument::OUT_ARGUMENT;
+    assignment_type::ASSIGNMENT_TYPE;
+    return_type::RETURN_TYPE;
+    condition_type::CONDITION_TYPE;
+    operator_type::OPERATOR_TYPE;
+    invalid_type::INVALID_TYPE;
+    port_direction::PORT_DIRECTION;
+    not_assignable::NOT_ASSIGNABLE;
+    connection_type::CONNECTION_TYPE;
+    two_writers::TWO_WRITERS;
+    operation_signature::OPERATION_SIGNATURE;
+    buffer_size::BUFFER_SIZE;
+    operation_definition::OPERATION_DEFINITION;
+    missing_value::MISSING_VALUE;
+    outside_interval::OUTSIDE_INTERVAL;
+    empty_interval::EMPTY_INTERVAL;
+    constant_expression::CONSTANT_EXPRESSION;
+    read_before_assignment::READ_BEFORE_ASSIGNMENT;
+    not_strongly_connected::NOT_STRONGLY_CONNECTED;
+    lost_write::LOST_WRITE;
+    unconnected_operation::UNCONNECTED_OPERATION;
+    unconnected_input::UNCONNECTED_INPUT;
+    equal_priorities::EQUAL_PRIORITIES;
+    priority_inversion::PRIORITY_INVERSION;
+    stale_data::STALE_DATA;
+    unused_codel::UNUSED_CODEL;
+    unused_variable::UNUSED_VARIABLE;
+    unused_property::UNUSED_PROPERTY;
+    unused_declaration::UNUSED_DECLARATION;
+    unreachable_code::UNREACHABLE_CODE;
+    reserved_name::RESERVED_NAME;
+    missing_else::MISSING_ELSE;
+    header_colon::HEADER_COLON;
+    continued_line::CONTINUED_LINE;
+    unknown_type::UNKNOWN_TYPE;
+    unknown_package::UNKNOWN_PACKAGE;
 }
 
 /// All kinds of diagnostic.
@@ -246,6 +293,9 @@ pub fn project_diagnostics<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> 
     let mut found: Vec<Diagnostic<'db>> = Vec::new();
     for &file in project_files(db, project) {
         found.extend(file_diagnostics(db, project.workspace(db), file).iter().cloned());
+        for &decl in declarations(db, file).all.iter().filter(|decl| decl.kind(db) == Kind::Use) {
+            found.extend(declaration_diagnostics(db, project, decl).iter().cloned());
+        }
     }
     let names = names_of(db, project);
     found.extend(duplicates(db, project));
@@ -321,11 +371,22 @@ pub fn declaration_diagnostics<'db>(
 ) -> Box<[Diagnostic<'db>]> {
     let mut found = Vec::new();
     match decl.kind(db) {
-        Kind::Core => found.extend(behaviour_of(db, project, decl).diagnostics.iter().cloned()),
-        Kind::Architecture => found.extend(check_architecture(db, project, decl)),
+        Kind::Core => {
+            found.extend(behaviour_of(db, project, decl).diagnostics.iter().cloned());
+            found.extend(typing_of(db, project, decl).diagnostics.iter().cloned());
+            found.extend(flow::check(db, project, decl));
+        }
+        Kind::Architecture => {
+            found.extend(check_architecture(db, project, decl));
+            found.extend(wiring::check_architecture(db, project, decl));
+            found.extend(settings::check_settings(db, project, decl));
+        }
         Kind::Deployment => {
             found.extend(system_of(db, project, decl).diagnostics.iter().cloned());
             found.extend(check_settings(db, project, decl));
+            found.extend(settings::check_settings(db, project, decl));
+            found.extend(wiring::check_deployment(db, project, decl));
+            found.extend(urgency::check(db, project, decl));
             found.extend(timing_diagnostics(db, project, decl, Query::shown(db, project)));
         }
         Kind::Component => {
@@ -333,7 +394,21 @@ pub fn declaration_diagnostics<'db>(
             let names = names_of(db, project);
             let resolve = |kind, ty: &Option<TypeRef>| names.resolve_type(db, decl, kind, ty.as_ref());
             match (resolve(Kind::Shell, &data.shell), resolve(Kind::Core, &data.core)) {
-                (Ok(shell), Ok(core)) if is_core_for(db, project, core, shell) => {}
+                (Ok(shell), Ok(core)) if is_core_for(db, project, core, shell) => {
+                    // What the core's own shell provides is looked at in the core.
+                    let own = core_interface(db, core).as_ref().and_then(|it| it.shell.as_ref());
+                    let own = names.resolve_type(db, core, Kind::Shell, own).ok();
+                    if let Some(own) = own.filter(|own| *own != shell) {
+                        let of_core = features_of(db, project, own);
+                        let more = features_of(db, project, shell).by_name.iter();
+                        for (name, more) in more.filter(|(name, _)| of_core.get(name).is_none()) {
+                            let provided = more.first().filter(|it| it.kind == FeatureKind::Provided);
+                            let at = data.core.as_ref().map(|it| Place::Part(decl, it.part));
+                            let report = undefined_operation::report;
+                            found.extend(provided.zip(at).map(|(it, at)| report(db, at, name, it)));
+                        }
+                    }
+                }
                 (Ok(shell), Ok(core)) => {
                     let at = data.core.as_ref().map_or(Place::name_of(decl), |it| Place::Part(decl, it.part));
                     found.push(wrong_shell::report(at, core.name(db), shell.name(db)));
@@ -368,9 +443,12 @@ pub fn declaration_diagnostics<'db>(
             let features = data.features.iter().map(|feature| (&feature.name, "feature"));
             found.extend(duplicate_definition::among(decl, features));
             found.extend(clashes(db, project, decl));
+            found.extend(settings::check_shell(db, project, decl));
         }
-        Kind::Use | Kind::Codel => {}
+        Kind::Use => found.extend(declared::check_use(db, project, decl)),
+        Kind::Codel => {}
     }
+    found.extend(declared::check(db, project, decl));
     found.into_boxed_slice()
 }
 
@@ -468,6 +546,8 @@ fn duplicates<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<Diagnosti
 pub struct Finding<'db> {
     /// What is wrong.
     pub diagnostic: Diagnostic<'db>,
+    /// How bad it is here: `mauve.toml` may say.
+    pub severity: Severity,
     /// The project that has it; none where every project that has the file has it.
     pub only_in: Option<Project<'db>>,
 }
@@ -494,17 +574,25 @@ pub fn workspace_diagnostics<'db>(db: &'db dyn ModelDb, workspace: Workspace) ->
         let is_table = crate::table_files(db, workspace).files.contains(&file);
         is_table || project_files(db, *project).contains(&file)
     };
+    let lints = &config_of(db, workspace).lints;
+    let finding = |diagnostic: Diagnostic<'db>, only_in| {
+        let severity = lints.get(diagnostic.code.name).copied().unwrap_or(Some(diagnostic.code.severity))?;
+        Some(Finding { diagnostic, severity, only_in })
+    };
     let mut findings: Vec<Finding<'db>> = Vec::new();
     for (diagnostic, having) in found {
         let file = diagnostic.at.file(db);
         let everywhere = projects.iter().filter(|project| has_file(project, file)).count() <= having.len();
         let only_in = having.first().copied().filter(|_| !everywhere);
-        findings.push(Finding { diagnostic, only_in });
+        // What one project does not use is there for another.
+        let is_used =
+            diagnostic.code.unused && diagnostic.code.severity == Severity::Hint && only_in.is_some();
+        findings.extend(finding(diagnostic, only_in).filter(|_| !is_used));
     }
     let of_config = config_diagnostics(db, workspace).into_iter();
     let not_included = not_checked(db, workspace).into_iter().map(not_included::report);
     let all = of_config.chain(not_included);
-    findings.extend(all.map(|diagnostic| Finding { diagnostic, only_in: None }));
+    findings.extend(all.filter_map(|diagnostic| finding(diagnostic, None)));
     findings.sort_by_cached_key(|finding| {
         let at = &finding.diagnostic.at;
         (at.file(db).path(db).clone(), at.range(db).start(), finding.diagnostic.code.name)

@@ -17,7 +17,11 @@ pub struct Flat<'db> {
     /// The instances, those of imported architectures first.
     pub instances: Vec<FlatInstance<'db>>,
     /// The connections between ports and between operations, those whose ends are complete.
-    pub links: Vec<Link>,
+    pub links: Vec<Link<'db>>,
+    /// The properties and constants that get a value: instance and feature.
+    pub settings: Vec<(Name, Name)>,
+    /// The architecture itself and all that it imports.
+    pub architectures: Vec<Decl<'db>>,
     /// The number of the first instance of each name.
     by_name: FxHashMap<Name, usize>,
     /// Can an instance have been lost? Why.
@@ -36,14 +40,16 @@ impl<'db> Flat<'db> {
 }
 
 /// A connection.
-#[derive(Debug, Clone, PartialEq, Eq, Hash)]
-pub struct Link {
+#[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
+pub struct Link<'db> {
     /// Is it between operations, and not between ports?
     pub operation: bool,
     /// From where: instance and feature.
     pub source: (Name, Name),
     /// To where.
     pub target: (Name, Name),
+    /// Where the feature that it leads to stands.
+    pub at: Place<'db>,
 }
 
 /// An instance of a component.
@@ -94,15 +100,23 @@ pub fn flat_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) 
             for link in links {
                 let [source, target] = [&link.source, &link.target].map(|end| {
                     let end = end.as_ref()?;
-                    Some((end.instance.name.clone(), end.feature.as_ref()?.name.clone()))
+                    let feature = end.feature.as_ref()?;
+                    Some(((end.instance.name.clone(), feature.name.clone()), feature.part))
                 });
                 match source.zip(target) {
-                    Some((source, target)) => flat.links.push(Link { operation, source, target }),
+                    Some(((source, _), (target, part))) => {
+                        flat.links.push(Link { operation, source, target, at: Place::Part(current, part) });
+                    }
                     None => flat.links_lost = true,
                 }
             }
         }
+        let set = data.settings.iter().filter_map(|setting| setting.endpoint.as_ref());
+        flat.settings.extend(
+            set.filter_map(|end| Some((end.instance.name.clone(), end.feature.as_ref()?.name.clone()))),
+        );
     }
+    flat.architectures = all.clone();
     for &current in all.iter().rev() {
         let Some(data) = architecture(db, current) else { continue };
         for (index, Instance { name, component }) in data.instances.iter().enumerate() {

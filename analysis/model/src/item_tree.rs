@@ -72,7 +72,7 @@ impl fmt::Debug for Name {
 }
 
 /// Something in a declaration that can be pointed at, numbered in the order of the text; 0 is its name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Default, salsa::SalsaValue)]
 pub struct Part(pub u32);
 
 /// The declarations of a file.
@@ -223,6 +223,20 @@ pub struct Feature {
     pub ty: Option<TypeRef>,
     /// Of an operation.
     pub parameters: Vec<Parameter>,
+    /// Of a constant or a property: the least and the greatest value that it may have.
+    pub interval: Option<Interval>,
+    /// Of a constant or a property: the value that it has unless it is given another.
+    pub value: Option<Expr>,
+}
+
+/// `[low; high]`, both ends included.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub struct Interval {
+    pub low: Expr,
+    pub high: Expr,
+    /// All of it.
+    pub part: Part,
 }
 
 /// The kinds of feature of a shell.
@@ -238,6 +252,21 @@ pub enum FeatureKind {
 }
 
 impl FeatureKind {
+    /// Is it a port?
+    pub fn is_port(self) -> bool {
+        matches!(self, FeatureKind::Input | FeatureKind::Output)
+    }
+
+    /// Is it an operation?
+    pub fn is_operation(self) -> bool {
+        matches!(self, FeatureKind::Required | FeatureKind::Provided)
+    }
+
+    /// Does it have a value: is it a constant or a property?
+    pub fn is_value(self) -> bool {
+        matches!(self, FeatureKind::Constant | FeatureKind::Property)
+    }
+
     /// Does the built-in function of this name take a feature of this kind: `read`, `write` and `status` a port, `send` an
     /// operation?
     pub fn is_operand_of(self, function: &str) -> bool {
@@ -257,15 +286,26 @@ pub struct Core {
     /// Its variables.
     pub variables: Vec<Variable>,
     /// Its handlers.
-    pub handlers: Vec<NameRef>,
+    pub handlers: Vec<Handler>,
     /// The operations that it provides.
     pub operations: Vec<Operation>,
     /// `configure`, `start`, `update`, `stop`, `cleanup`.
     pub hooks: Vec<Hook>,
     /// Its state machines: one, or none; more are an error.
     pub machines: Vec<Machine>,
+    /// The colon behind its header, which no model needs.
+    pub colon: Option<Part>,
     /// Was none of its items lost?
     pub whole: bool,
+}
+
+/// `handler h: operation`
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Handler {
+    /// Its name.
+    pub name: NameRef,
+    /// The required operation whose results it gets.
+    pub operation: Option<TypeRef>,
 }
 
 impl Core {
@@ -288,6 +328,8 @@ pub struct Variable {
     pub ty: Option<TypeRef>,
     /// Its first value.
     pub value: Option<Expr>,
+    /// A token that begins a line and goes on with the value, where another statement may have been meant.
+    pub continued: Option<Part>,
 }
 
 /// `provide f(…): T = { … }`
@@ -297,6 +339,8 @@ pub struct Operation {
     pub name: NameRef,
     /// Its parameters.
     pub parameters: Vec<Parameter>,
+    /// What it gives.
+    pub result: Option<TypeRef>,
     /// What it does.
     pub program: Program,
 }
@@ -435,11 +479,33 @@ pub struct Program {
 #[allow(missing_docs)]
 pub enum Statement {
     Variable(Variable),
-    If { condition: Expr, then: Vec<Statement>, otherwise: Option<Vec<Statement>> },
+    If {
+        /// The keyword.
+        part: Part,
+        condition: Expr,
+        then: Vec<Statement>,
+        /// Where the first block ends.
+        end: Part,
+        otherwise: Option<Vec<Statement>>,
+    },
     Block(Vec<Statement>),
-    Return(Option<Expr>),
+    /// With its keyword.
+    Return(Part, Option<Expr>),
     Assign(NameRef, Expr),
     Expr(Expr),
+}
+
+impl Statement {
+    /// Where it begins; nothing for an empty block, or what is not understood.
+    pub fn part(&self) -> Option<Part> {
+        match self {
+            Statement::Variable(variable) => Some(variable.name.part),
+            Statement::If { part, .. } | Statement::Return(part, _) => Some(*part),
+            Statement::Block(statements) => statements.iter().find_map(Statement::part),
+            Statement::Assign(target, _) => Some(target.part),
+            Statement::Expr(value) => value.part(),
+        }
+    }
 }
 
 /// An expression.
@@ -453,9 +519,24 @@ pub enum Expr {
     Call {
         callee: NameRef,
         arguments: Vec<Expr>,
+        part: Part,
     },
-    Unary(UnaryOperator, Box<Expr>),
-    Binary(BinaryOperator, Box<Expr>, Box<Expr>),
+    Unary(UnaryOperator, Box<Expr>, Part),
+    Binary(BinaryOperator, Box<Expr>, Box<Expr>, Part),
+}
+
+impl Expr {
+    /// Where the whole of it stands, without brackets around it.
+    pub fn part(&self) -> Option<Part> {
+        match self {
+            Expr::Missing => None,
+            Expr::Name(name) => Some(name.part),
+            Expr::Literal(_, part)
+            | Expr::Call { part, .. }
+            | Expr::Unary(_, _, part)
+            | Expr::Binary(_, _, _, part) => Some(*part),
+        }
+    }
 }
 
 /// A literal, numbers as they stand.
@@ -476,6 +557,37 @@ pub enum Literal {
 pub enum UnaryOperator {
     Not,
     Minus,
+}
+
+impl UnaryOperator {
+    /// As it is written.
+    pub fn text(self) -> &'static str {
+        match self {
+            UnaryOperator::Not => "!",
+            UnaryOperator::Minus => "-",
+        }
+    }
+}
+
+impl BinaryOperator {
+    /// As it is written.
+    pub fn text(self) -> &'static str {
+        match self {
+            BinaryOperator::Or => "||",
+            BinaryOperator::And => "&&",
+            BinaryOperator::Equal => "==",
+            BinaryOperator::NotEqual => "!=",
+            BinaryOperator::Less => "<",
+            BinaryOperator::LessOrEqual => "<=",
+            BinaryOperator::Greater => ">",
+            BinaryOperator::GreaterOrEqual => ">=",
+            BinaryOperator::Add => "+",
+            BinaryOperator::Subtract => "-",
+            BinaryOperator::Multiply => "*",
+            BinaryOperator::Divide => "/",
+            BinaryOperator::Remainder => "%",
+        }
+    }
 }
 
 /// The binary operators.
@@ -543,6 +655,8 @@ pub struct Connection {
     pub source: Option<Endpoint>,
     /// Where it ends.
     pub target: Option<Endpoint>,
+    /// The size of its circular buffer, as it stands.
+    pub buffer: Option<(Name, Part)>,
 }
 
 /// `instance.feature`

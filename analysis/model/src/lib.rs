@@ -17,6 +17,7 @@
 //! | `source.rs` | declarations, their data, and [`Place`]s |
 //! | `project.rs`, `config.rs` | roots, includes, `mauve.toml` |
 //! | `names.rs` | what a name means; the features of a shell |
+//! | `messages.rs` | message packages: `.msg` texts, the catalogue that is built in, what a type's name means |
 //! | `behaviour.rs`, `behaviour/program.rs` | a core's states and edges; what its programs cost |
 //! | `timetable.rs` | the timing tables, joined |
 //! | `psm.rs` | behaviour + times: the periodic state machine of a component |
@@ -34,23 +35,36 @@
 mod behaviour;
 mod config;
 mod db;
+mod declared;
 pub mod diagnostics;
 mod flat;
+mod flow;
 pub mod item_tree;
 mod lower;
+mod messages;
 mod names;
 mod project;
 mod psm;
 mod response;
+mod settings;
 mod source;
 mod system;
 mod timetable;
+mod types;
+mod typing;
+mod urgency;
+mod values;
+mod wiring;
 
 pub use behaviour::{Behaviour, Cost, Edge, Refusal, TimedProgram, behaviour_of};
 pub use config::Config;
 pub use db::{Database, File, ModelDb, Problem, Workspace, normalised};
 pub use flat::{Flat, FlatInstance, Link, flat_of};
 pub use lower::{DeclarationMap, SourceMap};
+pub use messages::{
+    BUILT_IN_TYPES, Message, MessageConstant, MessageField, Package, catalogue, message_of, named_packages,
+    package, read_message, used_packages,
+};
 pub use names::{FeatureOf, Features, Names, Unresolved, features_of, names_of, similar};
 pub use project::{
     CONFIG_FILE, Project, config_file, config_of, include_candidates, includes, is_model, project_files,
@@ -67,3 +81,6 @@ pub use source::{
 };
 pub use system::{Priority, Row, System, cpu_names, system_of};
 pub use timetable::{Lookup, TableFiles, Timetable, table, table_files, table_pattern, timetable_of};
+pub use types::{Integer, Type, built_in_type, type_of};
+pub use typing::{Callee, Meaning, Typing, VariableKind, VariableOf, typing_of};
+pub use values::Value;

@@ -385,7 +385,17 @@ impl Lowering {
         };
         let name = self.name(name, item.syntax());
         let parameters = self.parameters(parameters);
-        Feature { kind, name, ty: ty.map(|ty| self.type_ref(&ty)), parameters }
+        let ty = ty.map(|ty| self.type_ref(&ty));
+        let (mut interval, mut value) = (None, None);
+        if let ast::ShellItem::Property(it) = &item {
+            interval = it.interval().map(|interval| Interval {
+                low: self.expr(interval.low()),
+                high: self.expr(interval.high()),
+                part: self.part(interval.syntax().text_range()),
+            });
+            value = it.initializer().map(|it| self.expr(it.expr()));
+        }
+        Feature { kind, name, ty, parameters, interval, value }
     }
 
     fn core(&mut self, core: &ast::Core) -> Core {
@@ -397,17 +407,23 @@ impl Lowering {
             operations: Vec::new(),
             hooks: Vec::new(),
             machines: Vec::new(),
+            colon: core.colon_token().map(|colon| self.part(colon.text_range())),
             whole: !loses_an_item(core.syntax()),
         };
         for item in core.core_items() {
             match item {
                 ast::CoreItem::Var(it) => lowered.variables.push(self.variable(&it)),
-                ast::CoreItem::Handler(it) => lowered.handlers.push(self.name(it.name(), it.syntax())),
+                ast::CoreItem::Handler(it) => {
+                    let name = self.name(it.name(), it.syntax());
+                    let operation = it.ty().map(|ty| self.type_ref(&ty));
+                    lowered.handlers.push(Handler { name, operation });
+                }
                 ast::CoreItem::OperationDefinition(it) => {
                     let name = self.name(it.name(), it.syntax());
                     let parameters = self.parameters(it.param_list());
+                    let result = it.result_type().and_then(|it| it.ty()).map(|ty| self.type_ref(&ty));
                     let program = self.program(it.block(), it.syntax());
-                    lowered.operations.push(Operation { name, parameters, program });
+                    lowered.operations.push(Operation { name, parameters, result, program });
                 }
                 ast::CoreItem::Hook(it) => {
                     let Some(keyword) = it.keyword() else { continue };
@@ -433,6 +449,7 @@ impl Lowering {
             name: self.name(variable.name(), variable.syntax()),
             ty: variable.ty().map(|ty| self.type_ref(&ty)),
             value: variable.initializer().map(|it| self.expr(it.expr())),
+            continued: continued(variable).map(|token| self.part(token.text_range())),
         }
     }
 
@@ -507,7 +524,8 @@ impl Lowering {
                 Statement::Block(it.block().map_or_else(Vec::new, |block| self.block(&block)))
             }
             ast::Statement::ReturnStatement(it) => {
-                Statement::Return(it.expr().map(|value| self.expr(Some(value))))
+                let part = self.first_token(it.syntax());
+                Statement::Return(part, it.expr().map(|value| self.expr(Some(value))))
             }
             ast::Statement::AssignStatement(it) => {
                 let target = match it.name_ref() {
@@ -521,14 +539,21 @@ impl Lowering {
     }
 
     fn if_statement(&mut self, it: &ast::IfStatement) -> Statement {
+        let part = self.first_token(it.syntax());
         let condition = self.expr(it.condition());
         let then = it.then_block().map_or_else(Vec::new, |block| self.block(&block));
+        let end = it.then_block().map_or(it.syntax().text_range(), |block| block.syntax().text_range());
+        let end = self.part(TextRange::empty(end.end()));
         let otherwise = it.else_branch().map(|branch| match (branch.block(), branch.if_statement()) {
             (Some(block), _) => self.block(&block),
             (None, Some(nested)) => vec![self.if_statement(&nested)],
             (None, None) => Vec::new(),
         });
-        Statement::If { condition, then, otherwise }
+        Statement::If { part, condition, then, end, otherwise }
+    }
+
+    fn first_token(&mut self, node: &SyntaxNode) -> Part {
+        self.part(node.first_token().map_or(node.text_range(), |token| token.text_range()))
     }
 
     fn expr(&mut self, expr: Option<ast::Expr>) -> Expr {
@@ -547,6 +572,7 @@ impl Lowering {
                 Expr::Call {
                     callee,
                     arguments: arguments.map(|argument| self.expr(Some(argument))).collect(),
+                    part: self.part(it.syntax().text_range()),
                 }
             }
             ast::Expr::ParenExpr(it) => self.expr(it.expr()),
@@ -555,13 +581,14 @@ impl Lowering {
                     Some(SyntaxKind::BANG) => UnaryOperator::Not,
                     _ => UnaryOperator::Minus,
                 };
-                Expr::Unary(operator, Box::new(self.expr(it.expr())))
+                let inner = Box::new(self.expr(it.expr()));
+                Expr::Unary(operator, inner, self.part(it.syntax().text_range()))
             }
             ast::Expr::BinaryExpr(it) => {
                 let lhs = Box::new(self.expr(it.lhs()));
                 let rhs = Box::new(self.expr(it.rhs()));
                 match it.operator().and_then(|token| binary_operator(token.kind())) {
-                    Some(operator) => Expr::Binary(operator, lhs, rhs),
+                    Some(operator) => Expr::Binary(operator, lhs, rhs, self.part(it.syntax().text_range())),
                     None => Expr::Missing,
                 }
             }
@@ -606,11 +633,12 @@ impl Lowering {
                 }
                 ast::ArchitectureItem::Connection(it) => {
                     lowered.connections_whole &= is_whole(it.syntax());
-                    lowered.connections.push(self.connection(it.source(), it.target()));
+                    let buffer = it.buffer();
+                    lowered.connections.push(self.connection(it.source(), it.target(), buffer));
                 }
                 ast::ArchitectureItem::OperationConnection(it) => {
                     lowered.connections_whole &= is_whole(it.syntax());
-                    lowered.operations.push(self.connection(it.source(), it.target()));
+                    lowered.operations.push(self.connection(it.source(), it.target(), None));
                 }
                 ast::ArchitectureItem::Setting(it) => lowered.settings.push(self.setting(&it)),
             }
@@ -618,10 +646,17 @@ impl Lowering {
         lowered
     }
 
-    fn connection(&mut self, source: Option<ast::Endpoint>, target: Option<ast::Endpoint>) -> Connection {
+    fn connection(
+        &mut self,
+        source: Option<ast::Endpoint>,
+        target: Option<ast::Endpoint>,
+        buffer: Option<ast::Buffer>,
+    ) -> Connection {
+        let size = buffer.and_then(|buffer| buffer.int_number_token());
         Connection {
             source: source.map(|endpoint| self.endpoint(&endpoint)),
             target: target.map(|endpoint| self.endpoint(&endpoint)),
+            buffer: size.map(|size| (size.text().into(), self.part(size.text_range()))),
         }
     }
 
@@ -689,6 +724,27 @@ impl Lowering {
         }
         Activity { instance, fields, whole: !has_error_child(activity.syntax()) }
     }
+}
+
+/// A `(` or `-` that begins a line in the value of a variable without `;` at its end: the user may have meant another
+/// statement.
+fn continued(variable: &ast::Var) -> Option<SyntaxToken> {
+    let value = variable.initializer()?;
+    let last = value.syntax().last_token()?;
+    let next = std::iter::successors(last.next_token(), SyntaxToken::next_token);
+    if next
+        .into_iter()
+        .find(|token| !token.kind().is_trivia())
+        .is_some_and(|it| it.kind() == SyntaxKind::SEMICOLON)
+    {
+        return None;
+    }
+    let goes_on =
+        |node: &SyntaxNode| matches!(node.kind(), SyntaxKind::BINARY_EXPR | SyntaxKind::ARGUMENT_LIST);
+    let nodes = value.syntax().descendants().filter(goes_on);
+    nodes
+        .flat_map(|node| tokens_of(&node))
+        .find(|token| matches!(token.kind(), SyntaxKind::L_PAREN | SyntaxKind::MINUS) && begins_line(token))
 }
 
 fn binary_operator(kind: SyntaxKind) -> Option<BinaryOperator> {

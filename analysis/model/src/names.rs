@@ -196,6 +196,16 @@ impl<'db> Names<'db> {
         }
     }
 
+    /// Does the project have a library of this name?
+    pub(crate) fn has_library(&self, name: &Name) -> bool {
+        self.libraries.contains(name)
+    }
+
+    /// The libraries of the project.
+    pub(crate) fn libraries(&self) -> impl Iterator<Item = &Name> {
+        self.libraries.iter()
+    }
+
     /// May any name at all be declared by a text that is damaged?
     pub(crate) fn is_in_doubt(&self) -> bool {
         self.missing || !self.doubts.is_empty() || !self.nameless.is_empty()

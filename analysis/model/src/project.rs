@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::config::{self, Config};
+use crate::item_tree::Name;
 use crate::names::names_of;
 use crate::source::item_tree_of;
 use crate::{File, ModelDb, Workspace, normalised};
@@ -41,6 +42,12 @@ pub fn config_of(db: &dyn ModelDb, workspace: Workspace) -> Config {
         config.lost = true;
     }
     config
+}
+
+/// The types that `mauve.toml` declares, and what they are in C++, without places.
+#[salsa::tracked(returns(ref))]
+pub(crate) fn external_types(db: &dyn ModelDb, workspace: Workspace) -> BTreeMap<Name, String> {
+    config_of(db, workspace).types.clone()
 }
 
 /// What `mauve.toml` says that response times rest on, without places: a comment in it changes nothing.

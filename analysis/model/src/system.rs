@@ -402,7 +402,7 @@ impl<'db> Reader<'db> {
         let mut serves: FxHashMap<&Name, &Name> = FxHashMap::default();
         // A connection that is not right may be meant for anybody who provides something.
         let mut lost = flat.links_lost;
-        for Link { operation, source, target } in &flat.links {
+        for Link { operation, source, target, .. } in &flat.links {
             let kinds = (kind(source), kind(target));
             let is_port = |kind| matches!(kind, Some(FeatureKind::Input | FeatureKind::Output));
             lost |= match operation {
@@ -534,7 +534,7 @@ fn milliseconds(value: &Expr) -> Result<Time, String> {
             return Err("not in hexadecimal".to_owned());
         }
         Expr::Literal(Literal::Int(text) | Literal::Float(text), _) => text,
-        Expr::Unary(UnaryOperator::Minus, _) => return Err("it is never negative".to_owned()),
+        Expr::Unary(UnaryOperator::Minus, ..) => return Err("it is never negative".to_owned()),
         _ => return Err("a number, not an expression".to_owned()),
     };
     Time::parse(text, Unit::Milliseconds, Rounding::Exact).map_err(|error: TimeError| error.to_string())

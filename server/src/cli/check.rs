@@ -38,7 +38,7 @@ impl Check {
         let workspaces = load(&mut db, &self.paths.paths)?;
         let findings: Vec<Finding<'_>> =
             workspaces.iter().flat_map(|&workspace| workspace_diagnostics(&db, workspace)).collect();
-        let count = |severity| findings.iter().filter(|it| it.diagnostic.code.severity == severity).count();
+        let count = |severity| findings.iter().filter(|it| it.severity == severity).count();
         let (errors, warnings) = (count(Severity::Error), count(Severity::Warning));
         let deployed = wcrt::at_shown_level(&db, &workspaces)?;
         let text = match self.format {
@@ -95,7 +95,7 @@ const MOST_EXCERPTS: usize = 500;
 /// A diagnostic as people read it.
 fn excerpt(db: &Database, here: &Path, finding: &Finding<'_>) -> String {
     let diagnostic = &finding.diagnostic;
-    let level = match diagnostic.code.severity {
+    let level = match finding.severity {
         Severity::Error => Level::ERROR,
         Severity::Warning => Level::WARNING,
         Severity::Hint => Level::HELP,
@@ -207,7 +207,7 @@ fn document(db: &Database, lines: &mut Lines, finding: &Finding<'_>) -> Diagnost
     let related = related.collect();
     DiagnosticDocument {
         code: diagnostic.code.name,
-        severity: diagnostic.code.severity.name(),
+        severity: finding.severity.name(),
         message: diagnostic.message.clone(),
         file: diagnostic.at.file(db).path(db).clone(),
         range: lines.range(db, &diagnostic.at),

@@ -334,7 +334,7 @@ impl MainLoop {
             // What is read rests on queries, and they on what anybody has written.
             let (mut workspaces, problems) = attempt(|| self.loader.load(&mut self.db, &paths))?;
             problems.iter().for_each(|problem| tracing::info!("{problem}"));
-            workspaces.extend(alone.iter().map(|&file| self.loader.alone(&self.db, file)));
+            workspaces.extend(alone.iter().map(|&file| self.loader.alone(&mut self.db, file)));
             self.workspaces = workspaces.into();
             // What was written before a folder was watched was perhaps not read.
             match self.watcher.watch(&self.loader.surroundings().watched()) {

@@ -23,7 +23,7 @@ pub(crate) fn diagnostic(snapshot: &Snapshot, finding: &Finding<'_>) -> Diagnost
     });
     Diagnostic {
         range: range(snapshot, &found.at),
-        severity: Some(match found.code.severity {
+        severity: Some(match finding.severity {
             Severity::Error => DiagnosticSeverity::ERROR,
             Severity::Warning => DiagnosticSeverity::WARNING,
             Severity::Hint => DiagnosticSeverity::HINT,
@@ -32,8 +32,7 @@ pub(crate) fn diagnostic(snapshot: &Snapshot, finding: &Finding<'_>) -> Diagnost
         source: Some("mauve".to_owned()),
         message: found.message.clone() + &only.unwrap_or_default(),
         related_information: (!related.is_empty()).then_some(related),
-        tags: matches!(found.code.name, "unreachable-state" | "never-taken")
-            .then(|| vec![DiagnosticTag::UNNECESSARY]),
+        tags: found.code.unused.then(|| vec![DiagnosticTag::UNNECESSARY]),
         ..Diagnostic::default()
     }
 }

@@ -66,7 +66,7 @@ impl<'db> Reader<'_, 'db> {
                 }
                 self.scope.push(&name.name);
             }
-            Statement::If { condition, then, otherwise } => {
+            Statement::If { condition, then, otherwise, .. } => {
                 self.expr(condition, costs);
                 let then = self.block(then);
                 let otherwise = self.block(otherwise.as_deref().unwrap_or_default());
@@ -74,7 +74,7 @@ impl<'db> Reader<'_, 'db> {
             }
             Statement::Block(statements) => costs.push(self.block(statements)),
             // What follows a `return` does not happen on that path; counting it is safe.
-            Statement::Return(value) => {
+            Statement::Return(_, value) => {
                 if let Some(value) = value {
                     self.expr(value, costs);
                 }
@@ -100,12 +100,12 @@ impl<'db> Reader<'_, 'db> {
         match expr {
             Expr::Missing | Expr::Literal(..) => {}
             Expr::Name(name) => self.name(name),
-            Expr::Unary(_, inner) => self.expr(inner, costs),
-            Expr::Binary(_, lhs, rhs) => {
+            Expr::Unary(_, inner, _) => self.expr(inner, costs),
+            Expr::Binary(_, lhs, rhs, _) => {
                 // Sums are left-deep: the loop keeps the recursion to the right.
                 let mut spine = vec![rhs];
                 let mut left = lhs;
-                while let Expr::Binary(_, lhs, rhs) = left.as_ref() {
+                while let Expr::Binary(_, lhs, rhs, _) = left.as_ref() {
                     spine.push(rhs);
                     left = lhs;
                 }
@@ -114,7 +114,7 @@ impl<'db> Reader<'_, 'db> {
                     self.expr(rhs, costs);
                 }
             }
-            Expr::Call { callee, arguments } => {
+            Expr::Call { callee, arguments, .. } => {
                 // The port, operation or handler of a built-in function is no value.
                 let built_in = self.is_built_in_call(callee, arguments);
                 for argument in arguments.iter().skip(usize::from(built_in)) {
@@ -131,7 +131,7 @@ impl<'db> Reader<'_, 'db> {
     fn is_built_in_call(&self, callee: &NameRef, arguments: &[Expr]) -> bool {
         let Some(Expr::Name(first)) = arguments.first() else { return false };
         if callee.name == "collect" {
-            return self.core.handlers.iter().any(|handler| handler.name == first.name);
+            return self.core.handlers.iter().any(|handler| handler.name.name == first.name);
         }
         // Ports and operations are no values: a variable of the same name is not meant, unless a codel may be missing.
         if self.scope.contains(&first.name) && self.names.is_in_doubt() {
@@ -216,7 +216,7 @@ impl<'db> Reader<'_, 'db> {
                     let defined =
                         self.core.operations.iter().position(|operation| operation.name.name == *name);
                     if defined.is_none() {
-                        self.refuse(diagnostics::undefined_operation::report(at, name));
+                        self.refuse_here(&format!("it does not define the operation `{name}`, and calls it"));
                     }
                     return defined.map(Cost::Operation);
                 }
@@ -261,7 +261,7 @@ fn of_no_call(expr: &Expr) -> Option<Part> {
         Expr::Missing | Expr::Call { .. } => None,
         Expr::Literal(_, part) => Some(*part),
         Expr::Name(name) => Some(name.part),
-        Expr::Unary(_, inner) => of_no_call(inner),
-        Expr::Binary(_, lhs, rhs) => of_no_call(rhs).and(of_no_call(lhs)),
+        Expr::Unary(_, inner, _) => of_no_call(inner),
+        Expr::Binary(_, lhs, rhs, _) => of_no_call(rhs).and(of_no_call(lhs)),
     }
 }

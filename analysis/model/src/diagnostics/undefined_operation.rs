@@ -1,15 +1,17 @@
 //! # undefined-operation
 //!
-//! A program calls an operation that the shell provides, and the core does not define.
+//! The shell provides an operation, and the core does not define it. Where a program calls it, the core is not analysed.
 //!
 //! ```mauve
 //! shell S { provide reset(): void  provide stop(): void }
-//! core C(S) {
+//! core C(S) {   // error
 //!   provide reset() = { }
-//!   update = {
-//!     reset();
-//!     stop();   // error
-//!   }
+//!   update = { reset(); }
+//! }
+//! core D(S) {
+//!   provide reset() = { }
+//!   provide stop() = { reset(); }
+//!   update = { stop(); }
 //! }
 //! ```
 
@@ -17,7 +19,16 @@ use super::*;
 
 code!(UNDEFINED_OPERATION, Error, "undefined-operation");
 
-pub(crate) fn report<'db>(at: Place<'db>, name: &str) -> Diagnostic<'db> {
-    let message = format!("the core does not define `{name}`: write `provide {name}(…) = {{ … }}`");
-    Diagnostic::new(&UNDEFINED_OPERATION, at, message)
+pub(crate) fn report<'db>(
+    db: &'db dyn ModelDb,
+    at: Place<'db>,
+    name: &str,
+    declared: &FeatureOf<'db>,
+) -> Diagnostic<'db> {
+    let message = format!("the operation `{name}` is not defined: write `provide {name}(…) = {{ … }}`");
+    let found = Diagnostic::new(&UNDEFINED_OPERATION, at, message);
+    match shell(db, declared.shell).and_then(|it| it.features.get(declared.index)) {
+        Some(data) => found.related(Place::Part(declared.shell, data.name.part), "declared here"),
+        None => found,
+    }
 }

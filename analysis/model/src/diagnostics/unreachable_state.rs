@@ -16,7 +16,7 @@
 
 use super::*;
 
-code!(UNREACHABLE_STATE, Warning, "unreachable-state");
+code!(UNREACHABLE_STATE, Warning, "unreachable-state", Unused);
 
 pub(crate) fn report<'db>(at: Place<'db>, name: &str) -> Diagnostic<'db> {
     let message = format!("no transition leads to state `{name}`: it is never entered, and not part of the analysis");

@@ -28,6 +28,15 @@ pub(crate) fn report<'db>(at: Place<'db>, name: &str, near: Option<Name>) -> Dia
     Diagnostic::new(&UNRESOLVED_VARIABLE, at.clone(), message).did_you_mean(at, near)
 }
 
+/// A port, whose value is read with `read`.
+pub(crate) fn port<'db>(at: Place<'db>, name: &str, kind: FeatureKind) -> Diagnostic<'db> {
+    let message = match kind {
+        FeatureKind::Input => format!("`{name}` is a port: `read({name}, variable)` takes its value"),
+        _ => format!("`{name}` is an output port, which has no value to take"),
+    };
+    Diagnostic::new(&UNRESOLVED_VARIABLE, at, message)
+}
+
 /// A codel or an operation, of which no value can be taken.
 pub(crate) fn not_called<'db>(at: Place<'db>, name: &str, what: &str) -> Diagnostic<'db> {
     let message = format!("`{name}` is {what}: call it, as in `{name}(…)`");

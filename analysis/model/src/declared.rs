@@ -1,0 +1,339 @@
+//! Names and types as they are declared: which are reserved, which nobody knows, which cannot be; and what nothing uses.
+
+use rustc_hash::FxHashSet;
+
+use crate::ModelDb;
+use crate::diagnostics::{self, Diagnostic};
+use crate::flat::flat_of;
+use crate::item_tree::{
+    Core, Data, FeatureKind, Kind, Name, NameRef, Operation, Parameter, Statement, TypeRef, Variable,
+};
+use crate::messages::{catalogue, package, used_packages};
+use crate::names::{features_of, names_of, similar};
+use crate::project::{Project, external_types};
+use crate::psm::{core_of, shell_of};
+use crate::source::{Decl, Place, data, deployment};
+use crate::types::{self, Type};
+use crate::typing::uses_of;
+
+/// What is wrong, or can be better, about the names and types of a declaration.
+pub(crate) fn check<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<Diagnostic<'db>> {
+    let Some(data) = data(db, of).as_deref() else { return Vec::new() };
+    let mut found = Vec::new();
+    let (types, names) = parts(data);
+    for (ty, may_be_void) in types {
+        found.extend(check_type(db, project, of, ty, may_be_void));
+    }
+    for (name, is_reserved) in names
+        .into_iter()
+        .chain([(own_name(db, of, data), None)].into_iter().filter_map(|(n, r)| Some((n?, r))))
+    {
+        if let Some(why) = is_reserved.filter(|(names, _): &(&[&str], _)| names.contains(&name.name.as_str()))
+        {
+            found.push(diagnostics::reserved_name::report(Place::Part(of, name.part), &name.name, why.1));
+        } else if diagnostics::reserved_name::is_cpp(&name.name) {
+            found.push(diagnostics::reserved_name::report(
+                Place::Part(of, name.part),
+                &name.name,
+                "a word of C++",
+            ));
+        }
+    }
+    if let Data::Core(core) = data {
+        found.extend(core.colon.map(|colon| diagnostics::header_colon::report(Place::Part(of, colon))));
+        for variable in variables(core) {
+            let report =
+                |part| diagnostics::continued_line::report(Place::Part(of, part), &variable.name.name);
+            found.extend(variable.continued.map(report));
+        }
+    }
+    if let Some(unused) = unused(db, project, of) {
+        found.push(unused);
+    }
+    if let Data::Shell(data) = data {
+        found.extend(unused_features(db, project, of, data));
+    }
+    found
+}
+
+/// The name of a declaration that becomes one in C++.
+fn own_name<'db>(db: &'db dyn ModelDb, of: Decl<'db>, data: &Data) -> Option<NameRef> {
+    let is_one = matches!(data, Data::Codel(_) | Data::Component(_));
+    is_one.then(|| NameRef { name: of.name(db).clone(), part: crate::item_tree::Part(0) })
+}
+
+/// Names that the original generator used itself, and what for.
+type Reserved = Option<(&'static [&'static str], &'static str)>;
+
+const PORTS: Reserved = Some((&["state", "tick"], "a port that generated components have"));
+const PROPERTIES: Reserved = Some((
+    &["period", "priority", "deadline", "affinity", "shell", "core", "statemachine"],
+    "a property that generated components have",
+));
+
+/// The types of a declaration, each with whether it may be `void`; and its names that become names in C++.
+fn parts(data: &Data) -> (Vec<(&TypeRef, bool)>, Vec<(NameRef, Reserved)>) {
+    let (mut types, mut names) = (Vec::new(), Vec::new());
+    let parameters = |of: &[Parameter]| -> Vec<(NameRef, Reserved)> {
+        of.iter().map(|it| (it.name.clone(), None)).collect()
+    };
+    match data {
+        Data::Codel(codel) => {
+            types.extend(codel.parameters.iter().filter_map(|it| Some((it.ty.as_ref()?, false))));
+            types.extend(codel.result.as_ref().map(|ty| (ty, true)));
+            names.extend(parameters(&codel.parameters));
+        }
+        Data::Shell(shell) => {
+            for feature in &shell.features {
+                types.extend(feature.parameters.iter().filter_map(|it| Some((it.ty.as_ref()?, false))));
+                types.extend(feature.ty.as_ref().map(|ty| (ty, feature.kind.is_operation())));
+                let reserved = match feature.kind {
+                    kind if kind.is_port() => PORTS,
+                    kind if kind.is_value() => PROPERTIES,
+                    _ => None,
+                };
+                names.push((feature.name.clone(), reserved));
+                names.extend(parameters(&feature.parameters));
+            }
+        }
+        Data::Core(core) => {
+            for Operation { parameters: of, result, .. } in &core.operations {
+                types.extend(of.iter().filter_map(|it| Some((it.ty.as_ref()?, false))));
+                types.extend(result.as_ref().map(|ty| (ty, true)));
+                names.extend(parameters(of));
+            }
+            for variable in variables(core) {
+                types.extend(variable.ty.as_ref().map(|ty| (ty, false)));
+                names.push((variable.name.clone(), None));
+            }
+            names.extend(core.handlers.iter().map(|handler| (handler.name.clone(), None)));
+            let states = core.machines.iter().flat_map(|machine| &machine.states);
+            names.extend(states.map(|state| (state.name.clone(), None)));
+        }
+        _ => {}
+    }
+    (types, names)
+}
+
+/// All variables of a core, those in its programs too.
+fn variables(core: &Core) -> Vec<&Variable> {
+    let mut found: Vec<&Variable> = core.variables.iter().collect();
+    let mut open: Vec<&Statement> = core.operations.iter().flat_map(|it| &it.program.statements).collect();
+    open.extend(core.hooks.iter().flat_map(|it| &it.program.statements));
+    for machine in &core.machines {
+        found.extend(&machine.variables);
+        for state in &machine.states {
+            open.extend(state.methods.iter().flat_map(|it| &it.program.statements));
+            open.extend(
+                state.transitions.iter().filter_map(|it| it.effect.as_ref()).flat_map(|it| &it.statements),
+            );
+        }
+    }
+    while let Some(statement) = open.pop() {
+        match statement {
+            Statement::Variable(variable) => found.push(variable),
+            Statement::If { then, otherwise, .. } => {
+                open.extend(then.iter().chain(otherwise.iter().flatten()))
+            }
+            Statement::Block(inner) => open.extend(inner),
+            Statement::Return(..) | Statement::Assign(..) | Statement::Expr(_) => {}
+        }
+    }
+    found
+}
+
+fn check_type<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    ty: &TypeRef,
+    may_be_void: bool,
+) -> Option<Diagnostic<'db>> {
+    let library = of.library(db).as_ref();
+    let at = Place::Part(of, ty.part);
+    match types::resolved(db, project, library, &ty.path) {
+        Some(Type::Void) if !may_be_void => Some(diagnostics::invalid_type::void(at)),
+        Some(_) => None,
+        // The package that may declare it is reported.
+        None if ty.path.iter().any(|part| part.is_empty()) => None,
+        None if names_of(db, project).missing => None,
+        None => {
+            let workspace = project.workspace(db);
+            let used =
+                used_packages(db, project).get(&library.cloned()).map_or(&[] as &[Name], Vec::as_slice);
+            let unknown = used.iter().any(|name| !types::is_known_package(db, project, name));
+            let name = ty.path.last()?;
+            let of_package =
+                |of: &Name| package(db, workspace, of).into_iter().flat_map(|it| it.messages.keys());
+            match ty.path.as_slice() {
+                [_] if unknown => None,
+                [_] => {
+                    let built_in: Vec<Name> = types::BUILT_IN.iter().map(|&name| name.into()).collect();
+                    let external = external_types(db, workspace).keys();
+                    let near =
+                        similar(name, used.iter().flat_map(of_package).chain(external).chain(&built_in));
+                    let declares = |it: &&Name| {
+                        package(db, workspace, it).is_some_and(|it| it.messages.contains_key(name))
+                    };
+                    let elsewhere = library.and_then(|_| catalogue().keys().find(declares));
+                    Some(diagnostics::unknown_type::report(at, &ty.path, elsewhere, near))
+                }
+                [of_path, ..] if package(db, workspace, of_path).is_none() => {
+                    Some(diagnostics::unknown_type::report(at, &ty.path, None, None))
+                }
+                [of_path, ..] => {
+                    let near =
+                        similar(name, of_package(of_path)).map(|near| format!("{of_path}.{near}").into());
+                    Some(diagnostics::unknown_type::report(at, &ty.path, None, near))
+                }
+                [] => None,
+            }
+        }
+    }
+}
+
+/// A `use` of what nobody knows.
+pub(crate) fn check_use<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+) -> Option<Diagnostic<'db>> {
+    let name = of.name(db);
+    if types::is_known_package(db, project, name) || names_of(db, project).missing {
+        return None;
+    }
+    let known = names_of(db, project).libraries().chain(catalogue().keys());
+    let near = similar(name, known);
+    Some(diagnostics::unknown_package::report(Place::name_of(of), name, near))
+}
+
+/// What the programs and deployments of a project use.
+#[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
+struct Usage<'db> {
+    codels: FxHashSet<Decl<'db>>,
+    features: FxHashSet<(Decl<'db>, usize)>,
+    /// The shells that a core is for.
+    with_core: FxHashSet<Decl<'db>>,
+    /// What a deployment leads to; nothing where there is none.
+    deployed: Option<FxHashSet<Decl<'db>>>,
+    /// May something be used by what was lost?
+    lost: bool,
+}
+
+#[salsa::tracked(returns(ref))]
+fn usage_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Usage<'db> {
+    let names = names_of(db, project);
+    let mut usage = Usage {
+        lost: names.missing || names.scope_lost.is_some() || names.is_in_doubt(),
+        ..Usage::default()
+    };
+    let of_kind = |kind| names.all.iter().copied().filter(move |decl| decl.kind(db) == kind);
+    for core in of_kind(Kind::Core) {
+        let uses = uses_of(db, project, core);
+        usage.codels.extend(&uses.codels);
+        usage.features.extend(&uses.features);
+        let interface = crate::source::core_interface(db, core).as_ref();
+        let shell =
+            interface.and_then(|it| names.resolve_type(db, core, Kind::Shell, it.shell.as_ref()).ok());
+        if let Some(shell) = shell {
+            usage.with_core.extend(&features_of(db, project, shell).shells);
+        }
+        usage.lost |= !is_whole(db, core);
+    }
+    for of in of_kind(Kind::Deployment) {
+        let deployed = usage.deployed.get_or_insert_default();
+        let target = deployment(db, of).map(|it| it.targets.as_slice());
+        let Some([target]) = target else { continue };
+        let Ok(target) = names.resolve_type(db, of, Kind::Architecture, Some(target)) else { continue };
+        let flat = flat_of(db, project, target);
+        usage.lost |= !flat.lost.is_empty();
+        deployed.extend(&flat.architectures);
+        for component in flat.instances.iter().filter_map(|instance| instance.component) {
+            deployed.insert(component);
+            deployed.extend(core_of(db, project, component));
+            if let Some(shell) = shell_of(db, project, component) {
+                deployed.extend(&features_of(db, project, shell).shells);
+            }
+        }
+    }
+    usage
+}
+
+/// Was nothing lost in a core? (A program of it may change without that.)
+#[salsa::tracked]
+fn is_whole<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> bool {
+    crate::source::core(db, of).is_none_or(|core| {
+        let programs =
+            core.operations.iter().map(|it| &it.program).chain(core.hooks.iter().map(|it| &it.program));
+        let states = || core.machines.iter().flat_map(|machine| &machine.states);
+        core.whole
+            && core.machines.iter().all(|machine| machine.whole)
+            && programs.into_iter().all(|program| program.whole)
+            && states().all(|state| state.whole && state.methods.iter().all(|method| method.program.whole))
+            && states().flat_map(|state| &state.transitions).all(|transition| {
+                transition.whole
+                    && transition.guard.as_ref().is_none_or(|guard| guard.whole)
+                    && transition.effect.as_ref().is_none_or(|effect| effect.whole)
+            })
+    })
+}
+
+fn unused<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Option<Diagnostic<'db>> {
+    let usage = usage_of(db, project);
+    let name = of.name(db);
+    if usage.lost || name.is_empty() {
+        return None;
+    }
+    let at = Place::name_of(of);
+    match (of.kind(db), &usage.deployed) {
+        (Kind::Codel, _) if !usage.codels.contains(&of) => Some(diagnostics::unused_codel::report(at, name)),
+        (Kind::Shell | Kind::Core | Kind::Component | Kind::Architecture, Some(deployed))
+            if !deployed.contains(&of) =>
+        {
+            Some(diagnostics::unused_declaration::report(at, of.kind(db), name))
+        }
+        _ => None,
+    }
+}
+
+fn unused_features<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    data: &crate::item_tree::Shell,
+) -> Vec<Diagnostic<'db>> {
+    let usage = usage_of(db, project);
+    if usage.lost || !usage.with_core.contains(&of) {
+        return Vec::new();
+    }
+    let features = data.features.iter().enumerate();
+    let unused = features.filter(|(index, it)| {
+        it.kind.is_value() && !it.name.name.is_empty() && !usage.features.contains(&(of, *index))
+    });
+    let unused = unused.filter(|(_, it)| !named_by_others(data, &it.name.name));
+    unused
+        .map(|(_, it)| {
+            let what = if it.kind == FeatureKind::Constant { "constant" } else { "property" };
+            diagnostics::unused_property::report(Place::Part(of, it.name.part), what, &it.name.name)
+        })
+        .collect()
+}
+
+/// Does a value or an interval of the shell name this constant?
+fn named_by_others(data: &crate::item_tree::Shell, name: &Name) -> bool {
+    use crate::item_tree::Expr;
+    let mut open: Vec<&Expr> = Vec::new();
+    for feature in &data.features {
+        open.extend(&feature.value);
+        open.extend(feature.interval.iter().flat_map(|it| [&it.low, &it.high]));
+    }
+    while let Some(expr) = open.pop() {
+        match expr {
+            Expr::Name(it) if it.name == *name => return true,
+            Expr::Unary(_, inner, _) => open.push(inner),
+            Expr::Binary(_, lhs, rhs, _) => open.extend([lhs.as_ref(), rhs.as_ref()]),
+            _ => {}
+        }
+    }
+    false
+}

@@ -1,0 +1,39 @@
+//! # argument-count
+//!
+//! A call has more arguments than what it calls takes, or fewer. `read` takes an input port and a variable, `write` an
+//! output port and a value, `status` a port. `send` takes an operation and its `in` and `inout` arguments. `collect` takes a
+//! handler, and either nothing more or variables for all that comes back: the result, then the `out` and `inout` parameters.
+//!
+//! ```mauve
+//! codel plan(in goal: int, out way: int): bool
+//! shell S { input port scan: int  require far(in a: int, out b: double): bool }
+//! core C(S) {
+//!   var n: int = 0
+//!   var d: double
+//!   var ok: bool
+//!   handler h: far
+//!   update = {
+//!     plan(n);   // error
+//!     plan(n, n);
+//!     read(scan);   // error
+//!     read(scan, n);
+//!     h = send(far);   // error
+//!     h = send(far, n);
+//!     collect(h, ok);   // error
+//!     collect(h, ok, d);
+//!     collect(h);
+//!   }
+//! }
+//! ```
+
+use super::*;
+
+code!(ARGUMENT_COUNT, Error, "argument-count");
+
+pub(crate) fn report<'db>(at: Place<'db>, name: &str, takes: &str, found: usize) -> Diagnostic<'db> {
+    let found = match found {
+        0 => "none".to_owned(),
+        found => found.to_string(),
+    };
+    Diagnostic::new(&ARGUMENT_COUNT, at, format!("`{name}` takes {takes}, found {found}"))
+}

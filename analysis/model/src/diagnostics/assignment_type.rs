@@ -1,0 +1,39 @@
+//! # assignment-type
+//!
+//! A value goes to a variable, a property, a constant or a port of another type. Only `int` becomes `double` or `float` by itself.
+//!
+//! ```mauve
+//! codel stop(): void
+//! shell S {
+//!   property speed: double = 1
+//!   property name: string = 1   // error
+//!   output port way: int
+//! }
+//! core C(S) {
+//!   var near: bool = 1   // error
+//!   var far: double = 1
+//!   update = {
+//!     near = far < 2;
+//!     near = stop();   // error
+//!     far = "far";   // error
+//!   }
+//! }
+//! component K(S, C)
+//! architecture A {
+//!   instance k: K
+//!   property k.speed = true   // error
+//!   property k.name = "k"
+//! }
+//! ```
+
+use super::*;
+
+code!(ASSIGNMENT_TYPE, Error, "assignment-type");
+
+pub(crate) fn report<'db>(at: Place<'db>, name: &str, expected: &Type, found: &Type) -> Diagnostic<'db> {
+    let found = match found {
+        Type::Void => "this gives nothing".to_owned(),
+        found => format!("this is {found}"),
+    };
+    Diagnostic::new(&ASSIGNMENT_TYPE, at, format!("`{name}` is of type {expected}, and {found}"))
+}

@@ -1,0 +1,27 @@
+//! # connection-type
+//!
+//! The two ports of a connection have different types.
+//!
+//! ```mauve
+//! shell S { output port scan: int  input port near: bool  input port far: int }
+//! core C(S) { update = { } }
+//! component K(S, C)
+//! architecture A {
+//!   instance a: K
+//!   instance b: K
+//!   connection a.scan -> b.near   // error
+//!   connection a.scan -> b.far
+//! }
+//! ```
+
+use super::*;
+
+code!(CONNECTION_TYPE, Error, "connection-type");
+
+pub(crate) fn report<'db>(at: Place<'db>, ends: [(&str, &Type, Place<'db>); 2]) -> Diagnostic<'db> {
+    let [(from, source, source_at), (to, target, target_at)] = ends;
+    let message = format!("`{to}` is of type {target}, and `{from}` gives {source}");
+    Diagnostic::new(&CONNECTION_TYPE, at, message)
+        .related(source_at, format!("this is {source}"))
+        .related(target_at, format!("this is {target}"))
+}

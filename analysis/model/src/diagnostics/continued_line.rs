@@ -1,0 +1,24 @@
+//! # continued-line
+//!
+//! A line that begins with `(` or `-` goes on with the value of the variable before it, which has no `;` at its end.
+//!
+//! ```mauve
+//! codel f(in n: int): int
+//! shell S { }
+//! core C(S) {
+//!   var a: int = 1
+//!     - 2   // hint
+//!   var b: int = 1
+//!     + 2
+//!   update = { a = f(a + b); }
+//! }
+//! ```
+
+use super::*;
+
+code!(CONTINUED_LINE, Hint, "continued-line");
+
+pub(crate) fn report<'db>(at: Place<'db>, name: &str) -> Diagnostic<'db> {
+    let message = format!("this line is part of the value of `{name}`: end that with `;` if it is not meant to be");
+    Diagnostic::new(&CONTINUED_LINE, at, message)
+}

@@ -1,0 +1,19 @@
+//! # empty-interval
+//!
+//! The lower end of an interval is greater than its upper end: no value lies in it.
+//!
+//! ```mauve
+//! shell S {
+//!   property speed: double [2; 0.5]   // error
+//!   property rate: int [1; 1] = 1
+//! }
+//! ```
+
+use super::*;
+
+code!(EMPTY_INTERVAL, Error, "empty-interval");
+
+pub(crate) fn report<'db>(at: Place<'db>, [low, high]: [&Value; 2]) -> Diagnostic<'db> {
+    let message = format!("no value lies in this interval: {low} is greater than {high}");
+    Diagnostic::new(&EMPTY_INTERVAL, at, message)
+}

@@ -1,0 +1,25 @@
+//! # missing-else
+//!
+//! Models write every `else`, also an empty one. Without it, the `if` does nothing where its condition does not hold.
+//!
+//! ```mauve
+//! shell S { }
+//! core C(S) {
+//!   var n: int = 0
+//!   update = {
+//!     if n > 0 then { n = 0; }   // hint
+//!     if n < 0 then { n = 0; } else { }
+//!   }
+//! }
+//! ```
+//!
+//! Fix: write the `else`.
+
+use super::*;
+
+code!(MISSING_ELSE, Hint, "missing-else");
+
+pub(crate) fn report<'db>(at: Place<'db>, end: Place<'db>) -> Diagnostic<'db> {
+    let message = "this `if` has no `else`".to_owned();
+    Diagnostic::new(&MISSING_ELSE, at, message).fix("Write `else { }`", end, " else { }".to_owned())
+}

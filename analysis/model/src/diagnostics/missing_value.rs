@@ -1,0 +1,26 @@
+//! # missing-value
+//!
+//! A property or constant of a deployed component has no value: not in its shell, not in the architecture, not in the
+//! deployment.
+//!
+//! ```mauve
+//! shell S { property device: string  property rate: int = 10 }
+//! core C(S) { update = { } }
+//! component Laser(S, C)
+//! architecture A { instance front: Laser  instance back: Laser  property back.device = "/dev/ttyS0" }
+//! deployment D {
+//!   architecture A
+//!   activity front { priority = 2 period = 10 }   // error
+//!   activity back { priority = 1 period = 10 }
+//! }
+//! ```
+
+use super::*;
+
+code!(MISSING_VALUE, Error, "missing-value");
+
+pub(crate) fn report<'db>(at: Place<'db>, instance: &str, kind: FeatureKind, name: &str, declared: Place<'db>) -> Diagnostic<'db> {
+    let what = if kind == FeatureKind::Constant { "constant" } else { "property" };
+    let message = format!("{what} `{name}` of {instance} has no value: write `{what} {instance}.{name} = …`");
+    Diagnostic::new(&MISSING_VALUE, at, message).related(declared, "declared here")
+}

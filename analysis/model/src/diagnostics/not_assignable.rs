@@ -1,0 +1,28 @@
+//! # not-assignable
+//!
+//! A program assigns to variables. Properties and constants get their values from architectures and deployments, ports are
+//! written with `write`, and what comes in through an `in` parameter belongs to the caller.
+//!
+//! ```mauve
+//! shell S { property speed: int = 1  output port way: int  provide set(in to: int): void }
+//! core C(S) {
+//!   var n: int = 0
+//!   provide set(in to: int) = {
+//!     to = 2;   // error
+//!     n = to;
+//!   }
+//!   update = {
+//!     speed = 2;   // error
+//!     way = 2;   // error
+//!     write(way, n);
+//!   }
+//! }
+//! ```
+
+use super::*;
+
+code!(NOT_ASSIGNABLE, Error, "not-assignable");
+
+pub(crate) fn report<'db>(at: Place<'db>, name: &str, is: &str) -> Diagnostic<'db> {
+    Diagnostic::new(&NOT_ASSIGNABLE, at, format!("`{name}` is {is}"))
+}

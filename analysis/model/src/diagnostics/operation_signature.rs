@@ -1,0 +1,27 @@
+//! # operation-signature
+//!
+//! The operation that one component provides is another one than the other requires: its parameters or its result differ.
+//!
+//! ```mauve
+//! shell P { provide plan(in goal: int): bool }
+//! shell R { require plan(in goal: int): bool  require go(in goal: double): bool }
+//! core CP(P) { provide plan(in goal: int): bool = { return true; }  update = { } }
+//! core CR(R) { update = { } }
+//! component KP(P, CP)
+//! component KR(R, CR)
+//! architecture A {
+//!   instance p: KP
+//!   instance r: KR
+//!   operation p.plan -> r.go   // error
+//!   operation p.plan -> r.plan
+//! }
+//! ```
+
+use super::*;
+
+code!(OPERATION_SIGNATURE, Error, "operation-signature");
+
+pub(crate) fn report<'db>(at: Place<'db>, [provided, required]: [&str; 2]) -> Diagnostic<'db> {
+    let message = format!("provided is `{provided}`, and required `{required}`");
+    Diagnostic::new(&OPERATION_SIGNATURE, at, message)
+}

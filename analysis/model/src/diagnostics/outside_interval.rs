@@ -1,0 +1,27 @@
+//! # outside-interval
+//!
+//! A value lies outside the interval of its property or constant. Both ends belong to an interval.
+//!
+//! ```mauve
+//! shell S { property speed: double [0; 2] = 2  property rate: int [1; 50] = 100 }   // error
+//! core C(S) { update = { } }
+//! component K(S, C)
+//! architecture A {
+//!   instance k: K
+//!   property k.speed = 0.5 * 5   // error
+//!   property k.rate = 1
+//! }
+//! ```
+
+use super::*;
+
+code!(OUTSIDE_INTERVAL, Error, "outside-interval");
+
+pub(crate) fn report<'db>(at: Place<'db>, name: &str, value: &Value, [low, high]: [&Value; 2], declared: Option<Place<'db>>) -> Diagnostic<'db> {
+    let message = format!("{value} is outside of [{low}; {high}], the interval of `{name}`");
+    let found = Diagnostic::new(&OUTSIDE_INTERVAL, at, message);
+    match declared {
+        Some(declared) => found.related(declared, "the interval"),
+        None => found,
+    }
+}

@@ -1,0 +1,26 @@
+//! # stale-data
+//!
+//! A component that reads what another one of the same period writes runs before it: what it reads is one period old. That
+//! may be meant: a driver that must keep its time.
+//!
+//! ```mauve
+//! shell S { output port way: int  input port goal: int }
+//! core C(S) { update = { } }
+//! component K(S, C)
+//! architecture A { instance a: K  instance b: K  instance c: K  connection a.way -> b.goal  connection b.way -> c.goal }
+//! deployment D {
+//!   architecture A
+//!   activity a { priority = 8 period = 10 affinity = 1 }
+//!   activity b { priority = 9 period = 10 affinity = 1 }   // hint
+//!   activity c { priority = 7 period = 10 affinity = 1 }
+//! }
+//! ```
+
+use super::*;
+
+code!(STALE_DATA, Hint, "stale-data");
+
+pub(crate) fn report<'db>(at: Place<'db>, [reader, writer]: [&str; 2], port: &str, other: Place<'db>) -> Diagnostic<'db> {
+    let message = format!("{reader} runs before {writer}: what it reads from `{port}` is one period old");
+    Diagnostic::new(&STALE_DATA, at, message).related(other, format!("{writer} is less urgent"))
+}

@@ -1,0 +1,27 @@
+//! # unconnected-input
+//!
+//! Nothing of the model is connected to an input of a deployed component. Many are not meant to be: a topic of ROS may be.
+//!
+//! ```mauve
+//! shell S { input port near: int  input port far: int  output port way: int }
+//! core C(S) { update = { } }
+//! component K(S, C)
+//! architecture A { instance a: K  instance b: K  connection a.way -> b.near  connection a.way -> b.far }
+//! deployment D {
+//!   architecture A
+//!   activity a { priority = 2 period = 10 }   // hint
+//!   activity b { priority = 1 period = 10 }
+//! }
+//! ```
+
+use super::*;
+
+code!(UNCONNECTED_INPUT, Hint, "unconnected-input");
+
+pub(crate) fn report<'db>(at: Place<'db>, instance: &str, ports: &[&str]) -> Diagnostic<'db> {
+    let names: Vec<String> = ports.iter().map(|port| format!("`{port}`")).collect();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let (what, verb) = if ports.len() == 1 { ("input", "is") } else { ("inputs", "are") };
+    let message = format!("{what} {} of {instance} {verb} connected to nothing in this architecture", enumerated(&names));
+    Diagnostic::new(&UNCONNECTED_INPUT, at, message)
+}

@@ -1,0 +1,29 @@
+//! # unconnected-operation
+//!
+//! A deployed component requires an operation, and nothing that provides it is connected: each call fails.
+//!
+//! ```mauve
+//! shell P { provide plan(): bool }
+//! shell R { require plan(): bool }
+//! core CP(P) { provide plan() = { return true; }  update = { } }
+//! core CR(R) { handler h: plan  update = { h = send(plan); collect(h); } }
+//! component KP(P, CP)
+//! component KR(R, CR)
+//! architecture A { instance p: KP  instance near: KR  instance far: KR  operation p.plan -> near.plan }
+//! deployment D {
+//!   architecture A
+//!   activity p { priority = 9 period = 10 affinity = 1 }
+//!   activity near { priority = 8 period = 10 affinity = 1 }
+//!   activity far { priority = 7 period = 10 affinity = 1 }   // warning
+//! }
+//! ```
+
+use super::*;
+
+code!(UNCONNECTED_OPERATION, Warning, "unconnected-operation");
+
+pub(crate) fn report<'db>(at: Place<'db>, instance: &str, name: &str, declared: Place<'db>) -> Diagnostic<'db> {
+    let message =
+        format!("nothing provides the operation `{name}` for {instance}: write `operation ….… -> {instance}.{name}`");
+    Diagnostic::new(&UNCONNECTED_OPERATION, at, message).related(declared, "required here")
+}

@@ -1,0 +1,23 @@
+//! # unresolved-operation
+//!
+//! A handler is for an operation that the core's shell requires, and the shell requires none of this name.
+//!
+//! ```mauve
+//! shell S { require plan(): int  provide stop(): void }
+//! core C(S) {
+//!   handler a: paln   // error
+//!   handler b: stop   // error
+//!   handler c: plan
+//!   provide stop() = { }
+//!   update = { }
+//! }
+//! ```
+
+use super::*;
+
+code!(UNRESOLVED_OPERATION, Error, "unresolved-operation");
+
+pub(crate) fn report<'db>(at: Place<'db>, name: &str, shell: &str, near: Option<Name>) -> Diagnostic<'db> {
+    let message = format!("no required operation `{name}` in {shell}: a handler is for one");
+    Diagnostic::new(&UNRESOLVED_OPERATION, at.clone(), message).did_you_mean(at, near)
+}

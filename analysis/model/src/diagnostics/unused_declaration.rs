@@ -1,0 +1,20 @@
+//! # unused-declaration
+//!
+//! No deployment leads to this shell, core, component or architecture, in a project that has a deployment.
+//!
+//! ```mauve
+//! shell S { }
+//! core C(S) { update = { } }
+//! core Old(S) { update = { } }   // hint
+//! component K(S, C)
+//! architecture A { instance a: K }
+//! deployment D { architecture A  activity a { priority = 1 period = 10 } }
+//! ```
+
+use super::*;
+
+code!(UNUSED_DECLARATION, Hint, "unused-declaration", Unused);
+
+pub(crate) fn report<'db>(at: Place<'db>, kind: Kind, name: &str) -> Diagnostic<'db> {
+    Diagnostic::new(&UNUSED_DECLARATION, at, format!("no deployment leads to {kind} `{name}`"))
+}

@@ -1,0 +1,20 @@
+//! # unused-property
+//!
+//! No core for this shell, or for one that extends it, reads this property or constant.
+//!
+//! ```mauve
+//! codel drive(in speed: int): void
+//! shell S {
+//!   property speed: int = 1
+//!   property rate: int = 1   // hint
+//! }
+//! core C(S) { update = { drive(speed); } }
+//! ```
+
+use super::*;
+
+code!(UNUSED_PROPERTY, Hint, "unused-property", Unused);
+
+pub(crate) fn report<'db>(at: Place<'db>, what: &str, name: &str) -> Diagnostic<'db> {
+    Diagnostic::new(&UNUSED_PROPERTY, at, format!("no core reads the {what} `{name}`"))
+}

@@ -1,0 +1,622 @@
+//! How values flow through a core: what is read before anything is assigned to it, what is written and lost, what is never
+//! executed, and from where a machine never gets back.
+//!
+//! The paths are those of the machine (`behaviour.rs`): each period runs `run`, the guards, then `exit`, the program and the
+//! `entry` of a transition, or `handle`. What a path may assign counts as assigned, since guards tell which branch was
+//! taken; what it must write counts as written.
+
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use crate::ModelDb;
+use crate::behaviour::behaviour_of;
+use crate::diagnostics::{self, Diagnostic};
+use crate::flat::flat_of;
+use crate::item_tree::{
+    Core, Direction, Expr, HookKind, Kind, Machine, MethodKind, Name, Part, Program, State, Statement,
+};
+use crate::names::names_of;
+use crate::project::Project;
+use crate::psm::core_of;
+use crate::source::{Decl, Place, architecture, codel, core};
+use crate::types::Type;
+use crate::typing::{Callee, Meaning, Typing, VariableKind, returns, typing_of};
+
+/// What is wrong with the flow of values in a core.
+pub(crate) fn check<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<Diagnostic<'db>> {
+    let Some(data) = core(db, of) else { return Vec::new() };
+    let typing = typing_of(db, project, of);
+    let mut flow = Flow {
+        db,
+        of,
+        core: data,
+        typing,
+        read: FxHashSet::default(),
+        late: FxHashMap::default(),
+        found: Vec::new(),
+    };
+    flow.unreachable();
+    // Where something was lost, it may be what assigns, or reads.
+    if data.whole
+        && data.machines.iter().all(|machine| machine.whole && machine.states.iter().all(|it| it.whole))
+    {
+        flow.assignments();
+        flow.unused();
+        flow.lost_writes(buffered_ports(db, project));
+        flow.no_way_back(project);
+    }
+    flow.found
+}
+
+/// The output ports, by the core that writes them, from which a connection with a buffer leads.
+#[salsa::tracked(returns(ref))]
+fn buffered_ports<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> FxHashSet<(Decl<'db>, Name)> {
+    let mut buffered = FxHashSet::default();
+    for &of in names_of(db, project).all.iter().filter(|decl| decl.kind(db) == Kind::Architecture) {
+        let Some(data) = architecture(db, of) else { continue };
+        for connection in data.connections.iter().filter(|connection| connection.buffer.is_some()) {
+            let Some(source) = &connection.source else { continue };
+            let instance = flat_of(db, project, of).instance(&source.instance.name);
+            let core = instance.and_then(|it| it.component).and_then(|it| core_of(db, project, it));
+            buffered.extend(core.zip(source.feature.as_ref().map(|feature| feature.name.clone())));
+        }
+    }
+    buffered
+}
+
+/// Indices of variables.
+type Variables = FxHashSet<usize>;
+/// Names of output ports.
+type Ports<'a> = FxHashSet<&'a Name>;
+
+struct Flow<'a, 'db> {
+    db: &'db dyn ModelDb,
+    of: Decl<'db>,
+    core: &'db Core,
+    typing: &'a Typing<'db>,
+    /// What any program reads.
+    read: Variables,
+    /// Where a variable is first read before it is assigned.
+    late: FxHashMap<usize, Part>,
+    found: Vec<Diagnostic<'db>>,
+}
+
+impl<'db> Flow<'_, 'db> {
+    fn at(&self, part: Part) -> Place<'db> {
+        Place::Part(self.of, part)
+    }
+
+    /// Every program of the core.
+    fn programs(&self) -> Vec<&'db Program> {
+        let mut programs: Vec<&'db Program> = self.core.operations.iter().map(|it| &it.program).collect();
+        programs.extend(self.core.hooks.iter().map(|hook| &hook.program));
+        for state in self.core.machines.iter().flat_map(|machine| &machine.states) {
+            programs.extend(state.methods.iter().map(|method| &method.program));
+            programs.extend(state.transitions.iter().filter_map(|transition| transition.effect.as_ref()));
+        }
+        programs
+    }
+
+    fn hook(&self, kind: HookKind) -> Option<&'db Program> {
+        self.core.hooks.iter().find(|hook| hook.kind == kind).map(|hook| &hook.program)
+    }
+
+    // What is never executed
+
+    fn unreachable(&mut self) {
+        for program in self.programs() {
+            self.unreachable_in(&program.statements);
+        }
+    }
+
+    fn unreachable_in(&mut self, statements: &[Statement]) {
+        let end = (1..=statements.len()).find(|&end| returns(&statements[..end])).unwrap_or(statements.len());
+        if let Some(part) = statements.get(end).and_then(Statement::part) {
+            self.found.push(diagnostics::unreachable_code::report(self.at(part)));
+        }
+        for statement in statements {
+            match statement {
+                Statement::Block(inner) => self.unreachable_in(inner),
+                Statement::If { then, otherwise, .. } => {
+                    self.unreachable_in(then);
+                    self.unreachable_in(otherwise.as_deref().unwrap_or_default());
+                }
+                _ => {}
+            }
+        }
+    }
+
+    // What is read before it is assigned
+
+    fn assignments(&mut self) {
+        let all: Variables = (0..self.typing.variables.len()).collect();
+        let mut assigned: Variables = all
+            .iter()
+            .copied()
+            .filter(|index| self.typing.variables.get(*index).is_some_and(|it| it.has_value))
+            .collect();
+        let machines = self.core.machines.iter().flat_map(|machine| &machine.variables);
+        for variable in self.core.variables.iter().chain(machines) {
+            if let Some(value) = &variable.value {
+                self.expr(value, &mut assigned);
+            }
+        }
+        // Others call an operation whenever they like, and the last programs come when all has been.
+        let own = |it: &usize| {
+            let kind = self.typing.variables.get(*it).map(|variable| variable.kind);
+            matches!(kind, Some(VariableKind::Core | VariableKind::Machine))
+        };
+        let late: Variables = assigned.iter().copied().chain(all.iter().copied().filter(own)).collect();
+        for operation in &self.core.operations {
+            self.block(&operation.program.statements, &mut late.clone());
+        }
+        for kind in [HookKind::Configure, HookKind::Start] {
+            self.optional(self.hook(kind), &mut assigned);
+        }
+        for kind in [HookKind::Stop, HookKind::Cleanup] {
+            self.optional(self.hook(kind), &mut late.clone());
+        }
+        self.optional(self.hook(HookKind::Update), &mut assigned.clone());
+        if let [machine] = self.core.machines.as_slice() {
+            self.machine(machine, &all, assigned);
+        }
+        let mut late: Vec<(usize, Part)> = self.late.drain().collect();
+        late.sort_by_key(|(_, part)| *part);
+        for (index, part) in late {
+            let Some(variable) = self.typing.variables.get(index) else { continue };
+            let declared = self.at(variable.name.part);
+            let report = diagnostics::read_before_assignment::report;
+            self.found.push(report(self.at(part), &variable.name.name, declared));
+        }
+    }
+
+    /// What is surely assigned before the `entry` of each state, then all of its programs.
+    fn machine(&mut self, machine: &'db Machine, all: &Variables, start: Variables) {
+        let states: FxHashMap<&Name, usize> =
+            machine.states.iter().enumerate().rev().map(|(index, state)| (&state.name.name, index)).collect();
+        // What a state's programs may assign, and each of its transitions.
+        let mut own: Vec<Variables> = Vec::new();
+        let mut edges: Vec<(usize, usize, Variables)> = Vec::new();
+        for (index, state) in machine.states.iter().enumerate() {
+            let mut assigned = Variables::default();
+            for method in &state.methods {
+                self.may_assign(&method.program.statements, &mut assigned);
+            }
+            for transition in &state.transitions {
+                if let Some(guard) = &transition.guard {
+                    self.may_assign_in(&guard.condition, &mut assigned);
+                }
+            }
+            own.push(assigned);
+            for transition in &state.transitions {
+                let mut effect = Variables::default();
+                if let Some(program) = &transition.effect {
+                    self.may_assign(&program.statements, &mut effect);
+                }
+                let target = transition.target.as_ref().and_then(|target| states.get(&target.name));
+                edges.extend(target.map(|&target| (index, target, effect)));
+            }
+        }
+        let initial = machine.states.iter().position(|state| state.initial);
+        let mut before: Vec<Variables> = vec![all.clone(); machine.states.len()];
+        if let Some(before) = initial.and_then(|initial| before.get_mut(initial)) {
+            before.retain(|index| start.contains(index));
+        }
+        let mut changed = true;
+        while changed {
+            changed = false;
+            for (source, target, effect) in &edges {
+                let (Some(from), Some(own)) = (before.get(*source).cloned(), own.get(*source)) else {
+                    continue;
+                };
+                let Some(to) = before.get_mut(*target) else { continue };
+                let count = to.len();
+                to.retain(|it| from.contains(it) || own.contains(it) || effect.contains(it));
+                changed |= to.len() != count;
+            }
+        }
+        for (state, mut assigned) in machine.states.iter().zip(before) {
+            self.state(state, &mut assigned);
+        }
+    }
+
+    /// The programs of a state, in the order in which they may first be executed.
+    fn state(&mut self, state: &'db State, assigned: &mut Variables) {
+        let method =
+            |kind| state.methods.iter().find(|method| method.kind == kind).map(|method| &method.program);
+        self.optional(method(MethodKind::Entry), assigned);
+        self.optional(method(MethodKind::Run), assigned);
+        for guard in state.transitions.iter().filter_map(|transition| transition.guard.as_ref()) {
+            self.expr(&guard.condition, assigned);
+        }
+        self.optional(method(MethodKind::Handle), assigned);
+        self.optional(method(MethodKind::Exit), assigned);
+        for effect in state.transitions.iter().filter_map(|transition| transition.effect.as_ref()) {
+            self.block(&effect.statements, &mut assigned.clone());
+        }
+    }
+
+    fn optional(&mut self, program: Option<&Program>, assigned: &mut Variables) {
+        if let Some(program) = program {
+            self.block(&program.statements, assigned);
+        }
+    }
+
+    fn may_assign(&mut self, statements: &[Statement], assigned: &mut Variables) {
+        let (read, late) = (self.read.clone(), self.late.clone());
+        self.block(statements, assigned);
+        (self.read, self.late) = (read, late);
+    }
+
+    fn may_assign_in(&mut self, expr: &Expr, assigned: &mut Variables) {
+        let (read, late) = (self.read.clone(), self.late.clone());
+        self.expr(expr, assigned);
+        (self.read, self.late) = (read, late);
+    }
+
+    fn block(&mut self, statements: &[Statement], assigned: &mut Variables) {
+        for statement in statements {
+            match statement {
+                Statement::Variable(variable) => {
+                    if let Some(value) = &variable.value {
+                        self.expr(value, assigned);
+                    }
+                }
+                Statement::If { condition, then, otherwise, .. } => {
+                    self.expr(condition, assigned);
+                    // What either branch may assign counts behind them; each begins with what was before.
+                    let mut other = assigned.clone();
+                    self.block(then, assigned);
+                    self.block(otherwise.as_deref().unwrap_or_default(), &mut other);
+                    assigned.extend(other);
+                }
+                Statement::Block(inner) => self.block(inner, assigned),
+                Statement::Return(_, value) => value.iter().for_each(|value| self.expr(value, assigned)),
+                Statement::Assign(target, value) => {
+                    self.expr(value, assigned);
+                    assigned.extend(self.variable(target.part));
+                }
+                Statement::Expr(value) => self.expr(value, assigned),
+            }
+        }
+    }
+
+    /// The variable that a name stands for.
+    fn variable(&self, part: Part) -> Option<usize> {
+        match self.typing.values.get(&part)? {
+            Meaning::Variable(index) => Some(*index),
+            Meaning::Feature(..) => None,
+        }
+    }
+
+    fn expr(&mut self, expr: &Expr, assigned: &mut Variables) {
+        match expr {
+            Expr::Missing | Expr::Literal(..) => {}
+            Expr::Name(name) => {
+                let Some(index) = self.variable(name.part) else { return };
+                self.read.insert(index);
+                let ty = self.typing.variables.get(index).map(|variable| &variable.ty);
+                // What a type that nobody knows begins with is its own matter: a handle, a pointer.
+                if !assigned.contains(&index) && !matches!(ty, None | Some(Type::External(_) | Type::Unknown))
+                {
+                    self.late
+                        .entry(index)
+                        .and_modify(|first| *first = (*first).min(name.part))
+                        .or_insert(name.part);
+                }
+            }
+            Expr::Unary(_, inner, _) => self.expr(inner, assigned),
+            Expr::Binary(_, lhs, rhs, _) => {
+                self.expr(lhs, assigned);
+                self.expr(rhs, assigned);
+            }
+            Expr::Call { callee, arguments, .. } => self.call(callee.part, arguments, assigned),
+        }
+    }
+
+    fn call(&mut self, callee: Part, arguments: &[Expr], assigned: &mut Variables) {
+        let callee = self.typing.callees.get(&callee).copied();
+        let mut directions: Vec<Direction> = match callee {
+            Some(Callee::Codel(of)) => codel(self.db, of)
+                .map_or_else(Vec::new, |it| it.parameters.iter().map(|it| it.direction).collect()),
+            Some(Callee::Operation(index)) => {
+                let operation = self.core.operations.get(index);
+                operation.map_or_else(Vec::new, |it| it.parameters.iter().map(|it| it.direction).collect())
+            }
+            // The port stands for no value, the handler for one.
+            Some(Callee::Read) => vec![Direction::In, Direction::Out],
+            Some(Callee::Collect) => {
+                let outputs = arguments.len().saturating_sub(1);
+                [Direction::In].into_iter().chain(std::iter::repeat_n(Direction::Out, outputs)).collect()
+            }
+            Some(Callee::Write | Callee::Status | Callee::Send) => Vec::new(),
+            // Nobody knows what it does with its arguments.
+            None => vec![Direction::InOut; arguments.len()],
+        };
+        directions.resize(arguments.len(), Direction::In);
+        let mut back = Vec::new();
+        for (argument, direction) in arguments.iter().zip(directions) {
+            match (direction, argument) {
+                (Direction::In, argument) => self.expr(argument, assigned),
+                (direction, Expr::Name(name)) => {
+                    let variable = self.variable(name.part);
+                    if direction == Direction::InOut {
+                        self.read.extend(variable);
+                    }
+                    back.extend(variable);
+                }
+                (_, argument) => self.expr(argument, assigned),
+            }
+        }
+        assigned.extend(back);
+        if let Some(Callee::Operation(index)) = callee {
+            assigned.extend(self.assigned_by(index, &mut FxHashSet::default()));
+        }
+    }
+
+    /// The variables of the core that an operation may assign.
+    fn assigned_by(&self, operation: usize, seen: &mut FxHashSet<usize>) -> Variables {
+        let mut assigned = Variables::default();
+        if !seen.insert(operation) {
+            return assigned;
+        }
+        let Some(operation) = self.core.operations.get(operation) else { return assigned };
+        let (mut open, mut calls): (Vec<&Statement>, Vec<&Expr>) =
+            (operation.program.statements.iter().collect(), Vec::new());
+        while let Some(statement) = open.pop() {
+            match statement {
+                Statement::Variable(variable) => calls.extend(&variable.value),
+                Statement::If { condition, then, otherwise, .. } => {
+                    calls.push(condition);
+                    open.extend(then.iter().chain(otherwise.iter().flatten()));
+                }
+                Statement::Block(inner) => open.extend(inner),
+                Statement::Return(_, value) => calls.extend(value),
+                Statement::Assign(target, value) => {
+                    assigned.extend(self.variable(target.part));
+                    calls.push(value);
+                }
+                Statement::Expr(value) => calls.push(value),
+            }
+        }
+        while let Some(expr) = calls.pop() {
+            match expr {
+                Expr::Missing | Expr::Literal(..) | Expr::Name(_) => {}
+                Expr::Unary(_, inner, _) => calls.push(inner),
+                Expr::Binary(_, lhs, rhs, _) => calls.extend([lhs.as_ref(), rhs.as_ref()]),
+                Expr::Call { callee, arguments, .. } => {
+                    // Each variable among the arguments may be one that something comes back to.
+                    for argument in arguments {
+                        match argument {
+                            Expr::Name(name) => assigned.extend(self.variable(name.part)),
+                            argument => calls.push(argument),
+                        }
+                    }
+                    if let Some(Callee::Operation(index)) = self.typing.callees.get(&callee.part) {
+                        assigned.extend(self.assigned_by(*index, seen));
+                    }
+                }
+            }
+        }
+        assigned
+    }
+
+    /// What no program reads.
+    fn unused(&mut self) {
+        for (index, variable) in self.typing.variables.iter().enumerate() {
+            let what = match variable.kind {
+                VariableKind::Parameter(_) => continue,
+                VariableKind::Handler => "handler",
+                _ => "variable",
+            };
+            if !self.read.contains(&index) && !variable.name.name.is_empty() {
+                let at = self.at(variable.name.part);
+                self.found.push(diagnostics::unused_variable::report(at, what, &variable.name.name));
+            }
+        }
+    }
+
+    // What is written and lost
+
+    fn lost_writes(&mut self, buffered: &FxHashSet<(Decl<'db>, Name)>) {
+        let mut lost = Vec::new();
+        let nothing = Ports::default();
+        for operation in &self.core.operations {
+            self.written(&operation.program, &nothing, &mut lost);
+        }
+        for hook in self.core.hooks.iter().filter(|hook| hook.kind == HookKind::Update) {
+            self.written(&hook.program, &nothing, &mut lost);
+        }
+        if let [machine] = self.core.machines.as_slice() {
+            self.lost_in(machine, &mut lost);
+        }
+        lost.sort();
+        lost.dedup();
+        for (part, port) in lost {
+            if !buffered.contains(&(self.of, port.clone())) {
+                self.found.push(diagnostics::lost_write::report(self.at(part), port));
+            }
+        }
+    }
+
+    fn lost_in(&self, machine: &'db Machine, lost: &mut Vec<(Part, &'db Name)>) {
+        let nothing = Ports::default();
+        let find = |name: &Name| machine.states.iter().find(|state| state.name.name == *name);
+        let method = |state: &'db State, kind| {
+            state.methods.iter().find(|method| method.kind == kind).map(|method| &method.program)
+        };
+        let all = |program: Option<&'db Program>| match program {
+            Some(program) => self.written(program, &nothing, &mut Vec::new()),
+            None => Ports::default(),
+        };
+        for state in &machine.states {
+            // What each way to end the period writes, behind `run`; and behind `exit`.
+            let mut ways: Vec<Ports<'db>> = Vec::new();
+            let mut exits: Vec<Ports<'db>> = Vec::new();
+            let mut stays = true;
+            for transition in &state.transitions {
+                let target = transition.target.as_ref().and_then(|target| find(&target.name));
+                let entry =
+                    target.map_or_else(Ports::default, |target| all(method(target, MethodKind::Entry)));
+                let mut behind = all(transition.effect.as_ref());
+                behind.extend(&entry);
+                if let Some(effect) = &transition.effect {
+                    self.written(effect, &entry, lost);
+                }
+                exits.push(behind.clone());
+                behind.extend(all(method(state, MethodKind::Exit)));
+                ways.push(behind);
+                if transition.guard.is_none() {
+                    stays = false;
+                    break;
+                }
+            }
+            if stays {
+                ways.push(all(method(state, MethodKind::Handle)));
+            }
+            for (kind, ways) in [(MethodKind::Run, ways), (MethodKind::Exit, exits)] {
+                if let Some(program) = method(state, kind) {
+                    self.written(program, &of_all(ways), lost);
+                }
+            }
+            for kind in [MethodKind::Entry, MethodKind::Handle] {
+                if let Some(program) = method(state, kind) {
+                    self.written(program, &nothing, lost);
+                }
+            }
+        }
+    }
+
+    /// The ports that every path from the beginning of `program` writes, where those in `end` are written behind it; with
+    /// the writes that another one follows on every path.
+    fn written(
+        &self,
+        program: &'db Program,
+        end: &Ports<'db>,
+        lost: &mut Vec<(Part, &'db Name)>,
+    ) -> Ports<'db> {
+        self.written_in(&program.statements, end, end.clone(), lost)
+    }
+
+    fn written_in(
+        &self,
+        statements: &'db [Statement],
+        end: &Ports<'db>,
+        mut behind: Ports<'db>,
+        lost: &mut Vec<(Part, &'db Name)>,
+    ) -> Ports<'db> {
+        for statement in statements.iter().rev() {
+            match statement {
+                Statement::Block(inner) => behind = self.written_in(inner, end, behind, lost),
+                Statement::If { then, otherwise, .. } => {
+                    let otherwise = otherwise.as_deref().unwrap_or_default();
+                    let other = self.written_in(otherwise, end, behind.clone(), lost);
+                    behind = self.written_in(then, end, behind, lost);
+                    behind.retain(|port| other.contains(port));
+                }
+                Statement::Return(..) => behind = end.clone(),
+                Statement::Variable(variable) => self.call_writes(variable.value.as_ref(), &mut behind, lost),
+                Statement::Assign(_, value) | Statement::Expr(value) => {
+                    self.call_writes(Some(value), &mut behind, lost);
+                }
+            }
+        }
+        behind
+    }
+
+    /// What a call writes that stands for itself: one in a condition may not happen.
+    fn call_writes(
+        &self,
+        value: Option<&'db Expr>,
+        behind: &mut Ports<'db>,
+        lost: &mut Vec<(Part, &'db Name)>,
+    ) {
+        let Some(Expr::Call { callee, arguments, .. }) = value else { return };
+        match (self.typing.callees.get(&callee.part), arguments.first()) {
+            (Some(Callee::Write), Some(Expr::Name(port))) => {
+                if !behind.insert(&port.name) {
+                    lost.push((callee.part, &port.name));
+                }
+            }
+            // An operation that calls itself is an error: its own writes are not followed further.
+            (Some(Callee::Operation(index)), _) => {
+                if let Some(operation) = self.core.operations.get(*index) {
+                    behind.extend(top_level_writes(&operation.program.statements, self.typing));
+                }
+            }
+            _ => {}
+        }
+    }
+
+    // From where there is no way back
+
+    fn no_way_back(&mut self, project: Project<'db>) {
+        let behaviour = behaviour_of(self.db, project, self.of);
+        let [machine] = self.core.machines.as_slice() else { return };
+        if !behaviour.refusals.is_empty() {
+            return;
+        }
+        let mut back = vec![false; behaviour.states.len()];
+        let mut open = vec![behaviour.initial];
+        while let Some(state) = open.pop() {
+            if back.get_mut(state).is_some_and(|back| !std::mem::replace(back, true)) {
+                open.extend(
+                    behaviour.edges.iter().filter(|edge| edge.target == state).map(|edge| edge.source),
+                );
+            }
+        }
+        let stuck = behaviour.states.iter().zip(back).filter(|(_, back)| !back).map(|(name, _)| name);
+        let place = |name: &'db Name| {
+            let state = machine.states.iter().find(|state| state.name.name == *name)?;
+            Some((name, self.at(state.name.part)))
+        };
+        let stuck: Vec<(&Name, Place<'db>)> = stuck.filter_map(place).collect();
+        if let (false, Some(initial)) = (stuck.is_empty(), behaviour.states.get(behaviour.initial)) {
+            let at = self.at(machine.part);
+            self.found.push(diagnostics::not_strongly_connected::report(at, initial, &stuck));
+        }
+    }
+}
+
+/// What is in all of these.
+fn of_all<'a>(mut ways: Vec<Ports<'a>>) -> Ports<'a> {
+    let Some(mut all) = ways.pop() else { return Ports::default() };
+    all.retain(|port| ways.iter().all(|way| way.contains(port)));
+    all
+}
+
+/// The ports that a program writes in its first row of statements, up to a `return`.
+fn top_level_writes<'a>(statements: &'a [Statement], typing: &Typing<'_>) -> Ports<'a> {
+    let mut ports = Ports::default();
+    for statement in statements {
+        match statement {
+            Statement::Expr(Expr::Call { callee, arguments, .. }) => {
+                if let (Some(Callee::Write), Some(Expr::Name(port))) =
+                    (typing.callees.get(&callee.part), arguments.first())
+                {
+                    ports.insert(&port.name);
+                }
+            }
+            Statement::If { then, otherwise, .. } => {
+                // A branch may leave the program.
+                if has_return(then) || otherwise.as_ref().is_some_and(|it| has_return(it)) {
+                    break;
+                }
+            }
+            Statement::Return(..) => break,
+            Statement::Block(inner) if has_return(inner) => break,
+            _ => {}
+        }
+    }
+    ports
+}
+
+fn has_return(statements: &[Statement]) -> bool {
+    statements.iter().any(|statement| match statement {
+        Statement::Return(..) => true,
+        Statement::Block(inner) => has_return(inner),
+        Statement::If { then, otherwise, .. } => {
+            has_return(then) || otherwise.as_ref().is_some_and(|it| has_return(it))
+        }
+        _ => false,
+    })
+}

@@ -1,0 +1,275 @@
+//! Types: what a name of one means, what operators take and give, and which value fits where.
+
+use std::fmt;
+
+use crate::ModelDb;
+use crate::item_tree::{BinaryOperator, Name, TypeRef, UnaryOperator};
+use crate::messages::message_of;
+use crate::names::names_of;
+use crate::project::{Project, external_types};
+use crate::source::Decl;
+use crate::values::Value;
+
+/// A type of values.
+#[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
+pub enum Type {
+    /// `true` and `false`.
+    Bool,
+    /// A number without decimals.
+    Integer(Integer),
+    /// A number with decimals, of 32 bits.
+    Float,
+    /// A number with decimals, of 64 bits.
+    Double,
+    /// A text.
+    String,
+    /// No value at all: what a codel gives that gives nothing.
+    Void,
+    /// `no_data`, `old_data`, `new_data`.
+    PortStatus,
+    /// `failure`, `not_ready`, `success`.
+    CallStatus,
+    /// A call of an operation that is under way: what `send` gives and a handler holds.
+    Handle(Name),
+    /// A message of a ROS package: the package, and its name there.
+    Message(Name, Name),
+    /// A type that `mauve.toml` declares.
+    External(Name),
+    /// Nobody knows it, or why it is wrong is reported already: it fits everywhere.
+    Unknown,
+}
+
+/// A kind of whole number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[allow(missing_docs)]
+pub enum Integer {
+    Int,
+    Char,
+    Short,
+    Long,
+    Int8,
+    Int64,
+    Uint8,
+    Uint16,
+    Uint32,
+    Uint64,
+    Size,
+}
+
+impl Integer {
+    /// Does it have this value?
+    fn holds(self, value: i32) -> bool {
+        match self {
+            Integer::Int | Integer::Long | Integer::Int64 => true,
+            Integer::Char | Integer::Int8 => i8::try_from(value).is_ok(),
+            Integer::Short => i16::try_from(value).is_ok(),
+            Integer::Uint8 => u8::try_from(value).is_ok(),
+            Integer::Uint16 => u16::try_from(value).is_ok(),
+            Integer::Uint32 | Integer::Uint64 | Integer::Size => value >= 0,
+        }
+    }
+}
+
+impl fmt::Display for Type {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Type::Bool => "bool",
+            Type::Integer(integer) => match integer {
+                Integer::Int => "int",
+                Integer::Char => "char",
+                Integer::Short => "short",
+                Integer::Long => "long",
+                Integer::Int8 => "int8",
+                Integer::Int64 => "int64",
+                Integer::Uint8 => "uint8",
+                Integer::Uint16 => "uint16",
+                Integer::Uint32 => "uint32",
+                Integer::Uint64 => "uint64",
+                Integer::Size => "size_t",
+            },
+            Type::Float => "float",
+            Type::Double => "double",
+            Type::String => "string",
+            Type::Void => "nothing",
+            Type::PortStatus => "the status of a port",
+            Type::CallStatus => "the status of a call",
+            Type::Handle(operation) => return write!(f, "a call of `{operation}`"),
+            Type::Message(package, name) => return write!(f, "{package}.{name}"),
+            Type::External(name) => name,
+            Type::Unknown => "a type that nobody knows",
+        })
+    }
+}
+
+/// The type that every model knows by this name: those of the language, and the scalars of C (`ctypes`).
+///
+/// ```
+/// use mauve_model::{Type, built_in_type};
+/// assert_eq!(built_in_type("double"), Some(Type::Double));
+/// assert_eq!(built_in_type("uint8_t"), built_in_type("uint8"));
+/// assert_eq!(built_in_type("Pose"), None);
+/// ```
+pub fn built_in_type(name: &str) -> Option<Type> {
+    let integer = match name {
+        "bool" | "boolean" => return Some(Type::Bool),
+        "double" | "float64" => return Some(Type::Double),
+        "float" | "float32" => return Some(Type::Float),
+        "string" => return Some(Type::String),
+        "void" => return Some(Type::Void),
+        "int" | "int32" | "int32_t" => Integer::Int,
+        "char" => Integer::Char,
+        "short" | "int16" | "int16_t" => Integer::Short,
+        "long" => Integer::Long,
+        "int8" | "int8_t" => Integer::Int8,
+        "int64" | "int64_t" => Integer::Int64,
+        "uint8" | "uint8_t" | "byte" | "uchar" => Integer::Uint8,
+        "uint16" | "uint16_t" | "ushort" => Integer::Uint16,
+        "uint32" | "uint32_t" | "uint" => Integer::Uint32,
+        "uint64" | "uint64_t" | "ulong" => Integer::Uint64,
+        "size_t" => Integer::Size,
+        _ => return None,
+    };
+    Some(Type::Integer(integer))
+}
+
+/// The names of [`built_in_type`] that are the language's own.
+pub(crate) const BUILT_IN: [&str; 6] = ["bool", "int", "double", "float", "string", "void"];
+
+impl Type {
+    /// `int`
+    pub const INT: Type = Type::Integer(Integer::Int);
+
+    /// Is it a number?
+    pub fn is_number(&self) -> bool {
+        matches!(self, Type::Integer(_) | Type::Float | Type::Double)
+    }
+
+    /// Are the two the same, as far as anybody knows?
+    pub fn is(&self, other: &Type) -> bool {
+        self == other || matches!(self, Type::Unknown) || matches!(other, Type::Unknown)
+    }
+
+    /// Does a value of this type, which is `constant` where that is known, fit where `wanted` is asked for? Whole numbers
+    /// become decimal ones; nothing else changes silently, but for constants that the other type has as well.
+    pub fn fits(&self, constant: Option<&Value>, wanted: &Type) -> bool {
+        match (self, wanted, constant) {
+            (&Type::INT, Type::Double | Type::Float, _) => true,
+            (Type::Double, Type::Float, Some(_)) => true,
+            (&Type::INT, Type::Integer(integer), Some(Value::Int(value))) => integer.holds(*value),
+            _ => self.is(wanted),
+        }
+    }
+
+    /// What a binary operator gives.
+    ///
+    /// # Errors
+    ///
+    /// It does not take these: what it takes, in words.
+    pub fn binary(&self, operator: BinaryOperator, other: &Type) -> Result<Type, &'static str> {
+        use BinaryOperator as Op;
+        let unknown = [self, other].contains(&&Type::Unknown);
+        let are = |ok: fn(&Type) -> bool| [self, other].into_iter().all(|it| ok(it) || *it == Type::Unknown);
+        match operator {
+            Op::Or | Op::And if are(|it| *it == Type::Bool) => Ok(Type::Bool),
+            Op::Or | Op::And => Err("two conditions"),
+            Op::Equal | Op::NotEqual => {
+                let handles = |it: &Type| matches!(it, Type::Handle(_) | Type::Void);
+                let same = self.is(other) || are(Type::is_number);
+                if same && !handles(self) && !handles(other) {
+                    Ok(Type::Bool)
+                } else {
+                    Err("two values of one type")
+                }
+            }
+            Op::Less | Op::LessOrEqual | Op::Greater | Op::GreaterOrEqual if are(Type::is_number) => {
+                Ok(Type::Bool)
+            }
+            Op::Less | Op::LessOrEqual | Op::Greater | Op::GreaterOrEqual => Err("two numbers"),
+            Op::Add if are(|it| *it == Type::String) => {
+                Ok(if unknown { Type::Unknown } else { Type::String })
+            }
+            Op::Remainder if are(|it| matches!(it, Type::Integer(_))) => Ok(self.joined(other)),
+            Op::Remainder => Err("two whole numbers"),
+            _ if are(Type::is_number) => Ok(self.joined(other)),
+            Op::Add => Err("two numbers, or two strings"),
+            _ => Err("two numbers"),
+        }
+    }
+
+    /// What a calculation with two kinds of number gives.
+    fn joined(&self, other: &Type) -> Type {
+        match (self, other) {
+            (Type::Unknown, _) | (_, Type::Unknown) => Type::Unknown,
+            (Type::Double, _) | (_, Type::Double) => Type::Double,
+            (Type::Float, _) | (_, Type::Float) => Type::Float,
+            (one, two) if one == two => one.clone(),
+            _ => Type::INT,
+        }
+    }
+
+    /// What a unary operator gives.
+    ///
+    /// # Errors
+    ///
+    /// It does not take this: what it takes, in words.
+    pub fn unary(&self, operator: UnaryOperator) -> Result<Type, &'static str> {
+        match (operator, self) {
+            (UnaryOperator::Not, Type::Bool | Type::Unknown) => Ok(Type::Bool),
+            (UnaryOperator::Not, _) => Err("a condition"),
+            (UnaryOperator::Minus, it) if it.is_number() || *it == Type::Unknown => Ok(it.clone()),
+            (UnaryOperator::Minus, _) => Err("a number"),
+        }
+    }
+}
+
+/// What the name of a type, written in `of`, means.
+pub fn type_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    ty: Option<&TypeRef>,
+) -> Type {
+    let Some(ty) = ty else { return Type::Unknown };
+    resolved(db, project, of.library(db).as_ref(), &ty.path).unwrap_or(Type::Unknown)
+}
+
+/// What the name of a type means in a library; nothing, where nobody knows it.
+pub(crate) fn resolved<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    library: Option<&Name>,
+    path: &[Name],
+) -> Option<Type> {
+    let workspace = project.workspace(db);
+    if let [name] = path {
+        if let Some(external) = external_types(db, workspace).get(name) {
+            // A type that is a number in C++ is that number here too.
+            let scalar = built_in_type(external.trim_start_matches("std::")).filter(|ty| *ty != Type::Void);
+            return Some(scalar.unwrap_or_else(|| Type::External(name.clone())));
+        }
+        if let Some(built_in) = built_in_type(name) {
+            return Some(built_in);
+        }
+    }
+    if let [package, name] = path
+        && package == "ctypes"
+    {
+        return built_in_type(name);
+    }
+    let (package, _) = match path {
+        // As C++ and the tools of ROS 2 write it.
+        [package, msg, name] if msg == "msg" => {
+            message_of(db, project, library, &[package.clone(), name.clone()])?
+        }
+        path => message_of(db, project, library, path)?,
+    };
+    Some(Type::Message(package.name.clone(), path.last()?.clone()))
+}
+
+/// Is this the name of a library of the project, of a message package, or `ctypes`?
+pub(crate) fn is_known_package<'db>(db: &'db dyn ModelDb, project: Project<'db>, name: &Name) -> bool {
+    name.is_empty()
+        || name == "ctypes"
+        || names_of(db, project).has_library(name)
+        || crate::messages::package(db, project.workspace(db), name).is_some()
+}

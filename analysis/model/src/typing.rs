@@ -1,0 +1,854 @@
+//! The types of everything in a core's programs, and what each name in them stands for.
+//!
+//! A name that means nothing is reported by `behaviour.rs`, which the analysis rests on; here it fits everywhere, so that one
+//! mistake is one diagnostic.
+
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use crate::ModelDb;
+use crate::diagnostics::{self, Diagnostic};
+use crate::item_tree::{
+    BinaryOperator, Core, Direction, Expr, FeatureKind, HookKind, Kind, Literal, Name, NameRef, Operation,
+    Parameter, Part, Program, Statement, TypeRef, UnaryOperator, Variable,
+};
+use crate::names::{Features, features_of, names_of, similar};
+use crate::project::Project;
+use crate::source::{Decl, Place, codel, core, shell};
+use crate::types::{Type, type_of};
+use crate::values::{DIVISION, Value};
+
+/// What is known of a core's programs.
+#[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
+pub struct Typing<'db> {
+    /// The variables, parameters and handlers, in the order in which they are met.
+    pub variables: Vec<VariableOf>,
+    /// What names of values stand for, by where they stand.
+    pub values: FxHashMap<Part, Meaning<'db>>,
+    /// What is called, by where its name stands.
+    pub callees: FxHashMap<Part, Callee<'db>>,
+    /// What is wrong.
+    pub diagnostics: Vec<Diagnostic<'db>>,
+}
+
+/// Something that a program may assign to.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct VariableOf {
+    /// Its name.
+    pub name: NameRef,
+    /// What it is.
+    pub kind: VariableKind,
+    /// What it holds.
+    pub ty: Type,
+    /// Has it a first value, or one from a caller?
+    pub has_value: bool,
+}
+
+/// The kinds of variable.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum VariableKind {
+    Core,
+    Machine,
+    Local,
+    Parameter(Direction),
+    Handler,
+}
+
+/// What the name of a value stands for.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub enum Meaning<'db> {
+    /// An index into [`Typing::variables`].
+    Variable(usize),
+    /// A feature of a shell, by its number there.
+    Feature(Decl<'db>, usize),
+}
+
+/// What a call calls.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, salsa::SalsaValue)]
+#[allow(missing_docs)]
+pub enum Callee<'db> {
+    Codel(Decl<'db>),
+    /// One's own operation, by its number in the core.
+    Operation(usize),
+    Read,
+    Write,
+    Status,
+    Send,
+    Collect,
+}
+
+/// What a codel or an operation takes and gives.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Signature {
+    pub(crate) parameters: Vec<(Direction, Name, Type)>,
+    pub(crate) result: Type,
+}
+
+impl Signature {
+    /// `f(in a: int): bool`
+    pub(crate) fn show(&self, name: &str) -> String {
+        let word = |direction| match direction {
+            Direction::In => "",
+            Direction::Out => "out ",
+            Direction::InOut => "inout ",
+        };
+        let parameters = self.parameters.iter();
+        let parameters: Vec<String> =
+            parameters.map(|(direction, name, ty)| format!("{}{name}: {ty}", word(*direction))).collect();
+        let result = if self.result == Type::Void { "void".to_owned() } else { self.result.to_string() };
+        format!("{name}({}): {result}", parameters.join(", "))
+    }
+
+    /// Do both take and give the same?
+    pub(crate) fn is(&self, other: &Signature) -> bool {
+        let same = |((one, _, a), (two, _, b)): (&(Direction, Name, Type), &(Direction, Name, Type))| {
+            one == two && a.is(b)
+        };
+        self.parameters.len() == other.parameters.len()
+            && self.parameters.iter().zip(&other.parameters).all(same)
+            && self.result.is(&other.result)
+    }
+}
+
+pub(crate) fn signature<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    parameters: &[Parameter],
+    result: Option<&TypeRef>,
+) -> Signature {
+    let ty = |ty: Option<&TypeRef>| type_of(db, project, of, ty);
+    let parameter = |it: &Parameter| (it.direction, it.name.name.clone(), ty(it.ty.as_ref()));
+    Signature { parameters: parameters.iter().map(parameter).collect(), result: ty(result) }
+}
+
+/// The types of a core.
+#[salsa::tracked(returns(ref))]
+pub fn typing_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Typing<'db> {
+    let Some(data) = core(db, of) else { return Typing::default() };
+    let shell = names_of(db, project).resolve_type(db, of, Kind::Shell, data.shell.as_ref()).ok();
+    let none = Features { lost: true, ..Features::default() };
+    let features = shell.map_or(&none, |shell| features_of(db, project, shell));
+    let mut typer = Typer {
+        db,
+        project,
+        of,
+        core: data,
+        shell,
+        features,
+        scope: Vec::new(),
+        machine: Vec::new(),
+        whole: true,
+        found: Typing::default(),
+    };
+    typer.core();
+    typer.found
+}
+
+/// What others ask of a core's programs: whether a change in them matters to anybody else.
+#[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
+pub(crate) struct Uses<'db> {
+    pub(crate) codels: FxHashSet<Decl<'db>>,
+    pub(crate) features: FxHashSet<(Decl<'db>, usize)>,
+}
+
+#[salsa::tracked(returns(ref))]
+pub(crate) fn uses_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Uses<'db> {
+    let typing = typing_of(db, project, of);
+    let codel = |callee: &Callee<'db>| match callee {
+        Callee::Codel(codel) => Some(*codel),
+        _ => None,
+    };
+    let feature = |meaning: &Meaning<'db>| match meaning {
+        Meaning::Feature(shell, index) => Some((*shell, *index)),
+        Meaning::Variable(_) => None,
+    };
+    Uses {
+        codels: typing.callees.values().filter_map(codel).collect(),
+        features: typing.values.values().filter_map(feature).collect(),
+    }
+}
+
+/// The type of an expression, and its value where that is constant.
+struct Typed {
+    ty: Type,
+    value: Option<Value>,
+}
+
+impl Typed {
+    const UNKNOWN: Typed = Typed { ty: Type::Unknown, value: None };
+
+    fn of(ty: Type) -> Typed {
+        Typed { ty, value: None }
+    }
+}
+
+/// What a program gives.
+enum Gives {
+    Nothing,
+    /// A bool, and true without any `return`.
+    Bool,
+    Value(Type),
+}
+
+struct Typer<'a, 'db> {
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    core: &'db Core,
+    shell: Option<Decl<'db>>,
+    features: &'a Features<'db>,
+    /// The variables in scope, innermost last.
+    scope: Vec<usize>,
+    /// Those of the state machine, which are seen in all programs.
+    machine: Vec<usize>,
+    /// Was nothing lost in the program that is being read?
+    whole: bool,
+    found: Typing<'db>,
+}
+
+impl<'db> Typer<'_, 'db> {
+    fn at(&self, part: Part) -> Place<'db> {
+        Place::Part(self.of, part)
+    }
+
+    fn report(&mut self, diagnostic: Diagnostic<'db>) {
+        self.found.diagnostics.push(diagnostic);
+    }
+
+    fn ty(&self, ty: Option<&TypeRef>) -> Type {
+        type_of(self.db, self.project, self.of, ty)
+    }
+
+    fn declare(&mut self, name: &NameRef, kind: VariableKind, ty: Type, has_value: bool) -> usize {
+        let index = self.found.variables.len();
+        self.found.variables.push(VariableOf { name: name.clone(), kind, ty, has_value });
+        index
+    }
+
+    fn declare_variable(&mut self, variable: &Variable, kind: VariableKind) -> usize {
+        let ty = self.ty(variable.ty.as_ref());
+        self.declare(&variable.name, kind, ty, variable.value.is_some())
+    }
+
+    fn core(&mut self) {
+        for variable in &self.core.variables {
+            let index = self.declare_variable(variable, VariableKind::Core);
+            self.scope.push(index);
+        }
+        for handler in &self.core.handlers {
+            let operation =
+                handler.operation.as_ref().and_then(|it| it.path.last().cloned()).unwrap_or_default();
+            let index = self.declare(&handler.name, VariableKind::Handler, Type::Handle(operation), true);
+            self.scope.push(index);
+            self.handler(handler.operation.as_ref());
+        }
+        for machine in &self.core.machines {
+            for variable in &machine.variables {
+                let index = self.declare_variable(variable, VariableKind::Machine);
+                self.machine.push(index);
+            }
+        }
+        self.core.variables.iter().for_each(|variable| self.initial_value(variable));
+        for operation in &self.core.operations {
+            self.operation(operation);
+        }
+        for hook in &self.core.hooks {
+            let gives = match hook.kind {
+                HookKind::Configure | HookKind::Start => Gives::Bool,
+                HookKind::Update | HookKind::Stop | HookKind::Cleanup => Gives::Nothing,
+            };
+            self.program(&hook.program, &format!("`{}`", hook.kind.keyword()), &gives);
+        }
+        let depth = self.scope.len();
+        self.scope.extend(self.machine.iter().copied());
+        for machine in &self.core.machines {
+            machine.variables.iter().for_each(|variable| self.initial_value(variable));
+            for state in &machine.states {
+                for method in &state.methods {
+                    let what = format!("`{}`", method.kind.keyword());
+                    self.program(&method.program, &what, &Gives::Nothing);
+                }
+                for transition in &state.transitions {
+                    if let Some(guard) = &transition.guard {
+                        self.whole = guard.whole;
+                        self.condition(&guard.condition);
+                    }
+                    if let Some(effect) = &transition.effect {
+                        self.program(effect, "the program of a transition", &Gives::Nothing);
+                    }
+                }
+            }
+        }
+        self.scope.truncate(depth);
+    }
+
+    /// The operation that a handler is for.
+    fn handler(&mut self, operation: Option<&TypeRef>) {
+        let (Some(operation), Some(shell), false) = (operation, self.shell, self.features.lost) else {
+            return;
+        };
+        let [name] = operation.path.as_slice() else {
+            let shell = shell.name(self.db).clone();
+            let report = diagnostics::unresolved_operation::report;
+            self.report(report(self.at(operation.part), &operation.to_string(), &shell, None));
+            return;
+        };
+        let is_required = self.features.get(name).is_some_and(|it| it.kind == FeatureKind::Required);
+        if name.is_empty() || is_required {
+            return;
+        }
+        let required = self
+            .features
+            .by_name
+            .iter()
+            .filter(|(_, found)| found.iter().any(|it| it.kind == FeatureKind::Required));
+        let near = similar(name, required.map(|(name, _)| name));
+        let at = self.at(operation.part);
+        self.report(diagnostics::unresolved_operation::report(at, name, shell.name(self.db), near));
+    }
+
+    fn initial_value(&mut self, variable: &Variable) {
+        if let Some(value) = &variable.value {
+            self.whole = self.core.whole;
+            let expected = self.ty(variable.ty.as_ref());
+            self.assigned(&variable.name.name, &expected, value);
+        }
+    }
+
+    fn operation(&mut self, operation: &'db Operation) {
+        let name = &operation.name.name;
+        let own = signature(self.db, self.project, self.of, &operation.parameters, operation.result.as_ref());
+        let declared = self.declared(name, FeatureKind::Provided);
+        let result = match (&operation.result, &declared) {
+            (Some(_), _) => own.result.clone(),
+            (None, Some((declared, _))) => declared.result.clone(),
+            (None, None) => Type::Void,
+        };
+        if let Some((declared, at)) = declared
+            && operation.program.whole
+        {
+            let defined = Signature { result: result.clone(), ..own.clone() };
+            if !defined.is(&declared) {
+                let report = diagnostics::operation_definition::report;
+                let here = self.at(operation.name.part);
+                self.report(report(here, &declared.show(name), &defined.show(name), at));
+            }
+        }
+        let depth = self.scope.len();
+        for (parameter, (direction, _, ty)) in operation.parameters.iter().zip(own.parameters) {
+            let kind = VariableKind::Parameter(direction);
+            let index = self.declare(&parameter.name, kind, ty, direction != Direction::Out);
+            self.scope.push(index);
+        }
+        let must = result != Type::Void && result != Type::Unknown;
+        if must && operation.program.whole && !returns(&operation.program.statements) {
+            let at = self.at(operation.name.part);
+            self.report(diagnostics::return_type::missing(at, name, &result));
+        }
+        let gives = if result == Type::Void { Gives::Nothing } else { Gives::Value(result) };
+        self.program(&operation.program, &format!("`{name}`"), &gives);
+        self.scope.truncate(depth);
+    }
+
+    /// What the shell declares of an operation, and where.
+    fn declared(&self, name: &str, kind: FeatureKind) -> Option<(Signature, Place<'db>)> {
+        let feature = self.features.get(name).filter(|feature| feature.kind == kind)?;
+        let data = shell(self.db, feature.shell)?.features.get(feature.index)?;
+        let signature = signature(self.db, self.project, feature.shell, &data.parameters, data.ty.as_ref());
+        Some((signature, Place::Part(feature.shell, data.name.part)))
+    }
+
+    fn program(&mut self, program: &Program, what: &str, gives: &Gives) {
+        self.whole = program.whole;
+        self.block(&program.statements, what, gives);
+    }
+
+    fn block(&mut self, statements: &[Statement], what: &str, gives: &Gives) {
+        let depth = self.scope.len();
+        for statement in statements {
+            self.statement(statement, what, gives);
+        }
+        self.scope.truncate(depth);
+    }
+
+    fn statement(&mut self, statement: &Statement, what: &str, gives: &Gives) {
+        match statement {
+            Statement::Variable(variable) => {
+                if let Some(value) = &variable.value {
+                    let expected = self.ty(variable.ty.as_ref());
+                    self.assigned(&variable.name.name, &expected, value);
+                }
+                let index = self.declare_variable(variable, VariableKind::Local);
+                self.scope.push(index);
+            }
+            Statement::If { part, condition, then, end, otherwise } => {
+                self.condition(condition);
+                self.block(then, what, gives);
+                match otherwise {
+                    Some(otherwise) => self.block(otherwise, what, gives),
+                    None if self.whole => {
+                        self.report(diagnostics::missing_else::report(self.at(*part), self.at(*end)));
+                    }
+                    None => {}
+                }
+            }
+            Statement::Block(statements) => self.block(statements, what, gives),
+            Statement::Return(part, value) => self.returned(*part, value.as_ref(), what, gives),
+            Statement::Assign(target, value) => {
+                let expected = self.target(target);
+                self.assigned(&target.name, &expected, value);
+            }
+            Statement::Expr(value) => {
+                self.expr(value);
+            }
+        }
+    }
+
+    fn condition(&mut self, condition: &Expr) {
+        let found = self.expr(condition).ty;
+        if !found.is(&Type::Bool)
+            && let Some(part) = condition.part()
+        {
+            self.report(diagnostics::condition_type::report(self.at(part), &found));
+        }
+    }
+
+    fn returned(&mut self, keyword: Part, value: Option<&Expr>, what: &str, gives: &Gives) {
+        let expected = match gives {
+            Gives::Nothing => &Type::Void,
+            Gives::Bool => &Type::Bool,
+            Gives::Value(ty) => ty,
+        };
+        let (found, at) = match value {
+            Some(value) => (self.expr(value), value.part().unwrap_or(keyword)),
+            None => (Typed::of(Type::Void), keyword),
+        };
+        let fits = match (value, gives) {
+            // A value of no type is one all the same.
+            (Some(_), Gives::Nothing) => found.ty == Type::Unknown,
+            _ => found.ty.fits(found.value.as_ref(), expected),
+        };
+        if !fits && self.whole {
+            self.report(diagnostics::return_type::report(self.at(at), what, expected, &found.ty));
+        }
+    }
+
+    /// The type of what is assigned to.
+    fn target(&mut self, target: &NameRef) -> Type {
+        let Some(meaning) = self.value(target) else { return Type::Unknown };
+        let is = match meaning {
+            Meaning::Variable(index) => {
+                let Some(variable) = self.found.variables.get(index) else { return Type::Unknown };
+                if variable.kind != VariableKind::Parameter(Direction::In) {
+                    return variable.ty.clone();
+                }
+                "an `in` parameter: its value belongs to the caller"
+            }
+            Meaning::Feature(of, index) => match shell(self.db, of)
+                .and_then(|it| it.features.get(index))
+                .map(|it| it.kind)
+            {
+                Some(FeatureKind::Property) => "a property: architectures and deployments give it its value",
+                Some(FeatureKind::Constant) => "a constant",
+                Some(FeatureKind::Output) => "a port: write to it with `write(port, value)`",
+                Some(FeatureKind::Input) => "an input port: nothing is assigned to it",
+                // An operation is reported as one that is not called.
+                _ => return Type::Unknown,
+            },
+        };
+        self.report(diagnostics::not_assignable::report(self.at(target.part), &target.name, is));
+        Type::Unknown
+    }
+
+    fn assigned(&mut self, name: &str, expected: &Type, value: &Expr) {
+        let found = self.expr(value);
+        if !found.ty.fits(found.value.as_ref(), expected)
+            && let Some(part) = value.part()
+        {
+            self.report(diagnostics::assignment_type::report(self.at(part), name, expected, &found.ty));
+        }
+    }
+
+    /// What a name of a value stands for, innermost first.
+    fn lookup(&self, name: &Name) -> Option<Meaning<'db>> {
+        let is_it =
+            |index: &&usize| self.found.variables.get(**index).is_some_and(|it| it.name.name == *name);
+        let variable = self.scope.iter().rev().find(is_it).or_else(|| self.machine.iter().rev().find(is_it));
+        if let Some(index) = variable {
+            return Some(Meaning::Variable(*index));
+        }
+        self.features.get(name).map(|feature| Meaning::Feature(feature.shell, feature.index))
+    }
+
+    fn value(&mut self, name: &NameRef) -> Option<Meaning<'db>> {
+        let meaning = self.lookup(&name.name).filter(|_| !name.name.is_empty())?;
+        self.found.values.insert(name.part, meaning.clone());
+        Some(meaning)
+    }
+
+    fn name(&mut self, name: &NameRef) -> Type {
+        match self.value(name) {
+            Some(Meaning::Variable(index)) => {
+                self.found.variables.get(index).map_or(Type::Unknown, |variable| variable.ty.clone())
+            }
+            Some(Meaning::Feature(of, index)) => {
+                let data = shell(self.db, of).and_then(|it| it.features.get(index));
+                // A port is read with `read`, an operation is called.
+                let Some(data) = data.filter(|it| !it.kind.is_operation()) else { return Type::Unknown };
+                if data.kind.is_port() {
+                    let at = self.at(name.part);
+                    self.report(diagnostics::unresolved_variable::port(at, &name.name, data.kind));
+                    return Type::Unknown;
+                }
+                type_of(self.db, self.project, of, data.ty.as_ref())
+            }
+            None => Type::Unknown,
+        }
+    }
+
+    fn expr(&mut self, expr: &Expr) -> Typed {
+        match expr {
+            Expr::Missing => Typed::UNKNOWN,
+            Expr::Literal(literal, part) => self.literal(literal, *part),
+            Expr::Name(name) => Typed::of(self.name(name)),
+            Expr::Unary(UnaryOperator::Minus, inner, _) if matches!(inner.as_ref(), Expr::Literal(Literal::Int(text), _) if Value::of_negated(text).is_some()) => {
+                Typed { ty: Type::INT, value: Some(Value::Int(i32::MIN)) }
+            }
+            Expr::Unary(operator, inner, part) => {
+                let inner = self.expr(inner);
+                match inner.ty.unary(*operator) {
+                    Ok(ty) => {
+                        let value = inner.value.map(|value| value.unary(*operator));
+                        Typed { ty, value: self.evaluated(value, *part) }
+                    }
+                    Err(takes) => {
+                        let at = self.at(*part);
+                        self.report(diagnostics::operator_type::unary(at, *operator, takes, &inner.ty));
+                        Typed::UNKNOWN
+                    }
+                }
+            }
+            Expr::Binary(operator, lhs, rhs, part) => {
+                let (lhs, rhs) = (self.expr(lhs), self.expr(rhs));
+                self.binary(*operator, lhs, rhs, *part)
+            }
+            Expr::Call { callee, arguments, .. } => Typed::of(self.call(callee, arguments)),
+        }
+    }
+
+    fn binary(&mut self, operator: BinaryOperator, lhs: Typed, rhs: Typed, part: Part) -> Typed {
+        let ty = match lhs.ty.binary(operator, &rhs.ty) {
+            Ok(ty) => ty,
+            Err(takes) => {
+                let at = self.at(part);
+                self.report(diagnostics::operator_type::binary(at, operator, takes, [&lhs.ty, &rhs.ty]));
+                return Typed::UNKNOWN;
+            }
+        };
+        let divides = matches!(operator, BinaryOperator::Divide | BinaryOperator::Remainder);
+        let value = match (&lhs.value, &rhs.value) {
+            (Some(left), Some(right)) => Some(left.binary(operator, right)),
+            (None, Some(Value::Int(0))) if divides => Some(Err(DIVISION)),
+            _ => None,
+        };
+        Typed { ty, value: self.evaluated(value, part) }
+    }
+
+    fn literal(&mut self, literal: &Literal, part: Part) -> Typed {
+        let ty = literal_type(literal);
+        let value = Value::of_literal(literal);
+        Typed { ty, value: self.evaluated(Some(value), part) }
+    }
+
+    fn evaluated(&mut self, value: Option<Result<Option<Value>, &'static str>>, part: Part) -> Option<Value> {
+        match value? {
+            Ok(value) => value,
+            Err(why) => {
+                let at = self.at(part);
+                self.report(diagnostics::constant_expression::report(at, why));
+                None
+            }
+        }
+    }
+
+    /// What a call gives.
+    fn call(&mut self, callee: &NameRef, arguments: &[Expr]) -> Type {
+        let Some(found) = self.callee(callee, arguments) else {
+            arguments.iter().for_each(|argument| {
+                self.expr(argument);
+            });
+            return Type::Unknown;
+        };
+        self.found.callees.insert(callee.part, found);
+        let name = callee.name.as_str();
+        match found {
+            Callee::Codel(of) => {
+                let Some(data) = codel(self.db, of) else { return Type::Unknown };
+                let signature = signature(self.db, self.project, of, &data.parameters, data.result.as_ref());
+                self.arguments(callee, &signature.parameters, arguments);
+                signature.result
+            }
+            Callee::Operation(index) => {
+                let Some(operation) = self.core.operations.get(index) else { return Type::Unknown };
+                let own = signature(
+                    self.db,
+                    self.project,
+                    self.of,
+                    &operation.parameters,
+                    operation.result.as_ref(),
+                );
+                self.arguments(callee, &own.parameters, arguments);
+                match (&operation.result, self.declared(name, FeatureKind::Provided)) {
+                    (None, Some((declared, _))) => declared.result,
+                    (None, None) => Type::Void,
+                    (Some(_), _) => own.result,
+                }
+            }
+            Callee::Read | Callee::Write | Callee::Status => self.port(found, callee, arguments),
+            Callee::Send => self.send(callee, arguments),
+            Callee::Collect => self.collect(callee, arguments),
+        }
+    }
+
+    /// What a name that is called means; nothing where that is reported elsewhere.
+    fn callee(&self, callee: &NameRef, arguments: &[Expr]) -> Option<Callee<'db>> {
+        let name = &callee.name;
+        let feature = self.features.get(name);
+        if feature.is_some_and(|feature| feature.kind == FeatureKind::Provided) {
+            let defined = self.core.operations.iter().position(|operation| operation.name.name == *name);
+            return defined.map(Callee::Operation);
+        }
+        let library = self.of.library(self.db).as_ref();
+        let found = names_of(self.db, self.project).resolve(
+            self.db,
+            library,
+            Kind::Codel,
+            std::slice::from_ref(name),
+        );
+        if let Ok(found) = found {
+            let is_hidden = matches!(self.lookup(name), Some(Meaning::Variable(_))) || feature.is_some();
+            return (!is_hidden).then_some(Callee::Codel(found));
+        }
+        let Some(Expr::Name(first)) = arguments.first() else { return None };
+        if name == "collect" {
+            let handler = self.core.handlers.iter().any(|handler| handler.name.name == first.name);
+            return handler.then_some(Callee::Collect);
+        }
+        let operand = self.features.get(&first.name)?.kind;
+        if !operand.is_operand_of(name) {
+            return None;
+        }
+        Some(match name.as_str() {
+            "read" => Callee::Read,
+            "write" => Callee::Write,
+            "status" => Callee::Status,
+            _ => Callee::Send,
+        })
+    }
+
+    /// Says how many arguments there should be, where there are not as many.
+    fn count(&mut self, callee: &NameRef, takes: &str, is_right: bool, found: usize) -> bool {
+        if !is_right && self.whole {
+            let at = self.at(callee.part);
+            self.report(diagnostics::argument_count::report(at, &callee.name, takes, found));
+        }
+        is_right
+    }
+
+    fn arguments(&mut self, callee: &NameRef, parameters: &[(Direction, Name, Type)], arguments: &[Expr]) {
+        let takes = match parameters.len() {
+            0 => "no arguments".to_owned(),
+            1 => "1 argument".to_owned(),
+            several => format!("{several} arguments"),
+        };
+        let is_right = self.count(callee, &takes, parameters.len() == arguments.len(), arguments.len());
+        for (index, argument) in arguments.iter().enumerate() {
+            match parameters.get(index).filter(|_| is_right) {
+                Some((Direction::In, name, ty)) => self.input(&callee.name, name, ty, argument),
+                Some((_, name, ty)) => self.output(&callee.name, name, ty, argument),
+                None => {
+                    self.expr(argument);
+                }
+            }
+        }
+    }
+
+    /// An argument that goes in.
+    fn input(&mut self, of: &str, parameter: &str, expected: &Type, argument: &Expr) {
+        let found = self.expr(argument);
+        if !found.ty.fits(found.value.as_ref(), expected)
+            && let Some(part) = argument.part()
+        {
+            self.report(diagnostics::argument_type::report(
+                self.at(part),
+                of,
+                parameter,
+                expected,
+                &found.ty,
+            ));
+        }
+    }
+
+    /// An argument that something comes back to.
+    fn output(&mut self, of: &str, parameter: &str, expected: &Type, argument: &Expr) {
+        let Some(part) = argument.part() else { return };
+        let Expr::Name(name) = argument else {
+            self.expr(argument);
+            self.report(diagnostics::out_argument::report(self.at(part), of, parameter));
+            return;
+        };
+        match self.value(name) {
+            Some(Meaning::Variable(index)) => {
+                let Some(variable) = self.found.variables.get(index) else { return };
+                if matches!(variable.kind, VariableKind::Handler | VariableKind::Parameter(Direction::In)) {
+                    self.report(diagnostics::out_argument::report(self.at(part), of, parameter));
+                } else if !variable.ty.is(expected) {
+                    let found = variable.ty.clone();
+                    let report = diagnostics::argument_type::report;
+                    self.report(report(self.at(part), of, parameter, expected, &found));
+                }
+            }
+            Some(Meaning::Feature(shell_of, index)) => {
+                let kind = shell(self.db, shell_of).and_then(|it| it.features.get(index)).map(|it| it.kind);
+                // An operation is reported as one that is not called.
+                if kind.is_some_and(|kind| !kind.is_operation()) {
+                    self.report(diagnostics::out_argument::report(self.at(part), of, parameter));
+                }
+            }
+            None => {}
+        }
+    }
+
+    /// `read(port, variable)`, `write(port, value)`, `status(port)`
+    fn port(&mut self, function: Callee<'db>, callee: &NameRef, arguments: &[Expr]) -> Type {
+        let name = callee.name.as_str();
+        let Some(Expr::Name(port)) = arguments.first() else { return Type::Unknown };
+        let mut ty = Type::Unknown;
+        if let Some(feature) = self.features.get(&port.name) {
+            self.found.values.insert(port.part, Meaning::Feature(feature.shell, feature.index));
+            let data = shell(self.db, feature.shell).and_then(|it| it.features.get(feature.index));
+            ty = data.map_or(Type::Unknown, |data| {
+                type_of(self.db, self.project, feature.shell, data.ty.as_ref())
+            });
+            let wanted = if function == Callee::Write { FeatureKind::Output } else { FeatureKind::Input };
+            if feature.kind != wanted {
+                self.report(diagnostics::port_direction::report(
+                    self.at(port.part),
+                    name,
+                    &port.name,
+                    feature.kind,
+                ));
+            }
+        }
+        let (takes, count) = match function {
+            Callee::Read => ("an input port and a variable", 2),
+            Callee::Write => ("an output port and a value", 2),
+            _ => ("an input port", 1),
+        };
+        let is_right = self.count(callee, takes, arguments.len() == count, arguments.len());
+        for argument in arguments.iter().skip(1) {
+            match function {
+                Callee::Read if is_right => self.output(name, &port.name, &ty, argument),
+                Callee::Write if is_right => self.assigned(&port.name, &ty, argument),
+                _ => {
+                    self.expr(argument);
+                }
+            }
+        }
+        if function == Callee::Write { Type::Void } else { Type::PortStatus }
+    }
+
+    /// `send(operation, in and inout arguments…)`
+    fn send(&mut self, callee: &NameRef, arguments: &[Expr]) -> Type {
+        let Some((Expr::Name(operation), rest)) = arguments.split_first() else { return Type::Unknown };
+        let Some((signature, _)) = self.declared(&operation.name, FeatureKind::Required) else {
+            return Type::Unknown;
+        };
+        if let Some(feature) = self.features.get(&operation.name) {
+            self.found.values.insert(operation.part, Meaning::Feature(feature.shell, feature.index));
+        }
+        let inputs: Vec<_> =
+            signature.parameters.iter().filter(|(direction, ..)| *direction != Direction::Out).collect();
+        let takes = format!(
+            "`{}` and the {} of its `in` and `inout` parameters",
+            operation.name,
+            values(inputs.len())
+        );
+        let is_right = self.count(callee, &takes, rest.len() == inputs.len(), arguments.len());
+        for (index, argument) in rest.iter().enumerate() {
+            match inputs.get(index).filter(|_| is_right) {
+                Some((_, name, ty)) => self.input(&operation.name, name, ty, argument),
+                None => {
+                    self.expr(argument);
+                }
+            }
+        }
+        Type::Handle(operation.name.clone())
+    }
+
+    /// `collect(handler)`, `collect(handler, result and out variables…)`
+    fn collect(&mut self, callee: &NameRef, arguments: &[Expr]) -> Type {
+        let Some((Expr::Name(handler), rest)) = arguments.split_first() else { return Type::Unknown };
+        self.value(handler);
+        let of = self.core.handlers.iter().find(|it| it.name.name == handler.name);
+        let operation = of.and_then(|it| it.operation.as_ref()?.path.last());
+        let declared = operation.and_then(|name| self.declared(name, FeatureKind::Required));
+        let Some((signature, _)) = declared else {
+            rest.iter().for_each(|argument| {
+                self.expr(argument);
+            });
+            return Type::CallStatus;
+        };
+        let result =
+            (signature.result != Type::Void).then(|| (Name::from("the result"), signature.result.clone()));
+        let outputs = signature.parameters.iter().filter(|(direction, ..)| *direction != Direction::In);
+        let outputs: Vec<(Name, Type)> =
+            result.into_iter().chain(outputs.map(|(_, name, ty)| (name.clone(), ty.clone()))).collect();
+        let takes = match outputs.len() {
+            0 => "a handler".to_owned(),
+            count => format!("a handler, and nothing more or the variables for its {}", values(count)),
+        };
+        let is_right = rest.is_empty() || rest.len() == outputs.len();
+        let is_right = self.count(callee, &takes, is_right, arguments.len());
+        for (index, argument) in rest.iter().enumerate() {
+            match outputs.get(index).filter(|_| is_right) {
+                Some((name, ty)) => self.output(&callee.name, name, ty, argument),
+                None => {
+                    self.expr(argument);
+                }
+            }
+        }
+        Type::CallStatus
+    }
+}
+
+fn values(count: usize) -> String {
+    if count == 1 { "1 value".to_owned() } else { format!("{count} values") }
+}
+
+/// The type of a literal.
+pub(crate) fn literal_type(literal: &Literal) -> Type {
+    match literal {
+        Literal::Int(_) => Type::INT,
+        Literal::Float(_) => Type::Double,
+        Literal::String(_) => Type::String,
+        Literal::Bool(_) => Type::Bool,
+        Literal::Status(word) => match word.as_str() {
+            "no_data" | "old_data" | "new_data" => Type::PortStatus,
+            _ => Type::CallStatus,
+        },
+    }
+}
+
+/// Does every path end with a `return`?
+pub(crate) fn returns(statements: &[Statement]) -> bool {
+    statements.iter().any(|statement| match statement {
+        Statement::Return(..) => true,
+        Statement::Block(inner) => returns(inner),
+        Statement::If { then, otherwise, .. } => {
+            returns(then) && otherwise.as_ref().is_some_and(|it| returns(it))
+        }
+        _ => false,
+    })
+}

@@ -1,0 +1,78 @@
+//! Which activity goes before which, and whether it should.
+
+use crate::ModelDb;
+use crate::diagnostics::{self, Diagnostic};
+use crate::item_tree::Name;
+use crate::project::Project;
+use crate::settings::deployed;
+use crate::source::{Decl, Place, deployment};
+use crate::system::{Priority, Row, system_of};
+
+/// What may be better about the priorities of a deployment.
+pub(crate) fn check<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<Diagnostic<'db>> {
+    let rows = &system_of(db, project, of).rows;
+    let ranked: Vec<(u32, &Row<'db>)> = rows
+        .iter()
+        .filter_map(|row| match row.priority {
+            Priority::RealTime(priority) => Some((priority, row)),
+            Priority::Background | Priority::Unknown => None,
+        })
+        .collect();
+    let share = |one: &Row<'db>, other: &Row<'db>| matches!((one.cpus, other.cpus), (Some(one), Some(other)) if one & other != 0);
+    let priority_at = |instance: &Name| {
+        let activity = deployment(db, of)?.activities.iter().find(|it| it.instance.name == *instance)?;
+        let field = activity.fields.iter().find(|field| field.name.name == "priority")?;
+        Some(Place::Part(of, field.value_part))
+    };
+    let mut found = Vec::new();
+    for (index, &(priority, row)) in ranked.iter().enumerate() {
+        let Some(at) = priority_at(&row.instance) else { continue };
+        let earlier = ranked.iter().take(index).find(|(other, it)| *other == priority && share(row, it));
+        if let Some((_, first)) = earlier
+            && let Some(first_at) = priority_at(&first.instance)
+        {
+            let names = [row.instance.as_str(), first.instance.as_str()];
+            found.push(diagnostics::equal_priorities::report(at.clone(), names, priority, first_at));
+        }
+        // Of those that are more urgent and have longer deadlines, the one that is so least.
+        let inverted = ranked.iter().filter(|(other, it)| {
+            *other > priority
+                && share(row, it)
+                && matches!((row.deadline, it.deadline), (Some(own), Some(other)) if own < other)
+        });
+        if let Some((other_priority, other)) = inverted.min_by_key(|(priority, _)| *priority)
+            && let (Some(other_at), Some(short), Some(long)) =
+                (priority_at(&other.instance), row.deadline, other.deadline)
+        {
+            let late = (row.instance.as_str(), (priority, at), short);
+            let early = (other.instance.as_str(), (*other_priority, other_at), long);
+            found.push(diagnostics::priority_inversion::report(late, early));
+        }
+    }
+    found.extend(stale(db, project, of, &ranked, share));
+    found
+}
+
+/// Components that run before those of the same period whose values they read.
+fn stale<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    ranked: &[(u32, &Row<'db>)],
+    share: impl Fn(&Row<'db>, &Row<'db>) -> bool,
+) -> Vec<Diagnostic<'db>> {
+    let Some((flat, _)) = deployed(db, project, of) else { return Vec::new() };
+    let find = |name: &Name| ranked.iter().find(|(_, row)| row.instance == *name);
+    let mut found = Vec::new();
+    for link in flat.links.iter().filter(|link| !link.operation) {
+        let (Some((low, writer)), Some((high, reader))) = (find(&link.source.0), find(&link.target.0)) else {
+            continue;
+        };
+        if high > low && share(writer, reader) && reader.period.is_some() && reader.period == writer.period {
+            let names = [reader.instance.as_str(), writer.instance.as_str()];
+            let (at, other) = (reader.at.clone(), writer.at.clone());
+            found.push(diagnostics::stale_data::report(at, names, &link.target.1, other));
+        }
+    }
+    found
+}

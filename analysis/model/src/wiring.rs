@@ -1,0 +1,193 @@
+//! What connections carry, and what a deployed system leaves open.
+
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use crate::ModelDb;
+use crate::diagnostics::{self, Diagnostic};
+use crate::flat::{Flat, flat_of};
+use crate::item_tree::{Connection, Endpoint, Feature, FeatureKind, Name};
+use crate::names::features_of;
+use crate::project::Project;
+use crate::psm::shell_of;
+use crate::settings::deployed;
+use crate::source::{Decl, Place, architecture, deployment, shell};
+use crate::types::type_of;
+use crate::typing::signature;
+
+/// What is wrong with the connections of an architecture, whose ends are right.
+pub(crate) fn check_architecture<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+) -> Vec<Diagnostic<'db>> {
+    let Some(data) = architecture(db, of) else { return Vec::new() };
+    let flat = flat_of(db, project, of);
+    let mut found = Vec::new();
+    for connection in &data.connections {
+        if let Some((size, part)) = &connection.buffer
+            && crate::values::whole_number(size).is_none_or(|size| size < 1)
+        {
+            found.push(diagnostics::buffer_size::report(Place::Part(of, *part), size));
+        }
+        let Some(([source, target], at)) = ends(db, project, of, flat, connection) else { continue };
+        if (source.data.kind, target.data.kind) != (FeatureKind::Output, FeatureKind::Input) {
+            continue;
+        }
+        let [gives, takes] =
+            [&source, &target].map(|end| type_of(db, project, end.shell, end.data.ty.as_ref()));
+        if !gives.is(&takes) {
+            let side = |end: &End<'db>| {
+                Place::Part(end.shell, end.data.ty.as_ref().map_or(end.data.name.part, |it| it.part))
+            };
+            let ends = [
+                (source.name.as_str(), &gives, side(&source)),
+                (target.name.as_str(), &takes, side(&target)),
+            ];
+            found.push(diagnostics::connection_type::report(at, ends));
+        }
+    }
+    for connection in &data.operations {
+        let Some(([source, target], at)) = ends(db, project, of, flat, connection) else { continue };
+        if (source.data.kind, target.data.kind) != (FeatureKind::Provided, FeatureKind::Required) {
+            continue;
+        }
+        let [provided, required] = [&source, &target]
+            .map(|end| signature(db, project, end.shell, &end.data.parameters, end.data.ty.as_ref()));
+        if !provided.is(&required) {
+            let shown = [provided.show(&source.feature), required.show(&target.feature)];
+            let [provided, required] = [&shown[0], &shown[1]].map(String::as_str);
+            found.push(diagnostics::operation_signature::report(at, [provided, required]));
+        }
+    }
+    found.extend(two_writers(db, project, of, flat));
+    found
+}
+
+/// One end of a connection.
+struct End<'db> {
+    /// `instance.feature`
+    name: String,
+    feature: Name,
+    /// Where the feature is declared.
+    shell: Decl<'db>,
+    data: &'db Feature,
+}
+
+/// The ends of a connection, where they are known, and where its target stands.
+fn ends<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    flat: &Flat<'db>,
+    connection: &Connection,
+) -> Option<([End<'db>; 2], Place<'db>)> {
+    let end = |end: &Option<Endpoint>| {
+        let Endpoint { instance, feature } = end.as_ref()?;
+        let feature = feature.as_ref()?;
+        let of = shell_of(db, project, flat.instance(&instance.name)?.component?)?;
+        let found = features_of(db, project, of).get(&feature.name)?;
+        let data = shell(db, found.shell)?.features.get(found.index)?;
+        let name = format!("{}.{}", instance.name, feature.name);
+        Some(End { name, feature: feature.name.clone(), shell: found.shell, data })
+    };
+    let at = Place::Part(of, connection.target.as_ref()?.feature.as_ref()?.part);
+    Some(([end(&connection.source)?, end(&connection.target)?], at))
+}
+
+/// Connections of an architecture to an input that one of its own, or of what it imports, leads to already.
+fn two_writers<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    flat: &Flat<'db>,
+) -> Vec<Diagnostic<'db>> {
+    let mut first: FxHashMap<&(Name, Name), &Place<'db>> = FxHashMap::default();
+    let mut found = Vec::new();
+    let is_input = |(instance, port): &(Name, Name)| {
+        let shell = flat.instance(instance).and_then(|it| shell_of(db, project, it.component?));
+        let feature = shell.and_then(|shell| features_of(db, project, shell).get(port));
+        feature.is_some_and(|feature| feature.kind == FeatureKind::Input)
+    };
+    // Those of imported architectures come first: they are there already.
+    let own = |at: &Place<'db>| matches!(at, Place::Part(decl, _) if *decl == of);
+    let links = flat.links.iter().filter(|link| !link.operation);
+    let (mine, others): (Vec<_>, Vec<_>) = links.partition(|link| own(&link.at));
+    for link in others.into_iter().chain(mine) {
+        match first.get(&link.target) {
+            Some(earlier) if own(&link.at) && is_input(&link.target) => {
+                let (instance, port) = &link.target;
+                found.push(diagnostics::two_writers::report(
+                    link.at.clone(),
+                    instance,
+                    port,
+                    (*earlier).clone(),
+                ));
+            }
+            Some(_) => {}
+            None => {
+                first.insert(&link.target, &link.at);
+            }
+        }
+    }
+    found
+}
+
+/// What a deployed system leaves open: values, operations, inputs.
+pub(crate) fn check_deployment<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+) -> Vec<Diagnostic<'db>> {
+    let (Some(data), Some((flat, _))) = (deployment(db, of), deployed(db, project, of)) else {
+        return Vec::new();
+    };
+    let own = data.settings.iter().filter_map(|it| it.endpoint.as_ref());
+    let own = own.filter_map(|it| Some((it.instance.name.clone(), it.feature.as_ref()?.name.clone())));
+    let set: FxHashSet<(Name, Name)> = own.chain(flat.settings.iter().cloned()).collect();
+    let connected: FxHashSet<&(Name, Name)> = flat.links.iter().map(|link| &link.target).collect();
+    let mut found = Vec::new();
+    for instance in flat.instances.iter().filter(|instance| !instance.repeated) {
+        let Some(of_instance) = instance.component.and_then(|it| shell_of(db, project, it)) else { continue };
+        let features = features_of(db, project, of_instance);
+        if features.lost || features.cycle {
+            continue;
+        }
+        let activity = data.activities.iter().find(|activity| activity.instance.name == instance.name);
+        let at = activity.map_or(Place::name_of(of), |activity| Place::Part(of, activity.instance.part));
+        let mut open = Vec::new();
+        for (name, feature) in &features.by_name {
+            let Some(feature) = feature.first() else { continue };
+            let Some(declared) = shell(db, feature.shell).and_then(|it| it.features.get(feature.index))
+            else {
+                continue;
+            };
+            let end = (instance.name.clone(), name.clone());
+            let place = Place::Part(feature.shell, declared.name.part);
+            match feature.kind {
+                FeatureKind::Property | FeatureKind::Constant
+                    if declared.value.is_none() && !set.contains(&end) =>
+                {
+                    let report = diagnostics::missing_value::report;
+                    found.push(report(at.clone(), &instance.name, feature.kind, name, place));
+                }
+                // A connection that is half typed may be the one.
+                FeatureKind::Required if !connected.contains(&end) && !flat.links_lost => {
+                    found.push(diagnostics::unconnected_operation::report(
+                        at.clone(),
+                        &instance.name,
+                        name,
+                        place,
+                    ));
+                }
+                FeatureKind::Input if !connected.contains(&end) && !flat.links_lost => {
+                    open.push(name.as_str())
+                }
+                _ => {}
+            }
+        }
+        if !open.is_empty() {
+            found.push(diagnostics::unconnected_input::report(at, &instance.name, &open));
+        }
+    }
+    found
+}
