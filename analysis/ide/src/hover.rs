@@ -381,7 +381,9 @@ codel f(): $9Joy
 
     #[test]
     fn the_type_of_a_value_shows_the_fields_of_the_message() {
-        check(&messages("$1"), expect![[r#"
+        check(
+            &messages("$1"),
+            expect![[r#"
             Pose
             ---
             ```msg
@@ -391,8 +393,11 @@ codel f(): $9Joy
             ```
 
             built in: no such package was found on this machine
-        "#]]);
-        check(&messages("$2"), expect![[r#"
+        "#]],
+        );
+        check(
+            &messages("$2"),
+            expect![[r#"
             nav_msgs::Odometry
             ---
             ```msg
@@ -404,8 +409,11 @@ codel f(): $9Joy
             ```
 
             built in: no such package was found on this machine
-        "#]]);
-        check(&messages("$3"), expect![[r#"
+        "#]],
+        );
+        check(
+            &messages("$3"),
+            expect![[r#"
             String
             ---
             ```msg
@@ -414,8 +422,11 @@ codel f(): $9Joy
             ```
 
             built in: no such package was found on this machine
-        "#]]);
-        check(&messages("$7"), expect![[r#"
+        "#]],
+        );
+        check(
+            &messages("$7"),
+            expect![[r#"
             Joy
             ---
             ```msg
@@ -426,8 +437,11 @@ codel f(): $9Joy
             ```
 
             built in: no such package was found on this machine
-        "#]]);
-        check(&messages("$9"), expect![[r#"
+        "#]],
+        );
+        check(
+            &messages("$9"),
+            expect![[r#"
             Joy
             ---
             ```msg
@@ -438,7 +452,8 @@ codel f(): $9Joy
             ```
 
             built in: no such package was found on this machine
-        "#]]);
+        "#]],
+        );
     }
 
     #[test]

@@ -12,7 +12,8 @@ use crate::messages::{catalogue, package, used_packages};
 use crate::names::{features_of, names_of, similar};
 use crate::project::{Project, external_types};
 use crate::psm::{core_of, shell_of};
-use crate::source::{Decl, Place, data, deployment};
+use crate::settings::target_of;
+use crate::source::{Decl, Place, data};
 use crate::types::{self, Type};
 use crate::typing::uses_of;
 
@@ -235,47 +236,30 @@ fn usage_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Usage<'db> {
         let interface = crate::source::core_interface(db, core).as_ref();
         let shell =
             interface.and_then(|it| names.resolve_type(db, core, Kind::Shell, it.shell.as_ref()).ok());
+        usage.lost |= shell.is_none();
         if let Some(shell) = shell {
             usage.with_core.extend(&features_of(db, project, shell).shells);
         }
-        usage.lost |= !is_whole(db, core);
+        usage.lost |= uses.lost;
     }
     for of in of_kind(Kind::Deployment) {
         let deployed = usage.deployed.get_or_insert_default();
-        let target = deployment(db, of).map(|it| it.targets.as_slice());
-        let Some([target]) = target else { continue };
-        let Ok(target) = names.resolve_type(db, of, Kind::Architecture, Some(target)) else { continue };
+        let Some(target) = target_of(db, project, of) else {
+            usage.lost = true;
+            continue;
+        };
         let flat = flat_of(db, project, target);
-        usage.lost |= !flat.lost.is_empty();
+        usage.lost |= !flat.lost.is_empty() || flat.instances.iter().any(|it| it.component.is_none());
         deployed.extend(&flat.architectures);
         for component in flat.instances.iter().filter_map(|instance| instance.component) {
             deployed.insert(component);
-            deployed.extend(core_of(db, project, component));
-            if let Some(shell) = shell_of(db, project, component) {
-                deployed.extend(&features_of(db, project, shell).shells);
-            }
+            let (core, shell) = (core_of(db, project, component), shell_of(db, project, component));
+            usage.lost |= core.is_none() || shell.is_none();
+            deployed.extend(core);
+            deployed.extend(shell.into_iter().flat_map(|shell| &features_of(db, project, shell).shells));
         }
     }
     usage
-}
-
-/// Was nothing lost in a core? (A program of it may change without that.)
-#[salsa::tracked]
-fn is_whole<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> bool {
-    crate::source::core(db, of).is_none_or(|core| {
-        let programs =
-            core.operations.iter().map(|it| &it.program).chain(core.hooks.iter().map(|it| &it.program));
-        let states = || core.machines.iter().flat_map(|machine| &machine.states);
-        core.whole
-            && core.machines.iter().all(|machine| machine.whole)
-            && programs.into_iter().all(|program| program.whole)
-            && states().all(|state| state.whole && state.methods.iter().all(|method| method.program.whole))
-            && states().flat_map(|state| &state.transitions).all(|transition| {
-                transition.whole
-                    && transition.guard.as_ref().is_none_or(|guard| guard.whole)
-                    && transition.effect.as_ref().is_none_or(|effect| effect.whole)
-            })
-    })
 }
 
 fn unused<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Option<Diagnostic<'db>> {

@@ -85,17 +85,6 @@ impl<'db> Flow<'_, 'db> {
         Place::Part(self.of, part)
     }
 
-    /// Every program of the core.
-    fn programs(&self) -> Vec<&'db Program> {
-        let mut programs: Vec<&'db Program> = self.core.operations.iter().map(|it| &it.program).collect();
-        programs.extend(self.core.hooks.iter().map(|hook| &hook.program));
-        for state in self.core.machines.iter().flat_map(|machine| &machine.states) {
-            programs.extend(state.methods.iter().map(|method| &method.program));
-            programs.extend(state.transitions.iter().filter_map(|transition| transition.effect.as_ref()));
-        }
-        programs
-    }
-
     fn hook(&self, kind: HookKind) -> Option<&'db Program> {
         self.core.hooks.iter().find(|hook| hook.kind == kind).map(|hook| &hook.program)
     }
@@ -103,7 +92,7 @@ impl<'db> Flow<'_, 'db> {
     // What is never executed
 
     fn unreachable(&mut self) {
-        for program in self.programs() {
+        for program in self.core.programs() {
             self.unreachable_in(&program.statements);
         }
     }

@@ -80,6 +80,8 @@ pub struct Part(pub u32);
 pub struct ItemTree {
     /// The paths of the `include` lines; none where it is missing.
     pub includes: Vec<Option<String>>,
+    /// The libraries that it has a block of.
+    pub libraries: Vec<Name>,
     /// In the order of the text.
     pub declarations: Vec<Declaration>,
     /// Is there more than a stray word between the declarations that fits nowhere, or a brace missing? Then a
@@ -309,6 +311,17 @@ pub struct Handler {
 }
 
 impl Core {
+    /// Every program of it.
+    pub fn programs(&self) -> Vec<&Program> {
+        let mut programs: Vec<&Program> = self.operations.iter().map(|it| &it.program).collect();
+        programs.extend(self.hooks.iter().map(|hook| &hook.program));
+        for state in self.machines.iter().flat_map(|machine| &machine.states) {
+            programs.extend(state.methods.iter().map(|method| &method.program));
+            programs.extend(state.transitions.iter().filter_map(|transition| transition.effect.as_ref()));
+        }
+        programs
+    }
+
     /// Does it have two behaviours, or define something twice?
     pub(crate) fn is_double(&self) -> bool {
         let updates = self.hooks.iter().filter(|hook| hook.kind == HookKind::Update).count();

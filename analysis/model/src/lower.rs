@@ -179,6 +179,7 @@ impl Lowering {
                 ast::Item::Include(it) => self.include(&it),
                 ast::Item::Library(it) => {
                     let name = it.name().map_or_else(Name::default, |name| text_of(name.syntax()));
+                    self.tree.libraries.push(name.clone());
                     self.items(it.items(), Some(&name));
                 }
                 ast::Item::Use(it) => {

@@ -319,7 +319,7 @@ fn types_of_variables<'a>(statements: &'a [Statement], types: &mut Vec<&'a TypeR
                 types_of_variables(then, types);
                 types_of_variables(otherwise.as_deref().unwrap_or_default(), types);
             }
-            Statement::Return(_) | Statement::Assign(..) | Statement::Expr(_) => {}
+            Statement::Return(..) | Statement::Assign(..) | Statement::Expr(_) => {}
         }
     }
 }

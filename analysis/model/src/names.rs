@@ -48,6 +48,7 @@ pub fn names_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Names<'db> 
         let declarations = declarations(db, file);
         names.missing |= unknown || declarations.include_lost || file.problem(db).is_some();
         names.doubts.extend(declarations.doubts.iter().cloned());
+        names.libraries.extend(declarations.libraries.iter().filter(|name| !name.is_empty()).cloned());
         // Of a text that may be another, any declaration may be.
         if declarations.scope_lost || matches!(file.problem(db), Some(Problem::Unknown(_))) {
             names.scope_lost.get_or_insert(file);
@@ -55,7 +56,6 @@ pub fn names_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Names<'db> 
         for &decl in &declarations.all {
             let library = decl.library(db).clone();
             let name = decl.name(db).clone();
-            names.libraries.extend(library.clone());
             if decl.kind(db) == Kind::Use {
                 names.uses.entry(library).or_default().push(name);
                 continue;

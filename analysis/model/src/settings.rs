@@ -102,11 +102,20 @@ pub(crate) fn deployed<'db>(
     project: Project<'db>,
     of: Decl<'db>,
 ) -> Option<(&'db Flat<'db>, Decl<'db>)> {
-    let data = deployment(db, of)?;
-    let [target] = data.targets.as_slice() else { return None };
-    let target = names_of(db, project).resolve_type(db, of, Kind::Architecture, Some(target)).ok()?;
+    let target = target_of(db, project, of)?;
     let flat = flat_of(db, project, target);
     (flat.lost.is_empty() && !flat.cycle).then_some((flat, target))
+}
+
+/// The architecture that a deployment runs.
+#[salsa::tracked(returns(copy))]
+pub(crate) fn target_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+) -> Option<Decl<'db>> {
+    let [target] = deployment(db, of)?.targets.as_slice() else { return None };
+    names_of(db, project).resolve_type(db, of, Kind::Architecture, Some(target)).ok()
 }
 
 /// Evaluates constant expressions, and reports what is wrong in them.

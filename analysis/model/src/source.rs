@@ -75,6 +75,8 @@ pub struct Declarations<'db> {
     pub doubts: Vec<(Option<Name>, Option<Name>)>,
     /// See [`ItemTree::include_lost`].
     pub include_lost: bool,
+    /// See [`ItemTree::libraries`].
+    pub libraries: Vec<Name>,
     index: FxHashMap<Decl<'db>, usize>,
 }
 
@@ -88,8 +90,15 @@ pub fn declarations<'db>(db: &'db dyn ModelDb, file: File) -> Declarations<'db> 
     };
     let all: Vec<Decl<'db>> = tree.declarations.iter().zip(nths).map(declare).collect();
     let index = all.iter().enumerate().map(|(index, &decl)| (decl, index)).collect();
-    let ItemTree { scope_lost, include_lost, doubts, .. } = tree;
-    Declarations { all, scope_lost: *scope_lost, include_lost: *include_lost, doubts: doubts.clone(), index }
+    let ItemTree { scope_lost, include_lost, doubts, libraries, .. } = tree;
+    Declarations {
+        all,
+        scope_lost: *scope_lost,
+        include_lost: *include_lost,
+        doubts: doubts.clone(),
+        libraries: libraries.clone(),
+        index,
+    }
 }
 
 fn index_of<'db>(db: &'db dyn ModelDb, decl: Decl<'db>) -> Option<usize> {

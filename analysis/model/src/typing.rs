@@ -9,7 +9,7 @@ use crate::ModelDb;
 use crate::diagnostics::{self, Diagnostic};
 use crate::item_tree::{
     BinaryOperator, Core, Direction, Expr, FeatureKind, HookKind, Kind, Literal, Name, NameRef, Operation,
-    Parameter, Part, Program, Statement, TypeRef, UnaryOperator, Variable,
+    Parameter, Part, Program, State, Statement, TypeRef, UnaryOperator, Variable,
 };
 use crate::names::{Features, features_of, names_of, similar};
 use crate::project::Project;
@@ -26,6 +26,8 @@ pub struct Typing<'db> {
     pub values: FxHashMap<Part, Meaning<'db>>,
     /// What is called, by where its name stands.
     pub callees: FxHashMap<Part, Callee<'db>>,
+    /// Is there a name of a value or of what is called that means nothing?
+    pub unresolved: bool,
     /// What is wrong.
     pub diagnostics: Vec<Diagnostic<'db>>,
 }
@@ -148,6 +150,8 @@ pub fn typing_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>
 /// What others ask of a core's programs: whether a change in them matters to anybody else.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
 pub(crate) struct Uses<'db> {
+    /// May its programs use anything, since something in them was lost, or means nothing?
+    pub(crate) lost: bool,
     pub(crate) codels: FxHashSet<Decl<'db>>,
     pub(crate) features: FxHashSet<(Decl<'db>, usize)>,
 }
@@ -164,9 +168,27 @@ pub(crate) fn uses_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl
         Meaning::Variable(_) => None,
     };
     Uses {
+        lost: typing.unresolved || core(db, of).is_some_and(|data| !is_whole(data)),
         codels: typing.callees.values().filter_map(codel).collect(),
         features: typing.values.values().filter_map(feature).collect(),
     }
+}
+
+/// Was nothing lost in a core?
+fn is_whole(core: &Core) -> bool {
+    let machines = || core.machines.iter();
+    let states = || machines().flat_map(|machine| &machine.states);
+    let is_whole = |state: &State| {
+        state.whole
+            && state
+                .transitions
+                .iter()
+                .all(|it| it.whole && it.guard.as_ref().is_none_or(|guard| guard.whole))
+    };
+    core.whole
+        && machines().all(|machine| machine.whole)
+        && states().all(is_whole)
+        && core.programs().into_iter().all(|program| program.whole)
 }
 
 /// The type of an expression, and its value where that is constant.
@@ -482,9 +504,14 @@ impl<'db> Typer<'_, 'db> {
     }
 
     fn value(&mut self, name: &NameRef) -> Option<Meaning<'db>> {
-        let meaning = self.lookup(&name.name).filter(|_| !name.name.is_empty())?;
-        self.found.values.insert(name.part, meaning.clone());
-        Some(meaning)
+        let meaning = self.lookup(&name.name).filter(|_| !name.name.is_empty());
+        match &meaning {
+            Some(meaning) => {
+                self.found.values.insert(name.part, meaning.clone());
+            }
+            None => self.found.unresolved = true,
+        }
+        meaning
     }
 
     fn name(&mut self, name: &NameRef) -> Type {
@@ -575,6 +602,7 @@ impl<'db> Typer<'_, 'db> {
     /// What a call gives.
     fn call(&mut self, callee: &NameRef, arguments: &[Expr]) -> Type {
         let Some(found) = self.callee(callee, arguments) else {
+            self.found.unresolved = true;
             arguments.iter().for_each(|argument| {
                 self.expr(argument);
             });

@@ -144,7 +144,7 @@ fn what_has_no_bound_or_no_meaning_is_refused() {
             refused: `in1` is a port: only codels and operations are called
             refused: `p` is a property: only codels and operations are called
             refused: no codel or operation `eigth`; did you mean `eight`?
-            refused: the core does not define `help`: write `provide help(…) = { … }`
+            refused: core K: it does not define the operation `help`, and calls it
         "#]],
     );
     check(

@@ -17,7 +17,7 @@ shell Asking { require help(): int }
 core K1(S) { update = { one(); } }
 core K2(S) { update = { two(); } }
 core K4(S) { update = { four(); } }
-core KS(Serving) { provide help() = { one(); } update = { two(); } }
+core KS(Serving) { provide help() = { return one(); } update = { two(); } }
 core KA(Asking) { update = { one(); } }
 component C1(S, K1)
 component C2(S, K2)
@@ -604,7 +604,7 @@ fn keys_that_mean_nothing_are_not_ignored() {
 #[test]
 fn an_operation_called_like_the_hook_shares_no_key_with_it() {
     let robot = ROBOT.replace(
-        "core KS(Serving) { provide help() = { one(); } update = { two(); } }",
+        "core KS(Serving) { provide help() = { return one(); } update = { two(); } }",
         "core KS(Serving) { provide update() = { one(); } update = { two(); } }",
     );
     let robot =
@@ -643,7 +643,7 @@ fn operations_with_any_fault_are_not_taken_for_silent() {
         let text = format!(
             "codel one(): int codel two(): int codel four(): int\n{shells}
 core K1(S) {{ update = {{ one(); }} }}
-core KS(Serving) {{ provide help() = {{ four(); }} update = {{ two(); }} }}
+core KS(Serving) {{ provide help() = {{ return four(); }} update = {{ two(); }} }}
 core KA(Asking) {{ update = {{ one(); }} }}
 component C1(S, K1) component CS(Serving, KS) component CA(Asking, KA)
 architecture A {{ instance a: C1  instance b: CS  instance c: CA  {connection} }}

@@ -5,7 +5,7 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use mauve_model::diagnostics::workspace_diagnostics;
+use mauve_model::diagnostics::{Severity, workspace_diagnostics};
 use mauve_model::item_tree::Kind;
 use mauve_model::{Database, Query, Workspace, names_of, projects, psm_of, response_times};
 use mauve_timing::{Level, Method};
@@ -67,12 +67,13 @@ pub(crate) fn machine(fixture: &str, component: &str) -> String {
     out
 }
 
-/// A line for each diagnostic: file, text that it marks, code, message.
+/// A line for each diagnostic but hints: file, text that it marks, code, message.
 pub(crate) fn diagnostics(fixture: &str) -> String {
     let db = Database::default();
     let workspace = workspace(&db, fixture);
     let mut out = String::new();
-    for finding in workspace_diagnostics(&db, workspace) {
+    let findings = workspace_diagnostics(&db, workspace);
+    for finding in findings.iter().filter(|finding| finding.severity != Severity::Hint) {
         let diagnostic = &finding.diagnostic;
         let file = diagnostic.at.file(&db);
         let range = diagnostic.at.range(&db);
