@@ -87,6 +87,9 @@ struct Scope {
 impl Scope {
     fn add(&mut self, name: &str, ty: &str, readable: bool, writable: bool) {
         let (name, ty) = (name.to_owned(), plain(ty).to_owned());
+        // It hides what has its name.
+        self.variables.retain(|it| it.name != name);
+        self.calls.retain(|it| it.name != name);
         self.variables.push(Known { name, ty, readable, writable });
     }
 
@@ -333,9 +336,8 @@ impl Maker {
         }
         // What another component provides, and can be asked for without waiting.
         if self.chance(60) {
-            let all_provided = self.built.iter().flat_map(|it| it.features.provided.clone());
-            let fits = |it: &Signature| it.parameters.iter().all(|it| matches!(it.direction, "" | "in "));
-            let provided: Vec<Signature> = all_provided.filter(fits).collect();
+            let provided: Vec<Signature> =
+                self.built.iter().flat_map(|it| it.features.provided.clone()).collect();
             if !provided.is_empty() {
                 let mut required = self.random.of(&provided).clone();
                 required.name = self.name(&VERBS);
@@ -354,7 +356,14 @@ impl Maker {
             let keyword = *self.random.of(&["property", "property", "constant"]);
             let ty = if self.chance(6) { "uint8".to_owned() } else { self.scalar() };
             let name = self.name(&WORDS);
-            shell.values.push(self.value(&name, keyword, &ty));
+            let mut value = self.value(&name, keyword, &ty);
+            // A value may name a constant of the shell, inherited or not.
+            let known =
+                shell.values.iter().find(|it| it.keyword == "constant" && it.ty == ty && it.value.is_some());
+            if let Some(constant) = known.filter(|_| value.bounds.is_none() && value.value.is_some()) {
+                value.value = Some(variable(&constant.name, &ty));
+            }
+            shell.values.push(value);
         }
         for _ in 0..1 + self.random.below(4) {
             // What components exchange: often of a type that has been given out already.
@@ -395,7 +404,7 @@ impl Maker {
             (low, low + 1 + self.random.below(50) as i32)
         });
         let interval = bounds.map(|(low, high)| match ty {
-            "double" if self.chance(60) => format!("[{low}.0; {high}.5]"),
+            "double" if self.chance(60) => format!("[{low}.0; {high}.{}]", if high < 0 { 0 } else { 5 }),
             _ => format!("[{low}; {high}]"),
         });
         let value = self.chance(75).then(|| self.constant(ty, bounds));
@@ -560,7 +569,7 @@ impl Maker {
 
     fn send(&mut self, scope: &Scope, handler: &str, operation: &Signature) -> Option<Statement> {
         let mut arguments = vec![variable(&operation.name, "operation")];
-        for parameter in &operation.parameters {
+        for parameter in operation.parameters.iter().filter(|it| it.direction != "out ") {
             arguments.push(self.argument(scope, &parameter.ty, 1)?);
         }
         let call = Expr { ty: "handler".to_owned(), form: Form::Call("send".to_owned(), arguments) };
@@ -570,9 +579,7 @@ impl Maker {
     fn operation(&mut self, scope: &Scope, declared: &Signature) -> Option<Operation> {
         let mut scope = scope.clone();
         for Parameter { direction, name, ty } in &declared.parameters {
-            // A parameter hides what has its name.
-            scope.variables.retain(|it| it.name != *name);
-            scope.calls.retain(|it| it.name != *name);
+            self.taken.insert(name.clone());
             scope.add(name, ty, *direction != "out ", matches!(*direction, "out " | "inout "));
         }
         let mut signature = declared.clone();
@@ -580,11 +587,11 @@ impl Maker {
             signature.result.clear();
         }
         let mut body = self.block(&mut scope, 3, 2);
-        body.extend(self.returned(&declared.result, &scope));
+        let end = self.returned(&declared.result, &scope);
+        let ends = end.is_some();
+        body.extend(end);
         // Where no value of the type can be had, there is one way left.
-        if declared.result != "void"
-            && !matches!(body.last(), Some(Statement::Return(..) | Statement::If(..)))
-        {
+        if declared.result != "void" && !ends {
             let made = "made_here";
             body.push(Statement::Variable(Variable {
                 name: made.to_owned(),
@@ -757,12 +764,19 @@ impl Maker {
 
     fn collect(&mut self, scope: &Scope, handler: &str, operation: &Signature) -> Option<Expr> {
         let mut arguments = vec![variable(handler, "handler")];
-        if operation.result != "void" {
-            let targets = scope.of(&operation.result, |it| it.writable);
+        let result = (operation.result != "void").then_some(&operation.result);
+        let outputs = operation.parameters.iter().filter(|it| matches!(it.direction, "out " | "inout "));
+        let mut outputs: Vec<&String> = result.into_iter().chain(outputs.map(|it| &it.ty)).collect();
+        // The values need not be fetched.
+        if self.chance(20) {
+            outputs.clear();
+        }
+        for ty in outputs {
+            let targets = scope.of(ty, |it| it.writable);
             if targets.is_empty() {
                 return None;
             }
-            arguments.push(variable(self.random.of::<String>(&targets), plain(&operation.result)));
+            arguments.push(variable(self.random.of::<String>(&targets), plain(ty)));
         }
         Some(Expr { ty: "call".to_owned(), form: Form::Call("collect".to_owned(), arguments) })
     }
