@@ -185,9 +185,8 @@ impl Client {
 
     /// The newest diagnostics of every file that has one.
     pub fn published(&self) -> HashMap<String, Value> {
-        let some =
-            self.published.iter().filter(|(_, found)| found.as_array().is_some_and(|it| !it.is_empty()));
-        some.map(|(uri, found)| (uri.clone(), found.clone())).collect()
+        let some = self.published.iter().map(|(uri, found)| (uri.clone(), without_hints(found)));
+        some.filter(|(_, found)| !found.is_empty()).map(|(uri, found)| (uri, found.into())).collect()
     }
 
     /// Opens a text.
@@ -234,7 +233,7 @@ impl Client {
             .wait(&format!("diagnostics of version {} of {}", text.version, text.uri), |message| {
                 is_publication(message, &text.uri) && message["params"]["version"] == text.version
             });
-        found["params"]["diagnostics"].as_array().cloned().unwrap_or_default()
+        without_hints(&found["params"]["diagnostics"])
     }
 
     /// The codes of the diagnostics of this version of a text.
@@ -446,4 +445,10 @@ fn read(output: &mut impl std::io::BufRead) -> Option<Value> {
     let mut bytes = vec![0; length];
     output.read_exact(&mut bytes).ok()?;
     serde_json::from_slice(&bytes).ok()
+}
+
+/// Errors and warnings: hints say what may be better, and no test rests on what is good.
+fn without_hints(diagnostics: &Value) -> Vec<Value> {
+    let all = diagnostics.as_array().map_or(&[] as &[Value], Vec::as_slice);
+    all.iter().filter(|it| it["severity"] != 4).cloned().collect()
 }

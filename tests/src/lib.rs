@@ -140,7 +140,7 @@ pub fn long_analysis(count: usize) -> Vec<(String, String)> {
     }
     model += &format!("{instances}}}\n{activities}}}\n");
     let times = "unit = \"ns\"\n[codel]\nf = 999999\ng = 2000000\n";
-    let config = "[timing]\ntables = [\"times.toml\"]\n";
+    let config = "[timing]\ntables = [\"times.toml\"]\n[lints]\nequal-priorities = \"allow\"\n";
     [("/a.mal", model.as_str()), ("/mauve.toml", config), ("/times.toml", times)]
         .map(|(path, text)| (path.to_owned(), text.to_owned()))
         .to_vec()

@@ -331,7 +331,7 @@ impl<'a, 'db> Programs<'a, 'db> {
                 Expr::Missing | Expr::Literal(..) => {}
                 Expr::Name(name) if self.finder.is_here(name) => return self.value(name, scope),
                 Expr::Name(_) => {}
-                Expr::Unary(_, inner, _) => open.push(inner),
+                Expr::Lost(inner) | Expr::Unary(_, inner, _) => open.push(inner),
                 Expr::Binary(_, lhs, rhs, _) => open.extend([rhs.as_ref(), lhs.as_ref()]),
                 Expr::Call { callee, arguments, .. } => {
                     // The port, operation or handler of a built-in function is no value.

@@ -119,6 +119,7 @@ pub fn behaviour_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'
         methods: FxHashMap::default(),
         scope: Scope::default(),
         variables_lost: !data.whole || data.machines.iter().any(|machine| !machine.whole),
+        statement: None,
         found: Behaviour::default(),
     };
     if let Err(unresolved) = &shell {
@@ -156,6 +157,8 @@ struct Reader<'a, 'db> {
     scope: Scope,
     /// May the declaration of a variable have been lost, in the core or in the program that is being read?
     variables_lost: bool,
+    /// The call that the last statement is: its name, all of it, its first argument.
+    statement: Option<(Part, Part, Option<Part>)>,
     found: Behaviour<'db>,
 }
 

@@ -5,9 +5,7 @@ use rustc_hash::FxHashSet;
 use crate::ModelDb;
 use crate::diagnostics::{self, Diagnostic};
 use crate::flat::flat_of;
-use crate::item_tree::{
-    Core, Data, FeatureKind, Kind, Name, NameRef, Operation, Parameter, Statement, TypeRef, Variable,
-};
+use crate::item_tree::{Data, Expr, FeatureKind, Kind, Name, NameRef, Part, Shell, TypeRef};
 use crate::messages::{catalogue, package, used_packages};
 use crate::names::{features_of, names_of, similar};
 use crate::project::{Project, external_types};
@@ -21,31 +19,23 @@ use crate::typing::uses_of;
 pub(crate) fn check<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<Diagnostic<'db>> {
     let Some(data) = data(db, of).as_deref() else { return Vec::new() };
     let mut found = Vec::new();
-    let (types, names) = parts(data);
-    for (ty, may_be_void) in types {
+    for (ty, may_be_void) in data.types() {
         found.extend(check_type(db, project, of, ty, may_be_void));
     }
-    for (name, is_reserved) in names
-        .into_iter()
-        .chain([(own_name(db, of, data), None)].into_iter().filter_map(|(n, r)| Some((n?, r))))
-    {
-        if let Some(why) = is_reserved.filter(|(names, _): &(&[&str], _)| names.contains(&name.name.as_str()))
-        {
-            found.push(diagnostics::reserved_name::report(Place::Part(of, name.part), &name.name, why.1));
-        } else if diagnostics::reserved_name::is_cpp(&name.name) {
-            found.push(diagnostics::reserved_name::report(
-                Place::Part(of, name.part),
-                &name.name,
-                "a word of C++",
-            ));
-        }
+    let own = NameRef { name: of.name(db).clone(), part: Part(0) };
+    let own = matches!(data, Data::Codel(_) | Data::Component(_)).then_some((&own, None));
+    for (NameRef { name, part }, reserved) in own.into_iter().chain(names_in(data)) {
+        let reserved = reserved.filter(|(names, _)| names.contains(&name.as_str())).map(|(_, what)| what);
+        let what = reserved.or_else(|| diagnostics::reserved_name::is_cpp(name).then_some("a word of C++"));
+        found.extend(what.map(|what| diagnostics::reserved_name::report(Place::Part(of, *part), name, what)));
     }
     if let Data::Core(core) = data {
         found.extend(core.colon.map(|colon| diagnostics::header_colon::report(Place::Part(of, colon))));
-        for variable in variables(core) {
-            let report =
-                |part| diagnostics::continued_line::report(Place::Part(of, part), &variable.name.name);
-            found.extend(variable.continued.map(report));
+        for variable in core.all_variables() {
+            found.extend(variable.continued.map(|(token, before)| {
+                let (at, before) = (Place::Part(of, token), Place::Behind(of, before));
+                diagnostics::continued_line::report(at, before, &variable.name.name)
+            }));
         }
     }
     if let Some(unused) = unused(db, project, of) {
@@ -57,12 +47,6 @@ pub(crate) fn check<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'
     found
 }
 
-/// The name of a declaration that becomes one in C++.
-fn own_name<'db>(db: &'db dyn ModelDb, of: Decl<'db>, data: &Data) -> Option<NameRef> {
-    let is_one = matches!(data, Data::Codel(_) | Data::Component(_));
-    is_one.then(|| NameRef { name: of.name(db).clone(), part: crate::item_tree::Part(0) })
-}
-
 /// Names that the original generator used itself, and what for.
 type Reserved = Option<(&'static [&'static str], &'static str)>;
 
@@ -72,75 +56,33 @@ const PROPERTIES: Reserved = Some((
     "a property that generated components have",
 ));
 
-/// The types of a declaration, each with whether it may be `void`; and its names that become names in C++.
-fn parts(data: &Data) -> (Vec<(&TypeRef, bool)>, Vec<(NameRef, Reserved)>) {
-    let (mut types, mut names) = (Vec::new(), Vec::new());
-    let parameters = |of: &[Parameter]| -> Vec<(NameRef, Reserved)> {
-        of.iter().map(|it| (it.name.clone(), None)).collect()
-    };
+/// The names in a declaration that become names in C++.
+fn names_in(data: &Data) -> Vec<(&NameRef, Reserved)> {
+    let mut names: Vec<(&NameRef, Reserved)> = Vec::new();
     match data {
-        Data::Codel(codel) => {
-            types.extend(codel.parameters.iter().filter_map(|it| Some((it.ty.as_ref()?, false))));
-            types.extend(codel.result.as_ref().map(|ty| (ty, true)));
-            names.extend(parameters(&codel.parameters));
-        }
+        Data::Codel(codel) => names.extend(codel.parameters.iter().map(|it| (&it.name, None))),
         Data::Shell(shell) => {
             for feature in &shell.features {
-                types.extend(feature.parameters.iter().filter_map(|it| Some((it.ty.as_ref()?, false))));
-                types.extend(feature.ty.as_ref().map(|ty| (ty, feature.kind.is_operation())));
                 let reserved = match feature.kind {
                     kind if kind.is_port() => PORTS,
                     kind if kind.is_value() => PROPERTIES,
                     _ => None,
                 };
-                names.push((feature.name.clone(), reserved));
-                names.extend(parameters(&feature.parameters));
+                names.push((&feature.name, reserved));
+                names.extend(feature.parameters.iter().map(|it| (&it.name, None)));
             }
         }
         Data::Core(core) => {
-            for Operation { parameters: of, result, .. } in &core.operations {
-                types.extend(of.iter().filter_map(|it| Some((it.ty.as_ref()?, false))));
-                types.extend(result.as_ref().map(|ty| (ty, true)));
-                names.extend(parameters(of));
-            }
-            for variable in variables(core) {
-                types.extend(variable.ty.as_ref().map(|ty| (ty, false)));
-                names.push((variable.name.clone(), None));
-            }
-            names.extend(core.handlers.iter().map(|handler| (handler.name.clone(), None)));
+            let parameters = core.operations.iter().flat_map(|it| &it.parameters);
+            names.extend(parameters.map(|it| (&it.name, None)));
+            names.extend(core.all_variables().into_iter().map(|it| (&it.name, None)));
+            names.extend(core.handlers.iter().map(|handler| (&handler.name, None)));
             let states = core.machines.iter().flat_map(|machine| &machine.states);
-            names.extend(states.map(|state| (state.name.clone(), None)));
+            names.extend(states.map(|state| (&state.name, None)));
         }
         _ => {}
     }
-    (types, names)
-}
-
-/// All variables of a core, those in its programs too.
-fn variables(core: &Core) -> Vec<&Variable> {
-    let mut found: Vec<&Variable> = core.variables.iter().collect();
-    let mut open: Vec<&Statement> = core.operations.iter().flat_map(|it| &it.program.statements).collect();
-    open.extend(core.hooks.iter().flat_map(|it| &it.program.statements));
-    for machine in &core.machines {
-        found.extend(&machine.variables);
-        for state in &machine.states {
-            open.extend(state.methods.iter().flat_map(|it| &it.program.statements));
-            open.extend(
-                state.transitions.iter().filter_map(|it| it.effect.as_ref()).flat_map(|it| &it.statements),
-            );
-        }
-    }
-    while let Some(statement) = open.pop() {
-        match statement {
-            Statement::Variable(variable) => found.push(variable),
-            Statement::If { then, otherwise, .. } => {
-                open.extend(then.iter().chain(otherwise.iter().flatten()))
-            }
-            Statement::Block(inner) => open.extend(inner),
-            Statement::Return(..) | Statement::Assign(..) | Statement::Expr(_) => {}
-        }
-    }
-    found
+    names
 }
 
 fn check_type<'db>(
@@ -177,15 +119,15 @@ fn check_type<'db>(
                         package(db, workspace, it).is_some_and(|it| it.messages.contains_key(name))
                     };
                     let elsewhere = library.and_then(|_| catalogue().keys().find(declares));
-                    Some(diagnostics::unknown_type::report(at, &ty.path, elsewhere, near))
+                    Some(diagnostics::unknown_type::report(of, at, &ty.path, elsewhere, near))
                 }
                 [of_path, ..] if package(db, workspace, of_path).is_none() => {
-                    Some(diagnostics::unknown_type::report(at, &ty.path, None, None))
+                    Some(diagnostics::unknown_type::report(of, at, &ty.path, None, None))
                 }
                 [of_path, ..] => {
                     let near =
                         similar(name, of_package(of_path)).map(|near| format!("{of_path}.{near}").into());
-                    Some(diagnostics::unknown_type::report(at, &ty.path, None, near))
+                    Some(diagnostics::unknown_type::report(of, at, &ty.path, None, near))
                 }
                 [] => None,
             }
@@ -284,7 +226,7 @@ fn unused_features<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
-    data: &crate::item_tree::Shell,
+    data: &Shell,
 ) -> Vec<Diagnostic<'db>> {
     let usage = usage_of(db, project);
     if usage.lost || !usage.with_core.contains(&of) {
@@ -304,8 +246,7 @@ fn unused_features<'db>(
 }
 
 /// Does a value or an interval of the shell name this constant?
-fn named_by_others(data: &crate::item_tree::Shell, name: &Name) -> bool {
-    use crate::item_tree::Expr;
+fn named_by_others(data: &Shell, name: &Name) -> bool {
     let mut open: Vec<&Expr> = Vec::new();
     for feature in &data.features {
         open.extend(&feature.value);
@@ -314,7 +255,7 @@ fn named_by_others(data: &crate::item_tree::Shell, name: &Name) -> bool {
     while let Some(expr) = open.pop() {
         match expr {
             Expr::Name(it) if it.name == *name => return true,
-            Expr::Unary(_, inner, _) => open.push(inner),
+            Expr::Lost(inner) | Expr::Unary(_, inner, _) => open.push(inner),
             Expr::Binary(_, lhs, rhs, _) => open.extend([lhs.as_ref(), rhs.as_ref()]),
             _ => {}
         }

@@ -9,7 +9,7 @@ use rustc_hash::FxHashMap;
 use crate::behaviour::behaviour_of;
 use crate::flat::{check_architecture, check_settings};
 use crate::item_tree::{
-    BinaryOperator, Expr, FeatureKind, Field, Kind, Literal, Name, NameRef, TypeRef, UnaryOperator,
+    BinaryOperator, Expr, FeatureKind, Field, Kind, Literal, Name, NameRef, Part, TypeRef, UnaryOperator,
 };
 use crate::names::{FeatureOf, Unresolved, features_of, file_outside, names_of};
 use crate::project::{
@@ -116,14 +116,22 @@ impl<'db> Diagnostic<'db> {
         let library = of.library(db).as_ref();
         let advice = names.advice(db, library, kind, path).or_else(|| {
             let file = file_outside(db, project, kind, name)?;
-            Some(format!("{file} declares one, and is not included"))
+            Some((format!("{file} declares one, and is not included"), None))
         });
-        if let Some(advice) = advice {
+        if let Some((advice, to_use)) = advice {
             self.message += &format!("; {advice}");
-            return self;
+            return match to_use {
+                Some(library) => self.add_use(of, &library),
+                None => self,
+            };
         }
         let at = self.at.clone();
         self.did_you_mean(at, names.similar(db, library, kind, path))
+    }
+
+    /// Offers to write that the library of `of` uses another one, or a message package.
+    fn add_use(self, of: Decl<'db>, name: &str) -> Diagnostic<'db> {
+        self.fix(format!("Add `use {name}`"), Place::Above(of), format!("use {name}\n  "))
     }
 
     /// Asks whether `near` was meant, and offers to write it.
@@ -321,7 +329,7 @@ pub fn file_diagnostics<'db>(
     // What a file lacks because its text ends too early is no mistake of its own.
     for error in parse(db, file).errors().iter().filter(|_| file.problem(db).is_none()) {
         let at = Place::Range(file, error.range.start().into(), error.range.end().into());
-        found.push(syntax_error::report(at, error.message.clone()));
+        found.push(syntax_error::report(parse(db, file), file, error, at));
     }
     let tree = item_tree_of(db, file);
     let rings = include_rings(db, workspace);

@@ -221,9 +221,9 @@ fn direction<'db>(
         let feature = end.feature.as_ref()?;
         let features = features_of(db, project, shell);
         let found = features.get(&feature.name).filter(|_| !features.lost)?;
-        Some((found.kind, Place::Part(of, feature.part), feature.name.as_str(), end.instance.name.as_str()))
+        Some((found.kind, &end.instance, feature))
     });
-    diagnostics::connection_direction::report(what, source?, target?)
+    diagnostics::connection_direction::report(what, of, source?, target?)
 }
 
 /// Why a name of an instance or a feature in the settings of a deployment means nothing.

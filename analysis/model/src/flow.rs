@@ -293,7 +293,7 @@ impl<'db> Flow<'_, 'db> {
                         .or_insert(name.part);
                 }
             }
-            Expr::Unary(_, inner, _) => self.expr(inner, assigned),
+            Expr::Lost(inner) | Expr::Unary(_, inner, _) => self.expr(inner, assigned),
             Expr::Binary(_, lhs, rhs, _) => {
                 self.expr(lhs, assigned);
                 self.expr(rhs, assigned);
@@ -370,7 +370,7 @@ impl<'db> Flow<'_, 'db> {
         while let Some(expr) = calls.pop() {
             match expr {
                 Expr::Missing | Expr::Literal(..) | Expr::Name(_) => {}
-                Expr::Unary(_, inner, _) => calls.push(inner),
+                Expr::Lost(inner) | Expr::Unary(_, inner, _) => calls.push(inner),
                 Expr::Binary(_, lhs, rhs, _) => calls.extend([lhs.as_ref(), rhs.as_ref()]),
                 Expr::Call { callee, arguments, .. } => {
                     // Each variable among the arguments may be one that something comes back to.

@@ -147,6 +147,38 @@ pub enum Data {
     Deployment(Deployment),
 }
 
+impl Data {
+    /// The types of values that it names, each with whether it may be `void`.
+    pub fn types(&self) -> Vec<(&TypeRef, bool)> {
+        fn of_parameters(parameters: &[Parameter]) -> impl Iterator<Item = (&TypeRef, bool)> {
+            parameters.iter().filter_map(|parameter| Some((parameter.ty.as_ref()?, false)))
+        }
+        let mut types = Vec::new();
+        match self {
+            Data::Codel(codel) => {
+                types.extend(of_parameters(&codel.parameters));
+                types.extend(codel.result.as_ref().map(|ty| (ty, true)));
+            }
+            Data::Shell(shell) => {
+                for feature in &shell.features {
+                    types.extend(of_parameters(&feature.parameters));
+                    types.extend(feature.ty.as_ref().map(|ty| (ty, feature.kind.is_operation())));
+                }
+            }
+            Data::Core(core) => {
+                for operation in &core.operations {
+                    types.extend(of_parameters(&operation.parameters));
+                    types.extend(operation.result.as_ref().map(|ty| (ty, true)));
+                }
+                types
+                    .extend(core.all_variables().into_iter().filter_map(|it| Some((it.ty.as_ref()?, false))));
+            }
+            Data::Use | Data::Component(_) | Data::Architecture(_) | Data::Deployment(_) => {}
+        }
+        types
+    }
+}
+
 /// The name of a type, shell, component, … as it stands: one part or several.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TypeRef {
@@ -311,6 +343,24 @@ pub struct Handler {
 }
 
 impl Core {
+    /// Every variable, those in its programs too.
+    pub fn all_variables(&self) -> Vec<&Variable> {
+        let mut found: Vec<&Variable> = self.variables.iter().collect();
+        found.extend(self.machines.iter().flat_map(|machine| &machine.variables));
+        let mut open: Vec<&Statement> = self.programs().into_iter().flat_map(|it| &it.statements).collect();
+        while let Some(statement) = open.pop() {
+            match statement {
+                Statement::Variable(variable) => found.push(variable),
+                Statement::If { then, otherwise, .. } => {
+                    open.extend(then.iter().chain(otherwise.iter().flatten()))
+                }
+                Statement::Block(inner) => open.extend(inner),
+                Statement::Return(..) | Statement::Assign(..) | Statement::Expr(_) => {}
+            }
+        }
+        found
+    }
+
     /// Every program of it.
     pub fn programs(&self) -> Vec<&Program> {
         let mut programs: Vec<&Program> = self.operations.iter().map(|it| &it.program).collect();
@@ -341,8 +391,9 @@ pub struct Variable {
     pub ty: Option<TypeRef>,
     /// Its first value.
     pub value: Option<Expr>,
-    /// A token that begins a line and goes on with the value, where another statement may have been meant.
-    pub continued: Option<Part>,
+    /// A token that begins a line and goes on with the value, where another statement may have been meant; and the one
+    /// before it.
+    pub continued: Option<(Part, Part)>,
 }
 
 /// `provide f(…): T = { … }`
@@ -527,6 +578,8 @@ impl Statement {
 pub enum Expr {
     /// It is not there, or not understood.
     Missing,
+    /// Something in it was lost: it names what it names, and what it gives is unknown.
+    Lost(Box<Expr>),
     Literal(Literal, Part),
     Name(NameRef),
     Call {
@@ -542,7 +595,7 @@ impl Expr {
     /// Where the whole of it stands, without brackets around it.
     pub fn part(&self) -> Option<Part> {
         match self {
-            Expr::Missing => None,
+            Expr::Missing | Expr::Lost(_) => None,
             Expr::Name(name) => Some(name.part),
             Expr::Literal(_, part)
             | Expr::Call { part, .. }

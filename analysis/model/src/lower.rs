@@ -450,7 +450,8 @@ impl Lowering {
             name: self.name(variable.name(), variable.syntax()),
             ty: variable.ty().map(|ty| self.type_ref(&ty)),
             value: variable.initializer().map(|it| self.expr(it.expr())),
-            continued: continued(variable).map(|token| self.part(token.text_range())),
+            continued: continued(variable)
+                .map(|[token, before]| (self.part(token.text_range()), self.part(before.text_range()))),
         }
     }
 
@@ -559,6 +560,15 @@ impl Lowering {
 
     fn expr(&mut self, expr: Option<ast::Expr>) -> Expr {
         let Some(expr) = expr else { return Expr::Missing };
+        let in_arguments = |node: &SyntaxNode| {
+            node.children().any(|child| child.kind() == SyntaxKind::ARGUMENT_LIST && has_error_child(&child))
+        };
+        let is_lost = has_error_child(expr.syntax()) || in_arguments(expr.syntax());
+        let lowered = self.whole_expr(expr);
+        if is_lost { Expr::Lost(Box::new(lowered)) } else { lowered }
+    }
+
+    fn whole_expr(&mut self, expr: ast::Expr) -> Expr {
         match expr {
             ast::Expr::Literal(it) => self.literal(&it),
             ast::Expr::NameExpr(it) => match it.name_ref() {
@@ -729,23 +739,23 @@ impl Lowering {
 
 /// A `(` or `-` that begins a line in the value of a variable without `;` at its end: the user may have meant another
 /// statement.
-fn continued(variable: &ast::Var) -> Option<SyntaxToken> {
+fn continued(variable: &ast::Var) -> Option<[SyntaxToken; 2]> {
     let value = variable.initializer()?;
     let last = value.syntax().last_token()?;
-    let next = std::iter::successors(last.next_token(), SyntaxToken::next_token);
-    if next
-        .into_iter()
-        .find(|token| !token.kind().is_trivia())
-        .is_some_and(|it| it.kind() == SyntaxKind::SEMICOLON)
-    {
+    let mut behind = std::iter::successors(last.next_token(), SyntaxToken::next_token);
+    let next = behind.find(|token| !token.kind().is_trivia());
+    if next.is_some_and(|token| token.kind() == SyntaxKind::SEMICOLON) {
         return None;
     }
     let goes_on =
         |node: &SyntaxNode| matches!(node.kind(), SyntaxKind::BINARY_EXPR | SyntaxKind::ARGUMENT_LIST);
     let nodes = value.syntax().descendants().filter(goes_on);
-    nodes
-        .flat_map(|node| tokens_of(&node))
-        .find(|token| matches!(token.kind(), SyntaxKind::L_PAREN | SyntaxKind::MINUS) && begins_line(token))
+    let token = nodes.flat_map(|node| tokens_of(&node)).find(|token| {
+        matches!(token.kind(), SyntaxKind::L_PAREN | SyntaxKind::MINUS) && begins_line(token)
+    })?;
+    let mut before = std::iter::successors(token.prev_token(), SyntaxToken::prev_token);
+    let before = before.find(|token| !token.kind().is_trivia())?;
+    Some([token, before])
 }
 
 fn binary_operator(kind: SyntaxKind) -> Option<BinaryOperator> {

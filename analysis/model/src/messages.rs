@@ -10,7 +10,7 @@ use std::sync::{Arc, LazyLock};
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use crate::item_tree::{Data, Kind, Name, Parameter, Statement, TypeRef};
+use crate::item_tree::{Kind, Name};
 use crate::project::{Project, is_model, project_files};
 use crate::source::{declarations, item_tree_of};
 use crate::{File, ModelDb, Workspace};
@@ -240,7 +240,8 @@ pub fn message_of<'db>(
 #[salsa::tracked(returns(ref))]
 pub fn used_packages<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> FxHashMap<Option<Name>, Vec<Name>> {
     let all = || project_files(db, project).iter().flat_map(|&file| &declarations(db, file).all).copied();
-    let libraries: FxHashSet<&Name> = all().filter_map(|decl| decl.library(db).as_ref()).collect();
+    let libraries: FxHashSet<&Name> =
+        project_files(db, project).iter().flat_map(|&file| &declarations(db, file).libraries).collect();
     let mut used: FxHashMap<Option<Name>, Vec<Name>> = FxHashMap::default();
     for decl in all().filter(|decl| decl.kind(db) == Kind::Use && !libraries.contains(decl.name(db))) {
         let library = decl.library(db).clone();
@@ -263,65 +264,15 @@ pub fn named_packages(db: &dyn ModelDb, workspace: Workspace) -> BTreeSet<Name> 
 
 #[salsa::tracked(returns(ref))]
 fn named_in(db: &dyn ModelDb, file: File) -> BTreeSet<Name> {
-    let mut types = Vec::new();
     let mut names = BTreeSet::new();
     for declaration in &item_tree_of(db, file).declarations {
         if declaration.kind == Kind::Use && !declaration.name.is_empty() {
             names.insert(declaration.name.clone());
         }
-        types_of_values(&declaration.data, &mut types);
+        let types = declaration.data.types().into_iter().map(|(ty, _)| ty);
+        names.extend(types.filter(|ty| ty.path.len() > 1).filter_map(|ty| ty.path.first().cloned()));
     }
-    let first = |ty: &TypeRef| ty.path.first().filter(|_| ty.path.len() > 1).cloned();
-    names.extend(types.into_iter().filter_map(first));
     names
-}
-
-/// The types of parameters, ports, properties, variables and results.
-fn types_of_values<'a>(data: &'a Data, types: &mut Vec<&'a TypeRef>) {
-    fn of_parameters<'a>(parameters: &'a [Parameter], types: &mut Vec<&'a TypeRef>) {
-        types.extend(parameters.iter().filter_map(|parameter| parameter.ty.as_ref()));
-    }
-    match data {
-        Data::Codel(codel) => {
-            of_parameters(&codel.parameters, types);
-            types.extend(&codel.result);
-        }
-        Data::Shell(shell) => {
-            for feature in &shell.features {
-                of_parameters(&feature.parameters, types);
-                types.extend(&feature.ty);
-            }
-        }
-        Data::Core(core) => {
-            let machines = core.machines.iter();
-            let variables = core.variables.iter().chain(machines.clone().flat_map(|it| &it.variables));
-            types.extend(variables.filter_map(|variable| variable.ty.as_ref()));
-            core.operations.iter().for_each(|it| of_parameters(&it.parameters, types));
-            let states = machines.flat_map(|machine| &machine.states);
-            let of_states = states.flat_map(|state| {
-                let effects = state.transitions.iter().filter_map(|it| it.effect.as_ref());
-                state.methods.iter().map(|it| &it.program).chain(effects)
-            });
-            let programs = core.operations.iter().map(|it| &it.program);
-            let programs = programs.chain(core.hooks.iter().map(|it| &it.program)).chain(of_states);
-            programs.for_each(|program| types_of_variables(&program.statements, types));
-        }
-        Data::Use | Data::Component(_) | Data::Architecture(_) | Data::Deployment(_) => {}
-    }
-}
-
-fn types_of_variables<'a>(statements: &'a [Statement], types: &mut Vec<&'a TypeRef>) {
-    for statement in statements {
-        match statement {
-            Statement::Variable(variable) => types.extend(&variable.ty),
-            Statement::Block(inner) => types_of_variables(inner, types),
-            Statement::If { then, otherwise, .. } => {
-                types_of_variables(then, types);
-                types_of_variables(otherwise.as_deref().unwrap_or_default(), types);
-            }
-            Statement::Return(..) | Statement::Assign(..) | Statement::Expr(_) => {}
-        }
-    }
 }
 
 #[cfg(test)]

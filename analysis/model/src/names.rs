@@ -217,23 +217,24 @@ impl<'db> Names<'db> {
         format!("{what} is unknown{why}")
     }
 
-    /// What to do about `path`, written in `library`, that means nothing: a library to use, or one that is misspelt.
+    /// What to do about `path`, written in `library`, that means nothing: a library to use, with its name, or one that is
+    /// misspelt.
     pub(crate) fn advice(
         &self,
         db: &'db dyn ModelDb,
         library: Option<&Name>,
         kind: Kind,
         path: &[Name],
-    ) -> Option<String> {
+    ) -> Option<(String, Option<Name>)> {
         match path {
             [name] => {
                 let of = self.anywhere(kind, name).iter().find_map(|decl| decl.library(db).as_ref())?;
-                library.map(|_| format!("library `{of}` has one: add `use {of}`"))
+                library.map(|_| (format!("library `{of}` has one: add `use {of}`"), Some(of.clone())))
             }
             [of, name] if !self.libraries.contains(of) => {
                 let of = similar(of, &self.libraries)?;
                 let is_there = !self.in_library(Some(&of), kind, name).is_empty();
-                is_there.then(|| format!("did you mean `{of}.{name}`?"))
+                is_there.then(|| (format!("did you mean `{of}.{name}`?"), None))
             }
             _ => None,
         }

@@ -189,7 +189,7 @@ impl<'db> Constants<'_, 'db> {
 
     fn evaluated(&mut self, expr: &Expr, open: &mut FxHashSet<Name>) -> Option<(Type, Option<Value>)> {
         match expr {
-            Expr::Missing => None,
+            Expr::Missing | Expr::Lost(_) => None,
             Expr::Literal(literal, part) => match Value::of_literal(literal) {
                 Ok(value) => Some((literal_type(literal), value)),
                 Err(why) => {

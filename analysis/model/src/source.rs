@@ -117,6 +117,12 @@ pub fn data<'db>(db: &'db dyn ModelDb, decl: Decl<'db>) -> Option<Arc<Data>> {
 pub enum Place<'db> {
     /// In a declaration.
     Part(Decl<'db>, Part),
+    /// Right before something in a declaration, where something may be put.
+    Before(Decl<'db>, Part),
+    /// Right behind something in a declaration.
+    Behind(Decl<'db>, Part),
+    /// Before a declaration.
+    Above(Decl<'db>),
     /// The include of that number.
     Include(File, u32),
     /// A file that has no tree of its own here, such as a table: these bytes.
@@ -132,18 +138,25 @@ impl<'db> Place<'db> {
     /// The file.
     pub fn file(&self, db: &'db dyn ModelDb) -> File {
         match *self {
-            Place::Part(decl, _) => decl.file(db),
+            Place::Part(decl, _) | Place::Before(decl, _) | Place::Behind(decl, _) | Place::Above(decl) => {
+                decl.file(db)
+            }
             Place::Include(file, _) | Place::Range(file, ..) => file,
         }
     }
 
     /// Where it stands now.
     pub fn range(&self, db: &'db dyn ModelDb) -> TextRange {
+        let map = |decl: Decl<'db>| source_map(db, decl.file(db)).declarations.get(index_of(db, decl)?);
+        let part = |decl, part: Part| {
+            let map = map(decl)?;
+            Some(map.parts.get(part.0 as usize).copied().unwrap_or(map.range))
+        };
         let found = match *self {
-            Place::Part(decl, part) => index_of(db, decl).and_then(|index| {
-                let map = source_map(db, decl.file(db)).declarations.get(index)?;
-                Some(map.parts.get(part.0 as usize).copied().unwrap_or(map.range))
-            }),
+            Place::Part(decl, it) => part(decl, it),
+            Place::Before(decl, it) => part(decl, it).map(|range| TextRange::empty(range.start())),
+            Place::Behind(decl, it) => part(decl, it).map(|range| TextRange::empty(range.end())),
+            Place::Above(decl) => map(decl).map(|map| TextRange::empty(map.range.start())),
             Place::Include(file, index) => source_map(db, file).includes.get(index as usize).copied(),
             Place::Range(_, start, end) => Some(TextRange::new(start.into(), end.max(start).into())),
         };

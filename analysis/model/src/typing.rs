@@ -432,7 +432,7 @@ impl<'db> Typer<'_, 'db> {
         if !found.is(&Type::Bool)
             && let Some(part) = condition.part()
         {
-            self.report(diagnostics::condition_type::report(self.at(part), &found));
+            self.report(diagnostics::condition_type::report(self.of, part, &found));
         }
     }
 
@@ -537,6 +537,13 @@ impl<'db> Typer<'_, 'db> {
     fn expr(&mut self, expr: &Expr) -> Typed {
         match expr {
             Expr::Missing => Typed::UNKNOWN,
+            // That something is wrong in it is said.
+            Expr::Lost(inner) => {
+                let said = self.found.diagnostics.len();
+                self.expr(inner);
+                self.found.diagnostics.truncate(said);
+                Typed::UNKNOWN
+            }
             Expr::Literal(literal, part) => self.literal(literal, *part),
             Expr::Name(name) => Typed::of(self.name(name)),
             Expr::Unary(UnaryOperator::Minus, inner, _) if matches!(inner.as_ref(), Expr::Literal(Literal::Int(text), _) if Value::of_negated(text).is_some()) => {

@@ -27,12 +27,15 @@ pub(crate) fn check<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'
     let mut found = Vec::new();
     for (index, &(priority, row)) in ranked.iter().enumerate() {
         let Some(at) = priority_at(&row.instance) else { continue };
-        let earlier = ranked.iter().take(index).find(|(other, it)| *other == priority && share(row, it));
-        if let Some((_, first)) = earlier
-            && let Some(first_at) = priority_at(&first.instance)
-        {
-            let names = [row.instance.as_str(), first.instance.as_str()];
-            found.push(diagnostics::equal_priorities::report(at.clone(), names, priority, first_at));
+        // Said once for all that have the priority, at the second of them.
+        let same = |(other, it): &&(u32, &Row<'db>)| *other == priority && share(row, it);
+        let earlier: Vec<_> = ranked.iter().take(index).filter(same).collect();
+        if let [_] = earlier.as_slice() {
+            let others = earlier.into_iter().chain(ranked.iter().skip(index + 1).filter(same));
+            let others: Vec<(&str, Place<'db>)> = others
+                .filter_map(|(_, other)| Some((other.instance.as_str(), priority_at(&other.instance)?)))
+                .collect();
+            found.push(diagnostics::equal_priorities::report(at.clone(), &row.instance, priority, &others));
         }
         // Of those that are more urgent and have longer deadlines, the one that is so least.
         let inverted = ranked.iter().filter(|(other, it)| {

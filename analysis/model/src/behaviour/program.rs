@@ -84,6 +84,10 @@ impl<'db> Reader<'_, 'db> {
                 self.expr(value, costs);
             }
             Statement::Expr(value) => {
+                if let Expr::Call { callee, arguments, part } = value {
+                    let first = arguments.first().and_then(Expr::part);
+                    self.statement = Some((callee.part, *part, first));
+                }
                 let refusals = self.found.refusals.len();
                 self.expr(value, costs);
                 // A call of which the name or the brackets were lost. (If it names a codel, that is said already.)
@@ -100,7 +104,7 @@ impl<'db> Reader<'_, 'db> {
         match expr {
             Expr::Missing | Expr::Literal(..) => {}
             Expr::Name(name) => self.name(name),
-            Expr::Unary(_, inner, _) => self.expr(inner, costs),
+            Expr::Lost(inner) | Expr::Unary(_, inner, _) => self.expr(inner, costs),
             Expr::Binary(_, lhs, rhs, _) => {
                 // Sums are left-deep: the loop keeps the recursion to the right.
                 let mut spine = vec![rhs];
@@ -220,7 +224,16 @@ impl<'db> Reader<'_, 'db> {
                     }
                     return defined.map(Cost::Operation);
                 }
-                FeatureKind::Required => self.refuse(diagnostics::blocking_call::report(at, name)),
+                FeatureKind::Required => {
+                    let handler = self.core.handlers.iter().find(|handler| {
+                        handler.operation.as_ref().and_then(|it| it.path.last()) == Some(name)
+                    });
+                    let statement = self.statement.filter(|(of, ..)| *of == callee.part);
+                    let statement = handler.zip(statement);
+                    let statement =
+                        statement.map(|(it, (_, call, first))| (it.name.name.as_str(), call, first));
+                    self.refuse(diagnostics::blocking_call::report(self.of, callee, statement));
+                }
                 FeatureKind::Input | FeatureKind::Output => self.not_callable(at, name, "a port"),
                 FeatureKind::Constant | FeatureKind::Property => self.not_callable(at, name, "a property"),
             }
@@ -258,7 +271,7 @@ impl<'db> Reader<'_, 'db> {
 /// Where an expression without any call stands. (One that is missing is a syntax error.)
 fn of_no_call(expr: &Expr) -> Option<Part> {
     match expr {
-        Expr::Missing | Expr::Call { .. } => None,
+        Expr::Missing | Expr::Lost(_) | Expr::Call { .. } => None,
         Expr::Literal(_, part) => Some(*part),
         Expr::Name(name) => Some(name.part),
         Expr::Unary(_, inner, _) => of_no_call(inner),

@@ -20,5 +20,5 @@ code!(BUFFER_SIZE, Error, "buffer-size");
 
 pub(crate) fn report<'db>(at: Place<'db>, size: &str) -> Diagnostic<'db> {
     let message = format!("a buffer of {size}: it has room for 1 to 2147483647 values");
-    Diagnostic::new(&BUFFER_SIZE, at, message)
+    Diagnostic::new(&BUFFER_SIZE, at.clone(), message).fix("Set it to 1", at, "1".to_owned())
 }

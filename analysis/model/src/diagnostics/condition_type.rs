@@ -23,16 +23,25 @@ use super::*;
 
 code!(CONDITION_TYPE, Error, "condition-type");
 
-pub(crate) fn report<'db>(at: Place<'db>, found: &Type) -> Diagnostic<'db> {
-    let hint = match found {
-        Type::PortStatus => ": compare it, as in `== new_data`",
-        Type::CallStatus => ": compare it, as in `== success`",
-        found if found.is_number() => ": compare it, as in `> 0`",
-        _ => "",
+pub(crate) fn report<'db>(of: Decl<'db>, part: Part, found: &Type) -> Diagnostic<'db> {
+    let comparison = match found {
+        Type::PortStatus => Some("== new_data"),
+        Type::CallStatus => Some("== success"),
+        found if found.is_number() => Some("> 0"),
+        _ => None,
     };
-    let found = match found {
+    let is = match found {
         Type::Void => "this gives nothing".to_owned(),
         found => format!("this is {found}"),
     };
-    Diagnostic::new(&CONDITION_TYPE, at, format!("a condition is true or false, and {found}{hint}"))
+    let advice = comparison.map_or_else(String::new, |it| format!(": compare it, as in `{it}`"));
+    let message = format!("a condition is true or false, and {is}{advice}");
+    let report = Diagnostic::new(&CONDITION_TYPE, Place::Part(of, part), message);
+    // Behind brackets of its own, it would be part of them.
+    match (comparison, found) {
+        (Some(comparison), Type::PortStatus | Type::CallStatus) => {
+            report.fix(format!("Write `{comparison}`"), Place::Behind(of, part), format!(" {comparison}"))
+        }
+        _ => report,
+    }
 }

@@ -21,15 +21,17 @@ use super::*;
 
 code!(CONNECTION_DIRECTION, Error, "connection-direction");
 
-type End<'a, 'db> = (FeatureKind, Place<'db>, &'a str, &'a str);
+type End<'a> = (FeatureKind, &'a NameRef, &'a NameRef);
 
 /// The ends are ports both, or operations both, as `what` says.
 pub(crate) fn report<'db>(
     what: &str,
-    (from, source, source_name, source_instance): End<'_, 'db>,
-    (to, target, target_name, target_instance): End<'_, 'db>,
+    of: Decl<'db>,
+    (from, source_instance, source): End<'_>,
+    (to, target_instance, target): End<'_>,
 ) -> Option<Diagnostic<'db>> {
-    let new = |at, message| Some(Diagnostic::new(&CONNECTION_DIRECTION, at, message));
+    let place = |name: &NameRef| Place::Part(of, name.part);
+    let new = |at, message| Some(Diagnostic::new(&CONNECTION_DIRECTION, place(at), message));
     let starts = matches!(from, FeatureKind::Output | FeatureKind::Provided);
     let ends = matches!(to, FeatureKind::Input | FeatureKind::Required);
     let (first, last) = match what {
@@ -38,12 +40,19 @@ pub(crate) fn report<'db>(
     };
     match (starts, ends) {
         (true, true) => None,
-        (false, false) => new(source, format!("this goes from {last} to {first}: swap the two ends")),
+        (false, false) => {
+            let message = format!("this goes from {last} to {first}: swap the two ends");
+            let swapped = [(source_instance, target_instance), (source, target)];
+            let swapped = swapped.into_iter().flat_map(|(one, other)| [(one, other), (other, one)]);
+            let edits = swapped.map(|(at, text)| (place(at), text.name.to_string())).collect();
+            let fix = Fix { title: "Swap the two ends".to_owned(), edits };
+            new(source, message).map(|found| Diagnostic { fixes: vec![fix], ..found })
+        }
         (false, true) => {
-            new(source, format!("`{source_name}` of {source_instance} is {last}: a connection starts at {first}"))
+            new(source, format!("`{}` of {} is {last}: a connection starts at {first}", source.name, source_instance.name))
         }
         (true, false) => {
-            new(target, format!("`{target_name}` of {target_instance} is {first}: a connection ends at {last}"))
+            new(target, format!("`{}` of {} is {first}: a connection ends at {last}", target.name, target_instance.name))
         }
     }
 }

@@ -13,12 +13,14 @@
 //!   update = { a = f(a + b); }
 //! }
 //! ```
+//!
+//! Fix: end the value with `;` before this line.
 
 use super::*;
 
 code!(CONTINUED_LINE, Hint, "continued-line");
 
-pub(crate) fn report<'db>(at: Place<'db>, name: &str) -> Diagnostic<'db> {
+pub(crate) fn report<'db>(at: Place<'db>, before: Place<'db>, name: &str) -> Diagnostic<'db> {
     let message = format!("this line is part of the value of `{name}`: end that with `;` if it is not meant to be");
-    Diagnostic::new(&CONTINUED_LINE, at, message)
+    Diagnostic::new(&CONTINUED_LINE, at, message).fix("End the value with `;`", before, ";".to_owned())
 }

@@ -19,7 +19,15 @@ use super::*;
 
 code!(EQUAL_PRIORITIES, Warning, "equal-priorities");
 
-pub(crate) fn report<'db>(at: Place<'db>, [one, other]: [&str; 2], priority: u32, first: Place<'db>) -> Diagnostic<'db> {
-    let message = format!("{one} and {other} have priority {priority} on one CPU: each may delay the other");
-    Diagnostic::new(&EQUAL_PRIORITIES, at, message).related(first, format!("the one of {other}"))
+/// One diagnostic for all that have the priority.
+pub(crate) fn report<'db>(
+    at: Place<'db>,
+    instance: &str,
+    priority: u32,
+    others: &[(&str, Place<'db>)],
+) -> Diagnostic<'db> {
+    let names: Vec<&str> = others.iter().map(|(name, _)| *name).chain([instance]).collect();
+    let message = format!("{} have priority {priority} on one CPU: each may delay the others", enumerated(&names));
+    let found = Diagnostic::new(&EQUAL_PRIORITIES, at, message);
+    others.iter().fold(found, |found, (name, at)| found.related(at.clone(), format!("the one of {name}")))
 }

@@ -19,7 +19,10 @@ code!(OUTSIDE_INTERVAL, Error, "outside-interval");
 
 pub(crate) fn report<'db>(at: Place<'db>, name: &str, value: &Value, [low, high]: [&Value; 2], declared: Option<Place<'db>>) -> Diagnostic<'db> {
     let message = format!("{value} is outside of [{low}; {high}], the interval of `{name}`");
-    let found = Diagnostic::new(&OUTSIDE_INTERVAL, at, message);
+    let is_low = value.number() < low.number();
+    let nearest = if is_low { low } else { high };
+    let found = Diagnostic::new(&OUTSIDE_INTERVAL, at.clone(), message)
+        .fix(format!("Set it to {nearest}"), at, nearest.to_string());
     match declared {
         Some(declared) => found.related(declared, "the interval"),
         None => found,

@@ -18,13 +18,20 @@ use super::*;
 
 code!(UNKNOWN_TYPE, Hint, "unknown-type");
 
-pub(crate) fn report<'db>(at: Place<'db>, path: &[Name], package: Option<&Name>, near: Option<Name>) -> Diagnostic<'db> {
+/// `package` has a type of this name, and is not used; `near` is one that is known.
+pub(crate) fn report<'db>(
+    of: Decl<'db>,
+    at: Place<'db>,
+    path: &[Name],
+    package: Option<&Name>,
+    near: Option<Name>,
+) -> Diagnostic<'db> {
     let name = path.iter().map(Name::as_str).collect::<Vec<_>>().join(".");
-    let advice = match (package, path) {
-        (Some(package), [_]) => format!("; `{package}` has one: add `use {package}`"),
-        (None, [name]) if near.is_none() => format!("; `[types.{name}]` in mauve.toml would declare it"),
-        _ => String::new(),
-    };
-    let message = format!("nobody knows the type `{name}`, so that its use is not checked{advice}");
-    Diagnostic::new(&UNKNOWN_TYPE, at.clone(), message).did_you_mean(at, near.filter(|_| advice.is_empty()))
+    let message = format!("nobody knows the type `{name}`, so that its use is not checked");
+    let new = |advice: String| Diagnostic::new(&UNKNOWN_TYPE, at.clone(), message.clone() + &advice);
+    match (package, path) {
+        (Some(package), [_]) => new(format!("; `{package}` has one: add `use {package}`")).add_use(of, package),
+        (None, [name]) if near.is_none() => new(format!("; `[types.{name}]` in mauve.toml would declare it")),
+        _ => new(String::new()).did_you_mean(at.clone(), near),
+    }
 }
