@@ -7,12 +7,15 @@
 
 mod client;
 mod command;
+pub mod model;
+mod random_model;
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
 pub use client::{Client, Columns, Text, address, is_answer, is_publication};
 pub use command::{Run, copy, mauve, scratch, write};
+pub use random_model::{plain, random_model};
 
 /// The files of a fixture: `//- /path` begins a file, and text before the first such line is `/model.mal`.
 ///
