@@ -5,7 +5,7 @@ use rustc_hash::FxHashSet;
 use crate::ModelDb;
 use crate::diagnostics::{self, Diagnostic};
 use crate::flat::flat_of;
-use crate::item_tree::{Data, Expr, FeatureKind, Kind, Name, NameRef, Part, Shell, TypeRef};
+use crate::item_tree::{Data, Expr, FeatureKind, Kind, Name, NameRef, Parameter, Part, Shell, TypeRef};
 use crate::messages::{catalogue, package, used_packages};
 use crate::names::{features_of, names_of, similar};
 use crate::project::{Project, external_types};
@@ -21,6 +21,16 @@ pub(crate) fn check<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'
     let mut found = Vec::new();
     for (ty, may_be_void) in data.types() {
         found.extend(check_type(db, project, of, ty, may_be_void));
+    }
+    let lists: Vec<&[Parameter]> = match data {
+        Data::Codel(codel) => vec![&codel.parameters],
+        Data::Shell(shell) => shell.features.iter().map(|it| it.parameters.as_slice()).collect(),
+        Data::Core(core) => core.operations.iter().map(|it| it.parameters.as_slice()).collect(),
+        _ => Vec::new(),
+    };
+    for parameters in lists {
+        let names = parameters.iter().map(|it| (&it.name, "parameter"));
+        found.extend(diagnostics::duplicate_definition::among(of, names));
     }
     let own = NameRef { name: of.name(db).clone(), part: Part(0) };
     let own = matches!(data, Data::Codel(_) | Data::Component(_)).then_some((&own, None));
