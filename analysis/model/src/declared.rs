@@ -23,7 +23,7 @@ pub(crate) fn check<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'
         |ty: &TypeRef| types::resolved(db, project, of.library(db).as_ref(), &ty.path) == Some(Type::Void);
     let voids = data.types().into_iter().filter(|(ty, may_be_void)| !may_be_void && void(ty));
     found.extend(voids.map(|(ty, _)| diagnostics::invalid_type::void(Place::Part(of, ty.part))));
-    for ty in unknown_types(db, project, of) {
+    for ty in has_types(db, of).then(|| unknown_types(db, project, of)).into_iter().flatten() {
         let first = first_unknown(db, project).get(&(of.library(db).clone(), ty.path.clone()));
         found.extend((first == Some(&of)).then(|| unknown_type(db, project, of, ty)).flatten());
     }
@@ -100,6 +100,10 @@ fn names_in(data: &Data) -> Vec<(&NameRef, Reserved)> {
     names
 }
 
+fn has_types<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> bool {
+    matches!(of.kind(db), Kind::Codel | Kind::Shell | Kind::Core)
+}
+
 /// The types in a declaration that nobody knows, each where it is first named.
 #[salsa::tracked(returns(ref))]
 fn unknown_types<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<TypeRef> {
@@ -120,7 +124,7 @@ fn first_unknown<'db>(
     project: Project<'db>,
 ) -> FxHashMap<(Option<Name>, Vec<Name>), Decl<'db>> {
     let mut first = FxHashMap::default();
-    for &decl in &names_of(db, project).all {
+    for &decl in names_of(db, project).all.iter().filter(|&&decl| has_types(db, decl)) {
         for ty in unknown_types(db, project, decl) {
             first.entry((decl.library(db).clone(), ty.path.clone())).or_insert(decl);
         }
