@@ -347,3 +347,124 @@ fn workspaces_roots_and_model_paths() {
     assert_eq!(without.code, 1);
     assert!(without.out.contains("unresolved-include"), "{}", without.out);
 }
+
+#[test]
+fn fmt_writes_what_changes_and_says_so() {
+    let (untidy, tidy) = ("shell S{input port a:int}", "shell S { input port a: int }\n");
+    let files = [
+        ("robot/a.mal", untidy),
+        ("robot/b.mal", tidy),
+        ("robot/deep/c.mal", "include \"../../elsewhere.mal\"\nuse  a\r\n"),
+        ("robot/foreign.mal", "#id:  \"org.example\"\ncategory  System { }\n"),
+        ("robot/mauve.toml", "project.root = \"a.mal\"\n"),
+        ("robot/build/made.mal", untidy),
+        ("elsewhere.mal", untidy),
+    ];
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "fmt");
+    write(&folder, &files);
+    let read = |path: &str| std::fs::read_to_string(folder.join(path)).unwrap();
+    let run = |arguments: &[&str]| mauve(env!("CARGO_BIN_EXE_mauve"), &folder, arguments);
+
+    let checked = run(&["fmt", "--check", "robot"]);
+    let expected = "robot/a.mal:1\n  - shell S{input port a:int}\n  + shell S { input port a: int }\n\
+                    robot/deep/c.mal:2\n  - use  a\n  + use a\n2 files to be formatted, 1 unchanged\n";
+    assert_eq!((checked.code, checked.out.as_str(), checked.err.as_str()), (1, expected, ""));
+    assert_eq!(read("robot/a.mal"), untidy);
+
+    let done = run(&["fmt", "robot/mauve.toml"]);
+    let expected = "robot/a.mal\nrobot/deep/c.mal\n2 files formatted, 1 unchanged\n";
+    assert_eq!((done.code, done.out.as_str(), done.err.as_str()), (0, expected, ""));
+    assert_eq!(read("robot/a.mal"), tidy);
+    assert_eq!(read("robot/deep/c.mal"), "include \"../../elsewhere.mal\"\nuse a\n");
+    for (path, text) in &files[3..] {
+        assert_eq!(read(path), *text, "{path}");
+    }
+    let names = std::fs::read_dir(folder.join("robot")).unwrap().count();
+    assert_eq!(names, 6, "nothing is left beside the files");
+
+    let again = run(&["fmt", "robot", "robot/a.mal"]);
+    assert_eq!((again.code, again.out.as_str()), (0, "no files formatted, 3 unchanged\n"));
+    assert_eq!(run(&["fmt", "--check", "robot"]).code, 0);
+}
+
+#[test]
+fn fmt_leaves_alone_what_it_cannot_read_or_write() {
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "fmt-problems");
+    write(&folder, &[("a.mal", "use  a"), ("broken.mal", "shell  S {\n  input  port\n}\nuse  b\n")]);
+    let binary = b"use  a\n\xff\xfe";
+    std::fs::write(folder.join("binary.mal"), binary).unwrap();
+    let run = |arguments: &[&str]| mauve(env!("CARGO_BIN_EXE_mauve"), &folder, arguments);
+    let found = run(&["fmt"]);
+    assert_eq!((found.code, found.out.as_str()), (2, "a.mal\nbroken.mal\n2 files formatted, 0 unchanged\n"));
+    assert!(found.err.contains("`binary.mal`: this is not UTF-8 text from byte 7 on"), "{}", found.err);
+    assert!(found.err.contains("`broken.mal` has 1 syntax error: what stands around"), "{}", found.err);
+    assert_eq!(std::fs::read(folder.join("binary.mal")).unwrap(), binary);
+    let broken = std::fs::read_to_string(folder.join("broken.mal")).unwrap();
+    assert_eq!(broken, "shell S {\n  input port\n}\nuse b\n");
+    for (arguments, message) in [
+        (&["fmt", "nowhere"][..], "cannot read `nowhere`"),
+        (&["fmt", "-", "a.mal"], "`-` is standard input, and stands alone"),
+    ] {
+        let found = run(arguments);
+        assert_eq!((found.code, found.out.as_str()), (2, ""));
+        assert!(found.err.contains(message), "{}", found.err);
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn fmt_keeps_permissions_and_links() {
+    use std::os::unix::fs::{PermissionsExt, symlink};
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "fmt-links");
+    write(&folder, &[("robot/a.mal", "use  a"), ("outside.mal", "use  b"), ("named.mal", "use  c")]);
+    std::fs::set_permissions(folder.join("robot/a.mal"), PermissionsExt::from_mode(0o640)).unwrap();
+    symlink(folder.join("outside.mal"), folder.join("robot/link.mal")).unwrap();
+    symlink(folder.join("named.mal"), folder.join("by_name.mal")).unwrap();
+    let found = mauve(env!("CARGO_BIN_EXE_mauve"), &folder, &["fmt", "robot", "by_name.mal"]);
+    assert_eq!(
+        (found.code, found.out.as_str()),
+        (0, "named.mal\nrobot/a.mal\n2 files formatted, 0 unchanged\n")
+    );
+    let data = std::fs::metadata(folder.join("robot/a.mal")).unwrap();
+    assert_eq!(data.permissions().mode() & 0o777, 0o640);
+    assert!(folder.join("by_name.mal").is_symlink() && folder.join("robot/link.mal").is_symlink());
+    assert_eq!(std::fs::read_to_string(folder.join("outside.mal")).unwrap(), "use  b");
+    assert_eq!(std::fs::read_to_string(folder.join("named.mal")).unwrap(), "use c\n");
+}
+
+#[test]
+fn fmt_of_standard_input() {
+    use std::io::Write as _;
+    use std::process::{Command, Stdio};
+    let run = |arguments: &[&str], text: &[u8]| {
+        let mut process = Command::new(env!("CARGO_BIN_EXE_mauve"))
+            .args(arguments)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        process.stdin.take().unwrap().write_all(text).unwrap();
+        let output = process.wait_with_output().unwrap();
+        (output.status.code(), String::from_utf8(output.stdout).unwrap())
+    };
+    assert_eq!(
+        run(&["fmt", "-"], b"use  a // \x1b[1mbold"),
+        (Some(0), "use a // \u{1b}[1mbold\n".to_owned())
+    );
+    let expected = "standard input:1\n  - use  a\n  + use a\n".to_owned();
+    assert_eq!(run(&["fmt", "-", "--check"], b"use  a"), (Some(1), expected));
+    assert_eq!(run(&["fmt", "-", "--check"], b"use a\n"), (Some(0), String::new()));
+    assert_eq!(run(&["fmt", "-"], b"\xff"), (Some(2), String::new()));
+}
+
+#[test]
+fn the_sample_and_new_projects_are_formatted() {
+    let found = run(&["fmt", "--check"]);
+    assert_eq!((found.code, found.err.as_str()), (0, ""), "{}", found.out);
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "fmt-new");
+    let made = mauve(env!("CARGO_BIN_EXE_mauve"), &folder, &["new", "robot"]);
+    assert_eq!(made.code, 0);
+    let found = mauve(env!("CARGO_BIN_EXE_mauve"), &folder, &["fmt", "--check", "robot"]);
+    assert_eq!((found.code, found.out.as_str()), (0, "no files to be formatted, 1 unchanged\n"));
+}

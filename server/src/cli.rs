@@ -3,6 +3,7 @@
 mod analysis_stats;
 mod check;
 mod explain;
+mod fmt;
 mod lsp;
 mod new;
 mod parse;
@@ -42,6 +43,8 @@ enum Command {
     Psm(psm::Psm),
     /// Explain a diagnostic.
     Explain(explain::Explain),
+    /// Format models: their white space, and nothing else.
+    Fmt(fmt::Fmt),
     /// Show the syntax tree of a file.
     Parse(parse::Parse),
     /// Measure how long the parts of the analysis take.
@@ -65,6 +68,7 @@ impl Arguments {
             Command::Wcrt(it) => it.run(),
             Command::Psm(it) => it.run(),
             Command::Explain(it) => it.run(),
+            Command::Fmt(it) => it.run(),
             Command::Parse(it) => it.run(),
             Command::AnalysisStats(it) => it.run(),
             Command::New(it) => it.run(),
