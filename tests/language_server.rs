@@ -318,6 +318,21 @@ fn columns_are_counted_as_agreed() {
 }
 
 #[test]
+fn a_code_leads_to_its_page() {
+    let folder = robot("lsp_pages");
+    let cache = scratch(env!("CARGO_TARGET_TMPDIR"), "lsp_pages_cache");
+    let mut client = Client::start_where(MAUVE, &[], &[("XDG_CACHE_HOME", cache.to_str().unwrap())]);
+    let publish = json!({"textDocument": {"publishDiagnostics": {"codeDescriptionSupport": true}}});
+    client.initialize(Some(&folder), &publish);
+    let mut text = client.open_file(&folder.join("deployment.mal"));
+    client.edit(&mut text, "deadline = 1000", "deadline = 700");
+    let found = client.diagnostics(&text);
+    let page = found[0]["codeDescription"]["href"].as_str().unwrap().strip_prefix("file://").unwrap();
+    assert!(page.starts_with(cache.to_str().unwrap()), "{page}");
+    assert!(std::fs::read_to_string(page).unwrap().starts_with("# deadline-missed\n"));
+}
+
+#[test]
 fn a_plain_client_is_served_too() {
     let folder = robot("lsp_plain");
     let mut client = Client::start(MAUVE, &[]);

@@ -16,6 +16,7 @@
 //! | `snapshot.rs` | what a worker reads, and how its jobs end |
 //! | `handlers/` | a file for each method that is answered |
 //! | `check.rs`, `publisher.rs`, `progress.rs` | what is published after a change, and that it takes long |
+//! | `pages.rs` | the pages of the diagnostics as files, for the links behind their codes |
 //! | `watcher.rs` | files that change outside the client |
 //! | `mirror.rs` | recording a session |
 //!
@@ -29,6 +30,7 @@ pub(crate) mod frame;
 mod handlers;
 mod main_loop;
 pub(crate) mod mirror;
+mod pages;
 mod position;
 mod progress;
 mod publisher;

@@ -18,11 +18,13 @@
 //! | `parser.rs` | what those functions are written with: markers, recovery, the cap on depth |
 //! | `tree.rs` | events and tokens → rowan's tree, with the white space back in its place |
 //! | `ast.rs` | the typed view |
+//! | `format.rs` | white space as it should be |
 //! | `spelling.rs` | what a misspelt word may be |
 //!
 //! This crate knows no database, no editor protocol and no analysis of any kind.
 
 pub mod ast;
+pub mod format;
 mod generated;
 mod grammar;
 mod lexer;

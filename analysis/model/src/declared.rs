@@ -32,9 +32,9 @@ pub(crate) fn check<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'
     if let Data::Core(core) = data {
         found.extend(core.colon.map(|colon| diagnostics::header_colon::report(Place::Part(of, colon))));
         for variable in core.all_variables() {
-            found.extend(variable.continued.map(|(token, before)| {
-                let (at, before) = (Place::Part(of, token), Place::Behind(of, before));
-                diagnostics::continued_line::report(at, before, &variable.name.name)
+            found.extend(variable.continued.map(|(token, white)| {
+                let white = white.map(|white| Place::Part(of, white));
+                diagnostics::continued_line::report(Place::Part(of, token), white, &variable.name.name)
             }));
         }
     }

@@ -391,9 +391,9 @@ pub struct Variable {
     pub ty: Option<TypeRef>,
     /// Its first value.
     pub value: Option<Expr>,
-    /// A token that begins a line and goes on with the value, where another statement may have been meant; and the one
-    /// before it.
-    pub continued: Option<(Part, Part)>,
+    /// A token that begins a line and goes on with the value, where another statement may have been meant; and the white
+    /// space before it, where there is no comment.
+    pub continued: Option<(Part, Option<Part>)>,
 }
 
 /// `provide f(…): T = { … }`

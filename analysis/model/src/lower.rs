@@ -451,7 +451,7 @@ impl Lowering {
             ty: variable.ty().map(|ty| self.type_ref(&ty)),
             value: variable.initializer().map(|it| self.expr(it.expr())),
             continued: continued(variable)
-                .map(|[token, before]| (self.part(token.text_range()), self.part(before.text_range()))),
+                .map(|(token, white)| (self.part(token), white.map(|white| self.part(white)))),
         }
     }
 
@@ -739,7 +739,7 @@ impl Lowering {
 
 /// A `(` or `-` that begins a line in the value of a variable without `;` at its end: the user may have meant another
 /// statement.
-fn continued(variable: &ast::Var) -> Option<[SyntaxToken; 2]> {
+fn continued(variable: &ast::Var) -> Option<(TextRange, Option<TextRange>)> {
     let value = variable.initializer()?;
     let last = value.syntax().last_token()?;
     let mut behind = std::iter::successors(last.next_token(), SyntaxToken::next_token);
@@ -753,9 +753,9 @@ fn continued(variable: &ast::Var) -> Option<[SyntaxToken; 2]> {
     let token = nodes.flat_map(|node| tokens_of(&node)).find(|token| {
         matches!(token.kind(), SyntaxKind::L_PAREN | SyntaxKind::MINUS) && begins_line(token)
     })?;
-    let mut before = std::iter::successors(token.prev_token(), SyntaxToken::prev_token);
-    let before = before.find(|token| !token.kind().is_trivia())?;
-    Some([token, before])
+    let white = token.prev_token().filter(|white| white.kind() == SyntaxKind::WHITESPACE);
+    let white = white.filter(|white| white.prev_token().is_some_and(|before| !before.kind().is_trivia()));
+    Some((token.text_range(), white.map(|white| white.text_range())))
 }
 
 fn binary_operator(kind: SyntaxKind) -> Option<BinaryOperator> {

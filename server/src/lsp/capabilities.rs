@@ -24,6 +24,8 @@ pub(crate) struct Capabilities {
     pub(crate) nested_symbols: bool,
     /// Does it show the places that a diagnostic names?
     pub(crate) related: bool,
+    /// Does it open the page behind the code of a diagnostic?
+    pub(crate) pages: bool,
     /// Does it show progress?
     pub(crate) progress: bool,
 }
@@ -45,6 +47,7 @@ impl Capabilities {
                 .and_then(|it| it.document_symbol.as_ref()?.hierarchical_document_symbol_support)
                 .unwrap_or(false),
             related: publish.and_then(|it| it.related_information).unwrap_or(false),
+            pages: publish.and_then(|it| it.code_description_support).unwrap_or(false),
             progress: client.window.as_ref().and_then(|it| it.work_done_progress).unwrap_or(false),
         }
     }

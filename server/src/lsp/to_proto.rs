@@ -3,9 +3,11 @@
 use mauve_model::Place;
 use mauve_model::diagnostics::{Finding, Severity};
 use tower_lsp::lsp_types::{
-    Diagnostic, DiagnosticRelatedInformation, DiagnosticSeverity, DiagnosticTag, Location, NumberOrString,
+    CodeDescription, Diagnostic, DiagnosticRelatedInformation, DiagnosticSeverity, DiagnosticTag, Location,
+    NumberOrString,
 };
 
+use super::pages;
 use super::position::line_index;
 use super::snapshot::{ANOTHER_TEXT, Snapshot};
 
@@ -29,6 +31,10 @@ pub(crate) fn diagnostic(snapshot: &Snapshot, finding: &Finding<'_>) -> Diagnost
             Severity::Hint => DiagnosticSeverity::HINT,
         }),
         code: Some(NumberOrString::String(found.code.name.to_owned())),
+        code_description: match snapshot.capabilities.pages {
+            true => pages::address(found.code.name).map(|href| CodeDescription { href }),
+            false => None,
+        },
         source: Some("mauve".to_owned()),
         message: found.message.clone() + &only.unwrap_or_default(),
         related_information: (!related.is_empty()).then_some(related),

@@ -163,7 +163,7 @@ check('a deadline that is edited is missed, until that is undone', function()
 end)
 
 check('the period of one activity changes the response time of another', function()
-  replace(deployment, 'activity teleop', 'period = 100  deadline = 100', 'period = 90  deadline = 90')
+  replace(deployment, 'activity teleop', 'period = 100   deadline = 100', 'period = 90  deadline = 90')
   wait_for_missed('navigation')
   wait_for_hint('navigation', 'unbounded')
   wait_for_hint('teleop', 'R 70 ms', '90 ms')

@@ -14,13 +14,18 @@
 //! }
 //! ```
 //!
-//! Fix: end the value with `;` before this line.
+//! Fix: join the two lines.
 
 use super::*;
 
 code!(CONTINUED_LINE, Hint, "continued-line");
 
-pub(crate) fn report<'db>(at: Place<'db>, before: Place<'db>, name: &str) -> Diagnostic<'db> {
+/// `white` stands before it, and nothing else between the two parts of the value.
+pub(crate) fn report<'db>(at: Place<'db>, white: Option<Place<'db>>, name: &str) -> Diagnostic<'db> {
     let message = format!("this line is part of the value of `{name}`: end that with `;` if it is not meant to be");
-    Diagnostic::new(&CONTINUED_LINE, at, message).fix("End the value with `;`", before, ";".to_owned())
+    let found = Diagnostic::new(&CONTINUED_LINE, at, message);
+    match white {
+        Some(white) => found.fix("Join the lines", white, " ".to_owned()),
+        None => found,
+    }
 }

@@ -1,0 +1,1258 @@
+//! White space as it should be: a tree in, the replacements out that make its text a tidy one.
+//!
+//! **Only white space changes**: no token, no comment, no `;`. So formatting is a choice for each gap between two tokens
+//! or comments, and the tree stays the same but for its white space.
+//!
+//! What is chosen:
+//! - Two spaces for each block around. Inside a line one space, none where none belongs: `f(a, b): T`, `a.b -> [4] c.d`,
+//!   `x = -y + 1;`. Two spaces between neighbours in a line that no `;` or `}` sets apart.
+//! - A block that was written in one line stays in one, unless it ends beyond column 120. In any other, each item begins
+//!   a line, and the closing brace has one. `{` and `else` follow on the line of what they belong to; an empty block is
+//!   `{}`.
+//! - Any other line break is the author's: what continues an item stands behind the parenthesis that is open there; two
+//!   spaces in where that one ends its line; four where there is none.
+//! - One blank line is kept where there are some, none at the beginning or the end of a block or of the file.
+//! - A comment stays in its line, or on its own; then it is indented like what follows. Trailing `//` comments of lines
+//!   in a row stand in one column, as near as can be or where the author has put them all, and so does one that goes on
+//!   below.
+//! - The activities of a deployment that take one line each are a table: its columns are as wide as they need to be.
+//! - Line breaks are those of the first line. A byte order mark stays. The file ends with a line break.
+//!
+//! **Errors are formatted around**: where the parser was lost, it recovers by where lines begin, and only the author
+//! knows what he was about to write. In an `ERROR` node, between the tokens beside it, and in a block that is not closed,
+//! all stays as it is. Elsewhere no line is broken or joined unless what stands on both sides of the break is whole: there
+//! the parser does not care.
+
+use std::collections::HashMap;
+use std::ops::Range;
+
+use rowan::{NodeOrToken, TextRange, TextSize, WalkEvent};
+
+use crate::SyntaxKind::{self, *};
+use crate::{Parse, SyntaxNode};
+
+/// How far a line may go that is one block.
+const WIDTH: usize = 120;
+
+/// White space that is to be replaced.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Replacement {
+    /// White space of the text, or a place between two tokens.
+    pub range: TextRange,
+    /// What is to stand there: white space as well.
+    pub text: String,
+}
+
+/// What formats a whole file: in the order of the text, no two overlapping, none that changes nothing.
+///
+/// ```
+/// let parse = mauve_syntax::parse("codel f( a:int ):int\n");
+/// let tidy = mauve_syntax::format::format(&parse);
+/// assert_eq!(tidy.len(), 4);
+/// ```
+pub fn format(parse: &Parse) -> Vec<Replacement> {
+    let text = parse.syntax().text().to_string();
+    Layout::new(&parse.syntax(), &text).replacements()
+}
+
+/// The text, formatted. It is a fixed point: formatted again, it is the same.
+///
+/// ```
+/// let text = "shell S{input port goal:Pose;provide park( ):bool}";
+/// let tidy = "shell S { input port goal: Pose; provide park(): bool }\n";
+/// assert_eq!(mauve_syntax::format::formatted(text), tidy);
+/// ```
+pub fn formatted(text: &str) -> String {
+    // One that is too long is not read.
+    if text.len() > crate::LONGEST_TEXT {
+        return text.to_owned();
+    }
+    applied(text, &format(&crate::parse(text)))
+}
+
+/// Those replacements of [`format`](fn@format) that lie in the lines of `range`. A range that ends where a line begins
+/// does not touch that line.
+pub fn format_range(parse: &Parse, range: TextRange) -> Vec<Replacement> {
+    let text = parse.syntax().text().to_string();
+    let lines = lines_of(&text, range);
+    let mut found = Layout::new(&parse.syntax(), &text).replacements();
+    found.retain(|it| lines.contains_range(it.range));
+    found
+}
+
+/// What is to be done when `typed` has been typed, right before `offset`: nothing but for `}`, `;` and line breaks.
+///
+/// `}` formats the item that ends with its block, `;` the item that it ends, a line break the line that it ends; and it
+/// gives the new line its indentation, which is the only replacement behind `offset`.
+pub fn format_on_type(parse: &Parse, offset: TextSize, typed: char) -> Vec<Replacement> {
+    let text = parse.syntax().text().to_string();
+    let at = usize::from(offset).min(text.len());
+    if !text.get(..at).is_some_and(|before| before.ends_with(typed)) {
+        return Vec::new();
+    }
+    let layout = Layout::new(&parse.syntax(), &text);
+    let mut found = layout.replacements();
+    match typed {
+        '}' | ';' => {
+            let Some(last) = layout.pieces.iter().rposition(|piece| piece.end() == at) else {
+                return Vec::new();
+            };
+            let Some(first) = layout.first_of_item(last) else { return Vec::new() };
+            let lines = lines_of(&text, range(layout.pieces[first].start..at));
+            // What follows on the line is not what was finished.
+            found.retain(|it| lines.contains_range(it.range) && it.range.end() <= offset);
+        }
+        '\n' | '\r' => {
+            let line = text.get(..at).map_or("", |before| before.trim_end_matches(['\n', '\r']));
+            // White space at the end of what was there is often a line break's first half.
+            let finished = lines_of(&text, range(line.len()..line.len()));
+            found.retain(|it| finished.contains_range(it.range));
+            let rest = text.get(at..).unwrap_or_default();
+            let white = rest.len() - rest.trim_start_matches([' ', '\t']).len();
+            if let Some(indent) = layout.indent_at(at..at + white) {
+                found.extend(replacement(at, &rest[..white], " ".repeat(indent)));
+            }
+        }
+        _ => return Vec::new(),
+    }
+    found
+}
+
+/// The text with these replacements, which are in its order and do not overlap.
+pub fn applied(text: &str, replacements: &[Replacement]) -> String {
+    let mut out = String::with_capacity(text.len() + text.len() / 8);
+    let mut end = 0;
+    for it in replacements {
+        out += text.get(end..it.range.start().into()).unwrap_or_default();
+        out += &it.text;
+        end = it.range.end().into();
+    }
+    out += text.get(end..).unwrap_or_default();
+    out
+}
+
+/// From the beginning of the first line of a range to the end of its last, without the line break there.
+fn lines_of(text: &str, lines: TextRange) -> TextRange {
+    let (start, end) = (usize::from(lines.start()).min(text.len()), usize::from(lines.end()).min(text.len()));
+    let begins = |at: usize| at == 0 || matches!(text.as_bytes()[at - 1], b'\n' | b'\r');
+    let first = text.as_bytes()[..start].iter().rposition(|byte| matches!(byte, b'\n' | b'\r'));
+    let end = if end > start && begins(end) {
+        end
+    } else {
+        end + text[end..].find(['\n', '\r']).unwrap_or(text.len() - end)
+    };
+    range(first.map_or(0, |at| at + 1)..end)
+}
+
+fn range(of: Range<usize>) -> TextRange {
+    TextRange::new(TextSize::new(of.start as u32), TextSize::new(of.end as u32))
+}
+
+/// A token that is no white space, and what decides about the gap before it. The last piece is the end of the text.
+struct Piece<'a> {
+    kind: SyntaxKind,
+    text: &'a str,
+    start: usize,
+    /// The kind of the node that it stands in.
+    parent: SyntaxKind,
+    /// How many blocks are open around it.
+    depth: usize,
+    /// The list that an item begins in here, and whether the line may be broken before it.
+    item: Option<(usize, bool)>,
+    /// The list whose brace this is, and for a closing one, whether the line may be broken before it.
+    brace: Option<(usize, bool)>,
+    /// Is it a `;` between items?
+    is_separator: bool,
+    keep: Keep,
+}
+
+impl Piece<'_> {
+    fn end(&self) -> usize {
+        self.start + self.text.len()
+    }
+
+    fn is_comment(&self) -> bool {
+        matches!(self.kind, LINE_COMMENT | BLOCK_COMMENT)
+    }
+
+    /// Is it a comment that goes on to the end of the text?
+    fn is_unclosed(&self) -> bool {
+        self.kind == BLOCK_COMMENT && (self.text.len() < 4 || !self.text.ends_with("*/"))
+    }
+}
+
+/// What is left of a gap as it is.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Keep {
+    Nothing,
+    /// All up to its last line break: an error stands before it.
+    Breaks,
+    All,
+}
+
+/// `{ … }`; the first list is the file.
+struct List {
+    kind: SyntaxKind,
+    /// The list that the block stands in.
+    outer: usize,
+    /// The first piece of what the block belongs to, and its braces.
+    owner: usize,
+    open: usize,
+    close: usize,
+    /// Has it no error, in itself and in what it belongs to?
+    whole: bool,
+    /// Has the last of its items that was seen no error?
+    last_whole: bool,
+    /// Does each item begin a line?
+    lines: bool,
+}
+
+/// What is to stand before a piece.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Gap {
+    AsIs,
+    /// As it is, but for what follows the last line break.
+    Indented(usize),
+    Spaces(usize),
+    /// A line break, a blank line where wanted, and spaces.
+    Line {
+        blank: bool,
+        indent: usize,
+    },
+}
+
+/// A parenthesis that is open where a line begins.
+struct Paren {
+    /// Where a line that goes on begins, and where one with the closing parenthesis.
+    inside: usize,
+    closing: usize,
+}
+
+/// A comment in a row of trailing ones.
+struct Trailing {
+    piece: usize,
+    /// The first column where it may begin, and the one where it does.
+    least: usize,
+    column: usize,
+    /// Does it follow its line at once?
+    tight: bool,
+}
+
+struct Layout<'a> {
+    text: &'a str,
+    /// Where the first gap begins: behind a byte order mark.
+    origin: usize,
+    line_break: &'static str,
+    pieces: Vec<Piece<'a>>,
+    lists: Vec<List>,
+    /// Where each piece would begin its line.
+    indents: Vec<usize>,
+    gaps: Vec<Gap>,
+}
+
+impl<'a> Layout<'a> {
+    fn new(root: &SyntaxNode, text: &'a str) -> Layout<'a> {
+        let origin = if text.starts_with('\u{feff}') { '\u{feff}'.len_utf8() } else { 0 };
+        let first = text.find(['\n', '\r']).and_then(|at| text.get(at..));
+        let line_break = if first.is_some_and(|rest| rest.starts_with("\r\n")) { "\r\n" } else { "\n" };
+        let (pieces, lists) = Reader::read(root, text);
+        let (indents, gaps) = (Vec::with_capacity(pieces.len()), Vec::with_capacity(pieces.len()));
+        let mut layout = Layout { text, origin, line_break, pieces, lists, indents, gaps };
+        layout.lay_out();
+        layout.align_activities();
+        layout.align_comments();
+        layout
+    }
+
+    /// The white space before a piece, as it is.
+    fn white(&self, piece: usize) -> &'a str {
+        let start = piece.checked_sub(1).map_or(self.origin, |previous| self.pieces[previous].end());
+        self.text.get(start..self.pieces[piece].start).unwrap_or_default()
+    }
+
+    /// Does the piece begin its line?
+    fn breaks(&self, piece: usize) -> bool {
+        match self.gaps[piece] {
+            Gap::AsIs => breaks(self.white(piece)) > 0,
+            Gap::Spaces(_) => false,
+            Gap::Indented(_) | Gap::Line { .. } => true,
+        }
+    }
+
+    fn new_text(&self, piece: usize) -> String {
+        let white = self.white(piece);
+        match self.gaps[piece] {
+            Gap::AsIs => white.to_owned(),
+            Gap::Indented(indent) => white[..last_line(white)].to_owned() + &" ".repeat(indent),
+            Gap::Spaces(count) => " ".repeat(count),
+            Gap::Line { blank, indent } => {
+                self.line_break.repeat(1 + usize::from(blank)) + &" ".repeat(indent)
+            }
+        }
+    }
+
+    fn replacements(&self) -> Vec<Replacement> {
+        let mut found = Vec::new();
+        for (index, piece) in self.pieces.iter().enumerate() {
+            let (old, new) = (self.white(index), self.new_text(index));
+            if old == new {
+                continue;
+            }
+            let start = piece.start - old.len();
+            // The end of a line, what breaks it, and the beginning of the next one are each by itself: a range of lines
+            // may want only some of them.
+            match (old.find(['\n', '\r']), new.find(['\n', '\r'])) {
+                (Some(old_head), Some(new_head)) => {
+                    let (old_tail, new_tail) = (last_line(old), last_line(&new));
+                    found.extend(replacement(start, &old[..old_head], new[..new_head].to_owned()));
+                    let breaks = new[new_head..new_tail].to_owned();
+                    found.extend(replacement(start + old_head, &old[old_head..old_tail], breaks));
+                    found.extend(replacement(start + old_tail, &old[old_tail..], new[new_tail..].to_owned()));
+                }
+                _ => found.extend(replacement(start, old, new)),
+            }
+        }
+        found
+    }
+
+    /// Chooses each gap by what stands around it.
+    fn lay_out(&mut self) {
+        let mut pen = Pen { column: 0, indent: 0, parens: Vec::new() };
+        let mut previous = None;
+        let mut first = 0;
+        for next in 0..self.pieces.len() {
+            if self.pieces[next].is_comment() {
+                continue;
+            }
+            self.region(&mut pen, previous, first, next);
+            previous = Some(next);
+            first = next + 1;
+        }
+    }
+
+    /// The gaps before the token `next`, of which the `first` follows the token `previous`; comments stand between them.
+    fn region(&mut self, pen: &mut Pen, previous: Option<usize>, first: usize, next: usize) {
+        let token = &self.pieces[next];
+        if token.item.is_some() || token.brace.is_some() {
+            pen.parens.clear();
+        }
+        let opened = previous.and_then(|it| self.pieces[it].brace).filter(|_| self.is(previous, L_CURLY));
+        let closes = token.kind == R_CURLY && token.brace.is_some();
+        let kept = (first..=next).any(|gap| self.pieces[gap].keep != Keep::Nothing);
+        let between = previous.map_or(0, |it| self.pieces[it].end())..token.start;
+        let broken = breaks(self.text.get(between).unwrap_or_default()) > 0;
+
+        // A line break that was not there.
+        let (list, may_break) = token.item.or(token.brace.filter(|_| closes)).unwrap_or((0, false));
+        let force = may_break && !broken && !kept && previous.is_some() && self.lists[list].lines;
+        let forced = if closes { next } else { first };
+        // And one that is not to be there.
+        let is_empty = closes && opened.is_some();
+        let follows = token.item.is_none()
+            && (token.kind == L_CURLY && token.brace.is_some()
+                || token.kind == ELSE_KW && token.parent == ELSE);
+        let join = first == next && !kept && (is_empty || follows);
+
+        let (indent, of_comments) = self.indent(pen, next);
+        let mut is_first_line = true;
+        for gap in first..=next {
+            let here = if gap < next { of_comments } else { indent };
+            let white = self.white(gap);
+            let count = breaks(white);
+            let choice = match self.pieces[gap].keep {
+                Keep::All => Gap::AsIs,
+                Keep::Breaks if count == 0 => Gap::AsIs,
+                // What goes on behind an error is part of it.
+                Keep::Breaks if token.item.is_none() && !closes => Gap::AsIs,
+                Keep::Breaks => Gap::Indented(here),
+                Keep::Nothing if gap == 0 => Gap::Spaces(0),
+                Keep::Nothing if self.pieces[gap].kind == EOF => Gap::Line { blank: false, indent: 0 },
+                Keep::Nothing if !join && (count > 0 || force && gap == forced) => {
+                    let at_edge = opened.is_some() && is_first_line || closes && gap == next;
+                    Gap::Line { blank: count > 1 && !at_edge, indent: here }
+                }
+                Keep::Nothing => Gap::Spaces(self.spaces(gap)),
+            };
+            self.gaps.push(choice);
+            self.indents.push(here);
+            is_first_line &= !self.breaks(gap);
+            self.advance(pen, gap);
+        }
+        self.open(pen, next);
+    }
+
+    fn is(&self, piece: Option<usize>, kind: SyntaxKind) -> bool {
+        piece.is_some_and(|it| self.pieces[it].kind == kind)
+    }
+
+    /// Where a token begins if it begins a line, and where comments above it do.
+    fn indent(&self, pen: &Pen, token: usize) -> (usize, usize) {
+        let piece = &self.pieces[token];
+        let block = piece.depth * 2;
+        if piece.kind == R_CURLY && piece.brace.is_some() {
+            return (block, block + 2);
+        }
+        let begins = piece.item.is_some() || piece.brace.is_some() || piece.kind == EOF;
+        if begins || piece.kind == ELSE_KW && piece.parent == ELSE || piece.is_separator {
+            return (block, block);
+        }
+        match pen.parens.last() {
+            Some(paren) if matches!(piece.kind, R_PAREN | R_BRACK) => (paren.closing, paren.inside),
+            Some(paren) => (paren.inside, paren.inside),
+            None => (block + 4, block + 4),
+        }
+    }
+
+    /// How many spaces stand before a piece that follows on its line.
+    fn spaces(&self, piece: usize) -> usize {
+        let Some(previous) = piece.checked_sub(1) else { return 0 };
+        let (left, right) = (&self.pieces[previous], &self.pieces[piece]);
+        let was = usize::from(!self.white(piece).is_empty());
+        let is_brace = |piece: &Piece<'_>| piece.brace.is_some();
+        if right.kind == LINE_COMMENT || is_brace(left) && left.kind == L_CURLY && right.is_comment() {
+            return 1;
+        }
+        if left.is_comment() {
+            return if is_brace(right) && right.kind == R_CURLY { 1 } else { was };
+        }
+        if right.is_comment() {
+            return was;
+        }
+        let wanted = match (left.kind, right.kind) {
+            (L_CURLY, R_CURLY) if is_brace(left) && is_brace(right) => 0,
+            (L_CURLY, _) | (_, R_CURLY) => 1,
+            (_, COMMA | SEMICOLON | COLON | COLON2 | DOT | R_PAREN | R_BRACK) => 0,
+            _ if right.item.is_some() => match left.kind {
+                _ if right.parent == NAME_REF && self.in_activity(right) => 2,
+                SEMICOLON | R_CURLY => 1,
+                _ => 2,
+            },
+            (L_PAREN | L_BRACK | DOT | COLON2, _) => 0,
+            (BANG, _) => 0,
+            (MINUS, _) if left.parent == UNARY_EXPR => 0,
+            (_, L_PAREN) if right.parent != PAREN_EXPR => 0,
+            _ => 1,
+        };
+        // No two tokens may become one.
+        if wanted == 0 && was > 0 && !stay_apart(left.text, right.text) { 1 } else { wanted }
+    }
+
+    fn in_activity(&self, piece: &Piece<'_>) -> bool {
+        piece.item.is_some_and(|(list, _)| self.lists[list].kind == ACTIVITY)
+    }
+
+    /// Moves the pen behind a piece.
+    fn advance(&self, pen: &mut Pen, piece: usize) {
+        match self.gaps[piece] {
+            Gap::Spaces(count) => pen.column += count,
+            Gap::Line { indent, .. } | Gap::Indented(indent) => {
+                (pen.column, pen.indent) = (indent, indent);
+            }
+            Gap::AsIs => {
+                let white = self.white(piece);
+                let width = width(&white[last_line(white)..]);
+                if breaks(white) > 0 {
+                    (pen.column, pen.indent) = (width, width);
+                } else {
+                    pen.column += width;
+                }
+            }
+        }
+        let text = self.pieces[piece].text;
+        let last = last_line(text);
+        pen.column = if last > 0 { 0 } else { pen.column } + width(&text[last..]);
+    }
+
+    /// What a token opens or closes.
+    fn open(&mut self, pen: &mut Pen, token: usize) {
+        let piece = &self.pieces[token];
+        match piece.kind {
+            L_PAREN | L_BRACK => {
+                let after = self.pieces.iter().skip(token + 1).find(|piece| !piece.is_comment());
+                let rest = self.text.get(piece.end()..after.map_or(piece.end(), |after| after.start));
+                let hangs = breaks(rest.unwrap_or_default()) > 0;
+                pen.parens.push(match hangs {
+                    true => Paren { inside: pen.indent + 2, closing: pen.indent },
+                    false => Paren { inside: pen.column, closing: pen.column },
+                });
+            }
+            R_PAREN | R_BRACK => {
+                pen.parens.pop();
+            }
+            L_CURLY => {
+                if let Some((list, _)) = piece.brace {
+                    let it = &self.lists[list];
+                    // What breaks here breaks all around.
+                    let may_break = it.whole && self.lists[it.outer].lines;
+                    let breaks = it.lines || may_break && !self.fits(pen.column, it.open..it.close);
+                    self.lists[list].lines = breaks;
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Does a block end within the width when it stays in a line, and its opening brace ends at `column`?
+    fn fits(&self, mut column: usize, block: Range<usize>) -> bool {
+        // An empty one has nothing to break.
+        if block.start + 1 >= block.end {
+            return true;
+        }
+        for piece in block.start + 1..=block.end {
+            column += self.spaces(piece) + width(self.pieces[piece].text);
+            if column > WIDTH {
+                return false;
+            }
+        }
+        true
+    }
+
+    /// Makes a table of the activities of each deployment that take a line each.
+    fn align_activities(&mut self) {
+        // For each row, the pieces before which its cells end, but for the last one.
+        let mut rows: Vec<(usize, Vec<&str>, Vec<usize>)> = Vec::new();
+        for (index, list) in self.lists.iter().enumerate().filter(|(_, it)| it.kind == ACTIVITY && it.whole) {
+            let Some((deployment, _)) = self.pieces[list.owner].item else { continue };
+            let begins = list.owner == 0 || self.breaks(list.owner);
+            if !begins || (list.owner + 1..=list.close).any(|gap| self.breaks(gap)) {
+                continue;
+            }
+            let fields = (list.open + 1..list.close)
+                .filter(|&it| self.pieces[it].item.is_some_and(|(list, _)| list == index));
+            let (mut names, mut ends) = (vec![""], vec![list.owner, list.open]);
+            for field in fields {
+                names.push(self.pieces[field].text);
+                ends.push(field);
+            }
+            // The first field follows its brace.
+            if ends.len() > 2 {
+                ends.remove(2);
+            }
+            rows.push((deployment, names, ends));
+        }
+        let mut widths: HashMap<(usize, &[&str]), usize> = HashMap::new();
+        for (deployment, names, ends) in &rows {
+            for (cell, pair) in ends.windows(2).enumerate() {
+                let widest = widths.entry((*deployment, &names[..=cell])).or_default();
+                *widest = (*widest).max(self.cell_width(pair[0], pair[1]));
+            }
+        }
+        let mut padded = Vec::new();
+        for (deployment, names, ends) in &rows {
+            for (cell, pair) in ends.windows(2).enumerate() {
+                let widest = widths.get(&(*deployment, &names[..=cell])).copied().unwrap_or(0);
+                let padding = widest.saturating_sub(self.cell_width(pair[0], pair[1]));
+                padded.push((pair[1], padding));
+            }
+        }
+        for (piece, padding) in padded {
+            if let Gap::Spaces(count) = &mut self.gaps[piece] {
+                *count += padding;
+            }
+        }
+    }
+
+    /// How wide the pieces from `first` to before `end` are in their line.
+    fn cell_width(&self, first: usize, end: usize) -> usize {
+        let gap = |piece: usize| match self.gaps[piece] {
+            Gap::Spaces(count) if piece > first => count,
+            _ => 0,
+        };
+        (first..end).map(|piece| gap(piece) + width(self.pieces[piece].text)).sum()
+    }
+
+    /// Puts the trailing comments of lines in a row into one column.
+    fn align_comments(&mut self) {
+        let mut pen = Pen { column: 0, indent: 0, parens: Vec::new() };
+        let mut line = 0;
+        let mut row: Vec<Trailing> = Vec::new();
+        let (mut last, mut indent, mut was_at) = (0, 0, 0);
+        for piece in 0..self.pieces.len() {
+            line += match self.gaps[piece] {
+                Gap::AsIs | Gap::Indented(_) => breaks(self.white(piece)),
+                Gap::Spaces(_) => 0,
+                Gap::Line { blank, .. } => 1 + usize::from(blank),
+            };
+            let before = pen.column;
+            self.advance(&mut pen, piece);
+            let here = line;
+            line += breaks(self.pieces[piece].text);
+            if self.pieces[piece].kind != LINE_COMMENT {
+                continue;
+            }
+            let column = self.column_of(piece);
+            let follows = !row.is_empty() && here == last + 1;
+            match self.gaps[piece] {
+                Gap::Spaces(_) if piece > 0 => {
+                    if !follows || pen.indent != indent {
+                        self.align_row(&mut row);
+                        indent = pen.indent;
+                    }
+                    row.push(Trailing {
+                        piece,
+                        least: before + 1,
+                        column,
+                        tight: self.white(piece).len() < 2,
+                    });
+                }
+                // It goes on with what the one above it says.
+                Gap::Line { blank: false, .. } if follows && column == was_at => {
+                    row.push(Trailing { piece, least: 0, column, tight: false });
+                }
+                _ => continue,
+            }
+            (last, was_at) = (here, column);
+        }
+        self.align_row(&mut row);
+    }
+
+    fn align_row(&mut self, row: &mut Vec<Trailing>) {
+        let mut column = row.iter().map(|it| it.least).max().unwrap_or(0);
+        // The author has a column for them, farther away.
+        if let Some(first) = row.first()
+            && row.iter().all(|it| it.column == first.column && !it.tight)
+        {
+            column = column.max(first.column);
+        }
+        for it in row.drain(..) {
+            match &mut self.gaps[it.piece] {
+                Gap::Spaces(count) => *count = 1 + column - it.least,
+                Gap::Line { indent, .. } => *indent = column,
+                _ => {}
+            }
+        }
+    }
+
+    /// Where a piece begins in its line, as it is.
+    fn column_of(&self, piece: usize) -> usize {
+        let before = self.text.get(..self.pieces[piece].start).unwrap_or_default();
+        width(&before[last_line(before)..])
+    }
+
+    /// The first piece of the innermost item that the piece belongs to.
+    fn first_of_item(&self, piece: usize) -> Option<usize> {
+        match self.pieces[piece] {
+            Piece { kind: R_CURLY, brace: Some((list, _)), .. } => {
+                // From where the item begins that has the block, which may have others before.
+                let owner = self.lists[list].owner;
+                let depth = self.pieces[owner].depth;
+                (0..=owner).rev().find(|&it| self.pieces[it].item.is_some() && self.pieces[it].depth <= depth)
+            }
+            Piece { depth, .. } => {
+                (0..=piece).rev().find(|&it| self.pieces[it].item.is_some() && self.pieces[it].depth <= depth)
+            }
+        }
+    }
+
+    /// Where the text of a line begins that has this white space only before it; nothing where that is not known.
+    fn indent_at(&self, white: Range<usize>) -> Option<usize> {
+        let next = self.pieces.iter().position(|piece| piece.start >= white.start)?;
+        let before = next.checked_sub(1).map(|previous| &self.pieces[previous]);
+        // Inside a comment or a string nothing is known.
+        if before.is_some_and(|before| before.end() > white.start || before.is_unclosed()) {
+            return None;
+        }
+        let piece = &self.pieces[next];
+        if piece.start == white.end && piece.kind != EOF {
+            return (piece.keep != Keep::All).then(|| self.indents[next]);
+        }
+        // An empty line: how it goes on is not written yet.
+        let blocks = self.lists.iter().skip(1).filter(|list| list.open < next && next <= list.close).count();
+        let token = self.pieces[..next].iter().rposition(|piece| !piece.is_comment());
+        let goes_on = token.is_some_and(|token| goes_on(&self.pieces[token]));
+        let open = (0..next)
+            .rev()
+            .take_while(|&it| self.pieces[it].item.is_none() && self.pieces[it].brace.is_none());
+        let mut closed = 0;
+        for index in open {
+            match self.pieces[index].kind {
+                R_PAREN | R_BRACK => closed += 1,
+                L_PAREN | L_BRACK if closed > 0 => closed -= 1,
+                L_PAREN | L_BRACK if token == Some(index) => {
+                    let start = self.text.get(..self.pieces[index].start).unwrap_or_default();
+                    let line = &start[last_line(start)..];
+                    return Some(line.len() - line.trim_start().len() + 2);
+                }
+                L_PAREN | L_BRACK => return Some(self.column_of(index) + 1),
+                _ => {}
+            }
+        }
+        Some(blocks * 2 + if goes_on { 4 } else { 0 })
+    }
+}
+
+/// Does an item go on behind this token, whatever comes?
+fn goes_on(piece: &Piece<'_>) -> bool {
+    matches!(
+        piece.kind,
+        EQ | ARROW
+            | COMMA
+            | EQ2
+            | NEQ
+            | LT
+            | LTEQ
+            | GT
+            | GTEQ
+            | PLUS
+            | MINUS
+            | STAR
+            | SLASH
+            | PERCENT
+            | AMP2
+            | PIPE2
+    )
+}
+
+/// Where the text is, while it is laid out.
+struct Pen {
+    column: usize,
+    /// Where the line begins.
+    indent: usize,
+    parens: Vec<Paren>,
+}
+
+/// Reads pieces and lists off a tree.
+struct Reader<'a> {
+    text: &'a str,
+    /// Where errors stand; none is inside another.
+    errors: Vec<TextRange>,
+    pieces: Vec<Piece<'a>>,
+    lists: Vec<List>,
+    /// What the next gap keeps, at least.
+    keep: Keep,
+    /// What the next token begins.
+    item: Option<(usize, bool)>,
+    /// The lists that are open around, the innermost last.
+    open: Vec<usize>,
+}
+
+/// A node that is open.
+struct Frame {
+    kind: SyntaxKind,
+    first: usize,
+    whole: bool,
+    /// The list in it that is open.
+    list: Option<usize>,
+}
+
+impl<'a> Reader<'a> {
+    fn read(root: &SyntaxNode, text: &'a str) -> (Vec<Piece<'a>>, Vec<List>) {
+        let mut errors: Vec<TextRange> = Vec::new();
+        for node in root.descendants().filter(|node| node.kind() == ERROR) {
+            let range = node.text_range();
+            if errors.last().is_none_or(|last| range.is_empty() || last.end() <= range.start()) {
+                errors.push(range);
+            }
+        }
+        let pieces = Vec::with_capacity(text.len() / 6);
+        let file = List {
+            kind: SOURCE_FILE,
+            outer: 0,
+            owner: 0,
+            open: 0,
+            close: usize::MAX,
+            whole: errors.is_empty(),
+            last_whole: true,
+            lines: true,
+        };
+        let mut reader = Reader {
+            text,
+            errors,
+            pieces,
+            lists: vec![file],
+            keep: Keep::Nothing,
+            item: None,
+            open: Vec::new(),
+        };
+        reader.walk(root);
+        (reader.pieces, reader.lists)
+    }
+
+    fn walk(&mut self, root: &SyntaxNode) {
+        let mut frames: Vec<Frame> = Vec::new();
+        for event in root.preorder_with_tokens() {
+            match event {
+                WalkEvent::Enter(NodeOrToken::Node(node)) => {
+                    let whole = self.is_whole(node.text_range());
+                    if let Some(list) = frames.last().and_then(|frame| frame.list) {
+                        self.item =
+                            (node.kind() != ERROR).then_some((list, whole && self.lists[list].last_whole));
+                        self.lists[list].last_whole = whole;
+                    }
+                    if node.kind() == ERROR && node.text_range().is_empty() {
+                        self.keep = self.keep.max(Keep::Breaks);
+                    }
+                    let list = (node.kind() == SOURCE_FILE).then_some(0);
+                    frames.push(Frame { kind: node.kind(), first: self.pieces.len(), whole, list });
+                }
+                WalkEvent::Leave(NodeOrToken::Node(_)) => {
+                    let Some(frame) = frames.pop() else { continue };
+                    self.item = None;
+                    if frame.kind == ERROR && frame.first < self.pieces.len() {
+                        // With the comments above.
+                        let above = self.pieces[..frame.first].iter().rposition(|piece| !piece.is_comment());
+                        self.keep_all(above.map_or(0, |above| above + 1)..self.pieces.len());
+                        self.keep = self.keep.max(Keep::Breaks);
+                    }
+                    if let Some(list) = frame.list.filter(|_| frame.kind != SOURCE_FILE) {
+                        // It is not closed: what belongs to it is not known.
+                        self.keep_all(self.lists[list].open + 1..self.pieces.len());
+                        self.lists[list].close = self.pieces.len();
+                        self.open.pop();
+                    }
+                }
+                WalkEvent::Enter(NodeOrToken::Token(token)) => {
+                    let range: Range<usize> = token.text_range().into();
+                    if let Some(frame) = frames.last_mut() {
+                        self.token(frame, token.kind(), range);
+                    }
+                }
+                WalkEvent::Leave(NodeOrToken::Token(_)) => {}
+            }
+        }
+        // A line break there would be part of the comment.
+        if self.pieces.last().is_some_and(Piece::is_unclosed) {
+            self.keep = Keep::All;
+        }
+        self.push(EOF, self.text.len()..self.text.len(), SOURCE_FILE);
+    }
+
+    fn token(&mut self, frame: &mut Frame, kind: SyntaxKind, range: Range<usize>) {
+        if kind == WHITESPACE {
+            return;
+        }
+        let index = self.pieces.len();
+        let mut brace = None;
+        match (kind, frame.list) {
+            (L_CURLY, None) if frame.kind != ERROR => {
+                let list = List {
+                    kind: frame.kind,
+                    outer: *self.open.last().unwrap_or(&0),
+                    owner: frame.first,
+                    open: index,
+                    close: usize::MAX,
+                    whole: frame.whole,
+                    last_whole: true,
+                    lines: false,
+                };
+                brace = Some((self.lists.len(), false));
+                frame.list = Some(self.lists.len());
+                self.open.push(self.lists.len());
+                self.lists.push(list);
+            }
+            (R_CURLY, Some(list)) if frame.kind != ERROR => {
+                brace = Some((list, self.lists[list].last_whole));
+                frame.list = None;
+                let open = self.pieces[self.lists[list].open].start;
+                self.lists[list].close = index;
+                self.lists[list].lines = breaks(self.text.get(open..range.start).unwrap_or_default()) > 0;
+                self.open.pop();
+            }
+            _ => {}
+        }
+        self.push(kind, range, frame.kind);
+        if let Some(piece) = self.pieces.last_mut() {
+            piece.depth -= usize::from(kind == L_CURLY && brace.is_some());
+            piece.brace = brace;
+            piece.is_separator = kind == SEMICOLON && frame.list.is_some();
+        }
+    }
+
+    fn push(&mut self, kind: SyntaxKind, range: Range<usize>, parent: SyntaxKind) {
+        let (start, text) = (range.start, self.text.get(range).unwrap_or_default());
+        let keep = std::mem::replace(&mut self.keep, Keep::Nothing);
+        let is_comment = matches!(kind, LINE_COMMENT | BLOCK_COMMENT);
+        let item = if is_comment { None } else { self.item.take() };
+        self.pieces.push(Piece {
+            kind,
+            text,
+            start,
+            parent,
+            depth: self.open.len(),
+            item,
+            brace: None,
+            is_separator: false,
+            keep,
+        });
+    }
+
+    fn keep_all(&mut self, pieces: Range<usize>) {
+        for piece in self.pieces.get_mut(pieces).unwrap_or_default() {
+            piece.keep = Keep::All;
+        }
+    }
+
+    /// Does no error stand in this range, nor at its ends?
+    fn is_whole(&self, range: TextRange) -> bool {
+        let next = self.errors.partition_point(|error| error.start() <= range.end());
+        next.checked_sub(1)
+            .and_then(|last| self.errors.get(last))
+            .is_none_or(|error| error.end() < range.start())
+    }
+}
+
+/// How often a line breaks in a text.
+fn breaks(text: &str) -> usize {
+    let bytes = text.as_bytes();
+    let ends = |index: usize| match bytes[index] {
+        b'\n' => true,
+        b'\r' => bytes.get(index + 1) != Some(&b'\n'),
+        _ => false,
+    };
+    (0..bytes.len()).filter(|&index| ends(index)).count()
+}
+
+/// Where the last line of a text begins.
+fn last_line(text: &str) -> usize {
+    text.rfind(['\n', '\r']).map_or(0, |at| at + 1)
+}
+
+fn width(text: &str) -> usize {
+    text.chars().count()
+}
+
+/// Are two tokens still two when nothing stands between them?
+fn stay_apart(left: &str, right: &str) -> bool {
+    let lexed = crate::lex(&format!("{left}{right}"));
+    lexed.len() == 2 && lexed.range(0).len() == left.len()
+}
+
+fn replacement(start: usize, old: &str, new: String) -> Option<Replacement> {
+    (old != new).then(|| Replacement { range: range(start..start + old.len()), text: new })
+}
+
+#[cfg(test)]
+mod tests {
+    use expect_test::{Expect, expect};
+
+    use super::*;
+
+    fn check(text: &str, expected: Expect) {
+        expected.assert_eq(&formatted(text));
+    }
+
+    #[test]
+    fn spaces_in_a_line() {
+        check(
+            "codel f( in a:int ,out b : x . y :: z,c:int ) : bool
+shell S  extends A,B{property r:double[0.1 ;1]=-0.3;provide g( ):int}
+architecture A { connection a . b->[ 4 ]c.d  property a.b=2*( 1+c ) }
+core C( S ) :{ update={ x=!f( a,- 1 )&&y<=2 ; return ; } }
+component P(S,C)",
+            expect![[r#"
+                codel f(in a: int, out b: x.y::z, c: int): bool
+                shell S extends A, B { property r: double [0.1; 1] = -0.3; provide g(): int }
+                architecture A { connection a.b -> [4] c.d  property a.b = 2 * (1 + c) }
+                core C(S): { update = { x = !f(a, -1) && y <= 2; return; } }
+                component P(S, C)
+            "#]],
+        );
+    }
+
+    #[test]
+    fn lines_of_blocks() {
+        check(
+            "library a{use b use c
+core C(S) {
+
+
+  // First.
+
+  var a: int
+  provide f() = { } ; start = {}
+  statemachine { initial state A
+    {
+      run = { if a then { b(); } else { } }
+      transition t to A } }
+
+}
+}
+shell Short { input port a: int  input port b: int }
+shell Long { input port aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa: int; input port bbbbbbbbbbbbbbbbbbbbb: int; input port c: int; } // no",
+            expect![[r#"
+                library a {
+                  use b
+                  use c
+                  core C(S) {
+                    // First.
+
+                    var a: int
+                    provide f() = {};
+                    start = {}
+                    statemachine {
+                      initial state A {
+                        run = { if a then { b(); } else {} }
+                        transition t to A
+                      }
+                    }
+                  }
+                }
+                shell Short { input port a: int  input port b: int }
+                shell Long {
+                  input port aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa: int;
+                  input port bbbbbbbbbbbbbbbbbbbbb: int;
+                  input port c: int;
+                } // no
+            "#]],
+        );
+    }
+
+    #[test]
+    fn lines_of_expressions_are_the_authors() {
+        check(
+            "codel f(in a: int,
+in b: int, // the other
+out c: int): bool
+core C(S) { update = {
+if a(b,
+c) &&
+d
+then { e(
+f,
+// why
+g
+); }
+// otherwise
+else { x = 1
++ 2; } } }",
+            expect![[r#"
+                codel f(in a: int,
+                        in b: int, // the other
+                        out c: int): bool
+                core C(S) {
+                  update = {
+                    if a(b,
+                         c) &&
+                        d
+                        then {
+                      e(
+                        f,
+                        // why
+                        g
+                      );
+                    }
+                    // otherwise
+                    else {
+                      x = 1
+                          + 2;
+                    }
+                  }
+                }
+            "#]],
+        );
+    }
+
+    #[test]
+    fn activities_are_a_table() {
+        check(
+            "deployment D {
+architecture A
+activity a { affinity = 1 priority = 10; period = 5 deadline = 5 }
+// The slow one.
+activity slow { affinity = 0x10 priority = 9 period = 1000 }
+
+activity rest { priority = background }
+activity long {
+  priority = 1 period = 10
+}
+}",
+            expect![[r#"
+                deployment D {
+                  architecture A
+                  activity a    { affinity = 1     priority = 10;  period = 5  deadline = 5 }
+                  // The slow one.
+                  activity slow { affinity = 0x10  priority = 9    period = 1000 }
+
+                  activity rest { priority = background }
+                  activity long {
+                    priority = 1
+                    period = 10
+                  }
+                }
+            "#]],
+        );
+    }
+
+    #[test]
+    fn comments_stay_where_they_stand() {
+        check(
+            "
+
+// Of the file.
+
+
+/* And
+     more. */ library a { // trailing
+use b // one
+use longer    // two
+              // goes on
+// alone
+use c       // far
+use ccc     // away
+/* before */ codel f(/*x*/ a: int /* y */): int
+   // last
+
+}
+// end",
+            expect![[r#"
+                // Of the file.
+
+                /* And
+                     more. */ library a { // trailing
+                  use b      // one
+                  use longer // two
+                             // goes on
+                  // alone
+                  use c     // far
+                  use ccc   // away
+                  /* before */ codel f(/*x*/ a: int /* y */): int
+                  // last
+                }
+                // end
+            "#]],
+        );
+    }
+
+    #[test]
+    fn errors_are_formatted_around() {
+        check(
+            "shell  S {
+      input  port
+   input  port a  :int
+   property  b:  =  3
+      property c :int
+}
+core  C(S) {
+   update  = {
+         x  =  1;
+   if  a  then {
+  y=2;
+}
+   start  = { f( a  b ) ; g( ) ; }
+}
+what  is   this
+    codel  f( ):int",
+            expect![[r#"
+                shell S {
+                  input port
+                  input port a: int
+                  property b:  = 3
+                  property c: int
+                }
+                core C(S) {
+                  update = {
+                         x  =  1;
+                   if  a  then {
+                  y=2;
+                }
+                  start = { f(a  b); g(); }
+                }
+                what  is   this
+                codel f(): int
+            "#]],
+        );
+    }
+
+    #[test]
+    fn line_breaks_and_marks_of_files() {
+        assert_eq!(formatted(""), "");
+        assert_eq!(formatted(" \n\n"), "");
+        assert_eq!(formatted("\u{feff}\n use a"), "\u{feff}use a\n");
+        assert_eq!(
+            formatted("use a  \r\n\r\n\r\nuse b\nuse c use d"),
+            "use a\r\n\r\nuse b\r\nuse c\r\nuse d\r\n"
+        );
+        assert_eq!(formatted("use a /* open\n"), "use a /* open\n");
+    }
+
+    #[test]
+    fn some_lines_only() {
+        let text = "use  a\nuse  b\nuse  c\n";
+        let parse = crate::parse(text);
+        let second = applied(text, &format_range(&parse, range(8..9)));
+        assert_eq!(second, "use  a\nuse b\nuse  c\n");
+        // Whole lines, as editors select them.
+        let two = applied(text, &format_range(&parse, range(0..14)));
+        assert_eq!(two, "use a\nuse b\nuse  c\n");
+    }
+
+    /// What stands there when the character before `|` was typed.
+    fn typed(text: &str, expected: Expect) {
+        let at = text.find('|').unwrap_or_default();
+        let text = text.replacen('|', "", 1);
+        let letter = text[..at].chars().next_back().unwrap_or_default();
+        let found = format_on_type(&crate::parse(&text), TextSize::new(at as u32), letter);
+        expected.assert_eq(&applied(&text, &found));
+    }
+
+    #[test]
+    fn while_typing() {
+        // The item that ends, and nothing around it.
+        typed(
+            "core C(S) {\nvar  a:int;|\nvar  b:int\n}",
+            expect![[r#"
+            core C(S) {
+              var a: int;
+            var  b:int
+            }"#]],
+        );
+        typed(
+            "core C(S) {\nvar  b:int\nupdate={\nf( a );\n}|\nstop={}\n}",
+            expect![[r#"
+            core C(S) {
+            var  b:int
+              update = {
+                f(a);
+              }
+            stop={}
+            }"#]],
+        );
+        // A new line is as far in as what will stand in it.
+        typed(
+            "core C(S) {\nvar  b:int\n|\n}",
+            expect![[r#"
+                core C(S) {
+                  var b: int
+  
+                }"#]],
+        );
+        typed(
+            "core C(S) {\n  update = {\n|",
+            expect![[r#"
+                core C(S) {
+                  update = {
+    "#]],
+        );
+        typed(
+            "core C(S) {\n  update = {\n|}\n}",
+            expect![[r#"
+            core C(S) {
+              update = {
+              }
+            }"#]],
+        );
+        typed(
+            "codel f(in a: int,\n|): bool",
+            expect![[r#"
+            codel f(in a: int,
+                    ): bool"#]],
+        );
+        typed(
+            "core C(S) {\n  var a: int =\n|\n}",
+            expect![[r#"
+                core C(S) {
+                  var a: int =
+      
+                }"#]],
+        );
+        // Not in a comment.
+        typed(
+            "/* a\n|\n*/",
+            expect![[r#"
+            /* a
+
+            */"#]],
+        );
+        typed("// a;|", expect!["// a;"]);
+    }
+}
