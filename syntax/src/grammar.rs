@@ -26,20 +26,13 @@ pub(crate) fn source_file(p: &mut Parser<'_>) {
     p.enter(List::File);
     let (mut declared, mut late) = (false, false);
     while !p.at_end() {
-        match p.current() {
+        if p.at(INCLUDE_KW) {
             // The first that stands too late is the mistake.
-            INCLUDE_KW => {
-                include(p, declared && !late);
-                late |= declared;
-            }
-            LIBRARY_KW => {
-                library(p);
-                declared = true;
-            }
-            kind => {
-                declared |= DECLARATIONS.contains(&kind);
-                declaration(p);
-            }
+            include(p, declared && !late);
+            late |= declared;
+        } else {
+            declared |= p.at(LIBRARY_KW) || DECLARATIONS.contains(&p.current());
+            item(p, List::File);
         }
     }
     p.leave();
@@ -100,7 +93,7 @@ fn library(p: &mut Parser<'_>) {
     let m = p.start();
     p.bump();
     name(p);
-    list(p, List::Library, declaration);
+    list(p, List::Library);
     m.complete(p, LIBRARY);
 }
 
@@ -213,18 +206,44 @@ fn colon_type(p: &mut Parser<'_>) {
 }
 
 /// `{ item … }`. Items may be separated by `;`.
-fn list(p: &mut Parser<'_>, kind: List, item: impl Fn(&mut Parser<'_>)) {
+fn list(p: &mut Parser<'_>, kind: List) {
     if !p.expect(L_CURLY) {
         return;
     }
     p.enter(kind);
-    while !p.at_end() && !p.at(R_CURLY) && !p.at_outer_item() {
-        if !p.eat(SEMICOLON) {
-            item(p);
-        }
-    }
+    items(p, kind, |_| false);
     p.leave();
     p.expect(R_CURLY);
+}
+
+/// The items of a list that is open: up to where it is `done`, and whether it was, or to where the list ends.
+pub(crate) fn items(p: &mut Parser<'_>, kind: List, done: impl Fn(&Parser<'_>) -> bool) -> bool {
+    loop {
+        if done(p) {
+            return true;
+        }
+        if p.at_end() || kind != List::File && (p.at(R_CURLY) || p.at_outer_item()) {
+            return false;
+        }
+        if !p.eat(SEMICOLON) {
+            item(p, kind);
+        }
+    }
+}
+
+fn item(p: &mut Parser<'_>, kind: List) {
+    match kind {
+        List::File if p.at(LIBRARY_KW) => library(p),
+        List::File | List::Library => declaration(p),
+        List::Shell => shell::shell_item(p),
+        List::Core => core::core_item(p),
+        List::StateMachine => core::state_machine_item(p),
+        List::State => core::state_item(p),
+        List::Architecture => architecture::architecture_item(p),
+        List::Deployment => deployment::deployment_item(p),
+        List::Activity => deployment::field(p),
+        List::Block => statement::statement(p),
+    }
 }
 
 /// `one, two, …` up to `close`, which is left to the caller.

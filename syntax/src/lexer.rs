@@ -7,7 +7,7 @@ use crate::SyntaxKind::{self, *};
 /// The tokens of a text, trivia included.
 pub struct Lexed {
     kinds: Vec<SyntaxKind>,
-    /// Where each token starts, and [`BEGINS_LINE`]; one more than there are tokens, the last is the text's length.
+    /// Where each token starts, and [`BEGINS_LINE`]; one more than there are tokens, the last is where that ends.
     starts: Vec<u32>,
     errors: Vec<(u32, LexError)>,
 }
@@ -51,18 +51,36 @@ impl LexError {
 /// assert_eq!(lexed.range(4), 9..12);
 /// ```
 pub fn lex(text: &str) -> Lexed {
-    let mut kinds = Vec::with_capacity(text.len() / 3);
-    let mut starts = Vec::with_capacity(text.len() / 3 + 1);
+    lex_from(text, 0, text.len() / 3, |_, _| false)
+}
+
+/// The tokens of `text` from `from`, where one begins, to the first that is `enough`, by its kind and its start: each is
+/// what [`lex`] finds there, but whether the first begins its line is known at the start of the text only.
+///
+/// `expected` is how many there may be.
+#[inline]
+pub(crate) fn lex_from(
+    text: &str,
+    from: usize,
+    expected: usize,
+    mut enough: impl FnMut(SyntaxKind, usize) -> bool,
+) -> Lexed {
+    let mut kinds = Vec::with_capacity(expected);
+    let mut starts = Vec::with_capacity(expected + 1);
     let mut errors = Vec::new();
-    // A byte order mark is white space; anywhere else it is a stray character.
-    let bom = if text.starts_with('\u{feff}') { '\u{feff}'.len_utf8() } else { 0 };
-    if bom > 0 {
-        kinds.push(WHITESPACE);
-        starts.push(0);
-    }
     let mut lexer = SyntaxKind::lexer(text);
-    lexer.bump(bom);
-    let mut begins_line = BEGINS_LINE;
+    lexer.bump(from);
+    let mut begins_line = 0;
+    if from == 0 {
+        begins_line = BEGINS_LINE;
+        // A byte order mark is white space; anywhere else it is a stray character.
+        if text.starts_with('\u{feff}') {
+            kinds.push(WHITESPACE);
+            starts.push(0);
+            lexer.bump('\u{feff}'.len_utf8());
+        }
+    }
+    let mut end;
     loop {
         // Half of all tokens are white space: found by hand they cost no step of the automaton.
         let at = lexer.span().end;
@@ -73,6 +91,7 @@ pub fn lex(text: &str) -> Lexed {
             begins_line |= u32::from(breaks) * BEGINS_LINE;
             lexer.bump(white);
         }
+        end = at + white;
         let Some(token) = lexer.next() else { break };
         let start = lexer.span().start as u32;
         let kind = match token {
@@ -103,8 +122,12 @@ pub fn lex(text: &str) -> Lexed {
         };
         errors.extend(error.map(|error| (kinds.len() as u32, error)));
         kinds.push(kind);
+        if enough(kind, start as usize) {
+            end = lexer.span().end;
+            break;
+        }
     }
-    starts.push(text.len() as u32);
+    starts.push(end as u32);
     Lexed { kinds, starts, errors }
 }
 

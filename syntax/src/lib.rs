@@ -17,6 +17,7 @@
 //! | `grammar/` | tokens → events, a function for each rule, by hand |
 //! | `parser.rs` | what those functions are written with: markers, recovery, the cap on depth |
 //! | `tree.rs` | events and tokens → rowan's tree, with the white space back in its place |
+//! | `reparse.rs` | an edit of a text → an edit of its tree |
 //! | `ast.rs` | the typed view |
 //! | `format.rs` | white space as it should be |
 //! | `spelling.rs` | what a misspelt word may be |
@@ -29,11 +30,13 @@ mod generated;
 mod grammar;
 mod lexer;
 mod parser;
+mod reparse;
 mod spelling;
 mod tree;
 
 pub use generated::kinds::SyntaxKind;
 pub use lexer::{Lexed, lex};
+pub use reparse::Tier;
 pub use rowan::{GreenNode, NodeOrToken, TextRange, TextSize, WalkEvent};
 pub use spelling::similar;
 pub use tree::{Parse, SyntaxError, is_whole};

@@ -17,6 +17,8 @@ pub(crate) struct Parser<'a> {
     kinds: Vec<SyntaxKind>,
     /// For each of `kinds`, its number in `lexed`.
     tokens: Vec<u32>,
+    /// The token of `lexed` that the tree begins with.
+    first: usize,
     position: usize,
     events: Vec<Event>,
     errors: Vec<SyntaxError>,
@@ -44,6 +46,8 @@ pub(crate) enum Event {
 }
 
 pub(crate) struct Events {
+    /// The token that the tree begins with.
+    pub(crate) first: usize,
     pub(crate) events: Vec<Event>,
     pub(crate) errors: Vec<SyntaxError>,
 }
@@ -63,6 +67,25 @@ pub(crate) enum List {
     Block,
 }
 
+impl List {
+    /// The list that stands in a node of this kind.
+    pub(crate) fn of(kind: SyntaxKind) -> Option<List> {
+        match kind {
+            SOURCE_FILE => Some(List::File),
+            LIBRARY => Some(List::Library),
+            SHELL => Some(List::Shell),
+            CORE => Some(List::Core),
+            STATE_MACHINE => Some(List::StateMachine),
+            STATE => Some(List::State),
+            ARCHITECTURE => Some(List::Architecture),
+            DEPLOYMENT => Some(List::Deployment),
+            ACTIVITY => Some(List::Activity),
+            BLOCK => Some(List::Block),
+            _ => None,
+        }
+    }
+}
+
 impl<'a> Parser<'a> {
     pub(crate) fn new(text: &'a str, lexed: &'a Lexed) -> Parser<'a> {
         let mut kinds = Vec::with_capacity(lexed.len() / 2 + 1);
@@ -79,6 +102,7 @@ impl<'a> Parser<'a> {
             events: Vec::with_capacity(kinds.len() * 3),
             kinds,
             tokens,
+            first: 0,
             position: 0,
             errors: Vec::new(),
             last_error: None,
@@ -88,10 +112,28 @@ impl<'a> Parser<'a> {
         }
     }
 
+    /// A parser that has read everything before the token at `offset`, is in `lists`, the innermost last, and `depth`
+    /// deep, and has reported nothing at this token. `lexed` begins with the token before, or with the text.
+    pub(crate) fn resume(
+        text: &'a str,
+        lexed: &'a Lexed,
+        offset: usize,
+        lists: Vec<List>,
+        depth: u32,
+    ) -> Parser<'a> {
+        let mut parser = Parser::new(text, lexed);
+        parser.position = parser.tokens.partition_point(|&token| lexed.range(token as usize).start < offset);
+        parser.first = parser.tokens.get(parser.position).map_or(lexed.len(), |&token| token as usize);
+        parser.next_lex_error = lexed.errors().partition_point(|&(token, _)| (token as usize) < parser.first);
+        parser.lists = lists;
+        parser.depth = depth;
+        parser
+    }
+
     pub(crate) fn finish(mut self) -> Events {
         self.errors.extend(comment_error(self.lexed));
         self.errors.sort_by_key(|error| error.range.start());
-        Events { events: self.events, errors: self.errors }
+        Events { first: self.first, events: self.events, errors: self.errors }
     }
 
     // Looking ahead
@@ -129,6 +171,11 @@ impl<'a> Parser<'a> {
 
     pub(crate) fn nth_begins_line(&self, n: usize) -> bool {
         self.tokens.get(self.position + n).is_none_or(|&token| self.lexed.begins_line(token as usize))
+    }
+
+    /// Where the current token starts.
+    pub(crate) fn offset(&self) -> usize {
+        self.range_of(self.position).start().into()
     }
 
     /// Does an item of the list begin here, by its first tokens?

@@ -1,5 +1,7 @@
 //! Events and tokens → the tree, with white space and comments back in their places.
 
+use std::sync::Arc;
+
 use rowan::{GreenNode, GreenNodeBuilder, Language as _, TextRange, TextSize};
 
 use crate::lexer::{LexError, Lexed};
@@ -9,8 +11,8 @@ use crate::{Mauve, SyntaxKind, SyntaxNode};
 /// A tree and what is wrong with its text.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Parse {
-    green: GreenNode,
-    errors: Box<[SyntaxError]>,
+    pub(crate) green: GreenNode,
+    pub(crate) errors: Arc<[SyntaxError]>,
 }
 
 /// Something that the grammar does not allow: what was found, what was expected.
@@ -96,12 +98,12 @@ pub(crate) fn too_long() -> Parse {
     builder.finish_node();
     let message = format!("this file is longer than {} bytes, and is not read", crate::LONGEST_TEXT);
     let range = TextRange::empty(TextSize::new(0));
-    Parse { green: builder.finish(), errors: Box::new([SyntaxError { range, message }]) }
+    Parse { green: builder.finish(), errors: Arc::new([SyntaxError { range, message }]) }
 }
 
 pub(crate) fn build(text: &str, lexed: &Lexed, events: Events) -> Parse {
-    let Events { mut events, errors } = events;
-    let mut sink = Sink { text, lexed, next: 0, builder: GreenNodeBuilder::new() };
+    let Events { first, mut events, errors } = events;
+    let mut sink = Sink { text, lexed, next: first, builder: GreenNodeBuilder::new() };
     let mut outer = Vec::new();
     for index in 0..events.len() {
         match std::mem::replace(&mut events[index], Event::Taken) {
@@ -138,7 +140,7 @@ pub(crate) fn build(text: &str, lexed: &Lexed, events: Events) -> Parse {
             Event::Rest => sink.trivia(),
         }
     }
-    Parse { green: sink.builder.finish(), errors: errors.into_boxed_slice() }
+    Parse { green: sink.builder.finish(), errors: errors.into() }
 }
 
 struct Sink<'a> {

@@ -120,6 +120,7 @@ pub fn behaviour_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'
         scope: Scope::default(),
         variables_lost: !data.whole || data.machines.iter().any(|machine| !machine.whole),
         statement: None,
+        program_whole: true,
         found: Behaviour::default(),
     };
     if let Err(unresolved) = &shell {
@@ -159,6 +160,8 @@ struct Reader<'a, 'db> {
     variables_lost: bool,
     /// The call that the last statement is: its name, all of it, its first argument.
     statement: Option<(Part, Part, Option<Part>)>,
+    /// Was nothing lost in the program that is being read?
+    program_whole: bool,
     found: Behaviour<'db>,
 }
 

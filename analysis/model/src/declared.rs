@@ -1,11 +1,11 @@
 //! Names and types as they are declared: which are reserved, which nobody knows, which cannot be; and what nothing uses.
 
-use rustc_hash::FxHashSet;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
 use crate::diagnostics::{self, Diagnostic};
 use crate::flat::flat_of;
-use crate::item_tree::{Data, Expr, FeatureKind, Kind, Name, NameRef, Part, Shell, TypeRef};
+use crate::item_tree::{Data, Expr, FeatureKind, Kind, Name, NameRef, Parameter, Part, Shell, TypeRef};
 use crate::messages::{catalogue, package, used_packages};
 use crate::names::{features_of, names_of, similar};
 use crate::project::{Project, external_types};
@@ -19,8 +19,23 @@ use crate::typing::uses_of;
 pub(crate) fn check<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<Diagnostic<'db>> {
     let Some(data) = data(db, of).as_deref() else { return Vec::new() };
     let mut found = Vec::new();
-    for (ty, may_be_void) in data.types() {
-        found.extend(check_type(db, project, of, ty, may_be_void));
+    let void =
+        |ty: &TypeRef| types::resolved(db, project, of.library(db).as_ref(), &ty.path) == Some(Type::Void);
+    let voids = data.types().into_iter().filter(|(ty, may_be_void)| !may_be_void && void(ty));
+    found.extend(voids.map(|(ty, _)| diagnostics::invalid_type::void(Place::Part(of, ty.part))));
+    for ty in has_types(db, of).then(|| unknown_types(db, project, of)).into_iter().flatten() {
+        let first = first_unknown(db, project).get(&(of.library(db).clone(), ty.path.clone()));
+        found.extend((first == Some(&of)).then(|| unknown_type(db, project, of, ty)).flatten());
+    }
+    let lists: Vec<&[Parameter]> = match data {
+        Data::Codel(codel) => vec![&codel.parameters],
+        Data::Shell(shell) => shell.features.iter().map(|it| it.parameters.as_slice()).collect(),
+        Data::Core(core) => core.operations.iter().map(|it| it.parameters.as_slice()).collect(),
+        _ => Vec::new(),
+    };
+    for parameters in lists {
+        let names = parameters.iter().map(|it| (&it.name, "parameter"));
+        found.extend(diagnostics::duplicate_definition::among(of, names));
     }
     let own = NameRef { name: of.name(db).clone(), part: Part(0) };
     let own = matches!(data, Data::Codel(_) | Data::Component(_)).then_some((&own, None));
@@ -85,54 +100,76 @@ fn names_in(data: &Data) -> Vec<(&NameRef, Reserved)> {
     names
 }
 
-fn check_type<'db>(
+fn has_types<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> bool {
+    matches!(of.kind(db), Kind::Codel | Kind::Shell | Kind::Core)
+}
+
+/// The types in a declaration that nobody knows, each where it is first named.
+#[salsa::tracked(returns(ref))]
+fn unknown_types<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<TypeRef> {
+    let Some(data) = data(db, of).as_deref() else { return Vec::new() };
+    let library = of.library(db).as_ref();
+    let mut types: Vec<&TypeRef> = data.types().into_iter().map(|(ty, _)| ty).collect();
+    types.sort_by_key(|ty| ty.part);
+    let mut seen = FxHashSet::default();
+    types.retain(|ty| seen.insert(&ty.path));
+    types.retain(|ty| types::resolved(db, project, library, &ty.path).is_none());
+    types.into_iter().cloned().collect()
+}
+
+/// Where in the project each type that nobody knows is first named: a forgotten `use` is one mistake.
+#[salsa::tracked(returns(ref))]
+fn first_unknown<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+) -> FxHashMap<(Option<Name>, Vec<Name>), Decl<'db>> {
+    let mut first = FxHashMap::default();
+    for &decl in names_of(db, project).all.iter().filter(|&&decl| has_types(db, decl)) {
+        for ty in unknown_types(db, project, decl) {
+            first.entry((decl.library(db).clone(), ty.path.clone())).or_insert(decl);
+        }
+    }
+    first
+}
+
+fn unknown_type<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
     ty: &TypeRef,
-    may_be_void: bool,
 ) -> Option<Diagnostic<'db>> {
     let library = of.library(db).as_ref();
     let at = Place::Part(of, ty.part);
-    match types::resolved(db, project, library, &ty.path) {
-        Some(Type::Void) if !may_be_void => Some(diagnostics::invalid_type::void(at)),
-        Some(_) => None,
-        // The package that may declare it is reported.
-        None if ty.path.iter().any(|part| part.is_empty()) => None,
-        None if names_of(db, project).missing => None,
-        None => {
-            let workspace = project.workspace(db);
+    // What is missing may declare it; and a name that is missing is no type.
+    if names_of(db, project).missing || ty.path.iter().any(|part| part.is_empty()) {
+        return None;
+    }
+    let workspace = project.workspace(db);
+    let name = ty.path.last()?;
+    let messages = |of: &Name| package(db, workspace, of).into_iter().flat_map(|it| it.messages.keys());
+    let found = match ty.path.as_slice() {
+        [_] => {
             let used =
                 used_packages(db, project).get(&library.cloned()).map_or(&[] as &[Name], Vec::as_slice);
-            let unknown = used.iter().any(|name| !types::is_known_package(db, project, name));
-            let name = ty.path.last()?;
-            let of_package =
-                |of: &Name| package(db, workspace, of).into_iter().flat_map(|it| it.messages.keys());
-            match ty.path.as_slice() {
-                [_] if unknown => None,
-                [_] => {
-                    let built_in: Vec<Name> = types::BUILT_IN.iter().map(|&name| name.into()).collect();
-                    let external = external_types(db, workspace).keys();
-                    let near =
-                        similar(name, used.iter().flat_map(of_package).chain(external).chain(&built_in));
-                    let declares = |it: &&Name| {
-                        package(db, workspace, it).is_some_and(|it| it.messages.contains_key(name))
-                    };
-                    let elsewhere = library.and_then(|_| catalogue().keys().find(declares));
-                    Some(diagnostics::unknown_type::report(of, at, &ty.path, elsewhere, near))
-                }
-                [of_path, ..] if package(db, workspace, of_path).is_none() => {
-                    Some(diagnostics::unknown_type::report(of, at, &ty.path, None, None))
-                }
-                [of_path, ..] => {
-                    let near =
-                        similar(name, of_package(of_path)).map(|near| format!("{of_path}.{near}").into());
-                    Some(diagnostics::unknown_type::report(of, at, &ty.path, None, near))
-                }
-                [] => None,
+            // The package that may declare it is reported.
+            if used.iter().any(|name| !types::is_known_package(db, project, name)) {
+                return None;
             }
+            let built_in: Vec<Name> = types::BUILT_IN.iter().map(|&name| name.into()).collect();
+            let known = used.iter().flat_map(messages).chain(external_types(db, workspace).keys());
+            let near = similar(name, known.chain(&built_in));
+            let declares =
+                |of: &&Name| package(db, workspace, of).is_some_and(|it| it.messages.contains_key(name));
+            let elsewhere = library.and_then(|_| catalogue().keys().find(declares));
+            diagnostics::unknown_type::report(of, at, &ty.path, elsewhere, near)
         }
-    }
+        path => {
+            let of_package = path.first()?;
+            let near = similar(name, messages(of_package)).map(|near| format!("{of_package}.{near}").into());
+            diagnostics::unknown_type::report(of, at, path, None, near)
+        }
+    };
+    Some(found)
 }
 
 /// A `use` of what nobody knows.

@@ -156,7 +156,7 @@ impl<'db> Names<'db> {
         let hidden = match path {
             [name] if name.is_empty() || found.iter().any(own) => false,
             [name] => self.missing || in_doubt(name),
-            [of, _] => self.nameless.contains(&(Some(of.clone()), kind)) && found.is_empty(),
+            [of, _] if found.is_empty() => self.missing || self.nameless.contains(&(Some(of.clone()), kind)),
             _ => false,
         };
         match found.as_slice() {

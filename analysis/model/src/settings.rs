@@ -23,8 +23,10 @@ pub(crate) fn check_shell<'db>(
     let Some(data) = shell(db, of) else { return Vec::new() };
     let features = features_of(db, project, of);
     let mut found = Vec::new();
-    let mut constants = Constants { db, project, of, scope: Some(features), found: &mut found };
     for feature in &data.features {
+        let own = Some(&feature.name.name);
+        let mut constants =
+            Constants { db, project, of, scope: Some(features), own, ring: false, found: &mut found };
         let ty = type_of(db, project, of, feature.ty.as_ref());
         let interval = constants.interval(feature, &ty);
         if let Some(value) = &feature.value {
@@ -58,7 +60,7 @@ pub(crate) fn check_settings<'db>(
         if let Some(first) = seen.insert((&instance.name, &name.name), name.part) {
             let (at, first) = (Place::Part(of, name.part), Place::Part(of, first));
             let whole = format!("{}.{}", instance.name, name.name);
-            found.push(diagnostics::duplicate_definition::report(at, "value of", &whole, first));
+            found.push(diagnostics::duplicate_definition::value(at, &whole, first));
         }
         setting_value(db, project, of, flat, setting, &mut found);
     }
@@ -77,7 +79,7 @@ fn setting_value<'db>(
     let declared = flat.instance(&instance.name).and_then(|it| shell_of(db, project, it.component?));
     let feature = declared.and_then(|shell| features_of(db, project, shell).get(&name.name));
     let data = feature.and_then(|it| Some((it.shell, shell(db, it.shell)?.features.get(it.index)?)));
-    let mut constants = Constants { db, project, of, scope: None, found };
+    let mut constants = Constants::new(db, project, of, found);
     let Some((declared_in, data)) = data.filter(|(_, data)| data.kind.is_value()) else {
         // What it is set to may be wrong all the same.
         constants.evaluate(&setting.value);
@@ -85,13 +87,14 @@ fn setting_value<'db>(
     };
     let ty = type_of(db, project, declared_in, data.ty.as_ref());
     let value = constants.value_for(&name.name, &ty, &setting.value);
+    // What is wrong in the interval is reported where it stands.
     let mut elsewhere = Vec::new();
-    let features = Some(features_of(db, project, declared_in));
-    let interval = Constants { db, project, of: declared_in, scope: features, found: &mut elsewhere }
-        .interval(data, &ty);
+    let mut there = Constants::new(db, project, declared_in, &mut elsewhere);
+    there.scope = Some(features_of(db, project, declared_in));
+    let interval = there.interval(data, &ty);
     if let (Some((value, part)), Some((low, high))) = (value, interval) {
         let place = data.interval.as_ref().map(|it| Place::Part(declared_in, it.part));
-        let mut constants = Constants { db, project, of, scope: None, found };
+        let mut constants = Constants::new(db, project, of, found);
         constants.inside(&name.name, (&value, part), [&low, &high], place);
     }
 }
@@ -125,10 +128,22 @@ struct Constants<'a, 'db> {
     of: Decl<'db>,
     /// The features whose constants may be named.
     scope: Option<&'a Features<'db>>,
+    /// The feature whose value it is.
+    own: Option<&'a Name>,
+    /// Does that rest on itself?
+    ring: bool,
     found: &'a mut Vec<Diagnostic<'db>>,
 }
 
-impl<'db> Constants<'_, 'db> {
+impl<'a, 'db> Constants<'a, 'db> {
+    fn new(
+        db: &'db dyn ModelDb,
+        project: Project<'db>,
+        of: Decl<'db>,
+        found: &'a mut Vec<Diagnostic<'db>>,
+    ) -> Constants<'a, 'db> {
+        Constants { db, project, of, scope: None, own: None, ring: false, found }
+    }
     fn report(&mut self, part: Part, why: impl Into<String>) {
         self.found.push(diagnostics::constant_expression::report(Place::Part(self.of, part), why));
     }
@@ -183,7 +198,7 @@ impl<'db> Constants<'_, 'db> {
 
     /// The type of an expression, and its value where it has one; nothing where something in it is wrong, which is reported.
     fn evaluate(&mut self, expr: &Expr) -> Option<(Type, Option<Value>)> {
-        let mut open = FxHashSet::default();
+        let mut open: FxHashSet<Name> = self.own.into_iter().cloned().collect();
         self.evaluated(expr, &mut open)
     }
 
@@ -280,19 +295,24 @@ impl<'db> Constants<'_, 'db> {
             return None;
         };
         if !open.insert(name.clone()) {
-            self.report(part, format!("the value of `{name}` rests on itself"));
+            // Said of each that is part of the ring, and of none that only names one of them.
+            if Some(name) == self.own && !std::mem::replace(&mut self.ring, true) {
+                self.report(part, format!("the value of `{name}` rests on itself"));
+            }
             return None;
         }
-        // What is wrong in it is reported where it stands, and a ring where it is met first.
+        // What is wrong in it is reported where it stands.
         let mut elsewhere = Vec::new();
-        let scope = self.scope;
-        let (db, project) = (self.db, self.project);
-        let mut there = Constants { db, project, of: feature.shell, scope, found: &mut elsewhere };
+        let mut there = Constants::new(self.db, self.project, feature.shell, &mut elsewhere);
+        (there.scope, there.own, there.ring) = (self.scope, self.own, self.ring);
         let found = there.evaluated(value, open);
+        let ring = there.ring;
         open.remove(name);
-        let is_ring = elsewhere.iter().any(|it| it.message.contains("rests on itself"));
-        if is_ring {
-            self.report(part, format!("the value of `{name}` rests on itself"));
+        if ring && !std::mem::replace(&mut self.ring, true) {
+            self.report(
+                part,
+                format!("the value of `{}` rests on itself", self.own.map_or("", Name::as_str)),
+            );
         }
         let (of, value) = found?;
         // As it is kept there.

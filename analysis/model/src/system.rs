@@ -405,15 +405,10 @@ impl<'db> Reader<'db> {
         for Link { operation, source, target, .. } in &flat.links {
             let kinds = (kind(source), kind(target));
             let is_port = |kind| matches!(kind, Some(FeatureKind::Input | FeatureKind::Output));
-            lost |= match operation {
-                true => kinds != (Some(FeatureKind::Provided), Some(FeatureKind::Required)),
-                false => !is_port(kinds.0) || !is_port(kinds.1),
-            };
-            for (end, kind) in [(source, kinds.0), (target, kinds.1)] {
-                // Operations that are connected like ports are an error, and connected all the same.
-                if kind != Some(FeatureKind::Required) && (*operation || !is_port(kind)) {
-                    serves.entry(&end.0).or_insert(&end.1);
-                }
+            if *operation && kinds == (Some(FeatureKind::Provided), Some(FeatureKind::Required)) {
+                serves.entry(&source.0).or_insert(&source.1);
+            } else {
+                lost |= *operation || !is_port(kinds.0) || !is_port(kinds.1);
             }
         }
         for row in &mut self.found.rows {

@@ -351,7 +351,8 @@ impl<'db> Joining<'db> {
             keys.iter().find(|key| key.strip_prefix(program).is_some_and(|rest| rest.starts_with('.')));
         let near = longer.cloned().or_else(|| similar(program, &keys));
         let near = near.map(|near| format!("{name}/{near}").into());
-        if named.is_some() {
+        // Where the core is wrong, it may have the program when it is right.
+        if named.is_some() && self.is_read(component) {
             self.report(unknown_timing_key::of_program(at, &why, near));
         }
         // It may be meant for another component of that name.
@@ -366,6 +367,12 @@ impl<'db> Joining<'db> {
         let known = core.map(|core| behaviour_of(self.db, self.project, core));
         let programs = known.into_iter().flat_map(|it| it.programs.iter().chain(&it.operations));
         programs.map(|it| it.key.as_str().into()).collect()
+    }
+
+    /// Is it known what a component executes?
+    fn is_read(&self, component: Decl<'db>) -> bool {
+        let core = core_of(self.db, self.project, component);
+        core.is_some_and(|core| behaviour_of(self.db, self.project, core).refusals.is_empty())
     }
 
     /// One thing with two times: an error at each but the first, and neither counts.

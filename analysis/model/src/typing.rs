@@ -259,11 +259,9 @@ impl<'db> Typer<'_, 'db> {
             self.scope.push(index);
         }
         for handler in &self.core.handlers {
-            let operation =
-                handler.operation.as_ref().and_then(|it| it.path.last().cloned()).unwrap_or_default();
-            let index = self.declare(&handler.name, VariableKind::Handler, Type::Handle(operation), true);
+            let ty = self.handler(handler.operation.as_ref());
+            let index = self.declare(&handler.name, VariableKind::Handler, ty, true);
             self.scope.push(index);
-            self.handler(handler.operation.as_ref());
         }
         for machine in &self.core.machines {
             for variable in &machine.variables {
@@ -305,20 +303,22 @@ impl<'db> Typer<'_, 'db> {
         self.scope.truncate(depth);
     }
 
-    /// The operation that a handler is for.
-    fn handler(&mut self, operation: Option<&TypeRef>) {
+    /// The type of a handler, by the operation that it is for.
+    fn handler(&mut self, operation: Option<&TypeRef>) -> Type {
         let (Some(operation), Some(shell), false) = (operation, self.shell, self.features.lost) else {
-            return;
+            return Type::Unknown;
         };
         let [name] = operation.path.as_slice() else {
             let shell = shell.name(self.db).clone();
             let report = diagnostics::unresolved_operation::report;
             self.report(report(self.at(operation.part), &operation.to_string(), &shell, None));
-            return;
+            return Type::Unknown;
         };
-        let is_required = self.features.get(name).is_some_and(|it| it.kind == FeatureKind::Required);
-        if name.is_empty() || is_required {
-            return;
+        if name.is_empty() {
+            return Type::Unknown;
+        }
+        if self.features.get(name).is_some_and(|it| it.kind == FeatureKind::Required) {
+            return Type::Handle(name.clone());
         }
         let required = self
             .features
@@ -328,6 +328,7 @@ impl<'db> Typer<'_, 'db> {
         let near = similar(name, required.map(|(name, _)| name));
         let at = self.at(operation.part);
         self.report(diagnostics::unresolved_operation::report(at, name, shell.name(self.db), near));
+        Type::Unknown
     }
 
     fn initial_value(&mut self, variable: &Variable) {
@@ -391,7 +392,11 @@ impl<'db> Typer<'_, 'db> {
         for statement in statements {
             self.statement(statement, what, gives);
         }
+        let own = self.scope.iter().skip(depth).filter_map(|index| self.found.variables.get(*index));
+        let own: Vec<NameRef> = own.map(|variable| variable.name.clone()).collect();
         self.scope.truncate(depth);
+        let twice = diagnostics::duplicate_definition::among(self.of, own.iter().map(|it| (it, "variable")));
+        self.found.diagnostics.extend(twice);
     }
 
     fn statement(&mut self, statement: &Statement, what: &str, gives: &Gives) {
@@ -806,11 +811,11 @@ impl<'db> Typer<'_, 'db> {
         let inputs: Vec<_> =
             signature.parameters.iter().filter(|(direction, ..)| *direction != Direction::Out).collect();
         let takes = format!(
-            "`{}` and the {} of its `in` and `inout` parameters",
+            "`{}`, and then {} for its `in` and `inout` parameters",
             operation.name,
             values(inputs.len())
         );
-        let is_right = self.count(callee, &takes, rest.len() == inputs.len(), arguments.len());
+        let is_right = self.count(callee, &takes, rest.len() == inputs.len(), rest.len());
         for (index, argument) in rest.iter().enumerate() {
             match inputs.get(index).filter(|_| is_right) {
                 Some((_, name, ty)) => self.input(&operation.name, name, ty, argument),
@@ -842,10 +847,10 @@ impl<'db> Typer<'_, 'db> {
             result.into_iter().chain(outputs.map(|(_, name, ty)| (name.clone(), ty.clone()))).collect();
         let takes = match outputs.len() {
             0 => "a handler".to_owned(),
-            count => format!("a handler, and nothing more or the variables for its {}", values(count)),
+            count => format!("a handler, and then nothing or variables for its {}", values(count)),
         };
         let is_right = rest.is_empty() || rest.len() == outputs.len();
-        let is_right = self.count(callee, &takes, is_right, arguments.len());
+        let is_right = self.count(callee, &takes, is_right, rest.len());
         for (index, argument) in rest.iter().enumerate() {
             match outputs.get(index).filter(|_| is_right) {
                 Some((name, ty)) => self.output(&callee.name, name, ty, argument),

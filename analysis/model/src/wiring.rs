@@ -4,7 +4,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
 use crate::diagnostics::{self, Diagnostic};
-use crate::flat::{Flat, flat_of};
+use crate::flat::{Flat, Link, flat_of};
 use crate::item_tree::{Connection, Endpoint, Feature, FeatureKind, Name};
 use crate::names::features_of;
 use crate::project::Project;
@@ -132,6 +132,19 @@ fn two_writers<'db>(
     found
 }
 
+/// Does a connection lead from an output to an input, or from a provided operation to a required one?
+fn is_right<'db>(db: &'db dyn ModelDb, project: Project<'db>, flat: &Flat<'db>, link: &Link<'db>) -> bool {
+    let kind = |(instance, feature): &(Name, Name)| {
+        let shell = shell_of(db, project, flat.instance(instance)?.component?)?;
+        Some(features_of(db, project, shell).get(feature)?.kind)
+    };
+    let right = match link.operation {
+        true => (FeatureKind::Provided, FeatureKind::Required),
+        false => (FeatureKind::Output, FeatureKind::Input),
+    };
+    kind(&link.source).zip(kind(&link.target)) == Some(right)
+}
+
 /// What a deployed system leaves open: values, operations, inputs.
 pub(crate) fn check_deployment<'db>(
     db: &'db dyn ModelDb,
@@ -144,7 +157,18 @@ pub(crate) fn check_deployment<'db>(
     let own = data.settings.iter().filter_map(|it| it.endpoint.as_ref());
     let own = own.filter_map(|it| Some((it.instance.name.clone(), it.feature.as_ref()?.name.clone())));
     let set: FxHashSet<(Name, Name)> = own.chain(flat.settings.iter().cloned()).collect();
+    // A value that is for nothing may be the one that is missing, where either part of its name is right.
+    let shell_of_instance = |name: &Name| shell_of(db, project, flat.instance(name)?.component?);
+    let is_value = |(instance, name): &&(Name, Name)| {
+        let feature = shell_of_instance(instance).and_then(|shell| features_of(db, project, shell).get(name));
+        feature.is_some_and(|feature| feature.kind.is_value())
+    };
+    let strays: Vec<&(Name, Name)> = set.iter().filter(|it| !is_value(it)).collect();
+    let may_be_set =
+        |(instance, name): &(Name, Name)| strays.iter().any(|(of, stray)| of == instance || stray == name);
     let connected: FxHashSet<&(Name, Name)> = flat.links.iter().map(|link| &link.target).collect();
+    // A connection that is half typed, or leads to the wrong place, may be the one that is missing.
+    let lost = flat.links_lost || flat.links.iter().any(|link| !is_right(db, project, flat, link));
     let mut found = Vec::new();
     for instance in flat.instances.iter().filter(|instance| !instance.repeated) {
         let Some(of_instance) = instance.component.and_then(|it| shell_of(db, project, it)) else { continue };
@@ -165,13 +189,12 @@ pub(crate) fn check_deployment<'db>(
             let place = Place::Part(feature.shell, declared.name.part);
             match feature.kind {
                 FeatureKind::Property | FeatureKind::Constant
-                    if declared.value.is_none() && !set.contains(&end) =>
+                    if declared.value.is_none() && !set.contains(&end) && !may_be_set(&end) =>
                 {
                     let report = diagnostics::missing_value::report;
                     found.push(report(at.clone(), &instance.name, feature.kind, name, place));
                 }
-                // A connection that is half typed may be the one.
-                FeatureKind::Required if !connected.contains(&end) && !flat.links_lost => {
+                FeatureKind::Required if !connected.contains(&end) && !lost => {
                     found.push(diagnostics::unconnected_operation::report(
                         at.clone(),
                         &instance.name,
@@ -179,9 +202,7 @@ pub(crate) fn check_deployment<'db>(
                         place,
                     ));
                 }
-                FeatureKind::Input if !connected.contains(&end) && !flat.links_lost => {
-                    open.push(name.as_str())
-                }
+                FeatureKind::Input if !connected.contains(&end) && !lost => open.push(name.as_str()),
                 _ => {}
             }
         }

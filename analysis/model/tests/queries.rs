@@ -144,7 +144,7 @@ fn a_changed_period_runs_only_its_deployments_response_times() {
 #[test]
 fn a_changed_program_runs_its_core_and_where_a_time_changed_the_response_times() {
     let counts = executed(&robot(), "/parts.mal", "run = { one(); }", "run = { one(); one(); }");
-    let of_core = [("behaviour_of", 1), ("typing_of", 1), ("uses_of", 1)];
+    let of_core = [("behaviour_of", 1), ("typing_of", 1), ("uses_of", 1), ("unknown_types", 1)];
     let and = |more: &[(&'static str, usize)]| [&of_core, more].concat();
     check(&counts, &and(&[("psm_of", 1), ("response_times", 2), ("declaration_diagnostics", 3)]));
     // The same time: nothing behind the machine.

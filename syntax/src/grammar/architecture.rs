@@ -16,11 +16,11 @@ pub(super) fn architecture(p: &mut Parser<'_>) {
     let m = p.start();
     p.bump();
     name(p);
-    list(p, List::Architecture, architecture_item);
+    list(p, List::Architecture);
     m.complete(p, ARCHITECTURE);
 }
 
-fn architecture_item(p: &mut Parser<'_>) {
+pub(super) fn architecture_item(p: &mut Parser<'_>) {
     match p.current() {
         IMPORT_KW => import(p),
         INSTANCE_KW => instance(p),

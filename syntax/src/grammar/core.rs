@@ -21,11 +21,11 @@ pub(super) fn core(p: &mut Parser<'_>) {
     type_(p, "the name of a shell");
     p.expect(R_PAREN);
     p.eat(COLON);
-    list(p, List::Core, core_item);
+    list(p, List::Core);
     m.complete(p, CORE);
 }
 
-fn core_item(p: &mut Parser<'_>) {
+pub(super) fn core_item(p: &mut Parser<'_>) {
     match p.current() {
         VAR_KW => variable(p),
         HANDLER_KW => handler(p),
@@ -103,12 +103,16 @@ fn program(p: &mut Parser<'_>, kind: SyntaxKind) {
 fn state_machine(p: &mut Parser<'_>) {
     let m = p.start();
     p.bump();
-    list(p, List::StateMachine, |p| match p.current() {
+    list(p, List::StateMachine);
+    m.complete(p, STATE_MACHINE);
+}
+
+pub(super) fn state_machine_item(p: &mut Parser<'_>) {
+    match p.current() {
         VAR_KW => variable(p),
         INITIAL_KW | STATE_KW => state(p),
         _ => unknown(p, "`var`, `state` or `initial state`", List::StateMachine),
-    });
-    m.complete(p, STATE_MACHINE);
+    }
 }
 
 fn state(p: &mut Parser<'_>) {
@@ -118,13 +122,17 @@ fn state(p: &mut Parser<'_>) {
         p.missing("`state`");
     } else if p.expect(STATE_KW) {
         name(p);
-        list(p, List::State, |p| match p.current() {
-            ENTRY_KW | RUN_KW | HANDLE_KW | EXIT_KW => program(p, METHOD),
-            TRANSITION_KW => transition(p),
-            _ => unknown(p, "`entry`, `run`, `handle`, `exit` or `transition`", List::State),
-        });
+        list(p, List::State);
     }
     m.complete(p, STATE);
+}
+
+pub(super) fn state_item(p: &mut Parser<'_>) {
+    match p.current() {
+        ENTRY_KW | RUN_KW | HANDLE_KW | EXIT_KW => program(p, METHOD),
+        TRANSITION_KW => transition(p),
+        _ => unknown(p, "`entry`, `run`, `handle`, `exit` or `transition`", List::State),
+    }
 }
 
 // test_err transition_half_typed

@@ -14,13 +14,17 @@ pub(super) fn deployment(p: &mut Parser<'_>) {
     let m = p.start();
     p.bump();
     name(p);
-    list(p, List::Deployment, |p| match p.current() {
+    list(p, List::Deployment);
+    m.complete(p, DEPLOYMENT);
+}
+
+pub(super) fn deployment_item(p: &mut Parser<'_>) {
+    match p.current() {
         ARCHITECTURE_KW => target(p),
         ACTIVITY_KW => activity(p),
         PROPERTY_KW | CONSTANT_KW => architecture::setting(p),
         _ => unknown(p, "`architecture`, `activity`, `property` or `constant`", List::Deployment),
-    });
-    m.complete(p, DEPLOYMENT);
+    }
 }
 
 fn target(p: &mut Parser<'_>) {
@@ -43,14 +47,14 @@ fn activity(p: &mut Parser<'_>) {
     let m = p.start();
     p.bump();
     name_ref(p, "the name of an instance");
-    list(p, List::Activity, field);
+    list(p, List::Activity);
     m.complete(p, ACTIVITY);
 }
 
 /// `word = expression`: which words mean something, and what values, is checked where the names are.
 // test_err units
 // deployment D { architecture A  activity a { period = 10 ms priority = 3 deadline = 5.5 ms } }
-fn field(p: &mut Parser<'_>) {
+pub(super) fn field(p: &mut Parser<'_>) {
     if !p.current().is_word() {
         unknown(p, "`affinity`, `priority`, `period` or `deadline`", List::Activity);
         return;

@@ -18,7 +18,7 @@ pub(super) fn shell(p: &mut Parser<'_>) {
     if p.at(EXTENDS_KW) {
         extends(p);
     }
-    list(p, List::Shell, shell_item);
+    list(p, List::Shell);
     m.complete(p, SHELL);
 }
 
@@ -32,7 +32,7 @@ fn extends(p: &mut Parser<'_>) {
     m.complete(p, EXTENDS);
 }
 
-fn shell_item(p: &mut Parser<'_>) {
+pub(super) fn shell_item(p: &mut Parser<'_>) {
     match p.current() {
         CONSTANT_KW | PROPERTY_KW => property(p),
         INPUT_KW | OUTPUT_KW => port(p),

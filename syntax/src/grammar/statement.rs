@@ -24,12 +24,12 @@ pub(super) fn block(p: &mut Parser<'_>) {
         return;
     }
     p.depth += 1;
-    list(p, List::Block, statement);
+    list(p, List::Block);
     p.depth -= 1;
     m.complete(p, BLOCK);
 }
 
-fn statement(p: &mut Parser<'_>) {
+pub(super) fn statement(p: &mut Parser<'_>) {
     let next = p.nth(1);
     match p.current() {
         VAR_KW if next.is_word() && p.nth(2) == COLON => core::variable(p),

@@ -43,6 +43,7 @@ impl<'db> Reader<'_, 'db> {
         }
         let variables_lost = self.variables_lost;
         self.variables_lost |= !program.whole;
+        self.program_whole = program.whole;
         let cost = self.block(&program.statements);
         self.variables_lost = variables_lost;
         cost
@@ -91,7 +92,8 @@ impl<'db> Reader<'_, 'db> {
                 let refusals = self.found.refusals.len();
                 self.expr(value, costs);
                 // A call of which the name or the brackets were lost. (If it names a codel, that is said already.)
-                if let Some(part) = of_no_call(value).filter(|_| refusals == self.found.refusals.len()) {
+                let is_new = refusals == self.found.refusals.len() && self.program_whole;
+                if let Some(part) = of_no_call(value).filter(|_| is_new) {
                     let at = self.at(part);
                     self.refuse(diagnostics::no_effect::report(at));
                 }
@@ -121,6 +123,12 @@ impl<'db> Reader<'_, 'db> {
             Expr::Call { callee, arguments, .. } => {
                 // The port, operation or handler of a built-in function is no value.
                 let built_in = self.is_built_in_call(callee, arguments);
+                if !built_in && self.misspelt_operand(callee, arguments) {
+                    for argument in arguments.iter().skip(1) {
+                        self.expr(argument, costs);
+                    }
+                    return;
+                }
                 for argument in arguments.iter().skip(usize::from(built_in)) {
                     self.expr(argument, costs);
                 }
@@ -142,6 +150,37 @@ impl<'db> Reader<'_, 'db> {
             return false;
         }
         self.features.get(&first.name).is_some_and(|feature| feature.kind.is_operand_of(&callee.name))
+    }
+
+    /// Reports a port, operation or handler of a built-in function that is none, nor anything else.
+    fn misspelt_operand(&mut self, callee: &NameRef, arguments: &[Expr]) -> bool {
+        let what = match callee.name.as_str() {
+            "read" | "write" | "status" => "port",
+            "send" => "required operation",
+            "collect" => "handler",
+            _ => return false,
+        };
+        let Some(Expr::Name(first)) = arguments.first() else { return false };
+        let hidden = self.scope.contains(&callee.name) || self.features.get(&callee.name).is_some();
+        let is_known = self.scope.contains(&first.name)
+            || self.features.get(&first.name).is_some()
+            || !matches!(self.codel(&first.name), Err(Unresolved::Unknown));
+        if hidden
+            || is_known
+            || self.features.lost
+            || self.variables_lost
+            || !matches!(self.codel(&callee.name), Err(Unresolved::Unknown))
+        {
+            return false;
+        }
+        let features = self.features.by_name.iter();
+        let fitting =
+            features.filter(|(_, found)| found.iter().any(|it| it.kind.is_operand_of(&callee.name)));
+        let handlers = self.core.handlers.iter().map(|it| &it.name.name).filter(|_| what == "handler");
+        let near = similar(&first.name, fitting.map(|(name, _)| name).chain(handlers));
+        let at = self.at(first.part);
+        self.refuse(diagnostics::unresolved_variable::operand(at, what, &first.name, near));
+        true
     }
 
     /// A name that stands for a value, or is assigned one. One that means something else may be a call that lost its

@@ -1,7 +1,7 @@
 //! # duplicate-definition
 //!
 //! Two things of one kind have one name in one place: in a library (over all its files), a shell, a core, a state
-//! machine, a state or an architecture. Which one is meant is unknown, so nothing that uses the name is analysed.
+//! machine, a state or an architecture; or one block or list of parameters. Which one is meant is unknown, so nothing that uses the name is analysed.
 //!
 //! ```mauve
 //! codel plan(): int
@@ -21,6 +21,12 @@ code!(DUPLICATE_DEFINITION, Error, "duplicate-definition");
 
 pub(crate) fn report<'db>(at: Place<'db>, what: &str, name: &str, first: Place<'db>) -> Diagnostic<'db> {
     let message = format!("a second {what} `{name}`: rename one of them");
+    Diagnostic::new(&DUPLICATE_DEFINITION, at, message).related(first, "the first is here")
+}
+
+/// A second value for one property or constant in one place.
+pub(crate) fn value<'db>(at: Place<'db>, name: &str, first: Place<'db>) -> Diagnostic<'db> {
+    let message = format!("a second value of `{name}`: remove one of them");
     Diagnostic::new(&DUPLICATE_DEFINITION, at, message).related(first, "the first is here")
 }
 

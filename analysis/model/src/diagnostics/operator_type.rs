@@ -28,7 +28,11 @@ pub(crate) fn binary<'db>(
     takes: &str,
     [left, right]: [&Type; 2],
 ) -> Diagnostic<'db> {
-    let message = format!("`{}` takes {takes}, and these are {left} and {right}", operator.text());
+    let found = match (left, right) {
+        (Type::Unknown, known) | (known, Type::Unknown) => format!("one is {known}"),
+        (left, right) => format!("these are {left} and {right}"),
+    };
+    let message = format!("`{}` takes {takes}, and {found}", operator.text());
     Diagnostic::new(&OPERATOR_TYPE, at, message)
 }
 

@@ -1,7 +1,8 @@
 //! # unknown-type
 //!
 //! Nobody knows this type: it is not built in, in no message package that is used here, and `mauve.toml` does not declare it.
-//! It can be used all the same, and fits everywhere: what it is used for is not checked.
+//! It can be used all the same, and fits everywhere: what it is used for is not checked. It is reported where its library
+//! first names it.
 //!
 //! ```mauve
 //! library a {

@@ -28,6 +28,11 @@ pub(crate) fn report<'db>(at: Place<'db>, name: &str, near: Option<Name>) -> Dia
     Diagnostic::new(&UNRESOLVED_VARIABLE, at.clone(), message).did_you_mean(at, near)
 }
 
+/// What `read`, `send` or `collect` is called with.
+pub(crate) fn operand<'db>(at: Place<'db>, what: &str, name: &str, near: Option<Name>) -> Diagnostic<'db> {
+    Diagnostic::new(&UNRESOLVED_VARIABLE, at.clone(), format!("no {what} `{name}`")).did_you_mean(at, near)
+}
+
 /// A port, whose value is read with `read`.
 pub(crate) fn port<'db>(at: Place<'db>, name: &str, kind: FeatureKind) -> Diagnostic<'db> {
     let message = match kind {
