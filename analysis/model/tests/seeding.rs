@@ -335,12 +335,6 @@ impl Seed {
         self.shell_of(Some(library), &shell)
     }
 
-    fn is_background(&mut self, instance: &str) -> bool {
-        let background =
-            |it: &Activity| it.instance == instance && it.fields.iter().any(|it| it.1 == "background");
-        self.deployment().is_some_and(|it| it.activities.iter().any(background))
-    }
-
     /// A random program, or a block in one, of a core.
     fn block(&mut self, site: Site) -> Option<&mut Block> {
         let random = &mut self.random;
@@ -864,8 +858,6 @@ fn update_or_statemachine(seed: &mut Seed) -> Option<()> {
         core.name = marked(&core.name);
         core.machines.clear();
         core.hooks.retain(|it| it.keyword != "update");
-        // What tables say of its programs would have no program.
-        seed.model.tomls.iter_mut().for_each(|it| it.sections.retain(|(header, _)| header != "program"));
     } else {
         let core = seed.core_at(site)?;
         if core.machines.is_empty() {
@@ -893,7 +885,6 @@ fn wrong_shell(seed: &mut Seed) -> Option<()> {
     *of = marked("Stray");
     let shell = Shell { name: "StrayShell".to_owned(), ..Shell::default() };
     seed.beside(site).extend([Declaration::Shell(shell), Declaration::Core(core)]);
-    seed.model.tomls.iter_mut().for_each(|it| it.sections.retain(|(header, _)| header != "program"));
     Some(())
 }
 
@@ -911,7 +902,6 @@ fn undefined_operation(seed: &mut Seed) -> Option<()> {
     let core = seed.core_at(site)?;
     core.name = marked(&core.name);
     core.operations.pop();
-    seed.model.tomls.iter_mut().for_each(|it| it.sections.retain(|(header, _)| header != "program"));
     Some(())
 }
 
@@ -1460,7 +1450,10 @@ fn invalid_field(seed: &mut Seed) -> Option<()> {
 
 fn deadline_exceeds_period(seed: &mut Seed) -> Option<()> {
     let activity = activity(seed, true)?;
-    activity.fields.retain(|it| it.0 != "deadline");
+    // The period counts, as it did before.
+    if activity.fields.iter().any(|it| it.0 == "deadline") {
+        return None;
+    }
     activity.fields.push(("deadline".to_owned(), marked("1200.5")));
     Some(())
 }
@@ -1573,10 +1566,9 @@ fn unreachable_state(seed: &mut Seed) -> Option<()> {
 }
 
 fn never_taken(seed: &mut Seed) -> Option<()> {
-    let site = seed.core(|core| !core.machines.is_empty())?;
-    let states = &mut seed.core_at(site)?.machines[0].states;
-    let state = &mut states[0];
-    state.transitions.last_mut()?.guard = None;
+    let always = |state: &State| state.transitions.last().is_some_and(|it| it.guard.is_none());
+    let site = seed.core(|core| core.machines.iter().flat_map(|it| &it.states).any(always))?;
+    let state = seed.core_at(site)?.machines[0].states.iter_mut().find(|it| always(it))?;
     let target = state.name.clone();
     state.transitions.push(Transition { name: marked("never"), guard: None, target, effect: None });
     Some(())
