@@ -28,7 +28,7 @@ fn edits_of_two_files_by_turns() {
         match random.below(3) {
             0 => text.truncate(at + text[at..].find('\n').unwrap_or(0)),
             1 => text.replace_range(at..at + text[at..].find(' ').unwrap_or(0), ""),
-            _ => text.insert_str(at, random.of(&PIECES)),
+            _ => text.insert_str(at, PIECES[random.below(PIECES.len())]),
         }
         files[which].set_text(&mut db).to(text.clone().into());
         // A reader in a worker, or nobody, asks first.
