@@ -19,7 +19,7 @@ use crate::project::Project;
 use crate::psm::core_of;
 use crate::source::{Decl, Place, architecture, codel, core};
 use crate::types::Type;
-use crate::typing::{Callee, Meaning, Typing, VariableKind, returns, typing_of};
+use crate::typing::{Callee, Meaning, Typing, VariableKind, is_whole, returns, typing_of};
 
 /// What is wrong with the flow of values in a core.
 pub(crate) fn check<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<Diagnostic<'db>> {
@@ -35,12 +35,12 @@ pub(crate) fn check<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'
         found: Vec::new(),
     };
     flow.unreachable();
-    // Where something was lost, it may be what assigns, or reads.
-    if data.whole
-        && data.machines.iter().all(|machine| machine.whole && machine.states.iter().all(|it| it.whole))
-    {
-        flow.assignments();
-        flow.unused();
+    // Where something was lost, it may be what assigns, or reads; so may what means nothing.
+    if is_whole(data) {
+        if !typing.unresolved {
+            flow.assignments();
+            flow.unused();
+        }
         flow.lost_writes(buffered_ports(db, project));
         flow.no_way_back(project);
     }

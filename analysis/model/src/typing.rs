@@ -175,7 +175,7 @@ pub(crate) fn uses_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl
 }
 
 /// Was nothing lost in a core?
-fn is_whole(core: &Core) -> bool {
+pub(crate) fn is_whole(core: &Core) -> bool {
     let machines = || core.machines.iter();
     let states = || machines().flat_map(|machine| &machine.states);
     let is_whole = |state: &State| {
