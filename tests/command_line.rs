@@ -316,6 +316,7 @@ fn what_does_not_exist_is_said_and_exits_with_2() {
             "no diagnostic `deadline-mised`; did you mean `deadline-missed`?",
         ),
         (&["check", "p3dx", "--deny", "errors"], "no diagnostic `errors`"),
+        (&["schema", "toml"], "invalid value 'toml'"),
         (&["explain", "deadline-mised"], "no diagnostic `deadline-mised`; did you mean `deadline-missed`?"),
         (&["parse", "nothing.mal"], "cannot be read"),
         (&["wcrt", "p3dx", "--explain", "hokuyo", "--format", "json"], "cannot be used with"),
@@ -423,6 +424,10 @@ fn pages_completions_and_measurements() {
     assert!(run(&["explain", "all"]).out.lines().count() > 30);
     for shell in ["bash", "zsh", "fish"] {
         assert!(run(&["completions", shell]).out.contains("wcrt"), "{shell}");
+    }
+    for (of, title) in [("mauve.toml", "mauve.toml"), ("table", "A timing table")] {
+        let schema: Value = serde_json::from_str(&run(&["schema", of]).out).unwrap();
+        assert_eq!(schema["title"], title);
     }
     let stats = run(&["analysis-stats", "p3dx"]);
     for part in ["parse", "names", "behaviours", "response times", "memory"] {

@@ -8,6 +8,7 @@ mod new;
 mod parse;
 mod psm;
 mod replay;
+mod schema;
 mod wcrt;
 
 use std::collections::BTreeSet;
@@ -44,6 +45,8 @@ enum Command {
     Explain(explain::Explain),
     /// Show the syntax tree of a file.
     Parse(parse::Parse),
+    /// Print the JSON schema of `mauve.toml` or of timing tables, for editors.
+    Schema(schema::Schema),
     /// Measure how long the parts of the analysis take.
     AnalysisStats(analysis_stats::AnalysisStats),
     /// Make a folder with a small project that shows response times at once.
@@ -66,6 +69,7 @@ impl Arguments {
             Command::Psm(it) => it.run(),
             Command::Explain(it) => it.run(),
             Command::Parse(it) => it.run(),
+            Command::Schema(it) => Ok(it.run()),
             Command::AnalysisStats(it) => it.run(),
             Command::New(it) => it.run(),
             Command::Completions { shell } => {
