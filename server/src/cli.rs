@@ -9,6 +9,7 @@ mod new;
 mod parse;
 mod psm;
 mod replay;
+mod schema;
 mod wcrt;
 
 use std::collections::BTreeSet;
@@ -47,6 +48,8 @@ enum Command {
     Fmt(fmt::Fmt),
     /// Show the syntax tree of a file.
     Parse(parse::Parse),
+    /// Print the JSON schema of `mauve.toml` or of timing tables, for editors.
+    Schema(schema::Schema),
     /// Measure how long the parts of the analysis take.
     AnalysisStats(analysis_stats::AnalysisStats),
     /// Make a folder with a small project that shows response times at once.
@@ -70,6 +73,7 @@ impl Arguments {
             Command::Explain(it) => it.run(),
             Command::Fmt(it) => it.run(),
             Command::Parse(it) => it.run(),
+            Command::Schema(it) => Ok(it.run()),
             Command::AnalysisStats(it) => it.run(),
             Command::New(it) => it.run(),
             Command::Completions { shell } => {
