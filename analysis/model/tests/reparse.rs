@@ -1,10 +1,10 @@
-//! The tree that the database makes of an edited text is the one that a database makes that never saw another text.
+//! The tree that the database makes of an edited text, and what it reads from it, is what a database makes that never saw another.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
 
 use std::path::PathBuf;
 
-use mauve_model::{Database, File, parse};
+use mauve_model::{Database, File, item_tree_of, parse, source_map};
 use mauve_tests::{Random, models};
 use salsa::Setter as _;
 
@@ -40,6 +40,8 @@ fn edits_of_two_files_by_turns() {
             let fresh = Database::default();
             let file = File::new(&fresh, PathBuf::from("/a.mal"), text.into(), None);
             assert_eq!(parse(&db, files[which]), parse(&fresh, file));
+            assert_eq!(item_tree_of(&db, files[which]), item_tree_of(&fresh, file));
+            assert_eq!(source_map(&db, files[which]), source_map(&fresh, file));
         }
     }
 }
