@@ -178,11 +178,6 @@ impl<'a> Parser<'a> {
         self.range_of(self.position).start().into()
     }
 
-    /// Was something reported at the current token? Then a second error there would be the same mistake.
-    pub(crate) fn has_reported(&self) -> bool {
-        self.last_error == Some(self.position)
-    }
-
     /// Does an item of the list begin here, by its first tokens?
     ///
     /// `whole` asks for more of them: enough to be sure even where the list that stands inside has items of its own.

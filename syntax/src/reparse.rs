@@ -204,11 +204,12 @@ impl Before<'_> {
         lists.reverse();
         let mut parser = Parser::resume(self.new, &lexed, from.offset, lists, depth(list));
         let root = parser.start();
+        // Whether it has just reported something is all the same: in the old text there was nothing to report here.
         let arrived = |parser: &Parser<'_>| {
             let is_here = |until: &&Boundary| {
                 new_offset(until) == parser.offset() && until.begins_line == parser.begins_line()
             };
-            until.iter().find(is_here).filter(|_| !parser.has_reported())
+            until.iter().find(is_here)
         };
         if !grammar::items(&mut parser, kind, |parser| arrived(parser).is_some()) {
             return None;
@@ -297,7 +298,7 @@ impl Before<'_> {
         Some(found)
     }
 
-    /// The token at `offset`, unless something was reported there, or something before it may hide what is wrong with it.
+    /// The token at `offset`, unless something was reported there, or was not because it had been already.
     fn boundary(&self, offset: usize, index: usize) -> Option<Boundary> {
         let mut begins_line = false;
         let mut at = offset;
@@ -310,7 +311,8 @@ impl Before<'_> {
             let token = self.root.covering_element(empty(at)).into_token()?;
             at = token.text_range().start().into();
             match token.kind() {
-                UNTERMINATED_STRING | ERROR_CHARACTERS => return None,
+                // What it hides is not reported.
+                UNTERMINATED_STRING => return None,
                 LINE_COMMENT => {}
                 kind if kind.is_trivia() => begins_line |= token.text().contains(['\n', '\r']),
                 _ => break Some(token.text_range()),

@@ -149,13 +149,15 @@ struct Session {
     random: Random,
     text: String,
     parse: Parse,
+    /// Where the last edit was.
+    at: usize,
     tiers: HashMap<Tier, usize>,
 }
 
 impl Session {
     fn new(seed: u64, text: &str) -> Session {
         let random = Random(seed);
-        Session { random, text: text.to_owned(), parse: parse(text), tiers: HashMap::new() }
+        Session { random, text: text.to_owned(), parse: parse(text), at: 0, tiers: HashMap::new() }
     }
 
     fn becomes(&mut self, text: String) {
@@ -176,9 +178,12 @@ impl Session {
         self.parse = found;
     }
 
-    /// A place between two characters.
+    /// A place between two characters, often near the last one.
     fn place(&mut self) -> usize {
-        let mut at = self.random.below(self.text.len() + 1);
+        let mut at = match self.random.below(2) {
+            0 => self.random.below(self.text.len() + 1),
+            _ => (self.at + self.random.below(30)).saturating_sub(15).min(self.text.len()),
+        };
         while !self.text.is_char_boundary(at) {
             at -= 1;
         }
@@ -186,6 +191,7 @@ impl Session {
     }
 
     fn replace(&mut self, range: std::ops::Range<usize>, with: &str) {
+        self.at = range.start;
         let mut text = self.text.clone();
         text.replace_range(range, with);
         self.becomes(text);
@@ -205,7 +211,8 @@ impl Session {
             // One token less, or another.
             4..=6 => {
                 let lexed = lex(&self.text);
-                let range = lexed.range(self.random.below(lexed.len()));
+                let near = (0..lexed.len()).take_while(|&index| lexed.range(index).end <= at).count();
+                let range = lexed.range(near);
                 let with = ["", piece, "y", " "][self.random.below(4)];
                 self.replace(range, with);
             }
@@ -251,10 +258,10 @@ fn difference(found: &str, wanted: &str) -> String {
 }
 
 /// Edits `text` again and again, from the beginning after each `length` edits, and asks that each tier was taken often.
-fn edited(seed: u64, texts: &[String], length: usize) {
+fn edited(seed: u64, texts: &[String], edits: usize, length: usize) {
     let mut tiers: HashMap<Tier, usize> = HashMap::new();
     let mut random = Random(seed);
-    for _ in 0..edits().div_ceil(length) {
+    for _ in 0..edits.div_ceil(length) {
         let text = random.of(texts).clone();
         let mut session = Session::new(random.0, &text);
         random.below(1);
@@ -269,6 +276,65 @@ fn edited(seed: u64, texts: &[String], length: usize) {
     println!("{tiers:?}");
     for (tier, count) in &tiers {
         assert!(*count > all / 50, "{tier:?} was taken {count} times of {all}");
+    }
+}
+
+/// Each pair shows one thing that must be looked at, in both directions.
+#[test]
+fn edits_that_reach_further_than_they_seem() {
+    let program = |program: &str| {
+        format!("core C(S) {{ update = {{ a(); b(); {program} c(); d(); e(); }} }} use m use n")
+    };
+    let file = |text: &str| format!("use a use b use c {text} use d use e use f use g");
+    let pairs = [
+        // The first tokens of an item decide where the one before ends.
+        (program("if a then { } else = 3;"), program("if a then { } else { }")),
+        (program("{ } § return = x;"), program("{ } § return x;")),
+        (file("§ x shell S { } use h"), file("§ x shell S ; } use h")),
+        (file("§ x codel f (): int use h"), file("§ x codel f {): int use h")),
+        // Of numbers the lexer looks further than they go.
+        (program("x = 1e-3;"), program("x = 1e- 3;")),
+        (program("x = 1.5;"), program("x = 1. 5;")),
+        (program("x = 1.5e+3;"), program("x = 1.5e+ 3;")),
+        // A line that begins an item of the list around ends this one.
+        (program("f(); update = { }"), program("f();\nupdate = { }")),
+        (program("return f(); x = 1;"), program("return\nx = 1;")),
+        (program("f() x = 1;"), program("f() /* \n */ x = 1;")),
+        (file("include /* */ \"a\" use h"), file("include /* \n */ \"a\" use h")),
+        // A forgotten separator is reported at the next item.
+        (program("f(); g();"), program("f() g();")),
+        (program("f() g(); h();"), program("f() k(); h();")),
+        (program("f(\"a\"); g();"), program("f(\"a); g();")),
+        (program("f(); \"a\n 5ms; g();"), program("f(); \"a\n 5m; g();")),
+        (program("f(); \"a\n 5ms; g( h);"), program("f(); \"a\n 5ms; g( h h);")),
+        (program("f(); \"a\n 5ms; g(); h();"), program("f(); 1;\n 5ms; g(); h();")),
+        (program("f(); \"a\n g(h); g();"), program("f(); \"a\n g(); g();")),
+        // A word stands in the message about it, and what it may have meant.
+        (file("staet use h"), file("shel use h")),
+        (program("f(a b);"), program("f(a c);")),
+        (program("x = \"\\n\";"), program("x = \"\\q\";")),
+        // Stray characters join.
+        (program("f(); § g();"), program("f(); §§ g();")),
+        (program("f(); § & g(); h();"), program("f(); §& g(); h();")),
+        (file("use x § \u{feff} use h use i use j"), file("use x § \u{feff} use h use i use jj")),
+        ("\u{feff}use a use b".to_owned(), " use a use b".to_owned()),
+        // What swallows the rest, and what no longer does.
+        (program("f(); /* g(); */"), program("f(); /* g();")),
+        (program("f(); // g();\n h();"), program("f(); // g(); h();")),
+        (file("shell S { } use h"), file("shell S { use h")),
+        (file("shell S { }"), file("shell S }")),
+        ("use a use b use c /*".to_owned(), "use a use b use cc /*".to_owned()),
+        ("use a use b use c shell S {".to_owned(), "use a use b use c shell S { x".to_owned()),
+        // Where an include may stand.
+        (file("include \"a\" include \"b\""), file("include \"a\" use x include \"b\"")),
+        ("include \"a\" include \"b\"".to_owned(), "include \"a\" use x include \"b\"".to_owned()),
+        ("include \"a\" § include \"b\"".to_owned(), "include \"a\" use x include \"b\"".to_owned()),
+    ];
+    for (one, other) in pairs {
+        let mut session = Session::new(1, &one);
+        for text in [&other, &one, &other] {
+            session.becomes(text.clone());
+        }
     }
 }
 
@@ -288,7 +354,7 @@ fn edits_of_real_models() {
     }
     texts.sort();
     assert!(texts.len() > 5);
-    edited(1, &texts, 12);
+    edited(1, &texts, edits(), 12);
 }
 
 #[test]
@@ -298,7 +364,26 @@ fn edits_of_generated_models() {
         .filter(|(path, _)| path.ends_with(".mal"))
         .map(|(_, text)| text)
         .collect();
-    edited(2, &texts, 12);
+    edited(2, &texts, edits(), 12);
+}
+
+/// At the cap on depth an error depends on all the blocks around it.
+#[test]
+fn edits_of_deep_blocks() {
+    let deep = |open: &str, close: &str, count: usize| {
+        let (open, close) = (open.repeat(count), close.repeat(count));
+        format!(
+            "core C(S) {{ update = {{\n f(); {open}\n f(); g(); x = (a + b); h();\n{close} f(); }} }}\nuse m\n"
+        )
+    };
+    let mut texts = Vec::new();
+    for count in [126, 127, 253, 254, 255, 256] {
+        texts.push(deep("{ f(); g();\n", "f(); }\n", count));
+        texts.push(deep("if a then { f(); g(); ", "} else { f(); }\n", count));
+        texts.push(deep("if a then { } else ", "{ f(); g(); }\n", count));
+        texts.push(deep("if a then { } else if b then {\nf(); g(); ", "} f();\n", count));
+    }
+    edited(5, &texts, edits() / 8, 4);
 }
 
 #[test]
@@ -309,5 +394,5 @@ fn edits_of_any_pieces() {
         let pieces: Vec<&str> = (0..60).map(|_| *random.of(PIECES)).collect();
         texts.push(pieces.join([" ", "\n"][random.below(2)]));
     }
-    edited(4, &texts, 8);
+    edited(4, &texts, edits(), 8);
 }

@@ -4,7 +4,10 @@
 
 use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use mauve_syntax::Parse;
+use rustc_hash::FxHashMap;
 
 /// A text: a model, a timing table or a `mauve.toml`.
 #[salsa::input(debug)]
@@ -60,7 +63,30 @@ pub struct Workspace {
 
 /// What every query runs on.
 #[salsa::db]
-pub trait ModelDb: salsa::Database {}
+pub trait ModelDb: salsa::Database {
+    /// The last tree of each file.
+    fn trees(&self) -> &Trees;
+}
+
+/// The last tree of each file, beside the database: from it the tree of the edited text is made. It is no input of any
+/// query, and need not be: it changes when an answer is there, never what it is.
+#[derive(Clone, Default)]
+pub struct Trees(Arc<Mutex<FxHashMap<File, (Arc<str>, Parse)>>>);
+
+impl Trees {
+    pub(crate) fn parse(&self, file: File, text: &Arc<str>) -> Parse {
+        // Locked while a tree is taken or put, not while one is made or freed: no panic can leave half of one.
+        let lock = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let previous = lock().get(&file).cloned();
+        let parse = match &previous {
+            Some((old, parse)) => parse.reparse(old, text),
+            None => mauve_syntax::parse(text),
+        };
+        let replaced = lock().insert(file, (text.clone(), parse.clone()));
+        drop(replaced);
+        parse
+    }
+}
 
 /// The one implementation of [`ModelDb`].
 #[salsa::db]
@@ -68,13 +94,18 @@ pub trait ModelDb: salsa::Database {}
 pub struct Database {
     storage: salsa::Storage<Self>,
     executed: Option<Arc<Mutex<Vec<String>>>>,
+    trees: Trees,
 }
 
 #[salsa::db]
 impl salsa::Database for Database {}
 
 #[salsa::db]
-impl ModelDb for Database {}
+impl ModelDb for Database {
+    fn trees(&self) -> &Trees {
+        &self.trees
+    }
+}
 
 impl Workspace {
     /// A workspace of these texts, by their absolute paths.
@@ -120,7 +151,7 @@ impl Database {
                 log.push(format!("{database_key:?}"));
             }
         })));
-        Database { storage, executed: Some(executed) }
+        Database { storage, executed: Some(executed), trees: Trees::default() }
     }
 
     /// The queries executed since the last call, by name, in order; empty without [`Database::with_log`].

@@ -48,7 +48,7 @@ mod timetable;
 
 pub use behaviour::{Behaviour, Cost, Edge, Refusal, TimedProgram, behaviour_of};
 pub use config::Config;
-pub use db::{Database, File, ModelDb, Problem, Workspace, normalised};
+pub use db::{Database, File, ModelDb, Problem, Trees, Workspace, normalised};
 pub use flat::{Flat, FlatInstance, Link, flat_of};
 pub use lower::{DeclarationMap, SourceMap};
 pub use names::{FeatureOf, Features, Names, Unresolved, features_of, names_of, similar};

@@ -44,7 +44,7 @@ impl<'db> Decl<'db> {
 /// The tree of a file. Not compared: a text that changed is another tree.
 #[salsa::tracked(returns(ref), no_eq)]
 pub fn parse(db: &dyn ModelDb, file: File) -> Parse {
-    mauve_syntax::parse(file.text(db))
+    db.trees().parse(file, file.text(db))
 }
 
 #[salsa::tracked(returns(ref), no_eq)]
