@@ -430,9 +430,16 @@ fn pages_completions_and_measurements() {
         assert_eq!(schema["title"], title);
     }
     let stats = run(&["analysis-stats", "p3dx"]);
-    for part in ["parse", "names", "behaviours", "response times", "memory"] {
+    for part in ["parse", "names", "behaviours", "types", "response times", "checks", "memory"] {
         assert!(stats.out.lines().any(|line| line.starts_with(part)), "{part} in {}", stats.out);
     }
+    // A comment costs less than a period: the last two columns are the executed queries.
+    let queries = |edit: &str| -> usize {
+        let line = stats.out.lines().find(|line| line.trim().starts_with(edit)).unwrap();
+        line.split_whitespace().rev().nth(1).unwrap().parse().unwrap()
+    };
+    assert!(queries("a comment") < queries("a period"), "{}", stats.out);
+    assert!(queries("a literal") > 0 && queries("a time") > 0, "{}", stats.out);
 }
 
 #[test]
