@@ -30,7 +30,11 @@ const LATE: [(&str, &str); 2] = [
 fn check_shows_the_sample_without_a_fault() {
     let found = run(&["check", "p3dx"]);
     assert_eq!((found.code, found.err.as_str()), (0, ""), "{}", found.out);
-    assert!(found.out.contains("no errors, no warnings; all 9 deadlines are proved"), "{}", found.out);
+    assert!(
+        found.out.contains("no errors, no warnings") && found.out.contains("; all 9 deadlines are proved\n"),
+        "{}",
+        found.out
+    );
     assert!(
         found.out.contains(
             "navigation   Navigation         1           2  1000  1000  297        997  997      3  ✓ met"
@@ -69,6 +73,111 @@ fn check_as_json_and_for_people_say_the_same() {
     assert!(shown.out.contains("robot.mal:9:12"), "{}", shown.out);
     assert!(shown.out.contains("1 error, no warnings; 1 of 2 deadlines is not proved\n"), "{}", shown.out);
     assert!(!shown.out.contains('\u{1b}'), "colours only on a terminal");
+}
+
+/// Everything that a finding may have: related places, fixes that are named and fixes that the message quotes.
+const MANY: [(&str, &str); 2] = [
+    (
+        "a folder/rö:bot.mal",
+        "codel work(): int\nshell S { output port p: int }\n\
+         core K(S) {\n  var n: int = 0\n  /* 😀é */ update = { n = wrk(); if n > 0 then { write(p, n); } }\n}\n\
+         component C(S, K)\narchitecture A { instance front: C  instance back: C }\n\
+         deployment D {\n  architecture A\n  activity front { priority = 2 period = 10 deadline = 12 }\n  \
+         activity back { priority = 2 period = 10 }\n}\n",
+    ),
+    ("a folder/mauve.toml", "assume.codel = \"1 ms\"\nplatform.rt_throttling = false\n"),
+];
+
+#[test]
+fn people_see_related_places_and_every_fix_once() {
+    let found = run_in("many", &MANY, &["check"]);
+    for part in [
+        "error[unresolved-codel]: no codel or operation `wrk`; did you mean `work`?\n",
+        "hint[missing-else]: this `if` has no `else`\n",
+        "help: Write `else { }`\n",
+        "error[deadline-exceeds-period]: ",
+        "help: Set the deadline to the period\n",
+        "help: Set the period to the deadline\n",
+        "warning[equal-priorities]: ",
+        "- the one of front\n",
+        "2 errors, 1 warning, 1 hint; ",
+    ] {
+        assert!(found.out.contains(part), "{part} in {}", found.out);
+    }
+    assert!(!found.out.contains("Change to"), "the message says it: {}", found.out);
+}
+
+#[test]
+fn what_is_denied_is_an_error() {
+    let files = [("a.mal", "shell S { }\ncore K(S) { update = { if true then { } } }\n")];
+    let plain = run_in("deny", &files, &["check"]);
+    assert_eq!(plain.code, 0, "{}", plain.out);
+    for denied in ["missing-else", "lost-write,missing-else"] {
+        let found = run_in("deny", &files, &["check", "--deny", denied]);
+        assert_eq!(found.code, 1);
+        assert!(
+            found.out.contains("error[missing-else]: ") && found.out.contains("1 error, "),
+            "{}",
+            found.out
+        );
+    }
+    let found = run_in("deny", &files, &["check", "--deny", "warnings"]);
+    assert_eq!((found.code, &found.out), (0, &plain.out), "a hint is no warning");
+    // What mauve.toml says comes first: `warn` makes a warning of a hint, and nothing brings back what it allows.
+    let lints = |severity| [files[0], ("mauve.toml", severity)];
+    let warned = lints("lints.missing-else = \"warn\"\n");
+    let found = run_in("deny-warned", &warned, &["check", "--deny", "warnings", "--format", "json"]);
+    let document: Value = serde_json::from_str(&found.out).unwrap();
+    let counts = ["errors", "warnings", "hints"].map(|count| document[count].as_u64().unwrap());
+    assert_eq!((found.code, counts[..2].to_vec()), (1, vec![1, 0]), "{}", found.out);
+    let allowed = lints("lints.missing-else = \"allow\"\n");
+    let found = run_in("deny-allowed", &allowed, &["check", "--deny", "missing-else", "--deny", "warnings"]);
+    assert_eq!(found.code, 0, "{}", found.out);
+}
+
+#[test]
+fn sarif_has_what_the_standard_asks_for() {
+    let found = run_in("sarif", &MANY, &["check", "--format", "sarif", "--deny", "equal-priorities"]);
+    assert_eq!((found.code, found.err.as_str()), (1, ""));
+    let log: Value = serde_json::from_str(&found.out).unwrap();
+    let run = &log["runs"][0];
+    assert_eq!((&log["version"], &run["tool"]["driver"]["name"]), (&"2.1.0".into(), &"mauve".into()));
+    let root = run["originalUriBaseIds"]["%SRCROOT%"]["uri"].as_str().unwrap();
+    assert!(root.starts_with("file:///") && root.ends_with("/sarif/"), "{root}");
+    let rules = run["tool"]["driver"]["rules"].as_array().unwrap();
+    let results = run["results"].as_array().unwrap();
+    for result in results {
+        let rule = &rules[result["ruleIndex"].as_u64().unwrap() as usize];
+        assert_eq!(rule["id"], result["ruleId"]);
+        assert!(["error", "warning", "note"].contains(&result["level"].as_str().unwrap()));
+        let uri = &result["locations"][0]["physicalLocation"]["artifactLocation"];
+        let expected = serde_json::json!({ "uri": "a%20folder/r%C3%B6%3Abot.mal", "uriBaseId": "%SRCROOT%" });
+        assert_eq!(uri, &expected);
+    }
+    let result = |code: &str| results.iter().find(|it| it["ruleId"] == code).unwrap();
+    let denied = result("equal-priorities");
+    assert_eq!(denied["level"], "error");
+    assert_eq!(
+        rules[denied["ruleIndex"].as_u64().unwrap() as usize]["defaultConfiguration"]["level"],
+        "warning"
+    );
+    assert!(!denied["relatedLocations"][0]["message"]["text"].as_str().unwrap().is_empty());
+    // Behind `/* 😀é */`, which is ten columns of UTF-16 and nine characters.
+    let typo = result("unresolved-codel");
+    let region = serde_json::json!({ "startLine": 5, "startColumn": 28, "endLine": 5, "endColumn": 31 });
+    assert_eq!(run["columnKind"], "utf16CodeUnits");
+    assert_eq!(typo["locations"][0]["physicalLocation"]["region"], region);
+    let replacement = &typo["fixes"][0]["artifactChanges"][0]["replacements"][0];
+    assert_eq!(
+        (&replacement["deletedRegion"], &replacement["insertedContent"]["text"]),
+        (&region, &"work".into())
+    );
+    // An insertion replaces nothing; braces are doubled in messages only.
+    let inserted = &result("missing-else")["fixes"][0];
+    assert_eq!(inserted["description"]["text"], "Write `else {{ }}`");
+    let replacement = &inserted["artifactChanges"][0]["replacements"][0];
+    assert_eq!(replacement["insertedContent"]["text"], " else { }");
+    assert_eq!(replacement["deletedRegion"]["startColumn"], replacement["deletedRegion"]["endColumn"]);
 }
 
 #[test]
@@ -202,6 +311,12 @@ fn what_does_not_exist_is_said_and_exits_with_2() {
         (&["wcrt", "p3dx", "--horizon", "12"], "--horizon is a time such as 1000ms"),
         (&["wcrt", "p3dx", "--method", "best"], "invalid value 'best'"),
         (&["psm", "p3dx", "Navigaton"], "no component `Navigaton`; did you mean `Navigation`?"),
+        (
+            &["check", "p3dx", "--deny", "deadline-mised"],
+            "no diagnostic `deadline-mised`; did you mean `deadline-missed`?",
+        ),
+        (&["check", "p3dx", "--deny", "errors"], "no diagnostic `errors`"),
+        (&["schema", "toml"], "invalid value 'toml'"),
         (&["explain", "deadline-mised"], "no diagnostic `deadline-mised`; did you mean `deadline-missed`?"),
         (&["parse", "nothing.mal"], "cannot be read"),
         (&["wcrt", "p3dx", "--explain", "hokuyo", "--format", "json"], "cannot be used with"),
@@ -296,7 +411,11 @@ fn the_files_in_the_readme_are_right() {
         ("mauve.toml", "assume.codel = \"1 ms\"\nplatform.rt_throttling = false\n"),
     ];
     let found = run_in("readme-model", &files, &["check"]);
-    assert!(found.out.contains("no errors, no warnings; the deadline is proved"), "{}", found.out);
+    assert!(
+        found.out.contains("no errors, no warnings") && found.out.contains("; the deadline is proved"),
+        "{}",
+        found.out
+    );
 }
 
 #[test]
@@ -305,6 +424,10 @@ fn pages_completions_and_measurements() {
     assert!(run(&["explain", "all"]).out.lines().count() > 30);
     for shell in ["bash", "zsh", "fish"] {
         assert!(run(&["completions", shell]).out.contains("wcrt"), "{shell}");
+    }
+    for (of, title) in [("mauve.toml", "mauve.toml"), ("table", "A timing table")] {
+        let schema: Value = serde_json::from_str(&run(&["schema", of]).out).unwrap();
+        assert_eq!(schema["title"], title);
     }
     let stats = run(&["analysis-stats", "p3dx"]);
     for part in ["parse", "names", "behaviours", "response times", "memory"] {
@@ -346,4 +469,125 @@ fn workspaces_roots_and_model_paths() {
     let without = mauve(env!("CARGO_BIN_EXE_mauve"), &folder, &["check", "one"]);
     assert_eq!(without.code, 1);
     assert!(without.out.contains("unresolved-include"), "{}", without.out);
+}
+
+#[test]
+fn fmt_writes_what_changes_and_says_so() {
+    let (untidy, tidy) = ("shell S{input port a:int}", "shell S { input port a: int }\n");
+    let files = [
+        ("robot/a.mal", untidy),
+        ("robot/b.mal", tidy),
+        ("robot/deep/c.mal", "include \"../../elsewhere.mal\"\nuse  a\r\n"),
+        ("robot/foreign.mal", "#id:  \"org.example\"\ncategory  System { }\n"),
+        ("robot/mauve.toml", "project.root = \"a.mal\"\n"),
+        ("robot/build/made.mal", untidy),
+        ("elsewhere.mal", untidy),
+    ];
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "fmt");
+    write(&folder, &files);
+    let read = |path: &str| std::fs::read_to_string(folder.join(path)).unwrap();
+    let run = |arguments: &[&str]| mauve(env!("CARGO_BIN_EXE_mauve"), &folder, arguments);
+
+    let checked = run(&["fmt", "--check", "robot"]);
+    let expected = "robot/a.mal:1\n  - shell S{input port a:int}\n  + shell S { input port a: int }\n\
+                    robot/deep/c.mal:2\n  - use  a\n  + use a\n2 files to be formatted, 1 unchanged\n";
+    assert_eq!((checked.code, checked.out.as_str(), checked.err.as_str()), (1, expected, ""));
+    assert_eq!(read("robot/a.mal"), untidy);
+
+    let done = run(&["fmt", "robot/mauve.toml"]);
+    let expected = "robot/a.mal\nrobot/deep/c.mal\n2 files formatted, 1 unchanged\n";
+    assert_eq!((done.code, done.out.as_str(), done.err.as_str()), (0, expected, ""));
+    assert_eq!(read("robot/a.mal"), tidy);
+    assert_eq!(read("robot/deep/c.mal"), "include \"../../elsewhere.mal\"\nuse a\n");
+    for (path, text) in &files[3..] {
+        assert_eq!(read(path), *text, "{path}");
+    }
+    let names = std::fs::read_dir(folder.join("robot")).unwrap().count();
+    assert_eq!(names, 6, "nothing is left beside the files");
+
+    let again = run(&["fmt", "robot", "robot/a.mal"]);
+    assert_eq!((again.code, again.out.as_str()), (0, "no files formatted, 3 unchanged\n"));
+    assert_eq!(run(&["fmt", "--check", "robot"]).code, 0);
+}
+
+#[test]
+fn fmt_leaves_alone_what_it_cannot_read_or_write() {
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "fmt-problems");
+    write(&folder, &[("a.mal", "use  a"), ("broken.mal", "shell  S {\n  input  port\n}\nuse  b\n")]);
+    let binary = b"use  a\n\xff\xfe";
+    std::fs::write(folder.join("binary.mal"), binary).unwrap();
+    let run = |arguments: &[&str]| mauve(env!("CARGO_BIN_EXE_mauve"), &folder, arguments);
+    let found = run(&["fmt"]);
+    assert_eq!((found.code, found.out.as_str()), (2, "a.mal\nbroken.mal\n2 files formatted, 0 unchanged\n"));
+    assert!(found.err.contains("`binary.mal`: this is not UTF-8 text from byte 7 on"), "{}", found.err);
+    assert!(found.err.contains("`broken.mal` has 1 syntax error: what stands around"), "{}", found.err);
+    assert_eq!(std::fs::read(folder.join("binary.mal")).unwrap(), binary);
+    let broken = std::fs::read_to_string(folder.join("broken.mal")).unwrap();
+    assert_eq!(broken, "shell S {\n  input port\n}\nuse b\n");
+    for (arguments, message) in [
+        (&["fmt", "nowhere"][..], "cannot read `nowhere`"),
+        (&["fmt", "-", "a.mal"], "`-` is standard input, and stands alone"),
+    ] {
+        let found = run(arguments);
+        assert_eq!((found.code, found.out.as_str()), (2, ""));
+        assert!(found.err.contains(message), "{}", found.err);
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn fmt_keeps_permissions_and_links() {
+    use std::os::unix::fs::{PermissionsExt, symlink};
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "fmt-links");
+    write(&folder, &[("robot/a.mal", "use  a"), ("outside.mal", "use  b"), ("named.mal", "use  c")]);
+    std::fs::set_permissions(folder.join("robot/a.mal"), PermissionsExt::from_mode(0o640)).unwrap();
+    symlink(folder.join("outside.mal"), folder.join("robot/link.mal")).unwrap();
+    symlink(folder.join("named.mal"), folder.join("by_name.mal")).unwrap();
+    let found = mauve(env!("CARGO_BIN_EXE_mauve"), &folder, &["fmt", "robot", "by_name.mal"]);
+    assert_eq!(
+        (found.code, found.out.as_str()),
+        (0, "named.mal\nrobot/a.mal\n2 files formatted, 0 unchanged\n")
+    );
+    let data = std::fs::metadata(folder.join("robot/a.mal")).unwrap();
+    assert_eq!(data.permissions().mode() & 0o777, 0o640);
+    assert!(folder.join("by_name.mal").is_symlink() && folder.join("robot/link.mal").is_symlink());
+    assert_eq!(std::fs::read_to_string(folder.join("outside.mal")).unwrap(), "use  b");
+    assert_eq!(std::fs::read_to_string(folder.join("named.mal")).unwrap(), "use c\n");
+}
+
+#[test]
+fn fmt_of_standard_input() {
+    use std::io::Write as _;
+    use std::process::{Command, Stdio};
+    let run = |arguments: &[&str], text: &[u8]| {
+        let mut process = Command::new(env!("CARGO_BIN_EXE_mauve"))
+            .args(arguments)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        process.stdin.take().unwrap().write_all(text).unwrap();
+        let output = process.wait_with_output().unwrap();
+        (output.status.code(), String::from_utf8(output.stdout).unwrap())
+    };
+    assert_eq!(
+        run(&["fmt", "-"], b"use  a // \x1b[1mbold"),
+        (Some(0), "use a // \u{1b}[1mbold\n".to_owned())
+    );
+    let expected = "standard input:1\n  - use  a\n  + use a\n".to_owned();
+    assert_eq!(run(&["fmt", "-", "--check"], b"use  a"), (Some(1), expected));
+    assert_eq!(run(&["fmt", "-", "--check"], b"use a\n"), (Some(0), String::new()));
+    assert_eq!(run(&["fmt", "-"], b"\xff"), (Some(2), String::new()));
+}
+
+#[test]
+fn the_sample_and_new_projects_are_formatted() {
+    let found = run(&["fmt", "--check"]);
+    assert_eq!((found.code, found.err.as_str()), (0, ""), "{}", found.out);
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "fmt-new");
+    let made = mauve(env!("CARGO_BIN_EXE_mauve"), &folder, &["new", "robot"]);
+    assert_eq!(made.code, 0);
+    let found = mauve(env!("CARGO_BIN_EXE_mauve"), &folder, &["fmt", "--check", "robot"]);
+    assert_eq!((found.code, found.out.as_str()), (0, "no files to be formatted, 1 unchanged\n"));
 }

@@ -3,11 +3,13 @@
 mod analysis_stats;
 mod check;
 mod explain;
+mod fmt;
 mod lsp;
 mod new;
 mod parse;
 mod psm;
 mod replay;
+mod schema;
 mod wcrt;
 
 use std::collections::BTreeSet;
@@ -42,8 +44,12 @@ enum Command {
     Psm(psm::Psm),
     /// Explain a diagnostic.
     Explain(explain::Explain),
+    /// Format models: their white space, and nothing else.
+    Fmt(fmt::Fmt),
     /// Show the syntax tree of a file.
     Parse(parse::Parse),
+    /// Print the JSON schema of `mauve.toml` or of timing tables, for editors.
+    Schema(schema::Schema),
     /// Measure how long the parts of the analysis take.
     AnalysisStats(analysis_stats::AnalysisStats),
     /// Make a folder with a small project that shows response times at once.
@@ -65,7 +71,9 @@ impl Arguments {
             Command::Wcrt(it) => it.run(),
             Command::Psm(it) => it.run(),
             Command::Explain(it) => it.run(),
+            Command::Fmt(it) => it.run(),
             Command::Parse(it) => it.run(),
+            Command::Schema(it) => Ok(it.run()),
             Command::AnalysisStats(it) => it.run(),
             Command::New(it) => it.run(),
             Command::Completions { shell } => {

@@ -71,6 +71,38 @@ pub(crate) fn load(db: &mut Database, paths: &[PathBuf]) -> Result<Vec<Workspace
     }
 }
 
+/// The models that `paths` name or have in them, by the path behind all links and in its order; those of the current folder
+/// without any. What a link in a folder leads to elsewhere is not in it.
+///
+/// # Errors
+///
+/// A path that does not exist or has no model in it, in words for the user.
+pub(crate) fn models_in(paths: &[PathBuf]) -> Result<BTreeSet<PathBuf>, String> {
+    let here = [PathBuf::from(".")];
+    let paths = if paths.is_empty() { &here[..] } else { paths };
+    let mut found = BTreeSet::new();
+    for path in paths {
+        let absolute =
+            path.canonicalize().map_err(|error| format!("cannot read `{}`: {error}", path.display()))?;
+        let is_config = absolute.ends_with(CONFIG_FILE);
+        if absolute.is_file() && !is_config {
+            if !is_model(&absolute) {
+                let path = path.display();
+                return Err(format!("`{path}` is no model (*.mal), no {CONFIG_FILE} and no folder"));
+            }
+            found.insert(absolute);
+            continue;
+        }
+        let folder = if is_config { absolute.parent().unwrap_or(Path::new("/")) } else { &absolute };
+        let models = Loader::default().find(folder, None).models;
+        if models.is_empty() {
+            return Err(format!("no model (*.mal) in `{}`", path.display()));
+        }
+        found.extend(models.iter().map(|model| place(model)).filter(|model| model.starts_with(folder)));
+    }
+    Ok(found)
+}
+
 impl Loader {
     /// The workspaces that `paths` name; and which paths do not exist or have no model in them, in words for the user.
     ///
@@ -496,7 +528,7 @@ fn is_foreign(db: &dyn ModelDb, file: File) -> bool {
 
 /// Is a `.mal` text one of the Meta Attack Language? Its files begin with `#id: "…"`, `category X`, `associations {`, behind
 /// comments and includes.
-fn is_of_another_language(text: &str) -> bool {
+pub(crate) fn is_of_another_language(text: &str) -> bool {
     let lexed = mauve_syntax::lex(text);
     let tokens = (0..lexed.len()).filter(|&index| !lexed.kind(index).is_trivia());
     let mut tokens = tokens.filter_map(|index| text.get(lexed.range(index))).peekable();

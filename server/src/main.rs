@@ -1,7 +1,7 @@
 //! `mauve`: the command line, and the language server (`lsp.rs`).
 //!
 //! Results go to standard output, messages to standard error. Exit codes: 0 fine; 1 findings (an error in a model, a
-//! deadline that is not proved); 2 usage, a path that cannot be read, or a result that cannot be written.
+//! deadline that is not proved, a file to be formatted); 2 usage, a path that cannot be read, or a result that cannot be written.
 //!
 //! Each command is a file in `cli/` with a function from its arguments to an [`Output`]; results are printed here alone. `load.rs` reads models from the disk for all of them.
 
@@ -18,7 +18,7 @@ use clap::Parser as _;
 pub(crate) struct Output {
     /// For standard output.
     pub(crate) text: String,
-    /// 0 or 1; of a language server that has a defect, 101.
+    /// 0 or 1; 2 where a part of it could not be read or written; of a language server that has a defect, 101.
     pub(crate) code: u8,
 }
 

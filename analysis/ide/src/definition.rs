@@ -105,7 +105,7 @@ fn of_declaration(db: &dyn ModelDb, decl: Decl<'_>) -> Option<Target> {
     let name = Place::name_of(decl).range(db);
     // The declaration is the one that has this name.
     let maps = &source_map(db, file).declarations;
-    let range = maps.iter().find(|map| map.parts.first() == Some(&name))?.range;
+    let range = maps.iter().find(|map| map.part(mauve_model::item_tree::Part(0)) == Some(name))?.range;
     Some(Target { file, range, name })
 }
 

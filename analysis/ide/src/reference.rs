@@ -48,12 +48,12 @@ pub(crate) fn reference_at<'db>(
     let declarations = declarations(db, file).all.iter().zip(&map.declarations);
     let (decl, map) = declarations.into_iter().find(|(_, map)| map.range.contains_inclusive(offset))?;
     // A name that ends here is meant rather than one that only surrounds it.
-    let parts = map.parts.iter().enumerate().filter(|(_, range)| range.contains_inclusive(offset));
+    let parts = map.parts().enumerate().filter(|(_, range)| range.contains_inclusive(offset));
     let (part, range) = parts.min_by_key(|(_, range)| range.len())?;
     let before = file.text(db).get(usize::from(range.start())..usize::from(offset)).unwrap_or_default();
     let finder = Finder { db, project, of: *decl, part: Part(part as u32), before };
     let meanings = finder.meanings()?;
-    Some(Reference { range: *range, meanings })
+    Some(Reference { range, meanings })
 }
 
 /// The reference at `offset` of a timing table, or of `mauve.toml`.

@@ -505,7 +505,7 @@ impl<'db> Reader<'_, 'db> {
 }
 
 /// Which of `count` states are reached from `start`.
-fn reachable(count: usize, start: usize, next: impl Fn(usize) -> Vec<usize>) -> Vec<bool> {
+pub(crate) fn reachable(count: usize, start: usize, next: impl Fn(usize) -> Vec<usize>) -> Vec<bool> {
     let mut reached = vec![false; count];
     let mut open = vec![start];
     while let Some(state) = open.pop() {

@@ -9,7 +9,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 use mauve_syntax::Parse;
 use rustc_hash::FxHashMap;
 
-use crate::item_tree::Name;
+use crate::item_tree::{ItemTree, Name};
+use crate::lower::{Known, SourceMap, lower};
 use crate::messages::Package;
 
 /// A text: a model, a timing table or a `mauve.toml`.
@@ -74,15 +75,18 @@ pub trait ModelDb: salsa::Database {
     fn trees(&self) -> &Trees;
 }
 
-/// The last tree of each file, beside the database: from it the tree of the edited text is made. It is no input of any
-/// query, and need not be: it changes when an answer is there, never what it is.
+/// The last tree of each file and what was read from it, beside the database: from it the tree of the edited text is made.
+/// It is no input of any query, and need not be: it changes when an answer is there, never what it is.
 #[derive(Clone, Default)]
-pub struct Trees(Arc<Mutex<FxHashMap<File, (Arc<str>, Parse)>>>);
+pub struct Trees {
+    parsed: Arc<Mutex<FxHashMap<File, (Arc<str>, Parse)>>>,
+    read: Arc<Mutex<FxHashMap<File, Arc<Known>>>>,
+}
 
 impl Trees {
     pub(crate) fn parse(&self, file: File, text: &Arc<str>) -> Parse {
         // Locked while a tree is taken or put, not while one is made or freed: no panic can leave half of one.
-        let lock = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let lock = || self.parsed.lock().unwrap_or_else(PoisonError::into_inner);
         let previous = lock().get(&file).cloned();
         let parse = match &previous {
             Some((old, parse)) => parse.reparse(old, text),
@@ -91,6 +95,15 @@ impl Trees {
         let replaced = lock().insert(file, (text.clone(), parse.clone()));
         drop(replaced);
         parse
+    }
+
+    pub(crate) fn lower(&self, file: File, parse: &Parse) -> (ItemTree, SourceMap) {
+        let lock = || self.read.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = lock().get(&file).cloned().unwrap_or_default();
+        let (tree, map, read) = lower(&parse.file(), parse.errors().is_empty(), &known);
+        let replaced = lock().insert(file, Arc::new(read));
+        drop(replaced);
+        (tree, map)
     }
 }
 

@@ -8,7 +8,7 @@
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
-use crate::behaviour::behaviour_of;
+use crate::behaviour::{behaviour_of, reachable};
 use crate::diagnostics::{self, Diagnostic};
 use crate::flat::flat_of;
 use crate::item_tree::{
@@ -19,7 +19,7 @@ use crate::project::Project;
 use crate::psm::core_of;
 use crate::source::{Decl, Place, architecture, codel, core};
 use crate::types::Type;
-use crate::typing::{Callee, Meaning, Typing, VariableKind, returns, typing_of};
+use crate::typing::{Callee, Meaning, Typing, VariableKind, is_whole, returns, typing_of};
 
 /// What is wrong with the flow of values in a core.
 pub(crate) fn check<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<Diagnostic<'db>> {
@@ -35,12 +35,12 @@ pub(crate) fn check<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'
         found: Vec::new(),
     };
     flow.unreachable();
-    // Where something was lost, it may be what assigns, or reads.
-    if data.whole
-        && data.machines.iter().all(|machine| machine.whole && machine.states.iter().all(|it| it.whole))
-    {
-        flow.assignments();
-        flow.unused();
+    // Where something was lost, it may be what assigns, or reads; so may what means nothing.
+    if is_whole(data) {
+        if !typing.unresolved {
+            flow.assignments();
+            flow.unused();
+        }
         flow.lost_writes(buffered_ports(db, project));
         flow.no_way_back(project);
     }
@@ -190,17 +190,23 @@ impl<'db> Flow<'_, 'db> {
         if let Some(before) = initial.and_then(|initial| before.get_mut(initial)) {
             before.retain(|index| start.contains(index));
         }
-        let mut changed = true;
-        while changed {
-            changed = false;
-            for (source, target, effect) in &edges {
-                let (Some(from), Some(own)) = (before.get(*source).cloned(), own.get(*source)) else {
+        // Whatever a state loses, those that it leads to may lose.
+        let mut out: Vec<Vec<usize>> = vec![Vec::new(); machine.states.len()];
+        for (index, (source, ..)) in edges.iter().enumerate() {
+            out[*source].push(index);
+        }
+        let mut open: Vec<usize> = (0..machine.states.len()).collect();
+        while let Some(source) = open.pop() {
+            for (_, target, effect) in out[source].iter().filter_map(|&index| edges.get(index)) {
+                let (Some(from), Some(own)) = (before.get(source).cloned(), own.get(source)) else {
                     continue;
                 };
                 let Some(to) = before.get_mut(*target) else { continue };
                 let count = to.len();
                 to.retain(|it| from.contains(it) || own.contains(it) || effect.contains(it));
-                changed |= to.len() != count;
+                if to.len() != count {
+                    open.push(*target);
+                }
             }
         }
         for (state, mut assigned) in machine.states.iter().zip(before) {
@@ -429,7 +435,9 @@ impl<'db> Flow<'_, 'db> {
 
     fn lost_in(&self, machine: &'db Machine, lost: &mut Vec<(Part, &'db Name)>) {
         let nothing = Ports::default();
-        let find = |name: &Name| machine.states.iter().find(|state| state.name.name == *name);
+        let states: FxHashMap<&Name, &'db State> =
+            machine.states.iter().rev().map(|state| (&state.name.name, state)).collect();
+        let find = |name: &Name| states.get(name).copied();
         let method = |state: &'db State, kind| {
             state.methods.iter().find(|method| method.kind == kind).map(|method| &method.program)
         };
@@ -544,15 +552,11 @@ impl<'db> Flow<'_, 'db> {
         if !behaviour.refusals.is_empty() {
             return;
         }
-        let mut back = vec![false; behaviour.states.len()];
-        let mut open = vec![behaviour.initial];
-        while let Some(state) = open.pop() {
-            if back.get_mut(state).is_some_and(|back| !std::mem::replace(back, true)) {
-                open.extend(
-                    behaviour.edges.iter().filter(|edge| edge.target == state).map(|edge| edge.source),
-                );
-            }
+        let mut sources: Vec<Vec<usize>> = vec![Vec::new(); behaviour.states.len()];
+        for edge in &behaviour.edges {
+            sources[edge.target].push(edge.source);
         }
+        let back = reachable(behaviour.states.len(), behaviour.initial, |state| sources[state].clone());
         let stuck = behaviour.states.iter().zip(back).filter(|(_, back)| !back).map(|(name, _)| name);
         let place = |name: &'db Name| {
             let state = machine.states.iter().find(|state| state.name.name == *name)?;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use mauve_syntax::ast::{self, AstNode};
-use mauve_syntax::{SyntaxKind, SyntaxNode, SyntaxToken, TextRange, is_whole, similar};
+use mauve_syntax::{GreenNode, SyntaxKind, SyntaxNode, SyntaxToken, TextRange, is_whole, similar};
 use rustc_hash::FxHashMap;
 
 use crate::item_tree::*;
@@ -22,18 +22,49 @@ pub struct SourceMap {
 pub struct DeclarationMap {
     /// The whole of it.
     pub range: TextRange,
-    /// Its parts, by number; 0 is its name, or the keyword while that is missing.
-    pub parts: Vec<TextRange>,
+    /// Its parts, by number, from its beginning on; 0 is its name, or the keyword while that is missing.
+    parts: Arc<[TextRange]>,
 }
 
-/// Reads a file's tree, `whole` where there is no error in it.
-pub(crate) fn lower(file: &ast::SourceFile, whole: bool) -> (ItemTree, SourceMap) {
-    let mut lowering = Lowering::default();
+impl DeclarationMap {
+    /// Where a part of it stands.
+    pub fn part(&self, part: Part) -> Option<TextRange> {
+        Some(*self.parts.get(part.0 as usize)? + self.range.start())
+    }
+
+    /// Where all of its parts stand, by number.
+    pub fn parts(&self) -> impl Iterator<Item = TextRange> {
+        self.parts.iter().map(|part| *part + self.range.start())
+    }
+}
+
+/// What was read from declarations, by the identity of their trees: a declaration whose tree is the one that it was need
+/// not be read again.
+#[derive(Debug, Default)]
+pub(crate) struct Known(FxHashMap<usize, Read>);
+
+#[derive(Debug, Clone)]
+struct Read {
+    /// While it is kept, no other tree has its address.
+    green: GreenNode,
+    data: Arc<Data>,
+    parts: Arc<[TextRange]>,
+}
+
+/// Reads a file's tree, `whole` where there is no error in it; `known` is what was read from the tree before it.
+pub(crate) fn lower(file: &ast::SourceFile, whole: bool, known: &Known) -> (ItemTree, SourceMap, Known) {
+    let mut lowering = Lowering {
+        known,
+        tree: ItemTree::default(),
+        map: SourceMap::default(),
+        read: Known::default(),
+        parts: Vec::new(),
+    };
     lowering.items(file.items(), None);
     if !whole {
         lowering.doubts(file.syntax(), None);
     }
-    (lowering.tree, lowering.map)
+    (lowering.tree, lowering.map, lowering.read)
 }
 
 /// What begins a declaration.
@@ -164,15 +195,16 @@ fn has_error_child(node: &SyntaxNode) -> bool {
     node.children().any(|child| child.kind() == SyntaxKind::ERROR)
 }
 
-#[derive(Default)]
-struct Lowering {
+struct Lowering<'a> {
+    known: &'a Known,
     tree: ItemTree,
     map: SourceMap,
+    read: Known,
     /// The parts of the declaration that is being read.
     parts: Vec<TextRange>,
 }
 
-impl Lowering {
+impl Lowering<'_> {
     fn items(&mut self, items: impl Iterator<Item = ast::Item>, library: Option<&Name>) {
         for item in items {
             match item {
@@ -198,12 +230,7 @@ impl Lowering {
                 }
                 ast::Item::Core(it) => {
                     self.declare_named(it.syntax(), it.name(), Kind::Core, library, |this| {
-                        let core = this.core(&it);
-                        // Two cores that have run together: the name of the second is lost.
-                        if core.is_double() {
-                            this.tree.doubts.push((library.cloned(), None));
-                        }
-                        Data::Core(core)
+                        Data::Core(this.core(&it))
                     });
                 }
                 ast::Item::Component(it) => {
@@ -291,13 +318,31 @@ impl Lowering {
         library: Option<&Name>,
         read: impl FnOnce(&mut Self) -> Data,
     ) {
-        let keyword = node.first_token().map_or(node.text_range(), |token| token.text_range());
-        self.parts = vec![name.as_ref().map_or(keyword, |name| name.text_range())];
-        let data = Arc::new(read(self));
+        let range = node.text_range();
+        let address = std::ptr::from_ref(node.green()).cast::<()>().addr();
+        let known = self.known;
+        let known = known.0.get(&address).filter(|known| std::ptr::eq(&*known.green, node.green()));
+        let known = known.cloned().unwrap_or_else(|| {
+            let keyword = node.first_token().map_or(range, |token| token.text_range());
+            self.parts = vec![name.as_ref().map_or(keyword, |name| name.text_range())];
+            let data = Arc::new(read(self));
+            let parts = self.parts.drain(..).map(|part| part - range.start()).collect();
+            Read { green: node.green().to_owned(), data, parts }
+        });
+        let Read { data, parts, .. } = &known;
+        // Two cores that have run together: the name of the second is lost.
+        if matches!(&**data, Data::Core(core) if core.is_double()) {
+            self.tree.doubts.push((library.cloned(), None));
+        }
         let name = name.map_or_else(Name::default, |name| text_of(&name));
-        self.tree.declarations.push(Declaration { library: library.cloned(), name, kind, data });
-        let parts = std::mem::take(&mut self.parts);
-        self.map.declarations.push(DeclarationMap { range: node.text_range(), parts });
+        self.tree.declarations.push(Declaration {
+            library: library.cloned(),
+            name,
+            kind,
+            data: data.clone(),
+        });
+        self.map.declarations.push(DeclarationMap { range, parts: parts.clone() });
+        self.read.0.insert(address, known);
     }
 
     fn part(&mut self, range: TextRange) -> Part {

@@ -8,7 +8,7 @@ use mauve_syntax::{Parse, TextRange};
 use rustc_hash::FxHashMap;
 
 use crate::item_tree::{Data, Declaration, ItemTree, Kind, Name, Part, TypeRef};
-use crate::lower::{SourceMap, lower, occurrences};
+use crate::lower::{SourceMap, occurrences};
 use crate::{File, ModelDb};
 
 /// A declaration, known by its file, kind, library and name: it stays the same one while the text around it changes.
@@ -50,7 +50,7 @@ pub fn parse(db: &dyn ModelDb, file: File) -> Parse {
 #[salsa::tracked(returns(ref), no_eq)]
 fn lowered(db: &dyn ModelDb, file: File) -> (ItemTree, SourceMap) {
     let parse = parse(db, file);
-    lower(&parse.file(), parse.errors().is_empty())
+    db.trees().lower(file, parse)
 }
 
 /// What a file declares. Comments, blank lines and places change nothing in it.
@@ -150,7 +150,7 @@ impl<'db> Place<'db> {
         let map = |decl: Decl<'db>| source_map(db, decl.file(db)).declarations.get(index_of(db, decl)?);
         let part = |decl, part: Part| {
             let map = map(decl)?;
-            Some(map.parts.get(part.0 as usize).copied().unwrap_or(map.range))
+            Some(map.part(part).unwrap_or(map.range))
         };
         let found = match *self {
             Place::Part(decl, it) => part(decl, it),

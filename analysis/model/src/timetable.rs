@@ -11,10 +11,10 @@ use rustc_hash::FxHashMap;
 
 use crate::behaviour::behaviour_of;
 use crate::diagnostics::{Diagnostic, invalid_table, unknown_timing_key};
-use crate::item_tree::{Kind, Name};
-use crate::names::{names_of, similar};
+use crate::item_tree::{FeatureKind, Kind, Name};
+use crate::names::{features_of, names_of, similar};
 use crate::project::{CONFIG_FILE, Project, all_roots, config_file, config_of};
-use crate::psm::core_of;
+use crate::psm::{core_of, is_core_for, shell_of};
 use crate::source::{Decl, Place};
 use crate::{File, ModelDb, Workspace, normalised};
 
@@ -352,7 +352,7 @@ impl<'db> Joining<'db> {
         let near = longer.cloned().or_else(|| similar(program, &keys));
         let near = near.map(|near| format!("{name}/{near}").into());
         // Where the core is wrong, it may have the program when it is right.
-        if named.is_some() && self.is_read(component) {
+        if named.is_some() && self.is_read(component, program) {
             self.report(unknown_timing_key::of_program(at, &why, near));
         }
         // It may be meant for another component of that name.
@@ -369,10 +369,17 @@ impl<'db> Joining<'db> {
         programs.map(|it| it.key.as_str().into()).collect()
     }
 
-    /// Is it known what a component executes?
-    fn is_read(&self, component: Decl<'db>) -> bool {
-        let core = core_of(self.db, self.project, component);
-        core.is_some_and(|core| behaviour_of(self.db, self.project, core).refusals.is_empty())
+    /// Is it known what a component executes, but for operations that it should define?
+    fn is_read(&self, component: Decl<'db>, program: &str) -> bool {
+        let (db, project) = (self.db, self.project);
+        let (Some(core), Some(shell)) = (core_of(db, project, component), shell_of(db, project, component))
+        else {
+            return false;
+        };
+        let feature = features_of(db, project, shell).get(program);
+        is_core_for(db, project, core, shell)
+            && behaviour_of(db, project, core).refusals.is_empty()
+            && feature.is_none_or(|feature| feature.kind != FeatureKind::Provided)
     }
 
     /// One thing with two times: an error at each but the first, and neither counts.

@@ -138,8 +138,8 @@ pub fn typing_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>
         core: data,
         shell,
         features,
-        scope: Vec::new(),
-        machine: Vec::new(),
+        scope: Scope::default(),
+        machine: Scope::default(),
         whole: true,
         found: Typing::default(),
     };
@@ -175,7 +175,7 @@ pub(crate) fn uses_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl
 }
 
 /// Was nothing lost in a core?
-fn is_whole(core: &Core) -> bool {
+pub(crate) fn is_whole(core: &Core) -> bool {
     let machines = || core.machines.iter();
     let states = || machines().flat_map(|machine| &machine.states);
     let is_whole = |state: &State| {
@@ -213,6 +213,28 @@ enum Gives {
     Value(Type),
 }
 
+/// Indices of variables, innermost last.
+#[derive(Default)]
+struct Scope {
+    all: Vec<(Name, usize)>,
+    by_name: FxHashMap<Name, Vec<usize>>,
+}
+
+impl Scope {
+    fn push(&mut self, name: &Name, index: usize) {
+        self.all.push((name.clone(), index));
+        self.by_name.entry(name.clone()).or_default().push(index);
+    }
+
+    fn truncate(&mut self, depth: usize) {
+        for (name, _) in self.all.drain(depth.min(self.all.len())..) {
+            if let Some(all) = self.by_name.get_mut(&name) {
+                all.pop();
+            }
+        }
+    }
+}
+
 struct Typer<'a, 'db> {
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -220,10 +242,10 @@ struct Typer<'a, 'db> {
     core: &'db Core,
     shell: Option<Decl<'db>>,
     features: &'a Features<'db>,
-    /// The variables in scope, innermost last.
-    scope: Vec<usize>,
+    /// The variables in scope.
+    scope: Scope,
     /// Those of the state machine, which are seen in all programs.
-    machine: Vec<usize>,
+    machine: Scope,
     /// Was nothing lost in the program that is being read?
     whole: bool,
     found: Typing<'db>,
@@ -256,17 +278,17 @@ impl<'db> Typer<'_, 'db> {
     fn core(&mut self) {
         for variable in &self.core.variables {
             let index = self.declare_variable(variable, VariableKind::Core);
-            self.scope.push(index);
+            self.scope.push(&variable.name.name, index);
         }
         for handler in &self.core.handlers {
             let ty = self.handler(handler.operation.as_ref());
             let index = self.declare(&handler.name, VariableKind::Handler, ty, true);
-            self.scope.push(index);
+            self.scope.push(&handler.name.name, index);
         }
         for machine in &self.core.machines {
             for variable in &machine.variables {
                 let index = self.declare_variable(variable, VariableKind::Machine);
-                self.machine.push(index);
+                self.machine.push(&variable.name.name, index);
             }
         }
         self.core.variables.iter().for_each(|variable| self.initial_value(variable));
@@ -280,8 +302,10 @@ impl<'db> Typer<'_, 'db> {
             };
             self.program(&hook.program, &format!("`{}`", hook.kind.keyword()), &gives);
         }
-        let depth = self.scope.len();
-        self.scope.extend(self.machine.iter().copied());
+        let depth = self.scope.all.len();
+        for (name, index) in &self.machine.all {
+            self.scope.push(name, *index);
+        }
         for machine in &self.core.machines {
             machine.variables.iter().for_each(|variable| self.initial_value(variable));
             for state in &machine.states {
@@ -358,11 +382,11 @@ impl<'db> Typer<'_, 'db> {
                 self.report(report(here, &declared.show(name), &defined.show(name), at));
             }
         }
-        let depth = self.scope.len();
+        let depth = self.scope.all.len();
         for (parameter, (direction, _, ty)) in operation.parameters.iter().zip(own.parameters) {
             let kind = VariableKind::Parameter(direction);
             let index = self.declare(&parameter.name, kind, ty, direction != Direction::Out);
-            self.scope.push(index);
+            self.scope.push(&parameter.name.name, index);
         }
         let must = result != Type::Void && result != Type::Unknown;
         if must && operation.program.whole && !returns(&operation.program.statements) {
@@ -388,15 +412,18 @@ impl<'db> Typer<'_, 'db> {
     }
 
     fn block(&mut self, statements: &[Statement], what: &str, gives: &Gives) {
-        let depth = self.scope.len();
+        let depth = self.scope.all.len();
         for statement in statements {
             self.statement(statement, what, gives);
         }
-        let own = self.scope.iter().skip(depth).filter_map(|index| self.found.variables.get(*index));
-        let own: Vec<NameRef> = own.map(|variable| variable.name.clone()).collect();
+        let own: Vec<usize> = self.scope.all.iter().skip(depth).map(|(_, index)| *index).collect();
         self.scope.truncate(depth);
-        let twice = diagnostics::duplicate_definition::among(self.of, own.iter().map(|it| (it, "variable")));
-        self.found.diagnostics.extend(twice);
+        if own.len() > 1 {
+            let own: Vec<NameRef> =
+                own.iter().filter_map(|index| Some(self.found.variables.get(*index)?.name.clone())).collect();
+            let own = own.iter().map(|it| (it, "variable"));
+            self.found.diagnostics.extend(diagnostics::duplicate_definition::among(self.of, own));
+        }
     }
 
     fn statement(&mut self, statement: &Statement, what: &str, gives: &Gives) {
@@ -407,7 +434,7 @@ impl<'db> Typer<'_, 'db> {
                     self.assigned(&variable.name.name, &expected, value);
                 }
                 let index = self.declare_variable(variable, VariableKind::Local);
-                self.scope.push(index);
+                self.scope.push(&variable.name.name, index);
             }
             Statement::If { part, condition, then, end, otherwise } => {
                 self.condition(condition);
@@ -499,11 +526,9 @@ impl<'db> Typer<'_, 'db> {
 
     /// What a name of a value stands for, innermost first.
     fn lookup(&self, name: &Name) -> Option<Meaning<'db>> {
-        let is_it =
-            |index: &&usize| self.found.variables.get(**index).is_some_and(|it| it.name.name == *name);
-        let variable = self.scope.iter().rev().find(is_it).or_else(|| self.machine.iter().rev().find(is_it));
-        if let Some(index) = variable {
-            return Some(Meaning::Variable(*index));
+        let innermost = |scope: &Scope| scope.by_name.get(name).and_then(|all| all.last()).copied();
+        if let Some(index) = innermost(&self.scope).or_else(|| innermost(&self.machine)) {
+            return Some(Meaning::Variable(index));
         }
         self.features.get(name).map(|feature| Meaning::Feature(feature.shell, feature.index))
     }

@@ -1,10 +1,10 @@
-//! The tree that the database makes of an edited text is the one that a database makes that never saw another text.
+//! The tree that the database makes of an edited text, and what it reads from it, is what a database makes that never saw another.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
 
 use std::path::PathBuf;
 
-use mauve_model::{Database, File, parse};
+use mauve_model::{Database, File, item_tree_of, parse, source_map};
 use mauve_tests::{Random, models};
 use salsa::Setter as _;
 
@@ -28,7 +28,7 @@ fn edits_of_two_files_by_turns() {
         match random.below(3) {
             0 => text.truncate(at + text[at..].find('\n').unwrap_or(0)),
             1 => text.replace_range(at..at + text[at..].find(' ').unwrap_or(0), ""),
-            _ => text.insert_str(at, random.of(&PIECES)),
+            _ => text.insert_str(at, PIECES[random.below(PIECES.len())]),
         }
         files[which].set_text(&mut db).to(text.clone().into());
         // A reader in a worker, or nobody, asks first.
@@ -40,6 +40,8 @@ fn edits_of_two_files_by_turns() {
             let fresh = Database::default();
             let file = File::new(&fresh, PathBuf::from("/a.mal"), text.into(), None);
             assert_eq!(parse(&db, files[which]), parse(&fresh, file));
+            assert_eq!(item_tree_of(&db, files[which]), item_tree_of(&fresh, file));
+            assert_eq!(source_map(&db, files[which]), source_map(&fresh, file));
         }
     }
 }

@@ -1,12 +1,14 @@
 //! `mauve check [PATH…]`: everything that is wrong in models, with the text it stands in; then the response times.
 
+mod sarif;
+
 use std::collections::{BTreeSet, HashMap};
 use std::io::IsTerminal as _;
 use std::path::{Path, PathBuf};
 
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use clap::ValueEnum;
-use mauve_model::diagnostics::{Diagnostic, Finding, Severity, workspace_diagnostics};
+use mauve_model::diagnostics::{Code, Diagnostic, Finding, Fix, Severity, codes, workspace_diagnostics};
 use mauve_model::{Database, File, Place};
 use serde::Serialize;
 
@@ -22,6 +24,10 @@ pub(crate) struct Check {
     /// How to show what is found.
     #[arg(long, value_enum, default_value = "human")]
     format: Format,
+    /// What counts as an error: the codes of diagnostics, separated by commas, or `warnings` for all of those. What
+    /// mauve.toml does not show (`allow`) stays so.
+    #[arg(long, value_name = "CODE", value_delimiter = ',')]
+    deny: Vec<Denied>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -30,33 +36,74 @@ enum Format {
     Human,
     /// One document.
     Json,
+    /// SARIF 2.1.0, for the code scanning of a forge and for viewers.
+    Sarif,
+}
+
+/// What counts as an error.
+#[derive(Debug, Clone, Copy)]
+enum Denied {
+    /// Every warning.
+    Warnings,
+    /// What has this code, also where it is a hint.
+    One(&'static Code),
+}
+
+impl std::str::FromStr for Denied {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Denied, String> {
+        if text == "warnings" {
+            return Ok(Denied::Warnings);
+        }
+        codes().find(|code| code.name == text).map(Denied::One).ok_or_else(|| super::explain::unknown(text))
+    }
+}
+
+impl Denied {
+    fn has(self, finding: &Finding<'_>) -> bool {
+        match self {
+            Denied::Warnings => finding.severity == Severity::Warning,
+            Denied::One(code) => code == finding.diagnostic.code,
+        }
+    }
 }
 
 impl Check {
     pub(crate) fn run(self) -> Result<Output, String> {
         let mut db = Database::default();
         let workspaces = load(&mut db, &self.paths.paths)?;
-        let findings: Vec<Finding<'_>> =
+        let mut findings: Vec<Finding<'_>> =
             workspaces.iter().flat_map(|&workspace| workspace_diagnostics(&db, workspace)).collect();
+        for finding in &mut findings {
+            if self.deny.iter().any(|denied| denied.has(finding)) {
+                finding.severity = Severity::Error;
+            }
+        }
         let count = |severity| findings.iter().filter(|it| it.severity == severity).count();
-        let (errors, warnings) = (count(Severity::Error), count(Severity::Warning));
+        let (errors, warnings, hints) =
+            (count(Severity::Error), count(Severity::Warning), count(Severity::Hint));
         let deployed = wcrt::at_shown_level(&db, &workspaces)?;
+        let here = std::env::current_dir().unwrap_or_default();
         let text = match self.format {
+            Format::Sarif => super::json(&sarif::log(&db, &here, &findings))?,
             Format::Json => {
-                let mut lines = Lines::default();
+                let mut lines = Lines::new(|text| text.chars().count());
                 let diagnostics = findings.iter().map(|it| document(&db, &mut lines, it)).collect();
                 let deployments = deployed.iter().map(|it| wcrt::document(&db, it)).collect();
-                super::json(&Document { diagnostics, errors, warnings, deployments })?
+                super::json(&Document { diagnostics, errors, warnings, hints, deployments })?
             }
             Format::Human => {
-                let here = std::env::current_dir().unwrap_or_default();
                 let shown = findings.iter().take(MOST_EXCERPTS);
                 let mut parts: Vec<String> = shown.map(|it| excerpt(&db, &here, it)).collect();
                 if let Some(more) = findings.len().checked_sub(MOST_EXCERPTS).filter(|more| *more > 0) {
                     parts.push(format!("… and {more} more: `--format json` shows all\n"));
                 }
                 parts.extend(wcrt::tables(&db, &deployed));
-                let found = format!("{}, {}", counted(errors, "error"), counted(warnings, "warning"));
+                let mut found = format!("{}, {}", counted(errors, "error"), counted(warnings, "warning"));
+                if hints > 0 {
+                    found += &format!(", {}", counted(hints, "hint"));
+                }
                 let pages =
                     if findings.is_empty() { "" } else { "`mauve explain CODE` says more of each.\n" };
                 parts.push(format!("{found}; {}\n{pages}", deadlines(&deployed)));
@@ -98,7 +145,7 @@ fn excerpt(db: &Database, here: &Path, finding: &Finding<'_>) -> String {
     let level = match finding.severity {
         Severity::Error => Level::ERROR,
         Severity::Warning => Level::WARNING,
-        Severity::Hint => Level::HELP,
+        Severity::Hint => Level::HELP.with_name(Severity::Hint.name()),
     };
     // One snippet for each file, so that related places of one file stand in one excerpt.
     let mut places: Vec<(&Place<'_>, &str, AnnotationKind)> =
@@ -127,11 +174,8 @@ fn excerpt(db: &Database, here: &Path, finding: &Finding<'_>) -> String {
         }
         group = group.element(snippet);
     }
-    // Where the message asks whether something was meant, the fix says no more.
-    let fixes = diagnostic.fixes.iter().filter(|_| !diagnostic.message.contains("did you mean"));
-    let fixes: Vec<String> = fixes.map(|fix| fix.title.clone()).collect();
-    for fix in &fixes {
-        group = group.element(Level::HELP.message(fix));
+    for fix in diagnostic.fixes.iter().filter(|fix| !is_said(&diagnostic.message, fix)) {
+        group = group.element(Level::HELP.message(&fix.title));
     }
     let only = finding.only_in.map(|project| shown(project.root(db).path(db), here));
     let only = only.map(|root| format!("in the project of {root}"));
@@ -140,6 +184,11 @@ fn excerpt(db: &Database, here: &Path, finding: &Finding<'_>) -> String {
     }
     let renderer = if std::io::stdout().is_terminal() { Renderer::styled() } else { Renderer::plain() };
     renderer.render(&[group]) + "\n"
+}
+
+/// Does the message quote what the fix would write, so that its title says no more?
+fn is_said(message: &str, fix: &Fix<'_>) -> bool {
+    fix.edits.iter().all(|(_, text)| !text.is_empty() && message.contains(&format!("`{text}`")))
 }
 
 /// A range that is in the text, at boundaries of its characters.
@@ -160,6 +209,7 @@ struct Document {
     diagnostics: Vec<DiagnosticDocument>,
     errors: usize,
     warnings: usize,
+    hints: usize,
     /// The response times, each as `mauve wcrt --format json` shows it.
     deployments: Vec<wcrt::Document>,
 }
@@ -190,7 +240,7 @@ struct RangeDocument {
     end: PositionDocument,
 }
 
-/// From 1, in characters.
+/// From 1.
 #[derive(Serialize)]
 struct PositionDocument {
     line: usize,
@@ -217,15 +267,21 @@ fn document(db: &Database, lines: &mut Lines, finding: &Finding<'_>) -> Diagnost
     }
 }
 
-/// Where the lines of the files begin, found once for each file.
-#[derive(Default)]
-struct Lines(HashMap<File, Vec<usize>>);
+/// Where the lines of the files begin, found once for each file; and how wide a text is in columns.
+struct Lines {
+    starts: HashMap<File, Vec<usize>>,
+    width: fn(&str) -> usize,
+}
 
 impl Lines {
+    fn new(width: fn(&str) -> usize) -> Lines {
+        Lines { starts: HashMap::new(), width }
+    }
+
     fn range(&mut self, db: &Database, at: &Place<'_>) -> RangeDocument {
         let file = at.file(db);
         let text: &str = file.text(db);
-        let starts = self.0.entry(file).or_insert_with(|| {
+        let starts = self.starts.entry(file).or_insert_with(|| {
             std::iter::once(0).chain(text.match_indices('\n').map(|(index, _)| index + 1)).collect()
         });
         let range = at.range(db);
@@ -233,7 +289,7 @@ impl Lines {
         let position = |offset: usize| {
             let line = starts.partition_point(|&start| start <= offset);
             let start = line.checked_sub(1).and_then(|line| starts.get(line)).copied().unwrap_or(0);
-            PositionDocument { line, column: text[start..offset].chars().count() + 1 }
+            PositionDocument { line, column: (self.width)(&text[start..offset]) + 1 }
         };
         RangeDocument { start: position(span.start), end: position(span.end) }
     }

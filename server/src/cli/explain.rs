@@ -27,9 +27,13 @@ impl Explain {
             };
             return Ok(Output::fine(page.lines().map(line).collect::<String>()));
         }
-        let names: Vec<_> = codes().map(|code| code.name.into()).collect();
-        let near =
-            similar(&self.code, &names).map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
-        Err(format!("no diagnostic `{}`{near} (`mauve explain all` lists them)", self.code))
+        Err(unknown(&self.code))
     }
+}
+
+/// What to say where no diagnostic has this code.
+pub(super) fn unknown(code: &str) -> String {
+    let names: Vec<_> = codes().map(|code| code.name.into()).collect();
+    let near = similar(code, &names).map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
+    format!("no diagnostic `{code}`{near} (`mauve explain all` lists them)")
 }

@@ -1,0 +1,259 @@
+//! The schemas that editors check `mauve.toml` and timing tables with say what the readers say.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use mauve_model::diagnostics::{Severity, codes, page};
+use mauve_model::{Database, Workspace, config_of};
+use mauve_timing::Table;
+use serde_json::{Value, json};
+use toml::de::{DeTable, DeValue};
+
+const CONFIGURATION: &str = include_str!("../../../editors/schemas/mauve.schema.json");
+const TABLE: &str = include_str!("../../../editors/schemas/timing-table.schema.json");
+
+/// `UPDATE_EXPECT=1 cargo test -p mauve-model --test schemas` writes them.
+#[test]
+fn the_lints_are_all_codes() {
+    let mut lints = Vec::new();
+    for code in codes() {
+        let severity = match code.severity {
+            Severity::Error => "error",
+            Severity::Warning => "warn",
+            Severity::Hint => "hint",
+        };
+        let page = page(code.name).unwrap();
+        let first: Vec<&str> = page.lines().skip(2).take_while(|line| !line.is_empty()).collect();
+        let description = Value::from(first.join(" "));
+        lints.push(format!(
+            "        \"{}\": {{\n          \"description\": {description},\n          \
+             \"enum\": [\"allow\", \"hint\", \"warn\", \"error\"],\n          \"default\": \"{severity}\"\n        }}",
+            code.name
+        ));
+    }
+    let (before, rest) = CONFIGURATION.split_once("    \"lints\": {").unwrap();
+    let (head, rest) = rest.split_once("      \"properties\": {\n").unwrap();
+    let (_, after) = rest.split_once("\n      },\n").unwrap_or(("", rest.trim_start_matches("      },\n")));
+    let mut expected = format!("{before}    \"lints\": {{{head}      \"properties\": {{\n");
+    let _ = write!(expected, "{}\n      }},\n{after}", lints.join(",\n"));
+    expect_test::expect_file!["../../../editors/schemas/mauve.schema.json"].assert_eq(&expected);
+}
+
+/// Which of the schema and the reader find nothing wrong.
+fn configuration(text: &str) -> (bool, bool) {
+    let db = Database::default();
+    let file = (PathBuf::from("/mauve.toml"), text.to_owned());
+    let workspace = Workspace::of_texts(&db, "/".into(), [file]);
+    (is_valid(CONFIGURATION, text), config_of(&db, workspace).errors.is_empty())
+}
+
+fn table(text: &str) -> (bool, bool) {
+    (is_valid(TABLE, text), Table::parse(text).errors.is_empty())
+}
+
+fn is_valid(schema: &str, text: &str) -> bool {
+    let mut compiler = boon::Compiler::new();
+    compiler.add_resource("schema.json", serde_json::from_str(schema).unwrap()).unwrap();
+    let mut schemas = boon::Schemas::new();
+    let schema = compiler.compile("schema.json", &mut schemas).unwrap();
+    let document = DeTable::parse(text).unwrap_or_else(|error| panic!("{text}: {error}"));
+    schemas.validate(&as_json(document.get_ref()), schema).is_ok()
+}
+
+/// As editors show TOML to a schema: what JSON does not have is null, and a date is a text.
+fn as_json(table: &DeTable<'_>) -> Value {
+    let of = |value: &DeValue<'_>| value_as_json(value);
+    table.iter().map(|(key, value)| (key.get_ref().to_string(), of(value.get_ref()))).collect()
+}
+
+fn value_as_json(value: &DeValue<'_>) -> Value {
+    match value {
+        DeValue::String(text) => json!(text),
+        DeValue::Integer(number) => {
+            json!(i64::from_str_radix(number.as_str(), number.radix()).expect("fits"))
+        }
+        DeValue::Float(number) => json!(number.as_str().parse::<f64>().expect("is a number")),
+        DeValue::Boolean(value) => json!(value),
+        DeValue::Datetime(date) => json!(date.to_string()),
+        DeValue::Array(values) => values.iter().map(|value| value_as_json(value.get_ref())).collect(),
+        DeValue::Table(table) => as_json(table),
+    }
+}
+
+#[test]
+fn the_schemas_are_draft_7() {
+    for schema in [CONFIGURATION, TABLE] {
+        let mut compiler = boon::Compiler::new();
+        compiler.add_resource("schema.json", serde_json::from_str(schema).unwrap()).unwrap();
+        // Checked against the schema of schemas, which `$schema` names.
+        compiler.compile("schema.json", &mut boon::Schemas::new()).unwrap();
+        assert!(schema.contains("\"$schema\": \"http://json-schema.org/draft-07/schema#\""));
+    }
+}
+
+#[test]
+fn schema_and_reader_agree_on_configurations() {
+    for good in [
+        "",
+        "[project]\nroot = \"a.mal\"\n",
+        "[project]\nroot = [\"a.mal\", \"b.mal\"]\n",
+        "project.roots = [\"a.mal\", \"b.mal\"]\n",
+        "project.roots = \"a.mal\"\n",
+        "[timing]\ntables = [\"timing/*.toml\"]\nsignificance = 1e-4\n",
+        "timing.tables = \"t.toml\"\n",
+        "timing.tables = []\n",
+        "assume.codel = \"5 ms\"\n",
+        "assume.codel = \" +1_000.25e-1us \"\n",
+        "assume.codel = \"0s\"\n",
+        "platform = { cpus = 1, rt_throttling = true }\n",
+        "platform.cpus = 0x40\n",
+        "[platform]\n",
+        "clocks.synchronised = [\"a\", \"b\"]\n",
+        "clocks.synchronised = \"a\"\n",
+        "[chains]\nscan-to-wheels = [\"hokuyo.scan\", \"guidance.command\"]\nempty = []\n",
+        "[types.ArRobotPtr]\ncpp = \"ArRobot*\"\nheader = \"Aria.h\"\n[types.Empty]\n",
+        "generate.out = \"generated\"\n",
+        "[lints]\nlost-write = \"error\"\nmissing-else = \"allow\"\nunused-codel = \"warn\"\nno-effect = \"hint\"\n",
+    ] {
+        assert_eq!(configuration(good), (true, true), "{good}");
+    }
+    for bad in [
+        "root = \"a.mal\"\n",
+        "[platfrm]\ncpus = 1\n",
+        "[[project]]\nroot = \"a.mal\"\n",
+        "project = \"a.mal\"\n",
+        "project.files = \"a.mal\"\n",
+        "project.root = 1\n",
+        "project.roots = [1]\n",
+        "project.roots = [[\"a.mal\"]]\n",
+        "timing.table = []\n",
+        "timing.tables = {}\n",
+        "timing.tables = [true]\n",
+        "timing.significance = \"1e-4\"\n",
+        "timing.significance = 0\n",
+        "timing.significance = 1.0\n",
+        "timing.significance = -1e-4\n",
+        "timing.significance = nan\n",
+        "timing.significance = inf\n",
+        "assume.codels = \"5 ms\"\n",
+        "assume.codel = 5\n",
+        "assume.codel = \"5\"\n",
+        "assume.codel = \"5 min\"\n",
+        "assume.codel = \"-5 ms\"\n",
+        "assume.codel = \".5 ms\"\n",
+        "assume.codel = \"5. ms\"\n",
+        "assume.codel = \"1__0 ms\"\n",
+        "assume.codel = \"inf ms\"\n",
+        "assume.codel = \"5 ms or more\"\n",
+        "platform.cpu = 1\n",
+        "platform.cpus = 0\n",
+        "platform.cpus = 65\n",
+        "platform.cpus = 1.5\n",
+        "platform.cpus = \"2\"\n",
+        "platform.rt_throttling = 1\n",
+        "platform.rt_throttling = \"true\"\n",
+        "clocks.synchronized = [\"a\"]\n",
+        "clocks.synchronised = [1]\n",
+        "clocks.synchronised = true\n",
+        "chains.a = \"hokuyo.scan\"\n",
+        "chains.a = [\"hokuyo\"]\n",
+        "chains.a = [\"hokuyo.\"]\n",
+        "chains.a = [\".scan\"]\n",
+        "chains.a = [\"hokuyo.scan.ranges\"]\n",
+        "chains.a = [1]\n",
+        "chains.tables = [\"t.toml\"]\n",
+        "chains.root = []\n",
+        "types.X = \"X*\"\n",
+        "types.X.cpp = 1\n",
+        "types.X.include = \"X.h\"\n",
+        "types.X.header = [\"X.h\"]\n",
+        "generate.out = 1\n",
+        "generate.output = \"generated\"\n",
+        "lints.lost-write = \"warning\"\n",
+        "lints.lost-write = true\n",
+        "lints.lost-writes = \"warn\"\n",
+        "lints.all = \"warn\"\n",
+        "lints.lost-write = 1979-05-27\n",
+    ] {
+        assert_eq!(configuration(bad), (false, false), "{bad}");
+    }
+    // To a schema 2.0 is a whole number, and it knows neither the longest time nor the sign of zero.
+    for (text, both) in [
+        ("platform.cpus = 2.0\n", (true, false)),
+        ("assume.codel = \"1e99 s\"\n", (true, false)),
+        ("assume.codel = \"-0 ms\"\n", (false, true)),
+    ] {
+        assert_eq!(configuration(text), both, "{text}");
+    }
+}
+
+#[test]
+fn schema_and_reader_agree_on_tables() {
+    for good in [
+        "",
+        "unit = \"ns\"\n",
+        "unit = \"us\"\n",
+        "unit = \"ms\"\n",
+        "unit = \"s\"\n",
+        "levels = []\n",
+        "levels = [1e-3, 1e-4]\n[codel]\n\"navigation.astar\" = [290, 297.5]\nnavigation.dist = 1\nnothing = 0\n",
+        "[codel.pose.filter]\nupdate = 0x10\n[codel]\n",
+        "levels = [1e-3]\n[program]\n\"Hokuyo/update\" = [40]\n[component]\nNavigation = 2.5e2\n",
+        "levels = [1e-3, 1e-4]\n[overhead]\ndispatch = 0.01\ncontext_switch = [0.005, 0.006]\n",
+        "levels = [1e-3]\n[codel]\nunit = 1\nlevels = [1]\n",
+        "[codel]\na = -0.0\n",
+    ] {
+        assert_eq!(table(good), (true, true), "{good}");
+    }
+    for bad in [
+        "unit = \"min\"\n",
+        "unit = 1\n",
+        "levels = 1e-3\n",
+        "levels = [0]\n",
+        "levels = [1]\n",
+        "levels = [1e-3, 1e-3]\n",
+        "levels = [\"1e-3\"]\n",
+        "levels = [nan]\n",
+        "astar = 1\n",
+        "[codels]\nastar = 1\n",
+        "codel = 1\n",
+        "[[codel]]\nastar = 1\n",
+        "program = []\n",
+        "component = \"Navigation\"\n",
+        "overhead = 7\n",
+        "[codel]\na = \"5 ms\"\n",
+        "[codel]\na = true\n",
+        "[codel]\na = -1\n",
+        "[codel]\na = inf\n",
+        "[codel]\na = nan\n",
+        "[codel]\na = 1979-05-27\n",
+        "[codel]\na = {}\n",
+        "[codel.a.b]\n",
+        "[codel]\nunit = \"ms\"\n",
+        "levels = [1e-3]\n[codel]\na = []\n",
+        "levels = [1e-3]\n[codel]\na = [[1]]\n",
+        "levels = [1e-3]\n[codel]\na = [-1]\n",
+        "levels = [1e-3]\n[codel]\na = [\"1\"]\n",
+        "levels = [1e-3]\n[codel]\na = [{ b = 1 }]\n",
+        "[program]\n\"C/update\" = \"50\"\n",
+        "[component.C]\nx = true\n",
+        "[overhead]\nswitch = 1\n",
+        "[overhead]\ndispatch = -1\n",
+        "[overhead]\ndispatch = { a = 1 }\n",
+        "levels = [1e-3]\n[overhead]\ndispatch = [true]\n",
+    ] {
+        assert_eq!(table(bad), (false, false), "{bad}");
+    }
+    // A schema does not count one array by another, compare numbers, join keys, or know the longest time in each unit.
+    for text in [
+        "[codel]\na = [1]\n",
+        "levels = [1e-3, 1e-4]\n[codel]\na = [1]\n",
+        "levels = [1e-3, 1e-4]\n[codel]\na = [2, 1]\n",
+        "[codel]\n\"a.b\" = 1\na.b = 2\n",
+        "[codel]\na = 1e40\n",
+    ] {
+        assert_eq!(table(text), (true, false), "{text}");
+    }
+}

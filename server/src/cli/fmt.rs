@@ -1,0 +1,143 @@
+//! `mauve fmt [PATH…] [--check]`: models with the white space that they should have.
+//!
+//! Only files in the named paths are written, whatever they include, and only where something changes. A file is replaced
+//! as a whole, by a new one with its permissions: whoever reads it meanwhile has the old text or the new one.
+
+use std::io::{Read as _, Write as _};
+use std::path::{Path, PathBuf};
+
+use mauve_syntax::format::{applied, format};
+
+use super::{Paths, counted, say, shown};
+use crate::Output;
+use crate::load::{is_of_another_language, models_in, text_of};
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Fmt {
+    #[command(flatten)]
+    paths: Paths,
+    /// Write nothing: list what would change, and exit with 1 if anything does. (`-` as PATH formats standard input.)
+    #[arg(long)]
+    check: bool,
+}
+
+impl Fmt {
+    pub(crate) fn run(self) -> Result<Output, String> {
+        match self.paths.paths.as_slice() {
+            [path] if path.as_os_str() == "-" => self.standard_input(),
+            paths if paths.iter().any(|path| path.as_os_str() == "-") => {
+                Err("`-` is standard input, and stands alone".to_owned())
+            }
+            paths => self.files(paths),
+        }
+    }
+
+    fn standard_input(&self) -> Result<Output, String> {
+        let mut text = String::new();
+        let read = std::io::stdin().lock().read_to_string(&mut text);
+        read.map_err(|error| format!("standard input cannot be read: {error}"))?;
+        let tidy = tidy(&text, "standard input");
+        if self.check {
+            let text =
+                difference(&text, &tidy).map(|lines| format!("standard input{lines}")).unwrap_or_default();
+            return Ok(Output { code: u8::from(!text.is_empty()), text });
+        }
+        // As it is: what other commands print loses escape sequences where it is not for a terminal.
+        let mut out = std::io::stdout().lock();
+        match out.write_all(tidy.as_bytes()).and_then(|()| out.flush()) {
+            Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+                Err(format!("the result cannot be written: {error}"))
+            }
+            _ => Ok(Output::fine("")),
+        }
+    }
+
+    fn files(&self, paths: &[PathBuf]) -> Result<Output, String> {
+        let here = std::env::current_dir().unwrap_or_default();
+        let (mut changed, mut unchanged, mut problems) = (0, 0, 0);
+        let mut text = String::new();
+        for path in models_in(paths)? {
+            let name = shown(&path, &here);
+            let (old, problem) = text_of(&path);
+            if let Some(problem) = problem {
+                say(&format!("`{name}`: {problem}; it is left as it is"));
+                problems += 1;
+                continue;
+            }
+            if is_of_another_language(&old) {
+                // It has the same extension, and that is nobody's fault.
+                continue;
+            }
+            let new = tidy(&old, &format!("`{name}`"));
+            let Some(lines) = difference(&old, &new) else {
+                unchanged += 1;
+                continue;
+            };
+            if self.check {
+                text += &format!("{name}{lines}");
+            } else if let Err(error) = replace(&path, &new) {
+                say(&format!("`{name}` cannot be written: {error}"));
+                problems += 1;
+                continue;
+            } else {
+                text += &format!("{name}\n");
+            }
+            changed += 1;
+        }
+        let done = if self.check { "to be formatted" } else { "formatted" };
+        text += &format!("{} {done}, {unchanged} unchanged\n", counted(changed, "file"));
+        let code = if problems > 0 { 2 } else { u8::from(self.check && changed > 0) };
+        Ok(Output { text, code })
+    }
+}
+
+/// The text, formatted.
+fn tidy(text: &str, name: &str) -> String {
+    let parse = mauve_syntax::parse(text);
+    if !parse.errors().is_empty() {
+        let errors = counted(parse.errors().len(), "syntax error");
+        say(&format!("{name} has {errors}: what stands around them is left as it is"));
+    }
+    applied(text, &format(&parse))
+}
+
+/// Where two texts begin to differ: `:LINE`, and what stands there in both; nothing where they do not.
+fn difference(old: &str, new: &str) -> Option<String> {
+    if old == new {
+        return None;
+    }
+    let (mut left, mut right) = (old.split_inclusive('\n'), new.split_inclusive('\n'));
+    let mut line = 1;
+    loop {
+        let (old, new) = (left.next(), right.next());
+        if old == new {
+            line += 1;
+            continue;
+        }
+        let show = |sign: char, line: Option<&str>| {
+            line.map(|line| format!("  {sign} {}\n", line.trim_end_matches(['\r', '\n']))).unwrap_or_default()
+        };
+        return Some(format!(":{line}\n{}{}", show('-', old), show('+', new)));
+    }
+}
+
+/// Puts a new file with this text, and with the permissions of the old one, in its place.
+fn replace(path: &Path, text: &str) -> std::io::Result<()> {
+    let permissions = std::fs::metadata(path)?.permissions();
+    // A folder that may be written to is no leave to replace a file that may not.
+    std::fs::OpenOptions::new().write(true).open(path)?;
+    let mut name = std::ffi::OsString::from(".");
+    name.push(path.file_name().unwrap_or_default());
+    name.push(format!(".{}.tmp", std::process::id()));
+    let beside = path.with_file_name(name);
+    let mut file = std::fs::OpenOptions::new().write(true).create_new(true).open(&beside)?;
+    let written = file
+        .write_all(text.as_bytes())
+        .and_then(|()| file.set_permissions(permissions))
+        .and_then(|()| file.sync_all())
+        .and_then(|()| std::fs::rename(&beside, path));
+    if written.is_err() {
+        let _ = std::fs::remove_file(&beside);
+    }
+    written
+}

@@ -1,0 +1,29 @@
+//! `mauve schema mauve.toml|table`: what may stand in a configuration and in a timing table, as a JSON schema.
+
+use clap::ValueEnum;
+
+use crate::Output;
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Schema {
+    /// Of which kind of file.
+    of: Of,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Of {
+    /// The configuration of a folder.
+    #[value(name = "mauve.toml")]
+    Configuration,
+    /// A timing table.
+    Table,
+}
+
+impl Schema {
+    pub(crate) fn run(self) -> Output {
+        Output::fine(match self.of {
+            Of::Configuration => include_str!("../../../editors/schemas/mauve.schema.json"),
+            Of::Table => include_str!("../../../editors/schemas/timing-table.schema.json"),
+        })
+    }
+}
