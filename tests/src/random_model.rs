@@ -152,7 +152,7 @@ impl Maker {
     }
 
     fn message(&mut self) -> &'static str {
-        if self.chance(15) { *self.random.of(&EXTERNAL) } else { self.random.of(&MESSAGES).1 }
+        if self.chance(15) { self.random.of::<&str>(&EXTERNAL) } else { self.random.of(&MESSAGES).1 }
     }
 
     /// One of the types of a library, or a scalar.
@@ -301,7 +301,7 @@ impl Maker {
             let ty = self.ty(types);
             let name = numbered(WORDS[self.random.below(WORDS.len())], number);
             if parameters.iter().all(|it| it.name != name) {
-                parameters.push(Parameter { direction: *self.random.of(ways), name, ty });
+                parameters.push(Parameter { direction: self.random.of(ways), name, ty });
             }
         }
         let result = if self.chance(30) { "void".to_owned() } else { self.ty(types) };
@@ -342,8 +342,8 @@ impl Maker {
                 let mut required = self.random.of(&provided).clone();
                 required.name = self.name(&VERBS);
                 let parameters = required.parameters.iter_mut();
-                parameters.for_each(|it| it.ty = self.spelled(&plain(&it.ty).to_owned()));
-                required.result = self.spelled(&plain(&required.result).to_owned());
+                parameters.for_each(|it| it.ty = self.spelled(plain(&it.ty)));
+                required.result = self.spelled(plain(&required.result));
                 shell.required.push(required.clone());
                 all.required.push(required);
             }
@@ -859,7 +859,7 @@ impl Maker {
                 0 => unary("-", self.expr(scope, "int", depth)?),
                 1 => {
                     let divisor = Expr::literal("int", (1 + self.random.below(9)).to_string());
-                    binary("int", self.expr(scope, "int", depth)?, *self.random.of(&["/", "%"]), divisor)
+                    binary("int", self.expr(scope, "int", depth)?, self.random.of(&["/", "%"]), divisor)
                 }
                 _ => {
                     let operator = *self.random.of(&["+", "-", "*"]);
@@ -902,7 +902,7 @@ impl Maker {
                     let status = if self.chance(50) { self.read(scope)? } else { self.status(scope)? };
                     let literal =
                         Expr::literal("status", *self.random.of(&["no_data", "old_data", "new_data"]));
-                    binary("bool", status, *self.random.of(&["==", "!="]), literal)
+                    binary("bool", status, self.random.of(&["==", "!="]), literal)
                 }
                 _ => {
                     let handlers = scope.handlers.clone();
@@ -911,7 +911,7 @@ impl Maker {
                     let status = self.collect(scope, handler, operation)?;
                     let literal =
                         Expr::literal("call", *self.random.of(&["failure", "not_ready", "success"]));
-                    binary("bool", status, *self.random.of(&["==", "!="]), literal)
+                    binary("bool", status, self.random.of(&["==", "!="]), literal)
                 }
             },
         })

@@ -111,9 +111,12 @@ fn mutants_neither_panic_nor_lose_a_byte() {
                 let other = &random.of(&texts).1;
                 mutant = mutated(&mutant, other, &mut random);
             }
-            check_tree(&mutant);
+            let anew = check_tree(&mutant);
             let file = workspace.file(&db, path).unwrap();
             file.set_text(&mut db).to(mutant.as_str().into());
+            // The database makes it from the tree before.
+            let tree = mauve_model::parse(&db, file);
+            assert!(tree == anew, "mutant {done} of seed {seed}: another tree than parsed anew:\n{mutant}");
             let checked = catch_unwind(AssertUnwindSafe(|| check_diagnostics(&db, workspace)));
             assert!(checked.is_ok(), "mutant {done} of seed {seed}, {}:\n{mutant}", path.display());
             // Most of the time what is wrong is mended; else it gathers.
@@ -124,10 +127,11 @@ fn mutants_neither_panic_nor_lose_a_byte() {
     }
 }
 
-fn check_tree(text: &str) {
+fn check_tree(text: &str) -> mauve_syntax::Parse {
     let parse = catch_unwind(|| mauve_syntax::parse(text));
     let Ok(parse) = parse else { panic!("the parser panics:\n{text}") };
     assert!(parse.syntax().text() == text, "the tree has another text:\n{text}");
+    parse
 }
 
 fn check_diagnostics(db: &Database, workspace: Workspace) {
