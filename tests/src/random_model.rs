@@ -301,7 +301,7 @@ impl Maker {
             let ty = self.ty(types);
             let name = numbered(WORDS[self.random.below(WORDS.len())], number);
             if parameters.iter().all(|it| it.name != name) {
-                parameters.push(Parameter { direction: self.random.of(ways), name, ty });
+                parameters.push(Parameter { direction: self.random.of::<&str>(ways), name, ty });
             }
         }
         let result = if self.chance(30) { "void".to_owned() } else { self.ty(types) };
@@ -859,7 +859,7 @@ impl Maker {
                 0 => unary("-", self.expr(scope, "int", depth)?),
                 1 => {
                     let divisor = Expr::literal("int", (1 + self.random.below(9)).to_string());
-                    binary("int", self.expr(scope, "int", depth)?, self.random.of(&["/", "%"]), divisor)
+                    binary("int", self.expr(scope, "int", depth)?, self.random.of::<&str>(&["/", "%"]), divisor)
                 }
                 _ => {
                     let operator = *self.random.of(&["+", "-", "*"]);
@@ -902,7 +902,7 @@ impl Maker {
                     let status = if self.chance(50) { self.read(scope)? } else { self.status(scope)? };
                     let literal =
                         Expr::literal("status", *self.random.of(&["no_data", "old_data", "new_data"]));
-                    binary("bool", status, self.random.of(&["==", "!="]), literal)
+                    binary("bool", status, self.random.of::<&str>(&["==", "!="]), literal)
                 }
                 _ => {
                     let handlers = scope.handlers.clone();
@@ -911,7 +911,7 @@ impl Maker {
                     let status = self.collect(scope, handler, operation)?;
                     let literal =
                         Expr::literal("call", *self.random.of(&["failure", "not_ready", "success"]));
-                    binary("bool", status, self.random.of(&["==", "!="]), literal)
+                    binary("bool", status, self.random.of::<&str>(&["==", "!="]), literal)
                 }
             },
         })
