@@ -116,7 +116,7 @@ fn mutants_neither_panic_nor_lose_a_byte() {
             file.set_text(&mut db).to(mutant.as_str().into());
             // The database makes it from the tree before.
             let tree = mauve_model::parse(&db, file);
-            assert!(tree == anew, "mutant {done} of seed {seed}: another tree than parsed anew:\n{mutant}");
+            assert!(*tree == anew, "mutant {done} of seed {seed}: another tree than parsed anew:\n{mutant}");
             let checked = catch_unwind(AssertUnwindSafe(|| check_diagnostics(&db, workspace)));
             assert!(checked.is_ok(), "mutant {done} of seed {seed}, {}:\n{mutant}", path.display());
             // Most of the time what is wrong is mended; else it gathers.
