@@ -1179,10 +1179,13 @@ what  is   this
     #[test]
     fn no_line_is_broken_where_the_parser_would_be_misled() {
         // Where `architecture A` began a line, it would be one that is declared.
-        check("deployment D { architecture A\n{ } }", expect![[r#"
+        check(
+            "deployment D { architecture A\n{ } }",
+            expect![[r#"
             deployment D { architecture A
             { } }
-        "#]]);
+        "#]],
+        );
     }
 
     #[test]

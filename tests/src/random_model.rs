@@ -859,7 +859,12 @@ impl Maker {
                 0 => unary("-", self.expr(scope, "int", depth)?),
                 1 => {
                     let divisor = Expr::literal("int", (1 + self.random.below(9)).to_string());
-                    binary("int", self.expr(scope, "int", depth)?, self.random.of::<&str>(&["/", "%"]), divisor)
+                    binary(
+                        "int",
+                        self.expr(scope, "int", depth)?,
+                        self.random.of::<&str>(&["/", "%"]),
+                        divisor,
+                    )
                 }
                 _ => {
                     let operator = *self.random.of(&["+", "-", "*"]);
