@@ -71,7 +71,10 @@ pub trait ModelDb: salsa::Database {
 /// The last tree of each file, beside the database: from it the tree of the edited text is made. It is no input of any
 /// query, and need not be: it changes when an answer is there, never what it is.
 #[derive(Clone, Default)]
-pub struct Trees(Arc<Mutex<FxHashMap<File, (Arc<str>, Parse)>>>);
+pub struct Trees(Arc<Mutex<FxHashMap<File, Text>>>);
+
+/// A text, and what was made of it.
+type Text = (Arc<str>, Parse);
 
 impl Trees {
     pub(crate) fn parse(&self, file: File, text: &Arc<str>) -> Parse {
