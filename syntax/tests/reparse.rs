@@ -288,10 +288,10 @@ fn edits_that_reach_further_than_they_seem() {
     let file = |text: &str| format!("use a use b use c {text} use d use e use f use g");
     let pairs = [
         // The first tokens of an item decide where the one before ends.
-        (program("if a then { } else = 3;"), program("if a then { } else { }")),
+        (program("if a then { } else  = 3;"), program("if a then { } else  { }")),
         (program("{ } § return = x;"), program("{ } § return x;")),
-        (file("§ x shell S { } use h"), file("§ x shell S ; } use h")),
-        (file("§ x codel f (): int use h"), file("§ x codel f {): int use h")),
+        (file("§ x shell S  { } use h"), file("§ x shell S  ; } use h")),
+        (file("§ x codel f  (): int use h"), file("§ x codel f  {): int use h")),
         // Of numbers the lexer looks further than they go.
         (program("x = 1e-3;"), program("x = 1e- 3;")),
         (program("x = 1.5;"), program("x = 1. 5;")),
