@@ -116,7 +116,7 @@ fn mutants_neither_panic_nor_lose_a_byte() {
             file.set_text(&mut db).to(mutant.as_str().into());
             // The database makes it from the tree before.
             let tree = mauve_model::parse(&db, file);
-            assert!(tree == anew, "mutant {done} of seed {seed}: another tree than parsed anew:\n{mutant}");
+            assert!(*tree == anew, "mutant {done} of seed {seed}: another tree than parsed anew:\n{mutant}");
             let checked = catch_unwind(AssertUnwindSafe(|| check_diagnostics(&db, workspace)));
             assert!(checked.is_ok(), "mutant {done} of seed {seed}, {}:\n{mutant}", path.display());
             // Most of the time what is wrong is mended; else it gathers.
@@ -221,7 +221,7 @@ fn of_characters(text: &str, random: &mut Random) -> String {
 fn of_tokens(text: &str, other: &str, random: &mut Random) -> String {
     let token = |text: &str, random: &mut Random| {
         let lexed = mauve_syntax::lex(text);
-        if lexed.len() == 0 { 0..0 } else { lexed.range(random.below(lexed.len())) }
+        if lexed.is_empty() { 0..0 } else { lexed.range(random.below(lexed.len())) }
     };
     let (one, two) = (token(text, random), token(text, random));
     let (first, last) = if one.start <= two.start { (one, two) } else { (two, one) };
