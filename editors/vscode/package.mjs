@@ -3,7 +3,7 @@
 //   npm run package -- --target linux-x64 --server PATH      for one platform, with its server
 // `--out FILE` says where it goes.
 import { execFileSync } from "node:child_process";
-import { chmodSync, copyFileSync, mkdirSync, readdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { chmodSync, copyFileSync, cpSync, mkdirSync, readdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import * as path from "node:path";
 import { parseArgs } from "node:util";
 
@@ -25,6 +25,7 @@ const program = path.join(server, options.target?.startsWith("win32") ? "mauve.e
 process.chdir(here);
 try {
   licences.forEach((file) => copyFileSync(path.join(here, "../..", file), file));
+  cpSync("../schemas", "schemas", { recursive: true });
   if (options.server !== undefined) {
     mkdirSync(server, { recursive: true });
     copyFileSync(given(options.server), program);
@@ -43,6 +44,7 @@ try {
   execFileSync(process.execPath, vsce, { stdio: "inherit" });
 } finally {
   licences.forEach((file) => rmSync(file, { force: true }));
+  rmSync("schemas", { recursive: true, force: true });
   rmSync(server, { recursive: true, force: true });
 }
 

@@ -50,7 +50,7 @@ enum Command {
     Parse(parse::Parse),
     /// Print the JSON schema of `mauve.toml` or of timing tables, for editors.
     Schema(schema::Schema),
-    /// Measure how long the parts of the analysis take.
+    /// Measure how long the parts of the analysis take, and what an edit costs.
     AnalysisStats(analysis_stats::AnalysisStats),
     /// Make a folder with a small project that shows response times at once.
     New(new::New),

@@ -34,6 +34,9 @@ use crate::{Parse, SyntaxNode};
 /// How far a line may go that is one block.
 const WIDTH: usize = 120;
 
+/// How many tokens the parser looks at behind the first one of a line.
+const LOOK_AHEAD: usize = 2;
+
 /// White space that is to be replaced.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Replacement {
@@ -344,7 +347,12 @@ impl<'a> Layout<'a> {
 
         // A line break that was not there.
         let (list, may_break) = token.item.or(token.brace.filter(|_| closes)).unwrap_or((0, false));
-        let force = may_break && !broken && !kept && previous.is_some() && self.lists[list].lines;
+        let force = may_break
+            && !broken
+            && !kept
+            && previous.is_some()
+            && self.lists[list].lines
+            && (closes || self.is_known(next));
         let forced = if closes { next } else { first };
         // And one that is not to be there.
         let is_empty = closes && opened.is_some();
@@ -379,6 +387,21 @@ impl<'a> Layout<'a> {
             self.advance(pen, gap);
         }
         self.open(pen, next);
+    }
+
+    /// Does no error stand among the tokens by which the parser knows what begins in a line?
+    fn is_known(&self, first: usize) -> bool {
+        let mut tokens = 0;
+        for piece in self.pieces.iter().skip(first + 1) {
+            if piece.keep != Keep::Nothing {
+                return false;
+            }
+            tokens += usize::from(!piece.is_comment());
+            if tokens == LOOK_AHEAD {
+                break;
+            }
+        }
+        true
     }
 
     fn is(&self, piece: Option<usize>, kind: SyntaxKind) -> bool {
@@ -1150,6 +1173,18 @@ what  is   this
                 what  is   this
                 codel f(): int
             "#]],
+        );
+    }
+
+    #[test]
+    fn no_line_is_broken_where_the_parser_would_be_misled() {
+        // Where `architecture A` began a line, it would be one that is declared.
+        check(
+            "deployment D { architecture A\n{ } }",
+            expect![[r#"
+            deployment D { architecture A
+            { } }
+        "#]],
         );
     }
 

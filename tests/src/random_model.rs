@@ -152,7 +152,7 @@ impl Maker {
     }
 
     fn scalar(&mut self) -> String {
-        (*self.random.of(&SCALARS)).to_owned()
+        self.word(&SCALARS).to_owned()
     }
 
     fn message(&mut self) -> &'static str {
@@ -165,7 +165,7 @@ impl Maker {
             let ty = self.random.of(types);
             self.spelled(ty)
         } else if self.chance(8) {
-            (self.word(&["float", "uint8", "int16"])).to_owned()
+            self.word(&["float", "uint8", "int16"]).to_owned()
         } else {
             self.scalar()
         }

@@ -1,4 +1,4 @@
-//! The tree that the database makes of an edited text, and what it reads from it, is what a database makes that never saw another.
+//! What the database makes of an edited text, and reads from it, is what a database makes that never saw another text.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
 

@@ -1,4 +1,6 @@
-//! `mauve analysis-stats [PATH]`: how long the parts of the analysis take.
+//! `mauve analysis-stats [PATH]`: how long the parts of the analysis take, and what an edit costs.
+
+mod edits;
 
 use std::fmt::Write as _;
 use std::time::{Duration, Instant};
@@ -6,11 +8,11 @@ use std::time::{Duration, Instant};
 use super::{Paths, counted, deployments};
 use crate::Output;
 use crate::load::load;
-use mauve_model::diagnostics::{project_diagnostics, workspace_diagnostics};
+use mauve_model::diagnostics::{declaration_diagnostics, project_diagnostics, workspace_diagnostics};
 use mauve_model::item_tree::Kind;
 use mauve_model::{
     Database, File, Query, behaviour_of, item_tree_of, names_of, parse, project_files, projects,
-    response_times,
+    response_times, typing_of,
 };
 
 #[derive(Debug, clap::Args)]
@@ -75,11 +77,29 @@ impl AnalysisStats {
         line("behaviours", start.elapsed(), counted(edges, "edge"));
 
         let start = Instant::now();
+        let mut typed = 0;
+        for &project in &projects {
+            for &decl in names_of(&db, project).all.iter().filter(|decl| decl.kind(&db) == Kind::Core) {
+                typing_of(&db, project, decl);
+                typed += 1;
+            }
+        }
+        line("types", start.elapsed(), counted(typed, "core"));
+
+        let start = Instant::now();
         let mut analysed = 0;
         for (project, deployment) in deployments(&db, &workspaces, None)? {
             analysed += response_times(&db, project, deployment, Query::shown(&db, project)).activities.len();
         }
         line("response times", start.elapsed(), format!("{analysed} activities"));
+
+        let start = Instant::now();
+        let mut wrong = 0;
+        for &project in &projects {
+            let all = names_of(&db, project).all.iter();
+            wrong += all.map(|&decl| declaration_diagnostics(&db, project, decl).len()).sum::<usize>();
+        }
+        line("checks", start.elapsed(), format!("{wrong} in declarations"));
 
         let start = Instant::now();
         let found: usize = projects.iter().map(|&project| project_diagnostics(&db, project).len()).sum();
@@ -92,6 +112,8 @@ impl AnalysisStats {
         if let Some(resident) = resident_kilobytes() {
             let _ = writeln!(out, "{:<16} {:>10.1} MB", "memory", resident as f64 / 1e3);
         }
+        drop(db);
+        let _ = write!(out, "\n{}", edits::table(&self.paths.paths)?);
         Ok(Output::fine(out))
     }
 }

@@ -1,0 +1,45 @@
+//! The properties that `cargo fuzz` looks for exceptions to, on some thousand texts.
+//!
+//! `MAUVE_FUZZ=100000 cargo test --release -p mauve-model --test fuzz` tries more.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
+
+#[path = "../../../tests/fuzz/properties.rs"]
+mod properties;
+
+use mauve_tests::{Random, models};
+
+/// Words and pieces that models are made of.
+const PIECES: &str = "include \"a.mal\" library l { } use m codel f ( in a : int , out b : T ) : bool shell S extends B \
+    property p : double [ 0 ; 1 ] = 0.5 constant input output port require provide core C ( S ) : var x = 1 ; handler h : f \
+    update = { if a < b then { x = f ( 1 ) ; } else return read ( p , x ) == new_data && ! true - 2 statemachine initial \
+    state A run entry exit handle transition t if to B component architecture import instance i : C connection a . b -> [ 4 ] \
+    operation deployment activity priority = 9 period = 10.5 background 0x1F \"open /* */ // \n \n \t é \u{feff} § 1e9 5ms";
+
+#[test]
+fn properties_hold_for_any_text() {
+    let count = std::env::var("MAUVE_FUZZ").map_or(1500, |count| count.parse().expect("a number"));
+    let sample = std::fs::read_to_string(models().join("p3dx/components/navigation.mal")).unwrap();
+    let pieces: Vec<&str> = PIECES.split(' ').collect();
+    let mut random = Random(0x2545_f491_4f6c_dd1d);
+    for _ in 0..count {
+        let soup: Vec<&str> = (0..random.below(60)).map(|_| pieces[random.below(pieces.len())]).collect();
+        let separator = ["", " ", "\n"][random.below(3)];
+        let soup = soup.join(separator);
+        // A piece of a model with some of that in it.
+        let mut cut = || {
+            let at = random.below(sample.len());
+            (at..sample.len()).find(|&at| sample.is_char_boundary(at)).unwrap_or(0)
+        };
+        let (one, other) = (cut(), cut());
+        let (from, to) = (one.min(other), one.max(other));
+        let damaged = format!("{}{soup}{}", &sample[..from], &sample[to..]);
+        for text in [&soup, &damaged] {
+            properties::parse(text);
+            properties::format(text);
+            properties::check(text);
+        }
+        properties::reparse(&format!("{sample}\0{damaged}"));
+        properties::reparse(&format!("{damaged}\0{soup}"));
+    }
+}
