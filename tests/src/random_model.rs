@@ -125,6 +125,10 @@ impl Maker {
         self.random.below(100) < percent
     }
 
+    fn word(&mut self, words: &[&'static str]) -> &'static str {
+        self.random.of::<&str>(words)
+    }
+
     /// A name that is new in the library.
     fn name(&mut self, words: &[&str]) -> String {
         let word = *self.random.of(words);
@@ -148,11 +152,11 @@ impl Maker {
     }
 
     fn scalar(&mut self) -> String {
-        (*self.random.of(&SCALARS)).to_owned()
+        self.word(&SCALARS).to_owned()
     }
 
     fn message(&mut self) -> &'static str {
-        if self.chance(15) { self.random.of::<&str>(&EXTERNAL) } else { self.random.of(&MESSAGES).1 }
+        if self.chance(15) { self.word(&EXTERNAL) } else { self.random.of(&MESSAGES).1 }
     }
 
     /// One of the types of a library, or a scalar.
@@ -161,7 +165,7 @@ impl Maker {
             let ty = self.random.of(types);
             self.spelled(ty)
         } else if self.chance(8) {
-            (*self.random.of(&["float", "uint8", "int16"])).to_owned()
+            self.word(&["float", "uint8", "int16"]).to_owned()
         } else {
             self.scalar()
         }
@@ -301,7 +305,7 @@ impl Maker {
             let ty = self.ty(types);
             let name = numbered(WORDS[self.random.below(WORDS.len())], number);
             if parameters.iter().all(|it| it.name != name) {
-                parameters.push(Parameter { direction: self.random.of::<&str>(ways), name, ty });
+                parameters.push(Parameter { direction: self.word(ways), name, ty });
             }
         }
         let result = if self.chance(30) { "void".to_owned() } else { self.ty(types) };
@@ -353,7 +357,7 @@ impl Maker {
 
     fn features(&mut self, shell: &mut Shell, types: &[&'static str]) {
         for _ in 0..self.random.below(4) {
-            let keyword = *self.random.of(&["property", "property", "constant"]);
+            let keyword = self.word(&["property", "property", "constant"]);
             let ty = if self.chance(6) { "uint8".to_owned() } else { self.scalar() };
             let name = self.name(&WORDS);
             let mut value = self.value(&name, keyword, &ty);
@@ -435,7 +439,7 @@ impl Maker {
             ("int" | "uint8" | "int16", _) => int(number),
             ("bool", 0) => unary("!", Expr::literal("bool", "false")),
             ("bool", 1) => binary("bool", int(number), "<", int(7)),
-            ("bool", _) => Expr::literal("bool", *self.random.of(&["true", "false"])),
+            ("bool", _) => Expr::literal("bool", self.word(&["true", "false"])),
             ("string", 0) => binary(
                 "string",
                 Expr::literal("string", "\"/dev\""),
@@ -443,8 +447,7 @@ impl Maker {
                 Expr::literal("string", "\"/tty0\""),
             ),
             _ => {
-                let text =
-                    *self.random.of(&["\"\"", "\"odom\"", "\"a \\\"b\\\" \\\\ \\n\"", "\"größer // 3\""]);
+                let text = self.word(&["\"\"", "\"odom\"", "\"a \\\"b\\\" \\\\ \\n\"", "\"größer // 3\""]);
                 Expr::literal("string", text)
             }
         }
@@ -859,21 +862,16 @@ impl Maker {
                 0 => unary("-", self.expr(scope, "int", depth)?),
                 1 => {
                     let divisor = Expr::literal("int", (1 + self.random.below(9)).to_string());
-                    binary(
-                        "int",
-                        self.expr(scope, "int", depth)?,
-                        self.random.of::<&str>(&["/", "%"]),
-                        divisor,
-                    )
+                    binary("int", self.expr(scope, "int", depth)?, self.word(&["/", "%"]), divisor)
                 }
                 _ => {
-                    let operator = *self.random.of(&["+", "-", "*"]);
+                    let operator = self.word(&["+", "-", "*"]);
                     binary("int", self.expr(scope, "int", depth)?, operator, self.expr(scope, "int", depth)?)
                 }
             },
             "double" => {
                 let (one, other) = (self.expr(scope, "double", depth)?, number(self, scope)?);
-                let operator = *self.random.of(&["+", "-", "*"]);
+                let operator = self.word(&["+", "-", "*"]);
                 if self.chance(50) {
                     binary("double", one, operator, other)
                 } else {
@@ -886,7 +884,7 @@ impl Maker {
             _ => match self.random.below(8) {
                 0 => unary("!", self.expr(scope, "bool", depth)?),
                 1 | 2 => {
-                    let operator = *self.random.of(&["&&", "||"]);
+                    let operator = self.word(&["&&", "||"]);
                     binary(
                         "bool",
                         self.expr(scope, "bool", depth)?,
@@ -895,28 +893,26 @@ impl Maker {
                     )
                 }
                 3 | 4 => {
-                    let operator = *self.random.of(&["<", "<=", ">", ">=", "==", "!="]);
+                    let operator = self.word(&["<", "<=", ">", ">=", "==", "!="]);
                     binary("bool", number(self, scope)?, operator, number(self, scope)?)
                 }
                 5 => {
-                    let ty = *self.random.of(&["bool", "string"]);
-                    let operator = *self.random.of(&["==", "!="]);
+                    let ty = self.word(&["bool", "string"]);
+                    let operator = self.word(&["==", "!="]);
                     binary("bool", self.expr(scope, ty, depth)?, operator, self.expr(scope, ty, depth)?)
                 }
                 6 => {
                     let status = if self.chance(50) { self.read(scope)? } else { self.status(scope)? };
-                    let literal =
-                        Expr::literal("status", *self.random.of(&["no_data", "old_data", "new_data"]));
-                    binary("bool", status, self.random.of::<&str>(&["==", "!="]), literal)
+                    let literal = Expr::literal("status", self.word(&["no_data", "old_data", "new_data"]));
+                    binary("bool", status, self.word(&["==", "!="]), literal)
                 }
                 _ => {
                     let handlers = scope.handlers.clone();
                     let (handler, operation) =
                         if handlers.is_empty() { return None } else { self.random.of(&handlers) };
                     let status = self.collect(scope, handler, operation)?;
-                    let literal =
-                        Expr::literal("call", *self.random.of(&["failure", "not_ready", "success"]));
-                    binary("bool", status, self.random.of::<&str>(&["==", "!="]), literal)
+                    let literal = Expr::literal("call", self.word(&["failure", "not_ready", "success"]));
+                    binary("bool", status, self.word(&["==", "!="]), literal)
                 }
             },
         })

@@ -221,7 +221,7 @@ fn of_characters(text: &str, random: &mut Random) -> String {
 fn of_tokens(text: &str, other: &str, random: &mut Random) -> String {
     let token = |text: &str, random: &mut Random| {
         let lexed = mauve_syntax::lex(text);
-        if lexed.len() == 0 { 0..0 } else { lexed.range(random.below(lexed.len())) }
+        if lexed.is_empty() { 0..0 } else { lexed.range(random.below(lexed.len())) }
     };
     let (one, two) = (token(text, random), token(text, random));
     let (first, last) = if one.start <= two.start { (one, two) } else { (two, one) };

@@ -1620,8 +1620,7 @@ fn lost_write(seed: &mut Seed) -> Option<()> {
 
 fn equal_priorities(seed: &mut Seed) -> Option<()> {
     let cpu = |it: &Activity| it.fields.iter().find(|it| it.0 == "affinity").map(|it| it.1.replace("0x", ""));
-    let priority =
-        |it: &Activity| Some(it.fields.iter().find(|it| it.0 == "priority")?.1.parse::<u32>().ok()?);
+    let priority = |it: &Activity| it.fields.iter().find(|it| it.0 == "priority")?.1.parse::<u32>().ok();
     let activities = &mut seed.deployment()?.activities;
     for second in 1..activities.len() {
         for first in 0..second {
