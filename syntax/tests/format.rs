@@ -282,6 +282,21 @@ fn the_sample_models_are_as_they_should_be() {
 }
 
 #[test]
+fn what_was_wrong_once() {
+    for text in [
+        "-> /*\n",
+        "library include\r\n{ extends include\n} ",
+        "\u{feff} library  // include\ninclude include ",
+        "deployment D { architecture A\n{ activity p { } // p\n a) priority = background } }\n",
+    ] {
+        check(text);
+        for (at, _) in text.match_indices([';', '}', '\n']) {
+            check_typing(text, at + 1);
+        }
+    }
+}
+
+#[test]
 fn what_is_nested_deep_is_formatted() {
     let inside = |program: &str| format!("core C(S) {{ update = {{ {program} }} }}\ncodel good(): int");
     for text in [
