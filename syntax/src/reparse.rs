@@ -7,6 +7,7 @@
 //!
 //! - [`Tier::Token`]: only the text of one token is another. The parser looks at kinds of tokens and at the beginnings
 //!   of lines, never at a text, but for the words of an error that it reports at that token.
+//! - [`Tier::Trivia`]: white space and comments between two tokens, of which the second begins a line as it did.
 //! - [`Tier::Items`]: some items of one list are parsed again: from one whose first tokens were not touched, to one
 //!   behind the edit before which the parser comes into the state that it was in.
 //! - [`Tier::Whole`]: everything is.
@@ -18,7 +19,7 @@ use crate::grammar;
 use crate::lexer::{Lexed, lex_from};
 use crate::parser::{List, Parser};
 use crate::tree::{self, Parse, SyntaxError, comment_error};
-use crate::{Mauve, SyntaxNode, parse};
+use crate::{Mauve, SyntaxNode, SyntaxToken, parse};
 
 /// How much of a tree was made again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -27,6 +28,8 @@ pub enum Tier {
     Nothing,
     /// One token.
     Token,
+    /// The white space and comments between two tokens.
+    Trivia,
     /// Some neighbouring items of one list.
     Items,
     /// All of it.
@@ -64,6 +67,9 @@ impl Parse {
         let before = Before { parse: self, root: self.syntax(), old, new, edit };
         if let Some(parse) = before.token() {
             return (parse, Tier::Token);
+        }
+        if let Some(parse) = before.trivia() {
+            return (parse, Tier::Trivia);
         }
         if let Some(parse) = before.items() {
             return (parse, Tier::Items);
@@ -144,10 +150,7 @@ impl Before<'_> {
         let Edit { start, old_end, new_end } = self.edit;
         // From a token that the lexer had finished before it saw the edit, or that holds it, to the next one behind it
         // that is no trivia.
-        let from = match start.checked_sub(LEXER_AHEAD) {
-            Some(at) => self.root.covering_element(empty(at)).into_token()?.text_range().start().into(),
-            None => 0,
-        };
+        let from = self.finished()?;
         let lexed = |text, end| lex_from(text, from, 16, |kind, start| start >= end && !kind.is_trivia());
         let (old, new) = (lexed(self.old, old_end), lexed(self.new, new_end));
         let is_same = |index| old.begins_line(index) == new.begins_line(index);
@@ -175,6 +178,85 @@ impl Before<'_> {
         let text = self.new.get(new.range(index))?;
         let green = token.replace_with(GreenToken::new(Mauve::kind_to_raw(token.kind()), text));
         Some(self.parse_of(green, range, Vec::new()))
+    }
+
+    /// Where a token starts that the lexer had finished before it saw the edit, or that holds it.
+    fn finished(&self) -> Option<usize> {
+        match self.edit.start.checked_sub(LEXER_AHEAD) {
+            Some(at) => Some(self.root.covering_element(empty(at)).into_token()?.text_range().start().into()),
+            None => Some(0),
+        }
+    }
+
+    // White space and comments between two tokens
+
+    fn trivia(&self) -> Option<Parse> {
+        let Edit { start, old_end, .. } = self.edit;
+        let first = match self.root.covering_element(empty(start)) {
+            NodeOrToken::Token(token) => token,
+            NodeOrToken::Node(node) => node.first_token()?,
+        };
+        let before = std::iter::successors(Some(first), SyntaxToken::prev_token);
+        let before = before.into_iter().find(|token| !token.kind().is_trivia());
+        let (last, end) = before.as_ref().map_or((0, 0), |token| bounds(token.text_range()));
+        let from = last.min(self.finished()?);
+        // Where there is no trivia yet, it is the parser that knows where it would stand.
+        let next = match &before {
+            Some(token) => token.next_token(),
+            None => self.root.first_token(),
+        };
+        let gap =
+            std::iter::successors(next, SyntaxToken::next_token).take_while(|token| token.kind().is_trivia());
+        let gap: Vec<SyntaxToken> = gap.collect();
+        let behind = bounds(gap.last()?.text_range()).1;
+        let parent = gap.first()?.parent()?;
+        let is_in_one_row = gap.iter().enumerate().all(|(index, token)| {
+            token.parent().as_ref() == Some(&parent)
+                && Some(token.index()) == gap.first().map(|it| it.index() + index)
+        });
+        if end > start || old_end > behind || !is_in_one_row || !self.errors(end..behind + 1).is_empty() {
+            return None;
+        }
+        // To the token behind, with it.
+        let lexed = |text, end| {
+            let mut is_behind = false;
+            lex_from(text, from, 16, |kind, start| {
+                std::mem::replace(&mut is_behind, start >= end && !kind.is_trivia())
+            })
+        };
+        let new_behind = self.edit.shifted(behind);
+        let (old, new) = (lexed(self.old, behind), lexed(self.new, new_behind));
+        let solid = |lexed: &Lexed| {
+            let solid = (0..lexed.len()).filter(|&index| !lexed.kind(index).is_trivia());
+            solid
+                .map(|index| (lexed.kind(index), lexed.range(index), lexed.begins_line(index)))
+                .collect::<Vec<_>>()
+        };
+        let mut expected = solid(&old);
+        for (_, range, _) in expected.iter_mut().filter(|(_, range, _)| range.start >= behind) {
+            *range = self.edit.shifted(range.start)..self.edit.shifted(range.end);
+        }
+        // What is not closed, or means nothing, is an error of the text.
+        if solid(&new) != expected || !old.errors().is_empty() || !new.errors().is_empty() {
+            return None;
+        }
+        let is_between = |&index: &usize| {
+            new.kind(index).is_trivia() && (end..new_behind).contains(&new.range(index).start)
+        };
+        let between = (0..new.len()).filter(is_between);
+        let between: Option<Vec<_>> = between
+            .map(|index| {
+                let text = self.new.get(new.range(index))?;
+                Some(NodeOrToken::Token(GreenToken::new(Mauve::kind_to_raw(new.kind(index)), text)))
+            })
+            .collect();
+        let at = gap.first()?.index();
+        let green = parent.green();
+        let children = green.children().take(at).map(|child| child.to_owned());
+        let rest = green.children().skip(at + gap.len()).map(|child| child.to_owned());
+        let children: Vec<_> = children.chain(between?).chain(rest).collect();
+        let green = parent.replace_with(GreenNode::new(green.kind(), children));
+        Some(self.parse_of(green, end..behind, Vec::new()))
     }
 
     // Some items of a list
@@ -370,6 +452,10 @@ fn depth(list: &SyntaxNode) -> u32 {
         _ => false,
     };
     list.ancestors().filter(is_deeper).count() as u32
+}
+
+fn bounds(range: TextRange) -> (usize, usize) {
+    (range.start().into(), range.end().into())
 }
 
 fn empty(offset: usize) -> TextRange {
