@@ -63,7 +63,7 @@ pub fn models() -> PathBuf {
     PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/models"))
 }
 
-/// A project of `files` models and about `lines` lines that has no error: a root that includes all others, and for each
+/// A project of `files` models and about `lines` lines that has nothing to complain of: a root that includes all others, and for each
 /// a library with codels, a shell, a core with a state machine, a component and an instance of it.
 ///
 /// The first file is the root, `/root.mal`; `/mauve.toml` and `/times.toml` stand beside it.
@@ -72,6 +72,7 @@ pub fn generated_project(files: usize, lines: usize) -> Vec<(String, String)> {
     let states = (lines / parts).saturating_sub(20).div_ceil(9).max(1);
     let mut root = String::new();
     let mut instances = String::from("architecture Robot {\n");
+    let mut connections = String::new();
     let mut activities = String::from("deployment Run {\n  architecture Robot\n");
     let mut times = String::from("unit = \"us\"\n[codel]\n");
     let mut texts = Vec::new();
@@ -79,9 +80,13 @@ pub fn generated_project(files: usize, lines: usize) -> Vec<(String, String)> {
         let _ = writeln!(root, "include \"part{part}.mal\"");
         let _ = writeln!(instances, "  instance i{part}: part{part}.Component{part}");
         // Periods as robots have them, priorities by falling rate, the CPUs in turn.
-        let period = [10, 20, 50, 100, 1000][part % 5];
+        let period = [10, 20, 50, 100, 1000][part * 5 / parts];
         let priority = 99 - (part / 4).min(98);
         let affinity = 1 << (part % 4);
+        let next = (part + 1) % parts;
+        if next > 0 {
+            let _ = writeln!(connections, "  connection i{part}.command -> i{next}.measure");
+        }
         let _ = writeln!(
             activities,
             "  activity i{part} {{ priority = {priority} period = {period} affinity = {affinity} }}"
@@ -91,7 +96,7 @@ pub fn generated_project(files: usize, lines: usize) -> Vec<(String, String)> {
         }
         texts.push((format!("/part{part}.mal"), part_text(part, states)));
     }
-    let root = format!("{root}\n{instances}}}\n\n{activities}}}\n");
+    let root = format!("{root}\n{instances}{connections}}}\n\n{activities}}}\n");
     let config =
         "[project]\nroot = \"root.mal\"\n[timing]\ntables = [\"times.toml\"]\n[platform]\ncpus = 4\n";
     texts.insert(0, ("/root.mal".to_owned(), root));
@@ -103,7 +108,7 @@ pub fn generated_project(files: usize, lines: usize) -> Vec<(String, String)> {
 fn part_text(part: usize, states: usize) -> String {
     let mut text = format!(
         "// Part {part} of a generated robot.\nlibrary part{part} {{\n  codel sense(in frame: int): int\n  \
-         codel decide(in value: int, out next: int): bool\n  codel act(in value: int): int\n\n  \
+         codel decide(in value: int, out next: int): bool\n  codel act(in value: int, in gain: double): int\n\n  \
          shell Shell{part} {{\n    property gain: double [0; 1] = 0.5\n    input port measure: int\n    \
          output port command: int\n  }}\n\n  core Core{part}(Shell{part}) {{\n    var value: int = 0;\n    \
          var next: int = 0;\n    statemachine {{\n"
@@ -115,7 +120,7 @@ fn part_text(part: usize, states: usize) -> String {
             text,
             "      {initial}state S{state} {{\n        entry = {{ next = {state}; }}\n        run = {{\n          \
              if (read(measure, value) == new_data) then {{ value = sense(value + {state}); }} else {{}}\n        }}\n        \
-             transition go if (decide(value, next) && value > {state}) to S{next} {{ write(command, act(next)); }}\n        \
+             transition go if (decide(value, next) && value > {state}) to S{next} {{ write(command, act(next, gain)); }}\n        \
              handle = {{ write(command, value); }}\n      }}\n\n"
         );
     }
