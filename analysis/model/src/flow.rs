@@ -436,7 +436,7 @@ impl<'db> Flow<'_, 'db> {
     fn lost_in(&self, machine: &'db Machine, lost: &mut Vec<(Part, &'db Name)>) {
         let nothing = Ports::default();
         let states: FxHashMap<&Name, &'db State> =
-            machine.states.iter().rev().map(|state| (&state.name.name, state)).collect();
+            machine.states.iter().rev().map(|state| (&state.name.name, &**state)).collect();
         let find = |name: &Name| states.get(name).copied();
         let method = |state: &'db State, kind| {
             state.methods.iter().find(|method| method.kind == kind).map(|method| &method.program)

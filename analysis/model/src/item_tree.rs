@@ -451,8 +451,8 @@ pub struct Machine {
     pub part: Part,
     /// Its variables.
     pub variables: Vec<Variable>,
-    /// Its states.
-    pub states: Vec<State>,
+    /// Its states; one that an edit does not touch is the same one.
+    pub states: Vec<Arc<State>>,
     /// Was none of its items lost?
     pub whole: bool,
 }

@@ -41,14 +41,41 @@ impl DeclarationMap {
 /// What was read from declarations, by the identity of their trees: a declaration whose tree is the one that it was need
 /// not be read again.
 #[derive(Debug, Default)]
-pub(crate) struct Known(FxHashMap<usize, Read>);
+pub(crate) struct Known {
+    declarations: FxHashMap<usize, Read<Data>>,
+    states: FxHashMap<usize, Read<State>>,
+}
 
-#[derive(Debug, Clone)]
-struct Read {
+/// What was read from a tree.
+#[derive(Debug)]
+struct Read<T> {
     /// While it is kept, no other tree has its address.
     green: GreenNode,
-    data: Arc<Data>,
+    data: Arc<T>,
+    /// The number of its first part.
+    first: u32,
+    /// Where its parts stand, from its beginning on.
     parts: Arc<[TextRange]>,
+    /// The addresses of the states in it.
+    states: Arc<[usize]>,
+}
+
+impl<T> Clone for Read<T> {
+    fn clone(&self) -> Read<T> {
+        let Read { green, data, first, parts, states } = self;
+        let (green, data, parts, states) = (green.clone(), data.clone(), parts.clone(), states.clone());
+        Read { green, data, first: *first, parts, states }
+    }
+}
+
+/// What was read from `node`, if its parts had these numbers.
+fn known<T>(read: &FxHashMap<usize, Read<T>>, node: &SyntaxNode, first: u32) -> Option<Read<T>> {
+    let read = read.get(&address(node))?;
+    (std::ptr::eq(&*read.green, node.green()) && read.first == first).then(|| read.clone())
+}
+
+fn address(node: &SyntaxNode) -> usize {
+    std::ptr::from_ref(node.green()).cast::<()>().addr()
 }
 
 /// Reads a file's tree, `whole` where there is no error in it; `known` is what was read from the tree before it.
@@ -59,6 +86,7 @@ pub(crate) fn lower(file: &ast::SourceFile, whole: bool, known: &Known) -> (Item
         map: SourceMap::default(),
         read: Known::default(),
         parts: Vec::new(),
+        states: Vec::new(),
     };
     lowering.items(file.items(), None);
     if !whole {
@@ -190,6 +218,9 @@ fn swallowed(declaration: &SyntaxNode) -> Vec<Option<Name>> {
     taken.flat_map(|tokens| words(tokens.iter())).map(Some).collect()
 }
 
+/// See [`Lowering::known_state`].
+const ROUND: usize = 32;
+
 /// Was something lost right in `node`, rather than in one of its parts?
 fn has_error_child(node: &SyntaxNode) -> bool {
     node.children().any(|child| child.kind() == SyntaxKind::ERROR)
@@ -202,6 +233,8 @@ struct Lowering<'a> {
     read: Known,
     /// The parts of the declaration that is being read.
     parts: Vec<TextRange>,
+    /// The addresses of the states in it.
+    states: Vec<usize>,
 }
 
 impl Lowering<'_> {
@@ -319,17 +352,19 @@ impl Lowering<'_> {
         read: impl FnOnce(&mut Self) -> Data,
     ) {
         let range = node.text_range();
-        let address = std::ptr::from_ref(node.green()).cast::<()>().addr();
-        let known = self.known;
-        let known = known.0.get(&address).filter(|known| std::ptr::eq(&*known.green, node.green()));
-        let known = known.cloned().unwrap_or_else(|| {
+        let known = known(&self.known.declarations, node, 0).unwrap_or_else(|| {
             let keyword = node.first_token().map_or(range, |token| token.text_range());
             self.parts = vec![name.as_ref().map_or(keyword, |name| name.text_range())];
             let data = Arc::new(read(self));
             let parts = self.parts.drain(..).map(|part| part - range.start()).collect();
-            Read { green: node.green().to_owned(), data, parts }
+            let states = self.states.drain(..).collect();
+            Read { green: node.green().to_owned(), data, first: 0, parts, states }
         });
-        let Read { data, parts, .. } = &known;
+        let Read { data, parts, states, .. } = &known;
+        let kept = states.iter().filter_map(|state| Some((*state, self.known.states.get(state)?.clone())));
+        for (state, read) in kept {
+            self.read.states.entry(state).or_insert(read);
+        }
         // Two cores that have run together: the name of the second is lost.
         if matches!(&**data, Data::Core(core) if core.is_double()) {
             self.tree.doubts.push((library.cloned(), None));
@@ -342,7 +377,7 @@ impl Lowering<'_> {
             data: data.clone(),
         });
         self.map.declarations.push(DeclarationMap { range, parts: parts.clone() });
-        self.read.0.insert(address, known);
+        self.read.declarations.insert(address(node), known);
     }
 
     fn part(&mut self, range: TextRange) -> Part {
@@ -509,10 +544,34 @@ impl Lowering<'_> {
         for item in machine.state_machine_items() {
             match item {
                 ast::StateMachineItem::Var(it) => variables.push(self.variable(&it)),
-                ast::StateMachineItem::State(it) => states.push(self.state(&it)),
+                ast::StateMachineItem::State(it) => states.push(self.known_state(&it)),
             }
         }
         Machine { part, variables, states, whole: !loses_an_item(machine.syntax()) }
+    }
+
+    /// Machines are long, and an edit is in one state. Its parts begin at a round number, so that one more in the state
+    /// before it does not always give it others.
+    fn known_state(&mut self, state: &ast::State) -> Arc<State> {
+        let (node, start) = (state.syntax(), state.syntax().text_range().start());
+        let first = self.parts.len().next_multiple_of(ROUND);
+        self.parts.resize(first, TextRange::empty(start));
+        let read = match known(&self.known.states, node, first as u32) {
+            Some(known) => {
+                self.parts.extend(known.parts.iter().map(|part| *part + start));
+                known
+            }
+            None => {
+                let data = Arc::new(self.state(state));
+                let parts = self.parts.iter().skip(first).map(|part| *part - start).collect();
+                let green = node.green().to_owned();
+                Read { green, data, first: first as u32, parts, states: Arc::default() }
+            }
+        };
+        let data = read.data.clone();
+        self.states.push(address(node));
+        self.read.states.insert(address(node), read);
+        data
     }
 
     fn state(&mut self, state: &ast::State) -> State {

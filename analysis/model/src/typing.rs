@@ -3,6 +3,8 @@
 //! A name that means nothing is reported by `behaviour.rs`, which the analysis rests on; here it fits everywhere, so that one
 //! mistake is one diagnostic.
 
+use std::sync::Arc;
+
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
@@ -178,7 +180,7 @@ pub(crate) fn uses_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl
 pub(crate) fn is_whole(core: &Core) -> bool {
     let machines = || core.machines.iter();
     let states = || machines().flat_map(|machine| &machine.states);
-    let is_whole = |state: &State| {
+    let is_whole = |state: &Arc<State>| {
         state.whole
             && state
                 .transitions
