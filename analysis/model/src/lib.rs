@@ -5,24 +5,29 @@
 //!
 //! ```text
 //! text → parse → item tree (no places) → declarations → names ─┐
-//!                     └→ data of a declaration ────────────────┼→ behaviour of a core ─┐
+//!                     └→ data of a declaration ────────────────┼→ behaviour of a core ─┐       (typing of a core → its checks)
 //! mauve.toml → config → tables → timetable ─────────────────────────────────────────────┼→ psm ─┐
 //!                                        └→ system (a deployment's activities) ─────────────────┴→ response times
 //! ```
 //!
 //! | file | holds |
 //! |---|---|
-//! | `db.rs` | the inputs: files and workspaces |
-//! | `item_tree.rs`, `lower.rs` | what a file declares, without places; and where its parts stand |
+//! | `db.rs` | the inputs: files and workspaces; and the last trees, from which the next are made |
+//! | `item_tree.rs`, `lower.rs` | what a file declares, without places; and where its parts stand: only what an edit touches is read again |
 //! | `source.rs` | declarations, their data, and [`Place`]s |
 //! | `project.rs`, `config.rs` | roots, includes, `mauve.toml` |
 //! | `names.rs` | what a name means; the features of a shell |
 //! | `messages.rs` | message packages: `.msg` texts, the catalogue that is built in, what a type's name means |
+//! | `types.rs`, `values.rs` | types and what fits where; constants, computed as the generated C++ would |
+//! | `typing.rs` | the types of a core's programs, and what each name in them stands for |
+//! | `flow.rs` | how values flow through a core's states: what is read too early, written and lost, never executed |
 //! | `behaviour.rs`, `behaviour/program.rs` | a core's states and edges; what its programs cost |
 //! | `timetable.rs` | the timing tables, joined |
 //! | `psm.rs` | behaviour + times: the periodic state machine of a component |
 //! | `flat.rs` | an architecture with all that it imports |
 //! | `system.rs` | a deployment's activities |
+//! | `settings.rs`, `wiring.rs`, `urgency.rs` | values of properties; what connections carry and what is left open; priorities |
+//! | `declared.rs` | names and types as they are declared, and what nothing uses |
 //! | `response.rs` | response times, and what a codel without a time may take |
 //! | `diagnostics/` | a file for each diagnostic: its page, its message, its fixes |
 //!
