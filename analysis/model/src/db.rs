@@ -79,9 +79,11 @@ pub trait ModelDb: salsa::Database {
 /// It is no input of any query, and need not be: it changes when an answer is there, never what it is.
 #[derive(Clone, Default)]
 pub struct Trees {
-    parsed: Arc<Mutex<FxHashMap<File, (Arc<str>, Parse)>>>,
-    read: Arc<Mutex<FxHashMap<File, Arc<Known>>>>,
+    parsed: OfFiles<(Arc<str>, Parse)>,
+    read: OfFiles<Arc<Known>>,
 }
+
+type OfFiles<T> = Arc<Mutex<FxHashMap<File, T>>>;
 
 impl Trees {
     pub(crate) fn parse(&self, file: File, text: &Arc<str>) -> Parse {

@@ -529,10 +529,8 @@ impl<'db> Flow<'_, 'db> {
     ) {
         let Some(Expr::Call { callee, arguments, .. }) = value else { return };
         match (self.typing.callees.get(&callee.part), arguments.first()) {
-            (Some(Callee::Write), Some(Expr::Name(port))) => {
-                if !behind.insert(&port.name) {
-                    lost.push((callee.part, &port.name));
-                }
+            (Some(Callee::Write), Some(Expr::Name(port))) if !behind.insert(&port.name) => {
+                lost.push((callee.part, &port.name));
             }
             // An operation that calls itself is an error: its own writes are not followed further.
             (Some(Callee::Operation(index)), _) => {
@@ -589,14 +587,8 @@ fn top_level_writes<'a>(statements: &'a [Statement], typing: &Typing<'_>) -> Por
                     ports.insert(&port.name);
                 }
             }
-            Statement::If { then, otherwise, .. } => {
-                // A branch may leave the program.
-                if has_return(then) || otherwise.as_ref().is_some_and(|it| has_return(it)) {
-                    break;
-                }
-            }
-            Statement::Return(..) => break,
-            Statement::Block(inner) if has_return(inner) => break,
+            // A branch may leave the program.
+            statement if has_return(std::slice::from_ref(statement)) => break,
             _ => {}
         }
     }
