@@ -303,21 +303,10 @@ impl<'db> Reader<'_, 'db> {
     /// Callees before callers; what is left over calls itself.
     fn order_operations(&mut self) {
         let calls: Vec<Vec<usize>> = self.found.operations.iter().map(|it| operations_in(&it.cost)).collect();
-        let mut callers = vec![Vec::new(); calls.len()];
-        for (caller, callees) in calls.iter().enumerate() {
-            for &callee in callees {
-                callers[callee].push(caller);
-            }
-        }
-        let order = peel(&calls, &callers);
-        if order.len() < calls.len() {
-            // Of those, some only call what calls itself.
-            let mut in_ring = vec![true; calls.len()];
-            order.iter().chain(&peel(&callers, &calls)).for_each(|&index| in_ring[index] = false);
-            for (operation, _) in self.core.operations.iter().zip(in_ring).filter(|(_, in_ring)| *in_ring) {
-                let at = self.at(operation.name.part);
-                self.refuse(diagnostics::recursive_operation::report(at, &operation.name.name));
-            }
+        let (order, in_ring) = ordered(&calls);
+        for (operation, _) in self.core.operations.iter().zip(in_ring).filter(|(_, in_ring)| *in_ring) {
+            let at = self.at(operation.name.part);
+            self.refuse(diagnostics::recursive_operation::report(at, &operation.name.name));
         }
         self.found.order = order;
     }
@@ -522,6 +511,22 @@ pub(crate) fn operations_in(cost: &Cost<'_>) -> Vec<usize> {
         Cost::Operation(index) => vec![*index],
         Cost::Sum(costs) | Cost::Greatest(costs) => costs.iter().flat_map(operations_in).collect(),
     }
+}
+
+/// Of nodes that lead to others: each after all that it leads to, but those that lead to a ring; and which are part of one,
+/// or between two.
+pub(crate) fn ordered(leads_to: &[Vec<usize>]) -> (Vec<usize>, Vec<bool>) {
+    let mut comes_from = vec![Vec::new(); leads_to.len()];
+    for (node, others) in leads_to.iter().enumerate() {
+        for &other in others {
+            comes_from[other].push(node);
+        }
+    }
+    let order = peel(leads_to, &comes_from);
+    let mut in_ring = vec![order.len() < leads_to.len(); leads_to.len()];
+    // Of what leads to a ring, some only lead to it.
+    order.iter().chain(&peel(&comes_from, leads_to)).for_each(|&node| in_ring[node] = false);
+    (order, in_ring)
 }
 
 /// The nodes that no ring can be reached from, each after all that it leads to.

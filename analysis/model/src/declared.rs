@@ -5,13 +5,13 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use crate::ModelDb;
 use crate::diagnostics::{self, Diagnostic};
 use crate::flat::flat_of;
-use crate::item_tree::{Data, Expr, FeatureKind, Kind, Name, NameRef, Parameter, Part, Shell, TypeRef};
+use crate::item_tree::{Data, FeatureKind, Kind, Name, NameRef, Parameter, Part, Shell, TypeRef};
 use crate::messages::{catalogue, package, used_packages};
 use crate::names::{features_of, names_of, similar};
 use crate::project::{Project, external_types};
 use crate::psm::{core_of, shell_of};
-use crate::settings::target_of;
-use crate::source::{Decl, Place, data};
+use crate::settings::{is_named, target_of};
+use crate::source::{Decl, Place, data, shell};
 use crate::types::{self, Type};
 use crate::typing::uses_of;
 
@@ -241,22 +241,44 @@ fn usage_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Usage<'db> {
     usage
 }
 
-fn unused<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Option<Diagnostic<'db>> {
+/// Does nothing use a declaration? Asked for each by itself, so that a use somewhere touches nothing but what it is of.
+#[salsa::tracked(returns(copy))]
+fn is_unused<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> bool {
     let usage = usage_of(db, project);
+    !usage.lost
+        && match (of.kind(db), &usage.deployed) {
+            (Kind::Codel, _) => !usage.codels.contains(&of),
+            (Kind::Shell | Kind::Core | Kind::Component | Kind::Architecture, Some(deployed)) => {
+                !deployed.contains(&of)
+            }
+            _ => false,
+        }
+}
+
+fn unused<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Option<Diagnostic<'db>> {
     let name = of.name(db);
-    if usage.lost || name.is_empty() {
+    if name.is_empty() || matches!(of.kind(db), Kind::Use | Kind::Deployment) || !is_unused(db, project, of) {
         return None;
     }
     let at = Place::name_of(of);
-    match (of.kind(db), &usage.deployed) {
-        (Kind::Codel, _) if !usage.codels.contains(&of) => Some(diagnostics::unused_codel::report(at, name)),
-        (Kind::Shell | Kind::Core | Kind::Component | Kind::Architecture, Some(deployed))
-            if !deployed.contains(&of) =>
-        {
-            Some(diagnostics::unused_declaration::report(at, of.kind(db), name))
-        }
-        _ => None,
-    }
+    Some(match of.kind(db) {
+        Kind::Codel => diagnostics::unused_codel::report(at, name),
+        kind => diagnostics::unused_declaration::report(at, kind, name),
+    })
+}
+
+/// The properties and constants of a shell that no core for it reads, by their numbers there.
+#[salsa::tracked(returns(ref))]
+fn unread<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<usize> {
+    let usage = usage_of(db, project);
+    let Some(data) = shell(db, of).filter(|_| !usage.lost && usage.with_core.contains(&of)) else {
+        return Vec::new();
+    };
+    let features = data.features.iter().enumerate();
+    let values = features.filter(|(_, it)| it.kind.is_value() && !it.name.name.is_empty());
+    let unread = values
+        .filter(|(index, it)| !usage.features.contains(&(of, *index)) && !is_named(data, &it.name.name));
+    unread.map(|(index, _)| index).collect()
 }
 
 fn unused_features<'db>(
@@ -265,37 +287,11 @@ fn unused_features<'db>(
     of: Decl<'db>,
     data: &Shell,
 ) -> Vec<Diagnostic<'db>> {
-    let usage = usage_of(db, project);
-    if usage.lost || !usage.with_core.contains(&of) {
-        return Vec::new();
-    }
-    let features = data.features.iter().enumerate();
-    let unused = features.filter(|(index, it)| {
-        it.kind.is_value() && !it.name.name.is_empty() && !usage.features.contains(&(of, *index))
-    });
-    let unused = unused.filter(|(_, it)| !named_by_others(data, &it.name.name));
-    unused
-        .map(|(_, it)| {
+    let unread = unread(db, project, of).iter().filter_map(|&index| data.features.get(index));
+    unread
+        .map(|it| {
             let what = if it.kind == FeatureKind::Constant { "constant" } else { "property" };
             diagnostics::unused_property::report(Place::Part(of, it.name.part), what, &it.name.name)
         })
         .collect()
-}
-
-/// Does a value or an interval of the shell name this constant?
-fn named_by_others(data: &Shell, name: &Name) -> bool {
-    let mut open: Vec<&Expr> = Vec::new();
-    for feature in &data.features {
-        open.extend(&feature.value);
-        open.extend(feature.interval.iter().flat_map(|it| [&it.low, &it.high]));
-    }
-    while let Some(expr) = open.pop() {
-        match expr {
-            Expr::Name(it) if it.name == *name => return true,
-            Expr::Lost(inner) | Expr::Unary(_, inner, _) => open.push(inner),
-            Expr::Binary(_, lhs, rhs, _) => open.extend([lhs.as_ref(), rhs.as_ref()]),
-            _ => {}
-        }
-    }
-    false
 }

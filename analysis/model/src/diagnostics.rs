@@ -8,9 +8,7 @@ use rustc_hash::FxHashMap;
 
 use crate::behaviour::behaviour_of;
 use crate::flat::{check_architecture, check_settings};
-use crate::item_tree::{
-    BinaryOperator, Expr, FeatureKind, Field, Kind, Literal, Name, NameRef, Part, TypeRef, UnaryOperator,
-};
+use crate::item_tree::{Expr, FeatureKind, Field, Kind, Literal, Name, NameRef, Part, TypeRef};
 use crate::names::{FeatureOf, Unresolved, features_of, file_outside, names_of};
 use crate::project::{
     Project, config_file, config_of, include_candidates, include_rings, includes, not_checked, project_files,
@@ -24,7 +22,7 @@ use crate::response::{
 use crate::source::{Decl, Place, component, core_interface, declarations, item_tree_of, parse, shell};
 use crate::system::system_of;
 use crate::timetable::{table_diagnostics, timetable_of};
-use crate::types::Type;
+use crate::types::{Type, Wrong};
 use crate::typing::typing_of;
 use crate::values::Value;
 use crate::{File, ModelDb, Workspace, declared, flow, settings, urgency, wiring};
@@ -91,7 +89,8 @@ impl<'db> Diagnostic<'db> {
         Diagnostic { code, at, message, related: Vec::new(), fixes: Vec::new() }
     }
 
-    fn related(mut self, at: Place<'db>, message: impl Into<String>) -> Diagnostic<'db> {
+    /// With one more place that matters.
+    pub(crate) fn related(mut self, at: Place<'db>, message: impl Into<String>) -> Diagnostic<'db> {
         self.related.push((at, message.into()));
         self
     }
@@ -382,7 +381,7 @@ pub fn declaration_diagnostics<'db>(
         Kind::Core => {
             found.extend(behaviour_of(db, project, decl).diagnostics.iter().cloned());
             found.extend(typing_of(db, project, decl).diagnostics.iter().cloned());
-            found.extend(flow::check(db, project, decl));
+            found.extend(flow::flow_diagnostics(db, project, decl).iter().cloned());
         }
         Kind::Architecture => {
             found.extend(check_architecture(db, project, decl));

@@ -8,11 +8,12 @@
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
-use crate::behaviour::{behaviour_of, reachable};
+use crate::behaviour::{behaviour_of, ordered, reachable};
 use crate::diagnostics::{self, Diagnostic};
 use crate::flat::flat_of;
 use crate::item_tree::{
-    Core, Direction, Expr, HookKind, Kind, Machine, MethodKind, Name, Part, Program, State, Statement,
+    Core, Direction, Expr, HookKind, Kind, Machine, MethodKind, Name, Operation, Part, Program, State,
+    Statement, Transition,
 };
 use crate::names::names_of;
 use crate::project::Project;
@@ -22,7 +23,12 @@ use crate::types::Type;
 use crate::typing::{Callee, Meaning, Typing, VariableKind, is_whole, returns, typing_of};
 
 /// What is wrong with the flow of values in a core.
-pub(crate) fn check<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<Diagnostic<'db>> {
+#[salsa::tracked(returns(ref))]
+pub(crate) fn flow_diagnostics<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+) -> Vec<Diagnostic<'db>> {
     let Some(data) = core(db, of) else { return Vec::new() };
     let typing = typing_of(db, project, of);
     let mut flow = Flow {
@@ -30,6 +36,7 @@ pub(crate) fn check<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'
         of,
         core: data,
         typing,
+        operations: Vec::new(),
         read: FxHashSet::default(),
         late: FxHashMap::default(),
         found: Vec::new(),
@@ -63,8 +70,36 @@ fn buffered_ports<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> FxHashSet
     buffered
 }
 
-/// Indices of variables.
-type Variables = FxHashSet<usize>;
+/// Indices of variables, a bit each.
+#[derive(Clone, PartialEq, Eq, Default)]
+struct Variables(Vec<u64>);
+
+impl Variables {
+    fn insert(&mut self, index: usize) {
+        if self.0.len() <= index / 64 {
+            self.0.resize(index / 64 + 1, 0);
+        }
+        if let Some(word) = self.0.get_mut(index / 64) {
+            *word |= 1 << (index % 64);
+        }
+    }
+
+    fn contains(&self, index: usize) -> bool {
+        self.0.get(index / 64).is_some_and(|word| word & (1 << (index % 64)) != 0)
+    }
+
+    fn add(&mut self, others: &Variables) {
+        self.0.resize(self.0.len().max(others.0.len()), 0);
+        self.0.iter_mut().zip(&others.0).for_each(|(word, other)| *word |= other);
+    }
+
+    /// Drops what is not among `others`.
+    fn keep(&mut self, others: &Variables) {
+        self.0.truncate(others.0.len());
+        self.0.iter_mut().zip(&others.0).for_each(|(word, other)| *word &= other);
+    }
+}
+
 /// Names of output ports.
 type Ports<'a> = FxHashSet<&'a Name>;
 
@@ -73,8 +108,10 @@ struct Flow<'a, 'db> {
     of: Decl<'db>,
     core: &'db Core,
     typing: &'a Typing<'db>,
+    /// What each operation may assign.
+    operations: Vec<Variables>,
     /// What any program reads.
-    read: Variables,
+    read: FxHashSet<usize>,
     /// Where a variable is first read before it is assigned.
     late: FxHashMap<usize, Part>,
     found: Vec<Diagnostic<'db>>,
@@ -98,8 +135,8 @@ impl<'db> Flow<'_, 'db> {
     }
 
     fn unreachable_in(&mut self, statements: &[Statement]) {
-        let end = (1..=statements.len()).find(|&end| returns(&statements[..end])).unwrap_or(statements.len());
-        if let Some(part) = statements.get(end).and_then(Statement::part) {
+        let end = statements.iter().position(|it| returns(std::slice::from_ref(it)));
+        if let Some(part) = end.and_then(|end| statements.get(end + 1)?.part()) {
             self.found.push(diagnostics::unreachable_code::report(self.at(part)));
         }
         for statement in statements {
@@ -117,36 +154,36 @@ impl<'db> Flow<'_, 'db> {
     // What is read before it is assigned
 
     fn assignments(&mut self) {
-        let all: Variables = (0..self.typing.variables.len()).collect();
-        let mut assigned: Variables = all
-            .iter()
-            .copied()
-            .filter(|index| self.typing.variables.get(*index).is_some_and(|it| it.has_value))
-            .collect();
-        let machines = self.core.machines.iter().flat_map(|machine| &machine.variables);
-        for variable in self.core.variables.iter().chain(machines) {
-            if let Some(value) = &variable.value {
-                self.expr(value, &mut assigned);
+        self.operations();
+        let (mut assigned, mut later) = (Variables::default(), Variables::default());
+        for (index, variable) in self.typing.variables.iter().enumerate() {
+            if variable.has_value {
+                assigned.insert(index);
+            }
+            if variable.has_value || matches!(variable.kind, VariableKind::Core | VariableKind::Machine) {
+                later.insert(index);
             }
         }
+        let machines = self.core.machines.iter().flat_map(|machine| &machine.variables);
+        for value in self.core.variables.iter().chain(machines).filter_map(|variable| variable.value.as_ref())
+        {
+            self.expr(value, &mut assigned);
+        }
         // Others call an operation whenever they like, and the last programs come when all has been.
-        let own = |it: &usize| {
-            let kind = self.typing.variables.get(*it).map(|variable| variable.kind);
-            matches!(kind, Some(VariableKind::Core | VariableKind::Machine))
-        };
-        let late: Variables = assigned.iter().copied().chain(all.iter().copied().filter(own)).collect();
         for operation in &self.core.operations {
-            self.block(&operation.program.statements, &mut late.clone());
+            self.block(&operation.program.statements, &mut later.clone());
+        }
+        for kind in [HookKind::Stop, HookKind::Cleanup] {
+            self.optional(self.hook(kind), &mut later.clone());
         }
         for kind in [HookKind::Configure, HookKind::Start] {
             self.optional(self.hook(kind), &mut assigned);
         }
-        for kind in [HookKind::Stop, HookKind::Cleanup] {
-            self.optional(self.hook(kind), &mut late.clone());
-        }
+        // They may have been called before the first period: guards know.
+        self.operations.iter().for_each(|operation| assigned.add(operation));
         self.optional(self.hook(HookKind::Update), &mut assigned.clone());
         if let [machine] = self.core.machines.as_slice() {
-            self.machine(machine, &all, assigned);
+            self.machine(machine, &later, &assigned);
         }
         let mut late: Vec<(usize, Part)> = self.late.drain().collect();
         late.sort_by_key(|(_, part)| *part);
@@ -159,52 +196,43 @@ impl<'db> Flow<'_, 'db> {
     }
 
     /// What is surely assigned before the `entry` of each state, then all of its programs.
-    fn machine(&mut self, machine: &'db Machine, all: &Variables, start: Variables) {
+    fn machine(&mut self, machine: &'db Machine, all: &Variables, start: &Variables) {
         let states: FxHashMap<&Name, usize> =
             machine.states.iter().enumerate().rev().map(|(index, state)| (&state.name.name, index)).collect();
-        // What a state's programs may assign, and each of its transitions.
-        let mut own: Vec<Variables> = Vec::new();
-        let mut edges: Vec<(usize, usize, Variables)> = Vec::new();
-        for (index, state) in machine.states.iter().enumerate() {
-            let mut assigned = Variables::default();
-            for method in &state.methods {
-                self.may_assign(&method.program.statements, &mut assigned);
-            }
-            for transition in &state.transitions {
-                if let Some(guard) = &transition.guard {
-                    self.may_assign_in(&guard.condition, &mut assigned);
-                }
-            }
-            own.push(assigned);
-            for transition in &state.transitions {
-                let mut effect = Variables::default();
-                if let Some(program) = &transition.effect {
-                    self.may_assign(&program.statements, &mut effect);
-                }
-                let target = transition.target.as_ref().and_then(|target| states.get(&target.name));
-                edges.extend(target.map(|&target| (index, target, effect)));
-            }
+        // For each state, where its transitions lead and what may be assigned on the way.
+        let mut ways: Vec<Vec<(usize, Variables)>> = Vec::new();
+        for state in &machine.states {
+            let mut own = Variables::default();
+            let guards = state.transitions.iter().filter_map(|transition| transition.guard.as_ref());
+            self.quietly(|this| {
+                state.methods.iter().for_each(|method| this.block(&method.program.statements, &mut own));
+                guards.for_each(|guard| this.expr(&guard.condition, &mut own));
+            });
+            let mut way = |transition: &Transition| {
+                let target = *states.get(&transition.target.as_ref()?.name)?;
+                let mut assigned = own.clone();
+                self.quietly(|this| this.optional(transition.effect.as_ref(), &mut assigned));
+                Some((target, assigned))
+            };
+            ways.push(state.transitions.iter().filter_map(&mut way).collect());
         }
-        let initial = machine.states.iter().position(|state| state.initial);
         let mut before: Vec<Variables> = vec![all.clone(); machine.states.len()];
+        let initial = machine.states.iter().position(|state| state.initial);
         if let Some(before) = initial.and_then(|initial| before.get_mut(initial)) {
-            before.retain(|index| start.contains(index));
+            before.keep(start);
         }
         // Whatever a state loses, those that it leads to may lose.
-        let mut out: Vec<Vec<usize>> = vec![Vec::new(); machine.states.len()];
-        for (index, (source, ..)) in edges.iter().enumerate() {
-            out[*source].push(index);
-        }
         let mut open: Vec<usize> = (0..machine.states.len()).collect();
         while let Some(source) = open.pop() {
-            for (_, target, effect) in out[source].iter().filter_map(|&index| edges.get(index)) {
-                let (Some(from), Some(own)) = (before.get(source).cloned(), own.get(source)) else {
+            for (target, assigned) in ways.get(source).into_iter().flatten() {
+                let (Some(mut from), Some(to)) = (before.get(source).cloned(), before.get_mut(*target))
+                else {
                     continue;
                 };
-                let Some(to) = before.get_mut(*target) else { continue };
-                let count = to.len();
-                to.retain(|it| from.contains(it) || own.contains(it) || effect.contains(it));
-                if to.len() != count {
+                let old = to.clone();
+                from.add(assigned);
+                to.keep(&from);
+                if *to != old {
                     open.push(*target);
                 }
             }
@@ -236,15 +264,10 @@ impl<'db> Flow<'_, 'db> {
         }
     }
 
-    fn may_assign(&mut self, statements: &[Statement], assigned: &mut Variables) {
-        let (read, late) = (self.read.clone(), self.late.clone());
-        self.block(statements, assigned);
-        (self.read, self.late) = (read, late);
-    }
-
-    fn may_assign_in(&mut self, expr: &Expr, assigned: &mut Variables) {
-        let (read, late) = (self.read.clone(), self.late.clone());
-        self.expr(expr, assigned);
+    /// Looks at what is assigned without noting what is read.
+    fn quietly(&mut self, look: impl FnOnce(&mut Self)) {
+        let (read, late) = (std::mem::take(&mut self.read), std::mem::take(&mut self.late));
+        look(self);
         (self.read, self.late) = (read, late);
     }
 
@@ -262,13 +285,13 @@ impl<'db> Flow<'_, 'db> {
                     let mut other = assigned.clone();
                     self.block(then, assigned);
                     self.block(otherwise.as_deref().unwrap_or_default(), &mut other);
-                    assigned.extend(other);
+                    assigned.add(&other);
                 }
                 Statement::Block(inner) => self.block(inner, assigned),
                 Statement::Return(_, value) => value.iter().for_each(|value| self.expr(value, assigned)),
                 Statement::Assign(target, value) => {
                     self.expr(value, assigned);
-                    assigned.extend(self.variable(target.part));
+                    self.variable(target.part).into_iter().for_each(|index| assigned.insert(index));
                 }
                 Statement::Expr(value) => self.expr(value, assigned),
             }
@@ -291,7 +314,7 @@ impl<'db> Flow<'_, 'db> {
                 self.read.insert(index);
                 let ty = self.typing.variables.get(index).map(|variable| &variable.ty);
                 // What a type that nobody knows begins with is its own matter: a handle, a pointer.
-                if !assigned.contains(&index) && !matches!(ty, None | Some(Type::External(_) | Type::Unknown))
+                if !assigned.contains(index) && !matches!(ty, None | Some(Type::External(_) | Type::Unknown))
                 {
                     self.late
                         .entry(index)
@@ -342,57 +365,72 @@ impl<'db> Flow<'_, 'db> {
                 (_, argument) => self.expr(argument, assigned),
             }
         }
-        assigned.extend(back);
-        if let Some(Callee::Operation(index)) = callee {
-            assigned.extend(self.assigned_by(index, &mut FxHashSet::default()));
+        back.into_iter().for_each(|index| assigned.insert(index));
+        if let Some(Callee::Operation(index)) = callee
+            && let Some(operation) = self.operations.get(index)
+        {
+            assigned.add(operation);
         }
     }
 
-    /// The variables of the core that an operation may assign.
-    fn assigned_by(&self, operation: usize, seen: &mut FxHashSet<usize>) -> Variables {
-        let mut assigned = Variables::default();
-        if !seen.insert(operation) {
-            return assigned;
+    /// What each operation may assign, itself or by what it calls: callees first.
+    fn operations(&mut self) {
+        let own: Vec<(Vec<usize>, Variables)> =
+            self.core.operations.iter().map(|operation| self.calls_and_assigns(operation)).collect();
+        let (calls, mut assigns): (Vec<Vec<usize>>, Vec<Variables>) = own.into_iter().unzip();
+        for index in ordered(&calls).0 {
+            let callees = calls.get(index).into_iter().flatten();
+            let callees: Vec<Variables> =
+                callees.filter_map(|callee| assigns.get(*callee).cloned()).collect();
+            if let Some(own) = assigns.get_mut(index) {
+                callees.iter().for_each(|callee| own.add(callee));
+            }
         }
-        let Some(operation) = self.core.operations.get(operation) else { return assigned };
-        let (mut open, mut calls): (Vec<&Statement>, Vec<&Expr>) =
+        self.operations = assigns;
+    }
+
+    fn calls_and_assigns(&self, operation: &Operation) -> (Vec<usize>, Variables) {
+        let (mut called, mut assigned) = (Vec::new(), Variables::default());
+        let (mut open, mut values): (Vec<&Statement>, Vec<&Expr>) =
             (operation.program.statements.iter().collect(), Vec::new());
         while let Some(statement) = open.pop() {
             match statement {
-                Statement::Variable(variable) => calls.extend(&variable.value),
+                Statement::Variable(variable) => values.extend(&variable.value),
                 Statement::If { condition, then, otherwise, .. } => {
-                    calls.push(condition);
+                    values.push(condition);
                     open.extend(then.iter().chain(otherwise.iter().flatten()));
                 }
                 Statement::Block(inner) => open.extend(inner),
-                Statement::Return(_, value) => calls.extend(value),
+                Statement::Return(_, value) => values.extend(value),
                 Statement::Assign(target, value) => {
-                    assigned.extend(self.variable(target.part));
-                    calls.push(value);
+                    self.variable(target.part).into_iter().for_each(|index| assigned.insert(index));
+                    values.push(value);
                 }
-                Statement::Expr(value) => calls.push(value),
+                Statement::Expr(value) => values.push(value),
             }
         }
-        while let Some(expr) = calls.pop() {
+        while let Some(expr) = values.pop() {
             match expr {
                 Expr::Missing | Expr::Literal(..) | Expr::Name(_) => {}
-                Expr::Lost(inner) | Expr::Unary(_, inner, _) => calls.push(inner),
-                Expr::Binary(_, lhs, rhs, _) => calls.extend([lhs.as_ref(), rhs.as_ref()]),
+                Expr::Lost(inner) | Expr::Unary(_, inner, _) => values.push(inner),
+                Expr::Binary(_, lhs, rhs, _) => values.extend([lhs.as_ref(), rhs.as_ref()]),
                 Expr::Call { callee, arguments, .. } => {
-                    // Each variable among the arguments may be one that something comes back to.
                     for argument in arguments {
                         match argument {
-                            Expr::Name(name) => assigned.extend(self.variable(name.part)),
-                            argument => calls.push(argument),
+                            // It may be one that something comes back to.
+                            Expr::Name(name) => {
+                                self.variable(name.part).into_iter().for_each(|index| assigned.insert(index));
+                            }
+                            argument => values.push(argument),
                         }
                     }
                     if let Some(Callee::Operation(index)) = self.typing.callees.get(&callee.part) {
-                        assigned.extend(self.assigned_by(*index, seen));
+                        called.push(*index);
                     }
                 }
             }
         }
-        assigned
+        (called, assigned)
     }
 
     /// What no program reads.
@@ -437,7 +475,6 @@ impl<'db> Flow<'_, 'db> {
         let nothing = Ports::default();
         let states: FxHashMap<&Name, &'db State> =
             machine.states.iter().rev().map(|state| (&state.name.name, &**state)).collect();
-        let find = |name: &Name| states.get(name).copied();
         let method = |state: &'db State, kind| {
             state.methods.iter().find(|method| method.kind == kind).map(|method| &method.program)
         };
@@ -445,22 +482,24 @@ impl<'db> Flow<'_, 'db> {
             Some(program) => self.written(program, &nothing, &mut Vec::new()),
             None => Ports::default(),
         };
+        let entries: FxHashMap<&Name, Ports<'db>> =
+            states.iter().map(|(name, state)| (*name, all(method(state, MethodKind::Entry)))).collect();
         for state in &machine.states {
+            let at_exit = all(method(state, MethodKind::Exit));
             // What each way to end the period writes, behind `run`; and behind `exit`.
             let mut ways: Vec<Ports<'db>> = Vec::new();
             let mut exits: Vec<Ports<'db>> = Vec::new();
             let mut stays = true;
             for transition in &state.transitions {
-                let target = transition.target.as_ref().and_then(|target| find(&target.name));
-                let entry =
-                    target.map_or_else(Ports::default, |target| all(method(target, MethodKind::Entry)));
+                let target = transition.target.as_ref().and_then(|target| entries.get(&target.name));
+                let entry = target.cloned().unwrap_or_default();
                 let mut behind = all(transition.effect.as_ref());
                 behind.extend(&entry);
                 if let Some(effect) = &transition.effect {
                     self.written(effect, &entry, lost);
                 }
                 exits.push(behind.clone());
-                behind.extend(all(method(state, MethodKind::Exit)));
+                behind.extend(&at_exit);
                 ways.push(behind);
                 if transition.guard.is_none() {
                     stays = false;
@@ -550,11 +589,12 @@ impl<'db> Flow<'_, 'db> {
         if !behaviour.refusals.is_empty() {
             return;
         }
-        let mut sources: Vec<Vec<usize>> = vec![Vec::new(); behaviour.states.len()];
+        let mut sources: FxHashMap<usize, Vec<usize>> = FxHashMap::default();
         for edge in &behaviour.edges {
-            sources[edge.target].push(edge.source);
+            sources.entry(edge.target).or_default().push(edge.source);
         }
-        let back = reachable(behaviour.states.len(), behaviour.initial, |state| sources[state].clone());
+        let comes_from = |state| sources.get(&state).cloned().unwrap_or_default();
+        let back = reachable(behaviour.states.len(), behaviour.initial, comes_from);
         let stuck = behaviour.states.iter().zip(back).filter(|(_, back)| !back).map(|(name, _)| name);
         let place = |name: &'db Name| {
             let state = machine.states.iter().find(|state| state.name.name == *name)?;

@@ -1,17 +1,17 @@
 //! The values of properties and constants: those of shells, and those that architectures and deployments set.
 
-use rustc_hash::FxHashSet;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
+use crate::behaviour::ordered;
 use crate::diagnostics::{self, Diagnostic};
 use crate::flat::{Flat, flat_of};
-use crate::item_tree::{Endpoint, Expr, Feature, Kind, Literal, Name, Part, Setting, UnaryOperator};
-use crate::names::{FeatureOf, Features, features_of, names_of};
+use crate::item_tree::{Endpoint, Expr, Feature, Kind, Name, Part, Setting, Shell};
+use crate::names::{features_of, names_of};
 use crate::project::Project;
 use crate::psm::shell_of;
 use crate::source::{Decl, Place, architecture, deployment, shell};
-use crate::types::{Type, type_of};
-use crate::typing::literal_type;
+use crate::types::{Type, Typed, Wrong, type_of};
 use crate::values::Value;
 
 /// What is wrong with the values in a shell.
@@ -21,12 +21,11 @@ pub(crate) fn check_shell<'db>(
     of: Decl<'db>,
 ) -> Vec<Diagnostic<'db>> {
     let Some(data) = shell(db, of) else { return Vec::new() };
-    let features = features_of(db, project, of);
+    let constants = Some(constants_of(db, project, of));
     let mut found = Vec::new();
     for feature in &data.features {
         let own = Some(&feature.name.name);
-        let mut constants =
-            Constants { db, project, of, scope: Some(features), own, ring: false, found: &mut found };
+        let mut constants = Evaluator { of, constants, own, found: &mut found };
         let ty = type_of(db, project, of, feature.ty.as_ref());
         let interval = constants.interval(feature, &ty);
         if let Some(value) = &feature.value {
@@ -54,10 +53,11 @@ pub(crate) fn check_settings<'db>(
         (None, None) => return Vec::new(),
     };
     let mut found = Vec::new();
-    let mut seen = rustc_hash::FxHashMap::default();
+    let mut seen: FxHashMap<(&Name, &Name), Part> = FxHashMap::default();
     for setting in settings {
         let Some(Endpoint { instance, feature: Some(name) }) = &setting.endpoint else { continue };
-        if let Some(first) = seen.insert((&instance.name, &name.name), name.part) {
+        let first = *seen.entry((&instance.name, &name.name)).or_insert(name.part);
+        if first != name.part {
             let (at, first) = (Place::Part(of, name.part), Place::Part(of, first));
             let whole = format!("{}.{}", instance.name, name.name);
             found.push(diagnostics::duplicate_definition::value(at, &whole, first));
@@ -79,7 +79,7 @@ fn setting_value<'db>(
     let declared = flat.instance(&instance.name).and_then(|it| shell_of(db, project, it.component?));
     let feature = declared.and_then(|shell| features_of(db, project, shell).get(&name.name));
     let data = feature.and_then(|it| Some((it.shell, shell(db, it.shell)?.features.get(it.index)?)));
-    let mut constants = Constants::new(db, project, of, found);
+    let mut constants = Evaluator { of, constants: None, own: None, found };
     let Some((declared_in, data)) = data.filter(|(_, data)| data.kind.is_value()) else {
         // What it is set to may be wrong all the same.
         constants.evaluate(&setting.value);
@@ -89,12 +89,12 @@ fn setting_value<'db>(
     let value = constants.value_for(&name.name, &ty, &setting.value);
     // What is wrong in the interval is reported where it stands.
     let mut elsewhere = Vec::new();
-    let mut there = Constants::new(db, project, declared_in, &mut elsewhere);
-    there.scope = Some(features_of(db, project, declared_in));
+    let known = Some(constants_of(db, project, declared_in));
+    let mut there = Evaluator { of: declared_in, constants: known, own: None, found: &mut elsewhere };
     let interval = there.interval(data, &ty);
     if let (Some((value, part)), Some((low, high))) = (value, interval) {
         let place = data.interval.as_ref().map(|it| Place::Part(declared_in, it.part));
-        let mut constants = Constants::new(db, project, of, found);
+        let mut constants = Evaluator { of, constants: None, own: None, found };
         constants.inside(&name.name, (&value, part), [&low, &high], place);
     }
 }
@@ -121,29 +121,89 @@ pub(crate) fn target_of<'db>(
     names_of(db, project).resolve_type(db, of, Kind::Architecture, Some(target)).ok()
 }
 
-/// Evaluates constant expressions, and reports what is wrong in them.
-struct Constants<'a, 'db> {
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
+/// The constants and properties of a shell, its own and those of the shells that it extends, with their values.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+struct Constants {
+    /// By name; nothing where the value is wrong, which is reported where it stands.
+    values: FxHashMap<Name, Option<Typed>>,
+    /// Those whose value rests on itself.
+    rings: FxHashSet<Name>,
+    /// May a name that is not among them be one?
+    lost: bool,
+}
+
+#[salsa::tracked(returns(ref))]
+fn constants_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Constants {
+    let features = features_of(db, project, of);
+    let with_value = features.by_name.iter().filter_map(|(name, found)| {
+        let feature = found.first().filter(|feature| feature.kind.is_value())?;
+        let data = shell(db, feature.shell)?.features.get(feature.index)?;
+        Some((name, feature.shell, data, data.value.as_ref()?))
+    });
+    let all: Vec<_> = with_value.collect();
+    let index: FxHashMap<&Name, usize> =
+        all.iter().enumerate().map(|(index, (name, ..))| (*name, index)).collect();
+    let named: Vec<Vec<usize>> = all
+        .iter()
+        .map(|(.., value)| names_in(value).into_iter().filter_map(|name| index.get(name).copied()).collect())
+        .collect();
+    let (order, in_ring) = ordered(&named);
+    let rings =
+        all.iter().zip(in_ring).filter(|(_, in_ring)| *in_ring).map(|((name, ..), _)| (*name).clone());
+    let mut constants =
+        Constants { values: FxHashMap::default(), rings: rings.collect(), lost: features.lost };
+    constants.values.extend(all.iter().map(|(name, ..)| ((*name).clone(), None)));
+    for index in order {
+        let Some((name, declared, data, value)) = all.get(index) else { continue };
+        let mut elsewhere = Vec::new();
+        let mut evaluator =
+            Evaluator { of: *declared, constants: Some(&constants), own: None, found: &mut elsewhere };
+        let ty = type_of(db, project, *declared, data.ty.as_ref());
+        let found = evaluator.evaluate(value).filter(|found| found.ty.fits(found.value.as_ref(), &ty));
+        // As it is kept there.
+        let kept = found.map(|found| match (&ty, found.value) {
+            (Type::Double | Type::Float, Some(Value::Int(value))) => {
+                Typed { ty, value: Some(Value::Double(f64::from(value))) }
+            }
+            (_, value) => Typed { ty, value },
+        });
+        constants.values.insert((*name).clone(), kept);
+    }
+    constants
+}
+
+/// The names in an expression.
+fn names_in(expr: &Expr) -> Vec<&Name> {
+    let (mut names, mut open) = (Vec::new(), vec![expr]);
+    while let Some(expr) = open.pop() {
+        match expr {
+            Expr::Name(name) => names.push(&name.name),
+            Expr::Lost(inner) | Expr::Unary(_, inner, _) => open.push(inner),
+            Expr::Binary(_, lhs, rhs, _) => open.extend([lhs.as_ref(), rhs.as_ref()]),
+            Expr::Missing | Expr::Literal(..) | Expr::Call { .. } => {}
+        }
+    }
+    names
+}
+
+/// Does a value or an interval of the shell name this constant?
+pub(crate) fn is_named(data: &Shell, name: &Name) -> bool {
+    let values = data.features.iter().flat_map(|it| &it.value);
+    let ends = data.features.iter().flat_map(|it| &it.interval).flat_map(|it| [&it.low, &it.high]);
+    values.chain(ends).any(|expr| names_in(expr).contains(&name))
+}
+
+/// Evaluates constant expressions in a declaration, and reports what is wrong in them.
+struct Evaluator<'a, 'db> {
     of: Decl<'db>,
-    /// The features whose constants may be named.
-    scope: Option<&'a Features<'db>>,
+    /// The constants that may be named.
+    constants: Option<&'a Constants>,
     /// The feature whose value it is.
     own: Option<&'a Name>,
-    /// Does that rest on itself?
-    ring: bool,
     found: &'a mut Vec<Diagnostic<'db>>,
 }
 
-impl<'a, 'db> Constants<'a, 'db> {
-    fn new(
-        db: &'db dyn ModelDb,
-        project: Project<'db>,
-        of: Decl<'db>,
-        found: &'a mut Vec<Diagnostic<'db>>,
-    ) -> Constants<'a, 'db> {
-        Constants { db, project, of, scope: None, own: None, ring: false, found }
-    }
+impl<'db> Evaluator<'_, 'db> {
     fn report(&mut self, part: Part, why: impl Into<String>) {
         self.found.push(diagnostics::constant_expression::report(Place::Part(self.of, part), why));
     }
@@ -169,14 +229,14 @@ impl<'a, 'db> Constants<'a, 'db> {
 
     /// The value of an expression that is for a feature of this type, and where it stands.
     fn value_for(&mut self, name: &str, ty: &Type, expr: &Expr) -> Option<(Value, Part)> {
-        let (found, value) = self.evaluate(expr)?;
+        let found = self.evaluate(expr)?;
         let part = expr.part()?;
-        if !found.fits(value.as_ref(), ty) {
+        if !found.ty.fits(found.value.as_ref(), ty) {
             let at = Place::Part(self.of, part);
-            self.found.push(diagnostics::assignment_type::report(at, name, ty, &found));
+            self.found.push(diagnostics::assignment_type::report(at, name, ty, &found.ty));
             return None;
         }
-        Some((value?, part))
+        Some((found.value?, part))
     }
 
     fn inside(
@@ -197,131 +257,67 @@ impl<'a, 'db> Constants<'a, 'db> {
     }
 
     /// The type of an expression, and its value where it has one; nothing where something in it is wrong, which is reported.
-    fn evaluate(&mut self, expr: &Expr) -> Option<(Type, Option<Value>)> {
-        let mut open: FxHashSet<Name> = self.own.into_iter().cloned().collect();
-        self.evaluated(expr, &mut open)
-    }
-
-    fn evaluated(&mut self, expr: &Expr, open: &mut FxHashSet<Name>) -> Option<(Type, Option<Value>)> {
+    fn evaluate(&mut self, expr: &Expr) -> Option<Typed> {
         match expr {
             Expr::Missing | Expr::Lost(_) => None,
-            Expr::Literal(literal, part) => match Value::of_literal(literal) {
-                Ok(value) => Some((literal_type(literal), value)),
-                Err(why) => {
-                    self.report(*part, why);
-                    None
+            Expr::Literal(literal, part) => self.given(Typed::literal(literal), *part, "", &[]),
+            Expr::Name(name) => self.constant(&name.name, name.part),
+            Expr::Unary(operator, inner, part) => match Typed::least(*operator, inner) {
+                Some(least) => Some(least),
+                None => {
+                    let inner = self.evaluate(inner)?;
+                    self.given(inner.unary(*operator), *part, operator.text(), &[&inner.ty])
                 }
             },
-            Expr::Name(name) => self.constant(&name.name, name.part, open),
-            Expr::Unary(UnaryOperator::Minus, inner, _) if matches!(inner.as_ref(), Expr::Literal(Literal::Int(text), _) if Value::of_negated(text).is_some()) => {
-                Some((Type::INT, Some(Value::Int(i32::MIN))))
-            }
-            Expr::Unary(operator, inner, part) => {
-                let (ty, value) = self.evaluated(inner, open)?;
-                match ty.unary(*operator) {
-                    Ok(result) => self.value(result, value.map(|value| value.unary(*operator)), *part),
-                    Err(takes) => {
-                        let at = Place::Part(self.of, *part);
-                        self.found.push(diagnostics::operator_type::unary(at, *operator, takes, &ty));
-                        None
-                    }
-                }
-            }
             Expr::Binary(operator, lhs, rhs, part) => {
-                let (left, right) = (self.evaluated(lhs, open), self.evaluated(rhs, open));
-                let ((left, a), (right, b)) = (left?, right?);
-                match left.binary(*operator, &right) {
-                    Ok(result) => self.value(result, a.zip(b).map(|(a, b)| a.binary(*operator, &b)), *part),
-                    Err(takes) => {
-                        let at = Place::Part(self.of, *part);
-                        self.found.push(diagnostics::operator_type::binary(
-                            at,
-                            *operator,
-                            takes,
-                            [&left, &right],
-                        ));
-                        None
-                    }
-                }
+                let (lhs, rhs) = (self.evaluate(lhs), self.evaluate(rhs));
+                let (lhs, rhs) = (lhs?, rhs?);
+                self.given(lhs.binary(*operator, &rhs), *part, operator.text(), &[&lhs.ty, &rhs.ty])
             }
             Expr::Call { callee, .. } => {
-                self.report(
-                    callee.part,
-                    format!("`{}` is called when the robot runs: this value is there before", callee.name),
-                );
+                let why =
+                    format!("`{}` is called when the robot runs: this value is there before", callee.name);
+                self.report(callee.part, why);
                 None
             }
         }
     }
 
-    fn value(
+    fn given(
         &mut self,
-        ty: Type,
-        value: Option<Result<Option<Value>, &'static str>>,
+        given: Result<Typed, Wrong>,
         part: Part,
-    ) -> Option<(Type, Option<Value>)> {
-        match value {
-            None => Some((ty, None)),
-            Some(Ok(value)) => Some((ty, value)),
-            Some(Err(why)) => {
-                self.report(part, why);
+        operator: &str,
+        operands: &[&Type],
+    ) -> Option<Typed> {
+        match given {
+            Ok(given) => Some(given),
+            Err(wrong) => {
+                let at = Place::Part(self.of, part);
+                self.found.push(diagnostics::operator_type::wrong(at, wrong, operator, operands));
                 None
             }
         }
     }
 
-    /// The value of a constant of the shell that a value names.
-    fn constant(
-        &mut self,
-        name: &Name,
-        part: Part,
-        open: &mut FxHashSet<Name>,
-    ) -> Option<(Type, Option<Value>)> {
-        let Some(features) = self.scope else {
+    /// The value of a constant that a value names.
+    fn constant(&mut self, name: &Name, part: Part) -> Option<Typed> {
+        let Some(constants) = self.constants else {
             self.report(part, format!("`{name}` has no value here: write a number, a text, true or false"));
             return None;
         };
-        let feature: Option<&FeatureOf<'db>> = features.get(name).filter(|feature| feature.kind.is_value());
-        let Some(feature) = feature else {
-            if !features.lost {
-                self.report(part, format!("`{name}` is no constant of this shell"));
-            }
-            return None;
-        };
-        let data = shell(self.db, feature.shell)?.features.get(feature.index)?;
-        let ty = type_of(self.db, self.project, feature.shell, data.ty.as_ref());
-        let Some(value) = &data.value else {
-            self.report(part, format!("`{name}` has no value of its own"));
-            return None;
-        };
-        if !open.insert(name.clone()) {
+        let rests_on_itself = |name: &Name| constants.rings.contains(name);
+        match constants.values.get(name) {
+            Some(Some(found)) => return Some(found.clone()),
             // Said of each that is part of the ring, and of none that only names one of them.
-            if Some(name) == self.own && !std::mem::replace(&mut self.ring, true) {
-                self.report(part, format!("the value of `{name}` rests on itself"));
+            Some(None) if self.own.is_some_and(rests_on_itself) && rests_on_itself(name) => {
+                let own = self.own.map_or("", Name::as_str);
+                self.report(part, format!("the value of `{own}` rests on itself"));
             }
-            return None;
+            Some(None) => {}
+            None if constants.lost => {}
+            None => self.report(part, format!("`{name}` is no constant of this shell that has a value")),
         }
-        // What is wrong in it is reported where it stands.
-        let mut elsewhere = Vec::new();
-        let mut there = Constants::new(self.db, self.project, feature.shell, &mut elsewhere);
-        (there.scope, there.own, there.ring) = (self.scope, self.own, self.ring);
-        let found = there.evaluated(value, open);
-        let ring = there.ring;
-        open.remove(name);
-        if ring && !std::mem::replace(&mut self.ring, true) {
-            self.report(
-                part,
-                format!("the value of `{}` rests on itself", self.own.map_or("", Name::as_str)),
-            );
-        }
-        let (of, value) = found?;
-        // As it is kept there.
-        match (of.fits(value.as_ref(), &ty), &ty, value) {
-            (false, ..) => None,
-            (true, Type::Double | Type::Float, Some(Value::Int(value))) => {
-                Some((ty, Some(Value::Double(f64::from(value)))))
-            }
-            (true, _, value) => Some((ty, value)),
-        }
+        None
     }
 }

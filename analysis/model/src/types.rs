@@ -3,12 +3,12 @@
 use std::fmt;
 
 use crate::ModelDb;
-use crate::item_tree::{BinaryOperator, Name, TypeRef, UnaryOperator};
+use crate::item_tree::{BinaryOperator, Expr, Literal, Name, TypeRef, UnaryOperator};
 use crate::messages::message_of;
 use crate::names::names_of;
 use crate::project::{Project, external_types};
 use crate::source::Decl;
-use crate::values::Value;
+use crate::values::{DIVISION, Value};
 
 /// A type of values.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
@@ -218,6 +218,85 @@ impl Type {
             (UnaryOperator::Not, _) => Err("a condition"),
             (UnaryOperator::Minus, it) if it.is_number() || *it == Type::Unknown => Ok(it.clone()),
             (UnaryOperator::Minus, _) => Err("a number"),
+        }
+    }
+}
+
+/// The type of an expression, and its value where that is constant.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Typed {
+    pub(crate) ty: Type,
+    pub(crate) value: Option<Value>,
+}
+
+/// Why an operation gives nothing.
+pub(crate) enum Wrong {
+    /// It does not take what it is given: what it takes, in words.
+    Takes(&'static str),
+    /// It has no value: why, in words.
+    NoValue(&'static str),
+}
+
+impl Typed {
+    pub(crate) const UNKNOWN: Typed = Typed { ty: Type::Unknown, value: None };
+
+    pub(crate) fn of(ty: Type) -> Typed {
+        Typed { ty, value: None }
+    }
+
+    /// A literal.
+    pub(crate) fn literal(literal: &Literal) -> Result<Typed, Wrong> {
+        let value = Value::of_literal(literal).map_err(Wrong::NoValue)?;
+        let ty = match literal {
+            Literal::Int(_) => Type::INT,
+            Literal::Float(_) => Type::Double,
+            Literal::String(_) => Type::String,
+            Literal::Bool(_) => Type::Bool,
+            Literal::Status(word) => match word.as_str() {
+                "no_data" | "old_data" | "new_data" => Type::PortStatus,
+                _ => Type::CallStatus,
+            },
+        };
+        Ok(Typed { ty, value })
+    }
+
+    /// The least whole number, which has one digit more than the greatest: `operator` before `inner`, if it is that.
+    pub(crate) fn least(operator: UnaryOperator, inner: &Expr) -> Option<Typed> {
+        match (operator, inner) {
+            (UnaryOperator::Minus, Expr::Literal(Literal::Int(text), _)) if *text == "2147483648" => {
+                Some(Typed { ty: Type::INT, value: Some(Value::Int(i32::MIN)) })
+            }
+            _ => None,
+        }
+    }
+
+    /// What a unary operator gives.
+    pub(crate) fn unary(&self, operator: UnaryOperator) -> Result<Typed, Wrong> {
+        let ty = self.ty.unary(operator).map_err(Wrong::Takes)?;
+        let value =
+            self.value.as_ref().map(|value| value.unary(operator)).transpose().map_err(Wrong::NoValue)?;
+        Ok(Typed { ty, value: value.flatten() })
+    }
+
+    /// What a binary operator gives.
+    pub(crate) fn binary(&self, operator: BinaryOperator, other: &Typed) -> Result<Typed, Wrong> {
+        let ty = self.beside(other).binary(operator, &other.beside(self)).map_err(Wrong::Takes)?;
+        let divides = matches!(operator, BinaryOperator::Divide | BinaryOperator::Remainder);
+        let value = match (&self.value, &other.value) {
+            (Some(left), Some(right)) => left.binary(operator, right).map_err(Wrong::NoValue)?,
+            (None, Some(Value::Int(0))) if divides => return Err(Wrong::NoValue(DIVISION)),
+            _ => None,
+        };
+        Ok(Typed { ty, value })
+    }
+
+    /// A constant beside a variable that it fits is of that variable's type: `0.5 * x` is as exact as `x`.
+    fn beside(&self, other: &Typed) -> Type {
+        let is_constant = self.value.is_some() && other.value.is_none() && other.ty.is_number();
+        if is_constant && self.ty.fits(self.value.as_ref(), &other.ty) {
+            other.ty.clone()
+        } else {
+            self.ty.clone()
         }
     }
 }

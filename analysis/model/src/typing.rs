@@ -10,14 +10,13 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use crate::ModelDb;
 use crate::diagnostics::{self, Diagnostic};
 use crate::item_tree::{
-    BinaryOperator, Core, Direction, Expr, FeatureKind, HookKind, Kind, Literal, Name, NameRef, Operation,
-    Parameter, Part, Program, State, Statement, TypeRef, UnaryOperator, Variable,
+    Core, Direction, Expr, FeatureKind, HookKind, Kind, Name, NameRef, Operation, Parameter, Part, Program,
+    State, Statement, TypeRef, Variable,
 };
 use crate::names::{Features, features_of, names_of, similar};
 use crate::project::Project;
 use crate::source::{Decl, Place, codel, core, shell};
-use crate::types::{Type, type_of};
-use crate::values::{DIVISION, Value};
+use crate::types::{Type, Typed, Wrong, type_of};
 
 /// What is known of a core's programs.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
@@ -191,20 +190,6 @@ pub(crate) fn is_whole(core: &Core) -> bool {
         && machines().all(|machine| machine.whole)
         && states().all(is_whole)
         && core.programs().into_iter().all(|program| program.whole)
-}
-
-/// The type of an expression, and its value where that is constant.
-struct Typed {
-    ty: Type,
-    value: Option<Value>,
-}
-
-impl Typed {
-    const UNKNOWN: Typed = Typed { ty: Type::Unknown, value: None };
-
-    fn of(ty: Type) -> Typed {
-        Typed { ty, value: None }
-    }
 }
 
 /// What a program gives.
@@ -576,66 +561,32 @@ impl<'db> Typer<'_, 'db> {
                 self.found.diagnostics.truncate(said);
                 Typed::UNKNOWN
             }
-            Expr::Literal(literal, part) => self.literal(literal, *part),
+            Expr::Literal(literal, part) => self.given(Typed::literal(literal), *part, "", &[]),
             Expr::Name(name) => Typed::of(self.name(name)),
-            Expr::Unary(UnaryOperator::Minus, inner, _) if matches!(inner.as_ref(), Expr::Literal(Literal::Int(text), _) if Value::of_negated(text).is_some()) => {
-                Typed { ty: Type::INT, value: Some(Value::Int(i32::MIN)) }
-            }
-            Expr::Unary(operator, inner, part) => {
+            Expr::Unary(operator, inner, part) => Typed::least(*operator, inner).unwrap_or_else(|| {
                 let inner = self.expr(inner);
-                match inner.ty.unary(*operator) {
-                    Ok(ty) => {
-                        let value = inner.value.map(|value| value.unary(*operator));
-                        Typed { ty, value: self.evaluated(value, *part) }
-                    }
-                    Err(takes) => {
-                        let at = self.at(*part);
-                        self.report(diagnostics::operator_type::unary(at, *operator, takes, &inner.ty));
-                        Typed::UNKNOWN
-                    }
-                }
-            }
+                self.given(inner.unary(*operator), *part, operator.text(), &[&inner.ty])
+            }),
             Expr::Binary(operator, lhs, rhs, part) => {
                 let (lhs, rhs) = (self.expr(lhs), self.expr(rhs));
-                self.binary(*operator, lhs, rhs, *part)
+                self.given(lhs.binary(*operator, &rhs), *part, operator.text(), &[&lhs.ty, &rhs.ty])
             }
             Expr::Call { callee, arguments, .. } => Typed::of(self.call(callee, arguments)),
         }
     }
 
-    fn binary(&mut self, operator: BinaryOperator, lhs: Typed, rhs: Typed, part: Part) -> Typed {
-        let ty = match lhs.ty.binary(operator, &rhs.ty) {
-            Ok(ty) => ty,
-            Err(takes) => {
-                let at = self.at(part);
-                self.report(diagnostics::operator_type::binary(at, operator, takes, [&lhs.ty, &rhs.ty]));
-                return Typed::UNKNOWN;
-            }
-        };
-        let divides = matches!(operator, BinaryOperator::Divide | BinaryOperator::Remainder);
-        let value = match (&lhs.value, &rhs.value) {
-            (Some(left), Some(right)) => Some(left.binary(operator, right)),
-            (None, Some(Value::Int(0))) if divides => Some(Err(DIVISION)),
-            _ => None,
-        };
-        Typed { ty, value: self.evaluated(value, part) }
-    }
-
-    fn literal(&mut self, literal: &Literal, part: Part) -> Typed {
-        let ty = literal_type(literal);
-        let value = Value::of_literal(literal);
-        Typed { ty, value: self.evaluated(Some(value), part) }
-    }
-
-    fn evaluated(&mut self, value: Option<Result<Option<Value>, &'static str>>, part: Part) -> Option<Value> {
-        match value? {
-            Ok(value) => value,
-            Err(why) => {
-                let at = self.at(part);
-                self.report(diagnostics::constant_expression::report(at, why));
-                None
-            }
-        }
+    fn given(
+        &mut self,
+        given: Result<Typed, Wrong>,
+        part: Part,
+        operator: &str,
+        operands: &[&Type],
+    ) -> Typed {
+        given.unwrap_or_else(|wrong| {
+            let at = self.at(part);
+            self.report(diagnostics::operator_type::wrong(at, wrong, operator, operands));
+            Typed::UNKNOWN
+        })
     }
 
     /// What a call gives.
@@ -892,20 +843,6 @@ impl<'db> Typer<'_, 'db> {
 
 fn values(count: usize) -> String {
     if count == 1 { "1 value".to_owned() } else { format!("{count} values") }
-}
-
-/// The type of a literal.
-pub(crate) fn literal_type(literal: &Literal) -> Type {
-    match literal {
-        Literal::Int(_) => Type::INT,
-        Literal::Float(_) => Type::Double,
-        Literal::String(_) => Type::String,
-        Literal::Bool(_) => Type::Bool,
-        Literal::Status(word) => match word.as_str() {
-            "no_data" | "old_data" | "new_data" => Type::PortStatus,
-            _ => Type::CallStatus,
-        },
-    }
 }
 
 /// Does every path end with a `return`?

@@ -1,5 +1,7 @@
 //! Which activity goes before which, and whether it should.
 
+use rustc_hash::FxHashSet;
+
 use crate::ModelDb;
 use crate::diagnostics::{self, Diagnostic};
 use crate::item_tree::Name;
@@ -25,16 +27,19 @@ pub(crate) fn check<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'
         Some(Place::Part(of, field.value_part))
     };
     let mut found = Vec::new();
+    let mut said: FxHashSet<Name> = FxHashSet::default();
     for (index, &(priority, row)) in ranked.iter().enumerate() {
         let Some(at) = priority_at(&row.instance) else { continue };
         // Said once for all that have the priority, at the second of them.
         let same = |(other, it): &&(u32, &Row<'db>)| *other == priority && share(row, it);
-        let earlier: Vec<_> = ranked.iter().take(index).filter(same).collect();
-        if let [_] = earlier.as_slice() {
-            let others = earlier.into_iter().chain(ranked.iter().skip(index + 1).filter(same));
+        let is_said = ranked.iter().take(index).filter(same).any(|(_, it)| said.contains(&it.instance));
+        if ranked.iter().take(index).any(|it| same(&it)) && !is_said {
+            let others = ranked.iter().enumerate().filter(|(other, _)| *other != index).map(|(_, it)| it);
             let others: Vec<(&str, Place<'db>)> = others
+                .filter(same)
                 .filter_map(|(_, other)| Some((other.instance.as_str(), priority_at(&other.instance)?)))
                 .collect();
+            said.insert(row.instance.clone());
             found.push(diagnostics::equal_priorities::report(at.clone(), &row.instance, priority, &others));
         }
         // Of those that are more urgent and have longer deadlines, the one that is so least.

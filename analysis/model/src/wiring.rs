@@ -5,8 +5,8 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use crate::ModelDb;
 use crate::diagnostics::{self, Diagnostic};
 use crate::flat::{Flat, Link, flat_of};
-use crate::item_tree::{Connection, Endpoint, Feature, FeatureKind, Name};
-use crate::names::features_of;
+use crate::item_tree::{Connection, Endpoint, Feature, FeatureKind, Kind, Name};
+use crate::names::{features_of, names_of};
 use crate::project::Project;
 use crate::psm::shell_of;
 use crate::settings::deployed;
@@ -55,7 +55,7 @@ pub(crate) fn check_architecture<'db>(
             .map(|end| signature(db, project, end.shell, &end.data.parameters, end.data.ty.as_ref()));
         if !provided.is(&required) {
             let shown = [provided.show(&source.feature), required.show(&target.feature)];
-            let [provided, required] = [&shown[0], &shown[1]].map(String::as_str);
+            let [provided, required] = &shown;
             found.push(diagnostics::operation_signature::report(at, [provided, required]));
         }
     }
@@ -112,21 +112,28 @@ fn two_writers<'db>(
     let own = |at: &Place<'db>| matches!(at, Place::Part(decl, _) if *decl == of);
     let links = flat.links.iter().filter(|link| !link.operation);
     let (mine, others): (Vec<_>, Vec<_>) = links.partition(|link| own(&link.at));
+    // What one import has already is reported there.
+    let imports = architecture(db, of).into_iter().flat_map(|data| data.imports.iter().flatten());
+    let imports: Vec<&Flat<'db>> = imports
+        .filter_map(|it| names_of(db, project).resolve_type(db, of, Kind::Architecture, Some(it)).ok())
+        .map(|import| flat_of(db, project, import))
+        .collect();
+    let has = |flat: &Flat<'db>, at: &Place<'db>| flat.links.iter().any(|link| link.at == *at);
     for link in others.into_iter().chain(mine) {
-        match first.get(&link.target) {
-            Some(earlier) if own(&link.at) && is_input(&link.target) => {
-                let (instance, port) = &link.target;
-                found.push(diagnostics::two_writers::report(
-                    link.at.clone(),
-                    instance,
-                    port,
-                    (*earlier).clone(),
-                ));
-            }
-            Some(_) => {}
-            None => {
-                first.insert(&link.target, &link.at);
-            }
+        let Some(earlier) = first.get(&link.target).copied() else {
+            first.insert(&link.target, &link.at);
+            continue;
+        };
+        let is_known = imports.iter().any(|import| has(import, earlier) && has(import, &link.at));
+        if !is_known && is_input(&link.target) {
+            let (instance, port) = &link.target;
+            let at = if own(&link.at) { link.at.clone() } else { Place::name_of(of) };
+            let report = diagnostics::two_writers::report(at, instance, port, earlier.clone());
+            found.push(if own(&link.at) {
+                report
+            } else {
+                report.related(link.at.clone(), "the second is here")
+            });
         }
     }
     found

@@ -144,7 +144,13 @@ fn a_changed_period_runs_only_its_deployments_response_times() {
 #[test]
 fn a_changed_program_runs_its_core_and_where_a_time_changed_the_response_times() {
     let counts = executed(&robot(), "/parts.mal", "run = { one(); }", "run = { one(); one(); }");
-    let of_core = [("behaviour_of", 1), ("typing_of", 1), ("uses_of", 1), ("unknown_types", 1)];
+    let of_core = [
+        ("behaviour_of", 1),
+        ("typing_of", 1),
+        ("uses_of", 1),
+        ("flow_diagnostics", 1),
+        ("unknown_types", 1),
+    ];
     let and = |more: &[(&'static str, usize)]| [&of_core, more].concat();
     check(&counts, &and(&[("psm_of", 1), ("response_times", 2), ("declaration_diagnostics", 3)]));
     // The same time: nothing behind the machine.
@@ -154,6 +160,10 @@ fn a_changed_program_runs_its_core_and_where_a_time_changed_the_response_times()
     // A core that no component has; what the project uses is another codel.
     let counts = executed(&robot(), "/parts.mal", "update = { one(); }", "update = { two(); }");
     check(&counts, &and(&[("usage_of", 1), ("declaration_diagnostics", 1)]));
+    // A half-typed line in it: each is asked whether it is used, and none is looked at again for that.
+    let counts = executed(&robot(), "/parts.mal", "update = { one(); }", "update = { one() }");
+    let asked = [("usage_of", 1), ("is_unused", 8), ("unread", 1), ("declaration_diagnostics", 1)];
+    check(&counts, &and(&asked));
 }
 
 #[test]

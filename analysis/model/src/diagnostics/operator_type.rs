@@ -22,9 +22,26 @@ use super::*;
 
 code!(OPERATOR_TYPE, Error, "operator-type");
 
-pub(crate) fn binary<'db>(
+/// Where an operator does not take its operands, or what they give has no value.
+pub(crate) fn wrong<'db>(
     at: Place<'db>,
-    operator: BinaryOperator,
+    wrong: Wrong,
+    operator: &str,
+    operands: &[&Type],
+) -> Diagnostic<'db> {
+    match (wrong, operands) {
+        (Wrong::NoValue(why), _) => constant_expression::report(at, why),
+        (Wrong::Takes(takes), [left, right]) => binary(at, operator, takes, [left, right]),
+        (Wrong::Takes(takes), operands) => {
+            let found = operands.first().map_or_else(String::new, |found| format!(", and this is {found}"));
+            Diagnostic::new(&OPERATOR_TYPE, at, format!("`{operator}` takes {takes}{found}"))
+        }
+    }
+}
+
+fn binary<'db>(
+    at: Place<'db>,
+    operator: &str,
     takes: &str,
     [left, right]: [&Type; 2],
 ) -> Diagnostic<'db> {
@@ -32,10 +49,6 @@ pub(crate) fn binary<'db>(
         (Type::Unknown, known) | (known, Type::Unknown) => format!("one is {known}"),
         (left, right) => format!("these are {left} and {right}"),
     };
-    let message = format!("`{}` takes {takes}, and {found}", operator.text());
+    let message = format!("`{operator}` takes {takes}, and {found}");
     Diagnostic::new(&OPERATOR_TYPE, at, message)
-}
-
-pub(crate) fn unary<'db>(at: Place<'db>, operator: UnaryOperator, takes: &str, found: &Type) -> Diagnostic<'db> {
-    Diagnostic::new(&OPERATOR_TYPE, at, format!("`{}` takes {takes}, and this is {found}", operator.text()))
 }
