@@ -142,7 +142,8 @@ fn lines_of(text: &str, lines: TextRange) -> TextRange {
     let end = if end > start && begins(end) {
         end
     } else {
-        end + text[end..].find(['\n', '\r']).unwrap_or(text.len() - end)
+        let rest = &text.as_bytes()[end..];
+        end + rest.iter().position(|byte| matches!(byte, b'\n' | b'\r')).unwrap_or(rest.len())
     };
     range(first.map_or(0, |at| at + 1)..end)
 }
@@ -779,7 +780,7 @@ impl<'a> Reader<'a> {
         let mut errors: Vec<TextRange> = Vec::new();
         for node in root.descendants().filter(|node| node.kind() == ERROR) {
             let range = node.text_range();
-            if errors.last().is_none_or(|last| range.is_empty() || last.end() <= range.start()) {
+            if errors.last().is_none_or(|last| last.end() <= range.start()) {
                 errors.push(range);
             }
         }

@@ -71,7 +71,7 @@ impl fmt::Debug for Name {
     }
 }
 
-/// Something in a declaration that can be pointed at, numbered in the order of the text; 0 is its name.
+/// Something in a declaration that can be pointed at; 0 is its name. Names are numbered in the order of the text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Default, salsa::SalsaValue)]
 pub struct Part(pub u32);
 

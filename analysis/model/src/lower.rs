@@ -841,6 +841,9 @@ impl Lowering<'_> {
     }
 }
 
+/// The one thing that is looked for behind a node: it stands in the same declaration and state, since the list around it
+/// takes the `;`.
+///
 /// A `(` or `-` that begins a line in the value of a variable without `;` at its end: the user may have meant another
 /// statement.
 fn continued(variable: &ast::Var) -> Option<(TextRange, Option<TextRange>)> {

@@ -4,7 +4,6 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use mauve_timing::{Rounding, Time, TimeError, Unit};
 
-use crate::ModelDb;
 use crate::behaviour::Refusal;
 use crate::diagnostics::{self, Diagnostic};
 use crate::flat::{Flat, FlatInstance, Link, flat_of};
@@ -13,6 +12,7 @@ use crate::names::{Features, features_of, names_of, similar};
 use crate::project::{Project, platform_of};
 use crate::psm::{core_of, shell_of};
 use crate::source::{Decl, Place, architecture, core_interface, deployment};
+use crate::{ModelDb, values};
 
 /// What a deployment asks to be run.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
@@ -510,14 +510,10 @@ pub fn cpu_names(mask: u64) -> String {
     }
 }
 
-/// INT, decimal or `0x…`, of 32 bits.
+/// INT.
 fn whole_number(value: &Expr) -> Option<u32> {
     let Expr::Literal(Literal::Int(text), _) = value else { return None };
-    let number = match text.strip_prefix("0x").or(text.strip_prefix("0X")) {
-        Some(digits) => u32::from_str_radix(digits, 16).ok()?,
-        None => text.parse().ok()?,
-    };
-    i32::try_from(number).is_ok().then_some(number)
+    u32::try_from(values::whole_number(text)?).ok()
 }
 
 fn milliseconds(value: &Expr) -> Result<Time, String> {
