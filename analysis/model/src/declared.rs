@@ -10,7 +10,7 @@ use crate::messages::{catalogue, package, used_packages};
 use crate::names::{features_of, names_of, similar};
 use crate::project::{Project, external_types};
 use crate::psm::{core_of, shell_of};
-use crate::settings::{is_named, target_of};
+use crate::settings::{names_in_values, target_of};
 use crate::source::{Decl, Place, data, shell};
 use crate::types::{self, Type};
 use crate::typing::uses_of;
@@ -155,12 +155,16 @@ fn unknown_type<'db>(
             if used.iter().any(|name| !types::is_known_package(db, project, name)) {
                 return None;
             }
-            let built_in: Vec<Name> = types::BUILT_IN.iter().map(|&name| name.into()).collect();
+            let own: Vec<Name> = types::BUILT_IN.iter().map(|&name| name.into()).collect();
             let known = used.iter().flat_map(messages).chain(external_types(db, workspace).keys());
-            let near = similar(name, known.chain(&built_in));
+            let near = similar(name, known.chain(&own));
             let declares =
                 |of: &&Name| package(db, workspace, of).is_some_and(|it| it.messages.contains_key(name));
-            let elsewhere = library.and_then(|_| catalogue().keys().find(declares));
+            // `String` is rather the language's own than a message of that name.
+            let built_in = types::BUILT_IN.iter().find(|built_in| name.eq_ignore_ascii_case(built_in));
+            let near = built_in.map(|&built_in| built_in.into()).or(near);
+            let elsewhere = library.filter(|_| built_in.is_none());
+            let elsewhere = elsewhere.and_then(|_| catalogue().keys().find(declares));
             diagnostics::unknown_type::report(of, at, &ty.path, elsewhere, near)
         }
         path => {
@@ -221,6 +225,12 @@ fn usage_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Usage<'db> {
         }
         usage.lost |= uses.lost;
     }
+    for of in of_kind(Kind::Shell) {
+        let features = features_of(db, project, of);
+        let named = shell(db, of).map_or_else(Vec::new, names_in_values);
+        let named = named.into_iter().filter_map(|name| features.get(name));
+        usage.features.extend(named.map(|feature| (feature.shell, feature.index)));
+    }
     for of in of_kind(Kind::Deployment) {
         let deployed = usage.deployed.get_or_insert_default();
         let Some(target) = target_of(db, project, of) else {
@@ -276,9 +286,7 @@ fn unread<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Ve
     };
     let features = data.features.iter().enumerate();
     let values = features.filter(|(_, it)| it.kind.is_value() && !it.name.name.is_empty());
-    let unread = values
-        .filter(|(index, it)| !usage.features.contains(&(of, *index)) && !is_named(data, &it.name.name));
-    unread.map(|(index, _)| index).collect()
+    values.filter(|(index, _)| !usage.features.contains(&(of, *index))).map(|(index, _)| index).collect()
 }
 
 fn unused_features<'db>(

@@ -12,15 +12,15 @@ use crate::behaviour::{behaviour_of, ordered, reachable};
 use crate::diagnostics::{self, Diagnostic};
 use crate::flat::flat_of;
 use crate::item_tree::{
-    Core, Direction, Expr, HookKind, Kind, Machine, MethodKind, Name, Operation, Part, Program, State,
-    Statement, Transition,
+    BinaryOperator, Core, Direction, Expr, HookKind, Kind, Machine, MethodKind, Name, Operation, Part,
+    Program, State, Statement, Transition,
 };
 use crate::names::names_of;
 use crate::project::Project;
 use crate::psm::core_of;
 use crate::source::{Decl, Place, architecture, codel, core};
 use crate::types::Type;
-use crate::typing::{Callee, Meaning, Typing, VariableKind, is_whole, returns, typing_of};
+use crate::typing::{Callee, Meaning, Typing, VariableKind, VariableOf, is_whole, returns, typing_of};
 
 /// What is wrong with the flow of values in a core.
 #[salsa::tracked(returns(ref))]
@@ -37,6 +37,9 @@ pub(crate) fn flow_diagnostics<'db>(
         core: data,
         typing,
         operations: Vec::new(),
+        ever: Variables::default(),
+        conditions: 0,
+        given: FxHashSet::default(),
         read: FxHashSet::default(),
         late: FxHashMap::default(),
         found: Vec::new(),
@@ -110,6 +113,12 @@ struct Flow<'a, 'db> {
     typing: &'a Typing<'db>,
     /// What each operation may assign.
     operations: Vec<Variables>,
+    /// What any program may assign.
+    ever: Variables,
+    /// How many conditions decide whether the statement that is looked at is executed.
+    conditions: usize,
+    /// What comes back from a call, which asks for a variable whether anybody reads it or not.
+    given: FxHashSet<usize>,
     /// What any program reads.
     read: FxHashSet<usize>,
     /// Where a variable is first read before it is assigned.
@@ -157,17 +166,27 @@ impl<'db> Flow<'_, 'db> {
         self.operations();
         let (mut assigned, mut later) = (Variables::default(), Variables::default());
         for (index, variable) in self.typing.variables.iter().enumerate() {
-            if variable.has_value {
+            let is_of_core = matches!(variable.kind, VariableKind::Core | VariableKind::Machine);
+            if variable.has_value && !is_of_core {
                 assigned.insert(index);
             }
-            if variable.has_value || matches!(variable.kind, VariableKind::Core | VariableKind::Machine) {
+            if variable.has_value || is_of_core {
                 later.insert(index);
             }
         }
+        let mut ever = Variables::default();
+        self.quietly(|this| {
+            this.core.programs().into_iter().for_each(|program| this.block(&program.statements, &mut ever));
+        });
+        self.ever = ever;
+        // Each may rest on those before it.
         let machines = self.core.machines.iter().flat_map(|machine| &machine.variables);
-        for value in self.core.variables.iter().chain(machines).filter_map(|variable| variable.value.as_ref())
-        {
-            self.expr(value, &mut assigned);
+        for variable in self.core.variables.iter().chain(machines) {
+            if let Some(value) = &variable.value {
+                self.expr(value, &mut assigned);
+                let is_it = |it: &VariableOf| it.name.part == variable.name.part;
+                self.typing.variables.iter().position(is_it).into_iter().for_each(|it| assigned.insert(it));
+            }
         }
         // Others call an operation whenever they like, and the last programs come when all has been.
         for operation in &self.core.operations {
@@ -253,8 +272,10 @@ impl<'db> Flow<'_, 'db> {
         }
         self.optional(method(MethodKind::Handle), assigned);
         self.optional(method(MethodKind::Exit), assigned);
-        for effect in state.transitions.iter().filter_map(|transition| transition.effect.as_ref()) {
-            self.block(&effect.statements, &mut assigned.clone());
+        for transition in &state.transitions {
+            self.conditions += usize::from(transition.guard.is_some());
+            self.optional(transition.effect.as_ref(), &mut assigned.clone());
+            self.conditions -= usize::from(transition.guard.is_some());
         }
     }
 
@@ -283,8 +304,10 @@ impl<'db> Flow<'_, 'db> {
                     self.expr(condition, assigned);
                     // What either branch may assign counts behind them; each begins with what was before.
                     let mut other = assigned.clone();
+                    self.conditions += 1;
                     self.block(then, assigned);
                     self.block(otherwise.as_deref().unwrap_or_default(), &mut other);
+                    self.conditions -= 1;
                     assigned.add(&other);
                 }
                 Statement::Block(inner) => self.block(inner, assigned),
@@ -314,8 +337,9 @@ impl<'db> Flow<'_, 'db> {
                 self.read.insert(index);
                 let ty = self.typing.variables.get(index).map(|variable| &variable.ty);
                 // What a type that nobody knows begins with is its own matter: a handle, a pointer.
-                if !assigned.contains(index) && !matches!(ty, None | Some(Type::External(_) | Type::Unknown))
-                {
+                // A condition may know of an earlier period.
+                let may_be = assigned.contains(index) || self.conditions > 0 && self.ever.contains(index);
+                if !may_be && !matches!(ty, None | Some(Type::External(_) | Type::Unknown)) {
                     self.late
                         .entry(index)
                         .and_modify(|first| *first = (*first).min(name.part))
@@ -323,9 +347,12 @@ impl<'db> Flow<'_, 'db> {
                 }
             }
             Expr::Lost(inner) | Expr::Unary(_, inner, _) => self.expr(inner, assigned),
-            Expr::Binary(_, lhs, rhs, _) => {
+            Expr::Binary(operator, lhs, rhs, _) => {
                 self.expr(lhs, assigned);
+                let is_condition = matches!(operator, BinaryOperator::And | BinaryOperator::Or);
+                self.conditions += usize::from(is_condition);
                 self.expr(rhs, assigned);
+                self.conditions -= usize::from(is_condition);
             }
             Expr::Call { callee, arguments, .. } => self.call(callee.part, arguments, assigned),
         }
@@ -365,6 +392,7 @@ impl<'db> Flow<'_, 'db> {
                 (_, argument) => self.expr(argument, assigned),
             }
         }
+        self.given.extend(&back);
         back.into_iter().for_each(|index| assigned.insert(index));
         if let Some(Callee::Operation(index)) = callee
             && let Some(operation) = self.operations.get(index)
@@ -441,7 +469,8 @@ impl<'db> Flow<'_, 'db> {
                 VariableKind::Handler => "handler",
                 _ => "variable",
             };
-            if !self.read.contains(&index) && !variable.name.name.is_empty() {
+            let is_used = self.read.contains(&index) || self.given.contains(&index);
+            if !is_used && !variable.name.name.is_empty() {
                 let at = self.at(variable.name.part);
                 self.found.push(diagnostics::unused_variable::report(at, what, &variable.name.name));
             }

@@ -27,6 +27,7 @@ pub(crate) fn check_shell<'db>(
         let own = Some(&feature.name.name);
         let mut constants = Evaluator { of, constants, own, found: &mut found };
         let ty = type_of(db, project, of, feature.ty.as_ref());
+        let ty = if ty == Type::Void { Type::Unknown } else { ty };
         let interval = constants.interval(feature, &ty);
         if let Some(value) = &feature.value {
             let value = constants.value_for(&feature.name.name, &ty, value);
@@ -52,6 +53,7 @@ pub(crate) fn check_settings<'db>(
         },
         (None, None) => return Vec::new(),
     };
+    let given = given(db, of, flat);
     let mut found = Vec::new();
     let mut seen: FxHashMap<(&Name, &Name), Part> = FxHashMap::default();
     for setting in settings {
@@ -62,7 +64,7 @@ pub(crate) fn check_settings<'db>(
             let whole = format!("{}.{}", instance.name, name.name);
             found.push(diagnostics::duplicate_definition::value(at, &whole, first));
         }
-        setting_value(db, project, of, flat, setting, &mut found);
+        setting_value(db, project, of, (flat, &given), setting, &mut found);
     }
     found
 }
@@ -71,7 +73,7 @@ fn setting_value<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
-    flat: &Flat<'db>,
+    (flat, given): (&Flat<'db>, &Given<'db>),
     setting: &Setting,
     found: &mut Vec<Diagnostic<'db>>,
 ) {
@@ -89,7 +91,12 @@ fn setting_value<'db>(
     let value = constants.value_for(&name.name, &ty, &setting.value);
     // What is wrong in the interval is reported where it stands.
     let mut elsewhere = Vec::new();
-    let known = Some(constants_of(db, project, declared_in));
+    // Its ends may name constants that have other values here.
+    let ends = data.interval.iter().flat_map(|it| [&it.low, &it.high]);
+    let of_instance =
+        declared.zip(given.get(&instance.name)).filter(|_| ends.clone().any(|end| !names_in(end).is_empty()));
+    let here = of_instance.map(|(shell, given)| constants_with(db, project, shell, given));
+    let known = Some(here.as_ref().unwrap_or_else(|| constants_of(db, project, declared_in)));
     let mut there = Evaluator { of: declared_in, constants: known, own: None, found: &mut elsewhere };
     let interval = there.interval(data, &ty);
     if let (Some((value, part)), Some((low, high))) = (value, interval) {
@@ -97,6 +104,25 @@ fn setting_value<'db>(
         let mut constants = Evaluator { of, constants: None, own: None, found };
         constants.inside(&name.name, (&value, part), [&low, &high], place);
     }
+}
+
+/// The values that are given to properties and constants, by instance and name.
+type Given<'db> = FxHashMap<&'db Name, FxHashMap<&'db Name, Typed>>;
+
+/// What an architecture or a deployment gives, or what it imports or deploys: its own word counts first.
+fn given<'db>(db: &'db dyn ModelDb, of: Decl<'db>, flat: &Flat<'db>) -> Given<'db> {
+    let mut given = Given::default();
+    for &of in std::iter::once(&of).chain(&flat.architectures) {
+        let own = deployment(db, of).map(|data| &data.settings);
+        for setting in own.or(architecture(db, of).map(|data| &data.settings)).into_iter().flatten() {
+            let Some(Endpoint { instance, feature: Some(name) }) = &setting.endpoint else { continue };
+            let mut elsewhere = Vec::new();
+            let mut evaluator = Evaluator { of, constants: None, own: None, found: &mut elsewhere };
+            let value = evaluator.evaluate(&setting.value).unwrap_or(Typed::UNKNOWN);
+            given.entry(&instance.name).or_default().entry(&name.name).or_insert(value);
+        }
+    }
+    given
 }
 
 /// The architecture that a deployment runs, flattened; nothing where it is not known, or something in it is lost.
@@ -134,19 +160,31 @@ struct Constants {
 
 #[salsa::tracked(returns(ref))]
 fn constants_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Constants {
+    constants_with(db, project, of, &FxHashMap::default())
+}
+
+/// [`constants_of`], where some are given other values than the shell's.
+fn constants_with<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    given: &FxHashMap<&Name, Typed>,
+) -> Constants {
     let features = features_of(db, project, of);
-    let with_value = features.by_name.iter().filter_map(|(name, found)| {
+    let values = features.by_name.iter().filter_map(|(name, found)| {
         let feature = found.first().filter(|feature| feature.kind.is_value())?;
         let data = shell(db, feature.shell)?.features.get(feature.index)?;
-        Some((name, feature.shell, data, data.value.as_ref()?))
+        Some((name, feature.shell, data))
     });
-    let all: Vec<_> = with_value.collect();
+    let all: Vec<_> = values.collect();
     let index: FxHashMap<&Name, usize> =
         all.iter().enumerate().map(|(index, (name, ..))| (*name, index)).collect();
-    let named: Vec<Vec<usize>> = all
-        .iter()
-        .map(|(.., value)| names_in(value).into_iter().filter_map(|name| index.get(name).copied()).collect())
-        .collect();
+    let named = all.iter().map(|(name, _, data)| {
+        let value = data.value.as_ref().filter(|_| !given.contains_key(name));
+        let names = value.map_or_else(Vec::new, names_in);
+        names.into_iter().filter_map(|name| index.get(name).copied()).collect()
+    });
+    let named: Vec<Vec<usize>> = named.collect();
     let (order, in_ring) = ordered(&named);
     let rings =
         all.iter().zip(in_ring).filter(|(_, in_ring)| *in_ring).map(|((name, ..), _)| (*name).clone());
@@ -154,12 +192,18 @@ fn constants_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>)
         Constants { values: FxHashMap::default(), rings: rings.collect(), lost: features.lost };
     constants.values.extend(all.iter().map(|(name, ..)| ((*name).clone(), None)));
     for index in order {
-        let Some((name, declared, data, value)) = all.get(index) else { continue };
+        let Some((name, declared, data)) = all.get(index) else { continue };
         let mut elsewhere = Vec::new();
         let mut evaluator =
             Evaluator { of: *declared, constants: Some(&constants), own: None, found: &mut elsewhere };
         let ty = type_of(db, project, *declared, data.ty.as_ref());
-        let found = evaluator.evaluate(value).filter(|found| found.ty.fits(found.value.as_ref(), &ty));
+        let found = match (given.get(*name), &data.value) {
+            (Some(given), _) => Some(given.clone()),
+            (None, Some(value)) => evaluator.evaluate(value),
+            // Whoever deploys it gives it one.
+            (None, None) => Some(Typed::of(ty.clone())),
+        };
+        let found = found.filter(|found| found.ty.fits(found.value.as_ref(), &ty));
         // As it is kept there.
         let kept = found.map(|found| match (&ty, found.value) {
             (Type::Double | Type::Float, Some(Value::Int(value))) => {
@@ -186,11 +230,11 @@ fn names_in(expr: &Expr) -> Vec<&Name> {
     names
 }
 
-/// Does a value or an interval of the shell name this constant?
-pub(crate) fn is_named(data: &Shell, name: &Name) -> bool {
+/// The names in the values and intervals of a shell.
+pub(crate) fn names_in_values(data: &Shell) -> Vec<&Name> {
     let values = data.features.iter().flat_map(|it| &it.value);
     let ends = data.features.iter().flat_map(|it| &it.interval).flat_map(|it| [&it.low, &it.high]);
-    values.chain(ends).any(|expr| names_in(expr).contains(&name))
+    values.chain(ends).flat_map(names_in).collect()
 }
 
 /// Evaluates constant expressions in a declaration, and reports what is wrong in them.
@@ -316,7 +360,7 @@ impl<'db> Evaluator<'_, 'db> {
             }
             Some(None) => {}
             None if constants.lost => {}
-            None => self.report(part, format!("`{name}` is no constant of this shell that has a value")),
+            None => self.report(part, format!("`{name}` is no constant of this shell")),
         }
         None
     }

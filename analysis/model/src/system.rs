@@ -171,6 +171,11 @@ impl<'db> Reader<'db> {
                 }
             }
         }
+        // One activity too much and one too few are one mistake, which is reported.
+        let missing = flat.instances.iter().filter(|it| !first_of.contains_key(&it.name)).count();
+        let named = activities.iter().filter(|it| !it.instance.name.is_empty()).count();
+        let right = first_of.keys().filter(|name| flat.instance(name).is_some()).count();
+        let is_renamed = missing == 1 && named.saturating_sub(right) == 1;
         let mut without: FxHashSet<&Name> = FxHashSet::default();
         for instance in &flat.instances {
             if first_of.contains_key(&instance.name) || !without.insert(&instance.name) {
@@ -181,7 +186,7 @@ impl<'db> Reader<'db> {
                 diagnostics::missing_activity::report(at.clone(), &instance.name, self.of.name(self.db));
             let refusal = Refusal::reported("it has no activity", at.clone());
             // Where an activity was lost, it may have been this one.
-            if !misspelt.contains(&instance.name) && self.found.lost.is_empty() {
+            if !misspelt.contains(&instance.name) && !is_renamed && self.found.lost.is_empty() {
                 self.found.diagnostics.push(diagnostic);
             }
             self.found.rows.push(Row {

@@ -57,16 +57,37 @@ pub enum Integer {
 }
 
 impl Integer {
+    /// Its least and greatest value.
+    fn ends(self) -> (i128, i128) {
+        match self {
+            Integer::Char | Integer::Int8 => (i8::MIN.into(), i8::MAX.into()),
+            Integer::Short => (i16::MIN.into(), i16::MAX.into()),
+            Integer::Int => (i32::MIN.into(), i32::MAX.into()),
+            Integer::Long | Integer::Int64 => (i64::MIN.into(), i64::MAX.into()),
+            Integer::Uint8 => (0, u8::MAX.into()),
+            Integer::Uint16 => (0, u16::MAX.into()),
+            Integer::Uint32 => (0, u32::MAX.into()),
+            Integer::Uint64 | Integer::Size => (0, u64::MAX.into()),
+        }
+    }
+
+    /// Has it every value of the other?
+    fn has_all_of(self, other: Integer) -> bool {
+        let ((low, high), (least, greatest)) = (self.ends(), other.ends());
+        low <= least && greatest <= high
+    }
+
+    /// What a calculation with two kinds gives: the one that has the values of both, `int` or wider.
+    fn beside(self, other: Integer) -> Integer {
+        let wider = [Integer::Int, Integer::Int64, self, other];
+        let fits = wider.into_iter().find(|it| it.has_all_of(self) && it.has_all_of(other));
+        fits.unwrap_or(Integer::Uint64)
+    }
+
     /// Does it have this value?
     fn holds(self, value: i32) -> bool {
-        match self {
-            Integer::Int | Integer::Long | Integer::Int64 => true,
-            Integer::Char | Integer::Int8 => i8::try_from(value).is_ok(),
-            Integer::Short => i16::try_from(value).is_ok(),
-            Integer::Uint8 => u8::try_from(value).is_ok(),
-            Integer::Uint16 => u16::try_from(value).is_ok(),
-            Integer::Uint32 | Integer::Uint64 | Integer::Size => value >= 0,
-        }
+        let (low, high) = self.ends();
+        (low..=high).contains(&value.into())
     }
 }
 
@@ -149,11 +170,13 @@ impl Type {
         self == other || matches!(self, Type::Unknown) || matches!(other, Type::Unknown)
     }
 
-    /// Does a value of this type, which is `constant` where that is known, fit where `wanted` is asked for? Whole numbers
-    /// become decimal ones; nothing else changes silently, but for constants that the other type has as well.
+    /// Does a value of this type, which is `constant` where that is known, fit where `wanted` is asked for? `int` becomes
+    /// decimal, and a number becomes one of a type that has all of its values; nothing else changes silently, but for
+    /// constants that the other type has as well.
     pub fn fits(&self, constant: Option<&Value>, wanted: &Type) -> bool {
         match (self, wanted, constant) {
-            (&Type::INT, Type::Double | Type::Float, _) => true,
+            (&Type::INT, Type::Double | Type::Float, _) | (Type::Float, Type::Double, _) => true,
+            (Type::Integer(one), Type::Integer(other), _) if other.has_all_of(*one) => true,
             (Type::Double, Type::Float, Some(_)) => true,
             (&Type::INT, Type::Integer(integer), Some(Value::Int(value))) => integer.holds(*value),
             _ => self.is(wanted),
@@ -175,7 +198,9 @@ impl Type {
             Op::Equal | Op::NotEqual => {
                 let handles = |it: &Type| matches!(it, Type::Handle(_) | Type::Void);
                 let same = self.is(other) || are(Type::is_number);
-                if same && !handles(self) && !handles(other) {
+                if handles(self) || handles(other) {
+                    Err("values, and not calls that are under way")
+                } else if same {
                     Ok(Type::Bool)
                 } else {
                     Err("two values of one type")
@@ -203,6 +228,7 @@ impl Type {
             (Type::Double, _) | (_, Type::Double) => Type::Double,
             (Type::Float, _) | (_, Type::Float) => Type::Float,
             (one, two) if one == two => one.clone(),
+            (Type::Integer(one), Type::Integer(two)) => Type::Integer(one.beside(*two)),
             _ => Type::INT,
         }
     }

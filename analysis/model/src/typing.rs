@@ -251,6 +251,11 @@ impl<'db> Typer<'_, 'db> {
         type_of(self.db, self.project, self.of, ty)
     }
 
+    /// The type of what holds a value; that none is of type `void` is reported.
+    fn ty_of_value(&self, ty: Option<&TypeRef>) -> Type {
+        Some(self.ty(ty)).filter(|ty| *ty != Type::Void).unwrap_or(Type::Unknown)
+    }
+
     fn declare(&mut self, name: &NameRef, kind: VariableKind, ty: Type, has_value: bool) -> usize {
         let index = self.found.variables.len();
         self.found.variables.push(VariableOf { name: name.clone(), kind, ty, has_value });
@@ -258,7 +263,7 @@ impl<'db> Typer<'_, 'db> {
     }
 
     fn declare_variable(&mut self, variable: &Variable, kind: VariableKind) -> usize {
-        let ty = self.ty(variable.ty.as_ref());
+        let ty = self.ty_of_value(variable.ty.as_ref());
         self.declare(&variable.name, kind, ty, variable.value.is_some())
     }
 
@@ -345,7 +350,7 @@ impl<'db> Typer<'_, 'db> {
     fn initial_value(&mut self, variable: &Variable) {
         if let Some(value) = &variable.value {
             self.whole = self.core.whole;
-            let expected = self.ty(variable.ty.as_ref());
+            let expected = self.ty_of_value(variable.ty.as_ref());
             self.assigned(&variable.name.name, &expected, value);
         }
     }
@@ -357,7 +362,8 @@ impl<'db> Typer<'_, 'db> {
         let result = match (&operation.result, &declared) {
             (Some(_), _) => own.result.clone(),
             (None, Some((declared, _))) => declared.result.clone(),
-            (None, None) => Type::Void,
+            // That it is not declared is reported; what it gives nobody knows.
+            (None, None) => Type::Unknown,
         };
         if let Some((declared, at)) = declared
             && operation.program.whole
@@ -417,7 +423,7 @@ impl<'db> Typer<'_, 'db> {
         match statement {
             Statement::Variable(variable) => {
                 if let Some(value) = &variable.value {
-                    let expected = self.ty(variable.ty.as_ref());
+                    let expected = self.ty_of_value(variable.ty.as_ref());
                     self.assigned(&variable.name.name, &expected, value);
                 }
                 let index = self.declare_variable(variable, VariableKind::Local);

@@ -76,7 +76,16 @@ fn stale<'db>(
         let (Some((low, writer)), Some((high, reader))) = (find(&link.source.0), find(&link.target.0)) else {
             continue;
         };
-        if high > low && share(writer, reader) && reader.period.is_some() && reader.period == writer.period {
+        // Of two that read from each other, one reads what is old.
+        let is_mutual = flat.links.iter().any(|other| {
+            !other.operation && other.source.0 == link.target.0 && other.target.0 == link.source.0
+        });
+        if high > low
+            && !is_mutual
+            && share(writer, reader)
+            && reader.period.is_some()
+            && reader.period == writer.period
+        {
             let names = [reader.instance.as_str(), writer.instance.as_str()];
             let (at, other) = (reader.at.clone(), writer.at.clone());
             found.push(diagnostics::stale_data::report(at, names, &link.target.1, other));

@@ -137,6 +137,16 @@ impl Value {
     }
 }
 
+impl Value {
+    /// As it is written in a model.
+    pub fn text(&self) -> String {
+        match self {
+            Value::Double(value) => format!("{value:?}"),
+            other => other.to_string(),
+        }
+    }
+}
+
 /// Why a division has no value.
 pub(crate) const DIVISION: &str = "this divides by zero";
 const OVERFLOW: &str = "this is too great for a whole number: they have 32 bits";

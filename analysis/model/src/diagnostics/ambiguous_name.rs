@@ -1,7 +1,7 @@
 //! # ambiguous-name
 //!
 //! A name that several declarations have, where the text does not say which is meant. Write `library.name`, or give
-//! one of them another name.
+//! one of them another name. A program cannot write the library of a codel: use one of the libraries only.
 //!
 //! ```mauve
 //! library near { shell S { } }
@@ -15,6 +15,11 @@ use super::*;
 code!(AMBIGUOUS_NAME, Error, "ambiguous-name");
 
 pub(crate) fn report<'db>(at: Place<'db>, kind: Kind, name: &str) -> Diagnostic<'db> {
-    let message = format!("several {kind}s are called `{name}`: write the library before it, or rename one");
+    let advice = match kind {
+        // A program has no way to write it.
+        Kind::Codel => "rename one, or `use` the library of the one that is meant alone",
+        _ => "write the library before it, or rename one",
+    };
+    let message = format!("several {kind}s are called `{name}`: {advice}");
     Diagnostic::new(&AMBIGUOUS_NAME, at, message)
 }

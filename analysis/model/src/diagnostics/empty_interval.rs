@@ -15,6 +15,6 @@ code!(EMPTY_INTERVAL, Error, "empty-interval");
 
 pub(crate) fn report<'db>(at: Place<'db>, [low, high]: [&Value; 2]) -> Diagnostic<'db> {
     let message = format!("no value lies in this interval: {low} is greater than {high}");
-    let swapped = format!("[{high}; {low}]");
+    let swapped = format!("[{}; {}]", high.text(), low.text());
     Diagnostic::new(&EMPTY_INTERVAL, at.clone(), message).fix(format!("Change to `{swapped}`"), at, swapped)
 }

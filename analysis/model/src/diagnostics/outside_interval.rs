@@ -22,7 +22,7 @@ pub(crate) fn report<'db>(at: Place<'db>, name: &str, value: &Value, [low, high]
     let is_low = value.number() < low.number();
     let nearest = if is_low { low } else { high };
     let found = Diagnostic::new(&OUTSIDE_INTERVAL, at.clone(), message)
-        .fix(format!("Set it to {nearest}"), at, nearest.to_string());
+        .fix(format!("Set it to {nearest}"), at, nearest.text());
     match declared {
         Some(declared) => found.related(declared, "the interval"),
         None => found,
