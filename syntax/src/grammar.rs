@@ -199,8 +199,11 @@ fn type_(p: &mut Parser<'_>, what: &str) {
     m.complete(p, TYPE);
 }
 
+// test_err type_without_its_colon
+// codel plan(in goal Pose, out way: Path) bool
 fn colon_type(p: &mut Parser<'_>) {
-    if p.expect(COLON) {
+    // A forgotten colon is one mistake: what follows on the line is the type, unless it begins the next item.
+    if p.expect(COLON) || p.at_name() && !p.begins_line() && !p.at_own_item() {
         type_(p, "a type");
     }
 }

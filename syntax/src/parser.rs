@@ -276,6 +276,11 @@ impl<'a> Parser<'a> {
         self.current().is_word() && !self.at_item()
     }
 
+    /// Does an item of the innermost list begin here, wherever in its line?
+    pub(crate) fn at_own_item(&self) -> bool {
+        self.lists.last().is_some_and(|&list| self.item_of(list, false))
+    }
+
     /// Does an item of `list` begin here, wherever in its line?
     pub(crate) fn at_start_of(&self, list: List) -> bool {
         self.item_of(list, false)

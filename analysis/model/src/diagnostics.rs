@@ -9,7 +9,7 @@ use rustc_hash::FxHashMap;
 use crate::behaviour::behaviour_of;
 use crate::flat::{check_architecture, check_settings};
 use crate::item_tree::{Expr, FeatureKind, Field, Kind, Literal, Name, NameRef, Part, TypeRef};
-use crate::names::{FeatureOf, Unresolved, features_of, file_outside, names_of};
+use crate::names::{FeatureOf, Unresolved, features_of, file_outside, names_of, similar};
 use crate::project::{
     Project, config_file, config_of, include_candidates, include_rings, includes, not_checked, project_files,
     projects, root_file,
@@ -364,7 +364,7 @@ fn missing_include<'db>(
     let here = workspace.files(db).keys().filter(|known| known.parent() == beside && *known != file.path(db));
     let here: Vec<Name> = here.filter_map(|known| Some(known.file_name()?.to_str()?.into())).collect();
     let (folder, name) = path.rsplit_once('/').map_or(("", path), |(folder, name)| (folder, name));
-    let near = crate::names::similar(name, &here);
+    let near = similar(name, &here);
     let near = near.map(|near| if folder.is_empty() { near } else { format!("{folder}/{near}").into() });
     unresolved_include::report(at, path, &looked, near)
 }
@@ -418,7 +418,7 @@ pub fn declaration_diagnostics<'db>(
                 }
                 (Ok(shell), Ok(core)) => {
                     let at = data.core.as_ref().map_or(Place::name_of(decl), |it| Place::Part(decl, it.part));
-                    found.push(wrong_shell::report(at, core.name(db), shell.name(db)));
+                    found.push(wrong_shell::report(at, core.name(db), &shell.qualified(db)));
                 }
                 (Err(_), Err(_))
                     if resolve(Kind::Core, &data.shell).is_ok()

@@ -6,7 +6,7 @@ use crate::ModelDb;
 use crate::behaviour::Refusal;
 use crate::diagnostics::{self, Diagnostic};
 use crate::item_tree::{Endpoint, FeatureKind, Instance, Kind, Name};
-use crate::names::{features_of, names_of, similar};
+use crate::names::{FeatureOf, features_of, names_of, similar};
 use crate::project::Project;
 use crate::psm::shell_of;
 use crate::source::{Decl, Place, architecture, deployment};
@@ -194,17 +194,34 @@ pub(crate) fn check_architecture<'db>(
         let ends = [&link.source, &link.target].into_iter().flatten();
         let wrong: Vec<_> =
             ends.filter_map(|end| endpoint(db, project, of, flat, of.name(db), end, what)).collect();
+        let is_other = [&link.source, &link.target].into_iter().flatten().all(|end| {
+            let kind = feature_of(db, project, flat, end).map(|feature| feature.kind);
+            kind.is_some_and(|kind| if what == "port" { kind.is_operation() } else { kind.is_port() })
+        });
         match (wrong.is_empty(), &link.source, &link.target) {
             (true, Some(source), Some(target)) => {
                 found.extend(direction(db, project, of, flat, [source, target], what));
             }
-            _ => found.extend(wrong),
+            // The keyword is one mistake, at both ends.
+            _ => found.extend(wrong.into_iter().take(if is_other { 1 } else { 2 })),
         }
     }
     let settings = data.settings.iter().filter_map(|it| it.endpoint.as_ref());
     let what = "property or constant";
     found.extend(settings.filter_map(|end| endpoint(db, project, of, flat, of.name(db), end, what)));
     found
+}
+
+/// The feature that the end of a connection names, where all that its shell has is known.
+fn feature_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    flat: &Flat<'db>,
+    end: &Endpoint,
+) -> Option<&'db FeatureOf<'db>> {
+    let shell = shell_of(db, project, flat.instance(&end.instance.name)?.component?)?;
+    let features = features_of(db, project, shell);
+    features.get(&end.feature.as_ref()?.name).filter(|_| !features.lost)
 }
 
 /// Whether a connection, both ends of which are ports, or operations, goes the right way.
@@ -217,11 +234,8 @@ fn direction<'db>(
     what: &str,
 ) -> Option<Diagnostic<'db>> {
     let [source, target] = ends.map(|end| {
-        let shell = shell_of(db, project, flat.instance(&end.instance.name)?.component?)?;
-        let feature = end.feature.as_ref()?;
-        let features = features_of(db, project, shell);
-        let found = features.get(&feature.name).filter(|_| !features.lost)?;
-        Some((found.kind, &end.instance, feature))
+        let found = feature_of(db, project, flat, end)?;
+        Some((found.kind, &end.instance, end.feature.as_ref()?))
     });
     diagnostics::connection_direction::report(what, of, source?, target?)
 }

@@ -599,9 +599,13 @@ impl<'db> Typer<'_, 'db> {
     fn call(&mut self, callee: &NameRef, arguments: &[Expr]) -> Type {
         let Some(found) = self.callee(callee, arguments) else {
             self.found.unresolved = true;
-            arguments.iter().for_each(|argument| {
-                self.expr(argument);
-            });
+            for argument in arguments {
+                // A port is right where `read` is misspelt.
+                match argument {
+                    Expr::Name(name) => drop(self.value(name)),
+                    argument => drop(self.expr(argument)),
+                }
+            }
             return Type::Unknown;
         };
         self.found.callees.insert(callee.part, found);

@@ -28,7 +28,11 @@ pub(crate) fn report<'db>(
     at: Place<'db>,
     name: &Name,
 ) -> Diagnostic<'db> {
-    let diagnostic = Diagnostic::new(&UNRESOLVED_CODEL, at, format!("no codel or operation `{name}`"));
+    let diagnostic = Diagnostic::new(&UNRESOLVED_CODEL, at.clone(), format!("no codel or operation `{name}`"));
+    let built_in = ["read", "write", "status", "send", "collect"].map(Name::from);
+    if let near @ Some(_) = similar(name, &built_in) {
+        return diagnostic.did_you_mean(at, near);
+    }
     diagnostic.look_elsewhere(db, project, of, Kind::Codel, std::slice::from_ref(name))
 }
 

@@ -51,6 +51,7 @@ pub(crate) fn another_kind<'db>(
         FeatureKind::Constant => ("a constant", "`constant a.name = value`"),
         FeatureKind::Property => ("a property", "`property a.name = value`"),
     };
-    let message = format!("`{name}` is {is} of {shell}, the shell of {instance}, not a {what}: write {write}");
+    let article = if what == "operation" { "an" } else { "a" };
+    let message = format!("`{name}` is {is} of {shell}, the shell of {instance}, not {article} {what}: write {write}");
     Diagnostic::new(&UNRESOLVED_FEATURE, at, message)
 }
