@@ -202,8 +202,9 @@ fn type_(p: &mut Parser<'_>, what: &str) {
 // test_err type_without_its_colon
 // codel plan(in goal Pose, out way: Path) bool
 fn colon_type(p: &mut Parser<'_>) {
-    // A forgotten colon is one mistake: what follows on the line is the type, unless it begins the next item.
-    if p.expect(COLON) || p.at_name() && !p.begins_line() && !p.at_own_item() {
+    // A forgotten colon is one mistake: what follows on the line is the type, unless it begins or names the next item.
+    let is_type = |p: &Parser<'_>| p.at_name() && !p.begins_line() && !p.at_own_item() && p.nth(1) != L_CURLY;
+    if p.expect(COLON) || is_type(p) {
         type_(p, "a type");
     }
 }
