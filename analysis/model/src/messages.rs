@@ -231,6 +231,8 @@ pub fn message_of<'db>(
             used_packages(db, project).get(&library.cloned())?.iter().find_map(|of| in_package(of, name))
         }
         [of, name] => in_package(of, name),
+        // As C++ and the tools of ROS 2 write it.
+        [of, msg, name] if msg == "msg" => in_package(of, name),
         _ => None,
     }
 }
@@ -445,7 +447,9 @@ mod tests {
         for path in [&["std_msgs", "Nothing"] as &[&str], &["nothing", "String"], &["std_msgs"], &[], &[""]] {
             assert_eq!(found(Some("a"), path), None, "{path:?}");
         }
-        assert_eq!(found(Some("a"), &["std_msgs", "msg", "String"]), None);
+        let msg = found(Some("a"), &["std_msgs", "msg", "String"]);
+        assert_eq!(msg.as_deref(), Some("std_msgs: string data"));
+        assert_eq!(found(Some("a"), &["std_msgs", "srv", "String"]), None);
     }
 
     #[test]

@@ -361,13 +361,7 @@ pub(crate) fn resolved<'db>(
     {
         return built_in_type(name);
     }
-    let (package, _) = match path {
-        // As C++ and the tools of ROS 2 write it.
-        [package, msg, name] if msg == "msg" => {
-            message_of(db, project, library, &[package.clone(), name.clone()])?
-        }
-        path => message_of(db, project, library, path)?,
-    };
+    let (package, _) = message_of(db, project, library, path)?;
     Some(Type::Message(package.name.clone(), path.last()?.clone()))
 }
 
