@@ -7,7 +7,7 @@ use mauve_model::item_tree::{
 };
 use mauve_model::{
     Decl, File, ModelDb, Place, Project, architecture, config_of, data, declarations, features_of, flat_of,
-    includes, names_of, shell, shell_of, source_map, table, table_files,
+    includes, names_of, shell_of, source_map, table, table_files,
 };
 use mauve_syntax::{TextRange, TextSize};
 
@@ -206,7 +206,7 @@ impl<'db> Finder<'_, 'db> {
 
     fn feature(&self, of: Decl<'db>, name: &str) -> Meanings<'db> {
         let found = features_of(self.db, self.project, of).get(name)?;
-        let declared = shell(self.db, found.shell)?.features.get(found.index)?;
+        let declared = found.data(self.db)?;
         self.at(found.shell, &declared.name)
     }
 

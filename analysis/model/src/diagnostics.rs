@@ -461,10 +461,7 @@ pub fn declaration_diagnostics<'db>(
 
 /// Features of one name that a shell gets from different shells.
 fn clashes<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<Diagnostic<'db>> {
-    let place = |feature: &FeatureOf<'db>| {
-        let data = shell(db, feature.shell)?.features.get(feature.index)?;
-        Some(Place::Part(feature.shell, data.name.part))
-    };
+    let place = |feature: &FeatureOf<'db>| Some(Place::Part(feature.shell, feature.data(db)?.name.part));
     let mut found = Vec::new();
     for (name, features) in &features_of(db, project, of).by_name {
         let Some(first) = features.first() else { continue };

@@ -6,9 +6,10 @@ use crate::ModelDb;
 use crate::behaviour::Refusal;
 use crate::diagnostics::{self, Diagnostic};
 use crate::item_tree::{Endpoint, FeatureKind, Instance, Kind, Name};
-use crate::names::{FeatureOf, features_of, names_of, similar};
+use crate::names::{FeatureOf, Features, features_of, names_of, similar};
 use crate::project::Project;
 use crate::psm::shell_of;
+use crate::settings::deployed;
 use crate::source::{Decl, Place, architecture, deployment};
 
 /// An architecture with what it imports.
@@ -36,6 +37,17 @@ impl<'db> Flat<'db> {
     /// The instance of that name, the first where there are several.
     pub fn instance(&self, name: &str) -> Option<&FlatInstance<'db>> {
         self.by_name.get(name).and_then(|&index| self.instances.get(index))
+    }
+
+    /// The features of that instance; none where its shell is not known.
+    pub(crate) fn features(
+        &self,
+        db: &'db dyn ModelDb,
+        project: Project<'db>,
+        instance: &str,
+    ) -> Option<&'db Features<'db>> {
+        let shell = shell_of(db, project, self.instance(instance)?.component?)?;
+        Some(features_of(db, project, shell))
     }
 }
 
@@ -194,16 +206,20 @@ pub(crate) fn check_architecture<'db>(
         let ends = [&link.source, &link.target].into_iter().flatten();
         let wrong: Vec<_> =
             ends.filter_map(|end| endpoint(db, project, of, flat, of.name(db), end, what)).collect();
-        let is_other = [&link.source, &link.target].into_iter().flatten().all(|end| {
-            let kind = feature_of(db, project, flat, end).map(|feature| feature.kind);
-            kind.is_some_and(|kind| if what == "port" { kind.is_operation() } else { kind.is_port() })
-        });
         match (wrong.is_empty(), &link.source, &link.target) {
             (true, Some(source), Some(target)) => {
                 found.extend(direction(db, project, of, flat, [source, target], what));
             }
             // The keyword is one mistake, at both ends.
-            _ => found.extend(wrong.into_iter().take(if is_other { 1 } else { 2 })),
+            (false, Some(source), Some(target))
+                if [source, target].into_iter().all(|end| {
+                    let kind = feature_of(db, project, flat, end).map(|feature| feature.kind);
+                    kind.is_some_and(|kind| if what == "port" { kind.is_operation() } else { kind.is_port() })
+                }) =>
+            {
+                found.extend(wrong.into_iter().take(1));
+            }
+            _ => found.extend(wrong),
         }
     }
     let settings = data.settings.iter().filter_map(|it| it.endpoint.as_ref());
@@ -219,8 +235,7 @@ fn feature_of<'db>(
     flat: &Flat<'db>,
     end: &Endpoint,
 ) -> Option<&'db FeatureOf<'db>> {
-    let shell = shell_of(db, project, flat.instance(&end.instance.name)?.component?)?;
-    let features = features_of(db, project, shell);
+    let features = flat.features(db, project, &end.instance.name)?;
     features.get(&end.feature.as_ref()?.name).filter(|_| !features.lost)
 }
 
@@ -247,14 +262,7 @@ pub(crate) fn check_settings<'db>(
     of: Decl<'db>,
 ) -> Vec<Diagnostic<'db>> {
     let Some(data) = deployment(db, of) else { return Vec::new() };
-    let [target] = data.targets.as_slice() else { return Vec::new() };
-    let Ok(target) = names_of(db, project).resolve_type(db, of, Kind::Architecture, Some(target)) else {
-        return Vec::new();
-    };
-    let flat = flat_of(db, project, target);
-    if !flat.lost.is_empty() || flat.cycle {
-        return Vec::new();
-    }
+    let Some((flat, target)) = deployed(db, project, of) else { return Vec::new() };
     let settings = data.settings.iter().filter_map(|setting| setting.endpoint.as_ref());
     settings
         .filter_map(|end| endpoint(db, project, of, flat, target.name(db), end, "property or constant"))
@@ -283,9 +291,9 @@ fn endpoint<'db>(
     let shell = shell_of(db, project, instance.component?)?;
     let features = features_of(db, project, shell);
     let fits = |kind: FeatureKind| match what {
-        "port" => matches!(kind, FeatureKind::Input | FeatureKind::Output),
-        "operation" => matches!(kind, FeatureKind::Required | FeatureKind::Provided),
-        _ => matches!(kind, FeatureKind::Constant | FeatureKind::Property),
+        "port" => kind.is_port(),
+        "operation" => kind.is_operation(),
+        _ => kind.is_value(),
     };
     if features.lost || features.get(&feature.name).is_some_and(|found| fits(found.kind)) {
         return None;

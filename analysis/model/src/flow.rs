@@ -20,7 +20,7 @@ use crate::project::Project;
 use crate::psm::core_of;
 use crate::source::{Decl, Place, architecture, codel, core};
 use crate::types::Type;
-use crate::typing::{Callee, Meaning, Typing, VariableKind, VariableOf, is_whole, returns, typing_of};
+use crate::typing::{Callee, Meaning, Typing, VariableKind, is_whole, returns, typing_of};
 
 /// What is wrong with the flow of values in a core.
 #[salsa::tracked(returns(ref))]
@@ -180,12 +180,13 @@ impl<'db> Flow<'_, 'db> {
         });
         self.ever = ever;
         // Each may rest on those before it.
+        let variables = self.typing.variables.iter().enumerate();
+        let index: FxHashMap<Part, usize> = variables.map(|(index, it)| (it.name.part, index)).collect();
         let machines = self.core.machines.iter().flat_map(|machine| &machine.variables);
         for variable in self.core.variables.iter().chain(machines) {
             if let Some(value) = &variable.value {
                 self.expr(value, &mut assigned);
-                let is_it = |it: &VariableOf| it.name.part == variable.name.part;
-                self.typing.variables.iter().position(is_it).into_iter().for_each(|it| assigned.insert(it));
+                index.get(&variable.name.part).into_iter().for_each(|&it| assigned.insert(it));
             }
         }
         // Others call an operation whenever they like, and the last programs come when all has been.

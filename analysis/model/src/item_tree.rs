@@ -305,7 +305,7 @@ impl FeatureKind {
     /// operation?
     pub fn is_operand_of(self, function: &str) -> bool {
         match function {
-            "read" | "write" | "status" => matches!(self, FeatureKind::Input | FeatureKind::Output),
+            "read" | "write" | "status" => self.is_port(),
             "send" => self == FeatureKind::Required,
             _ => false,
         }

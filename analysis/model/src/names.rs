@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use crate::item_tree::{FeatureKind, Kind, Name, TypeRef};
+use crate::item_tree::{Feature, FeatureKind, Kind, Name, TypeRef};
 use crate::project::{Project, includes, is_model, project_files};
 use crate::source::{Decl, declarations, shell};
 use crate::{File, ModelDb, Problem};
@@ -280,6 +280,18 @@ pub struct FeatureOf<'db> {
     pub kind: FeatureKind,
 }
 
+impl<'db> FeatureOf<'db> {
+    /// What its shell says of it.
+    pub fn data(&self, db: &'db dyn ModelDb) -> Option<&'db Feature> {
+        feature(db, self.shell, self.index)
+    }
+}
+
+/// The feature of that number in a shell.
+pub(crate) fn feature<'db>(db: &'db dyn ModelDb, of: Decl<'db>, index: usize) -> Option<&'db Feature> {
+    shell(db, of)?.features.get(index)
+}
+
 /// All features of a shell, its own and those of the shells that it extends, by name.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
 pub struct Features<'db> {
@@ -319,8 +331,7 @@ pub fn features_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'d
         for (index, feature) in data.features.iter().enumerate() {
             let found = FeatureOf { shell: current, index, kind: feature.kind };
             // A lost port or property changes no program's meaning; a lost operation may be called in one.
-            let operation = matches!(feature.kind, FeatureKind::Required | FeatureKind::Provided);
-            features.lost |= operation && feature.name.name.is_empty();
+            features.lost |= feature.kind.is_operation() && feature.name.name.is_empty();
             features.by_name.entry(feature.name.name.clone()).or_default().push(found);
         }
         for base in &data.bases {

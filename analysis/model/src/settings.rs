@@ -1,5 +1,7 @@
 //! The values of properties and constants: those of shells, and those that architectures and deployments set.
 
+use std::cell::LazyCell;
+
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
@@ -11,7 +13,7 @@ use crate::names::{features_of, names_of};
 use crate::project::Project;
 use crate::psm::shell_of;
 use crate::source::{Decl, Place, architecture, deployment, shell};
-use crate::types::{Type, Typed, Wrong, type_of};
+use crate::types::{Type, Typed, Wrong, type_of, type_of_value};
 use crate::values::Value;
 
 /// What is wrong with the values in a shell.
@@ -26,8 +28,7 @@ pub(crate) fn check_shell<'db>(
     for feature in &data.features {
         let own = Some(&feature.name.name);
         let mut constants = Evaluator { of, constants, own, found: &mut found };
-        let ty = type_of(db, project, of, feature.ty.as_ref());
-        let ty = if ty == Type::Void { Type::Unknown } else { ty };
+        let ty = type_of_value(db, project, of, feature.ty.as_ref());
         let interval = constants.interval(feature, &ty);
         if let Some(value) = &feature.value {
             let value = constants.value_for(&feature.name.name, &ty, value);
@@ -53,7 +54,8 @@ pub(crate) fn check_settings<'db>(
         },
         (None, None) => return Vec::new(),
     };
-    let given = given(db, of, flat);
+    // Few intervals name a constant.
+    let given = LazyCell::new(|| given(db, of, flat));
     let mut found = Vec::new();
     let mut seen: FxHashMap<(&Name, &Name), Part> = FxHashMap::default();
     for setting in settings {
@@ -73,14 +75,14 @@ fn setting_value<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
-    (flat, given): (&Flat<'db>, &Given<'db>),
+    (flat, given): (&Flat<'db>, &LazyCell<Given<'db>, impl FnOnce() -> Given<'db>>),
     setting: &Setting,
     found: &mut Vec<Diagnostic<'db>>,
 ) {
     let Some(Endpoint { instance, feature: Some(name) }) = &setting.endpoint else { return };
     let declared = flat.instance(&instance.name).and_then(|it| shell_of(db, project, it.component?));
     let feature = declared.and_then(|shell| features_of(db, project, shell).get(&name.name));
-    let data = feature.and_then(|it| Some((it.shell, shell(db, it.shell)?.features.get(it.index)?)));
+    let data = feature.and_then(|it| Some((it.shell, it.data(db)?)));
     let mut constants = Evaluator { of, constants: None, own: None, found };
     let Some((declared_in, data)) = data.filter(|(_, data)| data.kind.is_value()) else {
         // What it is set to may be wrong all the same.
@@ -93,8 +95,8 @@ fn setting_value<'db>(
     let mut elsewhere = Vec::new();
     // Its ends may name constants that have other values here.
     let ends = data.interval.iter().flat_map(|it| [&it.low, &it.high]);
-    let of_instance =
-        declared.zip(given.get(&instance.name)).filter(|_| ends.clone().any(|end| !names_in(end).is_empty()));
+    let of_instance = declared.filter(|_| ends.clone().any(|end| !names_in(end).is_empty()));
+    let of_instance = of_instance.and_then(|shell| Some((shell, given.get(&instance.name)?)));
     let here = of_instance.map(|(shell, given)| constants_with(db, project, shell, given));
     let known = Some(here.as_ref().unwrap_or_else(|| constants_of(db, project, declared_in)));
     let mut there = Evaluator { of: declared_in, constants: known, own: None, found: &mut elsewhere };
@@ -173,8 +175,7 @@ fn constants_with<'db>(
     let features = features_of(db, project, of);
     let values = features.by_name.iter().filter_map(|(name, found)| {
         let feature = found.first().filter(|feature| feature.kind.is_value())?;
-        let data = shell(db, feature.shell)?.features.get(feature.index)?;
-        Some((name, feature.shell, data))
+        Some((name, feature.shell, feature.data(db)?))
     });
     let all: Vec<_> = values.collect();
     let index: FxHashMap<&Name, usize> =

@@ -409,7 +409,7 @@ impl<'db> Reader<'db> {
         let mut lost = flat.links_lost;
         for Link { operation, source, target, .. } in &flat.links {
             let kinds = (kind(source), kind(target));
-            let is_port = |kind| matches!(kind, Some(FeatureKind::Input | FeatureKind::Output));
+            let is_port = |kind: Option<FeatureKind>| kind.is_some_and(FeatureKind::is_port);
             if *operation && kinds == (Some(FeatureKind::Provided), Some(FeatureKind::Required)) {
                 serves.entry(&source.0).or_insert(&source.1);
             } else {

@@ -338,6 +338,19 @@ pub fn type_of<'db>(
     resolved(db, project, of.library(db).as_ref(), &ty.path).unwrap_or(Type::Unknown)
 }
 
+/// [`type_of`] for what holds a value. That none is of type `void` is reported where it is declared.
+pub(crate) fn type_of_value<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    ty: Option<&TypeRef>,
+) -> Type {
+    match type_of(db, project, of, ty) {
+        Type::Void => Type::Unknown,
+        ty => ty,
+    }
+}
+
 /// What the name of a type means in a library; nothing, where nobody knows it.
 pub(crate) fn resolved<'db>(
     db: &'db dyn ModelDb,

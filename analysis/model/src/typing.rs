@@ -13,10 +13,10 @@ use crate::item_tree::{
     Core, Direction, Expr, FeatureKind, HookKind, Kind, Name, NameRef, Operation, Parameter, Part, Program,
     State, Statement, TypeRef, Variable,
 };
-use crate::names::{Features, features_of, names_of, similar};
+use crate::names::{Features, feature, features_of, names_of, similar};
 use crate::project::Project;
-use crate::source::{Decl, Place, codel, core, shell};
-use crate::types::{Type, Typed, Wrong, type_of};
+use crate::source::{Decl, Place, codel, core};
+use crate::types::{Type, Typed, Wrong, type_of, type_of_value};
 
 /// What is known of a core's programs.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
@@ -247,13 +247,8 @@ impl<'db> Typer<'_, 'db> {
         self.found.diagnostics.push(diagnostic);
     }
 
-    fn ty(&self, ty: Option<&TypeRef>) -> Type {
-        type_of(self.db, self.project, self.of, ty)
-    }
-
-    /// The type of what holds a value; that none is of type `void` is reported.
     fn ty_of_value(&self, ty: Option<&TypeRef>) -> Type {
-        Some(self.ty(ty)).filter(|ty| *ty != Type::Void).unwrap_or(Type::Unknown)
+        type_of_value(self.db, self.project, self.of, ty)
     }
 
     fn declare(&mut self, name: &NameRef, kind: VariableKind, ty: Type, has_value: bool) -> usize {
@@ -394,7 +389,7 @@ impl<'db> Typer<'_, 'db> {
     /// What the shell declares of an operation, and where.
     fn declared(&self, name: &str, kind: FeatureKind) -> Option<(Signature, Place<'db>)> {
         let feature = self.features.get(name).filter(|feature| feature.kind == kind)?;
-        let data = shell(self.db, feature.shell)?.features.get(feature.index)?;
+        let data = feature.data(self.db)?;
         let signature = signature(self.db, self.project, feature.shell, &data.parameters, data.ty.as_ref());
         Some((signature, Place::Part(feature.shell, data.name.part)))
     }
@@ -492,10 +487,7 @@ impl<'db> Typer<'_, 'db> {
                 }
                 "an `in` parameter: its value belongs to the caller"
             }
-            Meaning::Feature(of, index) => match shell(self.db, of)
-                .and_then(|it| it.features.get(index))
-                .map(|it| it.kind)
-            {
+            Meaning::Feature(of, index) => match feature(self.db, of, index).map(|it| it.kind) {
                 Some(FeatureKind::Property) => "a property: architectures and deployments give it its value",
                 Some(FeatureKind::Constant) => "a constant",
                 Some(FeatureKind::Output) => "a port: write to it with `write(port, value)`",
@@ -543,7 +535,7 @@ impl<'db> Typer<'_, 'db> {
                 self.found.variables.get(index).map_or(Type::Unknown, |variable| variable.ty.clone())
             }
             Some(Meaning::Feature(of, index)) => {
-                let data = shell(self.db, of).and_then(|it| it.features.get(index));
+                let data = feature(self.db, of, index);
                 // A port is read with `read`, an operation is called.
                 let Some(data) = data.filter(|it| !it.kind.is_operation()) else { return Type::Unknown };
                 if data.kind.is_port() {
@@ -738,7 +730,7 @@ impl<'db> Typer<'_, 'db> {
                 }
             }
             Some(Meaning::Feature(shell_of, index)) => {
-                let kind = shell(self.db, shell_of).and_then(|it| it.features.get(index)).map(|it| it.kind);
+                let kind = feature(self.db, shell_of, index).map(|it| it.kind);
                 // An operation is reported as one that is not called.
                 if kind.is_some_and(|kind| !kind.is_operation()) {
                     self.report(diagnostics::out_argument::report(self.at(part), of, parameter));
@@ -755,7 +747,7 @@ impl<'db> Typer<'_, 'db> {
         let mut ty = Type::Unknown;
         if let Some(feature) = self.features.get(&port.name) {
             self.found.values.insert(port.part, Meaning::Feature(feature.shell, feature.index));
-            let data = shell(self.db, feature.shell).and_then(|it| it.features.get(feature.index));
+            let data = feature.data(self.db);
             ty = data.map_or(Type::Unknown, |data| {
                 type_of(self.db, self.project, feature.shell, data.ty.as_ref())
             });

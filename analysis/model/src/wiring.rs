@@ -6,11 +6,10 @@ use crate::ModelDb;
 use crate::diagnostics::{self, Diagnostic};
 use crate::flat::{Flat, Link, flat_of};
 use crate::item_tree::{Connection, Endpoint, Feature, FeatureKind, Kind, Name};
-use crate::names::{features_of, names_of};
+use crate::names::names_of;
 use crate::project::Project;
-use crate::psm::shell_of;
 use crate::settings::deployed;
-use crate::source::{Decl, Place, architecture, deployment, shell};
+use crate::source::{Decl, Place, architecture, deployment};
 use crate::types::type_of;
 use crate::typing::signature;
 
@@ -84,9 +83,8 @@ fn ends<'db>(
     let end = |end: &Option<Endpoint>| {
         let Endpoint { instance, feature } = end.as_ref()?;
         let feature = feature.as_ref()?;
-        let of = shell_of(db, project, flat.instance(&instance.name)?.component?)?;
-        let found = features_of(db, project, of).get(&feature.name)?;
-        let data = shell(db, found.shell)?.features.get(found.index)?;
+        let found = flat.features(db, project, &instance.name)?.get(&feature.name)?;
+        let data = found.data(db)?;
         let name = format!("{}.{}", instance.name, feature.name);
         Some(End { name, feature: feature.name.clone(), shell: found.shell, data })
     };
@@ -104,8 +102,7 @@ fn two_writers<'db>(
     let mut first: FxHashMap<&(Name, Name), &Place<'db>> = FxHashMap::default();
     let mut found = Vec::new();
     let is_input = |(instance, port): &(Name, Name)| {
-        let shell = flat.instance(instance).and_then(|it| shell_of(db, project, it.component?));
-        let feature = shell.and_then(|shell| features_of(db, project, shell).get(port));
+        let feature = flat.features(db, project, instance).and_then(|features| features.get(port));
         feature.is_some_and(|feature| feature.kind == FeatureKind::Input)
     };
     // Those of imported architectures come first: they are there already.
@@ -141,10 +138,8 @@ fn two_writers<'db>(
 
 /// Does a connection lead from an output to an input, or from a provided operation to a required one?
 fn is_right<'db>(db: &'db dyn ModelDb, project: Project<'db>, flat: &Flat<'db>, link: &Link<'db>) -> bool {
-    let kind = |(instance, feature): &(Name, Name)| {
-        let shell = shell_of(db, project, flat.instance(instance)?.component?)?;
-        Some(features_of(db, project, shell).get(feature)?.kind)
-    };
+    let kind =
+        |(instance, feature): &(Name, Name)| Some(flat.features(db, project, instance)?.get(feature)?.kind);
     let right = match link.operation {
         true => (FeatureKind::Provided, FeatureKind::Required),
         false => (FeatureKind::Output, FeatureKind::Input),
@@ -165,9 +160,8 @@ pub(crate) fn check_deployment<'db>(
     let own = own.filter_map(|it| Some((it.instance.name.clone(), it.feature.as_ref()?.name.clone())));
     let set: FxHashSet<(Name, Name)> = own.chain(flat.settings.iter().cloned()).collect();
     // A value that is for nothing may be the one that is missing, where either part of its name is right.
-    let shell_of_instance = |name: &Name| shell_of(db, project, flat.instance(name)?.component?);
     let is_value = |(instance, name): &&(Name, Name)| {
-        let feature = shell_of_instance(instance).and_then(|shell| features_of(db, project, shell).get(name));
+        let feature = flat.features(db, project, instance).and_then(|features| features.get(name));
         feature.is_some_and(|feature| feature.kind.is_value())
     };
     let strays: Vec<&(Name, Name)> = set.iter().filter(|it| !is_value(it)).collect();
@@ -178,8 +172,7 @@ pub(crate) fn check_deployment<'db>(
     let lost = flat.links_lost || flat.links.iter().any(|link| !is_right(db, project, flat, link));
     let mut found = Vec::new();
     for instance in flat.instances.iter().filter(|instance| !instance.repeated) {
-        let Some(of_instance) = instance.component.and_then(|it| shell_of(db, project, it)) else { continue };
-        let features = features_of(db, project, of_instance);
+        let Some(features) = flat.features(db, project, &instance.name) else { continue };
         if features.lost || features.cycle {
             continue;
         }
@@ -188,10 +181,7 @@ pub(crate) fn check_deployment<'db>(
         let mut open = Vec::new();
         for (name, feature) in &features.by_name {
             let Some(feature) = feature.first() else { continue };
-            let Some(declared) = shell(db, feature.shell).and_then(|it| it.features.get(feature.index))
-            else {
-                continue;
-            };
+            let Some(declared) = feature.data(db) else { continue };
             let end = (instance.name.clone(), name.clone());
             let place = Place::Part(feature.shell, declared.name.part);
             match feature.kind {

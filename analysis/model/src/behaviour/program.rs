@@ -197,7 +197,7 @@ impl<'db> Reader<'_, 'db> {
         }
         let at = self.at(*part);
         if let Some(feature) = self.features.get(name) {
-            if matches!(feature.kind, FeatureKind::Provided | FeatureKind::Required) {
+            if feature.kind.is_operation() {
                 self.refuse(diagnostics::unresolved_variable::not_called(at, name, "an operation"));
             }
             return;

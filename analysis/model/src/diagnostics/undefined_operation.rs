@@ -27,7 +27,7 @@ pub(crate) fn report<'db>(
 ) -> Diagnostic<'db> {
     let message = format!("the operation `{name}` is not defined: write `provide {name}(…) = {{ … }}`");
     let found = Diagnostic::new(&UNDEFINED_OPERATION, at, message);
-    match shell(db, declared.shell).and_then(|it| it.features.get(declared.index)) {
+    match declared.data(db) {
         Some(data) => found.related(Place::Part(declared.shell, data.name.part), "declared here"),
         None => found,
     }
