@@ -37,12 +37,12 @@ const WIDTH: usize = 120;
 /// How many tokens the parser looks at behind the first one of a line.
 const LOOK_AHEAD: usize = 2;
 
-/// White space that is to be replaced.
+/// A piece of a text that is to be replaced; of the formatter, white space by white space.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Replacement {
-    /// White space of the text, or a place between two tokens.
+    /// What is replaced; empty where something is put in.
     pub range: TextRange,
-    /// What is to stand there: white space as well.
+    /// What is to stand there.
     pub text: String,
 }
 

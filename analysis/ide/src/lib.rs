@@ -6,12 +6,14 @@
 //! | `hover.rs` | what stands under the cursor, and where a response time comes from |
 //! | `definition.rs`, `reference.rs` | where a name is declared |
 //! | `document_symbols.rs` | what a file declares |
+//! | `change.rs` | what a rename, a fix or a refactoring replaces |
 //! | `explanation.rs` | where a response time comes from, in words |
 //! | `project.rs` | which projects a file is part of, and what they are called |
 //! | `state_machine.rs` | a component's periodic state machine, as DOT and as SVG |
 //!
 //! Places are offsets in a file's text. This crate knows no protocol and no terminal.
 
+mod change;
 mod definition;
 mod document_symbols;
 mod explanation;
@@ -23,6 +25,7 @@ mod project;
 mod reference;
 mod state_machine;
 
+pub use change::{Change, FileChange};
 pub use definition::{Definition, Target, definition};
 pub use document_symbols::{Symbol, SymbolKind, document_symbols};
 pub use explanation::explain_response;

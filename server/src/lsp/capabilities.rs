@@ -2,9 +2,9 @@
 
 use tower_lsp::lsp_types::{
     ClientCapabilities, HoverProviderCapability, InlayHintOptions, InlayHintServerCapabilities, MarkupKind,
-    OneOf, SaveOptions, ServerCapabilities, TextDocumentSyncCapability, TextDocumentSyncKind,
-    TextDocumentSyncOptions, TextDocumentSyncSaveOptions, WorkspaceFoldersServerCapabilities,
-    WorkspaceServerCapabilities,
+    OneOf, ResourceOperationKind, SaveOptions, ServerCapabilities, TextDocumentSyncCapability,
+    TextDocumentSyncKind, TextDocumentSyncOptions, TextDocumentSyncSaveOptions,
+    WorkspaceFoldersServerCapabilities, WorkspaceServerCapabilities,
 };
 
 use super::position::Encoding;
@@ -28,6 +28,12 @@ pub(crate) struct Capabilities {
     pub(crate) pages: bool,
     /// Does it show progress?
     pub(crate) progress: bool,
+    /// Does it take changes of texts of a certain version?
+    pub(crate) document_changes: bool,
+    /// Does it make, and move, files that a change says to?
+    pub(crate) resource_operations: bool,
+    /// Does it show groups of changes?
+    pub(crate) change_annotations: bool,
 }
 
 impl Capabilities {
@@ -37,6 +43,7 @@ impl Capabilities {
         let text = client.text_document.as_ref();
         let workspace = client.workspace.as_ref();
         let hover = text.and_then(|it| it.hover.as_ref()?.content_format.as_ref());
+        let edit = workspace.and_then(|it| it.workspace_edit.as_ref());
         let publish = text.and_then(|it| it.publish_diagnostics.as_ref());
         Capabilities {
             encoding: Encoding::negotiated(general.and_then(|it| it.position_encodings.as_deref())),
@@ -48,6 +55,11 @@ impl Capabilities {
                 .unwrap_or(false),
             related: publish.and_then(|it| it.related_information).unwrap_or(false),
             pages: publish.and_then(|it| it.code_description_support).unwrap_or(false),
+            document_changes: edit.and_then(|it| it.document_changes).unwrap_or(false),
+            resource_operations: edit
+                .and_then(|it| it.resource_operations.as_ref())
+                .is_some_and(|kinds| kinds.contains(&ResourceOperationKind::Create)),
+            change_annotations: edit.is_some_and(|it| it.change_annotation_support.is_some()),
             progress: client.window.as_ref().and_then(|it| it.work_done_progress).unwrap_or(false),
         }
     }

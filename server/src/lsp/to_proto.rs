@@ -1,10 +1,16 @@
 //! From our words to the protocol's.
 
-use mauve_model::Place;
+use std::collections::HashMap;
+
+use mauve_ide::{Change, FileChange};
 use mauve_model::diagnostics::{Finding, Severity};
+use mauve_model::{File, Place};
+use mauve_syntax::format::Replacement;
 use tower_lsp::lsp_types::{
-    CodeDescription, Diagnostic, DiagnosticRelatedInformation, DiagnosticSeverity, DiagnosticTag, Location,
-    NumberOrString,
+    AnnotatedTextEdit, ChangeAnnotation, CodeDescription, CreateFile, CreateFileOptions, Diagnostic,
+    DiagnosticRelatedInformation, DiagnosticSeverity, DiagnosticTag, DocumentChangeOperation,
+    DocumentChanges, Location, NumberOrString, OneOf, OptionalVersionedTextDocumentIdentifier, Range,
+    ResourceOp, TextDocumentEdit, TextEdit, Url, WorkspaceEdit,
 };
 
 use super::pages;
@@ -54,12 +60,76 @@ pub(crate) fn another_text() -> Diagnostic {
     }
 }
 
+/// A change; none where the client cannot make the files that it makes. `label` is what the user chose.
+pub(crate) fn workspace_edit(snapshot: &Snapshot, change: &Change, label: &str) -> Option<WorkspaceEdit> {
+    let capabilities = snapshot.capabilities;
+    if !capabilities.document_changes {
+        let by_url =
+            |it: &FileChange| Some((snapshot.url(it.file)?, text_edits(snapshot, it.file, &it.edits)));
+        let changes = change.files.iter().map(by_url).collect::<Option<_>>()?;
+        return change.created.is_empty().then(|| WorkspaceEdit::new(changes));
+    }
+    if !change.created.is_empty() && !capabilities.resource_operations {
+        return None;
+    }
+    let mut annotations = HashMap::new();
+    let mut operations = Vec::new();
+    for it in &change.files {
+        let note = it.note.as_deref().unwrap_or(label);
+        let uri = snapshot.url(it.file)?;
+        let version = snapshot.documents.get(&uri).map(|document| document.version);
+        let edits = text_edits(snapshot, it.file, &it.edits).into_iter().map(|text_edit| match capabilities
+            .change_annotations
+        {
+            true => OneOf::Right(AnnotatedTextEdit {
+                text_edit,
+                annotation_id: annotated(&mut annotations, note),
+            }),
+            false => OneOf::Left(text_edit),
+        });
+        let edits = edits.collect();
+        let text_document = OptionalVersionedTextDocumentIdentifier { uri, version };
+        operations.push(DocumentChangeOperation::Edit(TextDocumentEdit { text_document, edits }));
+    }
+    for (path, text) in &change.created {
+        let uri = Url::from_file_path(path).ok()?;
+        let options = CreateFileOptions { overwrite: Some(false), ignore_if_exists: Some(false) };
+        let annotation_id = capabilities.change_annotations.then(|| annotated(&mut annotations, label));
+        let create = CreateFile { uri: uri.clone(), options: Some(options), annotation_id };
+        operations.push(DocumentChangeOperation::Op(ResourceOp::Create(create)));
+        let text_document = OptionalVersionedTextDocumentIdentifier { uri, version: None };
+        let edits = vec![OneOf::Left(TextEdit::new(Range::default(), text.clone()))];
+        operations.push(DocumentChangeOperation::Edit(TextDocumentEdit { text_document, edits }));
+    }
+    Some(WorkspaceEdit {
+        changes: None,
+        document_changes: Some(DocumentChanges::Operations(operations)),
+        change_annotations: (!annotations.is_empty()).then_some(annotations),
+    })
+}
+
+fn annotated(annotations: &mut HashMap<String, ChangeAnnotation>, label: &str) -> String {
+    let annotation =
+        ChangeAnnotation { label: label.to_owned(), needs_confirmation: None, description: None };
+    annotations.entry(label.to_owned()).or_insert(annotation);
+    label.to_owned()
+}
+
+/// What is replaced in a file.
+pub(crate) fn text_edits(snapshot: &Snapshot, file: File, edits: &[Replacement]) -> Vec<TextEdit> {
+    let lines = line_index(&snapshot.db, file);
+    let edit = |it: &Replacement| {
+        TextEdit::new(lines.range(it.range, snapshot.capabilities.encoding), it.text.clone())
+    };
+    edits.iter().map(edit).collect()
+}
+
 /// Where something stands.
 pub(crate) fn location(snapshot: &Snapshot, at: &Place<'_>) -> Option<Location> {
     Some(Location { uri: snapshot.url(at.file(&snapshot.db))?, range: range(snapshot, at) })
 }
 
-fn range(snapshot: &Snapshot, at: &Place<'_>) -> tower_lsp::lsp_types::Range {
+fn range(snapshot: &Snapshot, at: &Place<'_>) -> Range {
     let db = &snapshot.db;
     line_index(db, at.file(db)).range(at.range(db), snapshot.capabilities.encoding)
 }
