@@ -6,6 +6,10 @@
 //! | `hover.rs` | what stands under the cursor, and where a response time comes from |
 //! | `definition.rs`, `reference.rs` | where a name is declared |
 //! | `document_symbols.rs` | what a file declares |
+//! | `workspace_symbols.rs` | the declarations of all files that a few letters may mean |
+//! | `document_links.rs` | the files that a file names |
+//! | `folding_ranges.rs`, `selection_ranges.rs` | what can be folded; what belongs together around the cursor |
+//! | `formatting.rs` | white space as it should be |
 //! | `change.rs` | what a rename, a fix or a refactoring replaces |
 //! | `explanation.rs` | where a response time comes from, in words |
 //! | `project.rs` | which projects a file is part of, and what they are called |
@@ -15,20 +19,30 @@
 
 mod change;
 mod definition;
+mod document_links;
 mod document_symbols;
 mod explanation;
 #[cfg(test)]
 mod fixture;
+mod folding_ranges;
+mod formatting;
 mod hover;
 mod inlay_hints;
 mod project;
 mod reference;
+mod selection_ranges;
 mod state_machine;
+mod workspace_symbols;
 
 pub use change::{Change, FileChange};
 pub use definition::{Definition, Target, definition};
+pub use document_links::{DocumentLink, document_links};
 pub use document_symbols::{Symbol, SymbolKind, document_symbols};
 pub use explanation::explain_response;
+pub use folding_ranges::{FoldingKind, FoldingRange, folding_ranges};
+pub use formatting::{formatting, formatting_on_type};
 pub use hover::{Hover, hover};
 pub use inlay_hints::{InlayHint, inlay_hints};
+pub use selection_ranges::selection_ranges;
 pub use state_machine::{Drawing, draw_state_machine};
+pub use workspace_symbols::{FoundSymbol, workspace_symbols};
