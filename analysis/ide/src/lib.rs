@@ -4,7 +4,8 @@
 //! |---|---|
 //! | `inlay_hints.rs` | response times beside activities, and what is left out |
 //! | `hover.rs` | what stands under the cursor, and where a response time comes from |
-//! | `definition.rs`, `reference.rs` | where a name is declared |
+//! | `occurrences.rs` | every name in a text, and what it stands for |
+//! | `definition.rs` | where a name is declared |
 //! | `document_symbols.rs` | what a file declares |
 //! | `workspace_symbols.rs` | the declarations of all files that a few letters may mean |
 //! | `document_links.rs` | the files that a file names |
@@ -28,8 +29,8 @@ mod folding_ranges;
 mod formatting;
 mod hover;
 mod inlay_hints;
+mod occurrences;
 mod project;
-mod reference;
 mod selection_ranges;
 mod state_machine;
 mod workspace_symbols;

@@ -2,7 +2,12 @@
 //! and an edit ends them.
 
 pub(crate) mod definition;
+pub(crate) mod document_links;
 pub(crate) mod document_symbols;
+pub(crate) mod folding_ranges;
+pub(crate) mod formatting;
 pub(crate) mod hover;
 pub(crate) mod inlay_hints;
+pub(crate) mod selection_ranges;
 pub(crate) mod status;
+pub(crate) mod workspace_symbols;
