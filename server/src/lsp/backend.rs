@@ -1,30 +1,38 @@
 //! The methods of the protocol. Each puts what it was given on the main loop's channel before it waits for anything, so
 //! that everything happens in the client's order; answers are made by workers, in `handlers/`.
 
+use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock, mpsc};
 
 use salsa::{CancellationToken, Database as _};
 use serde::Deserialize as _;
+use serde_json::Value;
 use tokio::sync::oneshot;
-use tower_lsp::jsonrpc::{Error, Request, Result};
+use tower_lsp::jsonrpc::{Error, ErrorCode, Request, Result};
 use tower_lsp::lsp_types::*;
 use tower_lsp::{LanguageServer, LspServiceBuilder};
 
 use super::capabilities::Capabilities;
 use super::handlers;
+use super::handlers::diagnostic::{Given, ask_again, of_defect};
 use super::handlers::status::{Status, status};
 use super::main_loop::Event;
-use super::snapshot::{Snapshot, attempt};
+use super::pulls::ResultId;
+use super::snapshot::{Failure, Snapshot, attempt};
 
 /// The server as tower-lsp sees it.
 pub(crate) struct Backend {
-    pub(crate) main_loop: mpsc::Sender<Event>,
+    main_loop: mpsc::Sender<Event>,
+    /// What the client says of itself, as it says it: tower-lsp drops what it does not know.
+    raw: OnceLock<Value>,
 }
 
 /// The methods that are ours alone.
 pub(crate) fn with_custom_methods(build: LspServiceBuilder<Backend>) -> LspServiceBuilder<Backend> {
-    let build = build.custom_method("mauve/status", Backend::status);
+    let build = build
+        .custom_method("mauve/status", Backend::status)
+        .custom_method("window/workDoneProgress/cancel", Backend::cancel_progress);
     #[cfg(debug_assertions)]
     let build = build
         .custom_method("mauve/debug/panic", Backend::debug_panic)
@@ -33,13 +41,21 @@ pub(crate) fn with_custom_methods(build: LspServiceBuilder<Backend>) -> LspServi
 }
 
 impl Backend {
+    /// One that tells its events to the main loop.
+    pub(crate) fn new(main_loop: mpsc::Sender<Event>) -> Backend {
+        Backend { main_loop, raw: OnceLock::new() }
+    }
+
     /// Looks at a message before its method does: a change that is none must not be dropped in silence, since the text
     /// is another one from there on.
     pub(crate) fn notice(&self, request: &Request) {
+        let params = request.params().unwrap_or(&Value::Null);
+        if request.method() == "initialize" {
+            let _ = self.raw.set(params.clone());
+        }
         if request.method() != "textDocument/didChange" {
             return;
         }
-        let params = request.params().unwrap_or(&serde_json::Value::Null);
         if let Err(error) = DidChangeTextDocumentParams::deserialize(params) {
             tracing::error!("a change that means nothing: {error}");
             let uri = params.pointer("/textDocument/uri").and_then(|uri| uri.as_str());
@@ -55,6 +71,11 @@ impl Backend {
     fn send(&self, event: Event) {
         // Where the main loop has ended, so does the process.
         let _ = self.main_loop.send(event);
+    }
+
+    /// There is one thing at a time that a client shows the progress of.
+    async fn cancel_progress(&self, _: WorkDoneProgressCancelParams) {
+        self.send(Event::Stop);
     }
 
     async fn status(&self) -> Result<Status> {
@@ -88,12 +109,16 @@ impl Backend {
         let (reply, answer) = oneshot::channel();
         let cancel = CancelOnDrop::default();
         let cancelled = Arc::clone(&cancel.0);
+        let defects = self.main_loop.clone();
         self.send(Event::Job(Box::new(move |snapshot| {
             let _ = cancelled.token.set(snapshot.db.cancellation_token());
             if cancelled.flag.load(Ordering::SeqCst) {
                 return;
             }
             let answer = attempt(|| handler(&snapshot));
+            if let Err(Failure::Panicked(message)) = &answer {
+                let _ = defects.send(Event::Defect(message.clone()));
+            }
             // The answer may bring an edit, which waits for all snapshots.
             drop(snapshot);
             let _ = reply.send(answer.unwrap_or_else(|failure| Err(failure.into_error())));
@@ -123,10 +148,38 @@ impl Drop for CancelOnDrop {
     }
 }
 
+/// A question about diagnostics. The main loop hears of it, and of its end, even where its future is dropped.
+struct Pull {
+    main_loop: mpsc::Sender<Event>,
+    given: BTreeMap<Url, Option<ResultId>>,
+}
+
+impl Pull {
+    /// About one file, or about all.
+    fn new(main_loop: &mpsc::Sender<Event>, about: Option<&Url>) -> Pull {
+        let _ = main_loop.send(Event::Pulled { all: about.is_none() });
+        let given = about.into_iter().map(|url| (url.clone(), None)).collect();
+        Pull { main_loop: main_loop.clone(), given }
+    }
+
+    /// Notes what the client is told.
+    fn answered<T>(&mut self, answer: Result<Given<T>>) -> Result<T> {
+        let (report, given) = answer.map_err(ask_again)?;
+        self.given = given;
+        Ok(report)
+    }
+}
+
+impl Drop for Pull {
+    fn drop(&mut self) {
+        let _ = self.main_loop.send(Event::Diagnosed(std::mem::take(&mut self.given)));
+    }
+}
+
 #[tower_lsp::async_trait]
 impl LanguageServer for Backend {
     async fn initialize(&self, params: InitializeParams) -> Result<InitializeResult> {
-        let capabilities = Capabilities::of(&params.capabilities);
+        let capabilities = Capabilities::of(&params, self.raw.get().unwrap_or(&Value::Null));
         #[allow(deprecated, reason = "older clients have no folders")]
         let root = params.root_uri;
         let folders = match params.workspace_folders {
@@ -179,6 +232,25 @@ impl LanguageServer for Backend {
 
     async fn did_change_configuration(&self, _: DidChangeConfigurationParams) {
         // Everything that can be set stands in `mauve.toml`.
+    }
+
+    async fn diagnostic(&self, params: DocumentDiagnosticParams) -> Result<DocumentDiagnosticReportResult> {
+        let mut pull = Pull::new(&self.main_loop, Some(&params.text_document.uri));
+        let handler = move |snapshot: &Snapshot| handlers::diagnostic::document_diagnostic(snapshot, &params);
+        match pull.answered(self.answer(handler).await) {
+            Err(error) if error.code == ErrorCode::InternalError => Ok(of_defect(&error)),
+            answer => answer,
+        }
+    }
+
+    async fn workspace_diagnostic(
+        &self,
+        params: WorkspaceDiagnosticParams,
+    ) -> Result<WorkspaceDiagnosticReportResult> {
+        let mut pull = Pull::new(&self.main_loop, None);
+        let handler =
+            move |snapshot: &Snapshot| handlers::diagnostic::workspace_diagnostic(snapshot, &params);
+        pull.answered(self.answer(handler).await)
     }
 
     async fn inlay_hint(&self, params: InlayHintParams) -> Result<Option<Vec<InlayHint>>> {

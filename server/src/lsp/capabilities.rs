@@ -1,16 +1,17 @@
 //! What the client can do, resolved once, and what the server says that it does.
 
+use serde_json::Value;
 use tower_lsp::lsp_types::{
-    ClientCapabilities, HoverProviderCapability, InlayHintOptions, InlayHintServerCapabilities, MarkupKind,
-    OneOf, ResourceOperationKind, SaveOptions, ServerCapabilities, TextDocumentSyncCapability,
-    TextDocumentSyncKind, TextDocumentSyncOptions, TextDocumentSyncSaveOptions,
-    WorkspaceFoldersServerCapabilities, WorkspaceServerCapabilities,
+    DiagnosticOptions, DiagnosticServerCapabilities, HoverProviderCapability, InitializeParams,
+    InlayHintOptions, InlayHintServerCapabilities, MarkupKind, OneOf, ResourceOperationKind, SaveOptions,
+    ServerCapabilities, TextDocumentSyncCapability, TextDocumentSyncKind, TextDocumentSyncOptions,
+    TextDocumentSyncSaveOptions, WorkspaceFoldersServerCapabilities, WorkspaceServerCapabilities,
 };
 
 use super::position::Encoding;
 
 /// What matters of the client's capabilities.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Capabilities {
     /// What columns count.
     pub(crate) encoding: Encoding,
@@ -26,6 +27,10 @@ pub(crate) struct Capabilities {
     pub(crate) related: bool,
     /// Does it open the page behind the code of a diagnostic?
     pub(crate) pages: bool,
+    /// Does it ask what is wrong in open files, and may it be asked to ask again? Then it is not told.
+    pub(crate) pull_diagnostics: bool,
+    /// Does it ask about all files rightly?
+    pub(crate) pull_all_diagnostics: bool,
     /// Does it show progress?
     pub(crate) progress: bool,
     /// Does it take changes of texts of a certain version?
@@ -37,8 +42,12 @@ pub(crate) struct Capabilities {
 }
 
 impl Capabilities {
-    /// Those of a client.
-    pub(crate) fn of(client: &ClientCapabilities) -> Capabilities {
+    /// Those of a client; `raw` are its parameters as it has sent them.
+    pub(crate) fn of(params: &InitializeParams, raw: &Value) -> Capabilities {
+        let client = &params.capabilities;
+        let name = params.client_info.as_ref().map_or("", |info| info.name.as_str());
+        // lsp-types looks for it under another name than the protocol's.
+        let refreshes_diagnostics = raw.pointer("/capabilities/workspace/diagnostics/refreshSupport");
         let general = client.general.as_ref();
         let text = client.text_document.as_ref();
         let workspace = client.workspace.as_ref();
@@ -55,6 +64,11 @@ impl Capabilities {
                 .unwrap_or(false),
             related: publish.and_then(|it| it.related_information).unwrap_or(false),
             pages: publish.and_then(|it| it.code_description_support).unwrap_or(false),
+            pull_diagnostics: text.is_some_and(|it| it.diagnostic.is_some())
+                && refreshes_diagnostics.and_then(Value::as_bool).unwrap_or(false),
+            // Where the server has diagnostics of the workspace, Neovim (0.12.0) on a refresh asks for these only, and drops
+            // what it gets for files that it has shown.
+            pull_all_diagnostics: name != "Neovim",
             document_changes: edit.and_then(|it| it.document_changes).unwrap_or(false),
             resource_operations: edit
                 .and_then(|it| it.resource_operations.as_ref())
@@ -80,6 +94,14 @@ impl Capabilities {
             hover_provider: Some(HoverProviderCapability::Simple(true)),
             definition_provider: Some(OneOf::Left(true)),
             document_symbol_provider: Some(OneOf::Left(true)),
+            diagnostic_provider: self.pull_diagnostics.then(|| {
+                DiagnosticServerCapabilities::Options(DiagnosticOptions {
+                    identifier: Some("mauve".to_owned()),
+                    inter_file_dependencies: true,
+                    workspace_diagnostics: self.pull_all_diagnostics,
+                    ..DiagnosticOptions::default()
+                })
+            }),
             inlay_hint_provider: Some(OneOf::Right(InlayHintServerCapabilities::Options(InlayHintOptions {
                 resolve_provider: Some(true),
                 ..InlayHintOptions::default()

@@ -2,6 +2,7 @@
 //! and an edit ends them.
 
 pub(crate) mod definition;
+pub(crate) mod diagnostic;
 pub(crate) mod document_symbols;
 pub(crate) mod hover;
 pub(crate) mod inlay_hints;
