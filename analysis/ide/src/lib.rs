@@ -8,6 +8,7 @@
 //! | `document_symbols.rs` | what a file declares |
 //! | `change.rs` | what a rename, a fix or a refactoring replaces |
 //! | `explanation.rs` | where a response time comes from, in words |
+//! | `levels.rs` | the significance levels that may be shown |
 //! | `project.rs` | which projects a file is part of, and what they are called |
 //! | `state_machine.rs` | a component's periodic state machine, as DOT and as SVG |
 //!
@@ -21,6 +22,7 @@ mod explanation;
 mod fixture;
 mod hover;
 mod inlay_hints;
+mod levels;
 mod project;
 mod reference;
 mod state_machine;
@@ -31,4 +33,5 @@ pub use document_symbols::{Symbol, SymbolKind, document_symbols};
 pub use explanation::explain_response;
 pub use hover::{Hover, hover};
 pub use inlay_hints::{InlayHint, inlay_hints};
+pub use levels::known_levels;
 pub use state_machine::{Drawing, draw_state_machine};

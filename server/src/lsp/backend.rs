@@ -13,9 +13,13 @@ use tower_lsp::{LanguageServer, LspServiceBuilder};
 
 use super::capabilities::Capabilities;
 use super::handlers;
+use super::handlers::execute_command::Command;
 use super::handlers::status::{Status, status};
 use super::main_loop::Event;
 use super::snapshot::{Snapshot, attempt};
+
+/// A command that edits overtake is read again so often.
+const MOST_ATTEMPTS: usize = 100;
 
 /// The server as tower-lsp sees it.
 pub(crate) struct Backend {
@@ -203,6 +207,25 @@ impl LanguageServer for Backend {
 
     async fn inlay_hint_resolve(&self, hint: InlayHint) -> Result<InlayHint> {
         self.answer(move |snapshot| handlers::inlay_hints::resolve(snapshot, &hint)).await
+    }
+
+    async fn execute_command(&self, params: ExecuteCommandParams) -> Result<Option<serde_json::Value>> {
+        let params = Arc::new(params);
+        let mut read = Err(Error::content_modified());
+        // What was asked for holds whatever is typed meanwhile.
+        for _ in 0..MOST_ATTEMPTS {
+            if read != Err(Error::content_modified()) {
+                break;
+            }
+            let params = Arc::clone(&params);
+            read = self.answer(move |snapshot| handlers::execute_command::read(snapshot, &params)).await;
+        }
+        let command = read?;
+        let result = command.result();
+        match command {
+            Command::SetSignificance(level) => self.send(Event::Significance(level)),
+        }
+        Ok(result)
     }
 
     async fn hover(&self, params: HoverParams) -> Result<Option<Hover>> {

@@ -1,12 +1,13 @@
 //! What the client can do, resolved once, and what the server says that it does.
 
 use tower_lsp::lsp_types::{
-    ClientCapabilities, HoverProviderCapability, InlayHintOptions, InlayHintServerCapabilities, MarkupKind,
-    OneOf, ResourceOperationKind, SaveOptions, ServerCapabilities, TextDocumentSyncCapability,
-    TextDocumentSyncKind, TextDocumentSyncOptions, TextDocumentSyncSaveOptions,
+    ClientCapabilities, ExecuteCommandOptions, HoverProviderCapability, InlayHintOptions,
+    InlayHintServerCapabilities, MarkupKind, OneOf, ResourceOperationKind, SaveOptions, ServerCapabilities,
+    TextDocumentSyncCapability, TextDocumentSyncKind, TextDocumentSyncOptions, TextDocumentSyncSaveOptions,
     WorkspaceFoldersServerCapabilities, WorkspaceServerCapabilities,
 };
 
+use super::handlers::execute_command::COMMANDS;
 use super::position::Encoding;
 
 /// What matters of the client's capabilities.
@@ -80,6 +81,10 @@ impl Capabilities {
             hover_provider: Some(HoverProviderCapability::Simple(true)),
             definition_provider: Some(OneOf::Left(true)),
             document_symbol_provider: Some(OneOf::Left(true)),
+            execute_command_provider: Some(ExecuteCommandOptions {
+                commands: COMMANDS.iter().map(|command| (*command).to_owned()).collect(),
+                ..ExecuteCommandOptions::default()
+            }),
             inlay_hint_provider: Some(OneOf::Right(InlayHintServerCapabilities::Options(InlayHintOptions {
                 resolve_provider: Some(true),
                 ..InlayHintOptions::default()

@@ -3,6 +3,7 @@
 
 pub(crate) mod definition;
 pub(crate) mod document_symbols;
+pub(crate) mod execute_command;
 pub(crate) mod hover;
 pub(crate) mod inlay_hints;
 pub(crate) mod status;

@@ -10,6 +10,7 @@ use std::sync::{Arc, mpsc};
 use std::time::Instant;
 
 use mauve_model::{CONFIG_FILE, Database, File, Problem, Workspace, is_model};
+use mauve_timing::Level;
 use tokio::runtime::Handle;
 use tokio::sync::watch;
 use tower_lsp::lsp_types::{DidChangeTextDocumentParams, DidSaveTextDocumentParams, TextDocumentItem, Url};
@@ -42,6 +43,8 @@ pub(crate) enum Event {
     Disk { paths: BTreeSet<PathBuf>, missed: bool },
     /// The client's folders have changed.
     Folders { added: Vec<Url>, removed: Vec<Url> },
+    /// The significance level that is shown from now on; none: that of each `mauve.toml`.
+    Significance(Option<Level>),
     /// Something to compute.
     Job(Box<dyn FnOnce(Snapshot) + Send>),
     /// The client was given the inlay hints of this generation; none, where an edit has overtaken its question.
@@ -184,6 +187,11 @@ impl MainLoop {
                 self.folders.retain(|folder| !removed.contains(folder));
                 self.folders.extend(paths(added));
                 self.reload = true;
+            }
+            Event::Significance(level) => {
+                if self.loader.set_significance(&mut self.db, level) {
+                    self.stir();
+                }
             }
             Event::Job(job) => {
                 self.settle();
