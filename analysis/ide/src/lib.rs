@@ -6,6 +6,7 @@
 //! | `hover.rs` | what stands under the cursor, and where a response time comes from |
 //! | `definition.rs`, `reference.rs` | where a name is declared |
 //! | `document_symbols.rs` | what a file declares |
+//! | `code_actions.rs`, `code_actions/` | what can be done about a place: fixes, refactorings |
 //! | `change.rs` | what a rename, a fix or a refactoring replaces |
 //! | `explanation.rs` | where a response time comes from, in words |
 //! | `levels.rs` | the significance levels that may be shown |
@@ -15,6 +16,7 @@
 //! Places are offsets in a file's text. This crate knows no protocol and no terminal.
 
 mod change;
+mod code_actions;
 mod definition;
 mod document_symbols;
 mod explanation;
@@ -28,6 +30,7 @@ mod reference;
 mod state_machine;
 
 pub use change::{Change, FileChange};
+pub use code_actions::{ActionKind, ActionQuestion, Changes, CodeAction, code_actions};
 pub use definition::{Definition, Target, definition};
 pub use document_symbols::{Symbol, SymbolKind, document_symbols};
 pub use explanation::explain_response;

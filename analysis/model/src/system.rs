@@ -19,6 +19,8 @@ use crate::{ModelDb, values};
 pub struct System<'db> {
     /// In the order of the deployment; instances without an activity last.
     pub rows: Vec<Row<'db>>,
+    /// The CPUs that there are, a bit each: those of `mauve.toml`, otherwise those that an activity names.
+    pub cpus: u64,
     /// Why nothing of it can be analysed: an activity may be missing.
     pub lost: Vec<Refusal<'db>>,
     /// What is wrong in the deployment.
@@ -470,6 +472,7 @@ impl<'db> Reader<'db> {
             None if named == 0 => 1,
             None => named,
         };
+        self.found.cpus = all;
         for (index, row) in self.found.rows.iter_mut().enumerate() {
             let Some(cpus) = row.cpus else { continue };
             let given = cpus != 0;

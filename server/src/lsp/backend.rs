@@ -236,6 +236,14 @@ impl LanguageServer for Backend {
         self.answer(move |snapshot| handlers::definition::definition(snapshot, &params)).await
     }
 
+    async fn code_action(&self, params: CodeActionParams) -> Result<Option<CodeActionResponse>> {
+        self.answer(move |snapshot| handlers::code_actions::code_actions(snapshot, &params)).await
+    }
+
+    async fn code_action_resolve(&self, action: CodeAction) -> Result<CodeAction> {
+        self.answer(move |snapshot| handlers::code_actions::resolve(snapshot, &action)).await
+    }
+
     async fn document_symbol(&self, params: DocumentSymbolParams) -> Result<Option<DocumentSymbolResponse>> {
         self.answer(move |snapshot| handlers::document_symbols::document_symbols(snapshot, &params)).await
     }
