@@ -74,7 +74,7 @@ pub enum Changes<'a> {
 }
 
 /// Everything that offers actions, in the order in which they are shown.
-const OFFERS: &[fn(&mut Actions<'_, '_>)] = &[fixes::offer];
+const OFFERS: &[fn(&mut Actions<'_, '_>)] = &[fixes::offer, crate::timing_actions::offer];
 
 /// What can be done about a place.
 ///

@@ -11,6 +11,7 @@
 //! | `explanation.rs` | where a response time comes from, in words |
 //! | `levels.rs` | the significance levels that may be shown |
 //! | `project.rs` | which projects a file is part of, and what they are called |
+//! | `timing_actions.rs` | other priorities, CPUs and periods, with what they give |
 //! | `state_machine.rs` | a component's periodic state machine, as DOT and as SVG |
 //!
 //! Places are offsets in a file's text. This crate knows no protocol and no terminal.
@@ -28,6 +29,7 @@ mod levels;
 mod project;
 mod reference;
 mod state_machine;
+mod timing_actions;
 
 pub use change::{Change, FileChange};
 pub use code_actions::{ActionKind, ActionQuestion, Changes, CodeAction, code_actions};
