@@ -7,14 +7,18 @@
 //! | `occurrences.rs` | every name in a text, and what it stands for |
 //! | `definition.rs` | where a name is declared |
 //! | `document_symbols.rs` | what a file declares |
+//! | `code_actions.rs`, `code_actions/` | what can be done about a place: fixes, refactorings |
 //! | `change.rs` | what a rename, a fix or a refactoring replaces |
 //! | `explanation.rs` | where a response time comes from, in words |
+//! | `levels.rs` | the significance levels that may be shown |
 //! | `project.rs` | which projects a file is part of, and what they are called |
+//! | `timing_actions.rs` | other priorities, CPUs and periods, with what they give |
 //! | `state_machine.rs` | a component's periodic state machine, as DOT and as SVG |
 //!
 //! Places are offsets in a file's text. This crate knows no protocol and no terminal.
 
 mod change;
+mod code_actions;
 mod definition;
 mod document_symbols;
 mod explanation;
@@ -22,14 +26,18 @@ mod explanation;
 mod fixture;
 mod hover;
 mod inlay_hints;
+mod levels;
 mod occurrences;
 mod project;
 mod state_machine;
+mod timing_actions;
 
 pub use change::{Change, FileChange};
+pub use code_actions::{ActionKind, ActionQuestion, Changes, CodeAction, code_actions};
 pub use definition::{Definition, Target, definition};
 pub use document_symbols::{Symbol, SymbolKind, document_symbols};
 pub use explanation::explain_response;
 pub use hover::{Hover, hover};
 pub use inlay_hints::{InlayHint, inlay_hints};
+pub use levels::known_levels;
 pub use state_machine::{Drawing, draw_state_machine};

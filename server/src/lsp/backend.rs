@@ -16,10 +16,14 @@ use tower_lsp::{LanguageServer, LspServiceBuilder};
 use super::capabilities::Capabilities;
 use super::handlers;
 use super::handlers::diagnostic::{Given, ask_again, of_defect};
+use super::handlers::execute_command::Command;
 use super::handlers::status::{Status, status};
 use super::main_loop::Event;
 use super::pulls::ResultId;
 use super::snapshot::{Failure, Snapshot, attempt};
+
+/// A command that edits overtake is read again so often.
+const MOST_ATTEMPTS: usize = 100;
 
 /// The server as tower-lsp sees it.
 pub(crate) struct Backend {
@@ -277,12 +281,39 @@ impl LanguageServer for Backend {
         self.answer(move |snapshot| handlers::inlay_hints::resolve(snapshot, &hint)).await
     }
 
+    async fn execute_command(&self, params: ExecuteCommandParams) -> Result<Option<Value>> {
+        let params = Arc::new(params);
+        let mut read = Err(Error::content_modified());
+        // What was asked for holds whatever is typed meanwhile.
+        for _ in 0..MOST_ATTEMPTS {
+            if read != Err(Error::content_modified()) {
+                break;
+            }
+            let params = Arc::clone(&params);
+            read = self.answer(move |snapshot| handlers::execute_command::read(snapshot, &params)).await;
+        }
+        let command = read?;
+        let result = command.result();
+        match command {
+            Command::SetSignificance(level) => self.send(Event::Significance(level)),
+        }
+        Ok(result)
+    }
+
     async fn hover(&self, params: HoverParams) -> Result<Option<Hover>> {
         self.answer(move |snapshot| handlers::hover::hover(snapshot, &params)).await
     }
 
     async fn goto_definition(&self, params: GotoDefinitionParams) -> Result<Option<GotoDefinitionResponse>> {
         self.answer(move |snapshot| handlers::definition::definition(snapshot, &params)).await
+    }
+
+    async fn code_action(&self, params: CodeActionParams) -> Result<Option<CodeActionResponse>> {
+        self.answer(move |snapshot| handlers::code_actions::code_actions(snapshot, &params)).await
+    }
+
+    async fn code_action_resolve(&self, action: CodeAction) -> Result<CodeAction> {
+        self.answer(move |snapshot| handlers::code_actions::resolve(snapshot, &action)).await
     }
 
     async fn document_symbol(&self, params: DocumentSymbolParams) -> Result<Option<DocumentSymbolResponse>> {

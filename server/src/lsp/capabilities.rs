@@ -1,13 +1,10 @@
 //! What the client can do, resolved once, and what the server says that it does.
 
 use serde_json::Value;
-use tower_lsp::lsp_types::{
-    DiagnosticOptions, DiagnosticServerCapabilities, HoverProviderCapability, InitializeParams,
-    InlayHintOptions, InlayHintServerCapabilities, MarkupKind, OneOf, ResourceOperationKind, SaveOptions,
-    ServerCapabilities, TextDocumentSyncCapability, TextDocumentSyncKind, TextDocumentSyncOptions,
-    TextDocumentSyncSaveOptions, WorkspaceFoldersServerCapabilities, WorkspaceServerCapabilities,
-};
+use tower_lsp::lsp_types::*;
 
+use super::handlers;
+use super::handlers::execute_command::COMMANDS;
 use super::position::Encoding;
 
 /// What matters of the client's capabilities.
@@ -39,6 +36,14 @@ pub(crate) struct Capabilities {
     pub(crate) resource_operations: bool,
     /// Does it show groups of changes?
     pub(crate) change_annotations: bool,
+    /// Does it know actions that are more than commands?
+    pub(crate) code_actions: bool,
+    /// Does it ask for the edit of an action when the user has chosen it?
+    pub(crate) resolves_edits: bool,
+    /// Does it show actions that cannot be done, with the reason?
+    pub(crate) disabled_actions: bool,
+    /// Does it know which action is the one that is meant most likely?
+    pub(crate) preferred_actions: bool,
 }
 
 impl Capabilities {
@@ -53,6 +58,7 @@ impl Capabilities {
         let workspace = client.workspace.as_ref();
         let hover = text.and_then(|it| it.hover.as_ref()?.content_format.as_ref());
         let edit = workspace.and_then(|it| it.workspace_edit.as_ref());
+        let action = text.and_then(|it| it.code_action.as_ref());
         let publish = text.and_then(|it| it.publish_diagnostics.as_ref());
         Capabilities {
             encoding: Encoding::negotiated(general.and_then(|it| it.position_encodings.as_deref())),
@@ -74,6 +80,14 @@ impl Capabilities {
                 .and_then(|it| it.resource_operations.as_ref())
                 .is_some_and(|kinds| kinds.contains(&ResourceOperationKind::Create)),
             change_annotations: edit.is_some_and(|it| it.change_annotation_support.is_some()),
+            code_actions: action.is_some_and(|it| it.code_action_literal_support.is_some()),
+            // What it does not keep until then cannot be found again.
+            resolves_edits: action.is_some_and(|it| {
+                let resolved = it.resolve_support.as_ref().map(|it| it.properties.as_slice());
+                it.data_support == Some(true) && resolved.is_some_and(|all| all.iter().any(|it| it == "edit"))
+            }),
+            disabled_actions: action.and_then(|it| it.disabled_support).unwrap_or(false),
+            preferred_actions: action.and_then(|it| it.is_preferred_support).unwrap_or(false),
             progress: client.window.as_ref().and_then(|it| it.work_done_progress).unwrap_or(false),
         }
     }
@@ -93,6 +107,13 @@ impl Capabilities {
             })),
             hover_provider: Some(HoverProviderCapability::Simple(true)),
             definition_provider: Some(OneOf::Left(true)),
+            code_action_provider: self.code_actions.then(|| {
+                CodeActionProviderCapability::Options(CodeActionOptions {
+                    code_action_kinds: Some(handlers::code_actions::KINDS.to_vec()),
+                    resolve_provider: Some(true),
+                    ..CodeActionOptions::default()
+                })
+            }),
             document_symbol_provider: Some(OneOf::Left(true)),
             diagnostic_provider: self.pull_diagnostics.then(|| {
                 DiagnosticServerCapabilities::Options(DiagnosticOptions {
@@ -101,6 +122,10 @@ impl Capabilities {
                     workspace_diagnostics: self.pull_all_diagnostics,
                     ..DiagnosticOptions::default()
                 })
+            }),
+            execute_command_provider: Some(ExecuteCommandOptions {
+                commands: COMMANDS.iter().map(|command| (*command).to_owned()).collect(),
+                ..ExecuteCommandOptions::default()
             }),
             inlay_hint_provider: Some(OneOf::Right(InlayHintServerCapabilities::Options(InlayHintOptions {
                 resolve_provider: Some(true),

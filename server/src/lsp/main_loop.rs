@@ -10,6 +10,7 @@ use std::sync::{Arc, mpsc};
 use std::time::Instant;
 
 use mauve_model::{CONFIG_FILE, Database, File, Problem, Workspace, is_model};
+use mauve_timing::Level;
 use salsa::Database as _;
 use tokio::runtime::Handle;
 use tokio::sync::watch;
@@ -44,6 +45,8 @@ pub(crate) enum Event {
     Disk { paths: BTreeSet<PathBuf>, missed: bool },
     /// The client's folders have changed.
     Folders { added: Vec<Url>, removed: Vec<Url> },
+    /// The significance level that is shown from now on; none: that of each `mauve.toml`.
+    Significance(Option<Level>),
     /// Something to compute.
     Job(Box<dyn FnOnce(Snapshot) + Send>),
     /// The user does not want to wait for the analysis that is running.
@@ -200,6 +203,11 @@ impl MainLoop {
                 self.folders.retain(|folder| !removed.contains(folder));
                 self.folders.extend(paths(added));
                 self.reload = true;
+            }
+            Event::Significance(level) => {
+                if self.loader.set_significance(&mut self.db, level) {
+                    self.stir();
+                }
             }
             Event::Job(job) => {
                 self.settle();
