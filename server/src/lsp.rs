@@ -16,6 +16,7 @@
 //! | `snapshot.rs` | what a worker reads, and how its jobs end |
 //! | `handlers/` | a file for each method that is answered |
 //! | `check.rs`, `publisher.rs`, `progress.rs` | what is published after a change, and that it takes long |
+//! | `pulls.rs` | what a client was given that asks instead |
 //! | `pages.rs` | the pages of the diagnostics as files, for the links behind their codes |
 //! | `watcher.rs` | files that change outside the client |
 //! | `mirror.rs` | recording a session |
@@ -34,6 +35,7 @@ mod pages;
 mod position;
 mod progress;
 mod publisher;
+mod pulls;
 mod snapshot;
 mod to_proto;
 mod transport;
@@ -114,7 +116,7 @@ pub(crate) fn run(
         let build = LspService::build(|client| {
             tokio::spawn(progress::show(client.clone(), is_busy));
             tokio::spawn(async move { outbox.send_to(client).await });
-            Backend { main_loop: events }
+            Backend::new(events)
         });
         let (service, socket) = backend::with_custom_methods(build).finish();
         serve(service, socket, Streams { incoming, outgoing, backlog, main_loop: main_loop_ended }).await

@@ -11,14 +11,18 @@
 //! | `document_links.rs` | the files that a file names |
 //! | `folding_ranges.rs`, `selection_ranges.rs` | what can be folded; what belongs together around the cursor |
 //! | `formatting.rs` | white space as it should be |
+//! | `code_actions.rs`, `code_actions/` | what can be done about a place: fixes, refactorings |
 //! | `change.rs` | what a rename, a fix or a refactoring replaces |
 //! | `explanation.rs` | where a response time comes from, in words |
+//! | `levels.rs` | the significance levels that may be shown |
 //! | `project.rs` | which projects a file is part of, and what they are called |
+//! | `timing_actions.rs` | other priorities, CPUs and periods, with what they give |
 //! | `state_machine.rs` | a component's periodic state machine, as DOT and as SVG |
 //!
 //! Places are offsets in a file's text. This crate knows no protocol and no terminal.
 
 mod change;
+mod code_actions;
 mod definition;
 mod document_links;
 mod document_symbols;
@@ -29,13 +33,16 @@ mod folding_ranges;
 mod formatting;
 mod hover;
 mod inlay_hints;
+mod levels;
 mod occurrences;
 mod project;
 mod selection_ranges;
 mod state_machine;
+mod timing_actions;
 mod workspace_symbols;
 
 pub use change::{Change, FileChange};
+pub use code_actions::{ActionKind, ActionQuestion, Changes, CodeAction, code_actions};
 pub use definition::{Definition, Target, definition};
 pub use document_links::{DocumentLink, document_links};
 pub use document_symbols::{Symbol, SymbolKind, document_symbols};
@@ -44,6 +51,7 @@ pub use folding_ranges::{FoldingKind, FoldingRange, folding_ranges};
 pub use formatting::{formatting, formatting_on_type};
 pub use hover::{Hover, hover};
 pub use inlay_hints::{InlayHint, inlay_hints};
+pub use levels::known_levels;
 pub use selection_ranges::selection_ranges;
 pub use state_machine::{Drawing, draw_state_machine};
 pub use workspace_symbols::{FoundSymbol, workspace_symbols};

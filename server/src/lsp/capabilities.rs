@@ -1,18 +1,14 @@
 //! What the client can do, resolved once, and what the server says that it does.
 
-use tower_lsp::lsp_types::{
-    ClientCapabilities, DocumentLinkOptions, DocumentOnTypeFormattingOptions, FoldingRangeProviderCapability,
-    HoverProviderCapability, InlayHintOptions, InlayHintServerCapabilities, MarkupKind, OneOf,
-    ResourceOperationKind, SaveOptions, SelectionRangeProviderCapability, ServerCapabilities, SymbolKind,
-    SymbolKindCapability, TextDocumentSyncCapability, TextDocumentSyncKind, TextDocumentSyncOptions,
-    TextDocumentSyncSaveOptions, WorkDoneProgressOptions, WorkspaceFoldersServerCapabilities,
-    WorkspaceServerCapabilities,
-};
+use serde_json::Value;
+use tower_lsp::lsp_types::*;
 
+use super::handlers;
+use super::handlers::execute_command::COMMANDS;
 use super::position::Encoding;
 
 /// What matters of the client's capabilities.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Capabilities {
     /// What columns count.
     pub(crate) encoding: Encoding,
@@ -39,6 +35,10 @@ pub(crate) struct Capabilities {
     pub(crate) related: bool,
     /// Does it open the page behind the code of a diagnostic?
     pub(crate) pages: bool,
+    /// Does it ask what is wrong in open files, and may it be asked to ask again? Then it is not told.
+    pub(crate) pull_diagnostics: bool,
+    /// Does it ask about all files rightly?
+    pub(crate) pull_all_diagnostics: bool,
     /// Does it show progress?
     pub(crate) progress: bool,
     /// Does it take changes of texts of a certain version?
@@ -47,16 +47,29 @@ pub(crate) struct Capabilities {
     pub(crate) resource_operations: bool,
     /// Does it show groups of changes?
     pub(crate) change_annotations: bool,
+    /// Does it know actions that are more than commands?
+    pub(crate) code_actions: bool,
+    /// Does it ask for the edit of an action when the user has chosen it?
+    pub(crate) resolves_edits: bool,
+    /// Does it show actions that cannot be done, with the reason?
+    pub(crate) disabled_actions: bool,
+    /// Does it know which action is the one that is meant most likely?
+    pub(crate) preferred_actions: bool,
 }
 
 impl Capabilities {
-    /// Those of a client.
-    pub(crate) fn of(client: &ClientCapabilities) -> Capabilities {
+    /// Those of a client; `raw` are its parameters as it has sent them.
+    pub(crate) fn of(params: &InitializeParams, raw: &Value) -> Capabilities {
+        let client = &params.capabilities;
+        let name = params.client_info.as_ref().map_or("", |info| info.name.as_str());
+        // lsp-types looks for it under another name than the protocol's.
+        let refreshes_diagnostics = raw.pointer("/capabilities/workspace/diagnostics/refreshSupport");
         let general = client.general.as_ref();
         let text = client.text_document.as_ref();
         let workspace = client.workspace.as_ref();
         let hover = text.and_then(|it| it.hover.as_ref()?.content_format.as_ref());
         let edit = workspace.and_then(|it| it.workspace_edit.as_ref());
+        let action = text.and_then(|it| it.code_action.as_ref());
         let publish = text.and_then(|it| it.publish_diagnostics.as_ref());
         let folding = text.and_then(|it| it.folding_range.as_ref());
         Capabilities {
@@ -81,11 +94,24 @@ impl Capabilities {
             link_tooltips: text.and_then(|it| it.document_link.as_ref()?.tooltip_support).unwrap_or(false),
             related: publish.and_then(|it| it.related_information).unwrap_or(false),
             pages: publish.and_then(|it| it.code_description_support).unwrap_or(false),
+            pull_diagnostics: text.is_some_and(|it| it.diagnostic.is_some())
+                && refreshes_diagnostics.and_then(Value::as_bool).unwrap_or(false),
+            // Where the server has diagnostics of the workspace, Neovim (0.12.0) on a refresh asks for these only, and drops
+            // what it gets for files that it has shown.
+            pull_all_diagnostics: name != "Neovim",
             document_changes: edit.and_then(|it| it.document_changes).unwrap_or(false),
             resource_operations: edit
                 .and_then(|it| it.resource_operations.as_ref())
                 .is_some_and(|kinds| kinds.contains(&ResourceOperationKind::Create)),
             change_annotations: edit.is_some_and(|it| it.change_annotation_support.is_some()),
+            code_actions: action.is_some_and(|it| it.code_action_literal_support.is_some()),
+            // What it does not keep until then cannot be found again.
+            resolves_edits: action.is_some_and(|it| {
+                let resolved = it.resolve_support.as_ref().map(|it| it.properties.as_slice());
+                it.data_support == Some(true) && resolved.is_some_and(|all| all.iter().any(|it| it == "edit"))
+            }),
+            disabled_actions: action.and_then(|it| it.disabled_support).unwrap_or(false),
+            preferred_actions: action.and_then(|it| it.is_preferred_support).unwrap_or(false),
             progress: client.window.as_ref().and_then(|it| it.work_done_progress).unwrap_or(false),
         }
     }
@@ -105,6 +131,13 @@ impl Capabilities {
             })),
             hover_provider: Some(HoverProviderCapability::Simple(true)),
             definition_provider: Some(OneOf::Left(true)),
+            code_action_provider: self.code_actions.then(|| {
+                CodeActionProviderCapability::Options(CodeActionOptions {
+                    code_action_kinds: Some(handlers::code_actions::KINDS.to_vec()),
+                    resolve_provider: Some(true),
+                    ..CodeActionOptions::default()
+                })
+            }),
             document_symbol_provider: Some(OneOf::Left(true)),
             workspace_symbol_provider: Some(OneOf::Left(true)),
             document_link_provider: Some(DocumentLinkOptions {
@@ -119,6 +152,18 @@ impl Capabilities {
             }),
             folding_range_provider: Some(FoldingRangeProviderCapability::Simple(true)),
             selection_range_provider: Some(SelectionRangeProviderCapability::Simple(true)),
+            diagnostic_provider: self.pull_diagnostics.then(|| {
+                DiagnosticServerCapabilities::Options(DiagnosticOptions {
+                    identifier: Some("mauve".to_owned()),
+                    inter_file_dependencies: true,
+                    workspace_diagnostics: self.pull_all_diagnostics,
+                    ..DiagnosticOptions::default()
+                })
+            }),
+            execute_command_provider: Some(ExecuteCommandOptions {
+                commands: COMMANDS.iter().map(|command| (*command).to_owned()).collect(),
+                ..ExecuteCommandOptions::default()
+            }),
             inlay_hint_provider: Some(OneOf::Right(InlayHintServerCapabilities::Options(InlayHintOptions {
                 resolve_provider: Some(true),
                 ..InlayHintOptions::default()

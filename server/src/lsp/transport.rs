@@ -120,10 +120,14 @@ pub(crate) async fn serve(
                 }
                 service.inner().notice(&request);
                 let id = request.id().cloned();
+                let is_initialize = request.method() == "initialize";
                 let mut answer = AssertUnwindSafe(service.call(request)).catch_unwind().boxed();
                 let answer = async move {
                     match answer.as_mut().await {
-                        Ok(answer) => answer.ok().flatten(),
+                        Ok(answer) => {
+                            let answer = answer.ok().flatten();
+                            if is_initialize { answer.map(with_new_capabilities) } else { answer }
+                        }
                         Err(_) => id.map(|id| Response::from_error(id, Error::internal_error())),
                     }
                 };
@@ -168,6 +172,17 @@ pub(crate) async fn serve(
             }
         }
     }
+}
+
+/// Says what the server can do that lsp-types has no name for.
+fn with_new_capabilities(response: Response) -> Response {
+    let (id, mut result) = response.into_parts();
+    if let Ok(result) = &mut result
+        && let Some(capabilities) = result.get_mut("capabilities").and_then(Value::as_object_mut)
+    {
+        capabilities.insert("typeHierarchyProvider".to_owned(), Value::Bool(true));
+    }
+    Response::from_parts(id, result)
 }
 
 fn send(streams: &Streams, response: &Response) {
