@@ -18,6 +18,7 @@
 //! | `check.rs`, `publisher.rs`, `progress.rs` | what is published after a change, and that it takes long |
 //! | `pulls.rs` | what a client was given that asks instead |
 //! | `pages.rs` | the pages of the diagnostics as files, for the links behind their codes |
+//! | `tokens.rs` | which colours of names the client was given |
 //! | `watcher.rs` | files that change outside the client |
 //! | `mirror.rs` | recording a session |
 //!
@@ -38,6 +39,7 @@ mod publisher;
 mod pulls;
 mod snapshot;
 mod to_proto;
+mod tokens;
 mod transport;
 mod watcher;
 

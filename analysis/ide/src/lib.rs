@@ -10,6 +10,7 @@
 //! | `workspace_symbols.rs` | the declarations of all files that a few letters may mean |
 //! | `document_links.rs` | the files that a file names |
 //! | `folding_ranges.rs`, `selection_ranges.rs` | what can be folded; what belongs together around the cursor |
+//! | `semantic_tokens.rs` | what each name is, for colours |
 //! | `formatting.rs` | white space as it should be |
 //! | `code_actions.rs`, `code_actions/` | what can be done about a place: fixes, refactorings |
 //! | `change.rs` | what a rename, a fix or a refactoring replaces |
@@ -37,6 +38,7 @@ mod levels;
 mod occurrences;
 mod project;
 mod selection_ranges;
+mod semantic_tokens;
 mod state_machine;
 mod timing_actions;
 mod workspace_symbols;
@@ -53,5 +55,8 @@ pub use hover::{Hover, hover};
 pub use inlay_hints::{InlayHint, inlay_hints};
 pub use levels::known_levels;
 pub use selection_ranges::selection_ranges;
+pub use semantic_tokens::{
+    Modifier, Modifiers, SemanticToken, TokenKind, meanings_of_names, semantic_tokens,
+};
 pub use state_machine::{Drawing, draw_state_machine};
 pub use workspace_symbols::{FoundSymbol, workspace_symbols};

@@ -12,5 +12,6 @@ pub(crate) mod formatting;
 pub(crate) mod hover;
 pub(crate) mod inlay_hints;
 pub(crate) mod selection_ranges;
+pub(crate) mod semantic_tokens;
 pub(crate) mod status;
 pub(crate) mod workspace_symbols;

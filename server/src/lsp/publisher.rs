@@ -39,6 +39,7 @@ struct Waiting {
     diagnostics: Found,
     warnings: Vec<String>,
     refresh_hints: bool,
+    refresh_tokens: bool,
     refresh_diagnostics: bool,
 }
 
@@ -139,6 +140,11 @@ impl Publisher {
         self.outbox.put(|waiting| waiting.refresh_hints = true);
     }
 
+    /// Has the client ask for the colours of names again.
+    pub(crate) fn refresh_tokens(&self) {
+        self.outbox.put(|waiting| waiting.refresh_tokens = true);
+    }
+
     /// Shows a warning, each once.
     pub(crate) fn warn(&mut self, message: String) {
         tracing::warn!("{message}");
@@ -164,7 +170,7 @@ impl Outbox {
     pub(crate) async fn send_to(&self, client: Client) {
         loop {
             self.more.notified().await;
-            let Waiting { diagnostics, warnings, refresh_hints, refresh_diagnostics } =
+            let Waiting { diagnostics, warnings, refresh_hints, refresh_tokens, refresh_diagnostics } =
                 std::mem::take(&mut *self.waiting.lock().unwrap_or_else(PoisonError::into_inner));
             for message in warnings {
                 client.show_message(MessageType::WARNING, message).await;
@@ -182,6 +188,10 @@ impl Outbox {
             if refresh_hints {
                 let client = client.clone();
                 tokio::spawn(async move { refreshed("inlay hints", client.inlay_hint_refresh().await) });
+            }
+            if refresh_tokens {
+                let client = client.clone();
+                tokio::spawn(async move { refreshed("colours", client.semantic_tokens_refresh().await) });
             }
         }
     }

@@ -34,7 +34,8 @@ pub(crate) fn folding_ranges(
             folds.iter().map(fold).collect()
         }
     };
-    let mut found = outermost(found, capabilities.most_folds);
+    let most = capabilities.most_folds.map_or(usize::MAX, |most| most as usize);
+    let mut found = outermost(found, most);
     if !capabilities.collapsed_texts {
         found.iter_mut().for_each(|fold| fold.collapsed_text = None);
     }
@@ -74,7 +75,9 @@ fn whole_lines(
             let before = text.get(..fold.range.start().into()).unwrap_or_default();
             let first = before.rsplit('\n').next().unwrap_or_default();
             let closing = match fold.kind {
-                FoldingKind::Block => text.get(fold.range.end().into()..).and_then(|rest| rest.chars().next()),
+                FoldingKind::Block => {
+                    text.get(fold.range.end().into()..).and_then(|rest| rest.chars().next())
+                }
                 _ => None,
             };
             let closing = closing.map(|closing| format!(" {closing}")).unwrap_or_default();
@@ -109,7 +112,8 @@ fn outermost(mut folds: Vec<lsp_types::FoldingRange>, most: usize) -> Vec<lsp_ty
     let mut sorted = depths.clone();
     sorted.sort_unstable();
     let deepest = sorted.get(most).copied().unwrap_or_default();
-    let (mut depths, mut left) = (depths.iter(), most - sorted.iter().filter(|depth| **depth < deepest).count());
+    let (mut depths, mut left) =
+        (depths.iter(), most - sorted.iter().filter(|depth| **depth < deepest).count());
     folds.retain(|_| match depths.next() {
         Some(depth) if *depth == deepest && left > 0 => {
             left -= 1;
@@ -157,7 +161,9 @@ mod tests {
             let path = mauve_tests::models().join(format!("p3dx/components/{name}.mal"));
             let text = std::fs::read_to_string(path).unwrap();
             // Line breaks where there were none, and the other way round.
-            for (from, to) in [("", ""), ("\n", " "), (" ", "\n"), ("}\n", "} "), ("{", "/*\n*/ {"), (";", "}\n{")] {
+            for (from, to) in
+                [("", ""), ("\n", " "), (" ", "\n"), ("}\n", "} "), ("{", "/*\n*/ {"), (";", "}\n{")]
+            {
                 let mut text = text.clone();
                 for at in (0..text.len()).rev().step_by(7).filter(|_| !from.is_empty()) {
                     if text.get(at..).is_some_and(|rest| rest.starts_with(from)) {
