@@ -24,6 +24,8 @@ pub struct Client {
     next_id: u64,
     /// The newest diagnostics of each file.
     published: HashMap<String, Value>,
+    /// What the user has set, for a server that asks.
+    pub settings: Value,
 }
 
 impl Client {
@@ -70,7 +72,8 @@ impl Client {
             Some(())
         });
         let waiting = VecDeque::new();
-        Client { process, input, messages, gate, waiting, next_id: 0, published: HashMap::new() }
+        let (published, settings) = (HashMap::new(), Value::Null);
+        Client { process, input, messages, gate, waiting, next_id: 0, published, settings }
     }
 
     /// A server for `folder` and a client that can do what good editors can.
@@ -156,7 +159,11 @@ impl Client {
     fn hear(&mut self, time: Duration) -> Option<(Instant, Value)> {
         let (at, message) = self.messages.recv_timeout(time).ok()?;
         if message.get("method").is_some() && message.get("id").is_some() {
-            self.send(&json!({"jsonrpc": "2.0", "id": message["id"], "result": null}));
+            let result = match message["method"] == "workspace/configuration" {
+                true => json!([self.settings]),
+                false => Value::Null,
+            };
+            self.send(&json!({"jsonrpc": "2.0", "id": message["id"], "result": result}));
         }
         if let Some(uri) = message.pointer("/params/uri").and_then(Value::as_str)
             && message["method"] == "textDocument/publishDiagnostics"
