@@ -4,7 +4,8 @@
 //! |---|---|
 //! | `inlay_hints.rs` | response times beside activities, and what is left out |
 //! | `hover.rs` | what stands under the cursor, and where a response time comes from |
-//! | `definition.rs`, `reference.rs` | where a name is declared |
+//! | `occurrences.rs` | every name in a text, and what it stands for |
+//! | `definition.rs` | where a name is declared |
 //! | `document_symbols.rs` | what a file declares |
 //! | `code_actions.rs`, `code_actions/` | what can be done about a place: fixes, refactorings |
 //! | `change.rs` | what a rename, a fix or a refactoring replaces |
@@ -23,8 +24,8 @@ mod explanation;
 mod fixture;
 mod hover;
 mod inlay_hints;
+mod occurrences;
 mod project;
-mod reference;
 mod state_machine;
 
 pub use change::{Change, FileChange};
