@@ -18,7 +18,7 @@
 //! Fix: define it, with nothing in it but a value to return.
 
 use super::*;
-use crate::item_tree::{Direction, Parameter};
+use crate::item_tree::{Direction, Feature, Parameter};
 use crate::types::built_in_type;
 
 code!(UNDEFINED_OPERATION, Error, "undefined-operation");
@@ -34,6 +34,15 @@ pub(crate) fn report<'db>(
     let found = Diagnostic::new(&UNDEFINED_OPERATION, at, message);
     let Some(data) = declared.data(db) else { return found };
     let found = found.related(Place::Part(declared.shell, data.name.part), "declared here");
+    match operation_skeleton(name, data) {
+        Some(skeleton) => found.add_item(db, core, format!("Define `{name}`"), &skeleton),
+        None => found,
+    }
+}
+
+/// The definition of an operation that a shell declares, with nothing in it but a value to return; none while something in
+/// the declaration is missing.
+pub fn operation_skeleton(name: &str, data: &Feature) -> Option<String> {
     let parameter = |it: &Parameter| {
         let direction = match it.direction {
             Direction::In => "",
@@ -43,8 +52,7 @@ pub(crate) fn report<'db>(
         Some(format!("{direction}{}: {}", it.name.name, it.ty.as_ref()?))
     };
     let parameters: Option<Vec<String>> = data.parameters.iter().map(parameter).collect();
-    let (Some(parameters), Some(result)) = (parameters, &data.ty) else { return found };
-    let result = result.to_string();
+    let (parameters, result) = (parameters?, data.ty.as_ref()?.to_string());
     let body = match result.as_str() {
         "void" => String::new(),
         "bool" => "  return false;\n".to_owned(),
@@ -53,6 +61,5 @@ pub(crate) fn report<'db>(
         _ if matches!(built_in_type(&result), Some(Type::Integer(_))) => "  return 0;\n".to_owned(),
         _ => format!("  var result: {result};\n  return result;\n"),
     };
-    let definition = format!("provide {name}({}): {result} = {{\n{body}}}", parameters.join(", "));
-    found.add_item(db, core, format!("Define `{name}`"), &definition)
+    Some(format!("provide {name}({}): {result} = {{\n{body}}}", parameters.join(", ")))
 }
