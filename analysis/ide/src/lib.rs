@@ -6,6 +6,9 @@
 //! | `hover.rs` | what stands under the cursor, and where a response time comes from |
 //! | `definition.rs`, `reference.rs` | where a name is declared |
 //! | `document_symbols.rs` | what a file declares |
+//! | `completion.rs`, `completion/` | what may stand where the cursor is |
+//! | `signature_help.rs` | what a call takes, while its arguments are typed |
+//! | `program.rs` | what the programs of a core may name, in half-typed text |
 //! | `change.rs` | what a rename, a fix or a refactoring replaces |
 //! | `explanation.rs` | where a response time comes from, in words |
 //! | `project.rs` | which projects a file is part of, and what they are called |
@@ -14,6 +17,7 @@
 //! Places are offsets in a file's text. This crate knows no protocol and no terminal.
 
 mod change;
+mod completion;
 mod definition;
 mod document_symbols;
 mod explanation;
@@ -21,14 +25,18 @@ mod explanation;
 mod fixture;
 mod hover;
 mod inlay_hints;
+mod program;
 mod project;
 mod reference;
+mod signature_help;
 mod state_machine;
 
 pub use change::{Change, FileChange};
+pub use completion::{Completion, CompletionKind, Completions, Subject, completions, documentation};
 pub use definition::{Definition, Target, definition};
 pub use document_symbols::{Symbol, SymbolKind, document_symbols};
 pub use explanation::explain_response;
 pub use hover::{Hover, hover};
 pub use inlay_hints::{InlayHint, inlay_hints};
+pub use signature_help::{Signature, signature_help};
 pub use state_machine::{Drawing, draw_state_machine};
