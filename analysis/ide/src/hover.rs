@@ -12,10 +12,10 @@ use mauve_model::{
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxKind, SyntaxNode, SyntaxToken, TextRange, TextSize};
 
-use crate::definition::{Target, definition_of, references};
+use crate::definition::{Target, definition_of, names};
 use crate::explanation::explain_response;
+use crate::occurrences::Meaning;
 use crate::project::{name_of_root, projects_with};
-use crate::reference::Meaning;
 
 /// So many lines of a message are shown.
 const MOST_LINES: usize = 60;
@@ -85,8 +85,8 @@ fn of_activity(
 
 /// The declaration that a name stands for: its head, the comment above it, and, of a codel, its times.
 fn of_name(db: &dyn ModelDb, workspaces: &[Workspace], file: File, offset: TextSize) -> Option<Hover> {
-    let references = references(db, workspaces, file, offset);
-    let found = definition_of(db, &references)?;
+    let names = names(db, workspaces, file, offset);
+    let found = definition_of(db, &names)?;
     let mut markdown = String::new();
     for target in found.targets.iter().filter(|target| !target.name.is_empty()) {
         let Some(node) = declaration_at(db, target) else { continue };
@@ -96,15 +96,13 @@ fn of_name(db: &dyn ModelDb, workspaces: &[Workspace], file: File, offset: TextS
             let _ = writeln!(markdown, "{comment}\n");
         }
     }
-    for (project, reference) in references {
-        for meaning in reference.meanings {
-            if let Meaning::Declaration(codel) = meaning
-                && codel.kind(db) == Kind::Codel
-            {
-                let times = times(db, project, codel);
-                if !markdown.contains(&times) {
-                    markdown += &times;
-                }
+    for (project, name) in names {
+        if let Meaning::Declaration(codel) = name.meaning
+            && codel.kind(db) == Kind::Codel
+        {
+            let times = times(db, project, codel);
+            if !markdown.contains(&times) {
+                markdown += &times;
             }
         }
     }

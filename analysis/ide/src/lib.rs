@@ -4,7 +4,8 @@
 //! |---|---|
 //! | `inlay_hints.rs` | response times beside activities, and what is left out |
 //! | `hover.rs` | what stands under the cursor, and where a response time comes from |
-//! | `definition.rs`, `reference.rs` | where a name is declared |
+//! | `occurrences.rs` | every name in a text, and what it stands for |
+//! | `definition.rs` | where a name is declared |
 //! | `document_symbols.rs` | what a file declares |
 //! | `completion.rs`, `completion/` | what may stand where the cursor is |
 //! | `signature_help.rs` | what a call takes, while its arguments are typed |
@@ -25,9 +26,9 @@ mod explanation;
 mod fixture;
 mod hover;
 mod inlay_hints;
+mod occurrences;
 mod program;
 mod project;
-mod reference;
 mod signature_help;
 mod state_machine;
 

@@ -234,7 +234,8 @@ impl<'db> Scope<'db> {
                 }
                 OPERATION_DEFINITION => {
                     let Some(operation) = ast::OperationDefinition::cast(node) else { continue };
-                    for parameter in operation.param_list().into_iter().flat_map(|it| it.params()) {
+                    let list = operation.param_list();
+                    for parameter in list.iter().flat_map(ast::ParamList::params) {
                         let direction = match () {
                             () if parameter.out_token().is_some() => Direction::Out,
                             () if parameter.inout_token().is_some() => Direction::InOut,

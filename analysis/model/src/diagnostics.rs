@@ -618,7 +618,7 @@ fn config_diagnostics<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Di
             found.push(invalid_configuration::report(at(span), format!("no file `{path}` in this folder")));
         }
     }
-    for (name, span) in &config.chains {
+    for crate::Chain { name, span, .. } in &config.chains {
         found.push(not_analysed::chain(at(span), name));
     }
     found

@@ -62,7 +62,7 @@ mod values;
 mod wiring;
 
 pub use behaviour::{Behaviour, Cost, Edge, Refusal, TimedProgram, behaviour_of};
-pub use config::Config;
+pub use config::{Chain, Config};
 pub use db::{Database, File, ModelDb, Problem, Trees, Workspace, normalised};
 pub use flat::{Flat, FlatInstance, Link, flat_of};
 pub use lower::{DeclarationMap, SourceMap};

@@ -198,7 +198,7 @@ impl<'db> Names<'db> {
     }
 
     /// Does the project have a library of this name?
-    pub(crate) fn has_library(&self, name: &Name) -> bool {
+    pub fn has_library(&self, name: &Name) -> bool {
         self.libraries.contains(name)
     }
 

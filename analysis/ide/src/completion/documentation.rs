@@ -83,7 +83,7 @@ fn is_name(kind: SyntaxKind) -> bool {
 
 /// What declares `name` in `of`.
 fn member_of(of: &SyntaxNode, name: &str) -> Option<SyntaxNode> {
-    let names = of.descendants().filter(|node| node.kind() == NAME && *node.text() == *name);
+    let names = of.descendants().filter(|node| node.kind() == NAME && node.text() == name);
     let parents = names.filter_map(|node| node.parent());
     let mut members = parents.filter(|parent| !matches!(parent.kind(), PARAM | TRANSITION | VAR) && parent != of);
     members.next()

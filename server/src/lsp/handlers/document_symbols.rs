@@ -75,11 +75,13 @@ fn kind(kind: SymbolKind) -> lsp_types::SymbolKind {
         SymbolKind::Port => lsp_types::SymbolKind::FIELD,
         SymbolKind::Operation | SymbolKind::Hook => lsp_types::SymbolKind::METHOD,
         SymbolKind::Core | SymbolKind::Component => lsp_types::SymbolKind::CLASS,
-        SymbolKind::Variable | SymbolKind::Handler => lsp_types::SymbolKind::VARIABLE,
+        SymbolKind::Variable | SymbolKind::Handler | SymbolKind::Parameter => lsp_types::SymbolKind::VARIABLE,
         SymbolKind::State => lsp_types::SymbolKind::ENUM_MEMBER,
         SymbolKind::Transition | SymbolKind::Activity => lsp_types::SymbolKind::EVENT,
         SymbolKind::Architecture => lsp_types::SymbolKind::STRUCT,
         SymbolKind::Instance => lsp_types::SymbolKind::OBJECT,
-        SymbolKind::Deployment => lsp_types::SymbolKind::PACKAGE,
+        SymbolKind::Deployment | SymbolKind::Package => lsp_types::SymbolKind::PACKAGE,
+        SymbolKind::Message | SymbolKind::Type => lsp_types::SymbolKind::STRUCT,
+        SymbolKind::File => lsp_types::SymbolKind::FILE,
     }
 }
