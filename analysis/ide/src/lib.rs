@@ -8,6 +8,9 @@
 //! | `definition.rs` | where a name is declared |
 //! | `document_symbols.rs` | what a file declares |
 //! | `code_actions.rs`, `code_actions/` | what can be done about a place: fixes, refactorings |
+//! | `completion.rs`, `completion/` | what may stand where the cursor is |
+//! | `signature_help.rs` | what a call takes, while its arguments are typed |
+//! | `program.rs` | what the programs of a core may name, in half-typed text |
 //! | `change.rs` | what a rename, a fix or a refactoring replaces |
 //! | `explanation.rs` | where a response time comes from, in words |
 //! | `levels.rs` | the significance levels that may be shown |
@@ -19,6 +22,7 @@
 
 mod change;
 mod code_actions;
+mod completion;
 mod definition;
 mod document_symbols;
 mod explanation;
@@ -28,16 +32,20 @@ mod hover;
 mod inlay_hints;
 mod levels;
 mod occurrences;
+mod program;
 mod project;
+mod signature_help;
 mod state_machine;
 mod timing_actions;
 
 pub use change::{Change, FileChange};
 pub use code_actions::{ActionKind, ActionQuestion, Changes, CodeAction, code_actions};
+pub use completion::{Completion, CompletionKind, Completions, Subject, completions, documentation};
 pub use definition::{Definition, Target, definition};
 pub use document_symbols::{Symbol, SymbolKind, document_symbols};
 pub use explanation::explain_response;
 pub use hover::{Hover, hover};
 pub use inlay_hints::{InlayHint, inlay_hints};
 pub use levels::known_levels;
+pub use signature_help::{Signature, signature_help};
 pub use state_machine::{Drawing, draw_state_machine};
