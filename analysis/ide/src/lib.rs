@@ -7,6 +7,10 @@
 //! | `occurrences.rs` | every name in a text, and what it stands for |
 //! | `definition.rs` | where a name is declared |
 //! | `document_symbols.rs` | what a file declares |
+//! | `workspace_symbols.rs` | the declarations of all files that a few letters may mean |
+//! | `document_links.rs` | the files that a file names |
+//! | `folding_ranges.rs`, `selection_ranges.rs` | what can be folded; what belongs together around the cursor |
+//! | `formatting.rs` | white space as it should be |
 //! | `code_actions.rs`, `code_actions/` | what can be done about a place: fixes, refactorings |
 //! | `completion.rs`, `completion/` | what may stand where the cursor is |
 //! | `signature_help.rs` | what a call takes, while its arguments are typed |
@@ -24,28 +28,38 @@ mod change;
 mod code_actions;
 mod completion;
 mod definition;
+mod document_links;
 mod document_symbols;
 mod explanation;
 #[cfg(test)]
 mod fixture;
+mod folding_ranges;
+mod formatting;
 mod hover;
 mod inlay_hints;
 mod levels;
 mod occurrences;
 mod program;
 mod project;
+mod selection_ranges;
 mod signature_help;
 mod state_machine;
 mod timing_actions;
+mod workspace_symbols;
 
 pub use change::{Change, FileChange};
 pub use code_actions::{ActionKind, ActionQuestion, Changes, CodeAction, code_actions};
 pub use completion::{Completion, CompletionKind, Completions, Subject, completions, documentation};
 pub use definition::{Definition, Target, definition};
+pub use document_links::{DocumentLink, document_links};
 pub use document_symbols::{Symbol, SymbolKind, document_symbols};
 pub use explanation::explain_response;
+pub use folding_ranges::{FoldingKind, FoldingRange, folding_ranges};
+pub use formatting::{formatting, formatting_on_type};
 pub use hover::{Hover, hover};
 pub use inlay_hints::{InlayHint, inlay_hints};
 pub use levels::known_levels;
+pub use selection_ranges::selection_ranges;
 pub use signature_help::{Signature, signature_help};
 pub use state_machine::{Drawing, draw_state_machine};
+pub use workspace_symbols::{FoundSymbol, workspace_symbols};

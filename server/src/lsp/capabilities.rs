@@ -20,6 +20,17 @@ pub(crate) struct Capabilities {
     pub(crate) definition_links: bool,
     /// Does it know symbols that stand in symbols?
     pub(crate) nested_symbols: bool,
+    /// Does it know all kinds of symbol, in a document and in all of them, or only those of the protocol's first version?
+    pub(crate) symbol_kinds: bool,
+    pub(crate) workspace_symbol_kinds: bool,
+    /// Does it fold whole lines only?
+    pub(crate) line_folds_only: bool,
+    /// How many folds of a document it takes at most.
+    pub(crate) most_folds: usize,
+    /// Does it show a text in place of what is folded?
+    pub(crate) collapsed_texts: bool,
+    /// Does it show what a link leads to?
+    pub(crate) link_tooltips: bool,
     /// Does it show the places that a diagnostic names?
     pub(crate) related: bool,
     /// Does it open the page behind the code of a diagnostic?
@@ -64,6 +75,7 @@ impl Capabilities {
         let edit = workspace.and_then(|it| it.workspace_edit.as_ref());
         let action = text.and_then(|it| it.code_action.as_ref());
         let publish = text.and_then(|it| it.publish_diagnostics.as_ref());
+        let folding = text.and_then(|it| it.folding_range.as_ref());
         Capabilities {
             encoding: Encoding::negotiated(general.and_then(|it| it.position_encodings.as_deref())),
             hint_refresh: workspace.and_then(|it| it.inlay_hint.as_ref()?.refresh_support).unwrap_or(false),
@@ -72,6 +84,18 @@ impl Capabilities {
             nested_symbols: text
                 .and_then(|it| it.document_symbol.as_ref()?.hierarchical_document_symbol_support)
                 .unwrap_or(false),
+            symbol_kinds: knows_all_symbols(
+                text.and_then(|it| it.document_symbol.as_ref()?.symbol_kind.as_ref()),
+            ),
+            workspace_symbol_kinds: knows_all_symbols(
+                workspace.and_then(|it| it.symbol.as_ref()?.symbol_kind.as_ref()),
+            ),
+            line_folds_only: folding.and_then(|it| it.line_folding_only).unwrap_or(false),
+            most_folds: folding.and_then(|it| it.range_limit).map_or(usize::MAX, |most| most as usize),
+            collapsed_texts: folding
+                .and_then(|it| it.folding_range.as_ref()?.collapsed_text)
+                .unwrap_or(false),
+            link_tooltips: text.and_then(|it| it.document_link.as_ref()?.tooltip_support).unwrap_or(false),
             related: publish.and_then(|it| it.related_information).unwrap_or(false),
             pages: publish.and_then(|it| it.code_description_support).unwrap_or(false),
             pull_diagnostics: text.is_some_and(|it| it.diagnostic.is_some())
@@ -123,6 +147,19 @@ impl Capabilities {
                 })
             }),
             document_symbol_provider: Some(OneOf::Left(true)),
+            workspace_symbol_provider: Some(OneOf::Left(true)),
+            document_link_provider: Some(DocumentLinkOptions {
+                resolve_provider: Some(false),
+                work_done_progress_options: WorkDoneProgressOptions::default(),
+            }),
+            document_formatting_provider: Some(OneOf::Left(true)),
+            document_range_formatting_provider: Some(OneOf::Left(true)),
+            document_on_type_formatting_provider: Some(DocumentOnTypeFormattingOptions {
+                first_trigger_character: "}".to_owned(),
+                more_trigger_character: Some(vec![";".to_owned(), "\n".to_owned()]),
+            }),
+            folding_range_provider: Some(FoldingRangeProviderCapability::Simple(true)),
+            selection_range_provider: Some(SelectionRangeProviderCapability::Simple(true)),
             diagnostic_provider: self.pull_diagnostics.then(|| {
                 DiagnosticServerCapabilities::Options(DiagnosticOptions {
                     identifier: Some("mauve".to_owned()),
@@ -149,4 +186,12 @@ impl Capabilities {
             ..ServerCapabilities::default()
         }
     }
+}
+
+/// Does a client know the kinds of symbol that came after the protocol's first version?
+fn knows_all_symbols(known: Option<&SymbolKindCapability>) -> bool {
+    let known = known.and_then(|it| it.value_set.as_deref()).unwrap_or_default();
+    [SymbolKind::ENUM_MEMBER, SymbolKind::EVENT, SymbolKind::STRUCT, SymbolKind::OBJECT]
+        .iter()
+        .all(|kind| known.contains(kind))
 }
