@@ -102,7 +102,6 @@ pub(crate) fn names_at<'db>(
 }
 
 /// All names of a file, as `project` understands them, in the order of the text.
-#[allow(dead_code, reason = "what lists and colours names rests on it")]
 pub(crate) fn names_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, file: File) -> Vec<Found<'db>> {
     let mut found = match mauve_model::is_model(file.path(db)) {
         true => {
