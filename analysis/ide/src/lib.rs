@@ -5,7 +5,8 @@
 //! | `inlay_hints.rs` | response times beside activities, and what is left out |
 //! | `hover.rs` | what stands under the cursor, and where a response time comes from |
 //! | `occurrences.rs` | every name in a text, and what it stands for |
-//! | `definition.rs` | where a name is declared |
+//! | `definition.rs`, `declaration.rs` | where a name is declared, or what it does |
+//! | `references.rs` | where a name is used |
 //! | `document_symbols.rs` | what a file declares |
 //! | `workspace_symbols.rs` | the declarations of all files that a few letters may mean |
 //! | `document_links.rs` | the files that a file names |
@@ -27,6 +28,7 @@
 mod change;
 mod code_actions;
 mod completion;
+mod declaration;
 mod definition;
 mod document_links;
 mod document_symbols;
@@ -41,6 +43,7 @@ mod levels;
 mod occurrences;
 mod program;
 mod project;
+mod references;
 mod selection_ranges;
 mod signature_help;
 mod state_machine;
@@ -50,6 +53,7 @@ mod workspace_symbols;
 pub use change::{Change, FileChange};
 pub use code_actions::{ActionKind, ActionQuestion, Changes, CodeAction, code_actions};
 pub use completion::{Completion, CompletionKind, Completions, Subject, completions, documentation};
+pub use declaration::declaration;
 pub use definition::{Definition, Target, definition};
 pub use document_links::{DocumentLink, document_links};
 pub use document_symbols::{Symbol, SymbolKind, document_symbols};
@@ -59,6 +63,7 @@ pub use formatting::{formatting, formatting_on_type};
 pub use hover::{Hover, hover};
 pub use inlay_hints::{InlayHint, inlay_hints};
 pub use levels::known_levels;
+pub use references::{Access, Reference, highlights, references};
 pub use selection_ranges::selection_ranges;
 pub use signature_help::{Signature, signature_help};
 pub use state_machine::{Drawing, draw_state_machine};
