@@ -25,6 +25,7 @@ pub struct Client {
     /// The newest diagnostics of each file.
     published: HashMap<String, Value>,
     /// What the user has set, for a server that asks.
+    /// What a server is told that asks for its settings.
     pub settings: Value,
 }
 
@@ -74,6 +75,8 @@ impl Client {
         let waiting = VecDeque::new();
         let (published, settings) = (HashMap::new(), Value::Null);
         Client { process, input, messages, gate, waiting, next_id: 0, published, settings }
+        let settings = Value::Null;
+        Client { process, input, messages, gate, waiting, next_id: 0, published: HashMap::new(), settings }
     }
 
     /// A server for `folder` and a client that can do what good editors can.
@@ -162,6 +165,12 @@ impl Client {
             let result = match message["method"] == "workspace/configuration" {
                 true => json!([self.settings]),
                 false => Value::Null,
+            let asked = message.pointer("/params/items").and_then(Value::as_array);
+            let result = match message["method"].as_str() {
+                Some("workspace/configuration") => {
+                    asked.map(|it| vec![self.settings.clone(); it.len()]).into()
+                }
+                _ => Value::Null,
             };
             self.send(&json!({"jsonrpc": "2.0", "id": message["id"], "result": result}));
         }
@@ -178,6 +187,12 @@ impl Client {
         while let Some(message) = self.hear(quiet) {
             self.waiting.push_back(message);
         }
+    }
+
+    /// [`Client::settle`]; gives what was heard and not asked for, in its order.
+    pub fn take(&mut self, quiet: Duration) -> Vec<Value> {
+        self.settle(quiet);
+        self.waiting.drain(..).map(|(_, message)| message).collect()
     }
 
     /// Forgets what was heard and not asked for.
@@ -241,6 +256,12 @@ impl Client {
                 is_publication(message, &text.uri) && message["params"]["version"] == text.version
             });
         without_hints(&found["params"]["diagnostics"])
+    }
+
+    /// Waits for the diagnostics of this version of a text; gives when they came.
+    pub fn wait_for_diagnostics(&mut self, text: &Text) -> Instant {
+        let is_it = |it: &Value| is_publication(it, &text.uri) && it["params"]["version"] == text.version;
+        self.wait("diagnostics", is_it).0
     }
 
     /// The codes of the diagnostics of this version of a text.
@@ -348,6 +369,13 @@ impl Client {
     /// The process.
     pub fn process(&self) -> u32 {
         self.process.id()
+    }
+
+    /// The memory that the process holds, in kB; none where the system does not say.
+    pub fn memory(&self) -> Option<u64> {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", self.process())).ok()?;
+        let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
+        line.trim().trim_end_matches(" kB").parse().ok()
     }
 
     /// Ends the session as a client does; gives the exit code.
