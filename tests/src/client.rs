@@ -75,8 +75,6 @@ impl Client {
         let waiting = VecDeque::new();
         let (published, settings) = (HashMap::new(), Value::Null);
         Client { process, input, messages, gate, waiting, next_id: 0, published, settings }
-        let settings = Value::Null;
-        Client { process, input, messages, gate, waiting, next_id: 0, published: HashMap::new(), settings }
     }
 
     /// A server for `folder` and a client that can do what good editors can.
@@ -162,9 +160,6 @@ impl Client {
     fn hear(&mut self, time: Duration) -> Option<(Instant, Value)> {
         let (at, message) = self.messages.recv_timeout(time).ok()?;
         if message.get("method").is_some() && message.get("id").is_some() {
-            let result = match message["method"] == "workspace/configuration" {
-                true => json!([self.settings]),
-                false => Value::Null,
             let asked = message.pointer("/params/items").and_then(Value::as_array);
             let result = match message["method"].as_str() {
                 Some("workspace/configuration") => {
