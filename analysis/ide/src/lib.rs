@@ -5,7 +5,8 @@
 //! | `inlay_hints.rs` | response times beside activities, and what is left out |
 //! | `hover.rs` | what stands under the cursor, and where a response time comes from |
 //! | `occurrences.rs` | every name in a text, and what it stands for |
-//! | `definition.rs` | where a name is declared |
+//! | `definition.rs`, `declaration.rs` | where a name is declared, or what it does |
+//! | `references.rs` | where a name is used |
 //! | `document_symbols.rs` | what a file declares |
 //! | `workspace_symbols.rs` | the declarations of all files that a few letters may mean |
 //! | `document_links.rs` | the files that a file names |
@@ -13,6 +14,9 @@
 //! | `semantic_tokens.rs` | what each name is, for colours |
 //! | `formatting.rs` | white space as it should be |
 //! | `code_actions.rs`, `code_actions/` | what can be done about a place: fixes, refactorings |
+//! | `completion.rs`, `completion/` | what may stand where the cursor is |
+//! | `signature_help.rs` | what a call takes, while its arguments are typed |
+//! | `program.rs` | what the programs of a core may name, in half-typed text |
 //! | `change.rs` | what a rename, a fix or a refactoring replaces |
 //! | `explanation.rs` | where a response time comes from, in words |
 //! | `levels.rs` | the significance levels that may be shown |
@@ -24,6 +28,8 @@
 
 mod change;
 mod code_actions;
+mod completion;
+mod declaration;
 mod definition;
 mod document_links;
 mod document_symbols;
@@ -36,15 +42,20 @@ mod hover;
 mod inlay_hints;
 mod levels;
 mod occurrences;
+mod program;
 mod project;
+mod references;
 mod selection_ranges;
 mod semantic_tokens;
+mod signature_help;
 mod state_machine;
 mod timing_actions;
 mod workspace_symbols;
 
 pub use change::{Change, FileChange};
 pub use code_actions::{ActionKind, ActionQuestion, Changes, CodeAction, code_actions};
+pub use completion::{Completion, CompletionKind, Completions, Subject, completions, documentation};
+pub use declaration::declaration;
 pub use definition::{Definition, Target, definition};
 pub use document_links::{DocumentLink, document_links};
 pub use document_symbols::{Symbol, SymbolKind, document_symbols};
@@ -54,9 +65,11 @@ pub use formatting::{formatting, formatting_on_type};
 pub use hover::{Hover, hover};
 pub use inlay_hints::{InlayHint, inlay_hints};
 pub use levels::known_levels;
+pub use references::{Access, Reference, highlights, references};
 pub use selection_ranges::selection_ranges;
 pub use semantic_tokens::{
-    Modifier, Modifiers, SemanticToken, TokenKind, meanings_of_names, semantic_tokens,
+    SemanticToken, TokenKind, TokenModifier, TokenModifiers, meanings_of_names, semantic_tokens,
 };
+pub use signature_help::{Signature, signature_help};
 pub use state_machine::{Drawing, draw_state_machine};
 pub use workspace_symbols::{FoundSymbol, workspace_symbols};

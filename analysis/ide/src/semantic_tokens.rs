@@ -21,7 +21,7 @@ pub struct SemanticToken {
     /// What it is.
     pub kind: TokenKind,
     /// What else is known of it.
-    pub modifiers: Modifiers,
+    pub modifiers: TokenModifiers,
 }
 
 /// What a token is.
@@ -49,7 +49,7 @@ pub enum TokenKind {
 
 /// What else may be known of a token.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Modifier {
+pub enum TokenModifier {
     /// It declares what it names.
     Declaration,
     /// It says what an operation does that its shell declares.
@@ -72,17 +72,17 @@ pub enum Modifier {
 
 /// Some modifiers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub struct Modifiers(u16);
+pub struct TokenModifiers(u16);
 
-impl Modifiers {
+impl TokenModifiers {
     /// With one more.
     #[must_use]
-    pub fn with(self, modifier: Modifier) -> Modifiers {
-        Modifiers(self.0 | 1 << modifier as u16)
+    pub fn with(self, modifier: TokenModifier) -> TokenModifiers {
+        TokenModifiers(self.0 | 1 << modifier as u16)
     }
 
     /// Is it one of them?
-    pub fn has(self, modifier: Modifier) -> bool {
+    pub fn has(self, modifier: TokenModifier) -> bool {
         self.0 & 1 << modifier as u16 != 0
     }
 }
@@ -157,7 +157,7 @@ struct NameToken {
     part: Part,
     segment: Option<usize>,
     kind: SymbolKind,
-    modifiers: Modifiers,
+    modifiers: TokenModifiers,
 }
 
 /// The tokens of a declaration, without places: an edit elsewhere costs nothing.
@@ -209,25 +209,25 @@ fn names(
     }
 }
 
-fn modifiers(db: &dyn ModelDb, meaning: &Meaning<'_>, kind: SymbolKind, role: Role) -> Modifiers {
+fn modifiers(db: &dyn ModelDb, meaning: &Meaning<'_>, kind: SymbolKind, role: Role) -> TokenModifiers {
     let mut modifiers = match role {
-        Role::Declaration => Modifiers::default().with(Modifier::Declaration),
-        Role::Definition => Modifiers::default().with(Modifier::Definition),
-        Role::Write | Role::ReadWrite => Modifiers::default().with(Modifier::Modification),
-        Role::Read | Role::Call | Role::Mention => Modifiers::default(),
+        Role::Declaration => TokenModifiers::default().with(TokenModifier::Declaration),
+        Role::Definition => TokenModifiers::default().with(TokenModifier::Definition),
+        Role::Write | Role::ReadWrite => TokenModifiers::default().with(TokenModifier::Modification),
+        Role::Read | Role::Call | Role::Mention => TokenModifiers::default(),
     };
     let own = match (kind, meaning) {
-        (SymbolKind::Constant, _) => Some(Modifier::Readonly),
+        (SymbolKind::Constant, _) => Some(TokenModifier::Readonly),
         (SymbolKind::Type, Meaning::Type(name)) if built_in_type(name).is_some() => {
-            Some(Modifier::DefaultLibrary)
+            Some(TokenModifier::DefaultLibrary)
         }
         (SymbolKind::Port | SymbolKind::Operation, Meaning::Part(Place::Part(of, part))) => {
             let mut features = shell(db, *of).into_iter().flat_map(|shell| &shell.features);
             match features.find(|feature| feature.name.part == *part).map(|feature| feature.kind) {
-                Some(FeatureKind::Input) => Some(Modifier::Input),
-                Some(FeatureKind::Output) => Some(Modifier::Output),
-                Some(FeatureKind::Required) => Some(Modifier::Required),
-                Some(FeatureKind::Provided) => Some(Modifier::Provided),
+                Some(FeatureKind::Input) => Some(TokenModifier::Input),
+                Some(FeatureKind::Output) => Some(TokenModifier::Output),
+                Some(FeatureKind::Required) => Some(TokenModifier::Required),
+                Some(FeatureKind::Provided) => Some(TokenModifier::Provided),
                 Some(FeatureKind::Constant | FeatureKind::Property) | None => None,
             }
         }
@@ -241,7 +241,7 @@ fn modifiers(db: &dyn ModelDb, meaning: &Meaning<'_>, kind: SymbolKind, role: Ro
 
 /// A token by its word alone.
 fn word(token: &SyntaxToken, found: &mut Vec<SemanticToken>) {
-    let mut modifiers = Modifiers::default();
+    let mut modifiers = TokenModifiers::default();
     let parent = token.parent();
     let parent = parent.as_ref();
     let kind = match token.kind() {
@@ -263,7 +263,7 @@ fn word(token: &SyntaxToken, found: &mut Vec<SemanticToken>) {
             let around = parent.and_then(|parent| parent.parent());
             let is_value =
                 around.as_ref().and_then(|it| it.parent()).is_some_and(|it| it.kind() == SyntaxKind::FIELD);
-            modifiers = modifiers.with(Modifier::DefaultLibrary);
+            modifiers = modifiers.with(TokenModifier::DefaultLibrary);
             match around.map(|around| around.kind()) {
                 Some(SyntaxKind::FIELD) => TokenKind::Field,
                 Some(SyntaxKind::NAME_EXPR) if is_value && token.text() == "background" => TokenKind::Keyword,
@@ -273,7 +273,7 @@ fn word(token: &SyntaxToken, found: &mut Vec<SemanticToken>) {
         }
         SyntaxKind::TRUE_KW | SyntaxKind::FALSE_KW => TokenKind::Keyword,
         kind if kind.is_word() && parent.is_some_and(|it| it.kind() == SyntaxKind::LITERAL) => {
-            modifiers = modifiers.with(Modifier::Readonly).with(Modifier::DefaultLibrary);
+            modifiers = modifiers.with(TokenModifier::Readonly).with(TokenModifier::DefaultLibrary);
             TokenKind::Status
         }
         SyntaxKind::IDENT => return,
@@ -297,16 +297,16 @@ mod tests {
     use mauve_model::Database;
     use salsa::Setter as _;
 
-    const MODIFIERS: [Modifier; 9] = [
-        Modifier::Declaration,
-        Modifier::Definition,
-        Modifier::Readonly,
-        Modifier::Modification,
-        Modifier::DefaultLibrary,
-        Modifier::Input,
-        Modifier::Output,
-        Modifier::Required,
-        Modifier::Provided,
+    const MODIFIERS: [TokenModifier; 9] = [
+        TokenModifier::Declaration,
+        TokenModifier::Definition,
+        TokenModifier::Readonly,
+        TokenModifier::Modification,
+        TokenModifier::DefaultLibrary,
+        TokenModifier::Input,
+        TokenModifier::Output,
+        TokenModifier::Required,
+        TokenModifier::Provided,
     ];
 
     fn check(fixture: &str, all: bool, expected: Expect) {

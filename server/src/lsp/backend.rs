@@ -11,7 +11,7 @@ use serde_json::Value;
 use tokio::sync::oneshot;
 use tower_lsp::jsonrpc::{Error, ErrorCode, Request, Result};
 use tower_lsp::lsp_types::*;
-use tower_lsp::{LanguageServer, LspServiceBuilder};
+use tower_lsp::{Client, LanguageServer, LspServiceBuilder};
 
 use super::capabilities::Capabilities;
 use super::handlers;
@@ -20,6 +20,7 @@ use super::handlers::execute_command::Command;
 use super::handlers::status::{Status, status};
 use super::main_loop::Event;
 use super::pulls::ResultId;
+use super::settings::{SECTION, Settings};
 use super::snapshot::{Failure, Snapshot, attempt};
 
 /// A command that edits overtake is read again so often.
@@ -30,6 +31,9 @@ pub(crate) struct Backend {
     main_loop: mpsc::Sender<Event>,
     /// What the client says of itself, as it says it: tower-lsp drops what it does not know.
     raw: OnceLock<Value>,
+    client: Client,
+    /// What the client can do, and what it gave as initialization options.
+    session: OnceLock<(Capabilities, Settings)>,
 }
 
 /// The methods that are ours alone.
@@ -46,8 +50,32 @@ pub(crate) fn with_custom_methods(build: LspServiceBuilder<Backend>) -> LspServi
 
 impl Backend {
     /// One that tells its events to the main loop.
-    pub(crate) fn new(main_loop: mpsc::Sender<Event>) -> Backend {
-        Backend { main_loop, raw: OnceLock::new() }
+    pub(crate) fn new(client: Client, main_loop: mpsc::Sender<Event>) -> Backend {
+        Backend { main_loop, raw: OnceLock::new(), client, session: OnceLock::new() }
+    }
+
+    /// Takes settings; with none, asks for them where the client can be asked.
+    fn configure(&self, given: Option<&Value>) {
+        let Some(&(capabilities, initial)) = self.session.get() else { return };
+        let (main_loop, client) = (self.main_loop.clone(), self.client.clone());
+        let take = move |given: &Value| {
+            let (settings, problems) = Settings::read(given, initial);
+            let _ = main_loop.send(Event::Configured(settings, problems));
+        };
+        match given {
+            Some(given) => take(given),
+            None if capabilities.configuration => {
+                // The client may take its time, or never answer: nobody waits for that.
+                tokio::spawn(async move {
+                    let item = ConfigurationItem { scope_uri: None, section: Some(SECTION.to_owned()) };
+                    match client.configuration(vec![item]).await {
+                        Ok(given) => given.iter().for_each(take),
+                        Err(error) => tracing::warn!("the client does not say what is set: {error}"),
+                    }
+                });
+            }
+            None => {}
+        }
     }
 
     /// Looks at a message before its method does: a change that is none must not be dropped in silence, since the text
@@ -214,7 +242,11 @@ impl LanguageServer for Backend {
             Some(folders) => folders.into_iter().map(|folder| folder.uri).collect(),
             None => root.into_iter().collect(),
         };
+        let given = params.initialization_options.unwrap_or_default();
+        let (settings, problems) = Settings::read(&given, Settings::default());
+        let _ = self.session.set((capabilities, settings));
         self.send(Event::Initialize { capabilities, folders });
+        self.send(Event::Configured(settings, problems));
         Ok(InitializeResult {
             capabilities: capabilities.of_server(),
             server_info: Some(ServerInfo {
@@ -226,6 +258,22 @@ impl LanguageServer for Backend {
 
     async fn initialized(&self, _: InitializedParams) {
         self.send(Event::Initialized);
+        self.configure(None);
+        let is_told =
+            self.session.get().is_some_and(|(capabilities, _)| capabilities.configuration_registration);
+        if is_told {
+            let client = self.client.clone();
+            tokio::spawn(async move {
+                let registration = Registration {
+                    id: "mauve/configuration".to_owned(),
+                    method: "workspace/didChangeConfiguration".to_owned(),
+                    register_options: Some(serde_json::json!({ "section": SECTION })),
+                };
+                if let Err(error) = client.register_capability(vec![registration]).await {
+                    tracing::warn!("changes of settings will not be told: {error}");
+                }
+            });
+        }
     }
 
     async fn shutdown(&self) -> Result<()> {
@@ -258,8 +306,10 @@ impl LanguageServer for Backend {
         self.send(Event::Folders { added: uris(params.event.added), removed: uris(params.event.removed) });
     }
 
-    async fn did_change_configuration(&self, _: DidChangeConfigurationParams) {
-        // Everything that can be set stands in `mauve.toml`.
+    async fn did_change_configuration(&self, params: DidChangeConfigurationParams) {
+        // Where the client can be asked, what it sends is often empty.
+        let can_be_asked = self.session.get().is_some_and(|(capabilities, _)| capabilities.configuration);
+        self.configure(Some(&params.settings).filter(|_| !can_be_asked));
     }
 
     async fn diagnostic(&self, params: DocumentDiagnosticParams) -> Result<DocumentDiagnosticReportResult> {

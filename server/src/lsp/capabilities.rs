@@ -44,6 +44,10 @@ pub(crate) struct Capabilities {
     pub(crate) pull_diagnostics: bool,
     /// Does it ask about all files rightly?
     pub(crate) pull_all_diagnostics: bool,
+    /// May it be asked what is set?
+    pub(crate) configuration: bool,
+    /// Is it to be asked to tell when that changes?
+    pub(crate) configuration_registration: bool,
     /// Does it show progress?
     pub(crate) progress: bool,
     /// Does it take changes of texts of a certain version?
@@ -108,6 +112,10 @@ impl Capabilities {
             // Where the server has diagnostics of the workspace, Neovim (0.12.0) on a refresh asks for these only, and drops
             // what it gets for files that it has shown.
             pull_all_diagnostics: name != "Neovim",
+            configuration: workspace.and_then(|it| it.configuration).unwrap_or(false),
+            configuration_registration: workspace
+                .and_then(|it| it.did_change_configuration?.dynamic_registration)
+                .unwrap_or(false),
             document_changes: edit.and_then(|it| it.document_changes).unwrap_or(false),
             resource_operations: edit
                 .and_then(|it| it.resource_operations.as_ref())

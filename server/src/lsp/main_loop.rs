@@ -21,6 +21,7 @@ use super::check::{Checked, check};
 use super::documents::Documents;
 use super::publisher::Publisher;
 use super::pulls::ResultId;
+use super::settings::Settings;
 use super::snapshot::{Document, Failure, Snapshot, attempt};
 use super::tokens::Tokens;
 use super::watcher::Watcher;
@@ -48,6 +49,8 @@ pub(crate) enum Event {
     Folders { added: Vec<Url>, removed: Vec<Url> },
     /// The significance level that is shown from now on; none: that of each `mauve.toml`.
     Significance(Option<Level>),
+    /// What the user has set in his editor, and what was wrong with it.
+    Configured(Settings, Vec<String>),
     /// Something to compute.
     Job(Box<dyn FnOnce(Snapshot) + Send>),
     /// The user does not want to wait for the analysis that is running.
@@ -79,6 +82,7 @@ pub(crate) struct MainLoop {
     documents: Documents,
     /// The client's folders.
     folders: Vec<PathBuf>,
+    settings: Settings,
     capabilities: Capabilities,
     workspaces: Arc<[Workspace]>,
     shared_documents: Arc<BTreeMap<Url, Document>>,
@@ -123,6 +127,7 @@ impl MainLoop {
             loader: Loader::default(),
             documents: Documents::default(),
             folders: Vec::new(),
+            settings: Settings::default(),
             capabilities: Capabilities::default(),
             workspaces: Arc::new([]),
             shared_documents: Arc::default(),
@@ -215,6 +220,7 @@ impl MainLoop {
                     self.stir();
                 }
             }
+            Event::Configured(settings, problems) => self.configured(settings, problems),
             Event::Job(job) => {
                 self.settle();
                 let snapshot = self.snapshot();
@@ -351,6 +357,17 @@ impl MainLoop {
     fn stir(&mut self) {
         self.generation += 1;
         self.check = true;
+    }
+
+    fn configured(&mut self, settings: Settings, problems: Vec<String>) {
+        let before = std::mem::replace(&mut self.settings, settings);
+        // A level that was chosen since stays until another one is set.
+        if before.significance != settings.significance
+            && self.loader.set_significance(&mut self.db, settings.significance)
+        {
+            self.stir();
+        }
+        problems.into_iter().for_each(|problem| self.publisher.warn(problem));
     }
 
     /// Ends whatever is computed. Nothing is known then, and that is said, until the next edit.

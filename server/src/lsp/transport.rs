@@ -9,7 +9,7 @@
 use std::panic::AssertUnwindSafe;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use futures::{FutureExt as _, SinkExt as _, StreamExt as _};
 use serde_json::Value;
@@ -121,15 +121,21 @@ pub(crate) async fn serve(
                 service.inner().notice(&request);
                 let id = request.id().cloned();
                 let is_initialize = request.method() == "initialize";
+                let (method, begin) = (request.method().to_owned(), Instant::now());
                 let mut answer = AssertUnwindSafe(service.call(request)).catch_unwind().boxed();
                 let answer = async move {
-                    match answer.as_mut().await {
+                    let answer = match answer.as_mut().await {
                         Ok(answer) => {
                             let answer = answer.ok().flatten();
                             if is_initialize { answer.map(with_new_capabilities) } else { answer }
                         }
                         Err(_) => id.map(|id| Response::from_error(id, Error::internal_error())),
+                    };
+                    match answer.as_ref().map(Response::error) {
+                        Some(Some(error)) => tracing::debug!("{method}: {error} ({:?})", begin.elapsed()),
+                        _ => tracing::debug!("{method} ({:?})", begin.elapsed()),
                     }
+                    answer
                 };
                 let mut answer = Box::pin(answer);
                 match futures::poll!(&mut answer) {

@@ -19,7 +19,7 @@ use std::collections::HashMap;
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 use std::sync::Arc;
 
-use mauve_ide::{Modifier, SymbolKind, TokenKind};
+use mauve_ide::{SymbolKind, TokenKind, TokenModifier};
 use mauve_model::File;
 use mauve_syntax::TextRange;
 use tower_lsp::jsonrpc::Result;
@@ -176,16 +176,16 @@ const TYPES: [&str; 29] = [
 ];
 
 /// The modifiers, those of the protocol first.
-const MODIFIERS: [(Modifier, &str); 9] = [
-    (Modifier::Declaration, "declaration"),
-    (Modifier::Definition, "definition"),
-    (Modifier::Readonly, "readonly"),
-    (Modifier::Modification, "modification"),
-    (Modifier::DefaultLibrary, "defaultLibrary"),
-    (Modifier::Input, "input"),
-    (Modifier::Output, "output"),
-    (Modifier::Required, "required"),
-    (Modifier::Provided, "provided"),
+const MODIFIERS: [(TokenModifier, &str); 9] = [
+    (TokenModifier::Declaration, "declaration"),
+    (TokenModifier::Definition, "definition"),
+    (TokenModifier::Readonly, "readonly"),
+    (TokenModifier::Modification, "modification"),
+    (TokenModifier::DefaultLibrary, "defaultLibrary"),
+    (TokenModifier::Input, "input"),
+    (TokenModifier::Output, "output"),
+    (TokenModifier::Required, "required"),
+    (TokenModifier::Provided, "provided"),
 ];
 
 /// What a token is, by the names that the protocol has for it: the first that the client knows.
@@ -274,7 +274,7 @@ impl Legend {
         Some((self.types & ((1 << bit) - 1)).count_ones())
     }
 
-    fn modifiers_of(self, modifiers: mauve_ide::Modifiers) -> u32 {
+    fn modifiers_of(self, modifiers: mauve_ide::TokenModifiers) -> u32 {
         let known = (0..).zip(MODIFIERS).filter(|(bit, _)| self.modifiers >> bit & 1 == 1);
         let bits = known.enumerate().filter(|(_, (_, (modifier, _)))| modifiers.has(*modifier));
         bits.map(|(number, _)| 1 << number).sum()
@@ -326,7 +326,9 @@ mod tests {
         assert_eq!(name(SymbolKind::Port), Some("port"));
         assert_eq!(name(SymbolKind::Component), Some("type"));
         assert_eq!(name(SymbolKind::Variable), None);
-        let modifiers = mauve_ide::Modifiers::default().with(Modifier::Output).with(Modifier::Modification);
+        let modifiers = mauve_ide::TokenModifiers::default()
+            .with(TokenModifier::Output)
+            .with(TokenModifier::Modification);
         assert_eq!(legend.modifiers_of(modifiers), 1);
         assert_eq!(Legend::of(None).options(), None);
     }
