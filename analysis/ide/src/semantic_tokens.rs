@@ -377,23 +377,23 @@ codel."parts.shoot" = 3
             "/parts.mal",
             false,
             expect![[r#"
-            parts Library Declaration · 
-            std_msgs Package · 
-            shoot Codel Declaration · a Parameter Declaration · int Type DefaultLibrary · n Parameter Declaration · double Type DefaultLibrary · std_msgs Package · String Message · 
-            Laser Shell Declaration · 
-            k Constant Declaration Readonly · int Type DefaultLibrary · 
-            rate Property Declaration · ArPtr Type · k Constant Readonly · 
-            in Port Declaration Input · int Type DefaultLibrary · 
-            out Port Declaration Output · int Type DefaultLibrary · 
-            wipe Operation Declaration Required · n Parameter Declaration · int Type DefaultLibrary · int Type DefaultLibrary · 
-            clear Operation Declaration Provided · int Type DefaultLibrary · 
-            LaserCore Core Declaration · Laser Shell · 
-            n Variable Declaration · int Type DefaultLibrary · 
-            h Handler Declaration · wipe Operation Required · 
-            clear Operation Definition Provided · int Type DefaultLibrary · n Variable · 
-            in Port Input · n Variable Modification · out Port Modification Output · n Variable · rate Property · h Handler Modification · wipe Operation Required · clear Operation Provided · shoot Codel · n Variable · n Variable Modification · 
-            Other Core Declaration · Laser Shell · A State Declaration · t Transition Declaration · A State · 
-            LaserC Component Declaration · Laser Shell · LaserCore Core · "#]],
+                parts Library Declaration
+                std_msgs Package
+                shoot Codel Declaration · a Parameter Declaration · int Type DefaultLibrary · n Parameter Declaration · double Type DefaultLibrary · std_msgs Package · String Message
+                Laser Shell Declaration
+                k Constant Declaration Readonly · int Type DefaultLibrary
+                rate Property Declaration · ArPtr Type · k Constant Readonly
+                in Port Declaration Input · int Type DefaultLibrary
+                out Port Declaration Output · int Type DefaultLibrary
+                wipe Operation Declaration Required · n Parameter Declaration · int Type DefaultLibrary · int Type DefaultLibrary
+                clear Operation Declaration Provided · int Type DefaultLibrary
+                LaserCore Core Declaration · Laser Shell
+                n Variable Declaration · int Type DefaultLibrary
+                h Handler Declaration · wipe Operation Required
+                clear Operation Definition Provided · int Type DefaultLibrary · n Variable
+                in Port Input · n Variable Modification · out Port Modification Output · n Variable · rate Property · h Handler Modification · wipe Operation Required · clear Operation Provided · shoot Codel · n Variable · n Variable Modification
+                Other Core Declaration · Laser Shell · A State Declaration · t Transition Declaration · A State
+                LaserC Component Declaration · Laser Shell · LaserCore Core"#]],
         );
     }
 
@@ -403,14 +403,14 @@ codel."parts.shoot" = 3
             "/robot.mal",
             false,
             expect![[r#"
-            A Architecture Declaration · laser Instance Declaration · parts Library · LaserC Component · laser Instance · out Port Output · laser Instance · in Port Input · laser Instance · rate Property Modification · 
-            D Deployment Declaration · A Architecture · laser Instance · "#]],
+                A Architecture Declaration · laser Instance Declaration · parts Library · LaserC Component · laser Instance · out Port Output · laser Instance · in Port Input · laser Instance · rate Property Modification
+                D Deployment Declaration · A Architecture · laser Instance"#]],
         );
     }
 
     #[test]
     fn names_in_tables() {
-        of("/t.toml", false, expect!["parts Library · shoot Codel · "]);
+        of("/t.toml", false, expect!["parts Library · shoot Codel"]);
     }
 
     #[test]
@@ -426,12 +426,12 @@ include \"a.mal\"
 ",
             true,
             expect![[r#"
-                use Keyword! · read Package · // é Comment! · 
-                core Keyword! · C Core Declaration · 
-                update Keyword! · = Operator! · var Keyword! · state Variable Declaration · int Type DefaultLibrary · = Operator! · 1 Number! · + Operator! · 2.5 Number! · read Function! DefaultLibrary · /* 🦀 Comment! · 
-                    two */ Comment! · if Keyword! · status Function! DefaultLibrary · != Operator! · new_data Status! Readonly DefaultLibrary · && Operator! · true Keyword! · then Keyword! · else Keyword! · 
-                deployment Keyword! · D Deployment Declaration · architecture Keyword! · activity Keyword! · priority Field! DefaultLibrary · = Operator! · period Field! DefaultLibrary · = Operator! · 0x10 Number! · 
-                include Keyword! · "a.mal" String! · "#]],
+                use Keyword! · read Package · // é Comment!
+                core Keyword! · C Core Declaration
+                update Keyword! · = Operator! · var Keyword! · state Variable Declaration · int Type DefaultLibrary · = Operator! · 1 Number! · + Operator! · 2.5 Number! · read Function! DefaultLibrary · /* 🦀 Comment!
+                    two */ Comment! · if Keyword! · status Function! DefaultLibrary · != Operator! · new_data Status! Readonly DefaultLibrary · && Operator! · true Keyword! · then Keyword! · else Keyword!
+                deployment Keyword! · D Deployment Declaration · architecture Keyword! · activity Keyword! · priority Field! DefaultLibrary · = Operator! · background Keyword! DefaultLibrary · period Field! DefaultLibrary · = Operator! · 0x10 Number!
+                include Keyword! · "a.mal" String!"#]],
         );
     }
 
