@@ -101,7 +101,7 @@ impl Capabilities {
                 .and_then(|it| it.folding_range.as_ref()?.collapsed_text)
                 .unwrap_or(false),
             link_tooltips: text.and_then(|it| it.document_link.as_ref()?.tooltip_support).unwrap_or(false),
-            tokens: Legend::of(text.and_then(|it| it.semantic_tokens.as_ref())),
+            tokens: Legend::of(text.and_then(|it| it.semantic_tokens.as_ref()), name),
             token_refresh: workspace
                 .and_then(|it| it.semantic_tokens.as_ref()?.refresh_support)
                 .unwrap_or(false),

@@ -232,11 +232,13 @@ pub(crate) struct Legend {
     modifiers: u32,
     /// Has it no colours of its own for what is not a name?
     with_words: bool,
+    /// Does it ask about a part of a text rightly?
+    with_range: bool,
 }
 
 impl Legend {
-    /// What a client knows; nothing, where it does not ask for tokens.
-    pub(crate) fn of(client: Option<&SemanticTokensClientCapabilities>) -> Legend {
+    /// What the client of this name knows; nothing, where it does not ask for tokens.
+    pub(crate) fn of(client: Option<&SemanticTokensClientCapabilities>, name: &str) -> Legend {
         let Some(client) = client else { return Legend::default() };
         let bits = |known: &mut dyn Iterator<Item = bool>| {
             known.enumerate().map(|(bit, known)| u32::from(known) << bit).sum()
@@ -248,6 +250,9 @@ impl Legend {
             types: bits(&mut TYPES.iter().map(knows_type)),
             modifiers: bits(&mut MODIFIERS.iter().map(|(_, name)| knows_modifier(name))),
             with_words: client.augments_syntax_tokens == Some(false),
+            // On a refresh Neovim (0.12.4) asks for a part and for what has changed at once, and then changes the part as if it
+            // were the whole.
+            with_range: name != "Neovim",
         }
     }
 
@@ -261,7 +266,7 @@ impl Legend {
         };
         (self.types != 0).then_some(SemanticTokensOptions {
             legend,
-            range: Some(true),
+            range: Some(self.with_range),
             full: Some(SemanticTokensFullOptions::Delta { delta: Some(true) }),
             ..SemanticTokensOptions::default()
         })
@@ -317,7 +322,8 @@ mod tests {
 
     #[test]
     fn a_client_is_told_of_nothing_that_it_does_not_know() {
-        let legend = Legend::of(Some(&client(&["function", "port", "type", "regexp"], &["output", "async"])));
+        let legend =
+            Legend::of(Some(&client(&["function", "port", "type", "regexp"], &["output", "async"])), "");
         let known = legend.options().unwrap().legend;
         let types: Vec<&str> = known.token_types.iter().map(SemanticTokenType::as_str).collect();
         assert_eq!(types, ["type", "function", "port"]);
@@ -330,13 +336,13 @@ mod tests {
             .with(TokenModifier::Output)
             .with(TokenModifier::Modification);
         assert_eq!(legend.modifiers_of(modifiers), 1);
-        assert_eq!(Legend::of(None).options(), None);
+        assert_eq!(Legend::of(None, "").options(), None);
     }
 
     #[test]
     fn every_type_that_is_meant_is_in_the_list() {
         let all = client(&TYPES, &[]);
-        let legend = Legend::of(Some(&all));
+        let legend = Legend::of(Some(&all), "");
         for kind in [SymbolKind::Codel, SymbolKind::State, SymbolKind::Transition, SymbolKind::Library] {
             let number = legend.type_of(TokenKind::Name(kind)).unwrap() as usize;
             assert_eq!(TYPES[number], names_of(TokenKind::Name(kind))[0]);
