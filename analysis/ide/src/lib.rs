@@ -5,6 +5,7 @@
 //! | `inlay_hints.rs` | response times beside activities, and what is left out |
 //! | `hover.rs` | what stands under the cursor, and where a response time comes from |
 //! | `occurrences.rs` | every name in a text, and what it stands for |
+//! | `code_lens.rs` | lines above declarations: deadlines that are met, levels, instances, files |
 //! | `definition.rs` | where a name is declared |
 //! | `document_symbols.rs` | what a file declares |
 //! | `code_actions.rs`, `code_actions/` | what can be done about a place: fixes, refactorings |
@@ -19,6 +20,7 @@
 
 mod change;
 mod code_actions;
+mod code_lens;
 mod definition;
 mod document_symbols;
 mod explanation;
@@ -34,6 +36,7 @@ mod timing_actions;
 
 pub use change::{Change, FileChange};
 pub use code_actions::{ActionKind, ActionQuestion, Changes, CodeAction, code_actions};
+pub use code_lens::{CodeLens, Lens, LensAction, LensKind, code_lens_at, code_lenses, resolve_code_lens};
 pub use definition::{Definition, Target, definition};
 pub use document_symbols::{Symbol, SymbolKind, document_symbols};
 pub use explanation::explain_response;

@@ -699,12 +699,15 @@ mod tests {
                 deadline = 50
             }
         }";
-        check(&robot(&costs, deployment, "cpus = 3"), expect![[r#"
+        check(
+            &robot(&costs, deployment, "cpus = 3"),
+            expect![[r#"
             Priorities by deadline (deadline-monotonic): all 3 meet their deadlines at 1e-4, worst slack 20 ms (laser) (mends)
             Longer period and deadline, 60 ms (the least in steps of 0.1 ms): all 3 meet their deadlines at 1e-4, worst slack 0 ms (pilot) (mends)
             Move to CPU 3: all 3 meet their deadlines at 1e-4, worst slack 30 ms (arm) (mends)
             Move to CPU 2: all 3 meet their deadlines at 1e-4, worst slack 0 ms (pilot) (mends)
-        "#]]);
+        "#]],
+        );
     }
 
     #[test]
@@ -714,17 +717,23 @@ mod tests {
             activity $0laser { priority = 9 period = 100 }
             activity pilot { priority = 5 period = 200 deadline = 150 }
         }";
-        check(&robot(&costs, deployment, ""), expect![[r#"
+        check(
+            &robot(&costs, deployment, ""),
+            expect![[r#"
             Shorter period, 47 ms (the least in steps of 1 ms): all 2 meet their deadlines at 1e-4, worst slack 7 ms (laser)
-        "#]]);
+        "#]],
+        );
         let deployment = "deployment D { architecture A
             activity laser { priority = 9 period = 100 }
             activity $0pilot { priority = 5 period = 200 deadline = 150 }
         }";
-        check(&robot(&costs, deployment, ""), expect![[r#"
+        check(
+            &robot(&costs, deployment, ""),
+            expect![[r#"
             Deadline 200 ms, as the period: all 2 meet their deadlines at 1e-4, worst slack 60 ms (laser)
             Shorter period and deadline, 60 ms (the least in steps of 1 ms): all 2 meet their deadlines at 1e-4, worst slack 0 ms (pilot)
-        "#]]);
+        "#]],
+        );
     }
 
     #[test]

@@ -209,6 +209,24 @@ impl LanguageServer for Backend {
         self.answer(move |snapshot| handlers::inlay_hints::resolve(snapshot, &hint)).await
     }
 
+    async fn code_lens(&self, params: CodeLensParams) -> Result<Option<Vec<CodeLens>>> {
+        let handler = move |snapshot: &Snapshot| {
+            let lenses = handlers::code_lens::code_lenses(snapshot, &params)?;
+            Ok((lenses, snapshot.generation))
+        };
+        let answer = self.answer(handler).await;
+        match &answer {
+            Ok((_, generation)) => self.send(Event::Hinted(Some(*generation))),
+            Err(error) if *error == Error::content_modified() => self.send(Event::Hinted(None)),
+            Err(_) => {}
+        }
+        answer.map(|(lenses, _)| lenses)
+    }
+
+    async fn code_lens_resolve(&self, lens: CodeLens) -> Result<CodeLens> {
+        self.answer(move |snapshot| handlers::code_lens::resolve(snapshot, &lens)).await
+    }
+
     async fn execute_command(&self, params: ExecuteCommandParams) -> Result<Option<serde_json::Value>> {
         let params = Arc::new(params);
         let mut read = Err(Error::content_modified());

@@ -1,14 +1,15 @@
 //! What the client can do, resolved once, and what the server says that it does.
 
 use tower_lsp::lsp_types::{
-    ClientCapabilities, CodeActionOptions, CodeActionProviderCapability, ExecuteCommandOptions,
-    HoverProviderCapability, InlayHintOptions, InlayHintServerCapabilities, MarkupKind, OneOf,
-    ResourceOperationKind, SaveOptions, ServerCapabilities, TextDocumentSyncCapability, TextDocumentSyncKind,
-    TextDocumentSyncOptions, TextDocumentSyncSaveOptions, WorkspaceFoldersServerCapabilities,
-    WorkspaceServerCapabilities,
+    ClientCapabilities, CodeActionOptions, CodeActionProviderCapability, CodeLensOptions,
+    ExecuteCommandOptions, HoverProviderCapability, InlayHintOptions, InlayHintServerCapabilities,
+    MarkupKind, OneOf, ResourceOperationKind, SaveOptions, ServerCapabilities, TextDocumentSyncCapability,
+    TextDocumentSyncKind, TextDocumentSyncOptions, TextDocumentSyncSaveOptions,
+    WorkspaceFoldersServerCapabilities, WorkspaceServerCapabilities,
 };
 
 use super::handlers;
+use super::handlers::code_lens::SHOW_REFERENCES;
 use super::handlers::execute_command::COMMANDS;
 use super::position::Encoding;
 
@@ -29,6 +30,10 @@ pub(crate) struct Capabilities {
     pub(crate) related: bool,
     /// Does it open the page behind the code of a diagnostic?
     pub(crate) pages: bool,
+    /// May it be asked to ask for code lenses again?
+    pub(crate) lens_refresh: bool,
+    /// Does it have the command `mauve.showReferences`, which shows places? It says so in `experimental.commands`.
+    pub(crate) shows_references: bool,
     /// Does it show progress?
     pub(crate) progress: bool,
     /// Does it take changes of texts of a certain version?
@@ -57,6 +62,8 @@ impl Capabilities {
         let edit = workspace.and_then(|it| it.workspace_edit.as_ref());
         let action = text.and_then(|it| it.code_action.as_ref());
         let publish = text.and_then(|it| it.publish_diagnostics.as_ref());
+        let commands = client.experimental.as_ref().and_then(|it| it.get("commands")?.as_array());
+        let commands: Vec<&str> = commands.into_iter().flatten().filter_map(|it| it.as_str()).collect();
         Capabilities {
             encoding: Encoding::negotiated(general.and_then(|it| it.position_encodings.as_deref())),
             hint_refresh: workspace.and_then(|it| it.inlay_hint.as_ref()?.refresh_support).unwrap_or(false),
@@ -80,6 +87,8 @@ impl Capabilities {
             }),
             disabled_actions: action.and_then(|it| it.disabled_support).unwrap_or(false),
             preferred_actions: action.and_then(|it| it.is_preferred_support).unwrap_or(false),
+            lens_refresh: workspace.and_then(|it| it.code_lens.as_ref()?.refresh_support).unwrap_or(false),
+            shows_references: commands.contains(&SHOW_REFERENCES),
             progress: client.window.as_ref().and_then(|it| it.work_done_progress).unwrap_or(false),
         }
     }
@@ -106,6 +115,7 @@ impl Capabilities {
                     ..CodeActionOptions::default()
                 })
             }),
+            code_lens_provider: Some(CodeLensOptions { resolve_provider: Some(true) }),
             document_symbol_provider: Some(OneOf::Left(true)),
             execute_command_provider: Some(ExecuteCommandOptions {
                 commands: COMMANDS.iter().map(|command| (*command).to_owned()).collect(),

@@ -2,6 +2,7 @@
 //! and an edit ends them.
 
 pub(crate) mod code_actions;
+pub(crate) mod code_lens;
 pub(crate) mod definition;
 pub(crate) mod document_symbols;
 pub(crate) mod execute_command;

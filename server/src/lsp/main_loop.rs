@@ -47,7 +47,7 @@ pub(crate) enum Event {
     Significance(Option<Level>),
     /// Something to compute.
     Job(Box<dyn FnOnce(Snapshot) + Send>),
-    /// The client was given the inlay hints of this generation; none, where an edit has overtaken its question.
+    /// The client was given the inlay hints or code lenses of this generation; none, where an edit has overtaken its question.
     Hinted(Option<u64>),
     /// A worker has checked everything as it was at this generation.
     Checked(u64, Result<Checked, Failure>),
@@ -434,6 +434,9 @@ impl MainLoop {
     fn refresh_hints(&self) {
         if self.capabilities.hint_refresh {
             self.publisher.refresh_hints();
+        }
+        if self.capabilities.lens_refresh {
+            self.publisher.refresh_lenses();
         }
     }
 

@@ -31,6 +31,7 @@ struct Waiting {
     diagnostics: Found,
     warnings: Vec<String>,
     refresh_hints: bool,
+    refresh_lenses: bool,
 }
 
 impl Publisher {
@@ -89,6 +90,11 @@ impl Publisher {
         self.outbox.put(|waiting| waiting.refresh_hints = true);
     }
 
+    /// Has the client ask for its code lenses again.
+    pub(crate) fn refresh_lenses(&self) {
+        self.outbox.put(|waiting| waiting.refresh_lenses = true);
+    }
+
     /// Shows a warning, each once.
     pub(crate) fn warn(&mut self, message: String) {
         tracing::warn!("{message}");
@@ -108,7 +114,7 @@ impl Outbox {
     pub(crate) async fn send_to(&self, client: Client) {
         loop {
             self.more.notified().await;
-            let Waiting { diagnostics, warnings, refresh_hints } =
+            let Waiting { diagnostics, warnings, refresh_hints, refresh_lenses } =
                 std::mem::take(&mut *self.waiting.lock().unwrap_or_else(PoisonError::into_inner));
             for message in warnings {
                 client.show_message(MessageType::WARNING, message).await;
@@ -122,6 +128,14 @@ impl Outbox {
                 tokio::spawn(async move {
                     if let Err(error) = client.inlay_hint_refresh().await {
                         tracing::warn!("inlay hints were not asked for again: {error}");
+                    }
+                });
+            }
+            if refresh_lenses {
+                let client = client.clone();
+                tokio::spawn(async move {
+                    if let Err(error) = client.code_lens_refresh().await {
+                        tracing::warn!("code lenses were not asked for again: {error}");
                     }
                 });
             }
