@@ -255,10 +255,13 @@ impl Loader {
     fn find_packages(&mut self, db: &mut Database, workspace: Workspace) {
         let mut found = BTreeMap::new();
         for name in named_packages(db, workspace) {
-            let package = self
-                .packages
-                .entry(name.clone())
-                .or_insert_with(|| Places::of_environment().read(name).map(Arc::new));
+            let package = self.packages.entry(name.clone()).or_insert_with(|| {
+                let places = Places::of_environment();
+                for folder in places.folders(name) {
+                    self.surroundings.read_messages(folder);
+                }
+                places.read(name).map(Arc::new)
+            });
             found.extend(package.clone().map(|package| (name.clone(), package)));
         }
         if **workspace.packages(db) != found {

@@ -3,12 +3,21 @@
 //! Each action is a file in `code_actions/`, and a line in [`OFFERS`]. A refactoring keeps what the model means: where it
 //! cannot, it is not offered, or offered with the reason why it is not possible.
 
+mod deadline;
+mod extract_variable;
 mod fixes;
+mod inline_variable;
+mod program;
+mod qualified_name;
+mod skeleton;
+mod sorted_fields;
+mod update;
+mod uses;
 
 use mauve_model::diagnostics::Finding;
 use mauve_model::{File, ModelDb, Project, Workspace, parse};
 use mauve_syntax::ast::AstNode;
-use mauve_syntax::{SyntaxNode, TextRange, TextSize};
+use mauve_syntax::{NodeOrToken, SyntaxNode, SyntaxToken, TextRange, TextSize};
 
 use crate::Change;
 use crate::project::projects_with;
@@ -74,7 +83,18 @@ pub enum Changes<'a> {
 }
 
 /// Everything that offers actions, in the order in which they are shown.
-const OFFERS: &[fn(&mut Actions<'_, '_>)] = &[fixes::offer, crate::timing_actions::offer];
+const OFFERS: &[fn(&mut Actions<'_, '_>)] = &[
+    fixes::offer,
+    crate::timing_actions::offer,
+    extract_variable::offer,
+    inline_variable::offer,
+    skeleton::offer,
+    update::offer,
+    sorted_fields::offer,
+    deadline::offer,
+    qualified_name::offer,
+    uses::offer,
+];
 
 /// What can be done about a place.
 ///
@@ -173,6 +193,34 @@ impl<'db> Actions<'_, 'db> {
         self.found.push(action);
     }
 
+    /// Offers a refactoring where every project that has the file allows the same one. It is `None` where nobody would
+    /// expect it, and a reason where somebody might.
+    pub(crate) fn refactor(
+        &mut self,
+        kind: ActionKind,
+        title: impl Into<String>,
+        change: impl Fn(Project<'db>) -> Option<Result<Change, String>>,
+    ) {
+        if !self.wants(kind) {
+            return;
+        }
+        let title = title.into();
+        let all: Option<Vec<_>> = self.projects.iter().map(|&project| change(project)).collect();
+        let Ok(changes) = all
+            .unwrap_or_default()
+            .into_iter()
+            .collect::<Result<Vec<Change>, String>>()
+            .map_err(|reason| self.refuse(kind, title.clone(), reason))
+        else {
+            return;
+        };
+        let mut changes = changes.into_iter();
+        let Some(first) = changes.next() else { return };
+        if changes.all(|other| other == first) {
+            self.offer(kind, title, || first);
+        }
+    }
+
     /// The tree of the file.
     pub(crate) fn root(&self) -> SyntaxNode {
         parse(self.db, self.question.file).syntax()
@@ -184,11 +232,19 @@ impl<'db> Actions<'_, 'db> {
         let range = self.selected();
         if range.is_empty() {
             let tokens = root.token_at_offset(range.start());
-            let of = |token: mauve_syntax::SyntaxToken| token.parent_ancestors().find_map(N::cast);
+            let of = |token: SyntaxToken| token.parent_ancestors().find_map(N::cast);
             return tokens.clone().right_biased().and_then(of).or_else(|| tokens.left_biased().and_then(of));
         }
         let covering = root.covering_element(range);
         covering.ancestors().find_map(N::cast)
+    }
+
+    /// The word that is selected, or that the cursor is at.
+    pub(crate) fn selected_name(&self) -> Option<SyntaxToken> {
+        let range = self.selected();
+        let tokens = self.root().token_at_offset(range.start());
+        let is_it = |token: &SyntaxToken| token.kind().is_word() && token.text_range().contains_range(range);
+        tokens.clone().right_biased().filter(is_it).or_else(|| tokens.left_biased().filter(is_it))
     }
 
     /// What is selected, without the white space round it.
@@ -203,5 +259,94 @@ impl<'db> Actions<'_, 'db> {
             return TextRange::empty(range.start());
         }
         TextRange::at(range.start() + TextSize::new(before as u32), TextSize::new(length as u32))
+    }
+}
+
+/// The white space with which the line begins that `offset` is in.
+pub(crate) fn indentation(text: &str, offset: TextSize) -> &str {
+    let before = text.get(..usize::from(offset)).unwrap_or_default();
+    let line = text.get(before.rfind('\n').map_or(0, |at| at + 1)..).unwrap_or_default();
+    let rest = line.trim_start_matches([' ', '\t']);
+    line.get(..line.len() - rest.len()).unwrap_or_default()
+}
+
+/// What goes with `range` where it is taken out: the rest of its lines, where there is nothing else in them; otherwise the
+/// white space behind it.
+pub(crate) fn with_line(text: &str, range: TextRange) -> TextRange {
+    let (start, end) = (usize::from(range.start()), usize::from(range.end()));
+    let (before, after) = (text.get(..start).unwrap_or_default(), text.get(end..).unwrap_or_default());
+    let blanks = before.len() - before.trim_end_matches([' ', '\t']).len();
+    let more = after.len() - after.trim_start_matches([' ', '\t']).len();
+    let rest = after.get(more..).unwrap_or_default();
+    let end_of_line = ["\r\n", "\n"].into_iter().find(|end| rest.starts_with(end));
+    let begins = blanks == start || before.get(..start - blanks).is_some_and(|it| it.ends_with('\n'));
+    let (back, forth) = match end_of_line {
+        Some(end) if begins => (blanks, more + end.len()),
+        _ => (0, more),
+    };
+    TextRange::new(((start - back) as u32).into(), ((end + forth) as u32).into())
+}
+
+/// Is there a comment in it?
+pub(crate) fn has_comment(node: &SyntaxNode) -> bool {
+    let mut tokens = node.descendants_with_tokens().filter_map(NodeOrToken::into_token);
+    tokens.any(|token| token.kind().is_trivia() && !token.text().trim().is_empty())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixture::Fixture;
+    use expect_test::Expect;
+
+    /// All kinds.
+    const KINDS: &[ActionKind] = &[
+        ActionKind::QuickFix,
+        ActionKind::Extract,
+        ActionKind::Inline,
+        ActionKind::Rewrite,
+        ActionKind::OrganizeUses,
+        ActionKind::FixAll,
+    ];
+
+    /// The first action whose title begins so, at `$0` or from `$0` to `$0`: the lines that it makes, of each file.
+    pub(super) fn check(fixture: &str, title: &str, expected: Expect) {
+        let Fixture { db, workspace, file, offset } = Fixture::new(fixture);
+        let marks: Vec<usize> = fixture.match_indices("$0").map(|(at, _)| at).collect();
+        let length = if let [start, end] = marks[..] { end - start - 2 } else { 0 };
+        let question = ActionQuestion {
+            file,
+            range: TextRange::at(offset, TextSize::new(length as u32)),
+            diagnostics: &[],
+            kinds: KINDS,
+            changes: Changes::All,
+        };
+        let actions = code_actions(&db, &[workspace], question);
+        let action = actions.iter().find(|it| it.title.starts_with(title));
+        let mut shown = String::new();
+        match action.map(|it| (&it.change, &it.disabled)) {
+            None => shown += "not offered\n",
+            Some((_, Some(reason))) => shown += &format!("refused: {reason}\n"),
+            Some((None, None)) => shown += "without a change\n",
+            Some((Some(change), None)) => {
+                for of in &change.files {
+                    let (before, after) = (of.file.text(&db), change.applied(&db, of.file));
+                    shown += &format!("--- {}\n{}", of.file.path(&db).display(), made(before, &after));
+                }
+            }
+        }
+        expected.assert_eq(&shown);
+    }
+
+    /// The lines of `after` from the first that differs to the last.
+    fn made(before: &str, after: &str) -> String {
+        let same = |one: &mut dyn Iterator<Item = &str>, other: &mut dyn Iterator<Item = &str>| {
+            one.zip(other).take_while(|(one, other)| one == other).count()
+        };
+        let first = same(&mut before.lines(), &mut after.lines());
+        let last = same(&mut before.lines().rev(), &mut after.lines().rev());
+        let count = after.lines().count();
+        let last = last.min(count - first).min(before.lines().count() - first.min(before.lines().count()));
+        after.lines().skip(first).take(count - first - last).map(|line| line.to_owned() + "\n").collect()
     }
 }

@@ -133,6 +133,19 @@ impl<'db> Diagnostic<'db> {
         self.fix(format!("Add `use {name}`"), Place::Above(of), format!("use {name}\n  "))
     }
 
+    /// Offers to put an item at the end of `of`, on a line of its own.
+    fn add_item(
+        self,
+        db: &'db dyn ModelDb,
+        of: Decl<'db>,
+        title: impl Into<String>,
+        item: &str,
+    ) -> Diagnostic<'db> {
+        let indentation = if of.library(db).is_some() { "    " } else { "  " };
+        let lines: Vec<String> = item.lines().map(|line| format!("\n{indentation}{line}")).collect();
+        self.fix(title, Place::End(of), lines.concat())
+    }
+
     /// Asks whether `near` was meant, and offers to write it.
     fn did_you_mean(mut self, at: Place<'db>, near: Option<Name>) -> Diagnostic<'db> {
         let Some(near) = near else { return self };
@@ -412,7 +425,7 @@ pub fn declaration_diagnostics<'db>(
                             let provided = more.first().filter(|it| it.kind == FeatureKind::Provided);
                             let at = data.core.as_ref().map(|it| Place::Part(decl, it.part));
                             let report = undefined_operation::report;
-                            found.extend(provided.zip(at).map(|(it, at)| report(db, at, name, it)));
+                            found.extend(provided.zip(at).map(|(it, at)| report(db, at, core, name, it)));
                         }
                     }
                 }
@@ -557,6 +570,8 @@ pub struct Finding<'db> {
     /// The project that has it; none where every project that has the file has it.
     pub only_in: Option<Project<'db>>,
 }
+
+pub use undefined_operation::operation_skeleton;
 
 /// Everything that is wrong in a workspace, each thing once, by file and place.
 pub fn workspace_diagnostics<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Finding<'db>> {

@@ -80,7 +80,7 @@ pub use project::{
 pub use psm::{Psm, PsmEdge, Refused, core_of, psm_of, shell_of, worst_path};
 pub use response::{
     ActivityReport, Budget, CpuReport, InterferenceReport, MissingTime, Query, Report, Verdict, budgets,
-    missing_times, response_times, response_times_if,
+    level_shown, missing_times, response_times, response_times_if,
 };
 pub use source::{
     Decl, Declarations, Place, architecture, codel, component, core, data, declarations, deployment,

@@ -16,7 +16,7 @@ use crate::source::{Decl, Place, deployment as declared_deployment};
 use crate::supposed::{SupposedField, with_fields};
 use crate::system::{Priority, Row, System, read, system_of};
 use crate::timetable::timetable_of;
-use crate::{ModelDb, cpu_names};
+use crate::{ModelDb, Workspace, cpu_names};
 
 /// What is asked of the analysis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -32,10 +32,13 @@ pub struct Query {
 impl Query {
     /// What is shown and checked: the level that was chosen, otherwise that of `mauve.toml`, by the best method.
     pub fn shown<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Query {
-        let workspace = project.workspace(db);
-        let level = workspace.significance(db).unwrap_or_else(|| config_of(db, workspace).level());
-        Query { level, method: Method::Psm, horizon: None }
+        Query { level: level_shown(db, project.workspace(db)), method: Method::Psm, horizon: None }
     }
+}
+
+/// The significance level that is shown: the one that was chosen, otherwise that of `mauve.toml`.
+pub fn level_shown(db: &dyn ModelDb, workspace: Workspace) -> Level {
+    workspace.significance(db).unwrap_or_else(|| config_of(db, workspace).level())
 }
 
 /// The response times of a deployment.

@@ -193,8 +193,7 @@ impl<'db> Reader<'db> {
                 continue;
             }
             let at = Place::name_of(self.of);
-            let diagnostic =
-                diagnostics::missing_activity::report(at.clone(), &instance.name, self.of.name(self.db));
+            let diagnostic = diagnostics::missing_activity::report(self.db, self.of, &instance.name);
             let refusal = Refusal::reported("it has no activity", at.clone());
             // Where an activity was lost, it may have been this one.
             if !misspelt.contains(&instance.name) && !is_renamed && self.found.lost.is_empty() {

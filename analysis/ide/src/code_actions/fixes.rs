@@ -6,8 +6,7 @@ use super::{ActionKind, Actions, CodeAction};
 use crate::Change;
 
 /// What an editor may mend by itself, when a file is saved: no guess at a name, and no other number.
-const CLEAR: &[&str] =
-    &["connection-direction", "continued-line", "header-colon", "missing-else", "syntax-error"];
+const CLEAR: &[&str] = &["connection-direction", "continued-line", "header-colon", "missing-else"];
 
 pub(super) fn offer(actions: &mut Actions<'_, '_>) {
     if !actions.wants(ActionKind::QuickFix) && !actions.wants(ActionKind::FixAll) {
