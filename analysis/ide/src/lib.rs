@@ -21,6 +21,7 @@
 //! | `explanation.rs` | where a response time comes from, in words |
 //! | `levels.rs` | the significance levels that may be shown |
 //! | `project.rs` | which projects a file is part of, and what they are called |
+//! | `machine_view.rs` | a component's state machine with its places, for a panel |
 //! | `timing_actions.rs` | other priorities, CPUs and periods, with what they give |
 //! | `state_machine.rs` | a component's periodic state machine, as DOT and as SVG |
 //!
@@ -42,6 +43,7 @@ mod formatting;
 mod hover;
 mod inlay_hints;
 mod levels;
+mod machine_view;
 mod occurrences;
 mod program;
 mod project;
@@ -66,6 +68,7 @@ pub use formatting::{formatting, formatting_on_type};
 pub use hover::{Hover, hover};
 pub use inlay_hints::{InlayHint, inlay_hints};
 pub use levels::known_levels;
+pub use machine_view::{MachineEdge, MachineState, MachineView, component_at, state_machine};
 pub use references::{Access, Reference, highlights, references};
 pub use selection_ranges::selection_ranges;
 pub use signature_help::{Signature, signature_help};
