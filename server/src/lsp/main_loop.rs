@@ -61,7 +61,7 @@ pub(crate) enum Event {
     Pulled { all: bool },
     /// It was told so.
     Diagnosed(BTreeMap<Url, Option<ResultId>>),
-    /// The client was given the inlay hints of this generation; none, where an edit has overtaken its question.
+    /// The client was given the inlay hints or code lenses of this generation; none, where an edit has overtaken its question.
     Hinted(Option<u64>),
     /// An edit has overtaken its question for the colours of this text in this version.
     Uncoloured(Url, i32),
@@ -503,6 +503,9 @@ impl MainLoop {
     fn refresh_hints(&self) {
         if self.capabilities.hint_refresh {
             self.publisher.refresh_hints();
+        }
+        if self.capabilities.lens_refresh {
+            self.publisher.refresh_lenses();
         }
     }
 

@@ -40,6 +40,7 @@ struct Waiting {
     warnings: Vec<String>,
     refresh_hints: bool,
     refresh_tokens: bool,
+    refresh_lenses: bool,
     refresh_diagnostics: bool,
 }
 
@@ -143,6 +144,9 @@ impl Publisher {
     /// Has the client ask for the colours of names again.
     pub(crate) fn refresh_tokens(&self) {
         self.outbox.put(|waiting| waiting.refresh_tokens = true);
+    /// Has the client ask for its code lenses again.
+    pub(crate) fn refresh_lenses(&self) {
+        self.outbox.put(|waiting| waiting.refresh_lenses = true);
     }
 
     /// Shows a warning, each once.
@@ -171,6 +175,7 @@ impl Outbox {
         loop {
             self.more.notified().await;
             let Waiting { diagnostics, warnings, refresh_hints, refresh_tokens, refresh_diagnostics } =
+            let Waiting { diagnostics, warnings, refresh_hints, refresh_lenses, refresh_diagnostics } =
                 std::mem::take(&mut *self.waiting.lock().unwrap_or_else(PoisonError::into_inner));
             for message in warnings {
                 client.show_message(MessageType::WARNING, message).await;
@@ -192,6 +197,9 @@ impl Outbox {
             if refresh_tokens {
                 let client = client.clone();
                 tokio::spawn(async move { refreshed("colours", client.semantic_tokens_refresh().await) });
+            if refresh_lenses {
+                let client = client.clone();
+                tokio::spawn(async move { refreshed("code lenses", client.code_lens_refresh().await) });
             }
         }
     }
