@@ -24,6 +24,7 @@ pub struct Client {
     next_id: u64,
     /// The newest diagnostics of each file.
     published: HashMap<String, Value>,
+    /// What the user has set, for a server that asks.
     /// What a server is told that asks for its settings.
     pub settings: Value,
 }
@@ -72,8 +73,8 @@ impl Client {
             Some(())
         });
         let waiting = VecDeque::new();
-        let settings = Value::Null;
-        Client { process, input, messages, gate, waiting, next_id: 0, published: HashMap::new(), settings }
+        let (published, settings) = (HashMap::new(), Value::Null);
+        Client { process, input, messages, gate, waiting, next_id: 0, published, settings }
     }
 
     /// A server for `folder` and a client that can do what good editors can.

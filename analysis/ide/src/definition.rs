@@ -1,11 +1,13 @@
 //! Where the name under the cursor is declared.
 
+use std::path::PathBuf;
+
 use mauve_model::{Decl, File, ModelDb, Place, Project, Workspace, parse, project_files, source_map};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{TextRange, TextSize};
 
+use crate::occurrences::{Found, Meaning, Role, in_declaration, names_at};
 use crate::project::projects_with;
-use crate::reference::{Meaning, Reference, reference_at, reference_in_toml};
 
 /// A name, and where it is declared.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -14,6 +16,8 @@ pub struct Definition {
     pub origin: TextRange,
     /// Where it is declared; several, where several projects or blocks do so.
     pub targets: Vec<Target>,
+    /// Files that are neither models nor tables: of messages, and of codels, which may not have been written yet.
+    pub files: Vec<PathBuf>,
 }
 
 /// A declaration.
@@ -34,44 +38,62 @@ pub fn definition(
     file: File,
     offset: TextSize,
 ) -> Option<Definition> {
-    definition_of(db, &references(db, workspaces, file, offset))
+    definition_of(db, &names(db, workspaces, file, offset))
 }
 
-/// Where these are declared.
+/// Where these are declared; of an operation that a core calls, what is executed comes first.
 pub(crate) fn definition_of<'db>(
     db: &'db dyn ModelDb,
-    references: &[(Project<'db>, Reference<'db>)],
+    names: &[(Project<'db>, Found<'db>)],
 ) -> Option<Definition> {
-    let (_, first) = references.first()?;
-    let mut definition = Definition { origin: first.range, targets: Vec::new() };
-    for (project, reference) in references {
-        for target in reference.meanings.iter().flat_map(|meaning| targets(db, *project, meaning)) {
-            if !definition.targets.contains(&target) {
-                definition.targets.push(target);
+    destination(names, |project, name| {
+        let of_call = name.of.filter(|_| name.role == Role::Call);
+        let executed = of_call.and_then(|of| {
+            let mut names = in_declaration(db, project, of).into_iter();
+            names.find(|it| it.role == Role::Definition && it.meaning == name.meaning)
+        });
+        match executed {
+            Some(it) => vec![Target { file: it.file, range: it.range, name: it.range }],
+            None => targets(db, project, &name.meaning),
+        }
+    })
+}
+
+/// Where these names lead, each target once; nothing where they lead nowhere.
+pub(crate) fn destination<'db>(
+    names: &[(Project<'db>, Found<'db>)],
+    mut targets: impl FnMut(Project<'db>, &Found<'db>) -> Vec<Target>,
+) -> Option<Definition> {
+    let (_, first) = names.first()?;
+    let mut found = Definition { origin: first.range, targets: Vec::new(), files: Vec::new() };
+    for (project, name) in names {
+        for target in targets(*project, name) {
+            if !found.targets.contains(&target) {
+                found.targets.push(target);
             }
         }
     }
-    Some(definition)
+    (!found.targets.is_empty()).then_some(found)
 }
 
-/// The reference at `offset` in each project that has the file.
-pub(crate) fn references<'db>(
+/// The names at `offset` in each project that has the file.
+pub(crate) fn names<'db>(
     db: &'db dyn ModelDb,
     workspaces: &[Workspace],
     file: File,
     offset: TextSize,
-) -> Vec<(Project<'db>, Reference<'db>)> {
-    let reference = |project| {
-        let found = match mauve_model::is_model(file.path(db)) {
-            true => reference_at(db, project, file, offset),
-            false => reference_in_toml(db, project, file, offset),
-        };
-        found.map(|reference| (project, reference))
-    };
-    projects_with(db, workspaces, file).into_iter().filter_map(reference).collect()
+) -> Vec<(Project<'db>, Found<'db>)> {
+    let projects = projects_with(db, workspaces, file).into_iter();
+    projects
+        .flat_map(|project| names_at(db, project, file, offset).into_iter().map(move |name| (project, name)))
+        .collect()
 }
 
-fn targets<'db>(db: &'db dyn ModelDb, project: Project<'db>, meaning: &Meaning<'db>) -> Vec<Target> {
+pub(crate) fn targets<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    meaning: &Meaning<'db>,
+) -> Vec<Target> {
     match meaning {
         Meaning::Declaration(decl) => of_declaration(db, *decl).into_iter().collect(),
         Meaning::Part(place) => {
@@ -97,10 +119,11 @@ fn targets<'db>(db: &'db dyn ModelDb, project: Project<'db>, meaning: &Meaning<'
             };
             project_files(db, project).iter().flat_map(of_file).collect()
         }
+        Meaning::Package(_) | Meaning::Message(..) | Meaning::Type(_) => Vec::new(),
     }
 }
 
-fn of_declaration(db: &dyn ModelDb, decl: Decl<'_>) -> Option<Target> {
+pub(crate) fn of_declaration(db: &dyn ModelDb, decl: Decl<'_>) -> Option<Target> {
     let file = decl.file(db);
     let name = Place::name_of(decl).range(db);
     // The declaration is the one that has this name.
@@ -211,18 +234,18 @@ tables = ["times.toml"]
             "parts.Laser",
             "parts.$0Laser",
             expect![[r#"
-            parts.Laser
-            -> /parts.mal:20 Laser | component Laser(LaserShell, LaserCore)
-        "#]],
+                Laser
+                -> /parts.mal:20 Laser | component Laser(LaserShell, LaserCore)
+            "#]],
         );
         at(
             "/robot.mal",
             "parts.Laser",
             "par$0ts.Laser",
             expect![[r#"
-            parts.Laser
-            -> /parts.mal:1 parts | library parts {
-        "#]],
+                parts
+                -> /parts.mal:1 parts | library parts {
+            "#]],
         );
         at(
             "/robot.mal",
@@ -287,18 +310,18 @@ tables = ["times.toml"]
             "parts.mal",
             "par$0ts.mal",
             expect![[r#"
-            "parts.mal"
-            -> /parts.mal:1  | 
-        "#]],
+                parts.mal
+                -> /parts.mal:1  | 
+            "#]],
         );
         at(
             "/mauve.toml",
             "robot.mal",
             "robot$0.mal",
             expect![[r#"
-            "robot.mal"
-            -> /robot.mal:1  | 
-        "#]],
+                robot.mal
+                -> /robot.mal:1  | 
+            "#]],
         );
     }
 
@@ -517,18 +540,18 @@ tables = ["times.toml"]
             "parts.shoot",
             "parts.sh$0oot",
             expect![[r#"
-            "parts.shoot"
-            -> /parts.mal:3 shoot | codel shoot(out n: int): int
-        "#]],
+                shoot
+                -> /parts.mal:3 shoot | codel shoot(out n: int): int
+            "#]],
         );
         at(
             "/times.toml",
             "Idle.run",
             "Idle.r$0un",
             expect![[r#"
-            "Laser/Idle.run"
-            -> /parts.mal:20 Laser | component Laser(LaserShell, LaserCore)
-        "#]],
+                run
+                -> /parts.mal:11 run | run
+            "#]],
         );
     }
 

@@ -21,8 +21,8 @@ pub struct Symbol {
     pub children: Vec<Symbol>,
 }
 
-/// The kinds of declaration.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// The kinds of things that have a name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[allow(missing_docs)]
 pub enum SymbolKind {
     Library,
@@ -43,6 +43,11 @@ pub enum SymbolKind {
     Instance,
     Deployment,
     Activity,
+    Parameter,
+    Package,
+    Message,
+    Type,
+    File,
 }
 
 /// What a file declares, in the order of the text.

@@ -12,10 +12,10 @@ use mauve_model::{
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxKind, SyntaxNode, SyntaxToken, TextRange, TextSize};
 
-use crate::definition::{Target, definition_of, references};
+use crate::definition::{Target, definition_of, names};
 use crate::explanation::explain_response;
+use crate::occurrences::Meaning;
 use crate::project::{name_of_root, projects_with};
-use crate::reference::Meaning;
 
 /// So many lines of a message are shown.
 const MOST_LINES: usize = 60;
@@ -85,8 +85,8 @@ fn of_activity(
 
 /// The declaration that a name stands for: its head, the comment above it, and, of a codel, its times.
 fn of_name(db: &dyn ModelDb, workspaces: &[Workspace], file: File, offset: TextSize) -> Option<Hover> {
-    let references = references(db, workspaces, file, offset);
-    let found = definition_of(db, &references)?;
+    let names = names(db, workspaces, file, offset);
+    let found = definition_of(db, &names)?;
     let mut markdown = String::new();
     for target in found.targets.iter().filter(|target| !target.name.is_empty()) {
         let Some(node) = declaration_at(db, target) else { continue };
@@ -96,15 +96,13 @@ fn of_name(db: &dyn ModelDb, workspaces: &[Workspace], file: File, offset: TextS
             let _ = writeln!(markdown, "{comment}\n");
         }
     }
-    for (project, reference) in references {
-        for meaning in reference.meanings {
-            if let Meaning::Declaration(codel) = meaning
-                && codel.kind(db) == Kind::Codel
-            {
-                let times = times(db, project, codel);
-                if !markdown.contains(&times) {
-                    markdown += &times;
-                }
+    for (project, name) in names {
+        if let Meaning::Declaration(codel) = name.meaning
+            && codel.kind(db) == Kind::Codel
+        {
+            let times = times(db, project, codel);
+            if !markdown.contains(&times) {
+                markdown += &times;
             }
         }
     }
@@ -148,7 +146,7 @@ fn of_message(db: &dyn ModelDb, projects: &[Project<'_>], file: File, offset: Te
 }
 
 /// A message as a `.msg` file has it.
-fn fields(package: &Package, name: &str, message: &Message) -> String {
+pub(crate) fn fields(package: &Package, name: &str, message: &Message) -> String {
     let fields = message.fields.iter().map(ToString::to_string);
     let lines: Vec<String> = fields.chain(message.constants.iter().map(ToString::to_string)).collect();
     let mut out = format!("```msg\n# {}/{name}\n", package.name);
@@ -172,14 +170,14 @@ fn declaration_at(db: &dyn ModelDb, target: &Target) -> Option<SyntaxNode> {
 }
 
 /// The text of a declaration up to its block, on one line.
-fn head(node: &SyntaxNode) -> String {
+pub(crate) fn head(node: &SyntaxNode) -> String {
     let text = node.text().to_string();
     let head = text.split('{').next().unwrap_or_default();
     head.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 /// The comment lines right above a declaration.
-fn comment_above(node: &SyntaxNode) -> String {
+pub(crate) fn comment_above(node: &SyntaxNode) -> String {
     let mut lines = Vec::new();
     let mut before = node.first_token().and_then(|token| token.prev_token());
     while let Some(token) = before {

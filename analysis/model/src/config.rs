@@ -28,18 +28,29 @@ pub struct Config {
     /// `[platform] rt_throttling`: Linux keeps 50 ms of each second from real-time tasks. Where it is not said: it does
     /// not, and that is shown as an assumption.
     pub rt_throttling: Option<bool>,
-    /// `[clocks] synchronised`: instances that are released together.
-    pub synchronised: Vec<String>,
+    /// `[clocks] synchronised`: instances that are released together, and where that is said.
+    pub synchronised: Vec<(String, Range<usize>)>,
     /// `[types.…]`: types that no message package declares, and what they are in C++, where that is said.
     pub types: BTreeMap<Name, String>,
     /// `[lints]`: how bad a diagnostic is here; nothing where it is not shown.
     pub lints: BTreeMap<&'static str, Option<Severity>>,
     /// `[chains]`: named, and not analysed yet.
-    pub chains: Vec<(String, Range<usize>)>,
+    pub chains: Vec<Chain>,
     /// What is wrong, and where.
     pub errors: Vec<(String, Range<usize>)>,
     /// Was something lost that response times may rest on? Whatever is in the wrong place says that a header was lost.
     pub lost: bool,
+}
+
+/// `scan-to-wheels = ["hokuyo.scan", "guidance.command"]`
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Chain {
+    /// Its name.
+    pub name: String,
+    /// Where that stands.
+    pub span: Range<usize>,
+    /// `instance.port`, each with its place.
+    pub ends: Vec<(String, Range<usize>)>,
 }
 
 impl Config {
@@ -194,15 +205,15 @@ impl Reader {
             parts.by_ref().take(2).all(|part| !part.is_empty()) && end.contains('.') && parts.next().is_none()
         };
         // `tables = ["t.toml"]` looks like one.
-        if !matches!(name, "tables" | "root" | "roots" | "synchronised")
-            && value.get_ref().is_array()
-            && strings(value).is_some_and(|ends| ends.iter().all(is_end))
-        {
-            self.config.chains.push((name.to_owned(), key.span()));
-        } else {
-            let message =
-                format!("`{name}` is a list of ports, such as [\"hokuyo.scan\", \"guidance.command\"]");
-            self.lost(message, value.span());
+        let may_be_chain = !matches!(name, "tables" | "root" | "roots" | "synchronised");
+        let ends = strings(value).filter(|_| may_be_chain && value.get_ref().is_array());
+        match ends.filter(|ends| ends.iter().all(is_end)) {
+            Some(ends) => self.config.chains.push(Chain { name: name.to_owned(), span: key.span(), ends }),
+            None => {
+                let message =
+                    format!("`{name}` is a list of ports, such as [\"hokuyo.scan\", \"guidance.command\"]");
+                self.lost(message, value.span());
+            }
         }
     }
 
@@ -269,7 +280,7 @@ impl Reader {
     fn clocks(&mut self, name: &str, key: &Key<'_>, value: &Value<'_>) {
         match (name, strings(value)) {
             ("synchronised", Some(instances)) => {
-                self.config.synchronised.extend(instances.into_iter().map(|(name, _)| name));
+                self.config.synchronised.extend(instances);
             }
             ("synchronised", None) => {
                 self.lost("`synchronised` is a list of instances".to_owned(), value.span())
@@ -320,7 +331,7 @@ mod tests {
         assert_eq!(config.level().to_string(), "1e-6");
         assert_eq!(config.assume, Some(Time::from_nanos(5_000_000)));
         assert_eq!((config.cpus, config.rt_throttling), (Some(2), Some(true)));
-        assert_eq!(config.synchronised, ["a", "b"]);
+        assert_eq!(config.synchronised.iter().map(|(name, _)| name).collect::<Vec<_>>(), ["a", "b"]);
     }
 
     #[test]

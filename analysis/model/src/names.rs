@@ -185,7 +185,8 @@ impl<'db> Names<'db> {
         self.resolve(db, from.library(db).as_ref(), kind, &ty.path)
     }
 
-    fn visible<'a>(&'a self, library: Option<&Name>) -> Box<dyn Iterator<Item = &'a Name> + 'a> {
+    /// The libraries whose declarations are seen in `library`, beside its own: those that it uses, or, outside libraries, all.
+    pub fn visible<'a>(&'a self, library: Option<&Name>) -> Box<dyn Iterator<Item = &'a Name> + 'a> {
         match library {
             None => Box::new(self.libraries.iter()),
             Some(_) => {
@@ -197,12 +198,12 @@ impl<'db> Names<'db> {
     }
 
     /// Does the project have a library of this name?
-    pub(crate) fn has_library(&self, name: &Name) -> bool {
+    pub fn has_library(&self, name: &Name) -> bool {
         self.libraries.contains(name)
     }
 
     /// The libraries of the project.
-    pub(crate) fn libraries(&self) -> impl Iterator<Item = &Name> {
+    pub fn libraries(&self) -> impl Iterator<Item = &Name> {
         self.libraries.iter()
     }
 

@@ -61,7 +61,11 @@ pub(crate) struct Platform {
 #[salsa::tracked(returns(ref))]
 pub(crate) fn platform_of(db: &dyn ModelDb, workspace: Workspace) -> Platform {
     let Config { cpus, rt_throttling, synchronised, .. } = config_of(db, workspace);
-    Platform { cpus: *cpus, rt_throttling: *rt_throttling, synchronised: synchronised.clone() }
+    Platform {
+        cpus: *cpus,
+        rt_throttling: *rt_throttling,
+        synchronised: synchronised.iter().map(|(name, _)| name.clone()).collect(),
+    }
 }
 
 /// Where an include of `file` may be: beside it, then along the model path.

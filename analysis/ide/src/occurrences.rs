@@ -1,0 +1,1093 @@
+//! Every name in a text, and what it stands for: go-to-definition, references, renames and colours all rest on this one
+//! reading of it, so that none of them can disagree with another.
+
+use mauve_model::item_tree::{
+    Architecture, Core, Data, Deployment, Direction, Endpoint, Expr, FeatureKind, Kind, Name, NameRef,
+    Operation, Parameter, Part, Program, Setting, Shell, State, Statement, TypeRef, Variable,
+};
+use mauve_model::{
+    Callee, Decl, File, ModelDb, Place, Project, Typing, VariableKind, architecture, built_in_type, codel,
+    config_of, core, core_of, data, declarations, deployment, features_of, flat_of, includes, message_of,
+    names_of, parse, shell_of, source_map, table, table_files, typing_of,
+};
+use mauve_syntax::ast::{self, AstNode as _};
+use mauve_syntax::{TextRange, TextSize};
+
+use crate::document_symbols::SymbolKind;
+
+/// What a name stands for: two names stand for the same thing where these are equal.
+#[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
+pub(crate) enum Meaning<'db> {
+    /// A declaration.
+    Declaration(Decl<'db>),
+    /// Something that is declared in one, by the place of its name there.
+    Part(Place<'db>),
+    /// A library, all of whose blocks are meant.
+    Library(Name),
+    /// A package of messages.
+    Package(Name),
+    /// A message of a package.
+    Message(Name, Name),
+    /// A type that is built in, or that `mauve.toml` declares.
+    Type(Name),
+    /// A file.
+    File(File),
+}
+
+/// What a name does with what it stands for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(crate) enum Role {
+    /// It declares it.
+    Declaration,
+    /// It says what it does: an operation of a core, which the core's shell declares.
+    Definition,
+    Read,
+    Write,
+    /// An `inout` argument.
+    ReadWrite,
+    Call,
+    /// It only names it.
+    Mention,
+}
+
+/// A name of a declaration.
+#[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
+pub(crate) struct Occurrence<'db> {
+    /// Where it stands.
+    pub(crate) part: Part,
+    /// Where a part is `library.Name`: which of them.
+    pub(crate) segment: Option<usize>,
+    pub(crate) meaning: Meaning<'db>,
+    /// What it stands for is one of these.
+    pub(crate) kind: SymbolKind,
+    pub(crate) role: Role,
+}
+
+/// A name with its place in a file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Found<'db> {
+    pub(crate) file: File,
+    /// The declaration that it is part of, if any.
+    pub(crate) of: Option<Decl<'db>>,
+    /// Without quotes.
+    pub(crate) range: TextRange,
+    pub(crate) meaning: Meaning<'db>,
+    pub(crate) kind: SymbolKind,
+    pub(crate) role: Role,
+}
+
+/// The names at `offset`, as `project` understands them: one, but in tables, where a key may mean several things.
+pub(crate) fn names_at<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    file: File,
+    offset: TextSize,
+) -> Vec<Found<'db>> {
+    let all = match mauve_model::is_model(file.path(db)) {
+        true => {
+            let declarations = declarations(db, file).all.iter().zip(&source_map(db, file).declarations);
+            let around = declarations.into_iter().find(|(_, map)| map.range.contains_inclusive(offset));
+            let mut all = around.map_or_else(Vec::new, |(&decl, _)| in_declaration(db, project, decl));
+            all.retain(|found| found.range.contains_inclusive(offset));
+            if all.is_empty() { outside_declarations(db, project, file) } else { all }
+        }
+        false => in_toml(db, project, file),
+    };
+    let mut found: Vec<Found<'db>> =
+        all.into_iter().filter(|found| found.range.contains_inclusive(offset)).collect();
+    // Of two that touch, the one that begins here is meant.
+    let start = found.iter().map(|found| found.range.start()).max();
+    found.retain(|found| Some(found.range.start()) == start);
+    found
+}
+
+/// All names of a file, as `project` understands them, in the order of the text.
+pub(crate) fn names_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, file: File) -> Vec<Found<'db>> {
+    let mut found = match mauve_model::is_model(file.path(db)) {
+        true => {
+            let mut found = outside_declarations(db, project, file);
+            let all = declarations(db, file).all.iter();
+            found.extend(all.flat_map(|&decl| in_declaration(db, project, decl)));
+            found
+        }
+        false => in_toml(db, project, file),
+    };
+    found.sort_by_key(|found| (found.range.start(), found.range.end()));
+    found
+}
+
+/// The names of a declaration with their places.
+pub(crate) fn in_declaration<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    decl: Decl<'db>,
+) -> Vec<Found<'db>> {
+    let found = |it: &Occurrence<'db>| it.found(db, decl);
+    occurrences_of(db, project, decl).iter().filter_map(found).collect()
+}
+
+impl<'db> Occurrence<'db> {
+    /// This name of `decl`, with its place.
+    pub(crate) fn found(&self, db: &'db dyn ModelDb, decl: Decl<'db>) -> Option<Found<'db>> {
+        let whole = Place::Part(decl, self.part).range(db);
+        let range = match self.segment {
+            None => whole,
+            Some(index) => segment(decl.file(db).text(db).get(std::ops::Range::<usize>::from(whole))?, index)
+                .map(|range| range + whole.start())?,
+        };
+        let (meaning, kind, role) = (self.meaning.clone(), self.kind, self.role);
+        Some(Found { file: decl.file(db), of: Some(decl), range, meaning, kind, role })
+    }
+}
+
+/// Where the name of that number stands in `library.Name` or `package::Message`; there may be comments between.
+fn segment(text: &str, index: usize) -> Option<TextRange> {
+    let lexed = mauve_syntax::lex(text);
+    let range = (0..lexed.len())
+        .filter(|&token| lexed.kind(token).is_word())
+        .nth(index)
+        .map(|token| lexed.range(token))?;
+    Some(TextRange::new((range.start as u32).into(), (range.end as u32).into()))
+}
+
+/// The names of includes and library blocks.
+fn outside_declarations<'db>(db: &'db dyn ModelDb, project: Project<'db>, file: File) -> Vec<Found<'db>> {
+    let targets = includes(db, project.workspace(db), file).iter();
+    let mut found: Vec<Found<'db>> = targets
+        .zip(&source_map(db, file).includes)
+        .filter_map(|(target, &range)| {
+            let range = unquoted(file.text(db), range);
+            let meaning = Meaning::File((*target)?);
+            Some(mention(file, range, meaning, SymbolKind::File))
+        })
+        .collect();
+    let source = parse(db, file).file();
+    found.extend(source.items().filter_map(|item| match item {
+        ast::Item::Library(library) => {
+            let name = library.name()?;
+            let meaning = Meaning::Library(name.syntax().text().to_string().into());
+            let range = name.syntax().text_range();
+            Some(Found { role: Role::Declaration, ..mention(file, range, meaning, SymbolKind::Library) })
+        }
+        _ => None,
+    }));
+    found
+}
+
+/// The names in a timing table, or in `mauve.toml`.
+fn in_toml<'db>(db: &'db dyn ModelDb, project: Project<'db>, file: File) -> Vec<Found<'db>> {
+    let workspace = project.workspace(db);
+    if mauve_model::config_file(db, workspace) == Some(file) {
+        in_config(db, project, file)
+    } else if table_files(db, workspace).files.contains(&file) {
+        in_table(db, project, file)
+    } else {
+        Vec::new()
+    }
+}
+
+fn mention(file: File, range: TextRange, meaning: Meaning<'_>, kind: SymbolKind) -> Found<'_> {
+    Found { file, of: None, range, meaning, kind, role: Role::Mention }
+}
+
+/// Roots are files; clocks and chains name instances, and chains their ports.
+fn in_config<'db>(db: &'db dyn ModelDb, project: Project<'db>, file: File) -> Vec<Found<'db>> {
+    let (text, workspace) = (file.text(db), project.workspace(db));
+    let config = config_of(db, workspace);
+    let mut found = Vec::new();
+    for (path, span) in &config.roots {
+        let root = workspace.file(db, &mauve_model::normalised(&workspace.folder(db).join(path)));
+        if let Some(root) = root {
+            found.push(mention(file, unquoted(text, range_of(span)), Meaning::File(root), SymbolKind::File));
+        }
+    }
+    let deployments = names_of(db, project).all.iter().filter(|decl| decl.kind(db) == Kind::Deployment);
+    let deployed: Vec<Decl<'db>> =
+        deployments.filter_map(|&of| Finder::new(db, project, of).target(deployment(db, of)?)).collect();
+    let chains = config.chains.iter().flat_map(|chain| &chain.ends);
+    for (end, span) in config.synchronised.iter().chain(chains) {
+        let (instance, port) =
+            end.split_once('.').map_or((end.as_str(), None), |(of, port)| (of, Some(port)));
+        for &target in &deployed {
+            let mut finder = Finder::new(db, project, target);
+            let name = |name: &str| NameRef { name: name.into(), part: Part(0) };
+            finder.endpoint(
+                target,
+                &Endpoint { instance: name(instance), feature: port.map(name) },
+                Role::Mention,
+            );
+            for it in finder.found {
+                let piece = if it.kind == SymbolKind::Instance { instance } else { port.unwrap_or_default() };
+                let before = if it.kind == SymbolKind::Instance { 0 } else { instance.len() + 1 };
+                if let Some(range) = piece_of(text, span, end, before, piece) {
+                    found.push(mention(file, range, it.meaning, it.kind));
+                }
+            }
+        }
+    }
+    found.dedup();
+    found
+}
+
+/// Keys are codels, components, and programs, with the states, transitions and operations that these are of.
+fn in_table<'db>(db: &'db dyn ModelDb, project: Project<'db>, file: File) -> Vec<Found<'db>> {
+    let (text, table) = (file.text(db), table(db, file));
+    let sections = [
+        (Kind::Codel, &table.codels),
+        (Kind::Component, &table.programs),
+        (Kind::Component, &table.components),
+    ];
+    let mut found = Vec::new();
+    for (of, entry) in sections.into_iter().flat_map(|(of, entries)| entries.iter().map(move |it| (of, it))) {
+        let (key, program) = match entry.key.split_once('/') {
+            Some((component, program)) => (component, Some(program)),
+            None => (entry.key.as_str(), None),
+        };
+        let mut add = |before: usize, piece: &str, meaning, kind| {
+            if let Some(range) = piece_of(text, &entry.key_span, &entry.key, before, piece) {
+                let name = mention(file, range, meaning, kind);
+                if !found.contains(&name) {
+                    found.push(name);
+                }
+            }
+        };
+        let (library, name) = key.rsplit_once('.').map_or((None, key), |(of, name)| (Some(of), name));
+        for &decl in names_of(db, project).by_key(of, key) {
+            add(key.len() - name.len(), name, Meaning::Declaration(decl), kind_of(of));
+            if let Some(library) = library {
+                add(0, library, Meaning::Library(library.into()), SymbolKind::Library);
+            }
+            if let Some(program) = program {
+                let start = key.len() + 1;
+                for (before, piece, meaning, kind) in in_program(db, project, decl, program) {
+                    add(start + before, piece, meaning, kind);
+                }
+            }
+        }
+    }
+    found
+}
+
+/// The names in the key of a program of `component`, each with where it begins: `state.method`, `state.transition.effect`,
+/// `operation`.
+fn in_program<'a, 'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    component: Decl<'db>,
+    program: &'a str,
+) -> Vec<(usize, &'a str, Meaning<'db>, SymbolKind)> {
+    let Some(of) = core_of(db, project, component) else { return Vec::new() };
+    let Some(data) = core(db, of) else { return Vec::new() };
+    let part = |name: &NameRef| Meaning::Part(Place::Part(of, name.part));
+    let Some((name, rest)) = program.split_once('.') else {
+        let shell = shell_of(db, project, component);
+        let declared = shell.and_then(|shell| features_of(db, project, shell).get(program));
+        let declared = declared.and_then(|it| Some(Place::Part(it.shell, it.data(db)?.name.part)));
+        let own = || data.operations.iter().find(|operation| *operation.name.name == *program);
+        let operation = declared.map(Meaning::Part).or_else(|| own().map(|own| part(&own.name)));
+        let hook = data.hooks.iter().find(|hook| hook.kind.keyword() == program);
+        let hook = hook.map(|hook| (Meaning::Part(Place::Part(of, hook.part)), SymbolKind::Hook));
+        let found = hook.or_else(|| operation.map(|it| (it, SymbolKind::Operation)));
+        return found.map(|(meaning, kind)| (0, program, meaning, kind)).into_iter().collect();
+    };
+    let mut states = data.machines.iter().flat_map(|machine| &machine.states);
+    let Some(state) = states.find(|state| *state.name.name == *name) else { return Vec::new() };
+    let mut found = vec![(0, name, part(&state.name), SymbolKind::State)];
+    if let Some((transition, _)) = rest.split_once('.')
+        && let Some(it) = state.transitions.iter().find(|it| *it.name.name == *transition)
+    {
+        found.push((name.len() + 1, transition, part(&it.name), SymbolKind::Transition));
+    } else if let Some(method) = state.methods.iter().find(|method| method.kind.keyword() == rest) {
+        let meaning = Meaning::Part(Place::Part(of, method.part));
+        found.push((name.len() + 1, rest, meaning, SymbolKind::Hook));
+    }
+    found
+}
+
+fn range_of(span: &std::ops::Range<usize>) -> TextRange {
+    TextRange::new((span.start as u32).into(), (span.end.max(span.start) as u32).into())
+}
+
+/// Where `piece`, which begins `before` bytes into `key`, stands: in the text at `span`, which is the end of `key` or all of
+/// it, or else in what stands before: `piece.rest = 1`, or the header `[codel.piece]` above. Nothing where it is written
+/// with escapes.
+fn piece_of(
+    text: &str,
+    span: &std::ops::Range<usize>,
+    key: &str,
+    before: usize,
+    piece: &str,
+) -> Option<TextRange> {
+    let range = unquoted(text, range_of(span));
+    let written = text.get(std::ops::Range::<usize>::from(range))?;
+    let elsewhere = key.strip_suffix(written)?.len();
+    let length = TextSize::of(piece);
+    if let Some(before) = before.checked_sub(elsewhere) {
+        let range = TextRange::at(range.start() + TextSize::new(before as u32), length);
+        return (text.get(std::ops::Range::<usize>::from(range)) == Some(piece)).then_some(range);
+    }
+    let line = text.get(..span.start)?.rfind('\n').map_or(0, |end| end + 1);
+    let headed = |line: &str| line.trim_start().starts_with('[');
+    let (start, place) = match text.get(line..span.start)?.trim_end().strip_suffix('.') {
+        Some(before) => (line, before),
+        None => {
+            let mut start = 0;
+            let lines = text.get(..line)?.split_inclusive('\n').map(|line| {
+                start += line.len();
+                (start - line.len(), line)
+            });
+            lines.filter(|(_, line)| headed(line)).last()?
+        }
+    };
+    let is_word = |letter: char| letter.is_alphanumeric() || letter == '_' || letter == '-';
+    let at = place
+        .match_indices(piece)
+        .map(|(at, _)| at)
+        .filter(|&at| !place[..at].ends_with(is_word) && !place[at + piece.len()..].starts_with(is_word));
+    Some(TextRange::at(TextSize::new((start + at.last()?) as u32), length))
+}
+
+/// A range without the quotes that it begins and ends with.
+fn unquoted(text: &str, range: TextRange) -> TextRange {
+    let quoted = text.get(std::ops::Range::<usize>::from(range)).filter(|quoted| quoted.len() >= 2);
+    let is_quoted = quoted.is_some_and(|it| it.starts_with(['"', '\'']) && it.ends_with(['"', '\'']));
+    let quote = TextSize::of('"');
+    if is_quoted { TextRange::new(range.start() + quote, range.end() - quote) } else { range }
+}
+
+/// The names of a declaration, in the order of its parts.
+#[salsa::tracked(returns(ref))]
+pub(crate) fn occurrences_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+) -> Vec<Occurrence<'db>> {
+    let mut finder = Finder::new(db, project, of);
+    if let Some(data) = data(db, of).as_deref() {
+        finder.data(data);
+    }
+    finder.found.sort_by_key(|it| (it.part, it.segment));
+    finder.found
+}
+
+struct Finder<'db> {
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    found: Vec<Occurrence<'db>>,
+}
+
+impl<'db> Finder<'db> {
+    fn new(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Finder<'db> {
+        Finder { db, project, of, found: Vec::new() }
+    }
+
+    fn add(&mut self, name: &NameRef, meaning: Meaning<'db>, kind: SymbolKind, role: Role) {
+        if !name.name.is_empty() {
+            self.found.push(Occurrence { part: name.part, segment: None, meaning, kind, role });
+        }
+    }
+
+    /// A name that declares itself.
+    fn declares(&mut self, name: &NameRef, kind: SymbolKind) {
+        self.add(name, Meaning::Part(Place::Part(self.of, name.part)), kind, Role::Declaration);
+    }
+
+    fn data(&mut self, data: &'db Data) {
+        let name = NameRef { name: self.of.name(self.db).clone(), part: Part(0) };
+        let declaration = Meaning::Declaration(self.of);
+        let kind = match data {
+            Data::Use => {
+                let (meaning, kind) = self.library(&name.name);
+                self.add(&name, meaning, kind, Role::Mention);
+                return;
+            }
+            Data::Codel(codel) => {
+                self.parameters(&codel.parameters);
+                self.value_type(codel.result.as_ref());
+                SymbolKind::Codel
+            }
+            Data::Shell(shell) => {
+                self.shell(shell);
+                SymbolKind::Shell
+            }
+            Data::Core(data) => {
+                self.core(data);
+                SymbolKind::Core
+            }
+            Data::Component(component) => {
+                self.names_type(Kind::Shell, component.shell.as_ref());
+                self.names_type(Kind::Core, component.core.as_ref());
+                SymbolKind::Component
+            }
+            Data::Architecture(data) => {
+                self.architecture(data);
+                SymbolKind::Architecture
+            }
+            Data::Deployment(data) => {
+                self.deployment(data);
+                SymbolKind::Deployment
+            }
+        };
+        self.add(&name, declaration, kind, Role::Declaration);
+    }
+
+    /// A library of the project, or else a package of messages.
+    fn library(&self, name: &Name) -> (Meaning<'db>, SymbolKind) {
+        match names_of(self.db, self.project).has_library(name) {
+            true => (Meaning::Library(name.clone()), SymbolKind::Library),
+            false => (Meaning::Package(name.clone()), SymbolKind::Package),
+        }
+    }
+
+    fn segment(&mut self, ty: &TypeRef, index: usize, meaning: Meaning<'db>, kind: SymbolKind) {
+        if ty.path.get(index).is_some_and(|name| !name.is_empty()) {
+            let segment = (ty.path.len() > 1).then_some(index);
+            self.found.push(Occurrence { part: ty.part, segment, meaning, kind, role: Role::Mention });
+        }
+    }
+
+    /// The name of a shell, a core, a component or an architecture.
+    fn names_type(&mut self, kind: Kind, ty: Option<&TypeRef>) {
+        let Some(ty) = ty else { return };
+        if let [library, _] = ty.path.as_slice() {
+            self.segment(ty, 0, Meaning::Library(library.clone()), SymbolKind::Library);
+        }
+        let found = names_of(self.db, self.project).resolve_type(self.db, self.of, kind, Some(ty));
+        if let Ok(decl) = found {
+            self.segment(ty, ty.path.len().saturating_sub(1), Meaning::Declaration(decl), kind_of(kind));
+        }
+    }
+
+    /// The name of the type of a value.
+    fn value_type(&mut self, ty: Option<&TypeRef>) {
+        let Some(ty) = ty else { return };
+        let Some((name, before)) = ty.path.split_last() else { return };
+        let library = self.of.library(self.db).as_ref();
+        let workspace = self.project.workspace(self.db);
+        // As `type_of` looks for it.
+        let is_built_in = match before {
+            [] => config_of(self.db, workspace).types.contains_key(name) || built_in_type(name).is_some(),
+            [package] => package == "ctypes" && built_in_type(name).is_some(),
+            _ => false,
+        };
+        let last = before.len();
+        if is_built_in {
+            self.segment(ty, last, Meaning::Type(name.clone()), SymbolKind::Type);
+        } else if let Some((package, _)) = message_of(self.db, self.project, library, &ty.path) {
+            let meaning = Meaning::Message(package.name.clone(), name.clone());
+            self.segment(ty, last, meaning, SymbolKind::Message);
+        }
+        if let Some(package) = before.first() {
+            let (meaning, kind) = self.library(package);
+            self.segment(ty, 0, meaning, kind);
+        }
+    }
+
+    fn parameters(&mut self, parameters: &[Parameter]) {
+        for parameter in parameters {
+            self.declares(&parameter.name, SymbolKind::Parameter);
+            self.value_type(parameter.ty.as_ref());
+        }
+    }
+
+    fn feature(&mut self, of: Decl<'db>, name: &NameRef, role: Role) {
+        let found = features_of(self.db, self.project, of).get(&name.name);
+        if let Some((feature, data)) = found.and_then(|found| Some((found, found.data(self.db)?))) {
+            let meaning = Meaning::Part(Place::Part(feature.shell, data.name.part));
+            self.add(name, meaning, kind_of_feature(feature.kind), role);
+        }
+    }
+
+    fn shell(&mut self, shell: &Shell) {
+        for base in &shell.bases {
+            self.names_type(Kind::Shell, Some(base));
+        }
+        for feature in &shell.features {
+            self.declares(&feature.name, kind_of_feature(feature.kind));
+            self.value_type(feature.ty.as_ref());
+            self.parameters(&feature.parameters);
+            let interval = feature.interval.iter().flat_map(|interval| [&interval.low, &interval.high]);
+            for value in interval.chain(&feature.value) {
+                // What is no constant of the shell is an error.
+                visit(value, &mut |expr| {
+                    if let Expr::Name(name) = expr {
+                        self.feature(self.of, name, Role::Read);
+                    }
+                });
+            }
+        }
+    }
+
+    fn architecture(&mut self, data: &Architecture) {
+        for import in &data.imports {
+            self.names_type(Kind::Architecture, import.as_ref());
+        }
+        for instance in &data.instances {
+            self.declares(&instance.name, SymbolKind::Instance);
+            self.names_type(Kind::Component, instance.component.as_ref());
+        }
+        for link in data.connections.iter().chain(&data.operations) {
+            for end in [&link.source, &link.target].into_iter().flatten() {
+                self.endpoint(self.of, end, Role::Mention);
+            }
+        }
+        self.settings(self.of, &data.settings);
+    }
+
+    fn deployment(&mut self, data: &Deployment) {
+        for target in &data.targets {
+            self.names_type(Kind::Architecture, Some(target));
+        }
+        let Some(target) = self.target(data) else { return };
+        for activity in &data.activities {
+            self.instance(target, &activity.instance);
+        }
+        self.settings(target, &data.settings);
+    }
+
+    /// The architecture that is deployed.
+    fn target(&self, data: &Deployment) -> Option<Decl<'db>> {
+        let names = names_of(self.db, self.project);
+        names.resolve_type(self.db, self.of, Kind::Architecture, data.targets.first()).ok()
+    }
+
+    fn settings(&mut self, of: Decl<'db>, settings: &[Setting]) {
+        for end in settings.iter().filter_map(|setting| setting.endpoint.as_ref()) {
+            self.endpoint(of, end, Role::Write);
+        }
+    }
+
+    fn instance(&mut self, of: Decl<'db>, name: &NameRef) {
+        let declared = flat_of(self.db, self.project, of).instance(&name.name).map(|it| it.declared);
+        let Some((declared, index)) = declared else { return };
+        let instance = architecture(self.db, declared).and_then(|data| data.instances.get(index));
+        if let Some(instance) = instance {
+            let meaning = Meaning::Part(Place::Part(declared, instance.name.part));
+            self.add(name, meaning, SymbolKind::Instance, Role::Mention);
+        }
+    }
+
+    /// `instance.feature` of an architecture.
+    fn endpoint(&mut self, of: Decl<'db>, end: &Endpoint, role: Role) {
+        self.instance(of, &end.instance);
+        let Some(feature) = &end.feature else { return };
+        let component =
+            flat_of(self.db, self.project, of).instance(&end.instance.name).and_then(|it| it.component);
+        let shell = component.and_then(|component| shell_of(self.db, self.project, component));
+        if let Some(shell) = shell {
+            self.feature(shell, feature, role);
+        }
+    }
+
+    fn core(&mut self, data: &'db Core) {
+        self.names_type(Kind::Shell, data.shell.as_ref());
+        let names = names_of(self.db, self.project);
+        let shell = names.resolve_type(self.db, self.of, Kind::Shell, data.shell.as_ref()).ok();
+        let typing = typing_of(self.db, self.project, self.of);
+        let mut programs = Programs { finder: self, core: data, shell, typing };
+        programs.core();
+    }
+}
+
+/// The programs of a core.
+struct Programs<'a, 'db> {
+    finder: &'a mut Finder<'db>,
+    core: &'db Core,
+    shell: Option<Decl<'db>>,
+    typing: &'db Typing<'db>,
+}
+
+impl<'db> Programs<'_, 'db> {
+    fn core(&mut self) {
+        let core = self.core;
+        for handler in &core.handlers {
+            self.finder.declares(&handler.name, SymbolKind::Handler);
+            if let (Some(shell), Some(operation)) = (self.shell, &handler.operation)
+                && let [name] = operation.path.as_slice()
+            {
+                let name = NameRef { name: name.clone(), part: operation.part };
+                self.finder.feature(shell, &name, Role::Mention);
+            }
+        }
+        self.variables(&core.variables);
+        for operation in &core.operations {
+            self.operation(&operation.name, Role::Definition);
+            self.finder.parameters(&operation.parameters);
+            self.finder.value_type(operation.result.as_ref());
+            self.program(&operation.program);
+        }
+        for hook in &core.hooks {
+            self.program(&hook.program);
+        }
+        for machine in &core.machines {
+            self.variables(&machine.variables);
+            machine.states.iter().for_each(|state| self.state(state));
+        }
+    }
+
+    /// A provided operation is declared by the shell; one that is not, by the core.
+    fn operation(&mut self, name: &NameRef, role: Role) {
+        let before = self.finder.found.len();
+        if let Some(shell) = self.shell {
+            self.finder.feature(shell, name, role);
+        }
+        if self.finder.found.len() == before {
+            let own = self.core.operations.iter().find(|operation| operation.name.name == name.name);
+            let role = if role == Role::Definition { Role::Declaration } else { role };
+            if let Some(Operation { name: own, .. }) = own {
+                let meaning = Meaning::Part(Place::Part(self.finder.of, own.part));
+                self.finder.add(name, meaning, SymbolKind::Operation, role);
+            }
+        }
+    }
+
+    fn variables(&mut self, variables: &'db [Variable]) {
+        variables.iter().for_each(|variable| self.variable(variable));
+    }
+
+    fn variable(&mut self, variable: &'db Variable) {
+        self.finder.declares(&variable.name, SymbolKind::Variable);
+        self.finder.value_type(variable.ty.as_ref());
+        variable.value.iter().for_each(|value| self.expr(value));
+    }
+
+    fn state(&mut self, state: &'db State) {
+        self.finder.declares(&state.name, SymbolKind::State);
+        for method in &state.methods {
+            self.program(&method.program);
+        }
+        for transition in &state.transitions {
+            self.finder.declares(&transition.name, SymbolKind::Transition);
+            if let Some(target) = &transition.target {
+                let mut states = self.core.machines.iter().flat_map(|machine| &machine.states);
+                if let Some(state) = states.find(|state| state.name.name == target.name) {
+                    let meaning = Meaning::Part(Place::Part(self.finder.of, state.name.part));
+                    self.finder.add(target, meaning, SymbolKind::State, Role::Mention);
+                }
+            }
+            transition.guard.iter().for_each(|guard| self.expr(&guard.condition));
+            transition.effect.iter().for_each(|effect| self.program(effect));
+        }
+    }
+
+    fn program(&mut self, program: &'db Program) {
+        self.block(&program.statements);
+    }
+
+    fn block(&mut self, statements: &'db [Statement]) {
+        for statement in statements {
+            match statement {
+                Statement::Variable(variable) => self.variable(variable),
+                Statement::If { condition, then, otherwise, .. } => {
+                    self.expr(condition);
+                    self.block(then);
+                    otherwise.iter().for_each(|otherwise| self.block(otherwise));
+                }
+                Statement::Block(inner) => self.block(inner),
+                Statement::Return(_, value) => value.iter().for_each(|value| self.expr(value)),
+                Statement::Assign(target, value) => {
+                    self.value(target, Role::Write);
+                    self.expr(value);
+                }
+                Statement::Expr(value) => self.expr(value),
+            }
+        }
+    }
+
+    fn expr(&mut self, expr: &'db Expr) {
+        // Arguments that something comes back to, which are met after their call.
+        let mut written: Vec<(Part, Role)> = Vec::new();
+        visit(expr, &mut |expr| match expr {
+            Expr::Call { callee, arguments, .. } => {
+                let roles = self.callee(callee, arguments);
+                written.extend(arguments.iter().zip(roles).filter_map(|(argument, role)| match argument {
+                    Expr::Name(name) => Some((name.part, role)),
+                    _ => None,
+                }));
+            }
+            Expr::Name(name) => {
+                let role = written.iter().find(|(part, _)| *part == name.part);
+                self.value(name, role.map_or(Role::Read, |(_, role)| *role));
+            }
+            _ => {}
+        });
+    }
+
+    /// What is called; gives what is done with each argument.
+    fn callee(&mut self, callee: &NameRef, arguments: &[Expr]) -> Vec<Role> {
+        let role = |direction: Direction| match direction {
+            Direction::In => Role::Read,
+            Direction::Out => Role::Write,
+            Direction::InOut => Role::ReadWrite,
+        };
+        let roles = |parameters: &[Parameter]| parameters.iter().map(|it| role(it.direction)).collect();
+        let (found, db) = (self.typing.callees.get(&callee.part).copied(), self.finder.db);
+        match found {
+            Some(Callee::Codel(of)) => {
+                self.finder.add(callee, Meaning::Declaration(of), SymbolKind::Codel, Role::Call);
+                codel(db, of).map_or_else(Vec::new, |data| roles(&data.parameters))
+            }
+            Some(Callee::Operation(index)) => {
+                self.operation(callee, Role::Call);
+                self.core.operations.get(index).map_or_else(Vec::new, |data| roles(&data.parameters))
+            }
+            Some(Callee::Read) => vec![Role::Read, Role::Write],
+            Some(Callee::Write) => vec![Role::Write],
+            Some(Callee::Send) => vec![Role::Call],
+            Some(Callee::Collect) => {
+                std::iter::once(Role::Read).chain(arguments.iter().skip(1).map(|_| Role::Write)).collect()
+            }
+            Some(Callee::Status) => Vec::new(),
+            // An operation that is not called in this way is meant all the same.
+            None => {
+                self.operation(callee, Role::Call);
+                Vec::new()
+            }
+        }
+    }
+
+    /// A variable, or a feature of the shell.
+    fn value(&mut self, name: &NameRef, role: Role) {
+        match self.typing.values.get(&name.part) {
+            Some(&mauve_model::Meaning::Variable(index)) => {
+                let Some(variable) = self.typing.variables.get(index) else { return };
+                let kind = match variable.kind {
+                    VariableKind::Core | VariableKind::Machine | VariableKind::Local => SymbolKind::Variable,
+                    VariableKind::Parameter(_) => SymbolKind::Parameter,
+                    VariableKind::Handler => SymbolKind::Handler,
+                };
+                let meaning = Meaning::Part(Place::Part(self.finder.of, variable.name.part));
+                self.finder.add(name, meaning, kind, role);
+            }
+            Some(&mauve_model::Meaning::Feature(shell, _)) => self.finder.feature(shell, name, role),
+            None => {}
+        }
+    }
+}
+
+/// Calls `met` with `expr` and everything in it, a call before its arguments. Sums are left-deep and may be long: no
+/// recursion.
+fn visit<'a>(expr: &'a Expr, met: &mut impl FnMut(&'a Expr)) {
+    let mut open = vec![expr];
+    while let Some(expr) = open.pop() {
+        met(expr);
+        match expr {
+            Expr::Missing | Expr::Literal(..) | Expr::Name(_) => {}
+            Expr::Lost(inner) | Expr::Unary(_, inner, _) => open.push(inner),
+            Expr::Binary(_, lhs, rhs, _) => open.extend([rhs.as_ref(), lhs.as_ref()]),
+            Expr::Call { arguments, .. } => open.extend(arguments.iter().rev()),
+        }
+    }
+}
+
+fn kind_of(kind: Kind) -> SymbolKind {
+    match kind {
+        Kind::Use => SymbolKind::Library,
+        Kind::Codel => SymbolKind::Codel,
+        Kind::Shell => SymbolKind::Shell,
+        Kind::Core => SymbolKind::Core,
+        Kind::Component => SymbolKind::Component,
+        Kind::Architecture => SymbolKind::Architecture,
+        Kind::Deployment => SymbolKind::Deployment,
+    }
+}
+
+fn kind_of_feature(kind: FeatureKind) -> SymbolKind {
+    match kind {
+        FeatureKind::Constant => SymbolKind::Constant,
+        FeatureKind::Property => SymbolKind::Property,
+        FeatureKind::Input | FeatureKind::Output => SymbolKind::Port,
+        FeatureKind::Required | FeatureKind::Provided => SymbolKind::Operation,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixture::Fixture;
+    use crate::project::projects_with;
+    use expect_test::{Expect, expect};
+
+    /// Each name of the file with the cursor: its line, what it does, what it is, and where that is declared.
+    fn check(fixture: &str, expected: Expect) {
+        let Fixture { db, workspace, file, .. } = Fixture::new(fixture);
+        let mut shown = String::new();
+        let line = |file: File, offset: TextSize| file.text(&db)[..offset.into()].matches('\n').count() + 1;
+        for project in projects_with(&db, &[workspace], file) {
+            for name in names_in(&db, project, file) {
+                let means = match &name.meaning {
+                    Meaning::Declaration(decl) => format!("{} {}", decl.kind(&db), decl.name(&db)),
+                    Meaning::Part(place) => {
+                        let (file, range) = (place.file(&db), place.range(&db));
+                        let path = file.path(&db).display();
+                        format!("{path}:{} {}", line(file, range.start()), &file.text(&db)[range])
+                    }
+                    Meaning::File(file) => file.path(&db).display().to_string(),
+                    other => format!("{other:?}"),
+                };
+                let text = &file.text(&db)[name.range];
+                let (kind, role) = (name.kind, name.role);
+                shown += &format!("{}: {text} {role:?} {kind:?}: {means}\n", line(file, name.range.start()));
+            }
+        }
+        expected.assert_eq(&shown);
+    }
+
+    const ROBOT: &str = r#"
+//- /robot.mal
+include "parts.mal"
+architecture Base { instance laser: parts . /* 🦀 */ Laser }
+architecture A {
+  import Base
+  instance map: Mapper
+  connection laser.scan -> map.scan
+  property laser.rate = 5
+}
+deployment D { architecture A  activity laser { priority = 1 period = 100 } }
+//- /parts.mal
+library parts {
+  use std_msgs
+  codel shoot(in a: int, out n: int, inout m: String): ctypes.uint8
+  shell Laser { constant k: int = 2 property rate: int = k * 2 output port scan: int require wipe(out n: int): int }
+  shell Map { input port scan: std_msgs.Int32 provide clear(i: int): int }
+  core Laser(Laser) {
+    var n: int var s: string
+    handler h: wipe
+    update = { shoot(n, n, s); write(scan, n + rate); h = send(wipe); collect(h, n, n); unknown(n); }
+  }
+  component Laser(Laser, Laser)
+  core Map(Map) {
+    provide clear(i: int): int = { return i; }
+    statemachine {
+      initial state Idle { run = { status(scan); } transition go if read(scan, v) == new_data to Busy { clear(v); } }
+      state Busy { transition back to Idle }
+      var v: int
+    }
+  }
+}
+component Mapper(parts.Map, parts.Map)
+//- /mauve.toml
+project.root = "robot.mal"
+timing.tables = ["t.toml"]
+clocks.synchronised = ["laser", "nobody"]
+chains.c = ["laser.scan", "map.scan"]
+//- /t.toml
+[codel.parts]
+shoot = 1
+[program]
+"parts.Laser/update" = 2
+"Mapper/Idle.run" = 1
+"Mapper/Idle.go.guard" = 3
+"Mapper/clear" = 4
+[component]
+parts.Laser = 9
+"#;
+
+    fn of(path: &str, expected: Expect) {
+        let header = format!("//- {path}\n");
+        assert!(ROBOT.contains(&header));
+        check(&ROBOT.replace(&header, &format!("{header}$0")), expected);
+    }
+
+    #[test]
+    fn in_architectures_and_deployments() {
+        of(
+            "/robot.mal",
+            expect![[r#"
+            1: parts.mal Mention File: /parts.mal
+            2: Base Declaration Architecture: architecture Base
+            2: laser Declaration Instance: /robot.mal:2 laser
+            2: parts Mention Library: Library("parts")
+            2: Laser Mention Component: component Laser
+            3: A Declaration Architecture: architecture A
+            4: Base Mention Architecture: architecture Base
+            5: map Declaration Instance: /robot.mal:5 map
+            5: Mapper Mention Component: component Mapper
+            6: laser Mention Instance: /robot.mal:2 laser
+            6: scan Mention Port: /parts.mal:4 scan
+            6: map Mention Instance: /robot.mal:5 map
+            6: scan Mention Port: /parts.mal:5 scan
+            7: laser Mention Instance: /robot.mal:2 laser
+            7: rate Write Property: /parts.mal:4 rate
+            9: D Declaration Deployment: deployment D
+            9: A Mention Architecture: architecture A
+            9: laser Mention Instance: /robot.mal:2 laser
+        "#]],
+        );
+    }
+
+    #[test]
+    fn in_libraries() {
+        of(
+            "/parts.mal",
+            expect![[r#"
+                1: parts Declaration Library: Library("parts")
+                2: std_msgs Mention Package: Package("std_msgs")
+                3: shoot Declaration Codel: codel shoot
+                3: a Declaration Parameter: /parts.mal:3 a
+                3: int Mention Type: Type("int")
+                3: n Declaration Parameter: /parts.mal:3 n
+                3: int Mention Type: Type("int")
+                3: m Declaration Parameter: /parts.mal:3 m
+                3: String Mention Message: Message("std_msgs", "String")
+                3: ctypes Mention Package: Package("ctypes")
+                3: uint8 Mention Type: Type("uint8")
+                4: Laser Declaration Shell: shell Laser
+                4: k Declaration Constant: /parts.mal:4 k
+                4: int Mention Type: Type("int")
+                4: rate Declaration Property: /parts.mal:4 rate
+                4: int Mention Type: Type("int")
+                4: k Read Constant: /parts.mal:4 k
+                4: scan Declaration Port: /parts.mal:4 scan
+                4: int Mention Type: Type("int")
+                4: wipe Declaration Operation: /parts.mal:4 wipe
+                4: n Declaration Parameter: /parts.mal:4 n
+                4: int Mention Type: Type("int")
+                4: int Mention Type: Type("int")
+                5: Map Declaration Shell: shell Map
+                5: scan Declaration Port: /parts.mal:5 scan
+                5: std_msgs Mention Package: Package("std_msgs")
+                5: Int32 Mention Message: Message("std_msgs", "Int32")
+                5: clear Declaration Operation: /parts.mal:5 clear
+                5: i Declaration Parameter: /parts.mal:5 i
+                5: int Mention Type: Type("int")
+                5: int Mention Type: Type("int")
+                6: Laser Declaration Core: core Laser
+                6: Laser Mention Shell: shell Laser
+                7: n Declaration Variable: /parts.mal:7 n
+                7: int Mention Type: Type("int")
+                7: s Declaration Variable: /parts.mal:7 s
+                7: string Mention Type: Type("string")
+                8: h Declaration Handler: /parts.mal:8 h
+                8: wipe Mention Operation: /parts.mal:4 wipe
+                9: shoot Call Codel: codel shoot
+                9: n Read Variable: /parts.mal:7 n
+                9: n Write Variable: /parts.mal:7 n
+                9: s ReadWrite Variable: /parts.mal:7 s
+                9: scan Write Port: /parts.mal:4 scan
+                9: n Read Variable: /parts.mal:7 n
+                9: rate Read Property: /parts.mal:4 rate
+                9: h Write Handler: /parts.mal:8 h
+                9: wipe Call Operation: /parts.mal:4 wipe
+                9: h Read Handler: /parts.mal:8 h
+                9: n Write Variable: /parts.mal:7 n
+                9: n Write Variable: /parts.mal:7 n
+                9: n Read Variable: /parts.mal:7 n
+                11: Laser Declaration Component: component Laser
+                11: Laser Mention Shell: shell Laser
+                11: Laser Mention Core: core Laser
+                12: Map Declaration Core: core Map
+                12: Map Mention Shell: shell Map
+                13: clear Definition Operation: /parts.mal:5 clear
+                13: i Declaration Parameter: /parts.mal:13 i
+                13: int Mention Type: Type("int")
+                13: int Mention Type: Type("int")
+                13: i Read Parameter: /parts.mal:13 i
+                15: Idle Declaration State: /parts.mal:15 Idle
+                15: scan Read Port: /parts.mal:5 scan
+                15: go Declaration Transition: /parts.mal:15 go
+                15: scan Read Port: /parts.mal:5 scan
+                15: v Write Variable: /parts.mal:17 v
+                15: Busy Mention State: /parts.mal:16 Busy
+                15: clear Call Operation: /parts.mal:5 clear
+                15: v Read Variable: /parts.mal:17 v
+                16: Busy Declaration State: /parts.mal:16 Busy
+                16: back Declaration Transition: /parts.mal:16 back
+                16: Idle Mention State: /parts.mal:15 Idle
+                17: v Declaration Variable: /parts.mal:17 v
+                17: int Mention Type: Type("int")
+                21: Mapper Declaration Component: component Mapper
+                21: parts Mention Library: Library("parts")
+                21: Map Mention Shell: shell Map
+                21: parts Mention Library: Library("parts")
+                21: Map Mention Core: core Map
+            "#]],
+        );
+    }
+
+    #[test]
+    fn in_tables_and_configurations() {
+        of(
+            "/mauve.toml",
+            expect![[r#"
+            1: robot.mal Mention File: /robot.mal
+            3: laser Mention Instance: /robot.mal:2 laser
+            4: laser Mention Instance: /robot.mal:2 laser
+            4: scan Mention Port: /parts.mal:4 scan
+            4: map Mention Instance: /robot.mal:5 map
+            4: scan Mention Port: /parts.mal:5 scan
+        "#]],
+        );
+        of(
+            "/t.toml",
+            expect![[r#"
+            1: parts Mention Library: Library("parts")
+            2: shoot Mention Codel: codel shoot
+            4: parts Mention Library: Library("parts")
+            4: Laser Mention Component: component Laser
+            4: update Mention Hook: /parts.mal:9 update
+            5: Mapper Mention Component: component Mapper
+            5: Idle Mention State: /parts.mal:15 Idle
+            5: run Mention Hook: /parts.mal:15 run
+            6: Mapper Mention Component: component Mapper
+            6: Idle Mention State: /parts.mal:15 Idle
+            6: go Mention Transition: /parts.mal:15 go
+            7: Mapper Mention Component: component Mapper
+            7: clear Mention Operation: /parts.mal:5 clear
+            9: parts Mention Library: Library("parts")
+            9: Laser Mention Component: component Laser
+        "#]],
+        );
+        check(
+            "//- /a.mal\nlibrary l { codel f(): int codel g(): int } codel f(): int\n\
+             //- /mauve.toml\nproject.root = 'a.mal'\ntiming.tables = ['t.toml']\n\
+             //- /t.toml\n$0codel.l.f = 1\ncodel . l . 'g' = 1\ncodel.f = 2\ncodel.\"l.\\u0066\" = 3\n",
+            expect![[r#"
+                1: l Mention Library: Library("l")
+                1: f Mention Codel: codel f
+                2: l Mention Library: Library("l")
+                2: g Mention Codel: codel g
+                3: f Mention Codel: codel f
+            "#]],
+        );
+    }
+
+    #[test]
+    fn in_broken_text() {
+        check(
+            "$0core C(S) { update = { f(g(x, read(p",
+            expect![[r#"
+            1: C Declaration Core: core C
+        "#]],
+        );
+        check(
+            "$0codel f(out n: int): int shell S { input port p: int } core C(S) { var n: int update = { f(n  if (read(p, n",
+            expect![[r#"
+                1: f Declaration Codel: codel f
+                1: n Declaration Parameter: /model.mal:1 n
+                1: int Mention Type: Type("int")
+                1: int Mention Type: Type("int")
+                1: S Declaration Shell: shell S
+                1: p Declaration Port: /model.mal:1 p
+                1: int Mention Type: Type("int")
+                1: C Declaration Core: core C
+                1: S Mention Shell: shell S
+                1: n Declaration Variable: /model.mal:1 n
+                1: int Mention Type: Type("int")
+                1: f Call Codel: codel f
+                1: n Write Variable: /model.mal:1 n
+                1: p Read Port: /model.mal:1 p
+                1: n Write Variable: /model.mal:1 n
+            "#]],
+        );
+        check(
+            "$0architecture { instance a: connection a. -> .b } component C(l.)",
+            expect![[r#"
+            1: a Declaration Instance: /model.mal:1 a
+            1: C Declaration Component: component C
+            1: l Mention Library: Library("l")
+        "#]],
+        );
+    }
+}
