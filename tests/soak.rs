@@ -164,7 +164,7 @@ fn soak(name: &str, capabilities: &Value) {
     let seed = number("MAUVE_SEED").unwrap_or(0x9e37_79b9);
     let steps = number("MAUVE_SOAK").map_or(STEPS, |steps| steps as usize);
     println!("MAUVE_SEED={seed} MAUVE_SOAK={steps}");
-    let top = scratch(env!("CARGO_TARGET_TMPDIR"), &format!("soak_{name}_{seed}"));
+    let top = scratch(env!("CARGO_TARGET_TMPDIR"), &format!("soak_{name}_{seed}_{}", std::process::id()));
     let mut session = Session::new(seed, &top, capabilities);
     let look = (steps / LOOKS).clamp(1, 500);
     let way = (steps / COMPARISONS).clamp(look, LONGEST_WAY);
@@ -201,6 +201,7 @@ fn soak(name: &str, capabilities: &Value) {
         );
     }
     assert_eq!(session.client.shut_down(), Some(0));
+    std::fs::remove_dir_all(&top).unwrap();
     let second_half: Vec<(f64, f64)> = memory.split_off(memory.len() / 2);
     let grown = slope(&second_half) * (steps / 2) as f64;
     println!("memory over the second half: {:+.1} MB", grown / 1024.0);

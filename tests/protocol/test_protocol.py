@@ -89,6 +89,8 @@ class Session:
         self.encoding = self.server.get("positionEncoding", "utf-16")
         for path in sorted(self.folder.rglob("*.mal")):
             self.open(path)
+        # The robot is in order; here is something to be set right.
+        self.open(self.folder / "untidy.mal", "codel   f( ):int\nshell S{\n input port x:int\n}\n")
 
     def open(self, path, text=None):
         text = path.read_text() if text is None else text
@@ -210,8 +212,13 @@ REQUESTS = {
     "textDocument/codeAction": ("codeActionProvider", lambda it: {**at_range(it), "context": {"diagnostics": []}}, 20),
     "textDocument/inlayHint": ("inlayHintProvider", lambda it: {**in_text(it), "range": WHOLE}, 200),
     "textDocument/formatting": ("documentFormattingProvider", lambda it: {**in_text(it), **FORMATTING}, 200),
-    "textDocument/rangeFormatting": ("documentRangeFormattingProvider", lambda it: {**at_range(it), **FORMATTING}, 50),
-    "textDocument/onTypeFormatting": ("documentOnTypeFormattingProvider", lambda it: {**at_position(it), **FORMATTING, "ch": "\n"}, 50),
+    "textDocument/rangeFormatting": ("documentRangeFormattingProvider", lambda it: {**at_range(it), **FORMATTING}, 5),
+    # The brace that ends the text that is not in order.
+    "textDocument/onTypeFormatting": (
+        "documentOnTypeFormattingProvider",
+        lambda it: {**in_text(it), "position": {"line": 3, "character": 1}, **FORMATTING, "ch": "}"},
+        200,
+    ),
     "textDocument/semanticTokens/full": ("semanticTokensProvider.full", in_text, 200),
     "textDocument/semanticTokens/range": ("semanticTokensProvider.range", at_range, 50),
     "textDocument/prepareCallHierarchy": ("callHierarchyProvider", at_position, 10),
