@@ -85,6 +85,7 @@ pub enum Changes<'a> {
 /// Everything that offers actions, in the order in which they are shown.
 const OFFERS: &[fn(&mut Actions<'_, '_>)] = &[
     fixes::offer,
+    crate::timing_actions::offer,
     extract_variable::offer,
     inline_variable::offer,
     skeleton::offer,

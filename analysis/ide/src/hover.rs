@@ -146,7 +146,7 @@ fn of_message(db: &dyn ModelDb, projects: &[Project<'_>], file: File, offset: Te
 }
 
 /// A message as a `.msg` file has it.
-fn fields(package: &Package, name: &str, message: &Message) -> String {
+pub(crate) fn fields(package: &Package, name: &str, message: &Message) -> String {
     let fields = message.fields.iter().map(ToString::to_string);
     let lines: Vec<String> = fields.chain(message.constants.iter().map(ToString::to_string)).collect();
     let mut out = format!("```msg\n# {}/{name}\n", package.name);
@@ -170,14 +170,14 @@ fn declaration_at(db: &dyn ModelDb, target: &Target) -> Option<SyntaxNode> {
 }
 
 /// The text of a declaration up to its block, on one line.
-fn head(node: &SyntaxNode) -> String {
+pub(crate) fn head(node: &SyntaxNode) -> String {
     let text = node.text().to_string();
     let head = text.split('{').next().unwrap_or_default();
     head.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 /// The comment lines right above a declaration.
-fn comment_above(node: &SyntaxNode) -> String {
+pub(crate) fn comment_above(node: &SyntaxNode) -> String {
     let mut lines = Vec::new();
     let mut before = node.first_token().and_then(|token| token.prev_token());
     while let Some(token) = before {

@@ -102,7 +102,6 @@ pub(crate) fn names_at<'db>(
 }
 
 /// All names of a file, as `project` understands them, in the order of the text.
-#[allow(dead_code, reason = "what lists and colours names rests on it")]
 pub(crate) fn names_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, file: File) -> Vec<Found<'db>> {
     let mut found = match mauve_model::is_model(file.path(db)) {
         true => {
@@ -511,9 +510,10 @@ impl<'db> Finder<'db> {
             let interval = feature.interval.iter().flat_map(|interval| [&interval.low, &interval.high]);
             for value in interval.chain(&feature.value) {
                 // What is no constant of the shell is an error.
-                visit(value, &mut |expr| match expr {
-                    Expr::Name(name) => self.feature(self.of, name, Role::Read),
-                    _ => {}
+                visit(value, &mut |expr| {
+                    if let Expr::Name(name) = expr {
+                        self.feature(self.of, name, Role::Read);
+                    }
                 });
             }
         }

@@ -507,6 +507,8 @@ fn timing_diagnostics<'db>(
     {
         let workspace = project.workspace(db);
         let span = config_file(db, workspace).zip(config_of(db, workspace).significance_span.clone());
+        // What was chosen elsewhere is not to be changed there.
+        let span = span.filter(|_| workspace.significance(db).is_none());
         let at = span.map_or_else(
             || Place::name_of(deployment),
             |(file, span)| Place::Range(file, span.start as u32, span.end as u32),

@@ -185,7 +185,8 @@ impl<'db> Names<'db> {
         self.resolve(db, from.library(db).as_ref(), kind, &ty.path)
     }
 
-    fn visible<'a>(&'a self, library: Option<&Name>) -> Box<dyn Iterator<Item = &'a Name> + 'a> {
+    /// The libraries whose declarations are seen in `library`, beside its own: those that it uses, or, outside libraries, all.
+    pub fn visible<'a>(&'a self, library: Option<&Name>) -> Box<dyn Iterator<Item = &'a Name> + 'a> {
         match library {
             None => Box::new(self.libraries.iter()),
             Some(_) => {
@@ -202,7 +203,7 @@ impl<'db> Names<'db> {
     }
 
     /// The libraries of the project.
-    pub(crate) fn libraries(&self) -> impl Iterator<Item = &Name> {
+    pub fn libraries(&self) -> impl Iterator<Item = &Name> {
         self.libraries.iter()
     }
 

@@ -42,6 +42,15 @@ export class Server {
     return this.enqueue(() => this.shutDown());
   }
 
+  /** The answer to a request of ours; nothing where no server runs, which is said. */
+  async ask<T>(method: string): Promise<T | undefined> {
+    if (!this.client?.isRunning()) {
+      void vscode.window.showWarningMessage("The MAUVE server does not run.");
+      return undefined;
+    }
+    return this.client.sendRequest<T>(method);
+  }
+
   private enqueue(step: () => Promise<void>): Promise<void> {
     if (!this.client?.isRunning()) {
       // A server that does not answer would hold up the queue for ever.

@@ -3,7 +3,14 @@
 
 pub(crate) mod code_actions;
 pub(crate) mod definition;
+pub(crate) mod diagnostic;
+pub(crate) mod document_links;
 pub(crate) mod document_symbols;
+pub(crate) mod execute_command;
+pub(crate) mod folding_ranges;
+pub(crate) mod formatting;
 pub(crate) mod hover;
 pub(crate) mod inlay_hints;
+pub(crate) mod selection_ranges;
 pub(crate) mod status;
+pub(crate) mod workspace_symbols;

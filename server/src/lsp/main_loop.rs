@@ -10,6 +10,8 @@ use std::sync::{Arc, mpsc};
 use std::time::Instant;
 
 use mauve_model::{CONFIG_FILE, Database, File, Problem, Workspace, is_model};
+use mauve_timing::Level;
+use salsa::Database as _;
 use tokio::runtime::Handle;
 use tokio::sync::watch;
 use tower_lsp::lsp_types::{DidChangeTextDocumentParams, DidSaveTextDocumentParams, TextDocumentItem, Url};
@@ -18,6 +20,8 @@ use super::capabilities::Capabilities;
 use super::check::{Checked, check};
 use super::documents::Documents;
 use super::publisher::Publisher;
+use super::pulls::ResultId;
+use super::settings::Settings;
 use super::snapshot::{Document, Failure, Snapshot, attempt};
 use super::watcher::Watcher;
 use crate::load::{Loader, place};
@@ -42,8 +46,20 @@ pub(crate) enum Event {
     Disk { paths: BTreeSet<PathBuf>, missed: bool },
     /// The client's folders have changed.
     Folders { added: Vec<Url>, removed: Vec<Url> },
+    /// The significance level that is shown from now on; none: that of each `mauve.toml`.
+    Significance(Option<Level>),
+    /// What the user has set in his editor, and what was wrong with it.
+    Configured(Settings, Vec<String>),
     /// Something to compute.
     Job(Box<dyn FnOnce(Snapshot) + Send>),
+    /// The user does not want to wait for the analysis that is running.
+    Stop,
+    /// A handler panicked: its request had an error for an answer, and the user is told once.
+    Defect(String),
+    /// The client asks what is wrong, in a file or in all.
+    Pulled { all: bool },
+    /// It was told so.
+    Diagnosed(BTreeMap<Url, Option<ResultId>>),
     /// The client was given the inlay hints of this generation; none, where an edit has overtaken its question.
     Hinted(Option<u64>),
     /// A worker has checked everything as it was at this generation.
@@ -63,6 +79,7 @@ pub(crate) struct MainLoop {
     documents: Documents,
     /// The client's folders.
     folders: Vec<PathBuf>,
+    settings: Settings,
     capabilities: Capabilities,
     workspaces: Arc<[Workspace]>,
     shared_documents: Arc<BTreeMap<Url, Document>>,
@@ -76,6 +93,8 @@ pub(crate) struct MainLoop {
     check: bool,
     /// Counts the states of what the client and the disk have.
     generation: u64,
+    /// The one that the user does not want to be analysed.
+    stopped: Option<u64>,
     /// The one of which the diagnostics were published last.
     published: Option<u64>,
     /// Others of which the client was given inlay hints since.
@@ -103,7 +122,8 @@ impl MainLoop {
             loader: Loader::default(),
             documents: Documents::default(),
             folders: Vec::new(),
-            capabilities: Capabilities::of(&Default::default()),
+            settings: Settings::default(),
+            capabilities: Capabilities::default(),
             workspaces: Arc::new([]),
             shared_documents: Arc::default(),
             strays: BTreeSet::new(),
@@ -111,6 +131,7 @@ impl MainLoop {
             reloads: 0,
             check: false,
             generation: 0,
+            stopped: None,
             published: None,
             hinted: BTreeSet::new(),
             is_initialized: false,
@@ -142,6 +163,9 @@ impl MainLoop {
         match event {
             Event::Initialize { capabilities, folders } => {
                 self.capabilities = capabilities;
+                if capabilities.pull_diagnostics {
+                    self.publisher.pull();
+                }
                 self.folders = folders.iter().filter_map(|url| url.to_file_path().ok()).collect();
                 self.reload = true;
             }
@@ -185,11 +209,21 @@ impl MainLoop {
                 self.folders.extend(paths(added));
                 self.reload = true;
             }
+            Event::Significance(level) => {
+                if self.loader.set_significance(&mut self.db, level) {
+                    self.stir();
+                }
+            }
+            Event::Configured(settings, problems) => self.configured(settings, problems),
             Event::Job(job) => {
                 self.settle();
                 let snapshot = self.snapshot();
                 self.spawn(move || job(snapshot));
             }
+            Event::Stop => self.stop(),
+            Event::Defect(message) => self.publisher.defect(&message),
+            Event::Pulled { all } => self.publisher.asked(all),
+            Event::Diagnosed(given) => self.publisher.answered(given),
             Event::Hinted(generation) => self.hinted(generation),
             Event::Checked(generation, checked) => {
                 self.settle();
@@ -317,6 +351,26 @@ impl MainLoop {
         self.check = true;
     }
 
+    fn configured(&mut self, settings: Settings, problems: Vec<String>) {
+        let before = std::mem::replace(&mut self.settings, settings);
+        // A level that was chosen since stays until another one is set.
+        if before.significance != settings.significance
+            && self.loader.set_significance(&mut self.db, settings.significance)
+        {
+            self.stir();
+        }
+        problems.into_iter().for_each(|problem| self.publisher.warn(problem));
+    }
+
+    /// Ends whatever is computed. Nothing is known then, and that is said, until the next edit.
+    fn stop(&mut self) {
+        if *self.busy.borrow() {
+            self.db.trigger_cancellation();
+            self.stir();
+            self.stopped = Some(self.generation);
+        }
+    }
+
     fn load(&mut self) -> Result<(), Failure> {
         let begin = Instant::now();
         let mut paths = self.folders.clone();
@@ -359,6 +413,7 @@ impl MainLoop {
             documents: Arc::clone(&self.shared_documents),
             capabilities: self.capabilities,
             generation: self.generation,
+            is_stopped: self.stopped == Some(self.generation),
             running: Arc::clone(&self.running),
         }
     }

@@ -1,0 +1,316 @@
+//! What may stand where the cursor is: by the grammar first, and of that only what fits.
+//!
+//! | file | offers |
+//! |---|---|
+//! | `position.rs` | nothing: where the cursor is, in text that is hardly ever correct |
+//! | `declaration.rs` | declarations, and what begins them; `use` |
+//! | `include.rs` | the paths of models |
+//! | `names.rs` | types, messages, and what is declared, with the `use` that it needs |
+//! | `shell.rs`, `core.rs` | what stands in a shell; in a core, its state machine and its states |
+//! | `program.rs` | statements and expressions |
+//! | `architecture.rs`, `deployment.rs` | instances, and what is said of them |
+//! | `toml.rs` | keys and values of `mauve.toml` and of timing tables |
+//! | `documentation.rs` | what is said of an item once it is looked at |
+
+mod architecture;
+mod core;
+mod declaration;
+mod deployment;
+mod documentation;
+mod include;
+mod names;
+pub(crate) mod position;
+mod program;
+mod shell;
+mod toml;
+
+use mauve_model::item_tree::Name;
+use mauve_model::{Decl, File, ModelDb, Project, Workspace, declarations, is_model, parse, source_map};
+use mauve_syntax::format::Replacement;
+use mauve_syntax::{SyntaxKind, TextRange, TextSize};
+
+pub use documentation::{Subject, documentation};
+
+use crate::program::Scope;
+use crate::project::projects_with;
+use position::Position;
+
+/// More than these are not shown at once: the next letter finds others.
+const MOST_ITEMS: usize = 400;
+
+/// What may stand at a place.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Completions {
+    /// The best first.
+    pub items: Vec<Completion>,
+    /// May another letter bring items that are not among these?
+    pub incomplete: bool,
+}
+
+/// Something that may stand at a place.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Completion {
+    /// What the user sees and chooses.
+    pub label: String,
+    /// What it is.
+    pub kind: CompletionKind,
+    /// What goes on with the label: `: double`, `(in scan: LaserScan): bool`. May be empty.
+    pub detail: String,
+    /// Where it is from, or what is special about it. May be empty.
+    pub note: String,
+    /// What it replaces: the word around the cursor, on one line.
+    pub replaced: TextRange,
+    /// What it puts there.
+    pub insert: String,
+    /// The same with places to fill in, in the syntax of the protocol's snippets.
+    pub snippet: Option<String>,
+    /// What is compared with what the user types, where that is not the label.
+    pub filter: Option<String>,
+    /// 0 is what fits best.
+    pub rank: u8,
+    /// What else it changes in the file: a `use`.
+    pub more: Vec<Replacement>,
+    /// What it stands for, for [`documentation`].
+    pub subject: Option<Subject>,
+}
+
+/// What an item is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[allow(missing_docs)]
+pub enum CompletionKind {
+    Keyword,
+    /// Several words, or lines, with places to fill in.
+    Skeleton,
+    BuiltInType,
+    Message,
+    /// A library or a message package.
+    Library,
+    Codel,
+    /// `read`, `write`, `status`, `send`, `collect`.
+    BuiltIn,
+    Shell,
+    Core,
+    Component,
+    Architecture,
+    Property,
+    Constant,
+    Port,
+    Operation,
+    Variable,
+    State,
+    Instance,
+    Value,
+    File,
+    /// A key of a TOML file.
+    Key,
+}
+
+impl Completion {
+    pub(crate) fn new(kind: CompletionKind, label: impl Into<String>) -> Completion {
+        let label = label.into();
+        Completion {
+            insert: label.clone(),
+            label,
+            kind,
+            detail: String::new(),
+            note: String::new(),
+            replaced: TextRange::default(),
+            snippet: None,
+            filter: None,
+            rank: 1,
+            more: Vec::new(),
+            subject: None,
+        }
+    }
+
+    pub(crate) fn detail(mut self, detail: impl Into<String>) -> Completion {
+        self.detail = detail.into();
+        self
+    }
+
+    pub(crate) fn note(mut self, note: impl Into<String>) -> Completion {
+        self.note = note.into();
+        self
+    }
+
+    pub(crate) fn rank(mut self, rank: u8) -> Completion {
+        self.rank = rank;
+        self
+    }
+
+    pub(crate) fn insert(mut self, text: impl Into<String>) -> Completion {
+        self.insert = text.into();
+        self
+    }
+
+    /// Text with places to fill in, which a plain client gets filled in.
+    pub(crate) fn snippet(mut self, snippet: impl Into<String>) -> Completion {
+        let snippet = snippet.into();
+        self.insert = plain(&snippet);
+        self.snippet = Some(snippet);
+        self
+    }
+
+    pub(crate) fn subject(mut self, subject: Subject) -> Completion {
+        self.subject = Some(subject);
+        self
+    }
+}
+
+/// A snippet without places to fill in: what is proposed for them stays, and a step of indentation is two spaces.
+fn plain(snippet: &str) -> String {
+    let mut out = String::with_capacity(snippet.len());
+    let mut rest = snippet;
+    while let Some((head, tail)) = rest.split_once('$') {
+        out += head;
+        let digits = |text: &str| text.find(|c: char| !c.is_ascii_digit()).unwrap_or(text.len());
+        if let Some(place) = tail.strip_prefix('{') {
+            let (inner, after) = place.split_once('}').unwrap_or((place, ""));
+            out += inner.split_once(':').map_or("", |(_, proposed)| proposed);
+            rest = after;
+        } else {
+            rest = tail.get(digits(tail)..).unwrap_or_default();
+        }
+    }
+    (out + rest).replace('\t', "  ")
+}
+
+/// What may stand at `offset`, in any of the projects that have the file.
+///
+/// ```
+/// use mauve_model::{Database, Workspace};
+/// let db = Database::default();
+/// let files = [("/a.mal".into(), "core C(S) { statemachine { state A { transition t to  } } }".to_owned())];
+/// let workspace = Workspace::of_texts(&db, "/".into(), files);
+/// let file = workspace.file(&db, std::path::Path::new("/a.mal")).expect("it is there");
+/// let found = mauve_ide::completions(&db, &[workspace], file, 53.into());
+/// assert_eq!(found.items[0].label, "A");
+/// ```
+pub fn completions(db: &dyn ModelDb, workspaces: &[Workspace], file: File, offset: TextSize) -> Completions {
+    let text = file.text(db);
+    let mut offset = offset.min(TextSize::of(&**text));
+    while !text.is_char_boundary(offset.into()) {
+        offset -= TextSize::from(1);
+    }
+    let mut projects = projects_with(db, workspaces, file);
+    if !is_model(file.path(db)) {
+        return toml::completions(db, &projects, file, offset);
+    }
+    if projects.is_empty() {
+        // A file that no root includes is the root of itself.
+        let home = workspaces.iter().find(|it| it.file(db, file.path(db)) == Some(file));
+        projects.extend(home.map(|&workspace| Project::new(db, workspace, file)));
+    }
+    let root = parse(db, file).syntax();
+    if let Some(found) = include::paths(db, &projects, file, &root, offset) {
+        return found;
+    }
+    let Some(at) = Position::at(&root, offset) else { return Completions::default() };
+    let mut found = Completions::default();
+    for project in projects {
+        let mut completer = Completer::new(db, project, file, &at);
+        completer.complete();
+        found.incomplete |= completer.incomplete;
+        for item in completer.found {
+            let is_known = |known: &Completion| known.label == item.label && known.insert == item.insert;
+            if !found.items.iter().any(is_known) {
+                found.items.push(item);
+            }
+        }
+    }
+    finish(found, at.word, &at.prefix)
+}
+
+/// Sorts what was found, and leaves out what is too much.
+fn finish(mut found: Completions, replaced: TextRange, prefix: &str) -> Completions {
+    if found.items.len() > MOST_ITEMS {
+        found.items.retain(|item| may_be(prefix, item.filter.as_ref().unwrap_or(&item.label)));
+        found.incomplete = true;
+    }
+    // What was met first stays first, of one rank.
+    found.items.sort_by_key(|item| item.rank);
+    found.items.truncate(MOST_ITEMS);
+    for item in &mut found.items {
+        item.replaced = replaced;
+    }
+    found
+}
+
+/// Are the letters of `typed` in `name`, in this order?
+pub(crate) fn may_be(typed: &str, name: &str) -> bool {
+    let mut letters = name.chars().map(|letter| letter.to_ascii_lowercase());
+    typed.chars().all(|typed| letters.any(|letter| letter == typed.to_ascii_lowercase()))
+}
+
+/// Finds what may stand at a position, as one project sees it.
+pub(crate) struct Completer<'a, 'db> {
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    file: File,
+    at: &'a Position,
+    /// The declaration around the cursor.
+    decl: Option<Decl<'db>>,
+    /// The library around the cursor.
+    library: Option<Name>,
+    found: Vec<Completion>,
+    incomplete: bool,
+}
+
+impl<'a, 'db> Completer<'a, 'db> {
+    fn new(db: &'db dyn ModelDb, project: Project<'db>, file: File, at: &'a Position) -> Self {
+        let library = library_at(at);
+        let decl = at.left.as_ref().and_then(|left| decl_at(db, file, left.text_range()));
+        Completer { db, project, file, at, decl, library, found: Vec::new(), incomplete: false }
+    }
+
+    fn complete(&mut self) {
+        match self.at.list.kind() {
+            SyntaxKind::SHELL => self.shell_item(),
+            SyntaxKind::CORE => self.core_item(),
+            SyntaxKind::STATE_MACHINE => self.state_machine_item(),
+            SyntaxKind::STATE => self.state_item(),
+            SyntaxKind::BLOCK => self.statement(),
+            SyntaxKind::ARCHITECTURE => self.architecture_item(),
+            SyntaxKind::DEPLOYMENT => self.deployment_item(),
+            SyntaxKind::ACTIVITY => self.activity_field(),
+            _ => self.declaration(),
+        }
+    }
+
+    fn add(&mut self, item: Completion) {
+        self.found.push(item);
+    }
+
+    fn keyword(&mut self, keyword: &str) {
+        self.add(Completion::new(CompletionKind::Keyword, keyword));
+    }
+
+    /// A keyword with all that belongs to it.
+    fn skeleton(&mut self, keyword: &str, snippet: &str) {
+        let shown = plain(snippet).split_whitespace().collect::<Vec<_>>().join(" ");
+        self.add(Completion::new(CompletionKind::Skeleton, keyword).snippet(snippet).note(shown));
+    }
+
+    /// May an item of the list begin here?
+    fn item_begins(&self) -> bool {
+        self.at.item.is_empty() || self.at.may_begin
+    }
+
+    fn scope(&self) -> Scope<'db> {
+        Scope::at(self.db, self.project, self.decl, self.at)
+    }
+}
+
+/// The name of the library around a position.
+pub(crate) fn library_at(at: &Position) -> Option<Name> {
+    let library = at.around(SyntaxKind::LIBRARY)?;
+    let name = library.children().find(|node| node.kind() == SyntaxKind::NAME)?;
+    Some(name.text().to_string().into())
+}
+
+/// The declaration that has this range in it.
+pub(crate) fn decl_at(db: &dyn ModelDb, file: File, range: TextRange) -> Option<Decl<'_>> {
+    let maps = &source_map(db, file).declarations;
+    let mut found = declarations(db, file).all.iter().zip(maps);
+    found.find(|(_, map)| map.range.contains_range(range)).map(|(decl, _)| *decl)
+}

@@ -1,0 +1,243 @@
+//! What stands in an architecture: instances, and what connects them.
+
+use std::collections::BTreeMap;
+
+use mauve_model::item_tree::{Feature, FeatureKind, Kind, Name};
+use mauve_model::{Decl, Link, Type, architecture, flat_of, type_of};
+use mauve_syntax::SyntaxKind::{self, *};
+
+use super::position::without_path;
+use super::{Completer, Completion, CompletionKind, Subject};
+use crate::program::{features, resolved, shell_of_component};
+
+/// The features of an instance, by name.
+type Features<'db> = BTreeMap<Name, (Decl<'db>, &'db Feature)>;
+
+impl<'db> Completer<'_, 'db> {
+    pub(super) fn architecture_item(&mut self) {
+        let (rest, path) = without_path(&self.at.item);
+        let kinds: Vec<_> = rest.iter().map(|token| token.kind()).collect();
+        let Some(decl) = self.decl else { return };
+        match kinds.as_slice() {
+            [] if path.is_empty() => self.architecture_items(),
+            [IMPORT_KW] => self.declared(Kind::Architecture, &path),
+            [INSTANCE_KW, _, COLON] => self.declared(Kind::Component, &path),
+            [CONNECTION_KW] => self.sources(decl, FeatureKind::Output, &path),
+            [OPERATION_KW] => self.sources(decl, FeatureKind::Provided, &path),
+            [CONNECTION_KW, .., ARROW] | [CONNECTION_KW, .., ARROW, L_BRACK, INT_NUMBER, R_BRACK] => {
+                self.targets_of(decl, FeatureKind::Output, &path);
+            }
+            [OPERATION_KW, .., ARROW] => self.targets_of(decl, FeatureKind::Provided, &path),
+            [PROPERTY_KW | CONSTANT_KW, ..] => self.setting(decl, &kinds, &path),
+            _ => {}
+        }
+        if !kinds.is_empty() && self.at.may_begin {
+            self.architecture_items();
+        }
+    }
+
+    fn architecture_items(&mut self) {
+        self.skeleton("instance", "instance ${1:name}: ${2:Component}");
+        self.skeleton("connection", "connection ${1:source.output} -> ${2:target.input}");
+        self.skeleton("operation", "operation ${1:provider.operation} -> ${2:caller.operation}");
+        self.skeleton("property", "property ${1:instance.name} = ${2:0}");
+        self.skeleton("constant", "constant ${1:instance.name} = ${2:0}");
+        self.skeleton("import", "import ${1:Architecture}");
+    }
+
+    /// The instances of an architecture, each with its component and its features, in the order of the text.
+    pub(super) fn instances(&self, of: Decl<'db>) -> Vec<(Name, Option<Decl<'db>>, Features<'db>)> {
+        let (db, project) = (self.db, self.project);
+        let instances = flat_of(db, project, of).instances.iter();
+        let instance = |it: &mauve_model::FlatInstance<'db>| {
+            // Where a text is damaged, so is what its names mean; not for whoever looks for one.
+            let (declared, index) = it.declared;
+            let written = || architecture(db, declared)?.instances.get(index)?.component.as_ref();
+            let component =
+                it.component.or_else(|| resolved(db, project, declared, Kind::Component, &written()?.path));
+            let shell = component.and_then(|component| shell_of_component(db, project, component));
+            let features = shell.map(|shell| features(db, project, shell)).unwrap_or_default();
+            (it.name.clone(), component, features)
+        };
+        instances.map(instance).collect()
+    }
+
+    /// An instance by its name.
+    pub(super) fn of_instance(&self, of: Decl<'db>, name: &Name, component: Option<Decl<'db>>) -> Completion {
+        let detail = component.map_or_else(String::new, |it| format!(": {}", it.name(self.db)));
+        let flat = flat_of(self.db, self.project, of);
+        let declared = flat.instance(name).map_or(of, |instance| instance.declared.0);
+        Completion::new(CompletionKind::Instance, name.as_str()).detail(detail).subject(Subject::of(
+            self.db,
+            declared,
+            Some(name.clone()),
+        ))
+    }
+
+    /// Where a connection may start: instances with a feature of this kind, or the features of one.
+    fn sources(&mut self, of: Decl<'db>, kind: FeatureKind, path: &[&str]) {
+        for (name, component, features) in self.instances(of) {
+            match path {
+                [] if features.values().any(|(_, feature)| feature.kind == kind) || features.is_empty() => {
+                    let item = self.of_instance(of, &name, component);
+                    self.add(item);
+                }
+                [instance] if name == *instance => {
+                    for (name, (shell, feature)) in features {
+                        if feature.kind == kind {
+                            let item = self.of_feature(&name, shell, feature);
+                            self.add(item);
+                        }
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// Where a connection from a feature of this kind may lead: what takes the same, what is open first.
+    fn targets_of(&mut self, of: Decl<'db>, kind: FeatureKind, path: &[&str]) {
+        let wanted = if kind == FeatureKind::Output { FeatureKind::Input } else { FeatureKind::Required };
+        let all = self.instances(of);
+        let mut words = self.at.item.iter().filter(|token| token.kind().is_word()).skip(1);
+        let source = words.next().map(|token| token.text().to_owned());
+        let source_feature = words.next().map(|token| token.text().to_owned());
+        let is_source = |name: &Name| source.as_deref() == Some(name.as_str());
+        let source_type = all.iter().find(|(name, ..)| is_source(name)).and_then(|(_, _, features)| {
+            let (shell, feature) = features.get(source_feature.as_deref()?)?;
+            Some(self.shape(*shell, feature))
+        });
+        let connected = self.connected(of);
+        for (name, component, features) in &all {
+            let mut fitting: Vec<(&Name, Decl<'db>, &Feature, bool)> = Vec::new();
+            for (port, (shell, feature)) in features {
+                let fits = || {
+                    let shape = self.shape(*shell, feature);
+                    source_type.as_ref().is_none_or(|source| are_alike(source, &shape))
+                };
+                if feature.kind == wanted && fits() {
+                    let is_open = !connected.contains(&(name.clone(), port.clone()));
+                    fitting.push((port, *shell, feature, is_open));
+                }
+            }
+            match path {
+                [] => {
+                    for (port, shell, feature, _) in fitting.iter().filter(|(.., is_open)| *is_open) {
+                        let whole = self.of_feature(&format!("{name}.{port}"), *shell, feature);
+                        let subject = Subject::of(self.db, *shell, Some((*port).clone()));
+                        self.add(whole.rank(u8::from(is_source(name))).subject(subject));
+                    }
+                    if !fitting.is_empty() || features.is_empty() {
+                        let item = self.of_instance(of, name, *component);
+                        self.add(item.rank(2));
+                    }
+                }
+                [instance] if *name == *instance => {
+                    for (port, shell, feature, is_open) in fitting {
+                        let item = self.of_feature(port, shell, feature);
+                        let note = if is_open { "" } else { "connected already" };
+                        self.add(item.rank(if is_open { 0 } else { 3 }).note(note));
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// What two ends of a connection must have alike: the type of a port; of an operation, all that it takes and gives.
+    fn shape(&self, of: Decl<'db>, feature: &Feature) -> Vec<Type> {
+        let parameters = feature.parameters.iter().map(|it| it.ty.as_ref());
+        let types = parameters.chain([feature.ty.as_ref()]);
+        types.map(|ty| type_of(self.db, self.project, of, ty)).collect()
+    }
+
+    /// What a connection leads to already, but for the one in which the cursor is.
+    fn connected(&self, of: Decl<'db>) -> Vec<(Name, Name)> {
+        let is_here = |link: &Link<'db>| {
+            link.at.file(self.db) == self.file
+                && link.at.range(self.db).contains_inclusive(self.at.word.start())
+        };
+        let links = flat_of(self.db, self.project, of).links.iter();
+        links.filter(|link| !is_here(link)).map(|link| link.target.clone()).collect()
+    }
+
+    /// `property i.p = value`, `constant i.c = value`, in an architecture and in a deployment of `of`.
+    pub(super) fn setting(&mut self, of: Decl<'db>, kinds: &[SyntaxKind], path: &[&str]) {
+        let kind = match kinds.first() {
+            Some(PROPERTY_KW) => FeatureKind::Property,
+            _ => FeatureKind::Constant,
+        };
+        let all = self.instances(of);
+        match (kinds, path) {
+            ([_], []) => {
+                for (name, component, features) in &all {
+                    let has_some = features.values().any(|(_, feature)| feature.kind == kind);
+                    if has_some || features.is_empty() {
+                        let item = self.of_instance(of, name, *component);
+                        self.add(item);
+                    }
+                }
+            }
+            ([_], [instance]) => {
+                let of_instance = all.into_iter().find(|(name, ..)| name == instance);
+                for (name, (shell, feature)) in of_instance.into_iter().flat_map(|(.., features)| features) {
+                    if feature.kind == kind {
+                        self.value_to_set(of, instance, &name, shell, feature);
+                    }
+                }
+            }
+            ([_, _, DOT, _, EQ], []) => {
+                let words: Vec<&str> = self.at.item.iter().map(|token| token.text()).collect();
+                let [_, instance, _, name, _] = words.as_slice() else { return };
+                let of_instance = all.iter().find(|(known, ..)| known == instance);
+                let Some((shell, feature)) = of_instance.and_then(|(.., features)| features.get(*name))
+                else {
+                    return;
+                };
+                self.value_of(Some(type_of(self.db, self.project, *shell, feature.ty.as_ref())));
+            }
+            _ => {}
+        }
+    }
+
+    /// A property or constant that may get a value: first those that must have one.
+    fn value_to_set(
+        &mut self,
+        of: Decl<'db>,
+        instance: &str,
+        name: &Name,
+        shell: Decl<'db>,
+        feature: &Feature,
+    ) {
+        let is_set = self.is_set(of, instance, name);
+        let (rank, note) = match (is_set, &feature.value) {
+            (true, _) => (3, "has a value already"),
+            (false, Some(_)) => (1, ""),
+            (false, None) => (0, "has no value"),
+        };
+        let item = self.of_feature(name, shell, feature).rank(rank).note(note);
+        let item = if self.at.right == EQ { item } else { item.snippet(format!("{name} = $0")) };
+        self.add(item);
+    }
+
+    /// Has it a value, by the architecture or by what stands around the cursor?
+    fn is_set(&self, of: Decl<'db>, instance: &str, name: &str) -> bool {
+        let flat = flat_of(self.db, self.project, of);
+        let here = self.at.list.children().filter(|node| {
+            node.kind() == SETTING && !node.text_range().contains_inclusive(self.at.word.start())
+        });
+        let here = here.filter_map(|node| {
+            let words = node.descendants().filter(|it| it.kind() == NAME_REF).map(|it| it.text().to_string());
+            let words: Vec<String> = words.take(2).collect();
+            Some((words.first()?.clone(), words.get(1)?.clone()))
+        });
+        let in_flat = || flat.settings.iter().any(|(of, it)| *of == *instance && *it == *name);
+        let is_deployment = self.at.list.kind() == DEPLOYMENT;
+        is_deployment && in_flat() || here.into_iter().any(|(of, it)| of == *instance && it == *name)
+    }
+}
+
+/// Are these the same, as far as anybody knows?
+fn are_alike(one: &[Type], other: &[Type]) -> bool {
+    one.len() == other.len() && one.iter().zip(other).all(|(one, other)| one.is(other))
+}

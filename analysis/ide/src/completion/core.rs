@@ -1,0 +1,279 @@
+//! What stands in a core, in its state machine, and in a state.
+
+use std::collections::BTreeSet;
+
+use mauve_model::Type;
+use mauve_model::item_tree::FeatureKind;
+use mauve_syntax::SyntaxKind::{self, *};
+use mauve_syntax::ast::{self, AstNode as _};
+
+use super::position::without_path;
+use super::{Completer, Completion, CompletionKind, Subject};
+use crate::program::{Expected, parameters_text, result_text};
+
+impl Completer<'_, '_> {
+    pub(super) fn core_item(&mut self) {
+        let (rest, path) = without_path(&self.at.item);
+        let kinds: Vec<_> = rest.iter().map(|token| token.kind()).collect();
+        match kinds.as_slice() {
+            [] if path.is_empty() => self.core_items(),
+            [VAR_KW, ..] => self.variable(&kinds, &path),
+            [HANDLER_KW, _, COLON] if path.is_empty() => self.operations(FeatureKind::Required),
+            [PROVIDE_KW] if path.is_empty() => self.provided(""),
+            [PROVIDE_KW, _, L_PAREN, ..] => self.signature(),
+            _ if self.at.may_begin => self.core_items(),
+            _ => {}
+        }
+    }
+
+    /// `var x: T = value`, up to where the cursor is. In a block, a statement may follow.
+    pub(super) fn variable(&mut self, kinds: &[SyntaxKind], path: &[&str]) {
+        match kinds {
+            [VAR_KW, _, COLON] => self.types(path, false),
+            [VAR_KW, _, COLON, _, .., _] if path.is_empty() => self.expression(),
+            _ => {}
+        }
+        if self.at.may_begin && path.is_empty() {
+            match self.at.list.kind() {
+                CORE => self.core_items(),
+                STATE_MACHINE => self.state_machine_items(),
+                _ => {}
+            }
+        }
+    }
+
+    fn core_items(&mut self) {
+        let there: BTreeSet<SyntaxKind> = self.at.list.children().filter_map(|it| first_kind(&it)).collect();
+        let behaves = there.contains(&UPDATE_KW) || there.contains(&STATEMACHINE_KW);
+        if !behaves {
+            let machine = "statemachine {\n\tinitial state ${1:Idle} {\n\t\trun = {\n\t\t\t$0\n\t\t}\n\t}\n}";
+            self.skeleton("statemachine", machine);
+            self.skeleton("update", "update = {\n\t$0\n}");
+        }
+        self.skeleton("var", "var ${1:name}: ${2:type};");
+        for (kind, keyword, snippet) in [
+            (CONFIGURE_KW, "configure", "configure = {\n\t$0\n\treturn true;\n}"),
+            (START_KW, "start", "start = {\n\t$0\n\treturn true;\n}"),
+            (STOP_KW, "stop", "stop = {\n\t$0\n}"),
+            (CLEANUP_KW, "cleanup", "cleanup = {\n\t$0\n}"),
+        ] {
+            if !there.contains(&kind) {
+                self.skeleton(keyword, snippet);
+            }
+        }
+        let scope = self.scope();
+        if scope.features.values().any(|(_, feature)| feature.kind == FeatureKind::Required) {
+            self.skeleton("handler", "handler ${1:name}: ${2:operation};");
+        }
+        self.provided("provide ");
+    }
+
+    /// The operations that the shell provides and the core does not define yet, with all that they take.
+    fn provided(&mut self, keyword: &str) {
+        let scope = self.scope();
+        let is_followed = self.at.right == L_PAREN;
+        for (name, (of, feature)) in &scope.features {
+            if feature.kind != FeatureKind::Provided || scope.defined.contains(name) && !is_followed {
+                continue;
+            }
+            let (parameters, result) =
+                (parameters_text(&feature.parameters), result_text(feature.ty.as_ref()));
+            let item = Completion::new(CompletionKind::Operation, format!("{keyword}{name}"))
+                .detail(format!("{parameters}{result}"))
+                .note(of.name(self.db).as_str())
+                .rank(0)
+                .subject(Subject::of(self.db, *of, Some(name.clone())));
+            let item = match is_followed {
+                true => item,
+                false => item.snippet(format!("{keyword}{name}{parameters}{result} = {{\n\t$0\n}}")),
+            };
+            self.add(item);
+        }
+    }
+
+    /// The operations of this kind, by name.
+    fn operations(&mut self, kind: FeatureKind) {
+        for (name, (of, feature)) in self.scope().features {
+            if feature.kind == kind {
+                let item = self.of_feature(&name, of, feature);
+                self.add(item);
+            }
+        }
+    }
+
+    pub(super) fn state_machine_item(&mut self) {
+        let (rest, path) = without_path(&self.at.item);
+        let kinds: Vec<_> = rest.iter().map(|token| token.kind()).collect();
+        match kinds.as_slice() {
+            [] if path.is_empty() => self.state_machine_items(),
+            [VAR_KW, ..] => self.variable(&kinds, &path),
+            [INITIAL_KW] => self.keyword("state"),
+            [STATE_KW] | [INITIAL_KW, STATE_KW] => self.missing_states(),
+            _ => {}
+        }
+    }
+
+    fn state_machine_items(&mut self) {
+        let mut states = self.at.list.children().filter_map(ast::State::cast);
+        if !states.any(|state| state.initial_token().is_some()) {
+            self.skeleton("initial state", "initial state ${1:Idle} {\n\trun = {\n\t\t$0\n\t}\n}");
+        }
+        self.skeleton("state", "state ${1:Name} {\n\trun = {\n\t\t$0\n\t}\n}");
+        self.skeleton("var", "var ${1:name}: ${2:type};");
+    }
+
+    /// The states that transitions lead to and that are not there.
+    fn missing_states(&mut self) {
+        let targets = self.at.list.descendants().filter_map(ast::Transition::cast);
+        let targets = targets.filter_map(|it| Some(it.name_ref()?.syntax().text().to_string()));
+        let known: BTreeSet<String> = self.states().into_iter().collect();
+        let missing: BTreeSet<String> = targets.filter(|target| !known.contains(target)).collect();
+        let is_followed = self.at.right == L_CURLY;
+        for name in missing {
+            let item = Completion::new(CompletionKind::State, name.as_str()).note("a transition leads to it");
+            let skeleton = format!("{name} {{\n\trun = {{\n\t\t$0\n\t}}\n}}");
+            self.add(if is_followed { item } else { item.snippet(skeleton) });
+        }
+    }
+
+    /// The names of the states of the machine around the cursor.
+    fn states(&self) -> Vec<String> {
+        let Some(machine) = self.at.around(STATE_MACHINE) else { return Vec::new() };
+        let states = machine.children().filter_map(ast::State::cast);
+        let names = states.filter_map(|state| state.name());
+        let names = names.filter(|name| name.syntax().text_range() != self.at.word);
+        names.map(|name| name.syntax().text().to_string()).collect()
+    }
+
+    pub(super) fn state_item(&mut self) {
+        let kinds = self.at.kinds();
+        match kinds.as_slice() {
+            [] => {
+                // A transition may go on in the next line.
+                self.transition_goes_on(&self.at.before);
+                self.state_items();
+            }
+            [TRANSITION_KW, .., TO_KW] if self.is_target() => self.targets(),
+            [TRANSITION_KW, _, IF_KW, ..] => {
+                self.expression();
+                self.transition_goes_on(&self.at.item);
+            }
+            [TRANSITION_KW, _] => self.transition_goes_on(&self.at.item),
+            _ if self.at.may_begin => self.state_items(),
+            _ => {}
+        }
+        if self.at.may_begin && kinds.first() == Some(&TRANSITION_KW) && kinds.contains(&TO_KW) {
+            self.state_items();
+        }
+    }
+
+    /// Is the `to` before the cursor the keyword, and not the name of the transition?
+    fn is_target(&self) -> bool {
+        self.at.item.len() > 2
+    }
+
+    fn transition_goes_on(&mut self, tokens: &[mauve_syntax::SyntaxToken]) {
+        let kinds: Vec<_> = tokens.iter().map(mauve_syntax::SyntaxToken::kind).collect();
+        match kinds.as_slice() {
+            [TRANSITION_KW, _] => {
+                self.keyword("to");
+                self.skeleton("if", "if ($1) to $0");
+            }
+            [TRANSITION_KW, _, IF_KW, .., last] if !kinds.contains(&TO_KW) && ends_operand(*last) => {
+                self.keyword("to");
+            }
+            _ => {}
+        }
+    }
+
+    fn state_items(&mut self) {
+        let there: BTreeSet<SyntaxKind> = self.at.list.children().filter_map(|it| first_kind(&it)).collect();
+        for (kind, keyword) in
+            [(ENTRY_KW, "entry"), (RUN_KW, "run"), (HANDLE_KW, "handle"), (EXIT_KW, "exit")]
+        {
+            if !there.contains(&kind) {
+                self.skeleton(keyword, &format!("{keyword} = {{\n\t$0\n}}"));
+            }
+        }
+        self.skeleton("transition", "transition ${1:name} if (${2:true}) to ${3:State}");
+    }
+
+    fn targets(&mut self) {
+        let own = self.at.around(STATE).and_then(ast::State::cast).and_then(|state| state.name());
+        let own = own.map(|name| name.syntax().text().to_string());
+        for name in self.states() {
+            let is_own = own.as_ref() == Some(&name);
+            let item = Completion::new(CompletionKind::State, name.as_str()).rank(u8::from(is_own));
+            let item = match self.decl {
+                Some(decl) => item.subject(Subject::of(self.db, decl, Some(name.as_str().into()))),
+                None => item,
+            };
+            self.add(item);
+        }
+    }
+
+    /// A feature by its name, with its type.
+    pub(super) fn of_feature(
+        &self,
+        name: &str,
+        of: mauve_model::Decl<'_>,
+        feature: &mauve_model::item_tree::Feature,
+    ) -> Completion {
+        let kind = match feature.kind {
+            FeatureKind::Constant => CompletionKind::Constant,
+            FeatureKind::Property => CompletionKind::Property,
+            FeatureKind::Input | FeatureKind::Output => CompletionKind::Port,
+            FeatureKind::Required | FeatureKind::Provided => CompletionKind::Operation,
+        };
+        let parameters = match feature.kind.is_operation() {
+            true => parameters_text(&feature.parameters),
+            false => String::new(),
+        };
+        Completion::new(kind, name)
+            .detail(format!("{parameters}{}", result_text(feature.ty.as_ref())))
+            .subject(Subject::of(self.db, of, Some(name.into())))
+    }
+
+    /// What a program that gives this may return.
+    pub(super) fn returns(&self, result: Option<&Type>) -> bool {
+        result.is_some_and(|result| *result != Type::Void)
+    }
+
+    /// An operand, where one may stand.
+    pub(super) fn expression(&mut self) {
+        let scope = self.scope();
+        if let Some(expected) = self.at.left.as_ref().and_then(|left| scope.expected(left)) {
+            self.operands(&scope, &expected);
+        }
+    }
+
+    /// The literals and variables that a constant expression may hold.
+    pub(super) fn value_of(&mut self, ty: Option<Type>) {
+        self.literals(&Expected { ty, ..Expected::default() });
+    }
+}
+
+/// The keyword that a node begins with.
+fn first_kind(node: &mauve_syntax::SyntaxNode) -> Option<SyntaxKind> {
+    matches!(node.kind(), HOOK | METHOD | STATE_MACHINE).then(|| node.first_token().map(|it| it.kind()))?
+}
+
+/// May an operand end with this token?
+pub(super) fn ends_operand(kind: SyntaxKind) -> bool {
+    matches!(
+        kind,
+        IDENT
+            | INT_NUMBER
+            | FLOAT_NUMBER
+            | STRING
+            | R_PAREN
+            | TRUE_KW
+            | FALSE_KW
+            | NO_DATA_KW
+            | OLD_DATA_KW
+            | NEW_DATA_KW
+            | FAILURE_KW
+            | SUCCESS_KW
+            | NOT_READY_KW
+    )
+}

@@ -1,0 +1,135 @@
+//! What stands in a file and in a library: declarations.
+
+use std::collections::BTreeSet;
+
+use mauve_model::item_tree::{Kind, Name};
+use mauve_model::{catalogue, names_of, used_packages};
+use mauve_syntax::SyntaxKind::*;
+
+use super::position::without_path;
+use super::{Completer, Completion, CompletionKind, may_be};
+
+impl Completer<'_, '_> {
+    /// A declaration, or a part of one before its `{`.
+    pub(super) fn declaration(&mut self) {
+        let item = &self.at.item;
+        let (rest, path) = without_path(item);
+        let kinds: Vec<_> = rest.iter().map(|token| token.kind()).collect();
+        match kinds.as_slice() {
+            [] if path.is_empty() => self.declarations(),
+            [USE_KW] => self.use_(),
+            [CODEL_KW, _, L_PAREN, ..] => self.signature(),
+            [SHELL_KW, _] => self.keyword("extends"),
+            [SHELL_KW, _, EXTENDS_KW] | [SHELL_KW, _, EXTENDS_KW, .., COMMA] => {
+                self.declared(Kind::Shell, &path)
+            }
+            [CORE_KW, _, L_PAREN] | [COMPONENT_KW, _, L_PAREN] => self.declared(Kind::Shell, &path),
+            [COMPONENT_KW, _, L_PAREN, .., COMMA] => self.cores(&path),
+            _ if self.at.may_begin => self.declarations(),
+            _ => {}
+        }
+    }
+
+    fn declarations(&mut self) {
+        if self.at.list.kind() == SOURCE_FILE {
+            let word = self.at.word.start();
+            let mut earlier = self.at.list.children().filter(|node| node.text_range().end() <= word);
+            if earlier.all(|node| matches!(node.kind(), INCLUDE | ERROR)) {
+                self.skeleton("include", "include \"$1\"");
+            }
+            self.skeleton("library", "library ${1:name} {\n\t$0\n}");
+        }
+        self.keyword("use");
+        for (keyword, snippet) in [
+            ("codel", "codel ${1:name}($2): ${3:void}"),
+            ("shell", "shell ${1:Name} {\n\t$0\n}"),
+            (
+                "core",
+                "core ${1:Name}(${2:Shell}) {\n\tstatemachine {\n\t\tinitial state ${3:Idle} {\n\t\t\trun = {\n\t\t\t\t$0\n\t\t\t}\n\t\t}\n\t}\n}",
+            ),
+            ("component", "component ${1:Name}(${2:Shell}, ${3:Core})"),
+            ("architecture", "architecture ${1:Name} {\n\t$0\n}"),
+            ("deployment", "deployment ${1:Name} {\n\tarchitecture ${2:Architecture}\n\n\t$0\n}"),
+        ] {
+            self.skeleton(keyword, snippet);
+        }
+    }
+
+    /// The libraries and packages that are not used yet.
+    fn use_(&mut self) {
+        let names = names_of(self.db, self.project);
+        let own = self.library.clone();
+        let used = used_packages(self.db, self.project).get(&own);
+        let in_use = |name: &Name| {
+            used.is_some_and(|used| used.contains(name))
+                || own.is_some() && names.visible(own.as_ref()).any(|known| known == name)
+        };
+        let libraries: BTreeSet<&Name> = names.libraries().collect();
+        for &name in &libraries {
+            if Some(name) != own.as_ref() && !in_use(name) {
+                self.add(Completion::new(CompletionKind::Library, name.as_str()).note("library").rank(0));
+            }
+        }
+        for name in self.packages() {
+            if !libraries.contains(&name) && !in_use(&name) {
+                self.add(Completion::new(CompletionKind::Library, name.as_str()).note("message package"));
+            }
+        }
+        self.add(Completion::new(CompletionKind::Library, "ctypes").note("the scalars of C").rank(2));
+    }
+
+    /// The message packages that are known: those of this machine, and those that are built in.
+    pub(super) fn packages(&self) -> BTreeSet<Name> {
+        let installed = self.project.workspace(self.db).packages(self.db).keys();
+        installed.chain(catalogue().keys()).cloned().collect()
+    }
+
+    /// Cores, those for the shell of the component first.
+    fn cores(&mut self, path: &[&str]) {
+        let from = self.found.len();
+        self.declared(Kind::Core, path);
+        let shell = self.at.item.iter().skip_while(|token| token.kind() != L_PAREN).skip(1);
+        let shell: Vec<&str> = shell.take_while(|it| it.kind() != COMMA).map(|it| it.text()).collect();
+        let Some(shell) = shell.last().filter(|shell| !shell.is_empty()) else { return };
+        for item in self.found.iter_mut().skip(from).filter(|item| item.kind == CompletionKind::Core) {
+            if item.detail.trim_matches(['(', ')']).rsplit('.').next() == Some(shell) {
+                item.rank = 0;
+            }
+        }
+    }
+
+    /// Behind the name of a codel or an operation: parameters and the type of the result.
+    pub(super) fn signature(&mut self) {
+        let (rest, path) = without_path(&self.at.item);
+        let mut depth = 0_i32;
+        let mut parameter = Vec::new();
+        for token in rest {
+            match token.kind() {
+                L_PAREN => depth += 1,
+                R_PAREN => depth -= 1,
+                COMMA => {}
+                kind => {
+                    parameter.push(kind);
+                    continue;
+                }
+            }
+            parameter.clear();
+        }
+        let in_parameters = depth > 0;
+        match parameter.as_slice() {
+            [] if in_parameters && path.is_empty() => {
+                for direction in ["in", "out", "inout"] {
+                    self.keyword(direction);
+                }
+            }
+            [.., COLON] => self.types(&path, !in_parameters),
+            _ => {}
+        }
+    }
+
+    /// Is this worth showing, though it needs a `use`?
+    pub(super) fn is_asked_for(&mut self, name: &str) -> bool {
+        self.incomplete = true;
+        !self.at.prefix.is_empty() && may_be(&self.at.prefix, name)
+    }
+}

@@ -1,0 +1,92 @@
+//! What is said of an item once it is looked at: how it is declared, and the comment above that; the fields of a message.
+//!
+//! An item is known by names, and not by a place: while the list is open, the user types on.
+
+use std::path::PathBuf;
+
+use mauve_model::item_tree::{Kind, Name};
+use mauve_model::{Decl, ModelDb, Workspace, declarations, package, parse, source_map};
+use mauve_syntax::SyntaxKind::*;
+use mauve_syntax::{SyntaxKind, SyntaxNode};
+
+use crate::hover::{comment_above, fields, head};
+
+/// What an item stands for.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Subject {
+    /// A declaration, or something in one.
+    Declaration {
+        /// The file in which it stands.
+        path: PathBuf,
+        /// What it is.
+        kind: Kind,
+        /// The library around it.
+        library: Option<Name>,
+        /// Its name.
+        name: Name,
+        /// The feature, state or instance in it that is meant; none: all of it.
+        member: Option<Name>,
+    },
+    /// A message.
+    Message {
+        /// Its package.
+        package: Name,
+        /// Its name there.
+        name: Name,
+    },
+}
+
+impl Subject {
+    pub(crate) fn of(db: &dyn ModelDb, decl: Decl<'_>, member: Option<Name>) -> Subject {
+        Subject::Declaration {
+            path: decl.file(db).path(db).clone(),
+            kind: decl.kind(db),
+            library: decl.library(db).clone(),
+            name: decl.name(db).clone(),
+            member,
+        }
+    }
+}
+
+/// What is known of it, in Markdown, as it is declared now; nothing where it is not any more.
+pub fn documentation(db: &dyn ModelDb, workspaces: &[Workspace], subject: &Subject) -> Option<String> {
+    match subject {
+        Subject::Message { package: of, name } => {
+            let package = workspaces.iter().find_map(|&workspace| package(db, workspace, of))?;
+            Some(fields(package, name, package.messages.get(name)?))
+        }
+        Subject::Declaration { path, kind, library, name, member } => {
+            let file = workspaces.iter().find_map(|workspace| workspace.file(db, path))?;
+            let maps = &source_map(db, file).declarations;
+            let is_it = |decl: &Decl<'_>| {
+                decl.kind(db) == *kind && decl.library(db) == library && decl.name(db) == name
+            };
+            let mut found = declarations(db, file).all.iter().zip(maps);
+            let (_, map) = found.find(|(decl, _)| is_it(decl))?;
+            let root = parse(db, file).syntax();
+            let all =
+                root.text_range().contains_range(map.range).then(|| root.covering_element(map.range))?;
+            let all = all.ancestors().find(|node| !is_name(node.kind()))?;
+            let node = match member {
+                Some(member) => member_of(&all, member)?,
+                None => all,
+            };
+            let comment = comment_above(&node);
+            let comment = if comment.is_empty() { String::new() } else { format!("\n{comment}\n") };
+            Some(format!("```mauve\n{}\n```\n{comment}", head(&node)))
+        }
+    }
+}
+
+fn is_name(kind: SyntaxKind) -> bool {
+    matches!(kind, NAME | NAME_REF)
+}
+
+/// What declares `name` in `of`.
+fn member_of(of: &SyntaxNode, name: &str) -> Option<SyntaxNode> {
+    let names = of.descendants().filter(|node| node.kind() == NAME && node.text() == name);
+    let parents = names.filter_map(|node| node.parent());
+    let mut members =
+        parents.filter(|parent| !matches!(parent.kind(), PARAM | TRANSITION | VAR) && parent != of);
+    members.next()
+}

@@ -1,0 +1,100 @@
+//! The paths of the models that an `include` may name.
+
+use std::path::{Component, Path, PathBuf};
+
+use mauve_model::{File, ModelDb, Project, includes, is_model};
+use mauve_syntax::SyntaxKind::*;
+use mauve_syntax::{SyntaxNode, TextRange, TextSize};
+
+use super::position::before;
+use super::{Completion, CompletionKind, Completions};
+
+/// The paths that fit where the cursor is; none where that is no `include`.
+pub(super) fn paths(
+    db: &dyn ModelDb,
+    projects: &[Project<'_>],
+    file: File,
+    root: &SyntaxNode,
+    offset: TextSize,
+) -> Option<Completions> {
+    let (replaced, is_quoted) = path_at(root, offset)?;
+    let mut found = Completions::default();
+    for &project in projects {
+        let workspace = project.workspace(db);
+        let included: Vec<File> = includes(db, workspace, file).iter().flatten().copied().collect();
+        let folder = file.path(db).parent().unwrap_or(Path::new("/"));
+        for (path, &other) in workspace.files(db).iter().filter(|(path, _)| is_model(path)) {
+            let by_model_path = workspace.model_path(db).iter().find_map(|it| path.strip_prefix(it).ok());
+            let is_near = path.starts_with(workspace.folder(db));
+            let shown = match by_model_path.filter(|_| !is_near) {
+                Some(path) => path.to_path_buf(),
+                None => relative(folder, path),
+            };
+            let shown = shown.display().to_string();
+            if other == file || found.items.iter().any(|item| item.label == shown) {
+                continue;
+            }
+            let mut item = Completion::new(CompletionKind::File, shown.as_str());
+            if !is_quoted {
+                item.insert = format!("\"{shown}\"");
+            }
+            // What is included already is hardly meant, but where the cursor is in its very path.
+            item.rank = if included.contains(&other) { 3 } else { u8::from(shown.starts_with("..")) };
+            item.replaced = replaced;
+            found.items.push(item);
+        }
+    }
+    found.items.sort_by_key(|item| item.rank);
+    Some(found)
+}
+
+/// What a path would replace, and whether it stands in quotes.
+fn path_at(root: &SyntaxNode, offset: TextSize) -> Option<(TextRange, bool)> {
+    let mut around = root.token_at_offset(offset);
+    let is_string = |kind| matches!(kind, STRING | UNTERMINATED_STRING);
+    let string = around.clone().find(|it| is_string(it.kind()) && it.text_range().start() < offset);
+    if let Some(token) = string {
+        let is_path = token.parent().is_some_and(|parent| parent.kind() == INCLUDE);
+        let range = token.text_range();
+        let start = range.start() + TextSize::from(1);
+        let end = match token.kind() {
+            STRING => range.end() - TextSize::from(1),
+            // The rest of the line may be anything.
+            _ => offset,
+        };
+        return (is_path && offset <= end).then(|| (TextRange::new(start, end), true));
+    }
+    let word = around.clone().find(|it| it.kind().is_word() && it.text_range().start() < offset);
+    let range = word.map_or(TextRange::empty(offset), |word| word.text_range());
+    let is_comment = |kind| matches!(kind, LINE_COMMENT | BLOCK_COMMENT);
+    if around.clone().any(|it| is_comment(it.kind()) && it.text_range().start() < offset) {
+        return None;
+    }
+    let left = around.find_map(|token| before(token, range.start()))?;
+    let is_include = left.kind() == INCLUDE_KW && left.parent().is_some_and(|it| it.kind() == INCLUDE);
+    is_include.then_some((range, false))
+}
+
+/// The way from a folder to a file, by their texts.
+fn relative(folder: &Path, file: &Path) -> PathBuf {
+    let same = folder.components().zip(file.components()).take_while(|(one, other)| one == other).count();
+    let up = folder.components().skip(same).map(|_| Component::ParentDir);
+    up.chain(file.components().skip(same)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_path_is_written_from_the_folder_of_the_file() {
+        for (folder, file, expected) in [
+            ("/a", "/a/b.mal", "b.mal"),
+            ("/a", "/a/b/c.mal", "b/c.mal"),
+            ("/a/b", "/a/c/d.mal", "../c/d.mal"),
+            ("/", "/x.mal", "x.mal"),
+        ] {
+            assert_eq!(relative(Path::new(folder), Path::new(file)), Path::new(expected));
+        }
+    }
+}

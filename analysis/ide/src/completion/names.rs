@@ -1,0 +1,237 @@
+//! Types, messages and declarations by their names, with the `use` that each needs where the cursor is.
+
+use std::collections::BTreeSet;
+
+use mauve_model::item_tree::{Data, Kind, Name};
+use mauve_model::{Decl, Package, config_of, data, names_of, package, used_packages};
+use mauve_syntax::SyntaxKind::*;
+use mauve_syntax::format::Replacement;
+use mauve_syntax::{SyntaxNode, TextRange, TextSize};
+
+use super::{Completer, Completion, CompletionKind, Subject};
+use crate::program::{parameters_text, result_text};
+
+/// Of what needs a `use`, no more is shown.
+const MOST_TO_USE: usize = 50;
+
+/// The types of the language.
+const TYPES: [&str; 5] = ["bool", "int", "double", "float", "string"];
+
+/// The scalars of C.
+const SCALARS: [&str; 25] = [
+    "int8", "int16", "int32", "int64", "uint8", "uint16", "uint32", "uint64", "float32", "float64", "char",
+    "short", "long", "byte", "size_t", "int8_t", "int16_t", "int32_t", "int64_t", "uint8_t", "uint16_t",
+    "uint32_t", "uint64_t", "uint", "boolean",
+];
+
+impl<'db> Completer<'_, 'db> {
+    /// The type of a value, behind `path`; where it is what something gives, also `void`.
+    pub(super) fn types(&mut self, path: &[&str], is_result: bool) {
+        let workspace = self.project.workspace(self.db);
+        if let Some((of, rest)) = path.split_first() {
+            if *of == "ctypes" {
+                self.scalars();
+            }
+            let package = package(self.db, workspace, &(*of).into());
+            if let Some(package) = package.filter(|_| rest.is_empty() || rest == ["msg"]) {
+                for name in package.messages.keys() {
+                    self.add(message(package, name));
+                }
+            }
+            return;
+        }
+        let built_in = TYPES.iter().copied().chain(is_result.then_some("void"));
+        for name in built_in {
+            self.add(Completion::new(CompletionKind::BuiltInType, name));
+        }
+        for (name, cpp) in &config_of(self.db, workspace).types {
+            self.add(Completion::new(CompletionKind::BuiltInType, name.as_str()).note(cpp.as_str()));
+        }
+        let used = used_packages(self.db, self.project).get(&self.library).map_or(&[][..], Vec::as_slice);
+        let mut seen: BTreeSet<&Name> = BTreeSet::new();
+        for package in used.iter().filter_map(|name| package(self.db, workspace, name)) {
+            for name in package.messages.keys() {
+                let item = message(package, name);
+                // Of two messages of one name, the first package's is meant.
+                let is_hidden = !seen.insert(name);
+                let qualified = format!("{}.{name}", package.name);
+                self.add(if is_hidden { item.insert(qualified).rank(2) } else { item });
+            }
+        }
+        if used.iter().any(|name| name == "ctypes") || !self.at.prefix.is_empty() {
+            self.scalars();
+        }
+        self.unused_messages(used);
+        for name in self.packages() {
+            let note = "message package";
+            self.add(Completion::new(CompletionKind::Library, name.as_str()).note(note).rank(4));
+        }
+    }
+
+    fn scalars(&mut self) {
+        for name in SCALARS {
+            self.add(Completion::new(CompletionKind::BuiltInType, name).note("ctypes").rank(3));
+        }
+    }
+
+    /// Messages of packages that the library does not use: choosing one uses it.
+    fn unused_messages(&mut self, used: &[Name]) {
+        let workspace = self.project.workspace(self.db);
+        let mut count = 0;
+        for of in self.packages().into_iter().filter(|of| !used.contains(of)) {
+            let Some(package) = package(self.db, workspace, &of) else { continue };
+            for name in package.messages.keys() {
+                if self.is_asked_for(name) && count < MOST_TO_USE {
+                    count += 1;
+                    let item = message(package, name).rank(5);
+                    self.add_using(item, &of);
+                }
+            }
+        }
+    }
+
+    /// What is declared of this kind, behind `path`: what is seen here, and what would be with a `use`.
+    pub(super) fn declared(&mut self, kind: Kind, path: &[&str]) {
+        let names = names_of(self.db, self.project);
+        let own = self.library.clone();
+        if let [of] = path {
+            let of = Some(Name::from(*of));
+            for &decl in names.all.iter().filter(|decl| decl.kind(self.db) == kind) {
+                if *decl.library(self.db) == of {
+                    self.add_declared(decl);
+                }
+            }
+            return;
+        }
+        if !path.is_empty() {
+            return;
+        }
+        let visible: BTreeSet<&Name> = names.visible(own.as_ref()).collect();
+        let (mut seen, mut count) = (BTreeSet::new(), 0);
+        for &decl in names.all.iter().filter(|decl| decl.kind(self.db) == kind) {
+            let (library, name) = (decl.library(self.db), decl.name(self.db));
+            if name.is_empty() {
+                continue;
+            }
+            let is_own = *library == own;
+            if is_own || library.as_ref().is_some_and(|library| visible.contains(library)) {
+                let is_hidden =
+                    !is_own && (!names.in_library(own.as_ref(), kind, name).is_empty() || !seen.insert(name));
+                match is_hidden {
+                    // A codel has no other name.
+                    true if kind == Kind::Codel => {}
+                    true => {
+                        let qualified = decl.qualified(self.db);
+                        let item = self.of_declaration(decl).insert(qualified).rank(2);
+                        self.add(item);
+                    }
+                    false => self.add_declared(decl),
+                }
+            } else if let Some(library) = library
+                && self.is_asked_for(name)
+                && count < MOST_TO_USE
+            {
+                count += 1;
+                let item = self.of_declaration(decl).rank(5);
+                self.add_using(item, library);
+            }
+        }
+        if kind != Kind::Codel {
+            let libraries: BTreeSet<&Name> = names.libraries().collect();
+            for name in libraries.into_iter().filter(|&name| Some(name) != own.as_ref()) {
+                let item = Completion::new(CompletionKind::Library, name.as_str()).note("library");
+                self.add(item.rank(4));
+            }
+        }
+    }
+
+    fn add_declared(&mut self, decl: Decl<'db>) {
+        let item = self.of_declaration(decl);
+        if !item.label.is_empty() {
+            self.add(item);
+        }
+    }
+
+    /// A declaration by its name.
+    pub(super) fn of_declaration(&self, decl: Decl<'db>) -> Completion {
+        let db = self.db;
+        let (kind, detail) = match data(db, decl).as_deref() {
+            Some(Data::Codel(it)) => {
+                let detail =
+                    format!("{}{}", parameters_text(&it.parameters), result_text(it.result.as_ref()));
+                (CompletionKind::Codel, detail)
+            }
+            Some(Data::Shell(_)) => (CompletionKind::Shell, String::new()),
+            Some(Data::Core(it)) => {
+                let shell = it.shell.as_ref();
+                (CompletionKind::Core, shell.map_or_else(String::new, |shell| format!("({shell})")))
+            }
+            Some(Data::Component(it)) => {
+                let ends =
+                    [&it.shell, &it.core].map(|end| end.as_ref().map_or("?".into(), ToString::to_string));
+                (CompletionKind::Component, format!("({})", ends.join(", ")))
+            }
+            _ => (CompletionKind::Architecture, String::new()),
+        };
+        let library = decl.library(db).as_ref().filter(|library| Some(*library) != self.library.as_ref());
+        Completion::new(kind, decl.name(db).as_str())
+            .detail(detail)
+            .note(library.map_or("", Name::as_str))
+            .subject(Subject::of(db, decl, None))
+    }
+
+    /// Adds an item that needs `use of`.
+    pub(super) fn add_using(&mut self, mut item: Completion, of: &str) {
+        item.note = format!("use {of}");
+        item.more.push(self.use_edit(of));
+        self.add(item);
+    }
+
+    /// Puts `use of` behind the last `use` of the block around the cursor, or at its head.
+    fn use_edit(&self, of: &str) -> Replacement {
+        let word = self.at.word.start();
+        let library = self.at.around(LIBRARY);
+        let block = library.clone().or_else(|| self.at.list.ancestors().last());
+        let block = block.unwrap_or_else(|| self.at.list.clone());
+        let earlier = || block.children().filter(|node| node.text_range().end() <= word);
+        let of_kind = |kind| earlier().filter(|node| node.kind() == kind).last();
+        if let Some(last) = of_kind(USE).or_else(|| of_kind(INCLUDE)) {
+            let text = match line_start(&last) {
+                Some(indent) => format!("\n{indent}use {of}"),
+                None => format!(" use {of}"),
+            };
+            return insertion(last.text_range().end(), text);
+        }
+        let brace = library.and_then(|library| {
+            let mut tokens = library.children_with_tokens().filter_map(|it| it.into_token());
+            tokens.find(|token| token.kind() == L_CURLY)
+        });
+        match brace {
+            Some(brace) => {
+                let indent = line_start(&block).unwrap_or_default();
+                insertion(brace.text_range().end(), format!("\n{indent}  use {of}\n"))
+            }
+            None => {
+                let first = block.children().next().map(|node| node.text_range().start());
+                insertion(first.filter(|first| *first <= word).unwrap_or_default(), format!("use {of}\n"))
+            }
+        }
+    }
+}
+
+fn insertion(at: TextSize, text: String) -> Replacement {
+    Replacement { range: TextRange::empty(at), text }
+}
+
+/// The white space before a node that begins its line.
+fn line_start(node: &SyntaxNode) -> Option<String> {
+    let Some(before) = node.first_token()?.prev_token() else { return Some(String::new()) };
+    let (_, indent) = before.text().rsplit_once('\n').filter(|_| before.kind() == WHITESPACE)?;
+    Some(indent.to_owned())
+}
+
+fn message(package: &Package, name: &Name) -> Completion {
+    Completion::new(CompletionKind::Message, name.as_str())
+        .note(package.name.as_str())
+        .subject(Subject::Message { package: package.name.clone(), name: name.clone() })
+}

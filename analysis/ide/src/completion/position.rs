@@ -1,0 +1,230 @@
+//! Where the cursor is in the grammar, by the tree and the tokens before it: what is being typed is hardly ever correct.
+
+use mauve_syntax::SyntaxKind::{self, *};
+use mauve_syntax::{SyntaxNode, SyntaxToken, TextRange, TextSize, is_whole};
+
+/// A place at which something may be typed.
+pub(crate) struct Position {
+    /// The word around the cursor, or nothing at the cursor.
+    pub(crate) word: TextRange,
+    /// The word up to the cursor.
+    pub(crate) prefix: String,
+    /// What stands before the word.
+    pub(crate) left: Option<SyntaxToken>,
+    /// What stands behind the word; [`EOF`] at the end of the text.
+    pub(crate) right: SyntaxKind,
+    /// The innermost list of items around the cursor: of a file, a library, a shell, …, a block.
+    pub(crate) list: SyntaxNode,
+    /// The tokens before the word of the item, in that list, that is being typed; none where an item may begin.
+    pub(crate) item: Vec<SyntaxToken>,
+    /// The tokens of an item before the cursor's line, where it may go on or another one begin.
+    pub(crate) before: Vec<SyntaxToken>,
+    /// May an item begin here, although one stands before it on the line?
+    pub(crate) may_begin: bool,
+    /// The item that ends right before the cursor with a brace.
+    pub(crate) closed: Option<SyntaxNode>,
+}
+
+impl Position {
+    /// The position of `offset`; none in comments, strings and numbers.
+    pub(crate) fn at(root: &SyntaxNode, offset: TextSize) -> Option<Position> {
+        let around: Vec<SyntaxToken> = root.token_at_offset(offset).collect();
+        if around.iter().any(|token| is_closed_to(token, offset)) {
+            return None;
+        }
+        Some(Position::in_any_token(root, offset))
+    }
+
+    /// The position of `offset`, also where nothing is to be completed.
+    pub(crate) fn in_any_token(root: &SyntaxNode, offset: TextSize) -> Position {
+        let around: Vec<SyntaxToken> = root.token_at_offset(offset).collect();
+        let word = around.iter().find(|it| it.kind().is_word() && it.text_range().start() < offset);
+        let range = word.map_or(TextRange::empty(offset), SyntaxToken::text_range);
+        let prefix = word.and_then(|word| {
+            let length = usize::from(offset.checked_sub(word.text_range().start())?);
+            Some(word.text().get(..length)?.to_owned())
+        });
+        let left = around.iter().cloned().find_map(|token| before(token, range.start()));
+        let right = around.last().cloned().and_then(|token| behind(token, range.end()));
+        let list = left.as_ref().map_or_else(|| root.clone(), |left| list_around(root, left));
+        let begins_line = left.as_ref().is_none_or(|left| {
+            let mut between = std::iter::successors(left.next_token(), SyntaxToken::next_token)
+                .take_while(|token| token.text_range().end() <= range.start());
+            between.any(|token| token.text().contains('\n'))
+        });
+        let mut position = Position {
+            word: range,
+            prefix: prefix.unwrap_or_default(),
+            left,
+            right: right.map_or(EOF, |token| token.kind()),
+            list,
+            item: Vec::new(),
+            before: Vec::new(),
+            may_begin: true,
+            closed: None,
+        };
+        position.find_item(begins_line);
+        position
+    }
+
+    fn find_item(&mut self, begins_line: bool) {
+        let Some(left) = &self.left else { return };
+        let item = left.parent_ancestors().find(|node| node.parent().as_ref() == Some(&self.list));
+        let Some(item) = item else { return };
+        if left.kind() == SEMICOLON && item.kind() != PROPERTY {
+            return;
+        }
+        if left.kind() == R_CURLY {
+            self.closed = Some(item);
+            return;
+        }
+        let tokens = item.descendants_with_tokens().filter_map(|it| it.into_token());
+        let tokens = tokens.filter(|token| !token.kind().is_trivia());
+        let tokens = tokens.take_while(|token| token.text_range().end() <= self.word.start()).collect();
+        if begins_line && may_end_item(left) {
+            self.before = tokens;
+        } else {
+            self.may_begin = may_end_item(left)
+                && item.kind() != ERROR
+                && is_whole(&item)
+                && item.text_range().end() <= self.word.start();
+            self.item = tokens;
+        }
+    }
+
+    /// The kinds of the tokens of the item before the word.
+    pub(crate) fn kinds(&self) -> Vec<SyntaxKind> {
+        self.item.iter().map(SyntaxToken::kind).collect()
+    }
+
+    /// The innermost node of this kind around the cursor.
+    pub(crate) fn around(&self, kind: SyntaxKind) -> Option<SyntaxNode> {
+        self.list.ancestors().find(|node| node.kind() == kind)
+    }
+}
+
+/// Is nothing to be completed in this token?
+fn is_closed_to(token: &SyntaxToken, offset: TextSize) -> bool {
+    let range = token.text_range();
+    if offset <= range.start() {
+        return false;
+    }
+    match token.kind() {
+        LINE_COMMENT | UNTERMINATED_STRING | INT_NUMBER | FLOAT_NUMBER | BAD_NUMBER => true,
+        BLOCK_COMMENT => offset < range.end() || !token.text().ends_with("*/") || token.text().len() < 4,
+        STRING => offset < range.end(),
+        _ => false,
+    }
+}
+
+/// The last token, but for white space and comments, that ends at `offset` or before it; `token` is near.
+pub(crate) fn before(token: SyntaxToken, offset: TextSize) -> Option<SyntaxToken> {
+    std::iter::successors(Some(token), SyntaxToken::prev_token)
+        .find(|token| token.text_range().end() <= offset && !token.kind().is_trivia())
+}
+
+fn behind(token: SyntaxToken, offset: TextSize) -> Option<SyntaxToken> {
+    std::iter::successors(Some(token), SyntaxToken::next_token)
+        .find(|token| token.text_range().start() >= offset && !token.kind().is_trivia())
+}
+
+/// The innermost list that is open behind `left`.
+fn list_around(root: &SyntaxNode, left: &SyntaxToken) -> SyntaxNode {
+    let is_list = |kind| {
+        matches!(
+            kind,
+            LIBRARY | SHELL | CORE | STATE_MACHINE | STATE | ARCHITECTURE | DEPLOYMENT | ACTIVITY | BLOCK
+        )
+    };
+    let is_open = |node: &SyntaxNode| {
+        let mut braces = node.children_with_tokens().filter_map(|it| it.into_token());
+        let opens = braces
+            .any(|brace| brace.kind() == L_CURLY && brace.text_range().start() <= left.text_range().start());
+        opens && !(left.kind() == R_CURLY && left.parent().as_ref() == Some(node))
+    };
+    let mut nodes = left.parent_ancestors();
+    nodes.find(|node| is_list(node.kind()) && is_open(node)).unwrap_or_else(|| root.clone())
+}
+
+/// May this be the last token of an item that ends with no mark of its own?
+fn may_end_item(token: &SyntaxToken) -> bool {
+    matches!(
+        token.kind(),
+        IDENT
+            | INT_NUMBER
+            | FLOAT_NUMBER
+            | BAD_NUMBER
+            | STRING
+            | UNTERMINATED_STRING
+            | R_PAREN
+            | R_BRACK
+            | TRUE_KW
+            | FALSE_KW
+            | NO_DATA_KW
+            | OLD_DATA_KW
+            | NEW_DATA_KW
+            | FAILURE_KW
+            | SUCCESS_KW
+            | NOT_READY_KW
+    )
+}
+
+/// `a.b::` at the end of `tokens`: what stands before it, and its parts.
+pub(crate) fn without_path(tokens: &[SyntaxToken]) -> (&[SyntaxToken], Vec<&str>) {
+    let mut rest = tokens;
+    let mut path = Vec::new();
+    while let [head @ .., name, separator] = rest
+        && matches!(separator.kind(), DOT | COLON2)
+        && name.kind().is_word()
+    {
+        path.insert(0, name.text());
+        rest = head;
+    }
+    (rest, path)
+}
+
+/// A call whose arguments are being typed.
+pub(crate) struct Call {
+    /// The name of what is called.
+    pub(crate) callee: SyntaxToken,
+    /// `( … )`
+    pub(crate) arguments: SyntaxNode,
+    /// Which argument it is, from 0.
+    pub(crate) index: usize,
+}
+
+/// The innermost call of which an argument may stand behind `left`.
+pub(crate) fn call_around(left: &SyntaxToken) -> Option<Call> {
+    let mut commas: Vec<(SyntaxNode, usize)> = Vec::new();
+    let mut depth = 0_usize;
+    for token in std::iter::successors(Some(left.clone()), SyntaxToken::prev_token) {
+        match token.kind() {
+            R_PAREN => depth += 1,
+            L_PAREN if depth > 0 => depth -= 1,
+            L_PAREN => {
+                let list = token.parent()?;
+                match list.kind() {
+                    ARGUMENT_LIST => {
+                        let callee = before(token.prev_token()?, token.text_range().start())?;
+                        let index = commas.iter().find(|(of, _)| *of == list).map_or(0, |(_, count)| *count);
+                        return Some(Call { callee, arguments: list, index });
+                    }
+                    // Brackets in an argument.
+                    PAREN_EXPR => {}
+                    _ => return None,
+                }
+            }
+            COMMA if depth == 0 => {
+                // Within brackets it is none between arguments, and an error.
+                let list = token.parent()?;
+                match commas.iter_mut().find(|(of, _)| *of == list) {
+                    Some((_, count)) => *count += 1,
+                    None => commas.push((list, 1)),
+                }
+            }
+            SEMICOLON | L_CURLY | R_CURLY => return None,
+            _ => {}
+        }
+    }
+    None
+}

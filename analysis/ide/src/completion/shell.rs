@@ -1,0 +1,77 @@
+//! What stands in a shell.
+
+use mauve_model::item_tree::FeatureKind;
+use mauve_syntax::SyntaxKind::*;
+
+use super::position::without_path;
+use super::{Completer, Completion, CompletionKind};
+use crate::program::Expected;
+
+impl Completer<'_, '_> {
+    pub(super) fn shell_item(&mut self) {
+        let (rest, path) = without_path(&self.at.item);
+        let kinds: Vec<_> = rest.iter().map(|token| token.kind()).collect();
+        match kinds.as_slice() {
+            [] if path.is_empty() => self.shell_items(),
+            [INPUT_KW | OUTPUT_KW] => self.keyword("port"),
+            [REQUIRE_KW | PROVIDE_KW, _, L_PAREN, ..] if !self.at.may_begin => self.signature(),
+            [CONSTANT_KW | PROPERTY_KW, _, COLON] | [INPUT_KW | OUTPUT_KW, _, _, COLON] => {
+                self.types(&path, false);
+            }
+            [CONSTANT_KW | PROPERTY_KW, ..] if path.is_empty() => {
+                let scope = self.scope();
+                match self.at.left.as_ref().and_then(|left| scope.expected(left)) {
+                    Some(expected) => self.constants(&expected),
+                    None if self.at.may_begin => self.shell_items(),
+                    None => {}
+                }
+            }
+            _ if self.at.may_begin => self.shell_items(),
+            _ => {}
+        }
+    }
+
+    fn shell_items(&mut self) {
+        self.skeleton("input port", "input port ${1:name}: ${2:type}");
+        self.skeleton("output port", "output port ${1:name}: ${2:type}");
+        self.skeleton("property", "property ${1:name}: ${2:double}");
+        self.skeleton("constant", "constant ${1:name}: ${2:double} = ${3:0.0}");
+        self.skeleton("require", "require ${1:name}($2): ${3:void}");
+        self.skeleton("provide", "provide ${1:name}($2): ${3:void}");
+    }
+
+    /// The constants that the value of another may name, and literals.
+    fn constants(&mut self, expected: &Expected) {
+        let scope = self.scope();
+        let own = self.at.item.get(1).map(|token| token.text().to_owned());
+        for (name, (of, feature)) in &scope.features {
+            if feature.kind == FeatureKind::Constant && own.as_deref() != Some(name.as_str()) {
+                let ty = scope.type_of_name(name);
+                let rank = if ty.is_some_and(|ty| expected.takes(&ty)) { 0 } else { 2 };
+                let item = self.of_feature(name, *of, feature);
+                self.add(item.rank(rank));
+            }
+        }
+        self.literals(expected);
+    }
+
+    /// Words that always mean a value, where one of their type is expected.
+    pub(super) fn literals(&mut self, expected: &Expected) {
+        use mauve_model::Type;
+        let is_known = expected.ty.as_ref().is_some_and(|ty| *ty != Type::Unknown);
+        for (words, ty) in [
+            (&["true", "false"][..], Type::Bool),
+            (&["new_data", "old_data", "no_data"], Type::PortStatus),
+            (&["success", "not_ready", "failure"], Type::CallStatus),
+        ] {
+            let fits = is_known && expected.takes(&ty);
+            // A status is compared, and hardly ever anything else.
+            if fits || ty == Type::Bool && !is_known {
+                for word in words {
+                    let rank = if fits && ty != Type::Bool { 0 } else { 2 };
+                    self.add(Completion::new(CompletionKind::Value, *word).rank(rank));
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,410 @@
+//! Keys and values of `mauve.toml` and of timing tables. What is typed is hardly ever TOML: lines are read, and no more.
+
+use std::collections::BTreeSet;
+
+use mauve_model::diagnostics::codes;
+use mauve_model::item_tree::{FeatureKind, Kind, Name};
+use mauve_model::{
+    File, ModelDb, Project, behaviour_of, config_file, core_of, flat_of, is_model, names_of, table_files,
+    timetable_of,
+};
+use mauve_syntax::{TextRange, TextSize};
+
+use super::{Completion, CompletionKind, Completions};
+use crate::program::{features, shell_of_component};
+
+/// The sections of `mauve.toml`, what each is for, and its keys, if those are fixed.
+const CONFIG: [(&str, &str, &[&str]); 9] = [
+    ("project", "the roots of the models", &["root", "roots"]),
+    ("timing", "where execution times stand", &["tables", "significance"]),
+    ("types", "types that no message package declares", &["cpp", "header"]),
+    ("generate", "where generated sources go", &["out"]),
+    ("lints", "how bad a diagnostic is", &[]),
+    ("assume", "times that the tables lack", &["codel"]),
+    ("platform", "what the programs run on", &["cpus", "rt_throttling"]),
+    ("clocks", "what is released together", &["synchronised"]),
+    ("chains", "ports that data goes through", &[]),
+];
+
+/// The sections of a timing table.
+const TABLE: [(&str, &str, &[&str]); 4] = [
+    ("codel", "times of codels", &[]),
+    ("program", "times of whole programs", &[]),
+    ("component", "times of whole components, for the classic method", &[]),
+    ("overhead", "what each job costs beside its program", &["dispatch", "context_switch"]),
+];
+
+/// What may stand at `offset` of a TOML file.
+pub(super) fn completions(
+    db: &dyn ModelDb,
+    projects: &[Project<'_>],
+    file: File,
+    offset: TextSize,
+) -> Completions {
+    let text = file.text(db);
+    let Some(place) = Place::at(text, offset.into()) else { return Completions::default() };
+    let is_config = projects.iter().any(|it| config_file(db, it.workspace(db)) == Some(file));
+    let is_table = projects.iter().any(|it| table_files(db, it.workspace(db)).files.contains(&file));
+    if !is_config && !is_table {
+        return Completions::default();
+    }
+    let toml = Toml { db, projects, file };
+    let mut items = match &place.what {
+        What::Header => Vec::new(),
+        What::Key if is_config => toml.config_keys(&place.section),
+        What::Key => toml.table_keys(&place.section),
+        What::Value(key) if is_config => toml.config_values(&place.section, key),
+        What::Value(key) => toml.table_values(key),
+    };
+    if matches!(place.what, What::Key) {
+        items.retain(|item| !place.given.contains(&item.label));
+        for item in &mut items {
+            let is_bare =
+                item.label.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"-_".contains(&byte));
+            if !is_bare || place.is_quoted {
+                item.insert = format!("\"{}\"", item.label);
+            }
+        }
+    }
+    for item in items.iter_mut().filter(|_| place.is_quoted) {
+        item.filter = Some(item.insert.clone());
+    }
+    if matches!(place.what, What::Key) && !place.has_value && !place.is_quoted {
+        for item in &mut items {
+            item.filter = Some(item.label.clone());
+            item.insert += " = ";
+        }
+    }
+    if matches!(place.what, What::Header | What::Key) && !place.is_quoted && !place.has_value {
+        let sections = if is_config { &CONFIG[..] } else { &TABLE[..] };
+        for (name, what, _) in sections {
+            if *name == "types" || !place.sections.contains(*name) {
+                let label = if *name == "types" { "[types.Name]".to_owned() } else { format!("[{name}]") };
+                let rank = if matches!(place.what, What::Header) { 0 } else { 2 };
+                items.push(Completion::new(CompletionKind::Key, label).note(*what).rank(rank));
+            }
+        }
+    }
+    items.sort_by_key(|item| item.rank);
+    let replaced = TextRange::new((place.start as u32).into(), (place.end as u32).into());
+    for item in &mut items {
+        item.replaced = replaced;
+    }
+    Completions { items, incomplete: false }
+}
+
+/// What is typed.
+#[derive(Debug, Clone, PartialEq, Eq)]
+enum What {
+    Header,
+    Key,
+    /// The value of this key.
+    Value(String),
+}
+
+/// Where the cursor is in a TOML file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct Place {
+    what: What,
+    /// The section around the cursor; empty before the first.
+    section: String,
+    /// The sections that are there.
+    sections: BTreeSet<String>,
+    /// The keys that stand in the section on other lines.
+    given: BTreeSet<String>,
+    /// What is replaced.
+    start: usize,
+    end: usize,
+    /// Does that begin with a quote?
+    is_quoted: bool,
+    /// Does a value follow on the line?
+    has_value: bool,
+}
+
+impl Place {
+    /// None in comments, and in numbers.
+    fn at(text: &str, offset: usize) -> Option<Place> {
+        let (mut section, mut open_key, mut depth) = (String::new(), String::new(), 0_i32);
+        let mut place: Option<Place> = None;
+        let mut sections = BTreeSet::new();
+        let mut keys: Vec<(String, String)> = Vec::new();
+        let mut line_start = 0;
+        for line in text.split_inclusive('\n') {
+            let is_here = place.is_none() && (line_start..line_start + line.len()).contains(&offset)
+                || place.is_none()
+                    && offset == text.len()
+                    && line_start + line.len() == offset
+                    && !line.ends_with('\n');
+            if is_here {
+                let before = line.get(..offset - line_start)?;
+                place = Some(Place::in_line(line, before, line_start, depth > 0, &open_key)?);
+                if let Some(place) = &mut place {
+                    place.section.clone_from(&section);
+                }
+            }
+            let content = without_comment(line.trim_end());
+            let trimmed = content.trim();
+            let assigned = equals(trimmed);
+            if depth == 0 && trimmed.starts_with('[') && assigned.is_none() {
+                section = trimmed.trim_matches(['[', ']']).trim().to_owned();
+                if !is_here {
+                    sections.insert(section.clone());
+                }
+            } else if let Some(at) = assigned.filter(|_| depth == 0) {
+                let (key, value) = trimmed.split_at(at);
+                open_key = unquoted(key.trim());
+                if !is_here {
+                    keys.push((section.clone(), open_key.clone()));
+                }
+                depth += brackets(value);
+            } else if depth > 0 {
+                depth += brackets(trimmed);
+            }
+            depth = depth.max(0);
+            line_start += line.len();
+        }
+        let mut place = match place {
+            Some(place) => place,
+            // The last line is empty.
+            None => {
+                let mut place = Place::in_line("", "", text.len(), depth > 0, &open_key)?;
+                place.section.clone_from(&section);
+                place
+            }
+        };
+        place.given = keys.into_iter().filter(|(of, _)| *of == place.section).map(|(_, key)| key).collect();
+        place.sections = sections;
+        Some(place)
+    }
+
+    fn in_line(line: &str, before: &str, line_start: usize, goes_on: bool, key: &str) -> Option<Place> {
+        if without_comment(before).len() < before.len() {
+            return None;
+        }
+        let trimmed = before.trim_start();
+        let indent = before.len() - trimmed.len();
+        let assigned = equals(trimmed).filter(|_| !goes_on);
+        let what = match assigned {
+            _ if goes_on => What::Value(key.to_owned()),
+            Some(at) => What::Value(unquoted(trimmed.get(..at)?.trim())),
+            None if trimmed.starts_with('[') => What::Header,
+            None => What::Key,
+        };
+        let value_start = assigned.map_or(indent, |at| indent + at + 1);
+        let typed = before.get(value_start..)?;
+        let quotes = typed.matches('"').count();
+        let is_value = matches!(what, What::Value(_));
+        let start = if quotes % 2 == 1 {
+            value_start + typed.rfind('"')?
+        } else if is_value {
+            value_start + typed.rfind(['[', ',', ' ', '\t']).map_or(0, |at| at + 1)
+        } else {
+            indent
+        };
+        let is_quoted = line.get(start..)?.starts_with('"') && start < before.len();
+        let behind = line.get(before.len()..)?.trim_end();
+        let rest = match (is_quoted, &what) {
+            (true, _) => behind.find('"').map_or(0, |at| at + 1),
+            (false, What::Header) => behind.find(']').map_or(0, |at| at + 1),
+            (false, _) => {
+                let is_part = |c: char| c.is_alphanumeric() || "_-.".contains(c);
+                behind.find(|c| !is_part(c)).unwrap_or(behind.len())
+            }
+        };
+        let typed = line.get(start..before.len())?;
+        if is_value && !is_quoted && typed.starts_with(|c: char| c.is_ascii_digit()) {
+            return None;
+        }
+        Some(Place {
+            what,
+            section: String::new(),
+            sections: BTreeSet::new(),
+            given: BTreeSet::new(),
+            start: line_start + start,
+            end: line_start + before.len() + rest,
+            is_quoted,
+            has_value: equals(without_comment(behind)).is_some() || is_value,
+        })
+    }
+}
+
+/// A line up to its comment.
+fn without_comment(line: &str) -> &str {
+    let mut in_string = false;
+    let end = line.char_indices().find(|(_, letter)| {
+        in_string ^= *letter == '"';
+        *letter == '#' && !in_string
+    });
+    end.and_then(|(at, _)| line.get(..at)).unwrap_or(line)
+}
+
+/// Where the `=` between key and value is.
+fn equals(line: &str) -> Option<usize> {
+    let mut in_string = false;
+    let found = line.char_indices().find(|(_, letter)| {
+        in_string ^= *letter == '"';
+        *letter == '=' && !in_string
+    });
+    found.map(|(at, _)| at)
+}
+
+/// How many more brackets open than close.
+fn brackets(value: &str) -> i32 {
+    let mut in_string = false;
+    let one = |letter: char| {
+        in_string ^= letter == '"';
+        match letter {
+            '[' if !in_string => 1,
+            ']' if !in_string => -1,
+            _ => 0,
+        }
+    };
+    value.chars().map(one).sum()
+}
+
+fn unquoted(key: &str) -> String {
+    key.split('.').map(|part| part.trim().trim_matches('"')).collect::<Vec<_>>().join(".")
+}
+
+struct Toml<'a, 'db> {
+    db: &'db dyn ModelDb,
+    projects: &'a [Project<'db>],
+    file: File,
+}
+
+impl Toml<'_, '_> {
+    fn config_keys(&self, section: &str) -> Vec<Completion> {
+        let kind = section.split('.').next().unwrap_or_default();
+        if kind == "lints" {
+            return codes().map(|code| Completion::new(CompletionKind::Key, code.name)).collect();
+        }
+        let of_section =
+            CONFIG.iter().filter(|(name, ..)| *name == kind && (kind != "types" || section != kind));
+        let keys = of_section.flat_map(|(.., keys)| keys.iter());
+        keys.map(|key| Completion::new(CompletionKind::Key, *key).rank(0)).collect()
+    }
+
+    fn config_values(&self, section: &str, key: &str) -> Vec<Completion> {
+        match (section, key) {
+            ("project", "root" | "roots") => self.files(true),
+            ("timing", "tables") => self.files(false),
+            ("timing", "significance") => {
+                let levels = self.projects.iter().flat_map(|&it| timetable_of(self.db, it).levels());
+                let levels: BTreeSet<String> = levels.map(ToString::to_string).collect();
+                levels.into_iter().map(|level| Completion::new(CompletionKind::Value, level)).collect()
+            }
+            ("platform", "rt_throttling") => ["true", "false"].map(value).into(),
+            ("lints", _) => ["allow", "hint", "warn", "error"].map(text).into(),
+            ("assume", "codel") => vec![text("5 ms")],
+            ("generate", "out") => vec![text("generated")],
+            ("clocks", "synchronised") => self.instances(false),
+            ("chains", _) => self.instances(true),
+            _ => Vec::new(),
+        }
+    }
+
+    fn table_keys(&self, section: &str) -> Vec<Completion> {
+        let db = self.db;
+        let fixed =
+            |keys: &[&str]| keys.iter().map(|key| Completion::new(CompletionKind::Key, *key)).collect();
+        match section {
+            "" => return fixed(&["unit", "levels"]),
+            "overhead" => return fixed(&["dispatch", "context_switch"]),
+            "codel" | "component" | "program" => {}
+            _ => return Vec::new(),
+        }
+        let kind = if section == "codel" { Kind::Codel } else { Kind::Component };
+        let mut seen = BTreeSet::new();
+        let mut items = Vec::new();
+        let mut add = |key: String, kind| {
+            if seen.insert(key.clone()) {
+                items.push(Completion::new(kind, key).rank(0));
+            }
+        };
+        for &project in self.projects {
+            let names = names_of(db, project);
+            for &decl in names.all.iter().filter(|decl| decl.kind(db) == kind && !decl.name(db).is_empty()) {
+                let name = decl.name(db);
+                let is_clear = names.by_key(kind, name).len() == 1;
+                match section {
+                    "codel" => add(decl.qualified(db), CompletionKind::Codel),
+                    _ => {
+                        let key = if is_clear { name.to_string() } else { decl.qualified(db) };
+                        if section == "component" {
+                            add(key, CompletionKind::Component);
+                            continue;
+                        }
+                        let core = core_of(db, project, decl);
+                        let known = core.map(|core| behaviour_of(db, project, core));
+                        for program in
+                            known.into_iter().flat_map(|it| it.programs.iter().chain(&it.operations))
+                        {
+                            add(format!("{key}/{}", program.key), CompletionKind::Operation);
+                        }
+                    }
+                }
+            }
+        }
+        items
+    }
+
+    fn table_values(&self, key: &str) -> Vec<Completion> {
+        match key {
+            "unit" => ["ns", "us", "ms", "s"].map(text).into(),
+            _ => Vec::new(),
+        }
+    }
+
+    /// The models, or the tables, by their paths from the configuration's folder.
+    fn files(&self, models: bool) -> Vec<Completion> {
+        let mut paths = BTreeSet::new();
+        for workspace in self.projects.iter().map(|it| it.workspace(self.db)) {
+            for (path, &file) in workspace.files(self.db).iter() {
+                let is_wanted = is_model(path) == models && file != self.file;
+                if let Ok(path) = path.strip_prefix(workspace.folder(self.db))
+                    && is_wanted
+                {
+                    paths.insert(path.display().to_string());
+                }
+            }
+        }
+        let file = |path: String| {
+            let insert = format!("\"{path}\"");
+            Completion::new(CompletionKind::File, path).insert(insert)
+        };
+        paths.into_iter().map(file).collect()
+    }
+
+    /// The instances of all architectures, or the ports that they write.
+    fn instances(&self, ports: bool) -> Vec<Completion> {
+        let db = self.db;
+        let mut found: BTreeSet<Name> = BTreeSet::new();
+        for &project in self.projects {
+            for &decl in &names_of(db, project).all {
+                if decl.kind(db) != Kind::Architecture {
+                    continue;
+                }
+                for instance in &flat_of(db, project, decl).instances {
+                    if !ports {
+                        found.insert(instance.name.clone());
+                        continue;
+                    }
+                    let shell = instance.component.and_then(|it| shell_of_component(db, project, it));
+                    let all = shell.map(|shell| features(db, project, shell)).unwrap_or_default();
+                    let outputs = all.iter().filter(|(_, (_, it))| it.kind == FeatureKind::Output);
+                    found.extend(outputs.map(|(port, _)| Name::from(format!("{}.{port}", instance.name))));
+                }
+            }
+        }
+        found.iter().map(|name| text(name)).collect()
+    }
+}
+
+fn value(word: &str) -> Completion {
+    Completion::new(CompletionKind::Value, word)
+}
+
+/// A value that stands in quotes.
+fn text(word: &str) -> Completion {
+    Completion::new(CompletionKind::Value, word).insert(format!("\"{word}\""))
+}
