@@ -136,7 +136,9 @@ fn try_actions(
                     errors.map(|it| it.diagnostic.message.clone() + "\n").collect::<String>()
                 };
                 assert_eq!(after.errors, before.errors, "{}\n{}{made:#?}", what(), show());
-                assert_eq!(after.response_times, before.response_times, "{} {made:#?}", what());
+                // Other priorities and periods say what they give, at which level.
+                let is_timing = action.title.contains(" at 1e-");
+                assert!(is_timing || after.response_times == before.response_times, "{} {made:#?}", what());
             }
         }
     }
