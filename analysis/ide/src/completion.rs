@@ -291,7 +291,6 @@ impl<'a, 'db> Completer<'a, 'db> {
         self.add(Completion::new(CompletionKind::Skeleton, keyword).snippet(snippet).note(shown));
     }
 
-
     fn scope(&self) -> Scope<'db> {
         Scope::at(self.db, self.project, self.decl, self.at)
     }

@@ -179,7 +179,8 @@ fn not_offered(mut sample: Sample) -> (usize, Vec<String>) {
             let path = file.path(&sample.db).file_name().unwrap().display().to_string();
             let without = format!("{}{}", &text[..start], &text[end..]);
             count += 1;
-            for (text, offset, shown) in [(&*without, start, format!("|{name}")), (&*text, end, format!("{name}|"))]
+            for (text, offset, shown) in
+                [(&*without, start, format!("|{name}")), (&*text, end, format!("{name}|"))]
             {
                 let found = sample.ask(file, text, offset);
                 if !found.items.iter().any(|item| item.label == name) {

@@ -61,8 +61,10 @@ impl Completer<'_, '_> {
         let names = names_of(self.db, self.project);
         let own = self.library.clone();
         let here = self.at.list.children().filter(|node| !node.text_range().contains_range(self.at.word));
-        let here: BTreeSet<String> =
-            here.filter_map(ast::Use::cast).filter_map(|it| Some(it.name_ref()?.syntax().text().to_string())).collect();
+        let here: BTreeSet<String> = here
+            .filter_map(ast::Use::cast)
+            .filter_map(|it| Some(it.name_ref()?.syntax().text().to_string()))
+            .collect();
         // What another block of the library uses is used here too, and may be said again.
         let elsewhere: BTreeSet<&Name> = names.visible(own.as_ref()).filter(|_| own.is_some()).collect();
         let libraries: BTreeSet<&Name> = names.libraries().collect();
