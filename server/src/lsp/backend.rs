@@ -15,13 +15,17 @@ use tower_lsp::{Client, LanguageServer, LspServiceBuilder};
 
 use super::capabilities::Capabilities;
 use super::handlers;
+use super::handlers::analysis::AnalysisParams;
 use super::handlers::diagnostic::{Given, ask_again, of_defect};
 use super::handlers::execute_command::Command;
+use super::handlers::state_machine::{StateMachineDocument, StateMachineParams};
 use super::handlers::status::{Status, status};
+use super::handlers::syntax_tree::SyntaxTreeParams;
 use super::main_loop::Event;
 use super::pulls::ResultId;
 use super::settings::{SECTION, Settings};
 use super::snapshot::{Failure, Snapshot, attempt};
+use crate::analysis_document::AnalysisDocument;
 
 /// A command that edits overtake is read again so often.
 const MOST_ATTEMPTS: usize = 100;
@@ -40,6 +44,9 @@ pub(crate) struct Backend {
 pub(crate) fn with_custom_methods(build: LspServiceBuilder<Backend>) -> LspServiceBuilder<Backend> {
     let build = build
         .custom_method("mauve/status", Backend::status)
+        .custom_method("mauve/analysis", Backend::analysis)
+        .custom_method("mauve/stateMachine", Backend::state_machine)
+        .custom_method("mauve/syntaxTree", Backend::syntax_tree)
         .custom_method("window/workDoneProgress/cancel", Backend::cancel_progress);
     #[cfg(debug_assertions)]
     let build = build
@@ -108,6 +115,18 @@ impl Backend {
     /// There is one thing at a time that a client shows the progress of.
     async fn cancel_progress(&self, _: WorkDoneProgressCancelParams) {
         self.send(Event::Stop);
+    }
+
+    async fn analysis(&self, params: AnalysisParams) -> Result<Vec<AnalysisDocument>> {
+        self.answer(move |snapshot| handlers::analysis::analysis(snapshot, &params)).await
+    }
+
+    async fn state_machine(&self, params: StateMachineParams) -> Result<StateMachineDocument> {
+        self.answer(move |snapshot| handlers::state_machine::state_machine(snapshot, &params)).await
+    }
+
+    async fn syntax_tree(&self, params: SyntaxTreeParams) -> Result<String> {
+        self.answer(move |snapshot| handlers::syntax_tree::syntax_tree(snapshot, &params)).await
     }
 
     async fn status(&self) -> Result<Status> {
@@ -353,6 +372,24 @@ impl LanguageServer for Backend {
 
     async fn inlay_hint_resolve(&self, hint: InlayHint) -> Result<InlayHint> {
         self.answer(move |snapshot| handlers::inlay_hints::resolve(snapshot, &hint)).await
+    }
+
+    async fn code_lens(&self, params: CodeLensParams) -> Result<Option<Vec<CodeLens>>> {
+        let handler = move |snapshot: &Snapshot| {
+            let lenses = handlers::code_lens::code_lenses(snapshot, &params)?;
+            Ok((lenses, snapshot.generation))
+        };
+        let answer = self.answer(handler).await;
+        match &answer {
+            Ok((_, generation)) => self.send(Event::Hinted(Some(*generation))),
+            Err(error) if *error == Error::content_modified() => self.send(Event::Hinted(None)),
+            Err(_) => {}
+        }
+        answer.map(|(lenses, _)| lenses)
+    }
+
+    async fn code_lens_resolve(&self, lens: CodeLens) -> Result<CodeLens> {
+        self.answer(move |snapshot| handlers::code_lens::resolve(snapshot, &lens)).await
     }
 
     async fn execute_command(&self, params: ExecuteCommandParams) -> Result<Option<Value>> {

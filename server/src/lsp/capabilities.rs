@@ -4,6 +4,7 @@ use serde_json::Value;
 use tower_lsp::lsp_types::*;
 
 use super::handlers;
+use super::handlers::code_lens::SHOW_REFERENCES;
 use super::handlers::execute_command::COMMANDS;
 use super::handlers::semantic_tokens::Legend;
 use super::position::Encoding;
@@ -40,6 +41,10 @@ pub(crate) struct Capabilities {
     pub(crate) related: bool,
     /// Does it open the page behind the code of a diagnostic?
     pub(crate) pages: bool,
+    /// May it be asked to ask for code lenses again?
+    pub(crate) lens_refresh: bool,
+    /// Does it have the command `mauve.showReferences`, which shows places? It says so in `experimental.commands`.
+    pub(crate) shows_references: bool,
     /// Does it ask what is wrong in open files, and may it be asked to ask again? Then it is not told.
     pub(crate) pull_diagnostics: bool,
     /// Does it ask about all files rightly?
@@ -80,6 +85,8 @@ impl Capabilities {
         let edit = workspace.and_then(|it| it.workspace_edit.as_ref());
         let action = text.and_then(|it| it.code_action.as_ref());
         let publish = text.and_then(|it| it.publish_diagnostics.as_ref());
+        let commands = client.experimental.as_ref().and_then(|it| it.get("commands")?.as_array());
+        let commands: Vec<&str> = commands.into_iter().flatten().filter_map(|it| it.as_str()).collect();
         let folding = text.and_then(|it| it.folding_range.as_ref());
         Capabilities {
             encoding: Encoding::negotiated(general.and_then(|it| it.position_encodings.as_deref())),
@@ -129,6 +136,8 @@ impl Capabilities {
             }),
             disabled_actions: action.and_then(|it| it.disabled_support).unwrap_or(false),
             preferred_actions: action.and_then(|it| it.is_preferred_support).unwrap_or(false),
+            lens_refresh: workspace.and_then(|it| it.code_lens.as_ref()?.refresh_support).unwrap_or(false),
+            shows_references: commands.contains(&SHOW_REFERENCES),
             progress: client.window.as_ref().and_then(|it| it.work_done_progress).unwrap_or(false),
         }
     }
@@ -155,6 +164,7 @@ impl Capabilities {
                     ..CodeActionOptions::default()
                 })
             }),
+            code_lens_provider: Some(CodeLensOptions { resolve_provider: Some(true) }),
             document_symbol_provider: Some(OneOf::Left(true)),
             workspace_symbol_provider: Some(OneOf::Left(true)),
             document_link_provider: Some(DocumentLinkOptions {

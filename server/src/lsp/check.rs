@@ -19,7 +19,7 @@ pub(crate) struct Checked {
     pub(crate) is_outdated: bool,
     /// For each file with a diagnostic and each open one, with the version that was checked.
     pub(crate) diagnostics: BTreeMap<Url, (Option<i32>, Vec<Diagnostic>)>,
-    /// For each open file, what its inlay hints say, wherever they stand.
+    /// For each open file, what its inlay hints and code lenses say, wherever they stand.
     pub(crate) hints: BTreeMap<Url, u64>,
     /// For each open file of which the client colours names, its version and what stands for their meaning.
     pub(crate) meanings: BTreeMap<Url, (i32, u64)>,
@@ -74,6 +74,11 @@ pub(crate) fn check(snapshot: &Snapshot) -> Checked {
         let all = TextRange::up_to(TextSize::of(&**document.file.text(db)));
         for hint in mauve_ide::inlay_hints(db, &snapshot.workspaces, document.file, all) {
             hint.label.hash(&mut hasher);
+        }
+        for lens in mauve_ide::code_lenses(db, &snapshot.workspaces, document.file) {
+            if let Some(lens) = mauve_ide::resolve_code_lens(db, &snapshot.workspaces, document.file, lens) {
+                lens.title.hash(&mut hasher);
+            }
         }
         // So that the first request for it is quick.
         line_index(db, document.file);

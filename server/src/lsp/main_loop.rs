@@ -19,7 +19,7 @@ use tower_lsp::lsp_types::{DidChangeTextDocumentParams, DidSaveTextDocumentParam
 use super::capabilities::Capabilities;
 use super::check::{Checked, check};
 use super::documents::Documents;
-use super::publisher::Publisher;
+use super::publisher::{Publisher, Refresh};
 use super::pulls::ResultId;
 use super::settings::Settings;
 use super::snapshot::{Document, Failure, Snapshot, attempt};
@@ -61,7 +61,7 @@ pub(crate) enum Event {
     Pulled { all: bool },
     /// It was told so.
     Diagnosed(BTreeMap<Url, Option<ResultId>>),
-    /// The client was given the inlay hints of this generation; none, where an edit has overtaken its question.
+    /// The client was given the inlay hints or code lenses of this generation; none, where an edit has overtaken its question.
     Hinted(Option<u64>),
     /// An edit has overtaken its question for the colours of this text in this version.
     Uncoloured(Url, i32),
@@ -469,7 +469,7 @@ impl MainLoop {
                     self.refresh_hints();
                 }
                 if self.tokens.is_outdated(&meanings) && self.capabilities.token_refresh {
-                    self.publisher.refresh_tokens();
+                    self.publisher.refresh(Refresh::Tokens);
                 }
             }
             Err(Failure::Panicked(message)) => self.panicked(&message),
@@ -484,7 +484,7 @@ impl MainLoop {
         let is_this_one = self.documents.get(uri).is_some_and(|open| open.version == version);
         self.tokens.lost(uri, version);
         if is_this_one && self.published == Some(self.generation) && self.capabilities.token_refresh {
-            self.publisher.refresh_tokens();
+            self.publisher.refresh(Refresh::Tokens);
         }
     }
 
@@ -502,7 +502,10 @@ impl MainLoop {
 
     fn refresh_hints(&self) {
         if self.capabilities.hint_refresh {
-            self.publisher.refresh_hints();
+            self.publisher.refresh(Refresh::Hints);
+        }
+        if self.capabilities.lens_refresh {
+            self.publisher.refresh(Refresh::Lenses);
         }
     }
 
