@@ -80,6 +80,9 @@ pub fn state_machine<'db>(
         Ok(psm) => view.psm = Some(psm),
         Err(refused) => view.reasons = refused.refusals.iter().map(|it| it.message.clone()).collect(),
     }
+    if !behaviour.refusals.is_empty() {
+        return view;
+    }
     let data = core(db, of);
     let declared: Vec<_> =
         data.into_iter().flat_map(|data| &data.machines).flat_map(|machine| &machine.states).collect();
@@ -215,7 +218,9 @@ codel = \"1.5 ms\"
 
     #[test]
     fn from_an_instance_and_from_a_core() {
-        check(&at("$1", MODEL), expect![[r#"
+        check(
+            &at("$1", MODEL),
+            expect![[r#"
             Pilot
             Waiting @Waiting initial
             Moving @Moving
@@ -223,25 +228,31 @@ codel = \"1.5 ms\"
             0 -> 0 None @? Some(Time(1500000)) [("Waiting.go.guard", Some(Time(1500000)))]
             1 -> 0 Some("done") @done Some(Time(3000000)) [("Moving.run", Some(Time(3000000)))]
             [0, 2, 0, 2, 0, 2, 0, 2, 0, 2, 0, 2] []
-        "#]]);
+        "#]],
+        );
         assert_eq!(shown(&at("$1", MODEL)), shown(&at("$2", MODEL)));
     }
 
     #[test]
     fn a_component_without_states_is_its_update() {
-        check(&at("$3", MODEL), expect![[r#"
+        check(
+            &at("$3", MODEL),
+            expect![[r#"
             Updater
             update @update initial
             0 -> 0 None @? Some(Time(1500000)) [("update", Some(Time(1500000)))]
             [0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0] []
-        "#]]);
+        "#]],
+        );
         assert_eq!(shown(&at("$3", MODEL)), shown(&at("$4", MODEL)));
     }
 
     #[test]
     fn without_times_there_are_states_all_the_same() {
         let model = MODEL.replace("codel = \"1.5 ms\"", "");
-        check(&at("$1", &model), expect![[r#"
+        check(
+            &at("$1", &model),
+            expect![[r#"
             Pilot
             Waiting @Waiting initial
             Moving @Moving
@@ -249,11 +260,15 @@ codel = \"1.5 ms\"
             0 -> 0 None @? None [("Waiting.go.guard", None)]
             1 -> 0 Some("done") @done None [("Moving.run", None)]
             [] ["no time for codel `plan`"]
-        "#]]);
-        check("component $0C(S, Unknown)", expect![[r#"
+        "#]],
+        );
+        check(
+            "component $0C(S, Unknown)",
+            expect![[r#"
             C
             [] ["its core is unknown"]
-        "#]]);
+        "#]],
+        );
         check("shell $0S { }", expect![[""]]);
     }
 }
