@@ -31,6 +31,8 @@ const LONGEST_WAY: usize = 5000;
 /// The second half of a session may hold so much more memory at its end than at its beginning, in kB: what the allocator
 /// keeps comes and goes by this much.
 const MARGIN: f64 = 16.0 * 1024.0;
+/// What changes on the disk is noticed when nothing has come for so many ms; where it is not, it is looked for again.
+const PATIENCE: [u64; 8] = [50, 300, 1000, 1000, 1000, 1000, 1000, 1000];
 /// Fewer steps that fail are looked for so long.
 const SHRINKING: Duration = Duration::from_secs(180);
 
@@ -151,6 +153,8 @@ struct Session {
     /// The newest answers that other requests follow.
     answers: HashMap<&'static str, (Place, Value)>,
     counts: BTreeMap<&'static str, Count>,
+    /// How long the server may take, each time, to notice what has changed on the disk, in ms.
+    patience: &'static [u64],
     /// For so many steps more, nothing is read of what the server says.
     unread: usize,
 }
@@ -160,7 +164,7 @@ fn soak(name: &str, capabilities: &Value) {
     let seed = number("MAUVE_SEED").unwrap_or(0x9e37_79b9);
     let steps = number("MAUVE_SOAK").map_or(STEPS, |steps| steps as usize);
     println!("MAUVE_SEED={seed} MAUVE_SOAK={steps}");
-    let top = scratch(env!("CARGO_TARGET_TMPDIR"), &format!("soak_{name}_{seed}"));
+    let top = scratch(env!("CARGO_TARGET_TMPDIR"), &format!("soak_{name}_{seed}_{}", std::process::id()));
     let mut session = Session::new(seed, &top, capabilities);
     let look = (steps / LOOKS).clamp(1, 500);
     let way = (steps / COMPARISONS).clamp(look, LONGEST_WAY);
@@ -197,6 +201,7 @@ fn soak(name: &str, capabilities: &Value) {
         );
     }
     assert_eq!(session.client.shut_down(), Some(0));
+    std::fs::remove_dir_all(&top).unwrap();
     let second_half: Vec<(f64, f64)> = memory.split_off(memory.len() / 2);
     let grown = slope(&second_half) * (steps / 2) as f64;
     println!("memory over the second half: {:+.1} MB", grown / 1024.0);
@@ -227,6 +232,7 @@ fn slope(points: &[(f64, f64)]) -> f64 {
 fn shrink(session: &mut Session, checkpoint: &State, mut steps: Vec<usize>, fault: &str) -> String {
     let begin = Instant::now();
     let top = session.top.clone();
+    session.patience = &PATIENCE[..2];
     let mut fails = |steps: &[usize], mirror: Option<&Path>| {
         session.restart(checkpoint, mirror);
         session.run(steps.iter().copied(), true).err()
@@ -304,6 +310,7 @@ impl Session {
             asked: HashMap::new(),
             answers: HashMap::new(),
             counts: BTreeMap::new(),
+            patience: &PATIENCE,
             unread: 0,
         }
     }
@@ -716,8 +723,7 @@ impl Session {
         }
         let mut expected = Vec::new();
         let mut difference = None;
-        // What changed on the disk is noticed in its time.
-        for quiet in [50, 300, 1000, 1000, 1000, 1000, 1000, 1000] {
+        for &quiet in self.patience {
             for client in [&mut self.client, &mut fresh] {
                 client.settle(Duration::from_millis(quiet));
             }

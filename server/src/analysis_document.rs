@@ -249,7 +249,7 @@ pub(crate) fn deployments<'db>(
 }
 
 /// A time as a number of milliseconds, whole where it is.
-pub(crate) fn milliseconds(time: Time) -> serde_json::Value {
+pub(crate) fn milliseconds(time: Time) -> Value {
     if time.as_nanos().is_multiple_of(1_000_000) {
         (time.as_nanos() / 1_000_000).into()
     } else {

@@ -25,7 +25,6 @@ pub struct Client {
     /// The newest diagnostics of each file.
     published: HashMap<String, Value>,
     /// What the user has set, for a server that asks.
-    /// What a server is told that asks for its settings.
     pub settings: Value,
 }
 

@@ -12,6 +12,7 @@
 //! | `workspace_symbols.rs` | the declarations of all files that a few letters may mean |
 //! | `document_links.rs` | the files that a file names |
 //! | `folding_ranges.rs`, `selection_ranges.rs` | what can be folded; what belongs together around the cursor |
+//! | `semantic_tokens.rs` | what each name is, for colours |
 //! | `formatting.rs` | white space as it should be |
 //! | `code_actions.rs`, `code_actions/` | what can be done about a place: fixes, refactorings |
 //! | `completion.rs`, `completion/` | what may stand where the cursor is |
@@ -51,6 +52,7 @@ mod program;
 mod project;
 mod references;
 mod selection_ranges;
+mod semantic_tokens;
 mod signature_help;
 mod state_machine;
 mod timing_actions;
@@ -74,6 +76,9 @@ pub use levels::known_levels;
 pub use machine_view::{MachineEdge, MachineState, MachineView, component_at, state_machine};
 pub use references::{Access, Reference, highlights, references};
 pub use selection_ranges::selection_ranges;
+pub use semantic_tokens::{
+    SemanticToken, TokenKind, TokenModifier, TokenModifiers, meanings_of_names, semantic_tokens,
+};
 pub use signature_help::{Signature, signature_help};
 pub use state_machine::{Drawing, draw_state_machine};
 pub use workspace_symbols::{FoundSymbol, workspace_symbols};

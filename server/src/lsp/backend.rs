@@ -184,6 +184,30 @@ impl Backend {
         drop(cancel);
         answer
     }
+
+    /// [`Backend::answer`] about the colours of a text: an edit elsewhere may overtake it, and then nobody asks again by
+    /// himself.
+    async fn colour<T: Send + 'static>(
+        &self,
+        uri: Url,
+        handler: impl Fn(&Snapshot) -> Result<T> + Send + 'static,
+    ) -> Result<T> {
+        let asked = Arc::new(OnceLock::new());
+        let (version, of) = (Arc::clone(&asked), uri.clone());
+        let handler = move |snapshot: &Snapshot| {
+            if let Some(document) = snapshot.documents.get(&of) {
+                let _ = version.set(document.version);
+            }
+            handler(snapshot)
+        };
+        let answer = self.answer(handler).await;
+        if let (Err(error), Some(version)) = (&answer, asked.get())
+            && *error == Error::content_modified()
+        {
+            self.send(Event::Uncoloured(uri, *version));
+        }
+        answer
+    }
 }
 
 /// Ends the work of a request whose future is dropped: that is what `$/cancelRequest` does.
@@ -442,5 +466,29 @@ impl LanguageServer for Backend {
 
     async fn selection_range(&self, params: SelectionRangeParams) -> Result<Option<Vec<SelectionRange>>> {
         self.answer(move |snapshot| handlers::selection_ranges::selection_ranges(snapshot, &params)).await
+    }
+
+    async fn semantic_tokens_full(
+        &self,
+        params: SemanticTokensParams,
+    ) -> Result<Option<SemanticTokensResult>> {
+        let uri = params.text_document.uri.clone();
+        self.colour(uri, move |snapshot| handlers::semantic_tokens::full(snapshot, &params)).await
+    }
+
+    async fn semantic_tokens_full_delta(
+        &self,
+        params: SemanticTokensDeltaParams,
+    ) -> Result<Option<SemanticTokensFullDeltaResult>> {
+        let uri = params.text_document.uri.clone();
+        self.colour(uri, move |snapshot| handlers::semantic_tokens::delta(snapshot, &params)).await
+    }
+
+    async fn semantic_tokens_range(
+        &self,
+        params: SemanticTokensRangeParams,
+    ) -> Result<Option<SemanticTokensRangeResult>> {
+        let uri = params.text_document.uri.clone();
+        self.colour(uri, move |snapshot| handlers::semantic_tokens::range(snapshot, &params)).await
     }
 }

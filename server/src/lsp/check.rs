@@ -21,6 +21,8 @@ pub(crate) struct Checked {
     pub(crate) diagnostics: BTreeMap<Url, (Option<i32>, Vec<Diagnostic>)>,
     /// For each open file, what its inlay hints and code lenses say, wherever they stand.
     pub(crate) hints: BTreeMap<Url, u64>,
+    /// For each open file of which the client colours names, its version and what stands for their meaning.
+    pub(crate) meanings: BTreeMap<Url, (i32, u64)>,
 }
 
 /// What stands for the diagnostics of a file: other ones have another.
@@ -82,5 +84,11 @@ pub(crate) fn check(snapshot: &Snapshot) -> Checked {
         line_index(db, document.file);
         hints.insert(url.clone(), hasher.finish());
     }
-    Checked { is_outdated, diagnostics, hints }
+    let meaning = |url: Url| {
+        let document = snapshot.documents.get(&url)?;
+        let meanings = mauve_ide::meanings_of_names(db, &snapshot.workspaces, document.file);
+        Some((url, (document.version, meanings)))
+    };
+    let meanings = snapshot.tokens.asked().into_iter().filter_map(meaning).collect();
+    Checked { is_outdated, diagnostics, hints, meanings }
 }

@@ -15,6 +15,7 @@ pub(crate) mod graph;
 pub(crate) mod hover;
 pub(crate) mod inlay_hints;
 pub(crate) mod selection_ranges;
+pub(crate) mod semantic_tokens;
 pub(crate) mod state_machine;
 pub(crate) mod status;
 pub(crate) mod syntax_tree;
