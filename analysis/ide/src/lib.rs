@@ -71,7 +71,7 @@ pub use folding_ranges::{FoldingKind, FoldingRange, folding_ranges};
 pub use formatting::{formatting, formatting_on_type};
 pub use graph::{Graph, GraphEdge, GraphNode, draw_graph, graph};
 pub use hover::{Hover, hover};
-pub use inlay_hints::{InlayHint, inlay_hints};
+pub use inlay_hints::{HintKinds, InlayHint, inlay_hints};
 pub use levels::known_levels;
 pub use machine_view::{MachineEdge, MachineState, MachineView, component_at, state_machine};
 pub use references::{Access, Reference, highlights, references};
