@@ -11,6 +11,7 @@ pub(crate) mod document_symbols;
 pub(crate) mod execute_command;
 pub(crate) mod folding_ranges;
 pub(crate) mod formatting;
+pub(crate) mod graph;
 pub(crate) mod hover;
 pub(crate) mod inlay_hints;
 pub(crate) mod selection_ranges;
