@@ -4,7 +4,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use mauve_model::item_tree::{Direction, Feature, FeatureKind, Kind, Name, Parameter, Part, TypeRef};
-use mauve_model::{Decl, ModelDb, Project, Type, VariableKind, codel, component, core, names_of, shell, type_of};
+use mauve_model::{
+    Decl, ModelDb, Project, Type, VariableKind, codel, component, core, names_of, shell, type_of,
+};
 use mauve_syntax::SyntaxKind::*;
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxNode, SyntaxToken};
@@ -184,9 +186,8 @@ impl<'db> Scope<'db> {
     ) -> Scope<'db> {
         let core_decl = decl.filter(|decl| decl.kind(db) == Kind::Core);
         let data = core_decl.and_then(|of| core(db, of));
-        let of_core = core_decl.and_then(|of| {
-            resolved(db, project, of, Kind::Shell, &data?.shell.as_ref()?.path)
-        });
+        let of_core =
+            core_decl.and_then(|of| resolved(db, project, of, Kind::Shell, &data?.shell.as_ref()?.path));
         let shell = of_core.or(decl.filter(|decl| decl.kind(db) == Kind::Shell));
         let defined = data.into_iter().flat_map(|data| &data.operations);
         let mut scope = Scope {
@@ -217,14 +218,14 @@ impl<'db> Scope<'db> {
                 BLOCK | STATE_MACHINE | CORE => {
                     // A program sees all variables of its core and machine, and those above it in its own block.
                     let is_block = node.kind() == BLOCK;
-                    let all = node.children().filter(|child| !is_block || is_earlier(child));
+                    let all: Vec<SyntaxNode> =
+                        node.children().filter(|child| !is_block || is_earlier(child)).collect();
                     let kind = match node.kind() {
                         BLOCK => VariableKind::Local,
                         CORE => VariableKind::Core,
                         _ => VariableKind::Machine,
                     };
-                    let all: Vec<SyntaxNode> = all.collect();
-                    for child in all.into_iter().rev() {
+                    for child in all {
                         if let Some(handler) = ast::Handler::cast(child.clone()) {
                             self.declare(of, handler.name(), handler.ty(), VariableKind::Handler);
                         } else if let Some(variable) = ast::Var::cast(child) {
@@ -271,13 +272,7 @@ impl<'db> Scope<'db> {
         }
     }
 
-    fn declare(
-        &mut self,
-        of: Decl<'db>,
-        name: Option<ast::Name>,
-        ty: Option<ast::Type>,
-        kind: VariableKind,
-    ) {
+    fn declare(&mut self, of: Decl<'db>, name: Option<ast::Name>, ty: Option<ast::Type>, kind: VariableKind) {
         let Some(name) = name else { return };
         let name: Name = name.syntax().text().to_string().into();
         if self.variables.iter().any(|known| known.name == name) {
@@ -377,7 +372,8 @@ impl<'db> Scope<'db> {
                 (Some((name, _)), _) => format!("{name}: {what}"),
                 (None, _) => what.to_owned(),
             };
-            let parameter = CallParameter { name: what.replace(' ', "_"), text, expected };
+            let parameter =
+                CallParameter { name: what.rsplit(' ').next().unwrap_or(what).to_owned(), text, expected };
             (parameter, found.map(|(name, (shell, feature))| (name, *shell, *feature)))
         };
         let value = |found: Option<(&Name, Decl<'db>, &Feature)>, name: &str, is_output: bool| {

@@ -13,6 +13,8 @@ pub(crate) struct Position {
     pub(crate) left: Option<SyntaxToken>,
     /// What stands behind the word; [`EOF`] at the end of the text.
     pub(crate) right: SyntaxKind,
+    /// The argument that stands behind the word and its `(`, or the `)`; none where no `(` follows at once.
+    pub(crate) first_argument: Option<SyntaxToken>,
     /// The innermost list of items around the cursor: of a file, a library, a shell, …, a block.
     pub(crate) list: SyntaxNode,
     /// The tokens before the word of the item, in that list, that is being typed; none where an item may begin.
@@ -46,17 +48,20 @@ impl Position {
         });
         let left = around.iter().cloned().find_map(|token| before(token, range.start()));
         let right = around.last().cloned().and_then(|token| behind(token, range.end()));
+        let opens =
+            right.as_ref().filter(|it| it.kind() == L_PAREN && it.text_range().start() == range.end());
+        let first_argument = opens.and_then(|it| behind(it.clone(), it.text_range().end()));
         let list = left.as_ref().map_or_else(|| root.clone(), |left| list_around(root, left));
         let begins_line = left.as_ref().is_none_or(|left| {
-            let mut between = std::iter::successors(token_after(left), token_after)
-                .take_while(|token| token.text_range().end() <= range.start());
-            between.any(|token| token.text().contains('\n'))
+            let between = TextRange::new(left.text_range().end(), range.start());
+            root.text().slice(between).contains_char('\n')
         });
         let mut position = Position {
             word: range,
             prefix: prefix.unwrap_or_default(),
             left,
             right: right.map_or(EOF, |token| token.kind()),
+            first_argument,
             list,
             item: Vec::new(),
             before: Vec::new(),
@@ -152,22 +157,13 @@ fn list_around(root: &SyntaxNode, left: &SyntaxToken) -> SyntaxNode {
     let is_list = |kind| {
         matches!(
             kind,
-            LIBRARY
-                | SHELL
-                | CORE
-                | STATE_MACHINE
-                | STATE
-                | ARCHITECTURE
-                | DEPLOYMENT
-                | ACTIVITY
-                | BLOCK
+            LIBRARY | SHELL | CORE | STATE_MACHINE | STATE | ARCHITECTURE | DEPLOYMENT | ACTIVITY | BLOCK
         )
     };
     let is_open = |node: &SyntaxNode| {
         let mut braces = node.children_with_tokens().filter_map(|it| it.into_token());
-        let opens = braces.any(|brace| {
-            brace.kind() == L_CURLY && brace.text_range().start() <= left.text_range().start()
-        });
+        let opens = braces
+            .any(|brace| brace.kind() == L_CURLY && brace.text_range().start() <= left.text_range().start());
         opens && !(left.kind() == R_CURLY && left.parent().as_ref() == Some(node))
     };
     let mut nodes = left.parent_ancestors();
