@@ -24,6 +24,8 @@ mod program;
 mod shell;
 mod toml;
 
+use std::collections::BTreeSet;
+
 use mauve_model::item_tree::Name;
 use mauve_model::{Decl, File, ModelDb, Project, Workspace, declarations, is_model, parse, source_map};
 use mauve_syntax::format::Replacement;
@@ -207,16 +209,13 @@ pub fn completions(db: &dyn ModelDb, workspaces: &[Workspace], file: File, offse
     }
     let Some(at) = Position::at(&root, offset) else { return Completions::default() };
     let mut found = Completions::default();
+    let mut known = BTreeSet::new();
     for project in projects {
         let mut completer = Completer::new(db, project, file, &at);
         completer.complete();
         found.incomplete |= completer.incomplete;
-        for item in completer.found {
-            let is_known = |known: &Completion| known.label == item.label && known.insert == item.insert;
-            if !found.items.iter().any(is_known) {
-                found.items.push(item);
-            }
-        }
+        let items = completer.found.into_iter();
+        found.items.extend(items.filter(|item| known.insert((item.label.clone(), item.insert.clone()))));
     }
     finish(found, at.word, &at.prefix)
 }

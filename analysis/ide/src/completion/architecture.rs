@@ -1,6 +1,6 @@
 //! What stands in an architecture: instances, and what connects them.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use mauve_model::item_tree::{Feature, FeatureKind, Kind, Name};
 use mauve_model::{Decl, Link, Type, architecture, flat_of, type_of};
@@ -152,7 +152,7 @@ impl<'db> Completer<'_, 'db> {
     }
 
     /// What a connection leads to already, but for the one in which the cursor is.
-    fn connected(&self, of: Decl<'db>) -> Vec<(Name, Name)> {
+    fn connected(&self, of: Decl<'db>) -> BTreeSet<(Name, Name)> {
         let is_here = |link: &Link<'db>| {
             link.at.file(self.db) == self.file
                 && link.at.range(self.db).contains_inclusive(self.at.word.start())

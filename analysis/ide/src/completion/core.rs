@@ -7,7 +7,7 @@ use mauve_model::item_tree::FeatureKind;
 use mauve_syntax::SyntaxKind::{self, *};
 use mauve_syntax::ast::{self, AstNode as _};
 
-use super::position::without_path;
+use super::position::{ends_operand, without_path};
 use super::{Completer, Completion, CompletionKind, Subject};
 use crate::program::{Expected, parameters_text, result_text};
 
@@ -153,7 +153,7 @@ impl Completer<'_, '_> {
                 self.transition_goes_on(&self.at.before);
                 self.state_items();
             }
-            [TRANSITION_KW, .., TO_KW] if self.is_target() => self.targets(),
+            [TRANSITION_KW, _, .., TO_KW] => self.targets(),
             [TRANSITION_KW, _, IF_KW, ..] => {
                 self.expression();
                 self.transition_goes_on(&self.at.item);
@@ -165,11 +165,6 @@ impl Completer<'_, '_> {
         if self.at.may_begin && kinds.first() == Some(&TRANSITION_KW) && kinds.contains(&TO_KW) {
             self.state_items();
         }
-    }
-
-    /// Is the `to` before the cursor the keyword, and not the name of the transition?
-    fn is_target(&self) -> bool {
-        self.at.item.len() > 2
     }
 
     fn transition_goes_on(&mut self, tokens: &[mauve_syntax::SyntaxToken]) {
@@ -251,26 +246,6 @@ impl Completer<'_, '_> {
 /// The keyword that a node begins with.
 fn first_kind(node: &mauve_syntax::SyntaxNode) -> Option<SyntaxKind> {
     matches!(node.kind(), HOOK | METHOD | STATE_MACHINE).then(|| node.first_token().map(|it| it.kind()))?
-}
-
-/// May an operand end with this token?
-pub(super) fn ends_operand(kind: SyntaxKind) -> bool {
-    matches!(
-        kind,
-        IDENT
-            | INT_NUMBER
-            | FLOAT_NUMBER
-            | STRING
-            | R_PAREN
-            | TRUE_KW
-            | FALSE_KW
-            | NO_DATA_KW
-            | OLD_DATA_KW
-            | NEW_DATA_KW
-            | FAILURE_KW
-            | SUCCESS_KW
-            | NOT_READY_KW
-    )
 }
 
 #[cfg(test)]

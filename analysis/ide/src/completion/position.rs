@@ -172,24 +172,19 @@ fn list_around(root: &SyntaxNode, left: &SyntaxToken) -> SyntaxNode {
 
 /// May this be the last token of an item that ends with no mark of its own?
 fn may_end_item(token: &SyntaxToken) -> bool {
+    ends_operand(token.kind()) || matches!(token.kind(), BAD_NUMBER | UNTERMINATED_STRING | R_BRACK)
+}
+
+/// May an operand end with this token?
+pub(crate) fn ends_operand(kind: SyntaxKind) -> bool {
+    matches!(kind, IDENT | INT_NUMBER | FLOAT_NUMBER | STRING | R_PAREN) || is_literal(kind)
+}
+
+/// Is this a word that always means the value?
+fn is_literal(kind: SyntaxKind) -> bool {
     matches!(
-        token.kind(),
-        IDENT
-            | INT_NUMBER
-            | FLOAT_NUMBER
-            | BAD_NUMBER
-            | STRING
-            | UNTERMINATED_STRING
-            | R_PAREN
-            | R_BRACK
-            | TRUE_KW
-            | FALSE_KW
-            | NO_DATA_KW
-            | OLD_DATA_KW
-            | NEW_DATA_KW
-            | FAILURE_KW
-            | SUCCESS_KW
-            | NOT_READY_KW
+        kind,
+        TRUE_KW | FALSE_KW | NO_DATA_KW | OLD_DATA_KW | NEW_DATA_KW | FAILURE_KW | SUCCESS_KW | NOT_READY_KW
     )
 }
 
@@ -246,7 +241,9 @@ pub(crate) fn call_around(left: &SyntaxToken) -> Option<Call> {
                     None => commas.push((list, 1)),
                 }
             }
-            SEMICOLON | L_CURLY | R_CURLY => return None,
+            SEMICOLON | L_CURLY | R_CURLY | EQ | COLON | ARROW => return None,
+            // But for the literals, a keyword stands in no argument.
+            kind if kind.is_word() && kind != IDENT && !is_literal(kind) => return None,
             _ => {}
         }
     }

@@ -4,8 +4,7 @@ use mauve_model::item_tree::{Direction, FeatureKind, Kind};
 use mauve_model::{Type, VariableKind};
 use mauve_syntax::SyntaxKind::*;
 
-use super::core::ends_operand;
-use super::position::without_path;
+use super::position::{ends_operand, without_path};
 use super::{Completer, Completion, CompletionKind, Subject};
 use crate::program::{Callable, Expected, Scope, Variable, subject};
 
