@@ -34,8 +34,13 @@ fn open(folder: &Path, environment: &[(&str, &[&str])]) -> (Client, Text) {
 
 /// What a hover on `place` shows; nothing, where there is none.
 fn shown(client: &mut Client, text: &Text, place: &str) -> String {
-    let hover = client.call("textDocument/hover", text.at(place)).unwrap();
-    hover["contents"]["value"].as_str().unwrap_or_default().to_owned()
+    loop {
+        match client.call("textDocument/hover", text.at(place)) {
+            Ok(hover) => return hover["contents"]["value"].as_str().unwrap_or_default().to_owned(),
+            // A file that was read meanwhile has overtaken it.
+            Err(error) => assert_eq!(error["code"], -32801),
+        }
+    }
 }
 
 /// What is shown of the type `Grip` of the model in `folder`.
@@ -167,4 +172,27 @@ fn a_text_that_is_no_file_uses_what_is_installed() {
     let text = client.open_at("untitled:Untitled-1", "use arm_msgs codel f(in g: Grip): int");
     client.diagnostics(&text);
     assert!(shown(&mut client, &text, "Grip").contains("int8 force"));
+}
+
+#[test]
+fn a_message_that_changes_is_read_again() {
+    let folder = folder("packages_change", &[("ros/share/arm_msgs/msg/Grip.msg", "float64 force")]);
+    let (mut client, text) = open(&folder, &[("AMENT_PREFIX_PATH", &["ros"])]);
+    assert!(shown(&mut client, &text, "Grip").contains("float64 force\n"));
+    write(&folder, &[("ros/share/arm_msgs/msg/Grip.msg", "float64 torque")]);
+    wait_for(&mut client, &text, "float64 torque\n");
+    std::fs::remove_file(folder.join("ros/share/arm_msgs/msg/Grip.msg")).unwrap();
+    wait_for(&mut client, &text, "");
+}
+
+/// Waits until the type `Grip` shows something with this in it; with nothing, until it shows nothing.
+fn wait_for(client: &mut Client, text: &Text, expected: &str) {
+    let end = std::time::Instant::now() + std::time::Duration::from_secs(20);
+    loop {
+        let found = shown(client, text, "Grip");
+        if if expected.is_empty() { found.is_empty() } else { found.contains(expected) } {
+            return;
+        }
+        assert!(std::time::Instant::now() < end, "{found}");
+    }
 }

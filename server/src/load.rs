@@ -13,6 +13,7 @@ use mauve_model::{
     CONFIG_FILE, Database, File, ModelDb, Package, Problem, Workspace, config_file, config_of,
     include_candidates, is_model, item_tree_of, named_packages, normalised, table_pattern,
 };
+use mauve_timing::Level;
 use salsa::Setter;
 
 use packages::Places;
@@ -43,6 +44,9 @@ pub(crate) struct Loader {
     configs: BTreeSet<PathBuf>,
     /// The message packages that were asked for, where they are installed.
     packages: BTreeMap<Name, Option<Arc<Package>>>,
+    /// The significance level that is shown in all workspaces, those that are yet to come too; see
+    /// [`Workspace::significance`].
+    significance: Option<Level>,
 }
 
 /// What is to be read of a folder.
@@ -193,6 +197,19 @@ impl Loader {
         path.ends_with(CONFIG_FILE) || self.configs.contains(&place(path))
     }
 
+    /// Shows everything at this significance level from now on, or at that of each `mauve.toml`. Says whether it was
+    /// another one before.
+    pub(crate) fn set_significance(&mut self, db: &mut Database, level: Option<Level>) -> bool {
+        if self.significance == level {
+            return false;
+        }
+        self.significance = level;
+        for workspace in self.workspaces.values() {
+            workspace.set_significance(db).to(level);
+        }
+        true
+    }
+
     /// Takes a file's text from an editor, until [`Loader::closed`].
     pub(crate) fn opened(
         &mut self,
@@ -226,7 +243,9 @@ impl Loader {
         let path = file.path(db).clone();
         let workspace = *self.workspaces.entry(path.clone()).or_insert_with(|| {
             let files = Arc::new(BTreeMap::from([(path, file)]));
-            Workspace::new(db, PathBuf::new(), files, model_path(), vec![file], Vec::new(), Arc::default())
+            Workspace::builder(PathBuf::new(), files, model_path(), vec![file], Vec::new(), Arc::default())
+                .significance(self.significance)
+                .new(db)
         });
         self.find_packages(db, workspace);
         workspace
@@ -236,10 +255,13 @@ impl Loader {
     fn find_packages(&mut self, db: &mut Database, workspace: Workspace) {
         let mut found = BTreeMap::new();
         for name in named_packages(db, workspace) {
-            let package = self
-                .packages
-                .entry(name.clone())
-                .or_insert_with(|| Places::of_environment().read(name).map(Arc::new));
+            let package = self.packages.entry(name.clone()).or_insert_with(|| {
+                let places = Places::of_environment();
+                for folder in places.folders(name) {
+                    self.surroundings.read_messages(folder);
+                }
+                places.read(name).map(Arc::new)
+            });
             found.extend(package.clone().map(|package| (name.clone(), package)));
         }
         if **workspace.packages(db) != found {
@@ -358,15 +380,16 @@ impl Loader {
             }
             None => {
                 let known = Arc::new(files.clone());
-                let workspace = Workspace::new(
-                    db,
+                let workspace = Workspace::builder(
                     folder.to_owned(),
                     known,
                     model_path(),
                     only,
                     Vec::new(),
                     Arc::default(),
-                );
+                )
+                .significance(self.significance)
+                .new(db);
                 self.workspaces.insert(folder.to_owned(), workspace);
                 workspace
             }

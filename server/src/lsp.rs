@@ -16,7 +16,10 @@
 //! | `snapshot.rs` | what a worker reads, and how its jobs end |
 //! | `handlers/` | a file for each method that is answered |
 //! | `check.rs`, `publisher.rs`, `progress.rs` | what is published after a change, and that it takes long |
+//! | `pulls.rs` | what a client was given that asks instead |
 //! | `pages.rs` | the pages of the diagnostics as files, for the links behind their codes |
+//! | `settings.rs` | what a user can set in his editor |
+//! | `tokens.rs` | which colours of names the client was given |
 //! | `watcher.rs` | files that change outside the client |
 //! | `mirror.rs` | recording a session |
 //!
@@ -34,8 +37,11 @@ mod pages;
 mod position;
 mod progress;
 mod publisher;
+mod pulls;
+mod settings;
 mod snapshot;
 mod to_proto;
+mod tokens;
 mod transport;
 mod watcher;
 
@@ -113,8 +119,9 @@ pub(crate) fn run(
     let code = runtime.block_on(async {
         let build = LspService::build(|client| {
             tokio::spawn(progress::show(client.clone(), is_busy));
-            tokio::spawn(async move { outbox.send_to(client).await });
-            Backend { main_loop: events }
+            let told = client.clone();
+            tokio::spawn(async move { outbox.send_to(told).await });
+            Backend::new(client, events)
         });
         let (service, socket) = backend::with_custom_methods(build).finish();
         serve(service, socket, Streams { incoming, outgoing, backlog, main_loop: main_loop_ended }).await

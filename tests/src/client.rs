@@ -24,6 +24,8 @@ pub struct Client {
     next_id: u64,
     /// The newest diagnostics of each file.
     published: HashMap<String, Value>,
+    /// What the user has set, for a server that asks.
+    pub settings: Value,
 }
 
 impl Client {
@@ -70,7 +72,8 @@ impl Client {
             Some(())
         });
         let waiting = VecDeque::new();
-        Client { process, input, messages, gate, waiting, next_id: 0, published: HashMap::new() }
+        let (published, settings) = (HashMap::new(), Value::Null);
+        Client { process, input, messages, gate, waiting, next_id: 0, published, settings }
     }
 
     /// A server for `folder` and a client that can do what good editors can.
@@ -156,7 +159,14 @@ impl Client {
     fn hear(&mut self, time: Duration) -> Option<(Instant, Value)> {
         let (at, message) = self.messages.recv_timeout(time).ok()?;
         if message.get("method").is_some() && message.get("id").is_some() {
-            self.send(&json!({"jsonrpc": "2.0", "id": message["id"], "result": null}));
+            let asked = message.pointer("/params/items").and_then(Value::as_array);
+            let result = match message["method"].as_str() {
+                Some("workspace/configuration") => {
+                    asked.map(|it| vec![self.settings.clone(); it.len()]).into()
+                }
+                _ => Value::Null,
+            };
+            self.send(&json!({"jsonrpc": "2.0", "id": message["id"], "result": result}));
         }
         if let Some(uri) = message.pointer("/params/uri").and_then(Value::as_str)
             && message["method"] == "textDocument/publishDiagnostics"
@@ -171,6 +181,12 @@ impl Client {
         while let Some(message) = self.hear(quiet) {
             self.waiting.push_back(message);
         }
+    }
+
+    /// [`Client::settle`]; gives what was heard and not asked for, in its order.
+    pub fn take(&mut self, quiet: Duration) -> Vec<Value> {
+        self.settle(quiet);
+        self.waiting.drain(..).map(|(_, message)| message).collect()
     }
 
     /// Forgets what was heard and not asked for.
@@ -234,6 +250,12 @@ impl Client {
                 is_publication(message, &text.uri) && message["params"]["version"] == text.version
             });
         without_hints(&found["params"]["diagnostics"])
+    }
+
+    /// Waits for the diagnostics of this version of a text; gives when they came.
+    pub fn wait_for_diagnostics(&mut self, text: &Text) -> Instant {
+        let is_it = |it: &Value| is_publication(it, &text.uri) && it["params"]["version"] == text.version;
+        self.wait("diagnostics", is_it).0
     }
 
     /// The codes of the diagnostics of this version of a text.
@@ -341,6 +363,13 @@ impl Client {
     /// The process.
     pub fn process(&self) -> u32 {
         self.process.id()
+    }
+
+    /// The memory that the process holds, in kB; none where the system does not say.
+    pub fn memory(&self) -> Option<u64> {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", self.process())).ok()?;
+        let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
+        line.trim().trim_end_matches(" kB").parse().ok()
     }
 
     /// Ends the session as a client does; gives the exit code.

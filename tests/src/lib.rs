@@ -7,8 +7,10 @@
 
 mod client;
 mod command;
+pub mod methods;
 pub mod model;
 mod random_model;
+mod times;
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -16,6 +18,7 @@ use std::path::PathBuf;
 pub use client::{Client, Columns, Text, address, is_answer, is_publication};
 pub use command::{Run, copy, mauve, scratch, write};
 pub use random_model::{plain, random_model};
+pub use times::Times;
 
 /// The files of a fixture: `//- /path` begins a file, and text before the first such line is `/model.mal`.
 ///

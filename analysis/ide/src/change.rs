@@ -43,6 +43,26 @@ impl Change {
         }
     }
 
+    /// Adds another change, all of it or, where the two overlap, nothing; says which.
+    pub fn join(&mut self, other: Change) -> bool {
+        let is_free = |file: File, edit: &Replacement| {
+            let known = self.files.iter().filter(|known| known.file == file).flat_map(|known| &known.edits);
+            known.clone().all(|it| {
+                // What is put at one place by both would run together.
+                let apart = it.range.end() <= edit.range.start() || edit.range.end() <= it.range.start();
+                it == edit || (apart && it.range != edit.range)
+            })
+        };
+        let is_free = other.files.iter().all(|of| of.edits.iter().all(|edit| is_free(of.file, edit)));
+        if is_free {
+            for FileChange { file, edits, .. } in other.files {
+                edits.into_iter().for_each(|edit| self.replace(file, edit));
+            }
+            self.created.extend(other.created);
+        }
+        is_free
+    }
+
     /// What mends a diagnostic.
     pub fn of_fix(db: &dyn ModelDb, fix: &Fix<'_>) -> Change {
         let mut change = Change::default();

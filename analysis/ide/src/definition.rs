@@ -1,5 +1,7 @@
 //! Where the name under the cursor is declared.
 
+use std::path::PathBuf;
+
 use mauve_model::{Decl, File, ModelDb, Place, Project, Workspace, parse, project_files, source_map};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{TextRange, TextSize};
@@ -14,6 +16,8 @@ pub struct Definition {
     pub origin: TextRange,
     /// Where it is declared; several, where several projects or blocks do so.
     pub targets: Vec<Target>,
+    /// Files that are neither models nor tables: of messages, and of codels, which may not have been written yet.
+    pub files: Vec<PathBuf>,
 }
 
 /// A declaration.
@@ -42,25 +46,34 @@ pub(crate) fn definition_of<'db>(
     db: &'db dyn ModelDb,
     names: &[(Project<'db>, Found<'db>)],
 ) -> Option<Definition> {
-    let (_, first) = names.first()?;
-    let mut definition = Definition { origin: first.range, targets: Vec::new() };
-    for (project, name) in names {
+    destination(names, |project, name| {
         let of_call = name.of.filter(|_| name.role == Role::Call);
         let executed = of_call.and_then(|of| {
-            let mut names = in_declaration(db, *project, of).into_iter();
+            let mut names = in_declaration(db, project, of).into_iter();
             names.find(|it| it.role == Role::Definition && it.meaning == name.meaning)
         });
-        let found = match executed {
+        match executed {
             Some(it) => vec![Target { file: it.file, range: it.range, name: it.range }],
-            None => targets(db, *project, &name.meaning),
-        };
-        for target in found {
-            if !definition.targets.contains(&target) {
-                definition.targets.push(target);
+            None => targets(db, project, &name.meaning),
+        }
+    })
+}
+
+/// Where these names lead, each target once; nothing where they lead nowhere.
+pub(crate) fn destination<'db>(
+    names: &[(Project<'db>, Found<'db>)],
+    mut targets: impl FnMut(Project<'db>, &Found<'db>) -> Vec<Target>,
+) -> Option<Definition> {
+    let (_, first) = names.first()?;
+    let mut found = Definition { origin: first.range, targets: Vec::new(), files: Vec::new() };
+    for (project, name) in names {
+        for target in targets(*project, name) {
+            if !found.targets.contains(&target) {
+                found.targets.push(target);
             }
         }
     }
-    (!definition.targets.is_empty()).then_some(definition)
+    (!found.targets.is_empty()).then_some(found)
 }
 
 /// The names at `offset` in each project that has the file.
@@ -76,7 +89,11 @@ pub(crate) fn names<'db>(
         .collect()
 }
 
-fn targets<'db>(db: &'db dyn ModelDb, project: Project<'db>, meaning: &Meaning<'db>) -> Vec<Target> {
+pub(crate) fn targets<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    meaning: &Meaning<'db>,
+) -> Vec<Target> {
     match meaning {
         Meaning::Declaration(decl) => of_declaration(db, *decl).into_iter().collect(),
         Meaning::Part(place) => {
@@ -106,7 +123,7 @@ fn targets<'db>(db: &'db dyn ModelDb, project: Project<'db>, meaning: &Meaning<'
     }
 }
 
-fn of_declaration(db: &dyn ModelDb, decl: Decl<'_>) -> Option<Target> {
+pub(crate) fn of_declaration(db: &dyn ModelDb, decl: Decl<'_>) -> Option<Target> {
     let file = decl.file(db);
     let name = Place::name_of(decl).range(db);
     // The declaration is the one that has this name.

@@ -31,4 +31,48 @@ impl Fixture {
         let file = workspace.file(&db, &path).unwrap();
         Fixture { db, workspace, file, offset }
     }
+
+    /// A workspace with this text alone, as it is.
+    pub(crate) fn of_text(text: &str) -> Fixture {
+        let db = Database::default();
+        let path = PathBuf::from("/model.mal");
+        let workspace = Workspace::of_texts(&db, "/".into(), [(path.clone(), text.to_owned())]);
+        let file = workspace.file(&db, &path).unwrap();
+        Fixture { db, workspace, file, offset: TextSize::default() }
+    }
+}
+
+/// The texts of the sample models, by their paths.
+pub(crate) fn sample_models() -> Vec<(PathBuf, String)> {
+    let mut found = Vec::new();
+    let mut open = vec![mauve_tests::models()];
+    while let Some(folder) = open.pop() {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                open.push(path);
+            } else if mauve_model::is_model(&path) {
+                let text = std::fs::read_to_string(&path).unwrap();
+                found.push((path, text));
+            }
+        }
+    }
+    found.sort();
+    found
+}
+
+/// The sample models as they are; and each cut off, and with a token left out, at every `step`th token.
+pub(crate) fn broken_models(step: usize) -> impl Iterator<Item = String> {
+    sample_models().into_iter().flat_map(move |(_, text)| broken(&text, step))
+}
+
+/// A text as it is; cut off, and with a token left out, at every `step`th token.
+pub(crate) fn broken(text: &str, step: usize) -> Vec<String> {
+    let lexed = mauve_syntax::lex(text);
+    let mut texts = vec![text.to_owned()];
+    for range in (0..lexed.len()).step_by(step).map(|token| lexed.range(token)) {
+        texts.push(text[..range.start].to_owned());
+        texts.push(text[..range.start].to_owned() + &text[range.end..]);
+    }
+    texts
 }

@@ -295,7 +295,13 @@ impl<'db> Reader<'_, 'db> {
         {
             if let Some(declared) = found.first().filter(|feature| feature.kind == FeatureKind::Provided) {
                 let report = diagnostics::undefined_operation::report;
-                self.found.diagnostics.push(report(self.db, Place::name_of(self.of), name, declared));
+                self.found.diagnostics.push(report(
+                    self.db,
+                    Place::name_of(self.of),
+                    self.of,
+                    name,
+                    declared,
+                ));
             }
         }
     }

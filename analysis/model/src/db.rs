@@ -7,6 +7,7 @@ use std::path::{Component, Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use mauve_syntax::Parse;
+use mauve_timing::Level;
 use rustc_hash::FxHashMap;
 
 use crate::item_tree::{ItemTree, Name};
@@ -66,6 +67,9 @@ pub struct Workspace {
     /// The message packages that were found on this machine, of those that the models name.
     #[returns(ref)]
     pub packages: Arc<BTreeMap<Name, Arc<Package>>>,
+    /// The significance level that is shown, where whoever looks has chosen one; otherwise it is that of `mauve.toml`.
+    #[default]
+    pub significance: Option<Level>,
 }
 
 /// What every query runs on.

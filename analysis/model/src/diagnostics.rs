@@ -133,6 +133,19 @@ impl<'db> Diagnostic<'db> {
         self.fix(format!("Add `use {name}`"), Place::Above(of), format!("use {name}\n  "))
     }
 
+    /// Offers to put an item at the end of `of`, on a line of its own.
+    fn add_item(
+        self,
+        db: &'db dyn ModelDb,
+        of: Decl<'db>,
+        title: impl Into<String>,
+        item: &str,
+    ) -> Diagnostic<'db> {
+        let indentation = if of.library(db).is_some() { "    " } else { "  " };
+        let lines: Vec<String> = item.lines().map(|line| format!("\n{indentation}{line}")).collect();
+        self.fix(title, Place::End(of), lines.concat())
+    }
+
     /// Asks whether `near` was meant, and offers to write it.
     fn did_you_mean(mut self, at: Place<'db>, near: Option<Name>) -> Diagnostic<'db> {
         let Some(near) = near else { return self };
@@ -412,7 +425,7 @@ pub fn declaration_diagnostics<'db>(
                             let provided = more.first().filter(|it| it.kind == FeatureKind::Provided);
                             let at = data.core.as_ref().map(|it| Place::Part(decl, it.part));
                             let report = undefined_operation::report;
-                            found.extend(provided.zip(at).map(|(it, at)| report(db, at, name, it)));
+                            found.extend(provided.zip(at).map(|(it, at)| report(db, at, core, name, it)));
                         }
                     }
                 }
@@ -494,6 +507,8 @@ fn timing_diagnostics<'db>(
     {
         let workspace = project.workspace(db);
         let span = config_file(db, workspace).zip(config_of(db, workspace).significance_span.clone());
+        // What was chosen elsewhere is not to be changed there.
+        let span = span.filter(|_| workspace.significance(db).is_none());
         let at = span.map_or_else(
             || Place::name_of(deployment),
             |(file, span)| Place::Range(file, span.start as u32, span.end as u32),
@@ -556,15 +571,33 @@ pub struct Finding<'db> {
     pub only_in: Option<Project<'db>>,
 }
 
+pub use undefined_operation::operation_skeleton;
+
 /// Everything that is wrong in a workspace, each thing once, by file and place.
 pub fn workspace_diagnostics<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Finding<'db>> {
+    findings(db, workspace, |_| true)
+}
+
+/// What of that stands in one file. What every project found is known from the last check; nothing is made of the rest.
+pub fn diagnostics_of_file<'db>(db: &'db dyn ModelDb, workspace: Workspace, file: File) -> Vec<Finding<'db>> {
+    findings(db, workspace, |of| of == file)
+}
+
+fn findings<'db>(
+    db: &'db dyn ModelDb,
+    workspace: Workspace,
+    is_wanted: impl Fn(File) -> bool,
+) -> Vec<Finding<'db>> {
     let projects = projects(db, workspace);
     let mut found: Vec<(Diagnostic<'db>, Vec<Project<'db>>)> = Vec::new();
     let mut index: FxHashMap<(File, u32, &'static str, String), usize> = FxHashMap::default();
     for &project in projects {
         for diagnostic in project_diagnostics(db, project) {
-            let start = diagnostic.at.range(db).start().into();
             let file = diagnostic.at.file(db);
+            if !is_wanted(file) {
+                continue;
+            }
+            let start = diagnostic.at.range(db).start().into();
             let key = (file, start, diagnostic.code.name, diagnostic.message.clone());
             let at = *index.entry(key).or_insert(found.len());
             match found.get_mut(at) {
@@ -595,7 +628,7 @@ pub fn workspace_diagnostics<'db>(db: &'db dyn ModelDb, workspace: Workspace) ->
     }
     let of_config = config_diagnostics(db, workspace).into_iter();
     let not_included = not_checked(db, workspace).into_iter().map(not_included::report);
-    let all = of_config.chain(not_included);
+    let all = of_config.chain(not_included).filter(|diagnostic| is_wanted(diagnostic.at.file(db)));
     findings.extend(all.filter_map(|diagnostic| finding(diagnostic, None)));
     findings.sort_by_cached_key(|finding| {
         let at = &finding.diagnostic.at;

@@ -26,6 +26,7 @@
 //! | `psm.rs` | behaviour + times: the periodic state machine of a component |
 //! | `flat.rs` | an architecture with all that it imports |
 //! | `system.rs` | a deployment's activities |
+//! | `supposed.rs` | a deployment with other values in its activities: what if? |
 //! | `settings.rs`, `wiring.rs`, `urgency.rs` | values of properties; what connections carry and what is left open; priorities |
 //! | `declared.rs` | names and types as they are declared, and what nothing uses |
 //! | `response.rs` | response times, and what a codel without a time may take |
@@ -53,6 +54,7 @@ mod psm;
 mod response;
 mod settings;
 mod source;
+mod supposed;
 mod system;
 mod timetable;
 mod types;
@@ -78,12 +80,13 @@ pub use project::{
 pub use psm::{Psm, PsmEdge, Refused, core_of, psm_of, shell_of, worst_path};
 pub use response::{
     ActivityReport, Budget, CpuReport, InterferenceReport, MissingTime, Query, Report, Verdict, budgets,
-    missing_times, response_times,
+    level_shown, missing_times, response_times, response_times_if,
 };
 pub use source::{
     Decl, Declarations, Place, architecture, codel, component, core, data, declarations, deployment,
     item_tree_of, parse, shell, source_map,
 };
+pub use supposed::SupposedField;
 pub use system::{Priority, Row, System, cpu_names, system_of};
 pub use timetable::{Lookup, TableFiles, Timetable, table, table_files, table_pattern, timetable_of};
 pub use types::{Integer, Type, built_in_type, type_of};

@@ -12,10 +12,11 @@ use crate::item_tree::Name;
 use crate::names::names_of;
 use crate::project::{Project, config_of, platform_of};
 use crate::psm::{Psm, Refused, psm_of, psm_with};
-use crate::source::{Decl, Place};
-use crate::system::{Priority, Row, System, system_of};
+use crate::source::{Decl, Place, deployment as declared_deployment};
+use crate::supposed::{SupposedField, with_fields};
+use crate::system::{Priority, Row, System, read, system_of};
 use crate::timetable::timetable_of;
-use crate::{ModelDb, cpu_names};
+use crate::{ModelDb, Workspace, cpu_names};
 
 /// What is asked of the analysis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -29,11 +30,15 @@ pub struct Query {
 }
 
 impl Query {
-    /// What is shown and checked: the level of `mauve.toml`, by the best method.
+    /// What is shown and checked: the level that was chosen, otherwise that of `mauve.toml`, by the best method.
     pub fn shown<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Query {
-        let level = config_of(db, project.workspace(db)).level();
-        Query { level, method: Method::Psm, horizon: None }
+        Query { level: level_shown(db, project.workspace(db)), method: Method::Psm, horizon: None }
     }
+}
+
+/// The significance level that is shown: the one that was chosen, otherwise that of `mauve.toml`.
+pub fn level_shown(db: &dyn ModelDb, workspace: Workspace) -> Level {
+    workspace.significance(db).unwrap_or_else(|| config_of(db, workspace).level())
 }
 
 /// The response times of a deployment.
@@ -137,14 +142,25 @@ pub fn response_times<'db>(
     deployment: Decl<'db>,
     query: Query,
 ) -> Report<'db> {
-    // Of lost tables no time is right: what is left is that of `[assume]`.
-    let timed = is_timed(db, project);
-    let mut psms = Vec::new();
-    for row in &system_of(db, project, deployment).rows {
-        let component = row.executed().filter(|_| timed);
-        psms.push(component.map(|component| psm_of(db, project, component, query.level)));
-    }
-    report(db, project, deployment, query, &psms)
+    report(db, project, system_of(db, project, deployment), lost_in(db, project, deployment), query)
+}
+
+/// The response times of a deployment with other values in its activities: what [`response_times`] would give if the text
+/// were changed so. Every value is read, checked and analysed as one that stands there.
+pub fn response_times_if<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployment: Decl<'db>,
+    query: Query,
+    supposed: &[SupposedField],
+) -> Report<'db> {
+    let Some(data) = declared_deployment(db, deployment) else {
+        return response_times(db, project, deployment, query).clone();
+    };
+    db.unwind_if_revision_cancelled();
+    let system = read(db, project, deployment, &with_fields(data, supposed));
+    let lost = lost_of(db, project, &system);
+    report(db, project, &system, &lost, query)
 }
 
 type Psms<'a, 'db> = [Option<&'a Result<Psm, Refused<'db>>>];
@@ -152,12 +168,18 @@ type Psms<'a, 'db> = [Option<&'a Result<Psm, Refused<'db>>>];
 fn report<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
-    deployment: Decl<'db>,
+    system: &System<'db>,
+    lost: &[Refusal<'db>],
     query: Query,
-    psms: &Psms<'_, 'db>,
 ) -> Report<'db> {
-    let system = system_of(db, project, deployment);
-    let lost = lost_in(db, project, deployment);
+    // Of lost tables no time is right: what is left is that of `[assume]`.
+    let timed = is_timed(db, project);
+    let mut psms = Vec::new();
+    for row in &system.rows {
+        let component = row.executed().filter(|_| timed);
+        psms.push(component.map(|component| psm_of(db, project, component, query.level)));
+    }
+    let psms = psms.as_slice();
     let Analysed { reasons, row_of, tasks, analysis } = analysed(db, project, system, query, psms);
     let mut activities: Vec<ActivityReport<'db>> = system.rows.iter().map(background).collect();
     let mut shares = None;
@@ -238,7 +260,7 @@ fn report<'db>(
             complete: load.complete && lost.is_empty(),
         })
         .collect();
-    Report { activities, cpus, lost: lost.clone() }
+    Report { activities, cpus, lost: lost.to_vec() }
 }
 
 /// The rows of a system as tasks, and what comes out.
@@ -298,7 +320,11 @@ pub(crate) fn is_timed<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> bool
 /// Why nothing at all can be analysed: an activity may be missing, or a time that makes every bound longer.
 #[salsa::tracked(returns(ref))]
 fn lost_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, deployment: Decl<'db>) -> Vec<Refusal<'db>> {
-    let mut lost = system_of(db, project, deployment).lost.clone();
+    lost_of(db, project, system_of(db, project, deployment))
+}
+
+fn lost_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, system: &System<'db>) -> Vec<Refusal<'db>> {
+    let mut lost = system.lost.clone();
     if let Some((why, file)) = &timetable_of(db, project).lost {
         lost.push(Refusal::reported(why.clone(), Place::Range(*file, 0, 0)));
     }

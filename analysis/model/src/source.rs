@@ -4,7 +4,7 @@
 
 use std::sync::Arc;
 
-use mauve_syntax::{Parse, TextRange};
+use mauve_syntax::{Parse, TextRange, TextSize};
 use rustc_hash::FxHashMap;
 
 use crate::item_tree::{Data, Declaration, ItemTree, Kind, Name, Part, TypeRef};
@@ -123,6 +123,8 @@ pub enum Place<'db> {
     Behind(Decl<'db>, Part),
     /// Before a declaration.
     Above(Decl<'db>),
+    /// Behind the last thing within the braces of a declaration, where another one may be put, on a line of its own.
+    End(Decl<'db>),
     /// The include of that number.
     Include(File, u32),
     /// A file that has no tree of its own here, such as a table: these bytes.
@@ -138,9 +140,11 @@ impl<'db> Place<'db> {
     /// The file.
     pub fn file(&self, db: &'db dyn ModelDb) -> File {
         match *self {
-            Place::Part(decl, _) | Place::Before(decl, _) | Place::Behind(decl, _) | Place::Above(decl) => {
-                decl.file(db)
-            }
+            Place::Part(decl, _)
+            | Place::Before(decl, _)
+            | Place::Behind(decl, _)
+            | Place::Above(decl)
+            | Place::End(decl) => decl.file(db),
             Place::Include(file, _) | Place::Range(file, ..) => file,
         }
     }
@@ -157,6 +161,12 @@ impl<'db> Place<'db> {
             Place::Before(decl, it) => part(decl, it).map(|range| TextRange::empty(range.start())),
             Place::Behind(decl, it) => part(decl, it).map(|range| TextRange::empty(range.end())),
             Place::Above(decl) => map(decl).map(|map| TextRange::empty(map.range.start())),
+            Place::End(decl) => map(decl).and_then(|map| {
+                let text = decl.file(db).text(db).get(std::ops::Range::<usize>::from(map.range))?;
+                // Where the brace is missing, the end of the text will do.
+                let inner = text.strip_suffix('}').unwrap_or(text).trim_end();
+                Some(TextRange::empty(map.range.start() + TextSize::of(inner)))
+            }),
             Place::Include(file, index) => source_map(db, file).includes.get(index as usize).copied(),
             Place::Range(_, start, end) => Some(TextRange::new(start.into(), end.max(start).into())),
         };

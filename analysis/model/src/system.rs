@@ -7,7 +7,7 @@ use mauve_timing::{Rounding, Time, TimeError, Unit};
 use crate::behaviour::Refusal;
 use crate::diagnostics::{self, Diagnostic};
 use crate::flat::{Flat, FlatInstance, Link, flat_of};
-use crate::item_tree::{Activity, Expr, FeatureKind, Field, Kind, Literal, Name, UnaryOperator};
+use crate::item_tree::{Activity, Deployment, Expr, FeatureKind, Field, Kind, Literal, Name, UnaryOperator};
 use crate::names::{Features, features_of, names_of, similar};
 use crate::project::{Project, platform_of};
 use crate::psm::{core_of, shell_of};
@@ -19,6 +19,8 @@ use crate::{ModelDb, values};
 pub struct System<'db> {
     /// In the order of the deployment; instances without an activity last.
     pub rows: Vec<Row<'db>>,
+    /// The CPUs that there are, a bit each: those of `mauve.toml`, otherwise those that an activity names.
+    pub cpus: u64,
     /// Why nothing of it can be analysed: an activity may be missing.
     pub lost: Vec<Refusal<'db>>,
     /// What is wrong in the deployment.
@@ -76,7 +78,16 @@ pub enum Priority {
 /// Reads a deployment.
 #[salsa::tracked(returns(ref))]
 pub fn system_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> System<'db> {
-    let Some(data) = deployment(db, of) else { return System::default() };
+    deployment(db, of).map_or_else(System::default, |data| read(db, project, of, data))
+}
+
+/// Reads the deployment that `of` declares, with `data` in it: what it has, or what it is supposed to have.
+pub(crate) fn read<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    data: &Deployment,
+) -> System<'db> {
     let mut reader = Reader { db, project, of, found: System::default(), affinities: FxHashMap::default() };
     if !data.whole {
         let why = format!("deployment {} has a syntax error: an activity may be missing in it", of.name(db));
@@ -130,7 +141,7 @@ struct Reader<'db> {
 }
 
 impl<'db> Reader<'db> {
-    fn activities(&mut self, target: Decl<'db>, activities: &'db [Activity]) {
+    fn activities(&mut self, target: Decl<'db>, activities: &[Activity]) {
         let flat = flat_of(self.db, self.project, target);
         self.found.lost.extend(flat.lost.iter().cloned());
         if flat.cycle {
@@ -182,8 +193,7 @@ impl<'db> Reader<'db> {
                 continue;
             }
             let at = Place::name_of(self.of);
-            let diagnostic =
-                diagnostics::missing_activity::report(at.clone(), &instance.name, self.of.name(self.db));
+            let diagnostic = diagnostics::missing_activity::report(self.db, self.of, &instance.name);
             let refusal = Refusal::reported("it has no activity", at.clone());
             // Where an activity was lost, it may have been this one.
             if !misspelt.contains(&instance.name) && !is_renamed && self.found.lost.is_empty() {
@@ -213,7 +223,7 @@ impl<'db> Reader<'db> {
         instance.component.map(|component| component.name(self.db).clone()).or(written).unwrap_or_default()
     }
 
-    fn activity(&mut self, instance: Option<&FlatInstance<'db>>, activity: &'db Activity) {
+    fn activity(&mut self, instance: Option<&FlatInstance<'db>>, activity: &Activity) {
         let at = Place::Part(self.of, activity.instance.part);
         let mut row = Row {
             instance: activity.instance.name.clone(),
@@ -311,7 +321,7 @@ impl<'db> Reader<'db> {
         self.found.rows.push(row);
     }
 
-    fn field(&mut self, row: &mut Row<'db>, fields: &mut Fields<'db>, field: &'db Field) {
+    fn field<'a>(&mut self, row: &mut Row<'db>, fields: &mut Fields<'a>, field: &'a Field) {
         let at = Place::Part(self.of, field.name.part);
         let name = field.name.name.as_str();
         let slot = match name {
@@ -461,6 +471,7 @@ impl<'db> Reader<'db> {
             None if named == 0 => 1,
             None => named,
         };
+        self.found.cpus = all;
         for (index, row) in self.found.rows.iter_mut().enumerate() {
             let Some(cpus) = row.cpus else { continue };
             let given = cpus != 0;
@@ -489,11 +500,11 @@ impl<'db> Reader<'db> {
 
 /// The fields that an activity has, by name, and whether one was lost.
 #[derive(Default)]
-struct Fields<'db> {
-    affinity: Option<&'db Field>,
-    priority: Option<&'db Field>,
-    period: Option<&'db Field>,
-    deadline: Option<&'db Field>,
+struct Fields<'a> {
+    affinity: Option<&'a Field>,
+    priority: Option<&'a Field>,
+    period: Option<&'a Field>,
+    deadline: Option<&'a Field>,
     lost: bool,
     /// Is there an affinity or a priority that cannot be one?
     misplaced: bool,

@@ -27,6 +27,8 @@ pub struct Typing<'db> {
     pub values: FxHashMap<Part, Meaning<'db>>,
     /// What is called, by where its name stands.
     pub callees: FxHashMap<Part, Callee<'db>>,
+    /// What expressions give, by where they stand.
+    pub types: FxHashMap<Part, Type>,
     /// Is there a name of a value or of what is called that means nothing?
     pub unresolved: bool,
     /// What is wrong.
@@ -550,6 +552,14 @@ impl<'db> Typer<'_, 'db> {
     }
 
     fn expr(&mut self, expr: &Expr) -> Typed {
+        let typed = self.typed(expr);
+        if let Some(part) = expr.part() {
+            self.found.types.insert(part, typed.ty.clone());
+        }
+        typed
+    }
+
+    fn typed(&mut self, expr: &Expr) -> Typed {
         match expr {
             Expr::Missing => Typed::UNKNOWN,
             // That something is wrong in it is said.

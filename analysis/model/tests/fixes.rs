@@ -56,3 +56,38 @@ fn applied(db: &Database, texts: &Texts, fix: &Fix<'_>) -> Texts {
     }
     texts
 }
+
+#[test]
+fn a_sign_that_is_missing_is_written_where_it_was() {
+    let models = mauve_tests::models().join("p3dx/components");
+    let mut texts: Vec<String> = std::fs::read_dir(models)
+        .unwrap()
+        .map(|entry| std::fs::read_to_string(entry.unwrap().path()).unwrap())
+        .collect();
+    texts.sort();
+    let (mut mended, mut same) = (0, 0);
+    for text in texts {
+        let tree = mauve_syntax::parse(&text);
+        let tokens =
+            tree.syntax().descendants_with_tokens().filter_map(mauve_syntax::NodeOrToken::into_token);
+        for token in tokens.filter(|it| [";", "then", "}", ")", ":", "=", "->", "to"].contains(&it.text())) {
+            let mut damaged = text.clone();
+            damaged.replace_range(std::ops::Range::<usize>::from(token.text_range()), "");
+            let texts: Texts = [("/model.mal".into(), damaged)].into();
+            let errors =
+                |texts: &Texts| mauve_syntax::parse(&texts[&PathBuf::from("/model.mal")]).errors().len();
+            let db = Database::default();
+            let findings = found(&db, &texts);
+            let fixes = findings.iter().filter(|it| it.diagnostic.code.name == "syntax-error");
+            for fix in fixes.flat_map(|it| &it.diagnostic.fixes) {
+                let fixed = applied(&db, &texts, fix);
+                assert!(errors(&fixed) < errors(&texts), "{}\n{texts:#?}\n{fixed:#?}", fix.title);
+                mended += 1;
+                let bare = |text: &str| text.split_whitespace().collect::<String>();
+                same += usize::from(bare(&fixed[&PathBuf::from("/model.mal")]) == bare(&text));
+            }
+        }
+    }
+    // A brace may be missing in several places.
+    assert!(mended > 250 && same * 5 > mended * 4, "{same} of {mended} as it was");
+}

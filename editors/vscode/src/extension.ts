@@ -20,6 +20,10 @@ export async function activate(context: vscode.ExtensionContext): Promise<void> 
     projects,
     projects.onDidCreate(() => server.restart()),
     projects.onDidDelete(() => server.restart()),
+    vscode.commands.registerCommand("mauve.chooseSignificance", () => chooseSignificance(server)),
+    vscode.commands.registerCommand("mauve.showReferences", (uri, position, locations) =>
+      server.showReferences(uri, position, locations),
+    ),
     vscode.commands.registerCommand("mauve.restartServer", () => server.restart()),
     vscode.commands.registerCommand("mauve.showLog", () => log.show()),
     vscode.workspace.onDidChangeConfiguration((change) => {
@@ -35,6 +39,28 @@ export async function activate(context: vscode.ExtensionContext): Promise<void> 
 
 export function deactivate(): Promise<void> | undefined {
   return server?.stop();
+}
+
+/** Asks at which level of the timing tables response times are to be shown, for the rest of the session. */
+async function chooseSignificance(server: Server): Promise<void> {
+  const status = await server.ask<{ levels: number[]; workspaces: { significance: number }[] }>("mauve/status");
+  if (status === undefined) {
+    return;
+  }
+  const shown = new Set(status.workspaces.map(({ significance }) => significance));
+  const levels = status.levels.map((level) => ({
+    label: level.toExponential(),
+    description: shown.has(level) ? "shown now" : undefined,
+    level: level as number | null,
+  }));
+  const ofProject = { label: "mauve.toml", description: "the level that the project names", level: null };
+  const chosen = await vscode.window.showQuickPick([...levels, ofProject], {
+    title: "Significance level",
+    placeHolder: "The probability with which one execution of a codel takes longer than its table says",
+  });
+  if (chosen !== undefined) {
+    await vscode.commands.executeCommand("mauve.setSignificance", chosen.level);
+  }
 }
 
 /** Documents that were given another language, once: what the user then chooses for them stays. */

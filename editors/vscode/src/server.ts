@@ -6,9 +6,12 @@ import {
   CloseAction,
   DocumentSelector,
   LanguageClient,
+  Location,
+  Position,
   RevealOutputChannelOn,
   State as ClientState,
 } from "vscode-languageclient/node";
+import { OwnColours } from "./colours";
 import { findServer } from "./find";
 
 /** What the status bar shows. */
@@ -40,6 +43,26 @@ export class Server {
 
   stop(): Promise<void> {
     return this.enqueue(() => this.shutDown());
+  }
+
+  /** The answer to a request of ours; nothing where no server runs, which is said. */
+  async ask<T>(method: string): Promise<T | undefined> {
+    if (!this.client?.isRunning()) {
+      void vscode.window.showWarningMessage("The MAUVE server does not run.");
+      return undefined;
+    }
+    return this.client.sendRequest<T>(method);
+  }
+
+  /** Shows places, given as the protocol writes them. */
+  async showReferences(uri: string, position: Position, locations: Location[]): Promise<void> {
+    const { asUri, asPosition, asLocation } = this.client!.protocol2CodeConverter;
+    await vscode.commands.executeCommand(
+      "editor.action.showReferences",
+      asUri(uri),
+      asPosition(position),
+      locations.map((location) => asLocation(location)),
+    );
   }
 
   private enqueue(step: () => Promise<void>): Promise<void> {
@@ -103,6 +126,16 @@ export class Server {
           return { ...result, handled: true };
         },
       },
+    });
+    client.registerFeature(new OwnColours());
+    // Code lenses show places by it.
+    client.registerFeature({
+      fillClientCapabilities: (capabilities) => {
+        capabilities.experimental = { ...(capabilities.experimental as object), commands: ["mauve.showReferences"] };
+      },
+      initialize: () => undefined,
+      getState: () => ({ kind: "static" }),
+      clear: () => undefined,
     });
     const restarts = client.createDefaultErrorHandler();
     this.client = client;

@@ -16,6 +16,8 @@ pub(crate) struct Surroundings {
     folders: BTreeSet<PathBuf>,
     /// Paths elsewhere that matter by their names: what was looked for and not found, and folders and links on the way.
     awaited: BTreeSet<PathBuf>,
+    /// Folders of messages that were read, behind all links once they are watched.
+    messages: BTreeSet<PathBuf>,
     /// What tables are called.
     patterns: Vec<GlobMatcher>,
 }
@@ -24,6 +26,11 @@ impl Surroundings {
     /// Whatever comes or goes in this folder may matter.
     pub(super) fn look_through(&mut self, folder: PathBuf) {
         self.folders.insert(folder);
+    }
+
+    /// Whatever message comes, goes or changes in this folder matters.
+    pub(super) fn read_messages(&mut self, folder: PathBuf) {
+        self.messages.insert(folder);
     }
 
     /// Files of such names matter, whatever their extension.
@@ -57,9 +64,13 @@ impl Surroundings {
         let folders = std::mem::take(&mut self.folders);
         let on_the_way: BTreeSet<&Path> = folders.iter().flat_map(|folder| folder.ancestors()).collect();
         on_the_way.into_iter().for_each(|folder| self.await_path(folder));
-        self.folders = folders.iter().filter_map(|folder| folder.canonicalize().ok()).collect();
+        let behind_links = |folders: &BTreeSet<PathBuf>| {
+            folders.iter().filter_map(|folder| folder.canonicalize().ok()).collect::<BTreeSet<PathBuf>>()
+        };
+        self.folders = behind_links(&folders);
+        self.messages = behind_links(&self.messages);
         let awaited = self.awaited.iter().filter_map(|path| path.parent()).map(Path::to_owned);
-        self.folders.iter().cloned().chain(awaited).collect()
+        self.folders.iter().chain(&self.messages).cloned().chain(awaited).collect()
     }
 
     /// May the workspaces be others, now that something has happened at `path`, in a folder that is watched?
@@ -73,6 +84,8 @@ impl Surroundings {
         let is_ours = is_model(path) || path.extension().is_some_and(|extension| extension == "toml");
         let is_ignoring = path.file_name().is_some_and(|name| name == ".gitignore" || name == ".ignore");
         let is_named = || self.patterns.iter().any(|pattern| pattern.is_match(path));
-        is_looked_through && (!is_other_file || is_ours || is_ignoring || is_named())
+        let is_message = path.extension().is_some_and(|extension| extension == "msg")
+            && path.parent().is_some_and(|folder| self.messages.contains(folder));
+        is_message || is_looked_through && (!is_other_file || is_ours || is_ignoring || is_named())
     }
 }

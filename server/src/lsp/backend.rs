@@ -1,30 +1,53 @@
 //! The methods of the protocol. Each puts what it was given on the main loop's channel before it waits for anything, so
 //! that everything happens in the client's order; answers are made by workers, in `handlers/`.
 
+use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock, mpsc};
 
 use salsa::{CancellationToken, Database as _};
 use serde::Deserialize as _;
+use serde_json::Value;
 use tokio::sync::oneshot;
-use tower_lsp::jsonrpc::{Error, Request, Result};
+use tower_lsp::jsonrpc::{Error, ErrorCode, Request, Result};
 use tower_lsp::lsp_types::*;
-use tower_lsp::{LanguageServer, LspServiceBuilder};
+use tower_lsp::{Client, LanguageServer, LspServiceBuilder};
 
 use super::capabilities::Capabilities;
 use super::handlers;
+use super::handlers::analysis::AnalysisParams;
+use super::handlers::diagnostic::{Given, ask_again, of_defect};
+use super::handlers::execute_command::Command;
+use super::handlers::state_machine::{StateMachineDocument, StateMachineParams};
 use super::handlers::status::{Status, status};
+use super::handlers::syntax_tree::SyntaxTreeParams;
 use super::main_loop::Event;
-use super::snapshot::{Snapshot, attempt};
+use super::pulls::ResultId;
+use super::settings::{SECTION, Settings};
+use super::snapshot::{Failure, Snapshot, attempt};
+use crate::analysis_document::AnalysisDocument;
+
+/// A command that edits overtake is read again so often.
+const MOST_ATTEMPTS: usize = 100;
 
 /// The server as tower-lsp sees it.
 pub(crate) struct Backend {
-    pub(crate) main_loop: mpsc::Sender<Event>,
+    main_loop: mpsc::Sender<Event>,
+    /// What the client says of itself, as it says it: tower-lsp drops what it does not know.
+    raw: OnceLock<Value>,
+    client: Client,
+    /// What the client can do, and what it gave as initialization options.
+    session: OnceLock<(Capabilities, Settings)>,
 }
 
 /// The methods that are ours alone.
 pub(crate) fn with_custom_methods(build: LspServiceBuilder<Backend>) -> LspServiceBuilder<Backend> {
-    let build = build.custom_method("mauve/status", Backend::status);
+    let build = build
+        .custom_method("mauve/status", Backend::status)
+        .custom_method("mauve/analysis", Backend::analysis)
+        .custom_method("mauve/stateMachine", Backend::state_machine)
+        .custom_method("mauve/syntaxTree", Backend::syntax_tree)
+        .custom_method("window/workDoneProgress/cancel", Backend::cancel_progress);
     #[cfg(debug_assertions)]
     let build = build
         .custom_method("mauve/debug/panic", Backend::debug_panic)
@@ -33,13 +56,45 @@ pub(crate) fn with_custom_methods(build: LspServiceBuilder<Backend>) -> LspServi
 }
 
 impl Backend {
+    /// One that tells its events to the main loop.
+    pub(crate) fn new(client: Client, main_loop: mpsc::Sender<Event>) -> Backend {
+        Backend { main_loop, raw: OnceLock::new(), client, session: OnceLock::new() }
+    }
+
+    /// Takes settings; with none, asks for them where the client can be asked.
+    fn configure(&self, given: Option<&Value>) {
+        let Some(&(capabilities, initial)) = self.session.get() else { return };
+        let (main_loop, client) = (self.main_loop.clone(), self.client.clone());
+        let take = move |given: &Value| {
+            let (settings, problems) = Settings::read(given, initial);
+            let _ = main_loop.send(Event::Configured(settings, problems));
+        };
+        match given {
+            Some(given) => take(given),
+            None if capabilities.configuration => {
+                // The client may take its time, or never answer: nobody waits for that.
+                tokio::spawn(async move {
+                    let item = ConfigurationItem { scope_uri: None, section: Some(SECTION.to_owned()) };
+                    match client.configuration(vec![item]).await {
+                        Ok(given) => given.iter().for_each(take),
+                        Err(error) => tracing::warn!("the client does not say what is set: {error}"),
+                    }
+                });
+            }
+            None => {}
+        }
+    }
+
     /// Looks at a message before its method does: a change that is none must not be dropped in silence, since the text
     /// is another one from there on.
     pub(crate) fn notice(&self, request: &Request) {
+        let params = request.params().unwrap_or(&Value::Null);
+        if request.method() == "initialize" {
+            let _ = self.raw.set(params.clone());
+        }
         if request.method() != "textDocument/didChange" {
             return;
         }
-        let params = request.params().unwrap_or(&serde_json::Value::Null);
         if let Err(error) = DidChangeTextDocumentParams::deserialize(params) {
             tracing::error!("a change that means nothing: {error}");
             let uri = params.pointer("/textDocument/uri").and_then(|uri| uri.as_str());
@@ -55,6 +110,23 @@ impl Backend {
     fn send(&self, event: Event) {
         // Where the main loop has ended, so does the process.
         let _ = self.main_loop.send(event);
+    }
+
+    /// There is one thing at a time that a client shows the progress of.
+    async fn cancel_progress(&self, _: WorkDoneProgressCancelParams) {
+        self.send(Event::Stop);
+    }
+
+    async fn analysis(&self, params: AnalysisParams) -> Result<Vec<AnalysisDocument>> {
+        self.answer(move |snapshot| handlers::analysis::analysis(snapshot, &params)).await
+    }
+
+    async fn state_machine(&self, params: StateMachineParams) -> Result<StateMachineDocument> {
+        self.answer(move |snapshot| handlers::state_machine::state_machine(snapshot, &params)).await
+    }
+
+    async fn syntax_tree(&self, params: SyntaxTreeParams) -> Result<String> {
+        self.answer(move |snapshot| handlers::syntax_tree::syntax_tree(snapshot, &params)).await
     }
 
     async fn status(&self) -> Result<Status> {
@@ -88,18 +160,46 @@ impl Backend {
         let (reply, answer) = oneshot::channel();
         let cancel = CancelOnDrop::default();
         let cancelled = Arc::clone(&cancel.0);
+        let defects = self.main_loop.clone();
         self.send(Event::Job(Box::new(move |snapshot| {
             let _ = cancelled.token.set(snapshot.db.cancellation_token());
             if cancelled.flag.load(Ordering::SeqCst) {
                 return;
             }
             let answer = attempt(|| handler(&snapshot));
+            if let Err(Failure::Panicked(message)) = &answer {
+                let _ = defects.send(Event::Defect(message.clone()));
+            }
             // The answer may bring an edit, which waits for all snapshots.
             drop(snapshot);
             let _ = reply.send(answer.unwrap_or_else(|failure| Err(failure.into_error())));
         })));
         let answer = answer.await.unwrap_or_else(|_| Err(Error::internal_error()));
         drop(cancel);
+        answer
+    }
+
+    /// [`Backend::answer`] about the colours of a text: an edit elsewhere may overtake it, and then nobody asks again by
+    /// himself.
+    async fn colour<T: Send + 'static>(
+        &self,
+        uri: Url,
+        handler: impl Fn(&Snapshot) -> Result<T> + Send + 'static,
+    ) -> Result<T> {
+        let asked = Arc::new(OnceLock::new());
+        let (version, of) = (Arc::clone(&asked), uri.clone());
+        let handler = move |snapshot: &Snapshot| {
+            if let Some(document) = snapshot.documents.get(&of) {
+                let _ = version.set(document.version);
+            }
+            handler(snapshot)
+        };
+        let answer = self.answer(handler).await;
+        if let (Err(error), Some(version)) = (&answer, asked.get())
+            && *error == Error::content_modified()
+        {
+            self.send(Event::Uncoloured(uri, *version));
+        }
         answer
     }
 }
@@ -123,17 +223,49 @@ impl Drop for CancelOnDrop {
     }
 }
 
+/// A question about diagnostics. The main loop hears of it, and of its end, even where its future is dropped.
+struct Pull {
+    main_loop: mpsc::Sender<Event>,
+    given: BTreeMap<Url, Option<ResultId>>,
+}
+
+impl Pull {
+    /// About one file, or about all.
+    fn new(main_loop: &mpsc::Sender<Event>, about: Option<&Url>) -> Pull {
+        let _ = main_loop.send(Event::Pulled { all: about.is_none() });
+        let given = about.into_iter().map(|url| (url.clone(), None)).collect();
+        Pull { main_loop: main_loop.clone(), given }
+    }
+
+    /// Notes what the client is told.
+    fn answered<T>(&mut self, answer: Result<Given<T>>) -> Result<T> {
+        let (report, given) = answer.map_err(ask_again)?;
+        self.given = given;
+        Ok(report)
+    }
+}
+
+impl Drop for Pull {
+    fn drop(&mut self) {
+        let _ = self.main_loop.send(Event::Diagnosed(std::mem::take(&mut self.given)));
+    }
+}
+
 #[tower_lsp::async_trait]
 impl LanguageServer for Backend {
     async fn initialize(&self, params: InitializeParams) -> Result<InitializeResult> {
-        let capabilities = Capabilities::of(&params.capabilities);
+        let capabilities = Capabilities::of(&params, self.raw.get().unwrap_or(&Value::Null));
         #[allow(deprecated, reason = "older clients have no folders")]
         let root = params.root_uri;
         let folders = match params.workspace_folders {
             Some(folders) => folders.into_iter().map(|folder| folder.uri).collect(),
             None => root.into_iter().collect(),
         };
+        let given = params.initialization_options.unwrap_or_default();
+        let (settings, problems) = Settings::read(&given, Settings::default());
+        let _ = self.session.set((capabilities, settings));
         self.send(Event::Initialize { capabilities, folders });
+        self.send(Event::Configured(settings, problems));
         Ok(InitializeResult {
             capabilities: capabilities.of_server(),
             server_info: Some(ServerInfo {
@@ -145,6 +277,22 @@ impl LanguageServer for Backend {
 
     async fn initialized(&self, _: InitializedParams) {
         self.send(Event::Initialized);
+        self.configure(None);
+        let is_told =
+            self.session.get().is_some_and(|(capabilities, _)| capabilities.configuration_registration);
+        if is_told {
+            let client = self.client.clone();
+            tokio::spawn(async move {
+                let registration = Registration {
+                    id: "mauve/configuration".to_owned(),
+                    method: "workspace/didChangeConfiguration".to_owned(),
+                    register_options: Some(serde_json::json!({ "section": SECTION })),
+                };
+                if let Err(error) = client.register_capability(vec![registration]).await {
+                    tracing::warn!("changes of settings will not be told: {error}");
+                }
+            });
+        }
     }
 
     async fn shutdown(&self) -> Result<()> {
@@ -177,8 +325,29 @@ impl LanguageServer for Backend {
         self.send(Event::Folders { added: uris(params.event.added), removed: uris(params.event.removed) });
     }
 
-    async fn did_change_configuration(&self, _: DidChangeConfigurationParams) {
-        // Everything that can be set stands in `mauve.toml`.
+    async fn did_change_configuration(&self, params: DidChangeConfigurationParams) {
+        // Where the client can be asked, what it sends is often empty.
+        let can_be_asked = self.session.get().is_some_and(|(capabilities, _)| capabilities.configuration);
+        self.configure(Some(&params.settings).filter(|_| !can_be_asked));
+    }
+
+    async fn diagnostic(&self, params: DocumentDiagnosticParams) -> Result<DocumentDiagnosticReportResult> {
+        let mut pull = Pull::new(&self.main_loop, Some(&params.text_document.uri));
+        let handler = move |snapshot: &Snapshot| handlers::diagnostic::document_diagnostic(snapshot, &params);
+        match pull.answered(self.answer(handler).await) {
+            Err(error) if error.code == ErrorCode::InternalError => Ok(of_defect(&error)),
+            answer => answer,
+        }
+    }
+
+    async fn workspace_diagnostic(
+        &self,
+        params: WorkspaceDiagnosticParams,
+    ) -> Result<WorkspaceDiagnosticReportResult> {
+        let mut pull = Pull::new(&self.main_loop, None);
+        let handler =
+            move |snapshot: &Snapshot| handlers::diagnostic::workspace_diagnostic(snapshot, &params);
+        pull.answered(self.answer(handler).await)
     }
 
     async fn inlay_hint(&self, params: InlayHintParams) -> Result<Option<Vec<InlayHint>>> {
@@ -217,6 +386,43 @@ impl LanguageServer for Backend {
         self.answer(move |snapshot| handlers::signature_help::signature_help(snapshot, &params)).await
     }
 
+    async fn code_lens(&self, params: CodeLensParams) -> Result<Option<Vec<CodeLens>>> {
+        let handler = move |snapshot: &Snapshot| {
+            let lenses = handlers::code_lens::code_lenses(snapshot, &params)?;
+            Ok((lenses, snapshot.generation))
+        };
+        let answer = self.answer(handler).await;
+        match &answer {
+            Ok((_, generation)) => self.send(Event::Hinted(Some(*generation))),
+            Err(error) if *error == Error::content_modified() => self.send(Event::Hinted(None)),
+            Err(_) => {}
+        }
+        answer.map(|(lenses, _)| lenses)
+    }
+
+    async fn code_lens_resolve(&self, lens: CodeLens) -> Result<CodeLens> {
+        self.answer(move |snapshot| handlers::code_lens::resolve(snapshot, &lens)).await
+    }
+
+    async fn execute_command(&self, params: ExecuteCommandParams) -> Result<Option<Value>> {
+        let params = Arc::new(params);
+        let mut read = Err(Error::content_modified());
+        // What was asked for holds whatever is typed meanwhile.
+        for _ in 0..MOST_ATTEMPTS {
+            if read != Err(Error::content_modified()) {
+                break;
+            }
+            let params = Arc::clone(&params);
+            read = self.answer(move |snapshot| handlers::execute_command::read(snapshot, &params)).await;
+        }
+        let command = read?;
+        let result = command.result();
+        match command {
+            Command::SetSignificance(level) => self.send(Event::Significance(level)),
+        }
+        Ok(result)
+    }
+
     async fn hover(&self, params: HoverParams) -> Result<Option<Hover>> {
         self.answer(move |snapshot| handlers::hover::hover(snapshot, &params)).await
     }
@@ -225,7 +431,70 @@ impl LanguageServer for Backend {
         self.answer(move |snapshot| handlers::definition::definition(snapshot, &params)).await
     }
 
+    async fn code_action(&self, params: CodeActionParams) -> Result<Option<CodeActionResponse>> {
+        self.answer(move |snapshot| handlers::code_actions::code_actions(snapshot, &params)).await
+    }
+
+    async fn code_action_resolve(&self, action: CodeAction) -> Result<CodeAction> {
+        self.answer(move |snapshot| handlers::code_actions::resolve(snapshot, &action)).await
+    }
+
     async fn document_symbol(&self, params: DocumentSymbolParams) -> Result<Option<DocumentSymbolResponse>> {
         self.answer(move |snapshot| handlers::document_symbols::document_symbols(snapshot, &params)).await
+    }
+
+    async fn symbol(&self, params: WorkspaceSymbolParams) -> Result<Option<Vec<SymbolInformation>>> {
+        self.answer(move |snapshot| handlers::workspace_symbols::workspace_symbols(snapshot, &params)).await
+    }
+
+    async fn document_link(&self, params: DocumentLinkParams) -> Result<Option<Vec<DocumentLink>>> {
+        self.answer(move |snapshot| handlers::document_links::document_links(snapshot, &params)).await
+    }
+
+    async fn formatting(&self, params: DocumentFormattingParams) -> Result<Option<Vec<TextEdit>>> {
+        self.answer(move |snapshot| handlers::formatting::formatting(snapshot, &params)).await
+    }
+
+    async fn range_formatting(&self, params: DocumentRangeFormattingParams) -> Result<Option<Vec<TextEdit>>> {
+        self.answer(move |snapshot| handlers::formatting::range_formatting(snapshot, &params)).await
+    }
+
+    async fn on_type_formatting(
+        &self,
+        params: DocumentOnTypeFormattingParams,
+    ) -> Result<Option<Vec<TextEdit>>> {
+        self.answer(move |snapshot| handlers::formatting::on_type_formatting(snapshot, &params)).await
+    }
+
+    async fn folding_range(&self, params: FoldingRangeParams) -> Result<Option<Vec<FoldingRange>>> {
+        self.answer(move |snapshot| handlers::folding_ranges::folding_ranges(snapshot, &params)).await
+    }
+
+    async fn selection_range(&self, params: SelectionRangeParams) -> Result<Option<Vec<SelectionRange>>> {
+        self.answer(move |snapshot| handlers::selection_ranges::selection_ranges(snapshot, &params)).await
+    }
+
+    async fn semantic_tokens_full(
+        &self,
+        params: SemanticTokensParams,
+    ) -> Result<Option<SemanticTokensResult>> {
+        let uri = params.text_document.uri.clone();
+        self.colour(uri, move |snapshot| handlers::semantic_tokens::full(snapshot, &params)).await
+    }
+
+    async fn semantic_tokens_full_delta(
+        &self,
+        params: SemanticTokensDeltaParams,
+    ) -> Result<Option<SemanticTokensFullDeltaResult>> {
+        let uri = params.text_document.uri.clone();
+        self.colour(uri, move |snapshot| handlers::semantic_tokens::delta(snapshot, &params)).await
+    }
+
+    async fn semantic_tokens_range(
+        &self,
+        params: SemanticTokensRangeParams,
+    ) -> Result<Option<SemanticTokensRangeResult>> {
+        let uri = params.text_document.uri.clone();
+        self.colour(uri, move |snapshot| handlers::semantic_tokens::range(snapshot, &params)).await
     }
 }

@@ -10,6 +10,8 @@ use std::sync::{Arc, mpsc};
 use std::time::Instant;
 
 use mauve_model::{CONFIG_FILE, Database, File, Problem, Workspace, is_model};
+use mauve_timing::Level;
+use salsa::Database as _;
 use tokio::runtime::Handle;
 use tokio::sync::watch;
 use tower_lsp::lsp_types::{DidChangeTextDocumentParams, DidSaveTextDocumentParams, TextDocumentItem, Url};
@@ -17,8 +19,11 @@ use tower_lsp::lsp_types::{DidChangeTextDocumentParams, DidSaveTextDocumentParam
 use super::capabilities::Capabilities;
 use super::check::{Checked, check};
 use super::documents::Documents;
-use super::publisher::Publisher;
+use super::publisher::{Publisher, Refresh};
+use super::pulls::ResultId;
+use super::settings::Settings;
 use super::snapshot::{Document, Failure, Snapshot, attempt};
+use super::tokens::Tokens;
 use super::watcher::Watcher;
 use crate::load::{Loader, place};
 
@@ -42,10 +47,24 @@ pub(crate) enum Event {
     Disk { paths: BTreeSet<PathBuf>, missed: bool },
     /// The client's folders have changed.
     Folders { added: Vec<Url>, removed: Vec<Url> },
+    /// The significance level that is shown from now on; none: that of each `mauve.toml`.
+    Significance(Option<Level>),
+    /// What the user has set in his editor, and what was wrong with it.
+    Configured(Settings, Vec<String>),
     /// Something to compute.
     Job(Box<dyn FnOnce(Snapshot) + Send>),
-    /// The client was given the inlay hints of this generation; none, where an edit has overtaken its question.
+    /// The user does not want to wait for the analysis that is running.
+    Stop,
+    /// A handler panicked: its request had an error for an answer, and the user is told once.
+    Defect(String),
+    /// The client asks what is wrong, in a file or in all.
+    Pulled { all: bool },
+    /// It was told so.
+    Diagnosed(BTreeMap<Url, Option<ResultId>>),
+    /// The client was given the inlay hints or code lenses of this generation; none, where an edit has overtaken its question.
     Hinted(Option<u64>),
+    /// An edit has overtaken its question for the colours of this text in this version.
+    Uncoloured(Url, i32),
     /// A worker has checked everything as it was at this generation.
     Checked(u64, Result<Checked, Failure>),
 }
@@ -63,6 +82,7 @@ pub(crate) struct MainLoop {
     documents: Documents,
     /// The client's folders.
     folders: Vec<PathBuf>,
+    settings: Settings,
     capabilities: Capabilities,
     workspaces: Arc<[Workspace]>,
     shared_documents: Arc<BTreeMap<Url, Document>>,
@@ -76,10 +96,14 @@ pub(crate) struct MainLoop {
     check: bool,
     /// Counts the states of what the client and the disk have.
     generation: u64,
+    /// The one that the user does not want to be analysed.
+    stopped: Option<u64>,
     /// The one of which the diagnostics were published last.
     published: Option<u64>,
     /// Others of which the client was given inlay hints since.
     hinted: BTreeSet<u64>,
+    /// What the client was given of the colours of names.
+    tokens: Arc<Tokens>,
     is_initialized: bool,
     publisher: Publisher,
     watcher: Watcher,
@@ -103,7 +127,8 @@ impl MainLoop {
             loader: Loader::default(),
             documents: Documents::default(),
             folders: Vec::new(),
-            capabilities: Capabilities::of(&Default::default()),
+            settings: Settings::default(),
+            capabilities: Capabilities::default(),
             workspaces: Arc::new([]),
             shared_documents: Arc::default(),
             strays: BTreeSet::new(),
@@ -111,8 +136,10 @@ impl MainLoop {
             reloads: 0,
             check: false,
             generation: 0,
+            stopped: None,
             published: None,
             hinted: BTreeSet::new(),
+            tokens: Arc::default(),
             is_initialized: false,
             publisher,
             watcher: Watcher::new(sender.clone()),
@@ -142,6 +169,9 @@ impl MainLoop {
         match event {
             Event::Initialize { capabilities, folders } => {
                 self.capabilities = capabilities;
+                if capabilities.pull_diagnostics {
+                    self.publisher.pull();
+                }
                 self.folders = folders.iter().filter_map(|url| url.to_file_path().ok()).collect();
                 self.reload = true;
             }
@@ -185,12 +215,23 @@ impl MainLoop {
                 self.folders.extend(paths(added));
                 self.reload = true;
             }
+            Event::Significance(level) => {
+                if self.loader.set_significance(&mut self.db, level) {
+                    self.stir();
+                }
+            }
+            Event::Configured(settings, problems) => self.configured(settings, problems),
             Event::Job(job) => {
                 self.settle();
                 let snapshot = self.snapshot();
                 self.spawn(move || job(snapshot));
             }
+            Event::Stop => self.stop(),
+            Event::Defect(message) => self.publisher.defect(&message),
+            Event::Pulled { all } => self.publisher.asked(all),
+            Event::Diagnosed(given) => self.publisher.answered(given),
             Event::Hinted(generation) => self.hinted(generation),
+            Event::Uncoloured(uri, version) => self.uncoloured(&uri, version),
             Event::Checked(generation, checked) => {
                 self.settle();
                 self.checked(generation, checked);
@@ -208,6 +249,7 @@ impl MainLoop {
     fn closed(&mut self, uri: &Url) {
         // The client may have forgotten its diagnostics.
         self.publisher.forget(uri);
+        self.tokens.closed(uri);
         self.reload |= self.strays.remove(uri);
         let Some(document) =
             self.documents.0.remove(uri).and_then(|_| self.shared_documents.get(uri).copied())
@@ -317,6 +359,26 @@ impl MainLoop {
         self.check = true;
     }
 
+    fn configured(&mut self, settings: Settings, problems: Vec<String>) {
+        let before = std::mem::replace(&mut self.settings, settings);
+        // A level that was chosen since stays until another one is set.
+        if before.significance != settings.significance
+            && self.loader.set_significance(&mut self.db, settings.significance)
+        {
+            self.stir();
+        }
+        problems.into_iter().for_each(|problem| self.publisher.warn(problem));
+    }
+
+    /// Ends whatever is computed. Nothing is known then, and that is said, until the next edit.
+    fn stop(&mut self) {
+        if *self.busy.borrow() {
+            self.db.trigger_cancellation();
+            self.stir();
+            self.stopped = Some(self.generation);
+        }
+    }
+
     fn load(&mut self) -> Result<(), Failure> {
         let begin = Instant::now();
         let mut paths = self.folders.clone();
@@ -359,6 +421,8 @@ impl MainLoop {
             documents: Arc::clone(&self.shared_documents),
             capabilities: self.capabilities,
             generation: self.generation,
+            is_stopped: self.stopped == Some(self.generation),
+            tokens: Arc::clone(&self.tokens),
             running: Arc::clone(&self.running),
         }
     }
@@ -393,7 +457,7 @@ impl MainLoop {
                 self.reloads += 1;
                 self.reload = true;
             }
-            Ok(Checked { is_outdated, diagnostics, hints }) => {
+            Ok(Checked { is_outdated, diagnostics, hints, meanings }) => {
                 if is_outdated {
                     tracing::error!("a file that is included cannot be read");
                 }
@@ -404,10 +468,23 @@ impl MainLoop {
                 if is_another || others.iter().any(|hinted| *hinted != generation) {
                     self.refresh_hints();
                 }
+                if self.tokens.is_outdated(&meanings) && self.capabilities.token_refresh {
+                    self.publisher.refresh(Refresh::Tokens);
+                }
             }
             Err(Failure::Panicked(message)) => self.panicked(&message),
             // What ended it is followed by another check; if not, it is due now.
             Err(Failure::Overtaken | Failure::Cancelled) => self.check = true,
+        }
+    }
+
+    /// The check that is to come has the client ask again; if there is none to come, it is now. A text that is another one
+    /// since, it asks about by itself.
+    fn uncoloured(&mut self, uri: &Url, version: i32) {
+        let is_this_one = self.documents.get(uri).is_some_and(|open| open.version == version);
+        self.tokens.lost(uri, version);
+        if is_this_one && self.published == Some(self.generation) && self.capabilities.token_refresh {
+            self.publisher.refresh(Refresh::Tokens);
         }
     }
 
@@ -425,7 +502,10 @@ impl MainLoop {
 
     fn refresh_hints(&self) {
         if self.capabilities.hint_refresh {
-            self.publisher.refresh_hints();
+            self.publisher.refresh(Refresh::Hints);
+        }
+        if self.capabilities.lens_refresh {
+            self.publisher.refresh(Refresh::Lenses);
         }
     }
 

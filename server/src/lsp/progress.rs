@@ -1,4 +1,4 @@
-//! Shows that an analysis takes long. An edit ends it; there is nothing else to cancel.
+//! Shows that an analysis takes long. An edit ends it, and so does the user who does not want to wait.
 
 use std::time::Duration;
 
@@ -33,7 +33,7 @@ pub(crate) async fn show(client: Client, mut busy: watch::Receiver<bool>) {
         }
         let begin = WorkDoneProgress::Begin(WorkDoneProgressBegin {
             title: "Computing response times".to_owned(),
-            cancellable: Some(false),
+            cancellable: Some(true),
             ..WorkDoneProgressBegin::default()
         });
         let say =

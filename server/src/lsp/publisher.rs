@@ -6,7 +6,11 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use tokio::sync::Notify;
 use tower_lsp::Client;
-use tower_lsp::lsp_types::{Diagnostic, DiagnosticSeverity, MessageType, NumberOrString, Range, Url};
+use tower_lsp::lsp_types::{Diagnostic, MessageType, Url};
+
+use super::check::result_id;
+use super::pulls::{Pulls, ResultId};
+use super::to_proto;
 
 /// For each file, the version that was checked, if it is open, and what was found.
 type Found = BTreeMap<Url, (Option<i32>, Vec<Diagnostic>)>;
@@ -16,6 +20,10 @@ pub(crate) struct Publisher {
     published: Found,
     hints: BTreeMap<Url, u64>,
     warnings: BTreeSet<String>,
+    /// Where the client asks about open files, what it was given.
+    pulls: Option<Pulls>,
+    /// It asks about all others too.
+    pulls_all: bool,
     outbox: Arc<Outbox>,
 }
 
@@ -30,18 +38,72 @@ pub(crate) struct Outbox {
 struct Waiting {
     diagnostics: Found,
     warnings: Vec<String>,
-    refresh_hints: bool,
+    refresh: BTreeSet<Refresh>,
+}
+
+/// What a client may be told to ask for again.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Refresh {
+    Diagnostics,
+    Hints,
+    Lenses,
+    Tokens,
 }
 
 impl Publisher {
     /// One that has published nothing; what is in `outbox` is sent by [`Outbox::send_to`].
     pub(crate) fn new(outbox: Arc<Outbox>) -> Publisher {
-        Publisher { published: BTreeMap::new(), hints: BTreeMap::new(), warnings: BTreeSet::new(), outbox }
+        Publisher {
+            published: BTreeMap::new(),
+            hints: BTreeMap::new(),
+            warnings: BTreeSet::new(),
+            pulls: None,
+            pulls_all: false,
+            outbox,
+        }
+    }
+
+    /// For a client that asks about open files instead of being told.
+    pub(crate) fn pull(&mut self) {
+        self.pulls = Some(Pulls::default());
+    }
+
+    /// The client asks about a file, or about all; then it is told of none any more.
+    pub(crate) fn asked(&mut self, all: bool) {
+        if let Some(pulls) = &mut self.pulls {
+            pulls.asked();
+            if all && !self.pulls_all {
+                self.pulls_all = true;
+                let told: Found = std::mem::take(&mut self.published);
+                self.outbox.put(|waiting| {
+                    waiting.diagnostics.extend(told.into_keys().map(|url| (url, (None, Vec::new()))));
+                });
+            }
+        }
+    }
+
+    /// The client was given these.
+    pub(crate) fn answered(&mut self, given: BTreeMap<Url, Option<ResultId>>) {
+        if self.pulls.as_mut().is_some_and(|pulls| pulls.answered(given)) {
+            self.refresh(Refresh::Diagnostics);
+        }
+    }
+
+    /// Leaves in `found` what the client is told, and has it ask for the rest where that is new.
+    fn pulled(&mut self, found: &mut Found) {
+        let Some(pulls) = &mut self.pulls else { return };
+        let all = self.pulls_all;
+        let asked = found.extract_if(.., |_, (version, _)| all || version.is_some());
+        let asked = asked.map(|(url, (_, diagnostics))| (url, result_id(&diagnostics))).collect();
+        if pulls.checked(asked) {
+            self.refresh(Refresh::Diagnostics);
+        }
     }
 
     /// Publishes what is new in `found`: other diagnostics, or another version; and that files which are not in it have
     /// none any more. Says whether the inlay hints of a file that is still open say something else than before.
     pub(crate) fn publish(&mut self, mut found: Found, hints: BTreeMap<Url, u64>) -> bool {
+        self.pulled(&mut found);
         let gone: Vec<Url> = self.published.keys().filter(|url| !found.contains_key(*url)).cloned().collect();
         let gone = gone.into_iter().map(|url| (url, (None, Vec::new())));
         let new: Found = found
@@ -69,24 +131,22 @@ impl Publisher {
 
     /// Instead of what may not hold any more, publishes that nothing is known.
     pub(crate) fn panicked(&mut self, open: BTreeMap<Url, i32>, message: &str) {
-        let diagnostic = Diagnostic {
-            range: Range::default(),
-            severity: Some(DiagnosticSeverity::ERROR),
-            code: Some(NumberOrString::String("internal-error".to_owned())),
-            source: Some("mauve".to_owned()),
-            message: format!(
-                "a defect of mauve: {message}. Nothing was analysed, and no response time is known; please report it"
-            ),
-            ..Diagnostic::default()
-        };
+        let diagnostic = to_proto::defect(message);
         let known = |(url, version)| (url, (Some(version), vec![diagnostic.clone()]));
         self.publish(open.into_iter().map(known).collect(), BTreeMap::new());
+        self.defect(message);
+    }
+
+    /// Shows that something of ours went wrong.
+    pub(crate) fn defect(&mut self, message: &str) {
         self.warn(format!("A defect of mauve: {message}. Please report it."));
     }
 
-    /// Has the client ask for its inlay hints again.
-    pub(crate) fn refresh_hints(&self) {
-        self.outbox.put(|waiting| waiting.refresh_hints = true);
+    /// Has the client ask for something again.
+    pub(crate) fn refresh(&self, what: Refresh) {
+        self.outbox.put(|waiting| {
+            waiting.refresh.insert(what);
+        });
     }
 
     /// Shows a warning, each once.
@@ -108,7 +168,7 @@ impl Outbox {
     pub(crate) async fn send_to(&self, client: Client) {
         loop {
             self.more.notified().await;
-            let Waiting { diagnostics, warnings, refresh_hints } =
+            let Waiting { diagnostics, warnings, refresh } =
                 std::mem::take(&mut *self.waiting.lock().unwrap_or_else(PoisonError::into_inner));
             for message in warnings {
                 client.show_message(MessageType::WARNING, message).await;
@@ -116,12 +176,18 @@ impl Outbox {
             for (url, (version, diagnostics)) in diagnostics {
                 client.publish_diagnostics(url, diagnostics, version).await;
             }
-            if refresh_hints {
+            for what in refresh {
                 // The client may take its time, or never answer: nobody waits for that.
                 let client = client.clone();
                 tokio::spawn(async move {
-                    if let Err(error) = client.inlay_hint_refresh().await {
-                        tracing::warn!("inlay hints were not asked for again: {error}");
+                    let answer = match what {
+                        Refresh::Diagnostics => client.workspace_diagnostic_refresh().await,
+                        Refresh::Hints => client.inlay_hint_refresh().await,
+                        Refresh::Lenses => client.code_lens_refresh().await,
+                        Refresh::Tokens => client.semantic_tokens_refresh().await,
+                    };
+                    if let Err(error) = answer {
+                        tracing::warn!("{what:?} were not asked for again: {error}");
                     }
                 });
             }

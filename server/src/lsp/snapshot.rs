@@ -13,6 +13,7 @@ use tower_lsp::lsp_types::{TextDocumentIdentifier, Url};
 
 use super::capabilities::Capabilities;
 use super::position::{LineIndex, line_index};
+use super::tokens::Tokens;
 use crate::load::{is_outdated, place};
 
 /// An open document.
@@ -36,6 +37,10 @@ pub(crate) struct Snapshot {
     pub(crate) capabilities: Capabilities,
     /// Which state of the texts it is.
     pub(crate) generation: u64,
+    /// Does the user not want this state to be analysed?
+    pub(crate) is_stopped: bool,
+    /// What the client was given of the colours of names.
+    pub(crate) tokens: Arc<Tokens>,
     /// How many jobs are running.
     pub(crate) running: Arc<AtomicUsize>,
 }
@@ -68,8 +73,11 @@ impl Snapshot {
     ///
     /// # Errors
     ///
-    /// It is not, and will be.
+    /// It is not, and will be; or the user does not want it to be analysed.
     pub(crate) fn complete(&self) -> Result<()> {
+        if self.is_stopped {
+            return Err(Error::request_cancelled());
+        }
         if self.is_outdated() { Err(Error::content_modified()) } else { Ok(()) }
     }
 
@@ -97,6 +105,9 @@ impl Snapshot {
     }
 }
 
+/// What the answer of a job that panicked begins with.
+pub(crate) const DEFECT: &str = "a defect of mauve: ";
+
 /// Why a job gave nothing.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Failure {
@@ -116,7 +127,7 @@ impl Failure {
             Failure::Cancelled => Error::request_cancelled(),
             Failure::Panicked(message) => Error {
                 code: ErrorCode::InternalError,
-                message: format!("a defect of mauve: {message}").into(),
+                message: format!("{DEFECT}{message}").into(),
                 data: None,
             },
         }

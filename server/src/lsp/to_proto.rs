@@ -51,11 +51,30 @@ pub(crate) fn diagnostic(snapshot: &Snapshot, finding: &Finding<'_>) -> Diagnost
 
 /// What is said of an open text that is not the one that is analysed.
 pub(crate) fn another_text() -> Diagnostic {
+    whole_file(DiagnosticSeverity::WARNING, "unreadable-file", ANOTHER_TEXT.to_owned())
+}
+
+/// What is said of an open text while the user does not want to wait for its analysis.
+pub(crate) fn stopped() -> Diagnostic {
+    let message =
+        "the analysis was stopped: no response time is known, nor what else is wrong, until the next edit";
+    whole_file(DiagnosticSeverity::WARNING, "analysis-stopped", message.to_owned())
+}
+
+/// What is said of an open text where something of ours went wrong.
+pub(crate) fn defect(message: &str) -> Diagnostic {
+    let message = format!(
+        "a defect of mauve: {message}. Nothing was analysed, and no response time is known; please report it"
+    );
+    whole_file(DiagnosticSeverity::ERROR, "internal-error", message)
+}
+
+fn whole_file(severity: DiagnosticSeverity, code: &str, message: String) -> Diagnostic {
     Diagnostic {
-        severity: Some(DiagnosticSeverity::WARNING),
-        code: Some(NumberOrString::String("unreadable-file".to_owned())),
+        severity: Some(severity),
+        code: Some(NumberOrString::String(code.to_owned())),
         source: Some("mauve".to_owned()),
-        message: ANOTHER_TEXT.to_owned(),
+        message,
         ..Diagnostic::default()
     }
 }

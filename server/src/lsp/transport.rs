@@ -9,7 +9,7 @@
 use std::panic::AssertUnwindSafe;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use futures::{FutureExt as _, SinkExt as _, StreamExt as _};
 use serde_json::Value;
@@ -120,12 +120,22 @@ pub(crate) async fn serve(
                 }
                 service.inner().notice(&request);
                 let id = request.id().cloned();
+                let is_initialize = request.method() == "initialize";
+                let (method, begin) = (request.method().to_owned(), Instant::now());
                 let mut answer = AssertUnwindSafe(service.call(request)).catch_unwind().boxed();
                 let answer = async move {
-                    match answer.as_mut().await {
-                        Ok(answer) => answer.ok().flatten(),
+                    let answer = match answer.as_mut().await {
+                        Ok(answer) => {
+                            let answer = answer.ok().flatten();
+                            if is_initialize { answer.map(with_new_capabilities) } else { answer }
+                        }
                         Err(_) => id.map(|id| Response::from_error(id, Error::internal_error())),
+                    };
+                    match answer.as_ref().map(Response::error) {
+                        Some(Some(error)) => tracing::debug!("{method}: {error} ({:?})", begin.elapsed()),
+                        _ => tracing::debug!("{method} ({:?})", begin.elapsed()),
                     }
+                    answer
                 };
                 let mut answer = Box::pin(answer);
                 match futures::poll!(&mut answer) {
@@ -168,6 +178,17 @@ pub(crate) async fn serve(
             }
         }
     }
+}
+
+/// Says what the server can do that lsp-types has no name for.
+fn with_new_capabilities(response: Response) -> Response {
+    let (id, mut result) = response.into_parts();
+    if let Ok(result) = &mut result
+        && let Some(capabilities) = result.get_mut("capabilities").and_then(Value::as_object_mut)
+    {
+        capabilities.insert("typeHierarchyProvider".to_owned(), Value::Bool(false));
+    }
+    Response::from_parts(id, result)
 }
 
 fn send(streams: &Streams, response: &Response) {

@@ -13,12 +13,22 @@
 //!   activity front { priority = 1 period = 10 }
 //! }
 //! ```
+//!
+//! Fix: write one, with a priority and a period to be changed.
 
 use super::*;
 
 code!(MISSING_ACTIVITY, Error, "missing-activity");
 
-pub(crate) fn report<'db>(at: Place<'db>, instance: &str, deployment: &str) -> Diagnostic<'db> {
+pub(crate) fn report<'db>(db: &'db dyn ModelDb, of: Decl<'db>, instance: &str) -> Diagnostic<'db> {
+    let deployment = of.name(db);
     let message = format!("instance `{instance}` has no activity in {deployment}: write `activity {instance} {{ … }}`");
-    Diagnostic::new(&MISSING_ACTIVITY, at, message)
+    // The least urgent there is: it delays nobody before somebody has thought about it.
+    let activity = format!("activity {instance} {{ priority = 1 period = 100 }}");
+    Diagnostic::new(&MISSING_ACTIVITY, Place::name_of(of), message).add_item(
+        db,
+        of,
+        format!("Write an activity for `{instance}`"),
+        &activity,
+    )
 }

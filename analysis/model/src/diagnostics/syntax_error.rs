@@ -1,6 +1,7 @@
 //! # syntax-error
 //!
-//! Text that the grammar does not allow. The message says what was expected there.
+//! Text that the grammar does not allow. The message says what was expected there. Where that is a sign or a keyword that is
+//! always the same, the fix writes it.
 //!
 //! ```mauve
 //! codel plan(in goal Pose): Path   // error
@@ -13,7 +14,7 @@
 //! program uses: a name that its own library lacks is not looked for in others meanwhile.
 
 use mauve_syntax::ast::{AstNode as _, BinaryExpr, Expr};
-use mauve_syntax::{Parse, SyntaxError, TextSize};
+use mauve_syntax::{NodeOrToken, Parse, SyntaxError, SyntaxKind, SyntaxNode, SyntaxToken, TextSize};
 
 use super::*;
 
@@ -26,8 +27,78 @@ pub(super) fn report<'db>(parse: &Parse, file: File, error: &SyntaxError, at: Pl
             let place = Place::Range(file, end.into(), end.into());
             found.fix(format!("Write `&& {middle}`"), place, format!(" && {middle}"))
         }
-        None => found,
+        None => match forgotten(parse, error) {
+            Some((end, sign)) => {
+                let place = Place::Range(file, end.into(), end.into());
+                found.fix(format!("Write `{}`", sign.trim()), place, sign)
+            }
+            None => found,
+        },
     }
+}
+
+/// The sign or keyword that is missing, and where it belongs: right behind what stands before it.
+///
+/// With it the parser goes on as if it had been there, since it is what it was about to take.
+fn forgotten(parse: &Parse, error: &SyntaxError) -> Option<(TextSize, String)> {
+    let (sign, found) = error.message.strip_prefix("expected `")?.split_once('`')?;
+    let is_found = found.starts_with(", found ");
+    if !found.is_empty() && !is_found {
+        return None;
+    }
+    let root = parse.syntax();
+    let next = match is_found {
+        true => root.token_at_offset(error.range.start()).right_biased(),
+        false => root.token_at_offset(error.range.start()).left_biased()?.next_token(),
+    };
+    let is_there = |token: &SyntaxToken| !token.kind().is_trivia();
+    let next = next.and_then(|token| following(token, is_there));
+    let before = match is_found {
+        true => std::iter::successors(next.as_ref()?.prev_token(), SyntaxToken::prev_token).find(is_there)?.text_range().end(),
+        false => error.range.end(),
+    };
+    let text = match sign {
+        ";" | ")" | "]" => sign.to_owned(),
+        "}" => {
+            // The brace goes where the line begins that opened it.
+            let offset = root.token_at_offset(before).left_biased()?;
+            let mut lists = offset.parent_ancestors();
+            let list = lists.find(|node| {
+                let mut tokens = node.children_with_tokens().filter_map(NodeOrToken::into_token);
+                let is_open = tokens.clone().any(|token| token.kind() == SyntaxKind::L_CURLY);
+                is_open && !tokens.any(|token| token.kind() == SyntaxKind::R_CURLY)
+            })?;
+            format!("\n{}}}", indentation(&list))
+        }
+        // What follows has to be there too, or there will be another mistake.
+        ":" | "=" | "->" | "." | "then" | "to" => {
+            let next = next.filter(|token| is_found || token.kind() == SyntaxKind::L_CURLY)?;
+            let fits = match sign {
+                "then" => next.kind() == SyntaxKind::L_CURLY,
+                "=" => next.kind() != SyntaxKind::COLON,
+                _ => next.kind().is_word(),
+            };
+            match sign {
+                _ if !fits => return None,
+                ":" | "." => sign.to_owned(),
+                _ => format!(" {sign}"),
+            }
+        }
+        _ => return None,
+    };
+    Some((before, text))
+}
+
+fn following(token: SyntaxToken, is_it: impl Fn(&SyntaxToken) -> bool) -> Option<SyntaxToken> {
+    std::iter::successors(Some(token), SyntaxToken::next_token).find(|token| is_it(token))
+}
+
+/// The white space with which the line of `node` begins.
+fn indentation(node: &SyntaxNode) -> String {
+    let token = node.first_token();
+    let line = std::iter::successors(token, SyntaxToken::prev_token).find(|token| token.text().contains('\n'));
+    let line = line.map(|token| token.text().rsplit('\n').next().unwrap_or_default().to_owned());
+    line.filter(|line| line.trim().is_empty()).unwrap_or_default()
 }
 
 /// Of `a < b < c`, where `a < b` ends, and `b`.

@@ -32,7 +32,7 @@ pub(crate) fn document_symbols(
         #[allow(deprecated, reason = "the field must be given")]
         flat.push(SymbolInformation {
             name,
-            kind: kind(symbol.kind),
+            kind: kind(symbol.kind, snapshot.capabilities.symbol_kinds),
             tags: None,
             deprecated,
             location,
@@ -51,7 +51,7 @@ fn nested(snapshot: &Snapshot, lines: &LineIndex, symbol: Symbol) -> DocumentSym
     DocumentSymbol {
         name,
         detail: (!symbol.detail.is_empty()).then_some(symbol.detail),
-        kind: kind(symbol.kind),
+        kind: kind(symbol.kind, snapshot.capabilities.symbol_kinds),
         tags: None,
         deprecated: None,
         range: lines.range(symbol.range, encoding),
@@ -65,8 +65,9 @@ fn shown(symbol: &Symbol) -> String {
     if symbol.name.is_empty() { "?".to_owned() } else { symbol.name.clone() }
 }
 
-fn kind(kind: SymbolKind) -> lsp_types::SymbolKind {
-    match kind {
+/// The kind in the protocol; where the client does not know `all` of them, one of the first version.
+pub(crate) fn kind(kind: SymbolKind, all: bool) -> lsp_types::SymbolKind {
+    let kind = match kind {
         SymbolKind::Library => lsp_types::SymbolKind::MODULE,
         SymbolKind::Codel => lsp_types::SymbolKind::FUNCTION,
         SymbolKind::Shell => lsp_types::SymbolKind::INTERFACE,
@@ -83,5 +84,13 @@ fn kind(kind: SymbolKind) -> lsp_types::SymbolKind {
         SymbolKind::Deployment | SymbolKind::Package => lsp_types::SymbolKind::PACKAGE,
         SymbolKind::Message | SymbolKind::Type => lsp_types::SymbolKind::STRUCT,
         SymbolKind::File => lsp_types::SymbolKind::FILE,
+    };
+    match kind {
+        _ if all => kind,
+        lsp_types::SymbolKind::ENUM_MEMBER => lsp_types::SymbolKind::CONSTANT,
+        lsp_types::SymbolKind::EVENT => lsp_types::SymbolKind::FUNCTION,
+        lsp_types::SymbolKind::STRUCT => lsp_types::SymbolKind::CLASS,
+        lsp_types::SymbolKind::OBJECT => lsp_types::SymbolKind::VARIABLE,
+        of_the_first_version => of_the_first_version,
     }
 }

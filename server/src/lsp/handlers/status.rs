@@ -2,7 +2,7 @@
 
 use std::sync::atomic::Ordering;
 
-use mauve_model::projects;
+use mauve_model::{level_shown, projects};
 use serde::Serialize;
 use tower_lsp::jsonrpc::Result;
 
@@ -16,6 +16,8 @@ pub(crate) struct Status {
     workspaces: Vec<WorkspaceStatus>,
     /// How many texts the client has open.
     documents: usize,
+    /// The significance levels that the tables have, from the most probable down: arguments of `mauve.setSignificance`.
+    levels: Vec<f64>,
     /// How many jobs are running, this request not counted.
     jobs: usize,
 }
@@ -24,6 +26,8 @@ pub(crate) struct Status {
 struct WorkspaceStatus {
     folder: String,
     files: usize,
+    /// The significance level that is shown.
+    significance: f64,
     roots: Vec<String>,
 }
 
@@ -33,11 +37,16 @@ pub(crate) fn status(snapshot: &Snapshot) -> Result<Status> {
     let workspaces = snapshot.workspaces.iter().map(|&workspace| WorkspaceStatus {
         folder: workspace.folder(db).display().to_string(),
         files: workspace.files(db).len(),
+        significance: level_shown(db, workspace).as_f64(),
         roots: projects(db, workspace).iter().map(|it| it.root(db).path(db).display().to_string()).collect(),
     });
     Ok(Status {
         version: env!("CARGO_PKG_VERSION"),
         workspaces: workspaces.collect(),
+        levels: mauve_ide::known_levels(db, &snapshot.workspaces)
+            .iter()
+            .map(|level| level.as_f64())
+            .collect(),
         documents: snapshot.documents.len(),
         jobs: snapshot.running.load(Ordering::SeqCst).saturating_sub(1),
     })

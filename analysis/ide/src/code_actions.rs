@@ -1,0 +1,383 @@
+//! What can be done about a place in a text: mend what is wrong there, or write what is right in another way.
+//!
+//! Each action is a file in `code_actions/`, and a line in [`OFFERS`]. A refactoring keeps what the model means: where it
+//! cannot, it is not offered, or offered with the reason why it is not possible.
+
+mod connect;
+mod create_codel;
+mod create_state;
+mod create_variable;
+mod deadline;
+mod declare_operation;
+mod extract_variable;
+mod fixes;
+mod inline_variable;
+mod program;
+mod qualified_name;
+mod skeleton;
+mod sorted_fields;
+mod update;
+mod uses;
+
+use mauve_model::diagnostics::Finding;
+use mauve_model::{Decl, File, ModelDb, Place, Project, Workspace, parse};
+use mauve_syntax::ast::AstNode;
+use mauve_syntax::format::Replacement;
+use mauve_syntax::{NodeOrToken, SyntaxNode, SyntaxToken, TextRange, TextSize};
+
+use crate::Change;
+use crate::project::projects_with;
+
+/// Something that can be done.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CodeAction<'db> {
+    /// For the user to choose by.
+    pub title: String,
+    /// What kind of thing it is.
+    pub kind: ActionKind,
+    /// Is it what is meant most likely, of all that would do?
+    pub preferred: bool,
+    /// What it mends; nothing, where nothing is wrong.
+    pub mends: Vec<Finding<'db>>,
+    /// Why it cannot be done here.
+    pub disabled: Option<String>,
+    /// What it does; none where that was not asked for, or cannot be.
+    pub change: Option<Change>,
+}
+
+/// The kinds of action.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum ActionKind {
+    /// Mends a diagnostic.
+    QuickFix,
+    /// Makes a declaration of a part of another.
+    Extract,
+    /// Puts what a name stands for in its place.
+    Inline,
+    /// Says the same in another way, or writes what is still missing.
+    Rewrite,
+    /// Puts the `use`s of a file in order.
+    OrganizeUses,
+    /// Mends all that is mended in one way only.
+    FixAll,
+}
+
+/// What an editor asks.
+#[derive(Debug, Clone, Copy)]
+pub struct ActionQuestion<'a> {
+    /// The file.
+    pub file: File,
+    /// What is selected in it, or where the cursor is.
+    pub range: TextRange,
+    /// Diagnostics that are asked about wherever they stand: their ranges and codes.
+    pub diagnostics: &'a [(TextRange, String)],
+    /// The kinds that are asked for.
+    pub kinds: &'a [ActionKind],
+    /// Whose changes are needed now.
+    pub changes: Changes<'a>,
+}
+
+/// The actions whose changes are needed; the others are only offered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Changes<'a> {
+    /// None's.
+    None,
+    /// Those of the actions with this title.
+    Of(&'a str),
+    /// Every one's.
+    All,
+}
+
+/// Everything that offers actions, in the order in which they are shown.
+const OFFERS: &[fn(&mut Actions<'_, '_>)] = &[
+    fixes::offer,
+    crate::timing_actions::offer,
+    extract_variable::offer,
+    inline_variable::offer,
+    skeleton::offer,
+    update::offer,
+    sorted_fields::offer,
+    deadline::offer,
+    qualified_name::offer,
+    uses::offer,
+];
+
+/// What can be done about a place.
+///
+/// ```
+/// use mauve_ide::{ActionKind, ActionQuestion, Changes, code_actions};
+/// use mauve_model::{Database, Workspace};
+///
+/// let db = Database::default();
+/// let text = "codel plan(): int\nshell S { }\ncore C(S) { update = { plna(); } }\n";
+/// let workspace = Workspace::of_texts(&db, "/".into(), [("/model.mal".into(), text.to_owned())]);
+/// let file = workspace.file(&db, "/model.mal".as_ref()).unwrap();
+/// let offset = text.find("plna").unwrap() as u32;
+/// let question = ActionQuestion {
+///     file,
+///     range: mauve_syntax::TextRange::empty(offset.into()),
+///     diagnostics: &[],
+///     kinds: &[ActionKind::QuickFix],
+///     changes: Changes::All,
+/// };
+/// let action = &code_actions(&db, &[workspace], question)[0];
+/// assert_eq!(action.title, "Change to `plan`");
+/// assert!(action.change.as_ref().unwrap().applied(&db, file).contains("update = { plan(); }"));
+/// ```
+pub fn code_actions<'db>(
+    db: &'db dyn ModelDb,
+    workspaces: &[Workspace],
+    question: ActionQuestion<'_>,
+) -> Vec<CodeAction<'db>> {
+    let projects = projects_with(db, workspaces, question.file);
+    let mut actions = Actions { db, workspaces, projects, question, found: Vec::new() };
+    for offer in OFFERS {
+        offer(&mut actions);
+    }
+    actions.found
+}
+
+/// What is asked, and what was found so far: what an offer is given.
+pub(crate) struct Actions<'a, 'db> {
+    pub(crate) db: &'db dyn ModelDb,
+    pub(crate) workspaces: &'a [Workspace],
+    /// Those that have the file.
+    pub(crate) projects: Vec<Project<'db>>,
+    pub(crate) question: ActionQuestion<'a>,
+    found: Vec<CodeAction<'db>>,
+}
+
+impl<'db> Actions<'_, 'db> {
+    /// Is this kind asked for? Otherwise there is nothing to look for.
+    pub(crate) fn wants(&self, kind: ActionKind) -> bool {
+        self.question.kinds.contains(&kind)
+    }
+
+    /// Offers an action; its change is computed where it is needed now.
+    pub(crate) fn offer(
+        &mut self,
+        kind: ActionKind,
+        title: impl Into<String>,
+        change: impl FnOnce() -> Change,
+    ) {
+        let title = title.into();
+        self.push(
+            CodeAction { title, kind, preferred: false, mends: Vec::new(), disabled: None, change: None },
+            change,
+        );
+    }
+
+    /// Says why an action that may be expected here cannot be done.
+    pub(crate) fn refuse(&mut self, kind: ActionKind, title: impl Into<String>, reason: impl Into<String>) {
+        let (title, disabled) = (title.into(), Some(reason.into()));
+        if self.wants(kind) {
+            self.found.push(CodeAction {
+                title,
+                kind,
+                preferred: false,
+                mends: Vec::new(),
+                disabled,
+                change: None,
+            });
+        }
+    }
+
+    /// Offers what mends a finding, beside its own fixes.
+    pub(crate) fn mend(
+        &mut self,
+        finding: &Finding<'db>,
+        title: impl Into<String>,
+        change: impl FnOnce() -> Change,
+    ) {
+        let (title, mends) = (title.into(), vec![finding.clone()]);
+        let kind = ActionKind::QuickFix;
+        self.push(CodeAction { title, kind, preferred: false, mends, disabled: None, change: None }, change);
+    }
+
+    /// [`Actions::offer`] for an action of any kind. One that is there already is not offered again.
+    pub(crate) fn push(&mut self, mut action: CodeAction<'db>, change: impl FnOnce() -> Change) {
+        let is_same = |it: &CodeAction<'_>| {
+            it.title == action.title && it.kind == action.kind && it.mends == action.mends
+        };
+        if !self.wants(action.kind) || self.found.iter().any(is_same) {
+            return;
+        }
+        let is_needed = match self.question.changes {
+            Changes::None => false,
+            Changes::Of(title) => action.title == title,
+            Changes::All => true,
+        };
+        action.change = is_needed.then(change);
+        self.found.push(action);
+    }
+
+    /// Offers a refactoring where every project that has the file allows the same one. It is `None` where nobody would
+    /// expect it, and a reason where somebody might.
+    pub(crate) fn refactor(
+        &mut self,
+        kind: ActionKind,
+        title: impl Into<String>,
+        change: impl Fn(Project<'db>) -> Option<Result<Change, String>>,
+    ) {
+        if !self.wants(kind) {
+            return;
+        }
+        let title = title.into();
+        let all: Option<Vec<_>> = self.projects.iter().map(|&project| change(project)).collect();
+        let Ok(changes) = all
+            .unwrap_or_default()
+            .into_iter()
+            .collect::<Result<Vec<Change>, String>>()
+            .map_err(|reason| self.refuse(kind, title.clone(), reason))
+        else {
+            return;
+        };
+        let mut changes = changes.into_iter();
+        let Some(first) = changes.next() else { return };
+        if changes.all(|other| other == first) {
+            self.offer(kind, title, || first);
+        }
+    }
+
+    /// The tree of the file.
+    pub(crate) fn root(&self) -> SyntaxNode {
+        parse(self.db, self.question.file).syntax()
+    }
+
+    /// The innermost node of a kind round what is selected, or at the cursor.
+    pub(crate) fn node<N: AstNode>(&self) -> Option<N> {
+        let root = self.root();
+        let range = self.selected();
+        if range.is_empty() {
+            let tokens = root.token_at_offset(range.start());
+            let of = |token: SyntaxToken| token.parent_ancestors().find_map(N::cast);
+            return tokens.clone().right_biased().and_then(of).or_else(|| tokens.left_biased().and_then(of));
+        }
+        let covering = root.covering_element(range);
+        covering.ancestors().find_map(N::cast)
+    }
+
+    /// The word that is selected, or that the cursor is at.
+    pub(crate) fn selected_name(&self) -> Option<SyntaxToken> {
+        let range = self.selected();
+        let tokens = self.root().token_at_offset(range.start());
+        let is_it = |token: &SyntaxToken| token.kind().is_word() && token.text_range().contains_range(range);
+        tokens.clone().right_biased().filter(is_it).or_else(|| tokens.left_biased().filter(is_it))
+    }
+
+    /// What is selected, without the white space round it.
+    pub(crate) fn selected(&self) -> TextRange {
+        let text = self.question.file.text(self.db);
+        let all = TextRange::up_to(TextSize::of(&**text));
+        let Some(range) = self.question.range.intersect(all) else { return TextRange::empty(all.end()) };
+        let Some(selected) = text.get(std::ops::Range::<usize>::from(range)) else { return range };
+        let before = selected.len() - selected.trim_start().len();
+        let length = selected.trim().len();
+        if length == 0 {
+            return TextRange::empty(range.start());
+        }
+        TextRange::at(range.start() + TextSize::new(before as u32), TextSize::new(length as u32))
+    }
+}
+
+/// The white space with which the line begins that `offset` is in.
+pub(crate) fn indentation(text: &str, offset: TextSize) -> &str {
+    let before = text.get(..usize::from(offset)).unwrap_or_default();
+    let line = text.get(before.rfind('\n').map_or(0, |at| at + 1)..).unwrap_or_default();
+    let rest = line.trim_start_matches([' ', '\t']);
+    line.get(..line.len() - rest.len()).unwrap_or_default()
+}
+
+/// What goes with `range` where it is taken out: the rest of its lines, where there is nothing else in them; otherwise the
+/// white space behind it.
+pub(crate) fn with_line(text: &str, range: TextRange) -> TextRange {
+    let (start, end) = (usize::from(range.start()), usize::from(range.end()));
+    let (before, after) = (text.get(..start).unwrap_or_default(), text.get(end..).unwrap_or_default());
+    let blanks = before.len() - before.trim_end_matches([' ', '\t']).len();
+    let more = after.len() - after.trim_start_matches([' ', '\t']).len();
+    let rest = after.get(more..).unwrap_or_default();
+    let end_of_line = ["\r\n", "\n"].into_iter().find(|end| rest.starts_with(end));
+    let begins = blanks == start || before.get(..start - blanks).is_some_and(|it| it.ends_with('\n'));
+    let (back, forth) = match end_of_line {
+        Some(end) if begins => (blanks, more + end.len()),
+        _ => (0, more),
+    };
+    TextRange::new(((start - back) as u32).into(), ((end + forth) as u32).into())
+}
+
+/// A change that puts `text` at `offset`.
+pub(crate) fn put(file: File, offset: TextSize, text: String) -> Change {
+    let mut change = Change::default();
+    change.replace(file, Replacement { range: TextRange::empty(offset), text });
+    change
+}
+
+/// A change that puts `item` on a line of its own at the end of a declaration.
+pub(crate) fn put_into(db: &dyn ModelDb, of: Decl<'_>, item: &str) -> Change {
+    let indentation = if of.library(db).is_some() { "    " } else { "  " };
+    put(of.file(db), Place::End(of).range(db).start(), format!("\n{indentation}{item}"))
+}
+
+/// Is there a comment in it?
+pub(crate) fn has_comment(node: &SyntaxNode) -> bool {
+    let mut tokens = node.descendants_with_tokens().filter_map(NodeOrToken::into_token);
+    tokens.any(|token| token.kind().is_trivia() && !token.text().trim().is_empty())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixture::Fixture;
+    use expect_test::Expect;
+
+    /// All kinds.
+    const KINDS: &[ActionKind] = &[
+        ActionKind::QuickFix,
+        ActionKind::Extract,
+        ActionKind::Inline,
+        ActionKind::Rewrite,
+        ActionKind::OrganizeUses,
+        ActionKind::FixAll,
+    ];
+
+    /// The first action whose title begins so, at `$0` or from `$0` to `$0`: the lines that it makes, of each file.
+    pub(super) fn check(fixture: &str, title: &str, expected: Expect) {
+        let Fixture { db, workspace, file, offset } = Fixture::new(fixture);
+        let marks: Vec<usize> = fixture.match_indices("$0").map(|(at, _)| at).collect();
+        let length = if let [start, end] = marks[..] { end - start - 2 } else { 0 };
+        let question = ActionQuestion {
+            file,
+            range: TextRange::at(offset, TextSize::new(length as u32)),
+            diagnostics: &[],
+            kinds: KINDS,
+            changes: Changes::All,
+        };
+        let actions = code_actions(&db, &[workspace], question);
+        let action = actions.iter().find(|it| it.title.starts_with(title));
+        let mut shown = String::new();
+        match action.map(|it| (&it.change, &it.disabled)) {
+            None => shown += "not offered\n",
+            Some((_, Some(reason))) => shown += &format!("refused: {reason}\n"),
+            Some((None, None)) => shown += "without a change\n",
+            Some((Some(change), None)) => {
+                for of in &change.files {
+                    let (before, after) = (of.file.text(&db), change.applied(&db, of.file));
+                    shown += &format!("--- {}\n{}", of.file.path(&db).display(), made(before, &after));
+                }
+            }
+        }
+        expected.assert_eq(&shown);
+    }
+
+    /// The lines of `after` from the first that differs to the last.
+    fn made(before: &str, after: &str) -> String {
+        let same = |one: &mut dyn Iterator<Item = &str>, other: &mut dyn Iterator<Item = &str>| {
+            one.zip(other).take_while(|(one, other)| one == other).count()
+        };
+        let first = same(&mut before.lines(), &mut after.lines());
+        let last = same(&mut before.lines().rev(), &mut after.lines().rev());
+        let count = after.lines().count();
+        let last = last.min(count - first).min(before.lines().count() - first.min(before.lines().count()));
+        after.lines().skip(first).take(count - first - last).map(|line| line.to_owned() + "\n").collect()
+    }
+}

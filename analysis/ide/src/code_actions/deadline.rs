@@ -1,0 +1,102 @@
+//! The deadline that an activity has anyway, written down; and one that says nothing else than the period, left out.
+
+use mauve_syntax::ast::{self, AstNode as _};
+use mauve_syntax::format::Replacement;
+use mauve_syntax::{TextRange, is_whole};
+
+use super::{ActionKind, Actions, has_comment, with_line};
+use crate::Change;
+
+pub(super) fn offer(actions: &mut Actions<'_, '_>) {
+    let (db, file) = (actions.db, actions.question.file);
+    let Some(activity) = actions.node::<ast::Activity>().filter(|it| is_whole(it.syntax())) else { return };
+    let of = |name: &str| {
+        let mut all =
+            activity.fields().filter(|it| it.name_ref().is_some_and(|it| it.syntax().text() == name));
+        all.next().filter(|_| all.next().is_none())
+    };
+    let value = |field: &ast::Field| Some(field.expr()?.syntax().text().to_string());
+    let Some(period) = of("period") else { return };
+    let Some(text) = value(&period) else { return };
+    let is_background = of("priority").and_then(|it| value(&it)).is_some_and(|it| it == "background");
+    let has_deadline =
+        activity.fields().any(|it| it.name_ref().is_some_and(|it| it.syntax().text() == "deadline"));
+    if !has_deadline && !is_background {
+        actions.offer(ActionKind::Rewrite, format!("Write `deadline = {text}`"), || {
+            let mut change = Change::default();
+            let range = TextRange::empty(period.syntax().text_range().end());
+            change.replace(file, Replacement { range, text: format!(" deadline = {text}") });
+            change
+        });
+    }
+    let same =
+        of("deadline").filter(|it| value(it).is_some_and(|it| it == text) && !has_comment(it.syntax()));
+    if let Some(deadline) = same {
+        actions.offer(ActionKind::Rewrite, "Leave out the deadline, which is the period", || {
+            let mut range = deadline.syntax().text_range();
+            let rest = file.text(db).get(usize::from(range.end())..).unwrap_or_default();
+            if rest.starts_with(';') {
+                range = range.cover_offset(range.end() + mauve_syntax::TextSize::of(';'));
+            }
+            let mut change = Change::default();
+            change.replace(file, Replacement { range: with_line(file.text(db), range), text: String::new() });
+            change
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::check;
+    use expect_test::expect;
+
+    #[test]
+    fn written_and_left_out() {
+        let written = "Write `deadline";
+        check(
+            "deployment D { activity $0a { period = 2.5; priority = 1 } }",
+            written,
+            expect![[r#"
+            --- /model.mal
+            deployment D { activity a { period = 2.5 deadline = 2.5; priority = 1 } }
+        "#]],
+        );
+        check(
+            "deployment D { activity $0a { period = 2.5; priority = background } }",
+            written,
+            expect![[r#"
+            not offered
+        "#]],
+        );
+        check(
+            "deployment D { activity $0a { period = ; priority = 1 } }",
+            written,
+            expect![[r#"
+            not offered
+        "#]],
+        );
+        let left_out = "Leave out the deadline";
+        check(
+            "deployment D {\n  activity $0a {\n    period = 10\n    deadline = 10;\n    priority = 1\n  }\n}\n",
+            left_out,
+            expect![[r#"
+            --- /model.mal
+        "#]],
+        );
+        check(
+            "deployment D { activity $0a { deadline = 10 period = 10 priority = 1 } }",
+            left_out,
+            expect![[r#"
+            --- /model.mal
+            deployment D { activity a { period = 10 priority = 1 } }
+        "#]],
+        );
+        check(
+            "deployment D { activity $0a { deadline = 9 period = 10 priority = 1 } }",
+            left_out,
+            expect![[r#"
+            not offered
+        "#]],
+        );
+    }
+}

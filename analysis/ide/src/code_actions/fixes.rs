@@ -1,0 +1,97 @@
+//! The fixes of the diagnostics at a place; those of all others with the same code; and all that can be made unseen.
+
+use mauve_model::diagnostics::{Finding, Fix, diagnostics_of_file};
+
+use super::{
+    ActionKind, Actions, CodeAction, connect, create_codel, create_state, create_variable, declare_operation,
+};
+use crate::Change;
+
+/// What an editor may mend by itself, when a file is saved: no guess at a name, and no other number.
+const CLEAR: &[&str] = &["connection-direction", "continued-line", "header-colon", "missing-else"];
+
+pub(super) fn offer(actions: &mut Actions<'_, '_>) {
+    if !actions.wants(ActionKind::QuickFix) && !actions.wants(ActionKind::FixAll) {
+        return;
+    }
+    let db = actions.db;
+    let question = actions.question;
+    let mut findings: Vec<Finding<'_>> = Vec::new();
+    for &workspace in actions.workspaces {
+        for finding in diagnostics_of_file(db, workspace, question.file) {
+            if !findings.iter().any(|it| it.diagnostic == finding.diagnostic) {
+                findings.push(finding);
+            }
+        }
+    }
+    let is_meant = |finding: &Finding<'_>| {
+        let (at, code) = (finding.diagnostic.at.range(db), finding.diagnostic.code.name);
+        at.intersect(question.range).is_some()
+            || question.diagnostics.iter().any(|(range, of)| *range == at && of == code)
+    };
+    let meant: Vec<&Finding<'_>> = findings.iter().filter(|it| is_meant(it)).collect();
+    for finding in &meant {
+        let fixes = &finding.diagnostic.fixes;
+        for fix in fixes {
+            let action = CodeAction {
+                title: fix.title.clone(),
+                kind: ActionKind::QuickFix,
+                // Where there are several ways, the choice is the user's.
+                preferred: fixes.len() == 1,
+                mends: vec![(*finding).clone()],
+                disabled: None,
+                change: None,
+            };
+            actions.push(action, || Change::of_fix(db, fix));
+        }
+    }
+    for finding in &meant {
+        match finding.diagnostic.code.name {
+            "unresolved-state" => create_state::offer(actions, finding, &findings),
+            "unresolved-codel" => create_codel::offer(actions, finding),
+            "unresolved-variable" => create_variable::offer(actions, finding),
+            "undeclared-operation" => declare_operation::offer(actions, finding),
+            "unconnected-input" | "unconnected-operation" => connect::offer(actions, finding),
+            _ => {}
+        }
+    }
+    let mut codes: Vec<&str> = meant.iter().map(|it| it.diagnostic.code.name).collect();
+    codes.sort_unstable();
+    codes.dedup();
+    for code in codes {
+        let alike: Vec<&Finding<'_>> =
+            findings.iter().filter(|it| it.diagnostic.code.name == code && only_fix(it).is_some()).collect();
+        if alike.len() > 1 && meant.iter().any(|it| it.diagnostic.code.name == code && only_fix(it).is_some())
+        {
+            let title = format!("Fix all {} `{code}` in this file", alike.len());
+            offer_all(actions, title, ActionKind::QuickFix, &alike);
+        }
+    }
+    let is_clear = |it: &&Finding<'_>| only_fix(it).is_some() && CLEAR.contains(&it.diagnostic.code.name);
+    let all: Vec<&Finding<'_>> = findings.iter().filter(is_clear).collect();
+    if !all.is_empty() {
+        let title = format!("Fix all that needs no choice ({} in this file)", all.len());
+        offer_all(actions, title, ActionKind::FixAll, &all);
+    }
+}
+
+/// The fix of what is mended in one way only.
+fn only_fix<'a, 'db>(finding: &'a Finding<'db>) -> Option<&'a Fix<'db>> {
+    match finding.diagnostic.fixes.as_slice() {
+        [fix] => Some(fix),
+        _ => None,
+    }
+}
+
+fn offer_all<'db>(actions: &mut Actions<'_, 'db>, title: String, kind: ActionKind, all: &[&Finding<'db>]) {
+    let db = actions.db;
+    let mends = all.iter().map(|it| (*it).clone()).collect();
+    let action = CodeAction { title, kind, preferred: false, mends, disabled: None, change: None };
+    actions.push(action, || {
+        let mut change = Change::default();
+        for fix in all.iter().filter_map(|it| only_fix(it)) {
+            change.join(Change::of_fix(db, fix));
+        }
+        change
+    });
+}

@@ -1,0 +1,287 @@
+//! The value of a local variable in its place, wherever it is read; the variable goes.
+//!
+//! ```text
+//! var planned: Path = plan(goal);   →   drive(plan(goal), speed);
+//! drive(planned, speed);
+//! ```
+//!
+//! A value that calls something is put into the next statement only, where that executes it first; any other one must not
+//! depend on what changes meanwhile.
+
+use mauve_model::{Type, VariableKind};
+use mauve_syntax::ast::{self, AstNode as _};
+use mauve_syntax::format::Replacement;
+use mauve_syntax::{NodeOrToken, SyntaxKind, SyntaxNode, TextRange};
+
+use super::program::{Programs, bare, calls, statement_of};
+use super::{ActionKind, Actions, has_comment, with_line};
+use crate::Change;
+use crate::occurrences::{Found, Meaning, Role};
+
+pub(super) fn offer(actions: &mut Actions<'_, '_>) {
+    if !actions.wants(ActionKind::Inline) {
+        return;
+    }
+    let (db, file) = (actions.db, actions.question.file);
+    let (Some(core), Some(at)) = (actions.node::<ast::Core>(), actions.selected_name()) else { return };
+    let title = format!("Inline `{}`", at.text());
+    let range = at.text_range();
+    actions.refactor(ActionKind::Inline, title, |project| {
+        let programs = Programs::of(db, project, file, &core)?;
+        let meaning = programs.names_in(range).next()?.meaning.clone();
+        let variable = declaration(&core, &programs, &meaning)?;
+        Some(inlined(file.text(db), &programs, &variable, &meaning).map(|edits| {
+            let mut change = Change::default();
+            edits.into_iter().for_each(|edit| change.replace(file, edit));
+            change
+        }))
+    });
+}
+
+/// The declaration of a local variable with a first value.
+fn declaration(core: &ast::Core, programs: &Programs<'_>, meaning: &Meaning<'_>) -> Option<ast::Var> {
+    let Meaning::Part(place) = meaning else { return None };
+    let range = place.range(programs.db);
+    let of_core = core.syntax().text_range().contains_range(range);
+    let variable = core
+        .syntax()
+        .descendants()
+        .filter_map(ast::Var::cast)
+        .filter(|_| of_core)
+        .find(|it| it.name().is_some_and(|name| name.syntax().text_range() == range))?;
+    let is_local = variable.syntax().parent()?.kind() == SyntaxKind::BLOCK;
+    (is_local && variable.initializer().is_some()).then_some(variable)
+}
+
+fn inlined(
+    text: &str,
+    programs: &Programs<'_>,
+    variable: &ast::Var,
+    meaning: &Meaning<'_>,
+) -> Result<Vec<Replacement>, String> {
+    let lost = || "something in it is missing".to_owned();
+    let node = variable.syntax();
+    let name = variable.name().ok_or_else(lost)?.syntax().text_range();
+    let value = variable.initializer().and_then(|it| it.expr()).ok_or_else(lost)?;
+    let inner = bare(&value).ok_or_else(lost)?;
+    let block = node.parent().ok_or_else(lost)?;
+    if has_comment(node) {
+        return Err("there is a comment in its declaration, which would be lost".to_owned());
+    }
+    let uses: Vec<&Found<'_>> =
+        programs.names.iter().filter(|it| it.meaning == *meaning && it.range != name).collect();
+    if uses.is_empty() {
+        return Err("nothing reads it".to_owned());
+    }
+    if uses.iter().any(|it| it.role != Role::Read) {
+        return Err("it is assigned to later".to_owned());
+    }
+    // `var half: double = 1 / 2` is 0.0, whatever is done with it; and `half / 2` would be another division.
+    let declared = programs.typing.variables.iter().find(|it| {
+        it.kind == VariableKind::Local
+            && mauve_model::Place::Part(programs.core, it.name.part).range(programs.db) == name
+    });
+    let declared = declared.map(|it| &it.ty);
+    if declared.is_none() || declared == Some(&Type::Unknown) || programs.type_of(&inner) != declared {
+        return Err("its value is converted to another type".to_owned());
+    }
+    if matches!(inner, ast::Expr::CallExpr(_)) || calls(inner.syntax()).next().is_some() {
+        let next = std::iter::successors(node.next_sibling(), SyntaxNode::next_sibling)
+            .find(|it| ast::Statement::can_cast(it.kind()));
+        let next = next.ok_or_else(lost)?;
+        let [only] = uses.as_slice() else {
+            return Err("it is read several times, and its value calls something".to_owned());
+        };
+        let place = expression_at(&block, only.range).ok_or_else(lost)?;
+        let may_be_put_there = statement_of(place.syntax()).as_ref() == Some(&next)
+            && programs.comes_first(&next, &place)
+            && !changes_beside(programs, &next, &place, &inner);
+        if !may_be_put_there {
+            return Err(
+                "its value calls something, and what reads it is not the first thing that is executed then"
+                    .to_owned(),
+            );
+        }
+    }
+    // What it is made of is the same wherever it is read: it is assigned nowhere in the block, and not hidden.
+    let operands: Vec<&Found<'_>> = programs.names_in(value.syntax().text_range()).collect();
+    let is_here = |it: &&&Found<'_>| {
+        block.text_range().contains_range(it.range) && it.range.start() > node.text_range().end()
+    };
+    let later = || programs.names.iter().filter(|it| is_here(&it));
+    for operand in &operands {
+        let changes = |it: &Found<'_>| !matches!(it.role, Role::Read | Role::Call | Role::Mention);
+        if later().any(|it| it.meaning == operand.meaning && changes(it)) {
+            return Err(format!("`{}` is assigned to meanwhile", &text[operand.range]));
+        }
+        if later().any(|it| it.role == Role::Declaration && text[it.range] == text[operand.range]) {
+            return Err(format!("another `{}` is declared meanwhile", &text[operand.range]));
+        }
+    }
+    let calls_own = block.children().filter(|it| it.text_range().start() > node.text_range().end());
+    if operands.iter().any(|it| it.role == Role::Read)
+        && calls_own.into_iter().any(|it| programs.calls_own_operation(&it))
+    {
+        let locals = |it: &&&Found<'_>| is_local(programs, it);
+        if operands.iter().filter(|it| it.role == Role::Read).any(|it| !locals(&it)) {
+            return Err("an operation that is called meanwhile may change what it is made of".to_owned());
+        }
+    }
+    let shown = &text[inner.syntax().text_range()];
+    let mut edits = vec![Replacement { range: with_line(text, with_semicolon(node)), text: String::new() }];
+    for it in uses {
+        let place = expression_at(&block, it.range).ok_or_else(lost)?;
+        let is_operand = place
+            .syntax()
+            .parent()
+            .is_some_and(|parent| matches!(parent.kind(), SyntaxKind::BINARY_EXPR | SyntaxKind::UNARY_EXPR));
+        let needs_brackets =
+            is_operand && matches!(inner, ast::Expr::BinaryExpr(_) | ast::Expr::UnaryExpr(_));
+        let text = if needs_brackets { format!("({shown})") } else { shown.to_owned() };
+        edits.push(Replacement { range: it.range, text });
+    }
+    Ok(edits)
+}
+
+/// Would what `value` changes be read beside `place`, in the statement that it is put into?
+fn changes_beside(
+    programs: &Programs<'_>,
+    statement: &SyntaxNode,
+    place: &ast::Expr,
+    value: &ast::Expr,
+) -> bool {
+    let changed: Vec<_> =
+        programs.names_in(value.syntax().text_range()).filter(|it| it.role != Role::Read).collect();
+    let any = programs.calls_own_operation(value.syntax());
+    let others = programs.names_in(statement.text_range());
+    others
+        .filter(|it| it.range != place.syntax().text_range() && it.role == Role::Read)
+        .any(|other| any || changed.iter().any(|it| it.meaning == other.meaning))
+}
+
+fn is_local(programs: &Programs<'_>, name: &Found<'_>) -> bool {
+    let Meaning::Part(place) = &name.meaning else { return false };
+    programs.typing.variables.iter().any(|it| {
+        matches!(it.kind, VariableKind::Local | VariableKind::Parameter(_))
+            && mauve_model::Place::Part(programs.core, it.name.part) == *place
+    })
+}
+
+/// The expression that a name is.
+fn expression_at(block: &SyntaxNode, range: TextRange) -> Option<ast::Expr> {
+    block
+        .descendants()
+        .filter_map(ast::NameExpr::cast)
+        .find(|it| it.syntax().text_range() == range)
+        .map(ast::Expr::NameExpr)
+}
+
+/// A declaration with the `;` behind it, if any.
+fn with_semicolon(node: &SyntaxNode) -> TextRange {
+    let mut next = std::iter::successors(node.next_sibling_or_token(), |it| it.next_sibling_or_token());
+    let next = next.find(|it| !it.kind().is_trivia());
+    match next {
+        Some(NodeOrToken::Token(token)) if token.kind() == SyntaxKind::SEMICOLON => {
+            node.text_range().cover(token.text_range())
+        }
+        _ => node.text_range(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::check;
+    use expect_test::{Expect, expect};
+
+    fn inlined(update: &str, expected: Expect) {
+        let parts = "codel plan(in goal: int): int\ncodel next(out goal: int): int\ncodel drive(in way: int, in speed: int): void\n\
+                     shell S { property limit: int = 1 provide reset(): void }\n";
+        let core = format!(
+            "core C(S) {{\n  var goal: int = 0\n  provide reset() = {{ goal = 0; }}\n  update = {{\n    {update}\n  }}\n}}\n"
+        );
+        check(&format!("{parts}{core}"), "Inline ", expected);
+    }
+
+    #[test]
+    fn a_calculation_wherever_it_is_read() {
+        inlined(
+            "var $0n: int = goal + limit;\n    drive(n, n * 2);",
+            expect![[r#"
+                --- /model.mal
+                    drive(goal + limit, (goal + limit) * 2);
+            "#]],
+        );
+        inlined(
+            "/* 🦀 é */ var n: int = limit; drive($0n, 1);",
+            expect![[r#"
+                --- /model.mal
+                    /* 🦀 é */ drive(limit, 1);
+            "#]],
+        );
+    }
+
+    #[test]
+    fn a_call_where_it_is_executed_next() {
+        inlined(
+            "var $0n: int = plan(goal);\n    drive(n, limit);",
+            expect![[r#"
+                --- /model.mal
+                    drive(plan(goal), limit);
+            "#]],
+        );
+        for update in [
+            "var $0n: int = plan(goal);\n    goal = 2;\n    drive(n, limit);",
+            "var $0n: int = plan(goal);\n    drive(next(goal), n);",
+            "var $0n: int = next(goal);\n    drive(goal, n);",
+        ] {
+            inlined(
+                update,
+                expect![[r#"
+            refused: its value calls something, and what reads it is not the first thing that is executed then
+        "#]],
+            );
+        }
+    }
+
+    #[test]
+    fn not_what_is_another_value_by_then() {
+        inlined(
+            "var $0n: int = goal; goal = 2; drive(n, 1);",
+            expect![[r#"
+            refused: `goal` is assigned to meanwhile
+        "#]],
+        );
+        inlined(
+            "var $0n: int = goal; reset(); drive(n, 1);",
+            expect![[r#"
+            refused: an operation that is called meanwhile may change what it is made of
+        "#]],
+        );
+        inlined(
+            "var $0n: int = goal; { var goal: int = 3; drive(n, goal); }",
+            expect![[r#"
+            refused: another `goal` is declared meanwhile
+        "#]],
+        );
+        inlined(
+            "var $0n: int = goal; n = 3; drive(n, 1);",
+            expect![[r#"
+            refused: it is assigned to later
+        "#]],
+        );
+        inlined(
+            "var $0n: double = goal; if n / 2 > 1 then { } else { }",
+            expect![[r#"
+            refused: its value is converted to another type
+        "#]],
+        );
+        inlined(
+            "var $0n: int = /* now */ goal; drive(n, 1);",
+            expect![[r#"
+            refused: there is a comment in its declaration, which would be lost
+        "#]],
+        );
+        inlined("var $0n: int = goal; drive(n, );", expect!["not offered\n"]);
+        inlined("var $0n: int; drive(n, 1);", expect!["not offered\n"]);
+    }
+}

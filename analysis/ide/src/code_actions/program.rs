@@ -1,0 +1,273 @@
+//! What the refactorings of programs ask of a core: what its names stand for, and what its expressions give.
+
+use std::collections::HashMap;
+
+use mauve_model::item_tree::{Direction, Part};
+use mauve_model::{
+    Callee, Decl, Meaning, ModelDb, Project, Type, Typing, codel, declarations, source_map, typing_of,
+};
+use mauve_syntax::ast::{self, AstNode as _};
+use mauve_syntax::{NodeOrToken, SyntaxKind, SyntaxNode, TextRange, is_whole};
+
+use crate::occurrences::{Found, Role, in_declaration};
+
+/// A core whose programs are whole, and all of whose names mean something.
+pub(super) struct Programs<'db> {
+    pub(super) db: &'db dyn ModelDb,
+    pub(super) project: Project<'db>,
+    pub(super) core: Decl<'db>,
+    pub(super) typing: &'db Typing<'db>,
+    /// Its names.
+    pub(super) names: Vec<Found<'db>>,
+    parts: HashMap<TextRange, Part>,
+}
+
+impl<'db> Programs<'db> {
+    /// Those of the core that `node` is; nothing where something in it is lost or unknown.
+    pub(super) fn of(
+        db: &'db dyn ModelDb,
+        project: Project<'db>,
+        file: mauve_model::File,
+        node: &ast::Core,
+    ) -> Option<Programs<'db>> {
+        let it = Programs::with_unknown(db, project, file, node)?;
+        (!it.typing.unresolved && is_whole(node.syntax())).then_some(it)
+    }
+
+    /// [`Programs::of`] where something may be lost or unknown, for what mends that.
+    pub(super) fn with_unknown(
+        db: &'db dyn ModelDb,
+        project: Project<'db>,
+        file: mauve_model::File,
+        node: &ast::Core,
+    ) -> Option<Programs<'db>> {
+        let maps = &source_map(db, file).declarations;
+        let at = maps.iter().position(|map| map.range == node.syntax().text_range())?;
+        let core = *declarations(db, file).all.get(at)?;
+        let typing = typing_of(db, project, core);
+        let parts = maps.get(at)?.parts().enumerate().map(|(part, range)| (range, Part(part as u32)));
+        let parts = parts.collect();
+        Some(Programs { db, project, core, typing, names: in_declaration(db, project, core), parts })
+    }
+
+    /// The type of an expression, brackets or not.
+    pub(super) fn type_of(&self, expr: &ast::Expr) -> Option<&Type> {
+        let part = self.parts.get(&bare(expr)?.syntax().text_range())?;
+        self.typing.types.get(part).or_else(|| self.type_at(*part))
+    }
+
+    /// The type of a variable, by a name of it.
+    fn type_at(&self, part: Part) -> Option<&Type> {
+        match self.typing.values.get(&part)? {
+            Meaning::Variable(index) => Some(&self.typing.variables.get(*index)?.ty),
+            Meaning::Feature(..) => None,
+        }
+    }
+
+    /// How the type of what a name stands for is written in this core.
+    fn written_type_of(&self, name: &ast::NameRef) -> Option<String> {
+        let part = *self.parts.get(&name.syntax().text_range())?;
+        match self.typing.values.get(&part)? {
+            Meaning::Variable(_) => self.written(self.type_at(part)?, None),
+            Meaning::Feature(shell, index) => {
+                let declared = mauve_model::shell(self.db, *shell)?.features.get(*index)?.ty.as_ref();
+                let ty = mauve_model::type_of(self.db, self.project, *shell, declared);
+                self.written(&ty, declared.map(|it| it.path.clone()))
+            }
+        }
+    }
+
+    /// How the type is written that is asked for where an expression stands: a value of another one would be wrong.
+    pub(super) fn expected_type(&self, expr: &SyntaxNode) -> Option<String> {
+        let parent = expr.parent()?;
+        let other = |binary: &ast::BinaryExpr| {
+            [binary.lhs(), binary.rhs()].into_iter().flatten().find(|it| it.syntax() != expr)
+        };
+        match parent.kind() {
+            SyntaxKind::PAREN_EXPR => self.expected_type(&parent),
+            SyntaxKind::EXPR_STATEMENT => Some("void".to_owned()),
+            SyntaxKind::IF_STATEMENT | SyntaxKind::GUARD => Some("bool".to_owned()),
+            SyntaxKind::ASSIGN_STATEMENT => {
+                self.written_type_of(&ast::AssignStatement::cast(parent)?.name_ref()?)
+            }
+            SyntaxKind::INITIALIZER => {
+                Some(ast::Var::cast(parent.parent()?)?.ty()?.syntax().text().to_string())
+            }
+            SyntaxKind::UNARY_EXPR => match ast::UnaryExpr::cast(parent.clone())?.operator()?.text() {
+                "!" => Some("bool".to_owned()),
+                _ => self.expected_type(&parent),
+            },
+            SyntaxKind::BINARY_EXPR => {
+                let binary = ast::BinaryExpr::cast(parent)?;
+                match binary.operator()?.text() {
+                    "&&" | "||" => Some("bool".to_owned()),
+                    _ => self.written_type(&other(&binary)?),
+                }
+            }
+            SyntaxKind::ARGUMENT_LIST => {
+                let index =
+                    ast::ArgumentList::cast(parent.clone())?.exprs().position(|it| it.syntax() == expr)?;
+                let call = ast::CallExpr::cast(parent.parent()?)?;
+                match self.callee(&call)? {
+                    Callee::Codel(of) => {
+                        let ty = codel(self.db, of)?.parameters.get(index)?.ty.as_ref()?;
+                        let found = mauve_model::type_of(self.db, self.project, of, Some(ty));
+                        self.written(&found, Some(ty.path.clone()))
+                    }
+                    Callee::Read | Callee::Write if index == 1 => {
+                        match call.argument_list()?.exprs().next()? {
+                            ast::Expr::NameExpr(port) => self.written_type_of(&port.name_ref()?),
+                            _ => None,
+                        }
+                    }
+                    _ => None,
+                }
+            }
+            _ => None,
+        }
+    }
+
+    /// What a call calls.
+    pub(super) fn callee(&self, call: &ast::CallExpr) -> Option<Callee<'db>> {
+        let name = call.name_ref()?.syntax().text_range();
+        self.typing.callees.get(self.parts.get(&name)?).copied()
+    }
+
+    /// How the type of an expression is written in this core.
+    pub(super) fn written_type(&self, expr: &ast::Expr) -> Option<String> {
+        if let Some(ast::Expr::NameExpr(name)) = bare(expr)
+            && let Some(written) = name.name_ref().and_then(|it| self.written_type_of(&it))
+        {
+            return Some(written);
+        }
+        let ty = self.type_of(expr)?;
+        let declared = match bare(expr)? {
+            ast::Expr::CallExpr(call) => match self.callee(&call)? {
+                Callee::Codel(of) => codel(self.db, of).and_then(|it| it.result.clone()),
+                _ => None,
+            },
+            _ => None,
+        };
+        self.written(ty, declared.map(|it| it.path))
+    }
+
+    /// How a type is written in this core; `declared` is how it is written elsewhere.
+    fn written(&self, ty: &Type, declared: Option<Vec<mauve_model::item_tree::Name>>) -> Option<String> {
+        let is_written = |path: Vec<mauve_model::item_tree::Name>| {
+            let it = mauve_model::item_tree::TypeRef { path, part: Part(0) };
+            let found = mauve_model::type_of(self.db, self.project, self.core, Some(&it));
+            (found == *ty).then(|| it.to_string())
+        };
+        let declared = declared.and_then(is_written);
+        match ty {
+            Type::Void | Type::PortStatus | Type::CallStatus | Type::Handle(_) => None,
+            Type::Message(package, name) => declared
+                .or_else(|| is_written(vec![name.clone()]))
+                .or_else(|| is_written(vec![package.clone(), name.clone()])),
+            Type::Unknown => declared,
+            known => is_written(vec![known.to_string().into()]),
+        }
+    }
+
+    /// Is an expression an argument that a call gives a value to?
+    pub(super) fn is_output(&self, expr: &SyntaxNode) -> bool {
+        let output = || {
+            let list = ast::ArgumentList::cast(expr.parent()?)?;
+            let index = list.exprs().position(|it| it.syntax() == expr)?;
+            Some(match self.callee(&ast::CallExpr::cast(list.syntax().parent()?)?)? {
+                Callee::Codel(of) => codel(self.db, of)?.parameters.get(index)?.direction != Direction::In,
+                Callee::Write | Callee::Send => false,
+                _ => true,
+            })
+        };
+        output().unwrap_or(false)
+    }
+
+    /// The names within `range`.
+    pub(super) fn names_in(&self, range: TextRange) -> impl Iterator<Item = &Found<'db>> {
+        self.names.iter().filter(move |name| range.contains_range(name.range))
+    }
+
+    /// Does a call in `node` run a program of this very core, which may change its variables?
+    pub(super) fn calls_own_operation(&self, node: &SyntaxNode) -> bool {
+        calls(node).any(|call| matches!(self.callee(&call), None | Some(Callee::Operation(_))))
+    }
+
+    /// A name that stands for nothing here yet.
+    pub(super) fn fresh(&self, node: &ast::Core, wanted: &str) -> String {
+        let tokens = node.syntax().descendants_with_tokens().filter_map(NodeOrToken::into_token);
+        let words: Vec<String> =
+            tokens.filter(|it| it.kind().is_word()).map(|it| it.text().to_owned()).collect();
+        let shell = mauve_model::core(self.db, self.core).and_then(|data| {
+            let names = mauve_model::names_of(self.db, self.project);
+            let kind = mauve_model::item_tree::Kind::Shell;
+            names.resolve_type(self.db, self.core, kind, data.shell.as_ref()).ok()
+        });
+        let features = shell.map(|shell| mauve_model::features_of(self.db, self.project, shell));
+        let is_taken = |name: &str| {
+            words.iter().any(|word| word == name) || features.is_some_and(|it| it.get(name).is_some())
+        };
+        let numbered = (2..).map(|number| format!("{wanted}{number}"));
+        std::iter::once(wanted.to_owned()).chain(numbered).find(|name| !is_taken(name)).unwrap_or_default()
+    }
+
+    /// Is `expr` what `statement` executes first, once and in any case, so that it may as well be executed right before?
+    ///
+    /// Nothing else may be called before it or beside it, what is called round it comes later; it must not depend on a
+    /// condition; and what it changes must not be read beside it.
+    pub(super) fn comes_first(&self, statement: &SyntaxNode, expr: &ast::Expr) -> bool {
+        let range = expr.syntax().text_range();
+        // Of an `if`, the condition: the rest is executed afterwards, or not at all.
+        let at_once = match ast::IfStatement::cast(statement.clone()) {
+            Some(it) => match it.condition() {
+                Some(condition) => condition.syntax().clone(),
+                None => return false,
+            },
+            None => statement.clone(),
+        };
+        if !at_once.text_range().contains_range(range) {
+            return false;
+        }
+        let is_conditional = expr.syntax().ancestors().skip(1).take_while(|it| it != statement).any(|it| {
+            let Some(binary) = ast::BinaryExpr::cast(it.clone()) else {
+                return it.kind() == SyntaxKind::BLOCK;
+            };
+            let is_second = binary.rhs().is_some_and(|rhs| rhs.syntax().text_range().contains_range(range));
+            let operator = binary.operator().map(|it| it.text().to_owned());
+            is_second && matches!(operator.as_deref(), Some("&&" | "||"))
+        });
+        let beside = calls(&at_once).any(|call| {
+            let of = call.syntax().text_range();
+            !of.contains_range(range) && !range.contains_range(of)
+        });
+        if is_conditional || beside {
+            return false;
+        }
+        let changes_anything = self.calls_own_operation(expr.syntax());
+        let changed: Vec<_> = self.names_in(range).filter(|it| it.role != Role::Read).collect();
+        let mut others = self.names_in(at_once.text_range()).filter(|it| !range.contains_range(it.range));
+        !others.any(|other| {
+            other.role == Role::Read
+                && (changes_anything || changed.iter().any(|it| it.meaning == other.meaning))
+        })
+    }
+}
+
+/// The expression without the brackets round it.
+pub(super) fn bare(expr: &ast::Expr) -> Option<ast::Expr> {
+    match expr {
+        ast::Expr::ParenExpr(inner) => bare(&inner.expr()?),
+        other => Some(other.clone()),
+    }
+}
+
+/// The calls in a node, itself included.
+pub(super) fn calls(node: &SyntaxNode) -> impl Iterator<Item = ast::CallExpr> + use<> {
+    node.descendants().filter_map(ast::CallExpr::cast)
+}
+
+/// The statement of a block that `node` is part of: where another one can be put before it.
+pub(super) fn statement_of(node: &SyntaxNode) -> Option<SyntaxNode> {
+    let statement = node.ancestors().find(|it| ast::Statement::can_cast(it.kind()))?;
+    (statement.parent()?.kind() == SyntaxKind::BLOCK).then_some(statement)
+}

@@ -1,0 +1,185 @@
+//! `library.Name` as `Name`, with a `use` of the library where it needs one; and back.
+
+use mauve_model::item_tree::{Kind, Name, Part, TypeRef};
+use mauve_model::{Decl, File, ModelDb, Project, Unresolved, declarations, names_of, source_map};
+use mauve_syntax::ast::{self, AstNode as _};
+use mauve_syntax::format::Replacement;
+use mauve_syntax::{TextRange, is_whole};
+
+use super::{ActionKind, Actions, indentation};
+use crate::Change;
+use crate::occurrences::{Meaning, names_at};
+
+pub(super) fn offer(actions: &mut Actions<'_, '_>) {
+    if !actions.wants(ActionKind::Rewrite) {
+        return;
+    }
+    let (db, file) = (actions.db, actions.question.file);
+    let Some(ty) = actions.node::<ast::Type>().filter(|it| is_whole(it.syntax())) else { return };
+    let segments: Vec<String> = ty.segments().map(|it| it.syntax().text().to_string()).collect();
+    match segments.as_slice() {
+        [library, name] => {
+            actions.refactor(ActionKind::Rewrite, format!("Shorten to `{name}`"), |project| {
+                shortened(db, project, file, &ty, library, name)
+            });
+        }
+        [name] => {
+            let library =
+                actions.projects.iter().find_map(|&it| meaning(db, it, file, &ty)?.1.library(db).clone());
+            let Some(library) = library else { return };
+            let title = format!("Write `{library}.{name}`");
+            actions.refactor(ActionKind::Rewrite, title, |project| {
+                let (of, decl) = meaning(db, project, file, &ty)?;
+                let path = [library.clone(), Name::from(name.as_str())];
+                let found = names_of(db, project).resolve(db, of.library(db).as_ref(), decl.kind(db), &path);
+                if decl.library(db) == of.library(db) || found != Ok(decl) {
+                    return None;
+                }
+                let mut change = Change::default();
+                let range = ty.syntax().text_range();
+                change.replace(file, Replacement { range, text: format!("{library}.{name}") });
+                Some(Ok(change))
+            });
+        }
+        _ => {}
+    }
+}
+
+/// The declaration that a type is written in, and the one that it means.
+fn meaning<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    file: File,
+    ty: &ast::Type,
+) -> Option<(Decl<'db>, Decl<'db>)> {
+    let last = ty.segments().last()?.syntax().text_range();
+    let found = names_at(db, project, file, last.start());
+    let decl = found.into_iter().find_map(|it| match it.meaning {
+        Meaning::Declaration(decl) if it.range == last => Some(decl),
+        _ => None,
+    })?;
+    let maps = &source_map(db, file).declarations;
+    let of = maps.iter().position(|map| map.range.contains_range(last))?;
+    Some((*declarations(db, file).all.get(of)?, decl))
+}
+
+fn shortened(
+    db: &dyn ModelDb,
+    project: Project<'_>,
+    file: File,
+    ty: &ast::Type,
+    library: &str,
+    name: &str,
+) -> Option<Result<Change, String>> {
+    let (of, decl) = meaning(db, project, file, ty)?;
+    let (names, own) = (names_of(db, project), of.library(db).as_ref());
+    let short = TypeRef { path: vec![name.into()], part: Part(0) };
+    let mut change = Change::default();
+    change.replace(file, Replacement { range: ty.syntax().text_range(), text: name.to_owned() });
+    match names.resolve_type(db, of, decl.kind(db), Some(&short)) {
+        Ok(found) if found == decl => return Some(Ok(change)),
+        Ok(_) => return Some(Err(format!("`{name}` is another {} here", decl.kind(db)))),
+        Err(Unresolved::Unknown) => {}
+        Err(_) => return None,
+    }
+    // With the library in use, all of its names mean something: none of them may mean something else now, nor be that of
+    // a built-in function.
+    for other in names.all.iter().filter(|it| it.library(db).as_deref() == Some(library)) {
+        let is_built_in = other.kind(db) == Kind::Codel
+            && ["read", "write", "status", "send", "collect"].contains(&other.name(db).as_str());
+        let found = names.resolve(db, own, other.kind(db), std::slice::from_ref(other.name(db)));
+        let is_taken = found.as_ref().is_ok_and(|found| found.library(db).as_ref() != own);
+        if is_built_in || is_taken || found == Err(Unresolved::Ambiguous) {
+            let name = other.name(db);
+            return Some(Err(format!("with `use {library}`, `{name}` would mean something else")));
+        }
+    }
+    let block = ty.syntax().ancestors().find_map(ast::Library::cast)?;
+    let last_use = block.items().filter(|it| matches!(it, ast::Item::Use(_))).last();
+    let (behind, indent) = match last_use {
+        Some(last) => {
+            (last.syntax().text_range(), indentation(file.text(db), last.syntax().text_range().start()))
+        }
+        None => (block.l_curly_token()?.text_range(), "  "),
+    };
+    let text = format!("\n{indent}use {library}");
+    change.replace(file, Replacement { range: TextRange::empty(behind.end()), text });
+    Some(Ok(change))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::check;
+    use expect_test::{Expect, expect};
+
+    fn shortened(item: &str, others: &str, expected: Expect) {
+        let text = format!(
+            "include \"parts.mal\"\nlibrary own {{\n  {item}\n}}\n{others}\n\
+             //- /parts.mal\nlibrary parts {{ shell S {{ }} core C(S) {{ update = {{ }} }} codel f(): int }}\n"
+        );
+        check(&text, "Shorten to", expected);
+    }
+
+    #[test]
+    fn with_a_use_where_there_is_none() {
+        shortened(
+            "/* 🦀 é */ component K(parts.$0S, parts.C)",
+            "",
+            expect![[r#"
+                --- /model.mal
+                  use parts
+                  /* 🦀 é */ component K(S, parts.C)
+            "#]],
+        );
+        shortened(
+            "use parts component K(parts.S, parts.$0C)",
+            "",
+            expect![[r#"
+                --- /model.mal
+                  use parts component K(parts.S, C)
+            "#]],
+        );
+    }
+
+    #[test]
+    fn not_where_a_name_would_mean_something_else() {
+        shortened(
+            "shell S { } component K(parts.$0S, parts.C)",
+            "",
+            expect![[r#"
+                refused: `S` is another shell here
+            "#]],
+        );
+        shortened(
+            "use third component K(parts.$0S, parts.C)",
+            "library third { codel f(): int }",
+            expect![[r#"
+                refused: with `use parts`, `f` would mean something else
+            "#]],
+        );
+        shortened("component K(parts.$0Q, parts.C)", "", expect!["not offered\n"]);
+    }
+
+    #[test]
+    fn and_back() {
+        let back = |text: &str, expected: Expect| {
+            let parts = "//- /parts.mal\nlibrary parts { shell S { } core C(S) { update = { } } }\n";
+            check(&format!("include \"parts.mal\"\n{text}\n{parts}"), "Write `parts.", expected);
+        };
+        back(
+            "library own { use parts component K($0S, parts.C) }",
+            expect![[r#"
+            --- /model.mal
+            library own { use parts component K(parts.S, parts.C) }
+        "#]],
+        );
+        back(
+            "component K($0S, parts.C)",
+            expect![[r#"
+            --- /model.mal
+            component K(parts.S, parts.C)
+        "#]],
+        );
+        back("library own { component K($0S, parts.C) }", expect!["not offered\n"]);
+    }
+}

@@ -1,0 +1,196 @@
+//! What is still to be written: a core for a shell, a component of a core and its shell.
+
+use mauve_model::diagnostics::operation_skeleton;
+use mauve_model::item_tree::{FeatureKind, Kind, Name};
+use mauve_model::{Decl, File, ModelDb, Project, core_of, declarations, features_of, names_of, source_map};
+use mauve_syntax::ast::{self, AstNode as _};
+use mauve_syntax::format::Replacement;
+use mauve_syntax::{SyntaxNode, TextRange, is_whole};
+
+use super::{ActionKind, Actions, indentation};
+use crate::Change;
+
+pub(super) fn offer(actions: &mut Actions<'_, '_>) {
+    let (db, file) = (actions.db, actions.question.file);
+    let at = actions.selected();
+    // In its header, not in what stands in it.
+    if let Some(shell) =
+        actions.node::<ast::Shell>().filter(|it| is_in_header(it.syntax(), it.l_curly_token(), at))
+    {
+        actions.refactor(ActionKind::Rewrite, "Write a core for this shell", |project| {
+            core_for(db, project, file, &shell)
+        });
+    }
+    if let Some(core) =
+        actions.node::<ast::Core>().filter(|it| is_in_header(it.syntax(), it.l_curly_token(), at))
+    {
+        actions.refactor(ActionKind::Rewrite, "Write a component of this core and its shell", |project| {
+            component_of(db, project, file, &core)
+        });
+    }
+}
+
+fn is_in_header(node: &SyntaxNode, brace: Option<mauve_syntax::SyntaxToken>, at: TextRange) -> bool {
+    let end = brace.map_or(node.text_range().end(), |brace| brace.text_range().start());
+    is_whole(node) && at.start() <= end
+}
+
+fn core_for(
+    db: &dyn ModelDb,
+    project: Project<'_>,
+    file: File,
+    shell: &ast::Shell,
+) -> Option<Result<Change, String>> {
+    let decl = decl_of(db, file, shell.syntax())?;
+    let features = features_of(db, project, decl);
+    if features.lost || features.cycle {
+        return None;
+    }
+    let name = free_name(db, project, decl, Kind::Core, "Shell", "Core");
+    let mut text = format!("core {name}({}) {{\n", decl.name(db));
+    for (name, features) in &features.by_name {
+        let provided = features.first().filter(|it| it.kind == FeatureKind::Provided);
+        if let Some(data) = provided.and_then(|it| it.data(db)) {
+            for line in operation_skeleton(name, data)?.lines() {
+                text += &format!("  {line}\n");
+            }
+            text += "\n";
+        }
+    }
+    text += "  update = {\n  }\n}";
+    Some(Ok(behind(db, file, shell.syntax(), &text)))
+}
+
+fn component_of(
+    db: &dyn ModelDb,
+    project: Project<'_>,
+    file: File,
+    core: &ast::Core,
+) -> Option<Result<Change, String>> {
+    let decl = decl_of(db, file, core.syntax())?;
+    let names = names_of(db, project);
+    names.resolve_type(db, decl, Kind::Shell, mauve_model::core(db, decl)?.shell.as_ref()).ok()?;
+    let mut components = names.all.iter().filter(|it| it.kind(db) == Kind::Component);
+    if components.any(|&it| core_of(db, project, it) == Some(decl)) {
+        return None;
+    }
+    let name = free_name(db, project, decl, Kind::Component, "Core", "");
+    let shell = core.ty()?.syntax().text().to_string();
+    let text = format!("component {name}({shell}, {})", decl.name(db));
+    Some(Ok(behind(db, file, core.syntax(), &text)))
+}
+
+fn decl_of<'db>(db: &'db dyn ModelDb, file: File, node: &SyntaxNode) -> Option<Decl<'db>> {
+    let at = source_map(db, file).declarations.iter().position(|map| map.range == node.text_range())?;
+    declarations(db, file).all.get(at).copied().filter(|it| !it.name(db).is_empty())
+}
+
+/// The name of `of` with another ending, or with a number behind, that no declaration of that kind has.
+fn free_name(
+    db: &dyn ModelDb,
+    project: Project<'_>,
+    of: Decl<'_>,
+    kind: Kind,
+    ending: &str,
+    other: &str,
+) -> String {
+    let name = of.name(db).as_str();
+    let stem = name.strip_suffix(ending).filter(|stem| !stem.is_empty()).unwrap_or(name);
+    let names = names_of(db, project);
+    let is_free = |name: &String| {
+        let found = names.in_library(of.library(db).as_ref(), kind, &Name::from(name.as_str()));
+        found.is_empty()
+    };
+    let wanted = format!("{stem}{other}");
+    let numbered = (2..).map(|number| format!("{wanted}{number}"));
+    std::iter::once(wanted.clone()).chain(numbered).find(is_free).unwrap_or_default()
+}
+
+/// A declaration behind another one.
+fn behind(db: &dyn ModelDb, file: File, node: &SyntaxNode, declaration: &str) -> Change {
+    let indent = indentation(file.text(db), node.text_range().start());
+    let lines = declaration.lines().map(|line| match line {
+        "" => "\n".to_owned(),
+        line => format!("\n{indent}{line}"),
+    });
+    let text = format!("\n{}", lines.collect::<String>());
+    let mut change = Change::default();
+    change.replace(file, Replacement { range: TextRange::empty(node.text_range().end()), text });
+    change
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::check;
+    use expect_test::expect;
+
+    #[test]
+    fn a_core_defines_what_the_shell_and_its_bases_provide() {
+        check(
+            "include \"base.mal\"\nlibrary l {\n  use base\n  shell $0LaserShell extends Base {\n    provide scan(in at: int, out n: double): Scan\n    require stop(): void\n  }\n  core LaserCore(Other) { }\n}\n\
+             //- /base.mal\nlibrary base { shell Base { provide reset(): bool  provide halt(): void } }\n",
+            "Write a core",
+            expect![[r#"
+                --- /model.mal
+
+                  core LaserCore2(LaserShell) {
+                    provide halt(): void = {
+                    }
+
+                    provide reset(): bool = {
+                      return false;
+                    }
+
+                    provide scan(at: int, out n: double): Scan = {
+                      var result: Scan;
+                      return result;
+                    }
+
+                    update = {
+                    }
+                  }
+            "#]],
+        );
+        check(
+            "shell S$0 { provide f(: int }",
+            "Write a core",
+            expect![[r#"
+            not offered
+        "#]],
+        );
+        check(
+            "shell S { $0provide f(): int }",
+            "Write a core",
+            expect![[r#"
+            not offered
+        "#]],
+        );
+    }
+
+    #[test]
+    fn a_component_where_there_is_none() {
+        check(
+            "shell S { }\n/* 🦀 é */ core $0LaserCore(S) { update = { } }\ncodel f(): int\n",
+            "Write a component",
+            expect![[r#"
+                --- /model.mal
+
+                component Laser(S, LaserCore)
+            "#]],
+        );
+        check(
+            "shell S { }\ncore $0C(S) { update = { } }\ncomponent K(S, C)",
+            "Write a component",
+            expect![[r#"
+            not offered
+        "#]],
+        );
+        check(
+            "core $0C(S) { update = { } }",
+            "Write a component",
+            expect![[r#"
+            not offered
+        "#]],
+        );
+    }
+}

@@ -1,0 +1,324 @@
+//! `update = { … }` as a state machine with one state, and back.
+//!
+//! Both mean the same: one period of a machine executes `run`, and then, where no transition leads anywhere, `handle`
+//! (`behaviour.rs` in the model reads `update` as the `run` of its only state). The times that tables have for the program
+//! change their keys with it.
+
+use mauve_model::item_tree::Kind;
+use mauve_model::{
+    Decl, File, ModelDb, Project, core_of, declarations, names_of, source_map, table, table_files,
+};
+use mauve_syntax::ast::{self, AstNode as _};
+use mauve_syntax::format::Replacement;
+use mauve_syntax::{NodeOrToken, SyntaxKind, SyntaxNode, TextRange, is_whole};
+
+use super::{ActionKind, Actions, has_comment, indentation};
+use crate::Change;
+
+/// What the one state is called.
+const STATE: &str = "Running";
+
+pub(super) fn offer(actions: &mut Actions<'_, '_>) {
+    let (db, file) = (actions.db, actions.question.file);
+    let Some(core) = actions.node::<ast::Core>().filter(|it| is_whole(it.syntax())) else { return };
+    let Some(word) = actions.selected_name() else { return };
+    let Some(parent) = word.parent() else { return };
+    if let Some(hook) = ast::Hook::cast(parent.clone()).filter(|it| it.update_token().as_ref() == Some(&word))
+    {
+        actions.refactor(ActionKind::Rewrite, "Convert to a state machine", |project| {
+            to_machine(db, project, file, &core, &hook)
+        });
+    }
+    if let Some(machine) = ast::StateMachine::cast(parent) {
+        actions.refactor(ActionKind::Rewrite, "Convert to `update`", |project| {
+            to_update(db, project, file, &core, &machine)
+        });
+    }
+}
+
+fn to_machine(
+    db: &dyn ModelDb,
+    project: Project<'_>,
+    file: File,
+    core: &ast::Core,
+    hook: &ast::Hook,
+) -> Option<Result<Change, String>> {
+    let behaviours = core.core_items().filter(|it| match it {
+        ast::CoreItem::Hook(it) => it.update_token().is_some(),
+        ast::CoreItem::StateMachine(_) => true,
+        _ => false,
+    });
+    if behaviours.count() != 1 {
+        return None;
+    }
+    let (text, block) = (file.text(db), hook.block()?);
+    let indent = indentation(text, hook.syntax().text_range().start());
+    let head = TextRange::new(hook.syntax().text_range().start(), block.syntax().text_range().start());
+    let mut change = Change::default();
+    let opening = format!("statemachine {{\n{indent}  initial state {STATE} {{\n{indent}    run = ");
+    let comments = comments_in(hook.syntax(), head);
+    change.replace(file, Replacement { range: head, text: comments + &opening });
+    // The lines of the program move with it.
+    for (line, at) in lines_within(text, block.syntax()) {
+        if !line.trim().is_empty() {
+            change.replace(file, Replacement { range: TextRange::empty(at), text: "    ".to_owned() });
+        }
+    }
+    let end = TextRange::empty(block.syntax().text_range().end());
+    change.replace(file, Replacement { range: end, text: format!("\n{indent}  }}\n{indent}}}") });
+    rename_keys(db, project, decl_of(db, file, core)?, "update", &format!("{STATE}.run"), &mut change);
+    Some(Ok(change))
+}
+
+fn to_update(
+    db: &dyn ModelDb,
+    project: Project<'_>,
+    file: File,
+    core: &ast::Core,
+    machine: &ast::StateMachine,
+) -> Option<Result<Change, String>> {
+    let refused = |why: &str| Some(Err(why.to_owned()));
+    let behaviours = core.core_items().filter(|it| match it {
+        ast::CoreItem::Hook(it) => it.update_token().is_some(),
+        ast::CoreItem::StateMachine(_) => true,
+        _ => false,
+    });
+    let items: Vec<ast::StateMachineItem> = machine.state_machine_items().collect();
+    let states: Vec<&ast::State> = items
+        .iter()
+        .filter_map(|it| match it {
+            ast::StateMachineItem::State(state) => Some(state),
+            ast::StateMachineItem::Var(_) => None,
+        })
+        .collect();
+    let [state] = states.as_slice() else { return refused("it has several states") };
+    if behaviours.count() != 1 || state.initial_token().is_none() {
+        return None;
+    }
+    if items.len() > 1 {
+        return refused("its variables would be seen by the other programs of the core");
+    }
+    let mut method = None;
+    for item in state.state_items() {
+        match item {
+            ast::StateItem::Transition(_) => return refused("its state has a transition"),
+            ast::StateItem::Method(it) if it.entry_token().is_some() || it.exit_token().is_some() => {
+                return refused("its state has an `entry` or an `exit`");
+            }
+            ast::StateItem::Method(it) if method.is_none() => method = Some(it),
+            ast::StateItem::Method(_) => return refused("its state has two programs"),
+        }
+    }
+    let Some(method) = method else { return refused("its state has no program") };
+    let (text, block) = (file.text(db), method.block()?);
+    let inside = block.syntax().text_range();
+    let all = machine.syntax().text_range();
+    let outside = machine.syntax().descendants_with_tokens().filter_map(NodeOrToken::into_token);
+    let is_comment = |kind: SyntaxKind, text: &str| kind.is_trivia() && !text.trim().is_empty();
+    if outside.filter(|it| !inside.contains_range(it.text_range())).any(|it| is_comment(it.kind(), it.text()))
+    {
+        return refused("there are comments round its program, which would be lost");
+    }
+    let mut change = Change::default();
+    let head = TextRange::new(all.start(), inside.start());
+    change.replace(file, Replacement { range: head, text: "update = ".to_owned() });
+    // Its lines go to the left by as much as the last one, the brace, has to.
+    let outer = indentation(text, all.start()).len();
+    let inner = indentation(text, method.syntax().text_range().start()).len();
+    for (line, at) in lines_within(text, block.syntax()) {
+        let blanks = line.len() - line.trim_start_matches([' ', '\t']).len();
+        let less = inner.saturating_sub(outer).min(blanks);
+        if less > 0 {
+            let range = TextRange::at(at, (less as u32).into());
+            change.replace(file, Replacement { range, text: String::new() });
+        }
+    }
+    change.replace(file, Replacement { range: TextRange::new(inside.end(), all.end()), text: String::new() });
+    let keyword = method.keyword()?.text().to_owned();
+    let from = format!("{}.{keyword}", state.name()?.syntax().text());
+    rename_keys(db, project, decl_of(db, file, core)?, &from, "update", &mut change);
+    Some(Ok(change))
+}
+
+fn decl_of<'db>(db: &'db dyn ModelDb, file: File, core: &ast::Core) -> Option<Decl<'db>> {
+    let range = core.syntax().text_range();
+    let at = source_map(db, file).declarations.iter().position(|map| map.range == range)?;
+    declarations(db, file).all.get(at).copied()
+}
+
+/// The comments of `node` that lie in `range`, each with the line break behind it.
+fn comments_in(node: &SyntaxNode, range: TextRange) -> String {
+    if !has_comment(node) {
+        return String::new();
+    }
+    let tokens = node.descendants_with_tokens().filter_map(NodeOrToken::into_token);
+    let comments = tokens.filter(|it| it.kind().is_trivia() && range.contains_range(it.text_range()));
+    let comments: Vec<String> = comments
+        .filter(|it| !it.text().trim().is_empty())
+        .map(|it| {
+            if it.text().starts_with("//") {
+                format!("{}\n", it.text().trim_end())
+            } else {
+                format!("{} ", it.text())
+            }
+        })
+        .collect();
+    comments.concat()
+}
+
+/// The lines that begin within `node`, but not within a token that has several.
+fn lines_within<'a>(text: &'a str, node: &SyntaxNode) -> Vec<(&'a str, mauve_syntax::TextSize)> {
+    let tokens = node.descendants_with_tokens().filter_map(NodeOrToken::into_token);
+    let breaks = tokens.filter(|it| it.kind() == SyntaxKind::WHITESPACE && it.text().contains('\n'));
+    let mut lines = Vec::new();
+    for token in breaks {
+        for (at, _) in token.text().match_indices('\n') {
+            let start = token.text_range().start() + mauve_syntax::TextSize::new(at as u32 + 1);
+            let rest = text.get(usize::from(start)..).unwrap_or_default();
+            lines.push((rest.lines().next().unwrap_or_default(), start));
+        }
+    }
+    lines
+}
+
+/// Has the tables say `to` where they say `from` of a program of `core`.
+fn rename_keys(
+    db: &dyn ModelDb,
+    project: Project<'_>,
+    core: Decl<'_>,
+    from: &str,
+    to: &str,
+    change: &mut Change,
+) {
+    for &file in &table_files(db, project.workspace(db)).files {
+        for entry in &table(db, file).programs {
+            let Some((component, program)) = entry.key.split_once('/') else { continue };
+            let found = names_of(db, project).by_key(Kind::Component, component);
+            let is_of_it = found.iter().any(|&it| core_of(db, project, it) == Some(core));
+            let Some(written) = file.text(db).get(entry.key_span.clone()) else { continue };
+            if program != from || !is_of_it {
+                continue;
+            }
+            if let Some(at) = written.rfind(from) {
+                let start = (entry.key_span.start + at) as u32;
+                let range = TextRange::at(start.into(), (from.len() as u32).into());
+                change.replace(file, Replacement { range, text: to.to_owned() });
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::check;
+    use expect_test::expect;
+
+    #[test]
+    fn to_a_state_machine_with_its_keys_in_the_tables() {
+        check(
+            "codel f(): void\nshell S { }\ncore C(S) {\n  // Each period.\n  $0update = {\n    f();\n    /* two\n lines */\n    f();\n  }\n}\n\
+             core D(S) { update = { } }\ncomponent K(S, C)\ncomponent L(S, D)\n\
+             //- /mauve.toml\n[timing]\ntables = [\"times.toml\"]\n//- /times.toml\n[program]\n\"L/update\" = 2\n\"K/update\" = 3\n",
+            "Convert to a state machine",
+            expect![[r#"
+                --- /model.mal
+                  statemachine {
+                    initial state Running {
+                      run = {
+                        f();
+                        /* two
+                 lines */
+                        f();
+                      }
+                    }
+                --- /times.toml
+                "K/Running.run" = 3
+            "#]],
+        );
+        check(
+            "shell S { }\ncore C(S) { $0update /* 🦀 é */ = { } }\n",
+            "Convert to a state machine",
+            expect![[r#"
+                --- /model.mal
+                core C(S) { /* 🦀 é */ statemachine {
+                  initial state Running {
+                    run = { }
+                  }
+                } }
+            "#]],
+        );
+        check(
+            "shell S { }\ncore C(S) { $0update = { f( } }\n",
+            "Convert to",
+            expect![[r#"
+            not offered
+        "#]],
+        );
+        check(
+            "shell S { }\ncore C(S) { $0update = { } statemachine { } }\n",
+            "Convert to",
+            expect![[r#"
+            not offered
+        "#]],
+        );
+    }
+
+    fn back(machine: &str, expected: expect_test::Expect) {
+        let text = format!(
+            "codel f(): void\nshell S {{ }}\ncore C(S) {{\n  {machine}\n}}\ncomponent K(S, C)\n\
+             //- /mauve.toml\n[timing]\ntables = [\"times.toml\"]\n//- /times.toml\n[program]\n\"K/A.handle\" = 3\n"
+        );
+        check(&text, "Convert to `update`", expected);
+    }
+
+    #[test]
+    fn to_update() {
+        back(
+            "$0statemachine {\n    initial state A {\n      handle = {\n        f();\n        if true then { return; } else { }\n      }\n    }\n  }",
+            expect![[r#"
+                --- /model.mal
+                  update = {
+                    f();
+                    if true then { return; } else { }
+                --- /times.toml
+                "K/update" = 3
+            "#]],
+        );
+        back(
+            "$0statemachine { initial state A { run = { } handle = { } } }",
+            expect![[r#"
+            refused: its state has two programs
+        "#]],
+        );
+        back(
+            "$0statemachine { initial state A { run = { } transition again to A } }",
+            expect![[r#"
+            refused: its state has a transition
+        "#]],
+        );
+        back(
+            "$0statemachine { initial state A { run = { } entry = { } } }",
+            expect![[r#"
+            refused: its state has an `entry` or an `exit`
+        "#]],
+        );
+        back(
+            "$0statemachine { var n: int = 0 initial state A { run = { } } }",
+            expect![[r#"
+            refused: its variables would be seen by the other programs of the core
+        "#]],
+        );
+        back(
+            "$0statemachine { /* one */ initial state A { run = { } } }",
+            expect![[r#"
+            refused: there are comments round its program, which would be lost
+        "#]],
+        );
+        back(
+            "$0statemachine { initial state A { run = { } } state B { } }",
+            expect![[r#"
+            refused: it has several states
+        "#]],
+        );
+    }
+}

@@ -1,0 +1,190 @@
+//! The `use`s of a file in the order of the alphabet, each once, and only those that something needs.
+//!
+//! A blank line ends a group of them, and so does anything else than a comment of their own. The order means nothing. What
+//! a library uses holds in all of its blocks, so a `use` is needed where any of them names something of it.
+
+use std::collections::BTreeSet;
+
+use mauve_model::item_tree::Name;
+use mauve_model::{ModelDb, Project, declarations, names_of, package, parse, project_files};
+use mauve_syntax::ast::{self, AstNode as _};
+use mauve_syntax::format::Replacement;
+use mauve_syntax::{NodeOrToken, SyntaxNode, TextRange};
+
+use super::{ActionKind, Actions, with_line};
+use crate::Change;
+use crate::occurrences::{Meaning, occurrences_of};
+
+pub(super) fn offer(actions: &mut Actions<'_, '_>) {
+    let (db, file) = (actions.db, actions.question.file);
+    if !actions.wants(ActionKind::OrganizeUses) || !mauve_model::is_model(file.path(db)) {
+        return;
+    }
+    let parse = parse(db, file);
+    if !parse.errors().is_empty() {
+        return;
+    }
+    let mut change = Change::default();
+    let source = parse.file();
+    let outer: Vec<ast::Use> = source.items().filter_map(as_use).collect();
+    organise(file.text(db), &outer, |_| false).into_iter().for_each(|edit| change.replace(file, edit));
+    for item in source.items() {
+        let ast::Item::Library(library) = item else { continue };
+        let uses: Vec<ast::Use> = library.items().filter_map(as_use).collect();
+        let (Some(name), false) = (library.name(), uses.is_empty()) else { continue };
+        let name = Name::from(name.syntax().text().to_string());
+        let needed: Option<Vec<BTreeSet<Name>>> =
+            actions.projects.iter().map(|&project| needed_by(db, project, &name)).collect();
+        let is_for_nothing = |of: &str| {
+            let is_known = actions.projects.iter().all(|&project| {
+                names_of(db, project).has_library(&of.into())
+                    || package(db, project.workspace(db), &of.into()).is_some()
+            });
+            is_known && needed.as_ref().is_some_and(|all| all.iter().all(|needed| !needed.contains(of)))
+        };
+        organise(file.text(db), &uses, is_for_nothing)
+            .into_iter()
+            .for_each(|edit| change.replace(file, edit));
+    }
+    if !change.files.is_empty() {
+        actions.offer(ActionKind::OrganizeUses, "Organise the `use`s", || change);
+    }
+}
+
+fn as_use(item: ast::Item) -> Option<ast::Use> {
+    match item {
+        ast::Item::Use(it) => Some(it),
+        _ => None,
+    }
+}
+
+/// The libraries and packages that a library names something of; none where that is not sure.
+fn needed_by(db: &dyn ModelDb, project: Project<'_>, library: &Name) -> Option<BTreeSet<Name>> {
+    let names = names_of(db, project);
+    if names.missing {
+        return None;
+    }
+    for &file in project_files(db, project) {
+        let it = declarations(db, file);
+        if it.libraries.contains(library) && !parse(db, file).errors().is_empty() {
+            return None;
+        }
+    }
+    let mut needed = BTreeSet::new();
+    for &decl in names.all.iter().filter(|it| it.library(db).as_ref() == Some(library)) {
+        for name in occurrences_of(db, project, decl) {
+            match &name.meaning {
+                Meaning::Declaration(of) => needed.extend(of.library(db).clone()),
+                Meaning::Part(place) => {
+                    let mauve_model::Place::Part(of, _) = place else { continue };
+                    needed.extend(of.library(db).clone());
+                }
+                Meaning::Library(of) | Meaning::Package(of) | Meaning::Message(of, _) => {
+                    needed.insert(of.clone());
+                }
+                Meaning::Type(_) | Meaning::File(_) => {}
+            }
+        }
+    }
+    Some(needed)
+}
+
+/// What puts these in order.
+fn organise(text: &str, uses: &[ast::Use], is_for_nothing: impl Fn(&str) -> bool) -> Vec<Replacement> {
+    let name = |it: &ast::Use| it.name_ref().map(|it| it.syntax().text().to_string()).unwrap_or_default();
+    let mut edits = Vec::new();
+    let mut seen = BTreeSet::new();
+    let mut kept: Vec<&ast::Use> = Vec::new();
+    for it in uses {
+        if !seen.insert(name(it)) || is_for_nothing(&name(it)) {
+            // A comment behind it or above it stays.
+            let range = with_line(text, it.syntax().text_range());
+            edits.push(Replacement { range, text: String::new() });
+        } else {
+            kept.push(it);
+        }
+    }
+    let mut rest = kept.as_slice();
+    while let Some((first, _)) = rest.split_first() {
+        let length =
+            rest.windows(2).take_while(|pair| follows(pair[0].syntax(), pair[1].syntax())).count() + 1;
+        let (group, others) = rest.split_at(length.min(rest.len()));
+        rest = others;
+        // A comment says something about one of them, or about all: it stays where it is, and they do too.
+        let end = group.last().unwrap_or(first).syntax().text_range().end();
+        let line = text.get(usize::from(end)..).and_then(|rest| rest.lines().next()).unwrap_or_default();
+        let inside = text.get(usize::from(first.syntax().text_range().start())..usize::from(end));
+        if has_mark(line) || inside.is_none_or(has_mark) {
+            continue;
+        }
+        let mut sorted: Vec<&ast::Use> = group.to_vec();
+        sorted.sort_by_key(|it| name(it));
+        for (place, it) in group.iter().zip(sorted).filter(|(place, it)| name(place) != name(it)) {
+            let range = place.syntax().text_range();
+            edits.push(Replacement { range, text: it.syntax().text().to_string() });
+        }
+    }
+    edits
+}
+
+fn has_mark(text: &str) -> bool {
+    text.contains("//") || text.contains("/*")
+}
+
+/// Does `next` stand right behind `one`, in its line or in the next?
+fn follows(one: &SyntaxNode, next: &SyntaxNode) -> bool {
+    let range = TextRange::new(one.text_range().end(), next.text_range().start().max(one.text_range().end()));
+    let Some(parent) = one.parent() else { return false };
+    let mut between = parent.descendants_with_tokens().filter_map(NodeOrToken::into_token);
+    !between.any(|it| {
+        let is_there = range.contains_range(it.text_range()) && !it.text_range().is_empty();
+        is_there && (!it.kind().is_trivia() || it.text().matches('\n').count() > 1)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::check;
+    use expect_test::{Expect, expect};
+
+    fn organised(uses: &str, expected: Expect) {
+        let text = format!(
+            "include \"parts.mal\"\nlibrary own {{\n{uses}\n  shell S {{ input port pose: Pose  input port scan: sensor_msgs.LaserScan }}\n}}\n\
+             //- /parts.mal\nlibrary parts {{ codel f(): int }}\nlibrary own {{ core C(S) {{ update = {{ f(); }} }} }}\nlibrary third {{ }}\n"
+        );
+        check(&text, "Organise", expected);
+    }
+
+    #[test]
+    fn sorted_once_and_needed() {
+        organised(
+            "  use sensor_msgs\n  use parts\n  use geometry_msgs\n  use parts\n  use third\n  use std_msgs",
+            expect![[r#"
+                --- /model.mal
+                  use geometry_msgs
+                  use parts
+                  use sensor_msgs
+            "#]],
+        );
+        // Sorted, and needed by another block of the library.
+        organised("  use geometry_msgs\n  use parts", expect!["not offered\n"]);
+        // What nobody knows may be anything.
+        organised("  use geometry_msgs\n  use other_msgs", expect!["not offered\n"]);
+    }
+
+    #[test]
+    fn comments_and_blank_lines_stay() {
+        organised(
+            "  use third // 🦀 é\n  // Ours.\n  use parts\n  use geometry_msgs\n\n  use sensor_msgs",
+            expect![[r#"
+                --- /model.mal
+                  // 🦀 é
+                  // Ours.
+                  use geometry_msgs
+                  use parts
+            "#]],
+        );
+        organised("  use parts\n  // For poses.\n  use geometry_msgs", expect!["not offered\n"]);
+        organised("  use parts\n  use geometry_msgs\n  codel g(", expect!["not offered\n"]);
+    }
+}

@@ -1,0 +1,28 @@
+//! Where the name under the cursor is declared for all who know it: an operation by the shell, where the definition is what
+//! a core executes.
+
+use mauve_model::{File, ModelDb, Workspace};
+use mauve_syntax::TextSize;
+
+use crate::definition::{Definition, destination, names, targets};
+
+/// Where the name at `offset` is declared, in any of the projects that have the file.
+///
+/// ```
+/// use mauve_model::{Database, Workspace};
+/// let db = Database::default();
+/// let text = "shell S { provide f(): int } core C(S) { provide f(): int = { return f(); } }".to_owned();
+/// let call = text.rfind('f').unwrap() as u32;
+/// let workspace = Workspace::of_texts(&db, "/".into(), [("/a.mal".into(), text)]);
+/// let file = workspace.file(&db, "/a.mal".as_ref()).unwrap();
+/// let found = mauve_ide::declaration(&db, &[workspace], file, call.into()).unwrap();
+/// assert_eq!(u32::from(found.targets[0].name.start()), 18);
+/// ```
+pub fn declaration(
+    db: &dyn ModelDb,
+    workspaces: &[Workspace],
+    file: File,
+    offset: TextSize,
+) -> Option<Definition> {
+    destination(&names(db, workspaces, file, offset), |project, name| targets(db, project, &name.meaning))
+}

@@ -1,0 +1,200 @@
+//! The files that a file names: what a model includes and imports; the roots and tables of `mauve.toml`.
+
+use std::ops::Range;
+
+use mauve_model::item_tree::Kind;
+use mauve_model::{
+    Config, File, ModelDb, Place, Workspace, architecture, config_file, config_of, declarations, includes,
+    is_model, names_of, normalised, source_map, table_files, table_pattern,
+};
+use mauve_syntax::{TextRange, TextSize};
+
+use crate::project::projects_with;
+
+/// A part of a text that leads to a file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct DocumentLink {
+    /// What leads there: a path without its quotes, or a name.
+    pub range: TextRange,
+    /// The file.
+    pub target: File,
+    /// The place in it, where it is not all of it that is meant.
+    pub at: Option<TextSize>,
+    /// What is there, in a few words.
+    pub tooltip: String,
+}
+
+/// The links of a file, in the order of the text. What leads nowhere, or to several files, is none.
+///
+/// ```
+/// use mauve_model::{Database, Workspace};
+/// let db = Database::default();
+/// let texts = [("/a.mal".into(), "include \"b.mal\"".to_owned()), ("/b.mal".into(), String::new())];
+/// let workspace = Workspace::of_texts(&db, "/".into(), texts);
+/// let file = workspace.file(&db, "/a.mal".as_ref()).unwrap();
+/// let links = mauve_ide::document_links(&db, &[workspace], file);
+/// assert_eq!(&file.text(&db)[links[0].range], "b.mal");
+/// ```
+pub fn document_links(db: &dyn ModelDb, workspaces: &[Workspace], file: File) -> Vec<DocumentLink> {
+    let mut links = Vec::new();
+    if is_model(file.path(db)) {
+        for &workspace in workspaces {
+            included(db, workspace, file, &mut links);
+        }
+        imported(db, workspaces, file, &mut links);
+    }
+    for &workspace in workspaces.iter().filter(|&&workspace| config_file(db, workspace) == Some(file)) {
+        configured(db, workspace, file, &mut links);
+    }
+    links.sort_by_key(|link| link.range.start());
+    // What several workspaces say counts once.
+    links.dedup_by_key(|link| link.range);
+    links
+}
+
+fn included(db: &dyn ModelDb, workspace: Workspace, file: File, links: &mut Vec<DocumentLink>) {
+    let places = &source_map(db, file).includes;
+    for (target, range) in includes(db, workspace, file).iter().zip(places) {
+        let Some(target) = *target else { continue };
+        links.extend(link(db, workspace, file, *range, target));
+    }
+}
+
+fn imported(db: &dyn ModelDb, workspaces: &[Workspace], file: File, links: &mut Vec<DocumentLink>) {
+    let all = declarations(db, file).all.iter();
+    let architectures: Vec<_> = all.filter(|decl| decl.kind(db) == Kind::Architecture).copied().collect();
+    if architectures.is_empty() {
+        return;
+    }
+    for project in projects_with(db, workspaces, file) {
+        for &decl in &architectures {
+            let imports = architecture(db, decl).map_or(&[] as &[_], |it| &it.imports);
+            for import in imports.iter().flatten() {
+                let names = names_of(db, project);
+                let Ok(target) = names.resolve_type(db, decl, Kind::Architecture, Some(import)) else {
+                    continue;
+                };
+                let range = Place::Part(decl, import.part).range(db);
+                links.push(DocumentLink {
+                    range,
+                    target: target.file(db),
+                    at: Some(Place::name_of(target).range(db).start()),
+                    tooltip: format!("architecture {}", target.qualified(db)),
+                });
+            }
+        }
+    }
+}
+
+fn configured(db: &dyn ModelDb, workspace: Workspace, file: File, links: &mut Vec<DocumentLink>) {
+    let Config { roots, tables, .. } = config_of(db, workspace);
+    let range = |span: &Range<usize>| {
+        TextRange::new(TextSize::new(span.start as u32), TextSize::new(span.end.max(span.start) as u32))
+    };
+    for (path, span) in roots {
+        let root = workspace.file(db, &normalised(&workspace.folder(db).join(path)));
+        links.extend(root.and_then(|root| link(db, workspace, file, range(span), root)));
+    }
+    for (pattern, span) in tables {
+        let Ok(glob) = table_pattern(workspace.folder(db), pattern) else { continue };
+        let all = table_files(db, workspace).files.iter();
+        let mut named = all.filter(|table| glob.is_match(table.path(db)));
+        if let (Some(&table), None) = (named.next(), named.next()) {
+            links.extend(link(db, workspace, file, range(span), table));
+        }
+    }
+}
+
+/// The link of a quoted path.
+fn link(
+    db: &dyn ModelDb,
+    workspace: Workspace,
+    file: File,
+    quoted: TextRange,
+    target: File,
+) -> Option<DocumentLink> {
+    let text = file.text(db).get(Range::<usize>::from(quoted))?;
+    let inner = text.trim_end_matches(['"', '\'']);
+    let before = inner.len() - inner.trim_start_matches(['"', '\'']).len();
+    let inner = TextRange::new(TextSize::new(before as u32), TextSize::of(inner)) + quoted.start();
+    let path = target.path(db);
+    let shown = path.strip_prefix(workspace.folder(db)).unwrap_or(path).display().to_string();
+    (!inner.is_empty()).then_some(DocumentLink { range: inner, target, at: None, tooltip: shown })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixture::Fixture;
+    use expect_test::{Expect, expect};
+
+    fn check(fixture: &str, expected: Expect) {
+        let Fixture { db, workspace, file, .. } = Fixture::new(fixture);
+        let mut shown = String::new();
+        for link in document_links(&db, &[workspace], file) {
+            let line = |at: TextSize| link.target.text(&db)[..at.into()].matches('\n').count() + 1;
+            let at = link.at.map(|at| format!(":{}", line(at))).unwrap_or_default();
+            let path = link.target.path(&db).display();
+            shown += &format!("{} -> {path}{at} | {}\n", &file.text(&db)[link.range], link.tooltip);
+        }
+        expected.assert_eq(&shown);
+    }
+
+    const ROBOT: &str = r#"
+//- /robot.mal
+/* 🦀 é */ include "parts/laser.mal" include "nowhere.mal"
+use parts
+architecture A { import Base import parts.Other import Nothing }
+architecture Base { }
+//- /parts/laser.mal
+include "../robot.mal"
+library parts {
+  architecture Other { }
+}
+"#;
+
+    #[test]
+    fn includes_and_imports() {
+        check(
+            ROBOT,
+            expect![[r#"
+                parts/laser.mal -> /parts/laser.mal | parts/laser.mal
+                Base -> /robot.mal:4 | architecture Base
+                parts.Other -> /parts/laser.mal:3 | architecture parts.Other
+            "#]],
+        );
+    }
+
+    #[test]
+    fn while_the_text_is_broken() {
+        check("//- /a.mal\ninclude \"b.mal\ninclude\n//- /b.mal\nuse a\n", expect![[""]]);
+    }
+
+    #[test]
+    fn roots_and_tables() {
+        check(
+            r#"
+//- /mauve.toml
+[project]
+roots = ["robot.mal", 'nowhere.mal']
+[timing]
+tables = ["times.toml", "more/*.toml", "one/*.toml", "none.toml"]
+//- /robot.mal
+use a
+//- /times.toml
+codel.a = 1
+//- /more/a.toml
+codel.b = 1
+//- /more/b.toml
+codel.c = 1
+//- /one/a.toml
+codel.d = 1
+"#,
+            expect![[r#"
+                robot.mal -> /robot.mal | robot.mal
+                times.toml -> /times.toml | times.toml
+                one/*.toml -> /one/a.toml | one/a.toml
+            "#]],
+        );
+    }
+}

@@ -1,0 +1,45 @@
+//! The significance levels that may be shown: those of the timing tables.
+
+use mauve_model::{ModelDb, Workspace, projects, timetable_of};
+use mauve_timing::Level;
+
+/// The levels that the tables of some project have, from the most probable down; none where times depend on no level:
+/// then any may be shown.
+///
+/// ```
+/// use mauve_model::{Database, Workspace};
+///
+/// let db = Database::default();
+/// let files = [
+///     ("/robot.mal".into(), "codel plan(): int".to_owned()),
+///     ("/mauve.toml".into(), "timing.tables = [\"times.toml\"]".to_owned()),
+///     ("/times.toml".into(), "levels = [1e-3, 1e-4]\ncodel.plan = [60, 70]".to_owned()),
+/// ];
+/// let workspace = Workspace::of_texts(&db, "/".into(), files);
+/// let levels = mauve_ide::known_levels(&db, &[workspace]);
+/// assert_eq!(levels.iter().map(ToString::to_string).collect::<Vec<_>>(), ["1e-3", "1e-4"]);
+/// ```
+pub fn known_levels(db: &dyn ModelDb, workspaces: &[Workspace]) -> Vec<Level> {
+    let projects = workspaces.iter().flat_map(|&workspace| projects(db, workspace));
+    let mut levels: Vec<Level> = Vec::new();
+    for &project in projects {
+        levels.extend(timetable_of(db, project).levels());
+    }
+    levels.sort_unstable_by(|a, b| b.cmp(a));
+    levels.dedup();
+    levels
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixture::Fixture;
+
+    #[test]
+    fn times_that_hold_at_every_level_have_none() {
+        let Fixture { db, workspace, .. } = Fixture::new(
+            "codel plan(): int\n//- /mauve.toml\ntiming.tables = [\"t.toml\"]\n//- /t.toml\ncodel.plan = 1\n",
+        );
+        assert_eq!(known_levels(&db, &[workspace]), []);
+    }
+}

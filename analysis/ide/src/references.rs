@@ -1,0 +1,388 @@
+//! Where a name is used, in all models, timing tables and configurations; and where in one file, for an editor that lights
+//! the others up.
+
+use mauve_model::{
+    File, ModelDb, Place, Project, Workspace, config_file, is_model, project_files, projects, table_files,
+};
+use mauve_syntax::{TextRange, TextSize};
+
+use crate::definition::names;
+use crate::occurrences::{Found, Meaning, Role, names_in};
+use crate::project::projects_with;
+
+/// A place where a name stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Reference {
+    /// The file.
+    pub file: File,
+    /// The name, without quotes.
+    pub range: TextRange,
+    /// What is done there.
+    pub access: Access,
+}
+
+/// What a place does with what it names.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Access {
+    /// It uses its value, or calls it.
+    Read,
+    /// It declares it, or gives it a value; an `inout` argument too.
+    Write,
+    /// It only names it.
+    Mention,
+}
+
+/// Every place that names what is named at `offset`, in every project that has it, by file and place, each once. What
+/// declares it is left out where `declaration` is not set.
+///
+/// ```
+/// use mauve_model::{Database, Workspace};
+/// let db = Database::default();
+/// let text = "shell S { } core C(S) { } component P(S, C)".to_owned();
+/// let workspace = Workspace::of_texts(&db, "/".into(), [("/a.mal".into(), text)]);
+/// let file = workspace.file(&db, "/a.mal".as_ref()).unwrap();
+/// let found = mauve_ide::references(&db, &[workspace], file, 6.into(), true);
+/// assert_eq!(found.iter().map(|it| u32::from(it.range.start())).collect::<Vec<_>>(), [6, 19, 38]);
+/// ```
+pub fn references(
+    db: &dyn ModelDb,
+    workspaces: &[Workspace],
+    file: File,
+    offset: TextSize,
+    declaration: bool,
+) -> Vec<Reference> {
+    let found = occurrences(db, workspaces, &names(db, workspaces, file, offset));
+    let shown = found.iter().filter(|(_, it)| declaration || it.role != Role::Declaration);
+    merged(shown.map(|(_, it)| it))
+}
+
+/// The places in `file` that name what is named at `offset`.
+pub fn highlights(
+    db: &dyn ModelDb,
+    workspaces: &[Workspace],
+    file: File,
+    offset: TextSize,
+) -> Vec<Reference> {
+    let mut all = Vec::new();
+    for (project, name) in names(db, workspaces, file, offset) {
+        all.extend(names_in(db, project, file).into_iter().filter(|it| it.meaning == name.meaning));
+    }
+    all.sort_by_key(|it| it.range.start());
+    merged(&all)
+}
+
+/// Each place once: it writes where it does so for any of the projects.
+fn merged<'a, 'db: 'a>(all: impl IntoIterator<Item = &'a Found<'db>>) -> Vec<Reference> {
+    let mut places: Vec<Reference> = Vec::new();
+    for Found { file, range, role, .. } in all {
+        let access = match role {
+            Role::Declaration | Role::Definition | Role::Write | Role::ReadWrite => Access::Write,
+            Role::Read | Role::Call => Access::Read,
+            Role::Mention => Access::Mention,
+        };
+        match places.iter_mut().find(|it| it.file == *file && it.range == *range) {
+            Some(known) if access == Access::Write => known.access = access,
+            Some(_) => {}
+            None => places.push(Reference { file: *file, range: *range, access }),
+        }
+    }
+    places
+}
+
+/// Every name that stands for one of these, by file and place, each once for each project that has it.
+pub(crate) fn occurrences<'db>(
+    db: &'db dyn ModelDb,
+    workspaces: &[Workspace],
+    things: &[(Project<'db>, Found<'db>)],
+) -> Vec<(Project<'db>, Found<'db>)> {
+    let mut meanings: Vec<&Meaning<'db>> = Vec::new();
+    for (_, name) in things {
+        if !meanings.contains(&&name.meaning) {
+            meanings.push(&name.meaning);
+        }
+    }
+    let mut found = Vec::new();
+    for meaning in meanings {
+        let asked = things.iter().filter(|(_, name)| name.meaning == *meaning).map(|(project, _)| *project);
+        let mut open = match meaning {
+            Meaning::Declaration(decl) => projects_with(db, workspaces, decl.file(db)),
+            Meaning::Part(place) => projects_with(db, workspaces, place.file(db)),
+            // A library is one with its blocks in the files that its projects share with others.
+            Meaning::Library(_) => asked.collect(),
+            Meaning::File(_) | Meaning::Package(_) | Meaning::Message(..) | Meaning::Type(_) => {
+                workspaces.iter().flat_map(|&workspace| projects(db, workspace)).copied().collect()
+            }
+        };
+        let mut next = 0;
+        while let Some(&project) = open.get(next) {
+            next += 1;
+            let of_project = in_project(db, project, meaning);
+            if matches!(meaning, Meaning::Library(_)) {
+                for file in of_project.iter().map(|it| it.file).filter(|file| is_model(file.path(db))) {
+                    let more = projects_with(db, workspaces, file);
+                    let more: Vec<Project<'db>> = more.into_iter().filter(|it| !open.contains(it)).collect();
+                    open.extend(more);
+                }
+            }
+            for it in of_project {
+                if !found.contains(&(project, it.clone())) {
+                    found.push((project, it));
+                }
+            }
+        }
+    }
+    found.sort_by_cached_key(|(_, it)| (it.file.path(db).clone(), it.range.start()));
+    found
+}
+
+/// The names of a project that stand for this. Only what has the word in it is read.
+fn in_project<'db>(db: &'db dyn ModelDb, project: Project<'db>, meaning: &Meaning<'db>) -> Vec<Found<'db>> {
+    let word = word_of(db, meaning);
+    let mut found = Vec::new();
+    for file in files_of(db, project) {
+        db.unwind_if_revision_cancelled();
+        if word.as_ref().is_none_or(|word| file.text(db).contains(word)) {
+            let names = names_in(db, project, file).into_iter();
+            found.extend(names.filter(|name| name.meaning == *meaning));
+        }
+    }
+    found
+}
+
+/// The models of a project, and the tables and the configuration that it shares with the others of its workspace.
+pub(crate) fn files_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<File> {
+    let workspace = project.workspace(db);
+    let mut files = project_files(db, project).clone();
+    files.extend(table_files(db, workspace).files.iter().copied());
+    files.extend(config_file(db, workspace));
+    files
+}
+
+/// How it is written, wherever it stands; nothing where that differs.
+pub(crate) fn word_of(db: &dyn ModelDb, meaning: &Meaning<'_>) -> Option<String> {
+    match meaning {
+        Meaning::Declaration(decl) => Some(decl.name(db).to_string()),
+        Meaning::Part(place) => word_at(db, place),
+        Meaning::Library(name) | Meaning::Package(name) | Meaning::Message(_, name) | Meaning::Type(name) => {
+            Some(name.to_string())
+        }
+        Meaning::File(_) => None,
+    }
+}
+
+fn word_at(db: &dyn ModelDb, place: &Place<'_>) -> Option<String> {
+    let range = std::ops::Range::<usize>::from(place.range(db));
+    place.file(db).text(db).get(range).map(str::to_owned)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixture::Fixture;
+    use expect_test::{Expect, expect};
+
+    /// Each place, with its line's text.
+    fn check(fixture: &str, expected: Expect) {
+        let Fixture { db, workspace, file, offset } = Fixture::new(fixture);
+        let found = references(&db, &[workspace], file, offset, true);
+        expected.assert_eq(&shown(&db, &found));
+        // What is lit up in one file is what is found there.
+        let here: Vec<Reference> = found.into_iter().filter(|it| it.file == file).collect();
+        assert_eq!(highlights(&db, &[workspace], file, offset), here);
+    }
+
+    fn shown(db: &dyn ModelDb, found: &[Reference]) -> String {
+        let mut shown = String::new();
+        for Reference { file, range, access } in found {
+            let (text, start) = (file.text(db), usize::from(range.start()));
+            let line = text[..start].rfind('\n').map_or(0, |end| end + 1);
+            let end = text[start..].find('\n').map_or(text.len(), |length| start + length);
+            let path = file.path(db).display();
+            shown += &format!(
+                "{path} {access:?}: {}«{}»{}\n",
+                &text[line..start],
+                &text[*range],
+                &text[range.end().into()..end]
+            );
+        }
+        shown
+    }
+
+    const ROBOT: &str = r#"
+//- /one.mal
+include "parts.mal"
+architecture A { instance laser: parts.Laser instance map: Mapper connection laser.scan -> map.scan operation map.clear -> laser.wipe }
+component Mapper(parts.Map, parts.Map)
+deployment D { architecture A activity laser { priority = 1 period = 100 } }
+//- /parts.mal
+library parts {
+  codel shoot(out n: int): int
+  shell Laser { property rate: int output port scan: int require wipe(): int }
+  shell Map { input port scan: int provide clear(): int }
+  core Laser(Laser) { var n: int handler h: wipe update = { /* 🦀 é */ shoot(n); write(scan, n + rate); h = send(wipe); } }
+  component Laser(Laser, Laser)
+  core Map(Map) { provide clear(): int = { return 1; } statemachine { initial state Idle { transition go if read(scan, n) == new_data to Busy { clear(); } } state Busy { transition go to Idle } var n: int } }
+}
+//- /two.mal
+include "parts.mal"
+architecture B { instance laser: parts.Laser property laser.rate = 5 }
+//- /mauve.toml
+project.roots = ["one.mal", "two.mal"]
+timing.tables = ["t.toml"]
+chains.c = ["laser.scan", "map.scan"]
+//- /t.toml
+[codel.parts]
+shoot = 1
+[program]
+"Mapper/Idle.go.guard" = 3
+"Mapper/clear" = 4
+[component]
+parts.Laser = 9
+"#;
+
+    fn at(from: &str, expected: Expect) {
+        let cursor = from.replace("$0", "");
+        assert!(ROBOT.contains(&cursor), "{cursor}");
+        check(&ROBOT.replacen(&cursor, from, 1), expected);
+    }
+
+    #[test]
+    fn in_models_tables_and_configurations_of_all_projects() {
+        at(
+            "codel sh$0oot",
+            expect![[r#"
+            /parts.mal Write:   codel «shoot»(out n: int): int
+            /parts.mal Read:   core Laser(Laser) { var n: int handler h: wipe update = { /* 🦀 é */ «shoot»(n); write(scan, n + rate); h = send(wipe); } }
+            /t.toml Mention: «shoot» = 1
+        "#]],
+        );
+        at(
+            "component La$0ser",
+            expect![[r#"
+            /one.mal Mention: architecture A { instance laser: parts.«Laser» instance map: Mapper connection laser.scan -> map.scan operation map.clear -> laser.wipe }
+            /parts.mal Write:   component «Laser»(Laser, Laser)
+            /t.toml Mention: parts.«Laser» = 9
+            /two.mal Mention: architecture B { instance laser: parts.«Laser» property laser.rate = 5 }
+        "#]],
+        );
+        at(
+            "property ra$0te",
+            expect![[r#"
+            /parts.mal Write:   shell Laser { property «rate»: int output port scan: int require wipe(): int }
+            /parts.mal Read:   core Laser(Laser) { var n: int handler h: wipe update = { /* 🦀 é */ shoot(n); write(scan, n + «rate»); h = send(wipe); } }
+            /two.mal Write: architecture B { instance laser: parts.Laser property laser.«rate» = 5 }
+        "#]],
+        );
+        at(
+            "output port $0scan",
+            expect![[r#"
+            /mauve.toml Mention: chains.c = ["laser.«scan»", "map.scan"]
+            /one.mal Mention: architecture A { instance laser: parts.Laser instance map: Mapper connection laser.«scan» -> map.scan operation map.clear -> laser.wipe }
+            /parts.mal Write:   shell Laser { property rate: int output port «scan»: int require wipe(): int }
+            /parts.mal Write:   core Laser(Laser) { var n: int handler h: wipe update = { /* 🦀 é */ shoot(n); write(«scan», n + rate); h = send(wipe); } }
+        "#]],
+        );
+        at(
+            "\"Mapper/cle$0ar\"",
+            expect![[r#"
+            /one.mal Mention: architecture A { instance laser: parts.Laser instance map: Mapper connection laser.scan -> map.scan operation map.«clear» -> laser.wipe }
+            /parts.mal Write:   shell Map { input port scan: int provide «clear»(): int }
+            /parts.mal Write:   core Map(Map) { provide «clear»(): int = { return 1; } statemachine { initial state Idle { transition go if read(scan, n) == new_data to Busy { clear(); } } state Busy { transition go to Idle } var n: int } }
+            /parts.mal Read:   core Map(Map) { provide clear(): int = { return 1; } statemachine { initial state Idle { transition go if read(scan, n) == new_data to Busy { «clear»(); } } state Busy { transition go to Idle } var n: int } }
+            /t.toml Mention: "Mapper/«clear»" = 4
+        "#]],
+        );
+        at(
+            "provide cle$0ar(): int =",
+            expect![[r#"
+            /one.mal Mention: architecture A { instance laser: parts.Laser instance map: Mapper connection laser.scan -> map.scan operation map.«clear» -> laser.wipe }
+            /parts.mal Write:   shell Map { input port scan: int provide «clear»(): int }
+            /parts.mal Write:   core Map(Map) { provide «clear»(): int = { return 1; } statemachine { initial state Idle { transition go if read(scan, n) == new_data to Busy { clear(); } } state Busy { transition go to Idle } var n: int } }
+            /parts.mal Read:   core Map(Map) { provide clear(): int = { return 1; } statemachine { initial state Idle { transition go if read(scan, n) == new_data to Busy { «clear»(); } } state Busy { transition go to Idle } var n: int } }
+            /t.toml Mention: "Mapper/«clear»" = 4
+        "#]],
+        );
+        at(
+            "require wi$0pe",
+            expect![[r#"
+            /one.mal Mention: architecture A { instance laser: parts.Laser instance map: Mapper connection laser.scan -> map.scan operation map.clear -> laser.«wipe» }
+            /parts.mal Write:   shell Laser { property rate: int output port scan: int require «wipe»(): int }
+            /parts.mal Mention:   core Laser(Laser) { var n: int handler h: «wipe» update = { /* 🦀 é */ shoot(n); write(scan, n + rate); h = send(wipe); } }
+            /parts.mal Read:   core Laser(Laser) { var n: int handler h: wipe update = { /* 🦀 é */ shoot(n); write(scan, n + rate); h = send(«wipe»); } }
+        "#]],
+        );
+        at(
+            "initial state I$0dle",
+            expect![[r#"
+            /parts.mal Write:   core Map(Map) { provide clear(): int = { return 1; } statemachine { initial state «Idle» { transition go if read(scan, n) == new_data to Busy { clear(); } } state Busy { transition go to Idle } var n: int } }
+            /parts.mal Mention:   core Map(Map) { provide clear(): int = { return 1; } statemachine { initial state Idle { transition go if read(scan, n) == new_data to Busy { clear(); } } state Busy { transition go to «Idle» } var n: int } }
+            /t.toml Mention: "Mapper/«Idle».go.guard" = 3
+        "#]],
+        );
+        at(
+            "transition g$0o if",
+            expect![[r#"
+            /parts.mal Write:   core Map(Map) { provide clear(): int = { return 1; } statemachine { initial state Idle { transition «go» if read(scan, n) == new_data to Busy { clear(); } } state Busy { transition go to Idle } var n: int } }
+            /t.toml Mention: "Mapper/Idle.«go».guard" = 3
+        "#]],
+        );
+        at(
+            "library par$0ts",
+            expect![[r#"
+            /one.mal Mention: architecture A { instance laser: «parts».Laser instance map: Mapper connection laser.scan -> map.scan operation map.clear -> laser.wipe }
+            /one.mal Mention: component Mapper(«parts».Map, parts.Map)
+            /one.mal Mention: component Mapper(parts.Map, «parts».Map)
+            /parts.mal Write: library «parts» {
+            /t.toml Mention: [codel.«parts»]
+            /t.toml Mention: «parts».Laser = 9
+            /two.mal Mention: architecture B { instance laser: «parts».Laser property laser.rate = 5 }
+        "#]],
+        );
+        at(
+            "include \"pa$0rts.mal",
+            expect![[r#"
+            /one.mal Mention: include "«parts.mal»"
+            /two.mal Mention: include "«parts.mal»"
+        "#]],
+        );
+        at(
+            "shoot($0n)",
+            expect![[r#"
+            /parts.mal Write:   core Laser(Laser) { var «n»: int handler h: wipe update = { /* 🦀 é */ shoot(n); write(scan, n + rate); h = send(wipe); } }
+            /parts.mal Write:   core Laser(Laser) { var n: int handler h: wipe update = { /* 🦀 é */ shoot(«n»); write(scan, n + rate); h = send(wipe); } }
+            /parts.mal Read:   core Laser(Laser) { var n: int handler h: wipe update = { /* 🦀 é */ shoot(n); write(scan, «n» + rate); h = send(wipe); } }
+        "#]],
+        );
+        at(
+            "activity las$0er",
+            expect![[r#"
+            /mauve.toml Mention: chains.c = ["«laser».scan", "map.scan"]
+            /one.mal Write: architecture A { instance «laser»: parts.Laser instance map: Mapper connection laser.scan -> map.scan operation map.clear -> laser.wipe }
+            /one.mal Mention: architecture A { instance laser: parts.Laser instance map: Mapper connection «laser».scan -> map.scan operation map.clear -> laser.wipe }
+            /one.mal Mention: architecture A { instance laser: parts.Laser instance map: Mapper connection laser.scan -> map.scan operation map.clear -> «laser».wipe }
+            /one.mal Mention: deployment D { architecture A activity «laser» { priority = 1 period = 100 } }
+        "#]],
+        );
+    }
+
+    #[test]
+    fn without_its_declaration() {
+        let Fixture { db, workspace, file, offset } =
+            Fixture::new("codel $0f(): int core C(S) { update = { f(); } }");
+        let found = references(&db, &[workspace], file, offset, false);
+        assert_eq!(shown(&db, &found), "/model.mal Read: codel f(): int core C(S) { update = { «f»(); } }\n");
+    }
+
+    #[test]
+    fn while_the_text_is_broken() {
+        check(
+            "codel f(): int core C(S) { update = { if (f$0( }",
+            expect![[r#"
+            /model.mal Write: codel «f»(): int core C(S) { update = { if (f( }
+            /model.mal Read: codel f(): int core C(S) { update = { if («f»( }
+        "#]],
+        );
+        check("component $0", expect![[r#""#]]);
+        check("$0", expect![[r#""#]]);
+    }
+}

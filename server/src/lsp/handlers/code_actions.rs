@@ -1,0 +1,157 @@
+//! `textDocument/codeAction` and `codeAction/resolve`.
+
+use mauve_ide::{ActionKind, ActionQuestion, Changes, CodeAction};
+use mauve_syntax::TextRange;
+use serde::{Deserialize, Serialize};
+use tower_lsp::jsonrpc::{Error, Result};
+use tower_lsp::lsp_types::{
+    self, CodeActionDisabled, CodeActionKind, CodeActionOrCommand, CodeActionParams, CodeActionResponse,
+    CodeActionTriggerKind, NumberOrString, Range, TextDocumentIdentifier,
+};
+
+use crate::lsp::snapshot::Snapshot;
+use crate::lsp::to_proto;
+
+/// The kinds of action that there are.
+pub(crate) const KINDS: &[CodeActionKind] = &[
+    CodeActionKind::QUICKFIX,
+    CodeActionKind::REFACTOR_EXTRACT,
+    CodeActionKind::REFACTOR_INLINE,
+    CodeActionKind::REFACTOR_REWRITE,
+    CodeActionKind::SOURCE_ORGANIZE_IMPORTS,
+    CodeActionKind::SOURCE_FIX_ALL,
+];
+
+const ALL_KINDS: &[ActionKind] = &[
+    ActionKind::QuickFix,
+    ActionKind::Extract,
+    ActionKind::Inline,
+    ActionKind::Rewrite,
+    ActionKind::OrganizeUses,
+    ActionKind::FixAll,
+];
+
+fn kind(kind: ActionKind) -> CodeActionKind {
+    match kind {
+        ActionKind::QuickFix => CodeActionKind::QUICKFIX,
+        ActionKind::Extract => CodeActionKind::REFACTOR_EXTRACT,
+        ActionKind::Inline => CodeActionKind::REFACTOR_INLINE,
+        ActionKind::Rewrite => CodeActionKind::REFACTOR_REWRITE,
+        ActionKind::OrganizeUses => CodeActionKind::SOURCE_ORGANIZE_IMPORTS,
+        ActionKind::FixAll => CodeActionKind::SOURCE_FIX_ALL,
+    }
+}
+
+/// What an action needs to be found again, once the user has chosen it.
+#[derive(Serialize, Deserialize)]
+struct Chosen {
+    document: TextDocumentIdentifier,
+    version: Option<i32>,
+    range: Range,
+    /// What it mends first.
+    mends: Option<(Range, String)>,
+}
+
+/// What can be done about a range; what that changes is found when the user has chosen, where the client can wait.
+pub(crate) fn code_actions(
+    snapshot: &Snapshot,
+    params: &CodeActionParams,
+) -> Result<Option<CodeActionResponse>> {
+    snapshot.complete()?;
+    let (file, lines) = snapshot.file(&params.text_document)?;
+    let (encoding, capabilities) = (snapshot.capabilities.encoding, snapshot.capabilities);
+    if !capabilities.code_actions {
+        return Ok(Some(Vec::new()));
+    }
+    let context = &params.context;
+    let is_wanted = |it: &ActionKind| context.only.as_ref().is_none_or(|only| is_among(only, &kind(*it)));
+    let kinds: Vec<ActionKind> = ALL_KINDS.iter().copied().filter(is_wanted).collect();
+    let known = context.diagnostics.iter().filter_map(|it| match &it.code {
+        Some(NumberOrString::String(code)) => Some((lines.text_range(it.range, encoding), code.clone())),
+        _ => None,
+    });
+    let diagnostics: Vec<(TextRange, String)> = known.collect();
+    let changes = if capabilities.resolves_edits { Changes::None } else { Changes::All };
+    let range = lines.text_range(params.range, encoding);
+    let question = ActionQuestion { file, range, diagnostics: &diagnostics, kinds: &kinds, changes };
+    let version = snapshot.documents.get(&params.text_document.uri).map(|document| document.version);
+    let is_automatic = context.trigger_kind == Some(CodeActionTriggerKind::AUTOMATIC);
+    let shows_disabled = capabilities.disabled_actions && !is_automatic;
+    let found = mauve_ide::code_actions(&snapshot.db, snapshot.workspaces.as_ref(), question);
+    let found = found.into_iter().filter(|action| action.disabled.is_none() || shows_disabled);
+    let shown = found.filter_map(|action| {
+        let chosen = Chosen {
+            document: params.text_document.clone(),
+            version,
+            range: params.range,
+            mends: first_mended(snapshot, &action),
+        };
+        to_client(snapshot, action, &chosen).map(CodeActionOrCommand::CodeAction)
+    });
+    Ok(Some(shown.collect()))
+}
+
+/// An action with its edit.
+pub(crate) fn resolve(snapshot: &Snapshot, action: &lsp_types::CodeAction) -> Result<lsp_types::CodeAction> {
+    let mut action = action.clone();
+    let chosen = action.data.clone().and_then(|data| serde_json::from_value::<Chosen>(data).ok());
+    let Some(chosen) = chosen.filter(|_| action.edit.is_none()) else { return Ok(action) };
+    // In a text that has changed since, something else may stand there.
+    if snapshot.documents.get(&chosen.document.uri).map(|document| document.version) != chosen.version {
+        return Err(Error::content_modified());
+    }
+    snapshot.complete()?;
+    let (file, lines) = snapshot.file(&chosen.document)?;
+    let encoding = snapshot.capabilities.encoding;
+    let known = chosen.mends.iter();
+    let diagnostics: Vec<(TextRange, String)> =
+        known.map(|(range, code)| (lines.text_range(*range, encoding), code.clone())).collect();
+    let is_it = |it: &&ActionKind| action.kind.as_ref() == Some(&kind(**it));
+    let kinds: Vec<ActionKind> = ALL_KINDS.iter().filter(is_it).copied().collect();
+    let range = lines.text_range(chosen.range, encoding);
+    let changes = Changes::Of(&action.title);
+    let question = ActionQuestion { file, range, diagnostics: &diagnostics, kinds: &kinds, changes };
+    let found = mauve_ide::code_actions(&snapshot.db, &snapshot.workspaces, question);
+    let is_it = |it: &CodeAction<'_>| {
+        it.title == action.title && it.disabled.is_none() && first_mended(snapshot, it) == chosen.mends
+    };
+    let change = found.into_iter().find(is_it).and_then(|it| it.change);
+    // It is not offered any more: another file has changed.
+    let change = change.ok_or_else(Error::content_modified)?;
+    action.edit = to_proto::workspace_edit(snapshot, &change, &action.title);
+    Ok(action)
+}
+
+fn first_mended(snapshot: &Snapshot, action: &CodeAction<'_>) -> Option<(Range, String)> {
+    let first = to_proto::diagnostic(snapshot, action.mends.first()?);
+    Some((first.range, action.mends.first()?.diagnostic.code.name.to_owned()))
+}
+
+/// Nothing, where the client cannot do what the action does.
+fn to_client(snapshot: &Snapshot, action: CodeAction<'_>, chosen: &Chosen) -> Option<lsp_types::CodeAction> {
+    let capabilities = snapshot.capabilities;
+    let is_later = capabilities.resolves_edits && action.disabled.is_none();
+    let edit = action.change.map(|change| to_proto::workspace_edit(snapshot, &change, &action.title));
+    if edit == Some(None) {
+        return None;
+    }
+    let mends: Vec<_> = action.mends.iter().map(|it| to_proto::diagnostic(snapshot, it)).collect();
+    Some(lsp_types::CodeAction {
+        title: action.title,
+        kind: Some(kind(action.kind)),
+        diagnostics: (!mends.is_empty()).then_some(mends),
+        edit: edit.flatten(),
+        is_preferred: (capabilities.preferred_actions && action.preferred).then_some(true),
+        disabled: action.disabled.map(|reason| CodeActionDisabled { reason }),
+        data: is_later.then(|| serde_json::to_value(chosen).ok()).flatten(),
+        ..lsp_types::CodeAction::default()
+    })
+}
+
+/// Is a kind one of these, or a special one of one of them? `refactor` asks for `refactor.inline` as well.
+fn is_among(only: &[CodeActionKind], kind: &CodeActionKind) -> bool {
+    only.iter().any(|asked| {
+        let rest = kind.as_str().strip_prefix(asked.as_str());
+        rest.is_some_and(|rest| asked.as_str().is_empty() || rest.is_empty() || rest.starts_with('.'))
+    })
+}

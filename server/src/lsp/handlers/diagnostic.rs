@@ -1,0 +1,119 @@
+//! `textDocument/diagnostic` and `workspace/diagnostic`: what is wrong, for clients that ask instead of being told.
+
+use std::collections::BTreeMap;
+
+use tower_lsp::jsonrpc::{Error, Result};
+use tower_lsp::lsp_types::{
+    Diagnostic, DocumentDiagnosticParams, DocumentDiagnosticReport, DocumentDiagnosticReportResult,
+    FullDocumentDiagnosticReport, RelatedFullDocumentDiagnosticReport,
+    RelatedUnchangedDocumentDiagnosticReport, UnchangedDocumentDiagnosticReport, Url,
+    WorkspaceDiagnosticParams, WorkspaceDiagnosticReport, WorkspaceDiagnosticReportResult,
+    WorkspaceDocumentDiagnosticReport, WorkspaceFullDocumentDiagnosticReport,
+    WorkspaceUnchangedDocumentDiagnosticReport,
+};
+
+use crate::lsp::check::{diagnostics, result_id};
+use crate::lsp::pulls::ResultId;
+use crate::lsp::snapshot::{DEFECT, Snapshot};
+use crate::lsp::to_proto;
+
+/// An answer, and what it gave for each file.
+pub(crate) type Given<T> = (T, BTreeMap<Url, Option<ResultId>>);
+
+/// What is wrong in a file.
+pub(crate) fn document_diagnostic(
+    snapshot: &Snapshot,
+    params: &DocumentDiagnosticParams,
+) -> Result<Given<DocumentDiagnosticReportResult>> {
+    snapshot.complete()?;
+    let url = &params.text_document.uri;
+    // A file that is neither open nor known has no diagnostics: an error would be shown to a user who has done nothing.
+    let items = diagnostics(snapshot).remove(url).map(|(_, items)| items).unwrap_or_default();
+    let id = result_id(&items);
+    let report = match full_or_unchanged(id, items, params.previous_result_id.as_deref()) {
+        Ok(full_document_diagnostic_report) => {
+            DocumentDiagnosticReport::Full(RelatedFullDocumentDiagnosticReport {
+                related_documents: None,
+                full_document_diagnostic_report,
+            })
+        }
+        Err(unchanged_document_diagnostic_report) => {
+            DocumentDiagnosticReport::Unchanged(RelatedUnchangedDocumentDiagnosticReport {
+                related_documents: None,
+                unchanged_document_diagnostic_report,
+            })
+        }
+    };
+    Ok((DocumentDiagnosticReportResult::Report(report), BTreeMap::from([(url.clone(), Some(id))])))
+}
+
+/// What is wrong in every file; one of which the client knows something has a report even where nothing is left.
+pub(crate) fn workspace_diagnostic(
+    snapshot: &Snapshot,
+    params: &WorkspaceDiagnosticParams,
+) -> Result<Given<WorkspaceDiagnosticReportResult>> {
+    snapshot.complete()?;
+    let known: BTreeMap<&Url, &str> =
+        params.previous_result_ids.iter().map(|known| (&known.uri, known.value.as_str())).collect();
+    let mut found = diagnostics(snapshot);
+    for &url in known.keys() {
+        found.entry(url.clone()).or_default();
+    }
+    let mut given = BTreeMap::new();
+    let report = |(uri, (version, items)): (Url, (Option<i32>, Vec<Diagnostic>))| {
+        let id = result_id(&items);
+        given.insert(uri.clone(), Some(id));
+        let version = version.map(i64::from);
+        match full_or_unchanged(id, items, known.get(&uri).copied()) {
+            Ok(full_document_diagnostic_report) => {
+                let report =
+                    WorkspaceFullDocumentDiagnosticReport { uri, version, full_document_diagnostic_report };
+                WorkspaceDocumentDiagnosticReport::Full(report)
+            }
+            Err(unchanged_document_diagnostic_report) => {
+                let report = WorkspaceUnchangedDocumentDiagnosticReport {
+                    uri,
+                    version,
+                    unchanged_document_diagnostic_report,
+                };
+                WorkspaceDocumentDiagnosticReport::Unchanged(report)
+            }
+        }
+    };
+    let items = found.into_iter().map(report).collect();
+    Ok((WorkspaceDiagnosticReportResult::Report(WorkspaceDiagnosticReport { items }), given))
+}
+
+fn full_or_unchanged(
+    id: ResultId,
+    items: Vec<Diagnostic>,
+    known: Option<&str>,
+) -> std::result::Result<FullDocumentDiagnosticReport, UnchangedDocumentDiagnosticReport> {
+    let result_id = format!("{id:016x}");
+    if known == Some(result_id.as_str()) {
+        return Err(UnchangedDocumentDiagnosticReport { result_id });
+    }
+    Ok(FullDocumentDiagnosticReport { result_id: Some(result_id), items })
+}
+
+/// What the client shows of a file whose diagnostics cannot be known, instead of what may not hold any more.
+pub(crate) fn of_defect(error: &Error) -> DocumentDiagnosticReportResult {
+    let message = error.message.strip_prefix(DEFECT).unwrap_or(&error.message);
+    let items = vec![to_proto::defect(message)];
+    let full_document_diagnostic_report = FullDocumentDiagnosticReport { result_id: None, items };
+    let report =
+        RelatedFullDocumentDiagnosticReport { related_documents: None, full_document_diagnostic_report };
+    DocumentDiagnosticReportResult::Report(DocumentDiagnosticReport::Full(report))
+}
+
+/// The error of a question that an edit has overtaken: the client asks again. For any other error it may show nothing.
+pub(crate) fn ask_again(error: Error) -> Error {
+    if error != Error::content_modified() {
+        return error;
+    }
+    Error {
+        code: tower_lsp::lsp_types::error_codes::SERVER_CANCELLED.into(),
+        message: "the text has changed meanwhile".into(),
+        data: Some(serde_json::json!({ "retriggerRequest": true })),
+    }
+}

@@ -1,0 +1,32 @@
+//! `textDocument/documentLink`. Where a link leads is known at once: nothing is left for `documentLink/resolve`.
+
+use tower_lsp::jsonrpc::Result;
+use tower_lsp::lsp_types::{self, DocumentLinkParams};
+
+use crate::lsp::position::line_index;
+use crate::lsp::snapshot::Snapshot;
+
+/// The files that a document names. One at a place has it as its address's fragment, `#L12,3`, which says the same to
+/// VS Code, and nothing to those who only want the file.
+pub(crate) fn document_links(
+    snapshot: &Snapshot,
+    params: &DocumentLinkParams,
+) -> Result<Option<Vec<lsp_types::DocumentLink>>> {
+    let (file, lines) = snapshot.file(&params.text_document)?;
+    let capabilities = snapshot.capabilities;
+    let links = mauve_ide::document_links(&snapshot.db, &snapshot.workspaces, file);
+    let links = links.into_iter().filter_map(|link| {
+        let mut target = snapshot.url(link.target)?;
+        if let Some(at) = link.at {
+            let at = line_index(&snapshot.db, link.target).position(at, capabilities.encoding);
+            target.set_fragment(Some(&format!("L{},{}", at.line + 1, at.character + 1)));
+        }
+        Some(lsp_types::DocumentLink {
+            range: lines.range(link.range, capabilities.encoding),
+            target: Some(target),
+            tooltip: capabilities.link_tooltips.then_some(link.tooltip),
+            data: None,
+        })
+    });
+    Ok(Some(links.collect()))
+}

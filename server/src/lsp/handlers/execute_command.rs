@@ -1,0 +1,85 @@
+//! `workspace/executeCommand`.
+//!
+//! | command | arguments | does | gives |
+//! |---|---|---|---|
+//! | `mauve.setSignificance` | a level, a number such as `1e-6` or that number as text; or `null` | shows everything at this level for the rest of the session: hints, diagnostics, hovers, lenses; with `null`, at that of `mauve.toml` again | the level, or `null` |
+
+use mauve_ide::known_levels;
+use mauve_timing::Level;
+use serde_json::Value;
+use tower_lsp::jsonrpc::{Error, Result};
+use tower_lsp::lsp_types::ExecuteCommandParams;
+
+use crate::lsp::snapshot::Snapshot;
+
+/// The command that sets the level.
+pub(crate) const SET_SIGNIFICANCE: &str = "mauve.setSignificance";
+
+/// The commands that are known.
+pub(crate) const COMMANDS: &[&str] = &[SET_SIGNIFICANCE];
+
+/// What is to be done.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Command {
+    /// The level that is shown from now on; none: that of each `mauve.toml`.
+    SetSignificance(Option<Level>),
+}
+
+impl Command {
+    /// What the client is told when it is done.
+    pub(crate) fn result(self) -> Option<Value> {
+        match self {
+            Command::SetSignificance(level) => level.map(|level| level.as_f64().into()),
+        }
+    }
+}
+
+/// What a client asks for, if that can be done.
+///
+/// # Errors
+///
+/// No such command, or arguments that mean nothing, in words for the user.
+pub(crate) fn read(snapshot: &Snapshot, params: &ExecuteCommandParams) -> Result<Command> {
+    match params.command.as_str() {
+        SET_SIGNIFICANCE => {
+            snapshot.complete()?;
+            let level = level(&params.arguments)?;
+            let known = known_levels(&snapshot.db, &snapshot.workspaces);
+            match level {
+                Some(level) if !known.is_empty() && !known.contains(&level) => {
+                    let known: Vec<String> = known.iter().map(Level::to_string).collect();
+                    let known = known.join(", ");
+                    Err(Error::invalid_params(format!(
+                        "no time is known at {level}: the tables have {known}"
+                    )))
+                }
+                level => Ok(Command::SetSignificance(level)),
+            }
+        }
+        unknown => {
+            let known = COMMANDS.join(", ");
+            Err(Error::invalid_params(format!("no command `{unknown}`: there is {known}")))
+        }
+    }
+}
+
+/// The level that the arguments of [`SET_SIGNIFICANCE`] name.
+fn level(arguments: &[Value]) -> Result<Option<Level>> {
+    let number = match arguments {
+        [Value::Null] => return Ok(None),
+        [Value::Number(number)] => number.as_f64(),
+        [Value::String(text)] => text.trim().parse().ok(),
+        _ => None,
+    };
+    match number.and_then(Level::from_f64) {
+        Some(level) => Ok(Some(level)),
+        None => {
+            let given: Vec<String> = arguments.iter().map(Value::to_string).collect();
+            Err(Error::invalid_params(format!(
+                "{SET_SIGNIFICANCE} takes one level, a number between 0 and 1 such as 1e-4, or null for that of \
+                 mauve.toml, and not ({})",
+                given.join(", ")
+            )))
+        }
+    }
+}

@@ -1,0 +1,54 @@
+//! `textDocument/formatting`, `textDocument/rangeFormatting` and `textDocument/onTypeFormatting`.
+//!
+//! The options of the client change nothing. There is one format, that of `mauve fmt`, so that no file changes by who has
+//! saved it and `mauve fmt --check` accepts what an editor has formatted: two spaces (`tabSize`, `insertSpaces`), no white
+//! space at the ends of lines (`trimTrailingWhitespace`), and one line break at the end of the file (`insertFinalNewline`,
+//! `trimFinalNewlines`). Where the text has an error, what stands around it stays as it is, whatever the client wants.
+
+use mauve_model::File;
+use mauve_syntax::format::Replacement;
+use tower_lsp::jsonrpc::Result;
+use tower_lsp::lsp_types::{
+    DocumentFormattingParams, DocumentOnTypeFormattingParams, DocumentRangeFormattingParams, TextEdit,
+};
+
+use crate::load::is_of_another_language;
+use crate::lsp::snapshot::Snapshot;
+use crate::lsp::to_proto;
+
+/// What formats a document.
+pub(crate) fn formatting(
+    snapshot: &Snapshot,
+    params: &DocumentFormattingParams,
+) -> Result<Option<Vec<TextEdit>>> {
+    let (file, _) = snapshot.file(&params.text_document)?;
+    Ok(edits(snapshot, file, || mauve_ide::formatting(&snapshot.db, file, None)))
+}
+
+/// What formats the lines of a range.
+pub(crate) fn range_formatting(
+    snapshot: &Snapshot,
+    params: &DocumentRangeFormattingParams,
+) -> Result<Option<Vec<TextEdit>>> {
+    let (file, lines) = snapshot.file(&params.text_document)?;
+    let range = lines.text_range(params.range, snapshot.capabilities.encoding);
+    Ok(edits(snapshot, file, || mauve_ide::formatting(&snapshot.db, file, Some(range))))
+}
+
+/// What formats a document while it is typed.
+pub(crate) fn on_type_formatting(
+    snapshot: &Snapshot,
+    params: &DocumentOnTypeFormattingParams,
+) -> Result<Option<Vec<TextEdit>>> {
+    let at = &params.text_document_position;
+    let (file, lines) = snapshot.file(&at.text_document)?;
+    let offset = lines.offset(at.position, snapshot.capabilities.encoding);
+    let Some(typed) = params.ch.chars().next_back() else { return Ok(None) };
+    Ok(edits(snapshot, file, || mauve_ide::formatting_on_type(&snapshot.db, file, offset, typed)))
+}
+
+/// The edits in the client's terms; none for a text of another language with the same extension.
+fn edits(snapshot: &Snapshot, file: File, edits: impl FnOnce() -> Vec<Replacement>) -> Option<Vec<TextEdit>> {
+    let is_ours = !is_of_another_language(file.text(&snapshot.db));
+    is_ours.then(|| to_proto::text_edits(snapshot, file, &edits()))
+}

@@ -1,0 +1,148 @@
+//! What a user can set in his editor. What belongs to a project stands in its `mauve.toml`.
+//!
+//! | key | value | means |
+//! |---|---|---|
+//! | `mauve.timing.significance` | a level such as `1e-4`, or `null` | shows everything at this level; with `null`, at that of `mauve.toml` |
+//! | `mauve.codeLens.enable` | `true` or `false` | shows lenses |
+//!
+//! They come in three ways, with the same keys: as initialization options, as the answer to `workspace/configuration`, and
+//! with `workspace/didChangeConfiguration`. What one does not say, an earlier one may have said.
+
+use mauve_timing::Level;
+use serde_json::Value;
+
+/// The name of the section.
+pub(crate) const SECTION: &str = "mauve";
+
+/// What is set.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) struct Settings {
+    pub(crate) significance: Option<Level>,
+    pub(crate) code_lens: Option<bool>,
+}
+
+/// All keys that are read.
+const KEYS: [&str; 2] = ["timing.significance", "codeLens.enable"];
+
+/// What an editor reads itself: what is below these is none of ours.
+const OF_EDITORS: [&str; 2] = ["server", "trace"];
+
+impl Settings {
+    /// Reads what a client gives, with or without the section around it; `before` is what held before. Also gives what is
+    /// wrong in it, in words for the user.
+    pub(crate) fn read(given: &Value, before: Settings) -> (Settings, Vec<String>) {
+        let given = given.get(SECTION).filter(|section| section.is_object()).unwrap_or(given);
+        let mut settings = before;
+        let mut problems = Vec::new();
+        for (key, value) in leaves(given) {
+            if value.is_null() || OF_EDITORS.iter().any(|known| key == *known || is_below(&key, known)) {
+                continue;
+            }
+            if let Err(problem) = settings.set(&key, value) {
+                problems.push(format!("The setting `{SECTION}.{key}` {problem}."));
+            }
+        }
+        (settings, problems)
+    }
+
+    fn set(&mut self, key: &str, value: &Value) -> Result<(), String> {
+        match key {
+            "timing.significance" => {
+                let number = value.as_f64().or_else(|| value.as_str()?.trim().parse().ok());
+                let level = number.and_then(Level::from_f64);
+                let wanted =
+                    || format!("is {value}: expected a number between 0 and 1, such as 1e-4, or null");
+                self.significance = Some(level.ok_or_else(wanted)?);
+            }
+            "codeLens.enable" => self.code_lens = Some(switch(value)?),
+            _ => {
+                let near = mauve_syntax::similar(key, KEYS);
+                let near = near.map(|near| format!("; did you mean `{SECTION}.{near}`?")).unwrap_or_default();
+                return Err(format!("is unknown{near} (known: {})", KEYS.join(", ")));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn switch(value: &Value) -> Result<bool, String> {
+    value.as_bool().ok_or_else(|| format!("is {value}: expected true or false"))
+}
+
+fn is_below(key: &str, section: &str) -> bool {
+    key.strip_prefix(section).is_some_and(|rest| rest.starts_with('.'))
+}
+
+/// What is no object in `value`, with its path.
+fn leaves(value: &Value) -> Vec<(String, &Value)> {
+    let mut open = vec![(String::new(), value)];
+    let mut found = Vec::new();
+    while let Some((path, value)) = open.pop() {
+        match value {
+            Value::Object(fields) => open.extend(fields.iter().rev().map(|(name, value)| {
+                let path = if path.is_empty() { name.clone() } else { format!("{path}.{name}") };
+                (path, value)
+            })),
+            // What is no object at all says nothing.
+            _ if path.is_empty() => {}
+            value => found.push((path, value)),
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    fn read(given: Value) -> (Settings, Vec<String>) {
+        Settings::read(&given, Settings::default())
+    }
+
+    #[test]
+    fn with_and_without_the_section_nested_and_not() {
+        let level = Level::from_f64(1e-5);
+        for given in [
+            json!({"timing": {"significance": 1e-5}}),
+            json!({"mauve": {"timing": {"significance": "1e-5"}}}),
+            json!({"timing.significance": 1e-5, "server": {"path": "x"}, "trace": {"server": "off"}}),
+        ] {
+            assert_eq!(read(given), (Settings { significance: level, ..Settings::default() }, vec![]));
+        }
+        for nothing in [
+            json!(null),
+            json!([]),
+            json!({}),
+            json!({"mauve": null}),
+            json!({"timing": {"significance": null}}),
+        ] {
+            assert_eq!(read(nothing), (Settings::default(), vec![]));
+        }
+    }
+
+    #[test]
+    fn what_is_wrong_is_said_and_changes_nothing() {
+        let (settings, problems) = read(json!({
+            "timing": {"significence": 1e-5, "significance": 2}, "codeLens": {"enable": "no"},
+        }));
+        assert_eq!(settings, Settings::default());
+        assert_eq!(
+            problems,
+            [
+                "The setting `mauve.codeLens.enable` is \"no\": expected true or false.",
+                "The setting `mauve.timing.significance` is 2: expected a number between 0 and 1, such as 1e-4, or null.",
+                "The setting `mauve.timing.significence` is unknown; did you mean `mauve.timing.significance`? (known: timing.significance, codeLens.enable).",
+            ]
+        );
+    }
+
+    #[test]
+    fn what_is_not_said_was_perhaps_said_before() {
+        let (first, _) = read(json!({"timing": {"significance": 1e-5}}));
+        let (second, _) =
+            Settings::read(&json!({"timing": {"significance": null}, "codeLens": {"enable": false}}), first);
+        assert_eq!(second, Settings { code_lens: Some(false), ..first });
+    }
+}

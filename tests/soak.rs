@@ -1,0 +1,957 @@
+//! A long session of everything at once: random edits of several files in several folders, half-typed text, files that come
+//! and go on the disk, folders, settings, requests of every kind at sensible and absurd places, cancelled at random, from
+//! a client that is now quick and now slow. Whatever happened on the way, each request is answered once, nothing panics,
+//! the server knows what a fresh one would, and it holds no more memory than before.
+//!
+//! `MAUVE_SOAK=100000 cargo test --release -p mauve --test soak` goes on for so many steps; `MAUVE_SEED` is the seed that a
+//! failing run has printed. Such a run looks for fewer steps that fail too, and says where their session is recorded.
+
+#![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "a test fails by panicking")]
+#![cfg(unix)]
+
+use std::collections::{BTreeMap, HashMap};
+use std::ops::Range;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use mauve_tests::methods::{Asked, Method, Place, able_client, methods_of};
+use mauve_tests::{Client, Columns, Random, Text, address, copy, generated_project, models, scratch, write};
+use serde_json::{Value, json};
+
+const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
+
+/// So many steps, unless `MAUVE_SOAK` says otherwise.
+const STEPS: usize = 2000;
+/// So often the memory is looked at, at least; and so often the server is compared with a fresh one.
+const LOOKS: usize = 40;
+const COMPARISONS: usize = 4;
+/// A greater session is compared each time when it has gone so far.
+const LONGEST_WAY: usize = 5000;
+/// The second half of a session may hold so much more memory at its end than at its beginning, in kB: what the allocator
+/// keeps comes and goes by this much.
+const MARGIN: f64 = 16.0 * 1024.0;
+/// What changes on the disk is noticed when nothing has come for so many ms; where it is not, it is looked for again.
+const PATIENCE: [u64; 8] = [50, 300, 1000, 1000, 1000, 1000, 1000, 1000];
+/// Fewer steps that fail are looked for so long.
+const SHRINKING: Duration = Duration::from_secs(180);
+
+/// What is typed in, as a whole or letter by letter.
+const PIECES: [&str; 22] = [
+    " ",
+    "\n",
+    "\r\n",
+    "}",
+    "{",
+    ";",
+    "0",
+    "1",
+    "= 5",
+    "x",
+    "// ",
+    "\u{e9}\u{1f916}",
+    "activity",
+    "include \"control.mal\"",
+    "include \"../p3dx/components/pose.mal\"\n",
+    "codel f(): int",
+    "\"",
+    "/*",
+    "\n  activity pose { priority = 3 period = 50 }\n",
+    "\n  connection hokuyo.scan -> gmapping.scan\n",
+    "  transition again if (true) to Planning { write(",
+    "property control.max_speed = 0.",
+];
+
+/// The folders of the client, below one; two of them share files.
+const FOLDERS: [&str; 3] = ["p3dx", "p3dx_entry", "project"];
+
+/// The files that are edited, those that matter most first.
+const FILES: [&str; 15] = [
+    "p3dx/deployment.mal",
+    "p3dx/timing/p3dx.toml",
+    "p3dx/mauve.toml",
+    "p3dx/exploration_architecture.mal",
+    "p3dx/exploration.mal",
+    "p3dx/components/navigation.mal",
+    "p3dx/components/hokuyo.mal",
+    "p3dx_entry/navigation.mal",
+    "p3dx_entry/exploration.mal",
+    "project/root.mal",
+    "project/part1.mal",
+    "project/part2.mal",
+    "project/times.toml",
+    LINK,
+    UNTITLED,
+];
+/// A link to the first.
+const LINK: &str = "p3dx/link.mal";
+/// A text that is no file.
+const UNTITLED: &str = "untitled:Untitled-1";
+
+/// What a server may answer in place of a result: the text was changed, the client has cancelled, nothing is there to be
+/// asked (another file, a name that cannot be had), the server has cancelled.
+const LEGITIMATE: [i64; 5] = [-32801, -32800, -32602, -32803, -32802];
+
+#[test]
+fn a_client_that_is_told_what_is_wrong() {
+    soak("told", &able_client(false, &["utf-16"]));
+}
+
+#[test]
+fn a_client_that_asks_what_is_wrong() {
+    soak("asks", &able_client(true, &["utf-8", "utf-16"]));
+}
+
+/// An open text.
+#[derive(Debug, Clone)]
+struct Open {
+    text: Text,
+    /// The step in which it was changed last: of two addresses of one file, that one counts.
+    touched: usize,
+    /// What takes the last edits back, the newest last.
+    undo: Vec<(Range<usize>, String)>,
+}
+
+/// What the client and the disk have: all that a fresh server needs to know.
+#[derive(Debug, Clone)]
+struct State {
+    open: BTreeMap<usize, Open>,
+    /// In the order in which the server was told of them.
+    folders: Vec<usize>,
+    settings: Value,
+    disk: BTreeMap<PathBuf, OnDisk>,
+}
+
+#[derive(Debug, Clone)]
+enum OnDisk {
+    Folder,
+    File(Vec<u8>),
+    Link(PathBuf),
+}
+
+/// How often a request was answered, and how.
+#[derive(Debug, Default)]
+struct Count {
+    results: usize,
+    nothing: usize,
+    modified: usize,
+    cancelled: usize,
+    refused: usize,
+}
+
+struct Session {
+    seed: u64,
+    top: PathBuf,
+    capabilities: Value,
+    originals: Vec<String>,
+    client: Client,
+    methods: Vec<&'static Method>,
+    columns: Columns,
+    state: State,
+    /// The requests that are not answered yet.
+    asked: HashMap<u64, (&'static str, Place)>,
+    /// The newest answers that other requests follow.
+    answers: HashMap<&'static str, (Place, Value)>,
+    counts: BTreeMap<&'static str, Count>,
+    /// How long the server may take, each time, to notice what has changed on the disk, in ms.
+    patience: &'static [u64],
+    /// For so many steps more, nothing is read of what the server says.
+    unread: usize,
+}
+
+fn soak(name: &str, capabilities: &Value) {
+    let number = |name| std::env::var(name).ok().and_then(|it| it.parse::<u64>().ok());
+    let seed = number("MAUVE_SEED").unwrap_or(0x9e37_79b9);
+    let steps = number("MAUVE_SOAK").map_or(STEPS, |steps| steps as usize);
+    println!("MAUVE_SEED={seed} MAUVE_SOAK={steps}");
+    let top = scratch(env!("CARGO_TARGET_TMPDIR"), &format!("soak_{name}_{seed}_{}", std::process::id()));
+    let mut session = Session::new(seed, &top, capabilities);
+    let look = (steps / LOOKS).clamp(1, 500);
+    let way = (steps / COMPARISONS).clamp(look, LONGEST_WAY);
+    let begin = Instant::now();
+    let mut memory = Vec::new();
+    let mut checkpoint = session.state();
+    let mut since = 0;
+    for first in (0..steps).step_by(look) {
+        let last = (first + look).min(steps);
+        let is_compared = last - since >= way || last == steps;
+        if let Err(fault) = session.run(first..last, is_compared) {
+            let shrunk = shrink(&mut session, &checkpoint, (since..last).collect(), &fault);
+            panic!("seed {seed}, steps {since} to {last}: {fault}\n{shrunk}");
+        }
+        memory.extend(session.client.memory().map(|kilobytes| (last as f64, kilobytes as f64)));
+        if is_compared {
+            println!(
+                "{last} steps, {:.0} s, as a fresh server: {}",
+                begin.elapsed().as_secs_f64(),
+                described(&memory)
+            );
+            checkpoint = session.state();
+            since = last;
+        }
+    }
+    println!(
+        "{:<40} {:>8} {:>8} {:>8} {:>9} {:>8}",
+        "", "results", "nothing", "modified", "cancelled", "refused"
+    );
+    for (method, it) in &session.counts {
+        println!(
+            "{method:<40} {:>8} {:>8} {:>8} {:>9} {:>8}",
+            it.results, it.nothing, it.modified, it.cancelled, it.refused
+        );
+    }
+    assert_eq!(session.client.shut_down(), Some(0));
+    std::fs::remove_dir_all(&top).unwrap();
+    let second_half: Vec<(f64, f64)> = memory.split_off(memory.len() / 2);
+    let grown = slope(&second_half) * (steps / 2) as f64;
+    println!("memory over the second half: {:+.1} MB", grown / 1024.0);
+    assert!(
+        grown <= MARGIN,
+        "the server's memory grows by {grown:.0} kB in {} steps: {second_half:?}",
+        steps / 2
+    );
+}
+
+fn described(memory: &[(f64, f64)]) -> String {
+    memory.last().map_or("no figure of memory here".to_owned(), |(_, kilobytes)| {
+        format!("{:.1} MB", kilobytes / 1024.0)
+    })
+}
+
+/// The rise of the line that lies best among points: that of the least squares.
+fn slope(points: &[(f64, f64)]) -> f64 {
+    let count = points.len().max(1) as f64;
+    let mean = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / count;
+    let (x, y) = (mean(|it| it.0), mean(|it| it.1));
+    let spread: f64 = points.iter().map(|it| (it.0 - x).powi(2)).sum();
+    let together: f64 = points.iter().map(|it| (it.0 - x) * (it.1 - y)).sum();
+    if spread > 0.0 { together / spread } else { 0.0 }
+}
+
+/// Takes steps away as long as what is left fails too; says where the session that is left is recorded.
+fn shrink(session: &mut Session, checkpoint: &State, mut steps: Vec<usize>, fault: &str) -> String {
+    let begin = Instant::now();
+    let top = session.top.clone();
+    session.patience = &PATIENCE[..2];
+    let mut fails = |steps: &[usize], mirror: Option<&Path>| {
+        session.restart(checkpoint, mirror);
+        session.run(steps.iter().copied(), true).err()
+    };
+    let mut found = fault.to_owned();
+    if fails(&steps, None).is_none() {
+        return format!("It did not happen again in steps {steps:?}.");
+    }
+    let mut part = steps.len().div_ceil(2);
+    while begin.elapsed() < SHRINKING {
+        let mut is_less = false;
+        let mut at = 0;
+        while at < steps.len() && begin.elapsed() < SHRINKING {
+            let end = (at + part).min(steps.len());
+            let rest: Vec<usize> = steps[..at].iter().chain(&steps[end..]).copied().collect();
+            match fails(&rest, None) {
+                Some(fault) => {
+                    (steps, found, is_less) = (rest, fault, true);
+                }
+                None => at = end,
+            }
+        }
+        if part == 1 && !is_less {
+            break;
+        }
+        part = part.div_ceil(2);
+    }
+    let record = top.with_extension("session.jsonl");
+    let _ = std::fs::remove_file(&record);
+    let again = fails(&steps, Some(&record)).is_some();
+    format!(
+        "{} steps suffice, {steps:?}: {found}\nThe session is recorded in {} ({}); the files are in {}.",
+        steps.len(),
+        record.display(),
+        if again { "it failed" } else { "this time it did not fail" },
+        top.display()
+    )
+}
+
+impl Session {
+    fn new(seed: u64, top: &Path, capabilities: &Value) -> Session {
+        for robot in ["p3dx", "p3dx_entry"] {
+            copy(&models().join(robot), &top.join(robot));
+        }
+        write(&top.join("project"), &generated_project(4, 200));
+        std::os::unix::fs::symlink(top.join(FILES[0]), top.join(LINK)).unwrap();
+        let original = |file: &&str| match *file {
+            UNTITLED => models().join("p3dx/components/kinematics.mal"),
+            file => top.join(file),
+        };
+        let originals = FILES.iter().map(|file| std::fs::read_to_string(original(file)).unwrap()).collect();
+        let state = State {
+            open: BTreeMap::new(),
+            folders: vec![0, 1, 2],
+            settings: Value::Null,
+            disk: on_disk(top),
+        };
+        let (client, server) = begin(top, capabilities, &state, None);
+        let (methods, missing) = methods_of(&server);
+        println!("not in the mix, since the server does not announce it: {missing:?}");
+        let columns = match server["positionEncoding"].as_str() {
+            Some("utf-8") => Columns::Utf8,
+            Some("utf-32") => Columns::Utf32,
+            _ => Columns::Utf16,
+        };
+        Session {
+            seed,
+            top: top.to_owned(),
+            capabilities: capabilities.clone(),
+            originals,
+            client,
+            methods,
+            columns,
+            state,
+            asked: HashMap::new(),
+            answers: HashMap::new(),
+            counts: BTreeMap::new(),
+            patience: &PATIENCE,
+            unread: 0,
+        }
+    }
+
+    fn state(&self) -> State {
+        State { disk: on_disk(&self.top), ..self.state.clone() }
+    }
+
+    /// Begins again where everything was like this.
+    fn restart(&mut self, state: &State, mirror: Option<&Path>) {
+        put_back(&self.top, &state.disk);
+        self.state = state.clone();
+        self.client = begin(&self.top, &self.capabilities, state, mirror).0;
+        (self.unread, self.asked, self.answers) = (0, HashMap::new(), HashMap::new());
+    }
+
+    /// Takes these steps, and waits for all answers; then compares the server with a fresh one. Says what is wrong.
+    fn run(&mut self, steps: impl IntoIterator<Item = usize>, is_compared: bool) -> Result<(), String> {
+        let run = catch_unwind(AssertUnwindSafe(|| {
+            let mut last = 0;
+            for step in steps {
+                self.step(step)?;
+                last = step;
+            }
+            self.be_quiet()?;
+            if is_compared { self.compare(last) } else { Ok(()) }
+        }));
+        run.unwrap_or_else(|panic| {
+            let text = panic.downcast_ref::<String>().cloned();
+            Err(text.unwrap_or_else(|| "a panic of the client".to_owned()))
+        })
+    }
+
+    /// One step. What it does is told by its number and what is there, so that it can be taken without those before.
+    fn step(&mut self, step: usize) -> Result<(), String> {
+        let mut random = Random(mixed(self.seed ^ (step as u64) << 20));
+        match random.below(100) {
+            0 => self.move_a_folder(&mut random),
+            1 => self.change_folders(&mut random),
+            2 => self.change_settings(&mut random),
+            3..=5 => self.change_disk(&mut random),
+            6..=7 => self.close(&mut random),
+            8..=10 => self.save(&mut random),
+            11..=12 => self.take_time(&mut random)?,
+            13..=44 => {
+                for _ in 0..=random.below(4) {
+                    self.ask(&mut random);
+                }
+                // Half of them are given the time to be answered before something changes.
+                let end = Instant::now() + Duration::from_millis(50);
+                while random.below(2) == 0
+                    && !self.asked.is_empty()
+                    && self.unread == 0
+                    && Instant::now() < end
+                {
+                    self.hear(Duration::from_millis(2))?;
+                }
+            }
+            45..=49 => self.type_in(&mut random, step)?,
+            _ => self.edit(&mut random, step),
+        }
+        if self.unread > 0 {
+            self.unread -= 1;
+            if self.unread == 0 {
+                self.client.read_on();
+            }
+        }
+        self.hear(Duration::ZERO)
+    }
+
+    /// The text of a file, which is opened where it is not.
+    fn opened(&mut self, file: usize, random: &mut Random) -> &mut Open {
+        if !self.state.open.contains_key(&file) {
+            let disk = std::fs::read_to_string(self.top.join(FILES[file]));
+            let text = if random.below(2) == 0 { disk.ok() } else { None };
+            let text = text.unwrap_or_else(|| self.originals[file].clone());
+            let mut text = self.client.open_at(&uri(&self.top, file), &text);
+            text.columns = self.columns;
+            self.state.open.insert(file, Open { text, touched: 0, undo: Vec::new() });
+        }
+        self.state.open.get_mut(&file).unwrap()
+    }
+
+    /// Several changes in one message, a whole text, or some steps back.
+    fn edit(&mut self, random: &mut Random, step: usize) {
+        let file = random.below(FILES.len());
+        let kind = random.below(12);
+        let original = self.originals[file].clone();
+        let open = self.opened(file, random);
+        open.touched = step;
+        let mut changes = Vec::new();
+        match kind {
+            // What was broken is mended, so that there is something to analyse.
+            0..=2 => {
+                let all = 0..open.text.text.len();
+                let mut change = open.replace(all, &original);
+                if random.below(2) == 0 {
+                    change.as_object_mut().unwrap().remove("range");
+                }
+                changes.push(change);
+            }
+            3 => {
+                for _ in 0..=random.below(8) {
+                    let Some((range, old)) = open.undo.pop() else { break };
+                    changes.push(open.replace(range, &old));
+                    open.undo.pop();
+                }
+            }
+            4 => {
+                for _ in 0..2 + random.below(4) {
+                    let (range, piece) = random_edit(random, &open.text.text);
+                    changes.push(open.replace(range, &piece));
+                }
+                if random.below(4) == 0 {
+                    let text = format!("// \u{1f916}\r\n{original}");
+                    let all = 0..open.text.text.len();
+                    open.replace(all, &text);
+                    changes.push(json!({"text": text}));
+                }
+            }
+            _ => {
+                let (range, piece) = random_edit(random, &open.text.text);
+                let mut change = open.replace(range, &piece);
+                // A column behind a line's end means that end.
+                let end = &mut change["range"]["end"];
+                if end["beyond"] == true {
+                    end["character"] = json!(end["character"].as_u64().unwrap() + 1000);
+                }
+                changes.push(change);
+            }
+        }
+        self.say_changes(file, &changes);
+    }
+
+    fn say_changes(&mut self, file: usize, changes: &[Value]) {
+        let Some(open) = self.state.open.get_mut(&file) else { return };
+        open.text.version += 1;
+        let document = json!({"uri": open.text.uri, "version": open.text.version});
+        let params = json!({"textDocument": document, "contentChanges": changes});
+        self.client.notify("textDocument/didChange", params);
+    }
+
+    /// Types something letter by letter, as a person with an editor does: each is asked about at once.
+    fn type_in(&mut self, random: &mut Random, step: usize) -> Result<(), String> {
+        let file = random.below(FILES.len());
+        let piece = *random.of(&PIECES);
+        let open = self.opened(file, random);
+        open.touched = step;
+        let mut at = boundary(&open.text.text, random.below(open.text.text.len() + 1));
+        for letter in piece.replace('\r', "").chars() {
+            let Some(open) = self.state.open.get_mut(&file) else { break };
+            let change = open.replace(at..at, &letter.to_string());
+            at += letter.len_utf8();
+            let place = Place::of(&open.text, at..at, "x");
+            self.say_changes(file, &[change]);
+            let at_once = ["textDocument/completion", "textDocument/signatureHelp", "textDocument/inlayHint"];
+            let methods: Vec<_> =
+                self.methods.iter().filter(|it| at_once.contains(&it.name)).copied().collect();
+            for method in methods {
+                self.ask_at(method, place.clone(), random);
+            }
+            self.hear(Duration::from_millis(random.below(3) as u64))?;
+        }
+        Ok(())
+    }
+
+    /// Any request anywhere.
+    fn ask(&mut self, random: &mut Random) {
+        let method = *random.of(&self.methods);
+        let place = self.place(random);
+        self.ask_at(method, place, random);
+    }
+
+    fn ask_at(&mut self, method: &'static Method, place: Place, random: &mut Random) {
+        let (method, place, params) = match method.asked {
+            Asked::At(params) => (method, place.clone(), params(&place)),
+            Asked::With(other, params) => match self.answers.get(other) {
+                Some((place, answer)) => {
+                    let all = params(place, answer);
+                    match all.is_empty() {
+                        true => return,
+                        false => (method, place.clone(), random.of(&all).clone()),
+                    }
+                }
+                // Then it is asked first.
+                None => match Method::named(other) {
+                    Some(other) => return self.ask_at(other, place, random),
+                    None => return,
+                },
+            },
+        };
+        let id = self.client.request(method.name, params);
+        self.asked.insert(id, (method.name, place));
+        if random.below(5) == 0 {
+            std::thread::sleep(Duration::from_micros(random.below(10) as u64 * random.below(300) as u64));
+            self.client.notify("$/cancelRequest", json!({"id": id}));
+        }
+    }
+
+    /// A place: mostly in a word of an open text; now and then in another file, in none, or nowhere in it.
+    fn place(&self, random: &mut Random) -> Place {
+        let words = ["x", "navigation", "pose", "period", "nav", "", "1x", "int", "\u{e9}"];
+        let word = *random.of(&words);
+        let file = random.below(FILES.len());
+        let text = match self.state.open.get(&file) {
+            Some(open) => open.text.clone(),
+            None => {
+                let (uri, text) = (uri(&self.top, file), self.originals[file].clone());
+                Text { uri, version: 0, text, columns: self.columns }
+            }
+        };
+        let mut place = place_in(&text, random, word);
+        match random.below(30) {
+            0 => place.uri = "file:///no/such/file.mal".to_owned(),
+            1 => place.position = json!({"line": u32::MAX, "character": u32::MAX}),
+            2 => place.position["character"] = json!(u32::MAX),
+            3 => place.range = json!({"start": place.range["end"], "end": place.range["start"]}),
+            4 => {
+                place.range =
+                    json!({"start": place.range["start"], "end": {"line": 4_000_000, "character": 3}})
+            }
+            _ => {}
+        }
+        place
+    }
+
+    fn close(&mut self, random: &mut Random) {
+        let file = random.below(FILES.len());
+        if let Some(open) = self.state.open.remove(&file) {
+            self.client.notify("textDocument/didClose", json!({"textDocument": {"uri": open.text.uri}}));
+        }
+    }
+
+    fn save(&mut self, random: &mut Random) {
+        let file = random.below(FILES.len());
+        let Some(open) = self.state.open.get(&file).filter(|_| file < FILES.len() - 2) else { return };
+        // Its folder may be away.
+        let _ = std::fs::write(self.top.join(FILES[file]), &open.text.text);
+        let params = json!({"textDocument": {"uri": open.text.uri}, "text": open.text.text});
+        self.client.notify("textDocument/didSave", params);
+        self.notice(&[(file, 2)], random);
+    }
+
+    /// Somebody else writes a file, takes it away, or moves it.
+    fn change_disk(&mut self, random: &mut Random) {
+        let file = random.below(FILES.len() - 2);
+        let path = self.top.join(FILES[file]);
+        let away = path.with_extension("away.mal");
+        let kind = match random.below(5) {
+            0 => {
+                drop(std::fs::write(&path, damaged(random, &self.originals[file])));
+                2
+            }
+            1 => {
+                drop(std::fs::remove_file(&path));
+                3
+            }
+            2 if away.exists() => {
+                drop(std::fs::rename(&away, &path));
+                1
+            }
+            2 => {
+                drop(std::fs::rename(&path, &away));
+                3
+            }
+            3 => {
+                // At once, as editors and git write.
+                let new = path.with_extension("new");
+                if std::fs::write(&new, &self.originals[file]).is_ok() {
+                    drop(std::fs::rename(new, &path));
+                }
+                1
+            }
+            _ => {
+                drop(std::fs::write(&path, &self.originals[file]));
+                2
+            }
+        };
+        self.notice(&[(file, kind)], random);
+    }
+
+    /// The client may see what changes on the disk as well as the server does.
+    fn notice(&mut self, files: &[(usize, u8)], random: &mut Random) {
+        if random.below(2) == 0 {
+            let change = |(file, kind): &(usize, u8)| json!({"uri": uri(&self.top, *file), "type": kind});
+            let changes: Vec<Value> = files.iter().map(change).collect();
+            self.client.notify("workspace/didChangeWatchedFiles", json!({"changes": changes}));
+        }
+    }
+
+    /// Takes a folder away, puts it back, or puts another one in its place.
+    fn move_a_folder(&mut self, random: &mut Random) {
+        let name = *random.of(&["p3dx/timing", "p3dx/components"]);
+        let (here, away) = (self.top.join(name), self.top.join(format!("{name}.away")));
+        if !here.exists() {
+            drop(std::fs::rename(away, here));
+        } else if random.below(2) == 0 && !away.exists() {
+            drop(std::fs::rename(here, away));
+        } else if name == "p3dx/timing" && !away.exists() && std::fs::rename(&here, &away).is_ok() {
+            std::fs::create_dir(&here).unwrap();
+            std::fs::write(here.join("p3dx.toml"), damaged(random, &self.originals[1])).unwrap();
+            std::fs::remove_dir_all(away).unwrap();
+        }
+    }
+
+    fn change_folders(&mut self, random: &mut Random) {
+        let folder = random.below(FOLDERS.len());
+        let told = json!([{"uri": address(&self.top.join(FOLDERS[folder])), "name": FOLDERS[folder]}]);
+        let folders = &mut self.state.folders;
+        let event = match folders.iter().position(|it| *it == folder) {
+            Some(at) => {
+                folders.remove(at);
+                json!({"added": [], "removed": told})
+            }
+            None => {
+                folders.push(folder);
+                json!({"added": told, "removed": []})
+            }
+        };
+        self.client.notify("workspace/didChangeWorkspaceFolders", json!({"event": event}));
+    }
+
+    fn change_settings(&mut self, random: &mut Random) {
+        let level = *random.of(&[1e-4, 1e-3, 1e-5]);
+        self.state.settings = json!({"timing": {"significance": level}});
+        self.client.settings = self.state.settings.clone();
+        let settings = json!({"settings": {"mauve": self.state.settings}});
+        self.client.notify("workspace/didChangeConfiguration", settings);
+    }
+
+    /// The client thinks, or does not read for a while.
+    fn take_time(&mut self, random: &mut Random) -> Result<(), String> {
+        match random.below(4) {
+            0 => {
+                self.client.stop_reading();
+                // A server that nobody reads does not read for ever.
+                self.unread = 1 + random.below(50);
+                Ok(())
+            }
+            1 => self.hear(Duration::from_millis(1)),
+            _ => self.hear(Duration::from_millis(5 + random.below(40) as u64)),
+        }
+    }
+
+    /// Hears until nothing has come for so long; says what is wrong with it.
+    fn hear(&mut self, quiet: Duration) -> Result<(), String> {
+        for message in self.client.take(quiet) {
+            if message.get("method").is_some() {
+                let text = message.to_string();
+                if text.contains("internal-error") || text.contains("defect of mauve") {
+                    return Err(text);
+                }
+                continue;
+            }
+            let Some((method, place)) = message["id"].as_u64().and_then(|id| self.asked.remove(&id)) else {
+                return Err(format!("an answer to nothing, or a second one: {message}"));
+            };
+            let count = self.counts.entry(method).or_default();
+            match message.get("error") {
+                None if message["result"].is_null() => count.nothing += 1,
+                None => {
+                    count.results += 1;
+                    if self
+                        .methods
+                        .iter()
+                        .any(|it| matches!(it.asked, Asked::With(other, _) if other == method))
+                    {
+                        self.answers.insert(method, (place, message["result"].clone()));
+                    }
+                }
+                Some(error) => match error["code"].as_i64() {
+                    Some(-32801) => count.modified += 1,
+                    Some(-32800) => count.cancelled += 1,
+                    Some(code) if LEGITIMATE.contains(&code) => count.refused += 1,
+                    _ => return Err(format!("{method} at {place:?}: {error}")),
+                },
+            }
+        }
+        Ok(())
+    }
+
+    /// Waits until everything is answered.
+    fn be_quiet(&mut self) -> Result<(), String> {
+        self.client.read_on();
+        self.unread = 0;
+        let end = Instant::now() + Duration::from_secs(60);
+        self.hear(Duration::from_millis(5))?;
+        while !self.asked.is_empty() {
+            if Instant::now() > end {
+                return Err(format!("never answered: {:?}", self.asked));
+            }
+            self.hear(Duration::from_millis(5))?;
+        }
+        Ok(())
+    }
+
+    /// Compares what the server says of everything with what a fresh one says that has seen nothing of what happened.
+    fn compare(&mut self, step: usize) -> Result<(), String> {
+        let mut random = Random(mixed(self.seed ^ step as u64));
+        let (mut fresh, _) = begin(&self.top, &self.capabilities, &self.state, None);
+        let mut questions = Vec::new();
+        for open in self.state.open.values() {
+            for round in 0..3 {
+                let place = place_in(&open.text, &mut random, "new_name");
+                let methods = self.methods.iter().copied();
+                // The answers to some depend on the text alone.
+                let methods = methods.filter(|it| round == 0 || is_of_place(it));
+                questions.extend(methods.map(|method| (method, place.clone())));
+            }
+        }
+        let mut expected = Vec::new();
+        let mut difference = None;
+        for &quiet in self.patience {
+            for client in [&mut self.client, &mut fresh] {
+                client.settle(Duration::from_millis(quiet));
+            }
+            self.hear(Duration::ZERO)?;
+            fresh.forget();
+            let about = |(method, place): &(&Method, Place)| format!("{} at {place:?}", method.name);
+            let answers = |client: &mut Client| -> Vec<Value> {
+                questions.iter().map(|(method, place)| answer(client, method, place)).collect()
+            };
+            if expected.is_empty() || difference.is_some() {
+                expected = answers(&mut fresh);
+            }
+            let seen = answers(&mut self.client);
+            difference =
+                questions.iter().zip(seen).zip(&expected).find_map(|((question, seen), expected)| {
+                    (seen != *expected)
+                        .then(|| format!("{}: {seen}\na fresh server: {expected}", about(question)))
+                });
+            if difference.is_none() && self.client.published() != fresh.published() {
+                let (ours, theirs) = (self.client.published(), fresh.published());
+                let other = ours.keys().chain(theirs.keys()).find(|uri| ours.get(*uri) != theirs.get(*uri));
+                difference = other.map(|uri| {
+                    format!(
+                        "published for {uri}: {:?}\nby a fresh server: {:?}",
+                        ours.get(uri),
+                        theirs.get(uri)
+                    )
+                });
+            }
+            if difference.is_none() {
+                self.hear(Duration::ZERO)?;
+                return Ok(());
+            }
+        }
+        Err(difference.unwrap_or_default())
+    }
+}
+
+/// Does the answer depend on the place in the text?
+fn is_of_place(method: &Method) -> bool {
+    match method.asked {
+        Asked::With(other, _) => Method::named(other).is_some_and(is_of_place),
+        Asked::At(params) => {
+            let at = |number: u32| {
+                let position = json!({"line": number, "character": number});
+                let range = json!({"start": position, "end": position});
+                Place { uri: String::new(), position, range, word: String::new() }
+            };
+            params(&at(0)) != params(&at(1))
+        }
+    }
+}
+
+/// A server with what the client and the disk have.
+fn begin(top: &Path, capabilities: &Value, state: &State, mirror: Option<&Path>) -> (Client, Value) {
+    let mirror = mirror.map(|path| path.display().to_string());
+    let arguments: Vec<&str> = mirror.iter().flat_map(|path| ["--mirror", path]).collect();
+    let mut client = Client::start(MAUVE, &arguments);
+    client.settings = state.settings.clone();
+    let name =
+        |folder: &usize| json!({"uri": address(&top.join(FOLDERS[*folder])), "name": FOLDERS[*folder]});
+    let folders: Vec<Value> = state.folders.iter().map(name).collect();
+    let params = json!({
+        "processId": std::process::id(), "rootUri": null, "capabilities": capabilities, "workspaceFolders": folders,
+        "initializationOptions": state.settings,
+    });
+    let result = client.call("initialize", params).unwrap();
+    client.notify("initialized", json!({}));
+    let mut texts: Vec<&Open> = state.open.values().collect();
+    texts.sort_by_key(|open| open.touched);
+    for Open { text, .. } in texts {
+        let document =
+            json!({"uri": text.uri, "languageId": "mauve", "version": text.version, "text": text.text});
+        client.notify("textDocument/didOpen", json!({"textDocument": document}));
+    }
+    (client, result["capabilities"].clone())
+}
+
+/// The answer to a request, asked again while something changes, without what names a state of the server. Of a request
+/// that follows another, the answers to the first few.
+fn answer(client: &mut Client, method: &Method, place: &Place) -> Value {
+    let mut ask = |name: &str, params: Value| {
+        let end = Instant::now() + Duration::from_secs(60);
+        loop {
+            match client.call(name, params.clone()) {
+                Ok(result) => return result,
+                Err(error) if error["code"] == -32801 && Instant::now() < end => {}
+                Err(error) => return json!({"error": error["code"], "message": error["message"]}),
+            }
+        }
+    };
+    let mut all = match method.asked {
+        Asked::At(params) => ask(method.name, params(place)),
+        Asked::With(other, params) => {
+            let Some(Asked::At(before)) = Method::named(other).map(|it| it.asked) else { return Value::Null };
+            let before = ask(other, before(place));
+            params(place, &before).into_iter().take(2).map(|params| ask(method.name, params)).collect()
+        }
+    };
+    forget_names(&mut all);
+    all
+}
+
+/// Takes out what names a state of the server, which another server names otherwise.
+fn forget_names(answer: &mut Value) {
+    match answer {
+        Value::Array(all) => all.iter_mut().for_each(forget_names),
+        Value::Object(fields) => {
+            fields.retain(|name, value| name != "resultId" && (name != "data" || is_numbers(value)));
+            fields.values_mut().for_each(forget_names);
+        }
+        _ => {}
+    }
+}
+
+/// The tokens of a text are called `data` too.
+fn is_numbers(value: &Value) -> bool {
+    value.as_array().is_some_and(|all| all.iter().all(Value::is_number))
+}
+
+impl Open {
+    /// Replaces a part of the text; gives what the server is told, and whether a line ends where it ended.
+    fn replace(&mut self, range: Range<usize>, new: &str) -> Value {
+        let (start, mut end) = (self.text.position(range.start), self.text.position(range.end));
+        let rest = &self.text.text[range.end..];
+        if range.start != range.end && (rest.starts_with('\n') || rest.starts_with("\r\n")) {
+            end["beyond"] = json!(true);
+        }
+        let old = self.text.text[range.clone()].to_owned();
+        self.text.text.replace_range(range.clone(), new);
+        self.undo.push((range.start..range.start + new.len(), old));
+        if self.undo.len() > 50 {
+            self.undo.remove(0);
+        }
+        json!({"range": {"start": start, "end": end}, "text": new})
+    }
+}
+
+/// A place in a text: mostly in a word.
+fn place_in(text: &Text, random: &mut Random, word: &str) -> Place {
+    let mut start = boundary(&text.text, random.below(text.text.len() + 1));
+    if random.below(4) > 0 {
+        let is_word = |letter: char| letter.is_ascii_alphanumeric() || letter == '_';
+        start += text.text[start..].find(is_word).unwrap_or(0);
+    }
+    let end = boundary(&text.text, (start + random.below(60)).min(text.text.len())).max(start);
+    Place::of(text, start..end, word)
+}
+
+/// The next place before an offset, or there, that is neither in a character nor in a line's end.
+fn boundary(text: &str, mut offset: usize) -> usize {
+    while !text.is_char_boundary(offset)
+        || (text[..offset].ends_with('\r') && text[offset..].starts_with('\n'))
+    {
+        offset -= 1;
+    }
+    offset
+}
+
+/// Something is put in, taken out, or a digit becomes another.
+fn random_edit(random: &mut Random, text: &str) -> (Range<usize>, String) {
+    let start = boundary(text, random.below(text.len() + 1));
+    let digits: Vec<usize> = text.match_indices(|it: char| it.is_ascii_digit()).map(|(at, _)| at).collect();
+    match random.below(5) {
+        0 => (start..start, (*random.of(&PIECES)).to_owned()),
+        1 => {
+            let end = boundary(text, (start + random.below(12)).min(text.len())).max(start);
+            (start..end, String::new())
+        }
+        _ if digits.is_empty() => (start..start, "1".to_owned()),
+        _ => {
+            let at = *random.of(&digits);
+            (at..at + 1, random.below(10).to_string())
+        }
+    }
+}
+
+fn damaged(random: &mut Random, text: &str) -> String {
+    let mut text = text.to_owned();
+    let (range, piece) = random_edit(random, &text);
+    text.replace_range(range, &piece);
+    text
+}
+
+/// Numbers that are near give others that are not (the finaliser of SplitMix64); never 0.
+fn mixed(number: u64) -> u64 {
+    let number = number.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let number = (number ^ (number >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let number = (number ^ (number >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    (number ^ (number >> 31)).max(1)
+}
+
+fn uri(top: &Path, file: usize) -> String {
+    if FILES[file] == UNTITLED { UNTITLED.to_owned() } else { address(&top.join(FILES[file])) }
+}
+
+/// Everything below a folder.
+fn on_disk(top: &Path) -> BTreeMap<PathBuf, OnDisk> {
+    let mut found = BTreeMap::new();
+    let mut folders = vec![top.to_owned()];
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            let kind = path.symlink_metadata().unwrap().file_type();
+            let entry = if kind.is_symlink() {
+                OnDisk::Link(std::fs::read_link(&path).unwrap())
+            } else if kind.is_dir() {
+                folders.push(path.clone());
+                OnDisk::Folder
+            } else {
+                OnDisk::File(std::fs::read(&path).unwrap())
+            };
+            found.insert(path, entry);
+        }
+    }
+    found
+}
+
+/// Makes a folder as it was.
+fn put_back(top: &Path, disk: &BTreeMap<PathBuf, OnDisk>) {
+    let _ = std::fs::remove_dir_all(top);
+    std::fs::create_dir_all(top).unwrap();
+    // A folder stands before what is in it.
+    for (path, entry) in disk {
+        match entry {
+            OnDisk::Folder => std::fs::create_dir(path).unwrap(),
+            OnDisk::File(bytes) => std::fs::write(path, bytes).unwrap(),
+            OnDisk::Link(target) => std::os::unix::fs::symlink(target, path).unwrap(),
+        }
+    }
+}
