@@ -12,15 +12,10 @@ mod replay;
 mod schema;
 mod wcrt;
 
-use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use clap::{CommandFactory as _, Parser, Subcommand, ValueEnum};
-use mauve_model::item_tree::Kind;
-use mauve_model::{Database, Decl, Project, Workspace, config_of, names_of, projects, timetable_of};
-use mauve_timing::{Level, Time, Unit};
-
 use crate::Output;
+use clap::{CommandFactory as _, Parser, Subcommand, ValueEnum};
 
 /// Response times of component-based robots, from their MAUVE models.
 #[derive(Debug, Parser)]
@@ -93,47 +88,6 @@ struct Paths {
     paths: Vec<PathBuf>,
 }
 
-/// Which significance levels are meant.
-#[derive(Debug, Clone)]
-enum Significance {
-    All,
-    These(Vec<Level>),
-}
-
-impl std::str::FromStr for Significance {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Significance, String> {
-        if text == "all" {
-            return Ok(Significance::All);
-        }
-        let level = |text: &str| {
-            let level = text.trim().parse().ok().and_then(Level::from_f64);
-            level.ok_or_else(|| {
-                format!("`{text}` is no level: expected numbers between 0 and 1, or `all` and nothing else")
-            })
-        };
-        let mut levels: Vec<Level> = text.split(',').map(level).collect::<Result<_, _>>()?;
-        let mut seen = BTreeSet::new();
-        levels.retain(|level| seen.insert(*level));
-        Ok(Significance::These(levels))
-    }
-}
-
-/// The levels that are meant in a project: the named ones, all of its tables, or the one of `mauve.toml`.
-fn levels(db: &Database, project: Project<'_>, asked: Option<&Significance>) -> Vec<Level> {
-    let shown = config_of(db, project.workspace(db)).level();
-    match asked {
-        Some(Significance::These(levels)) => levels.clone(),
-        Some(Significance::All) => {
-            let levels = timetable_of(db, project).levels().to_vec();
-            // Times that hold at every level need one column.
-            if levels.is_empty() { vec![shown] } else { levels }
-        }
-        None => vec![shown],
-    }
-}
-
 /// How an analysis bounds the demand of several jobs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Method {
@@ -149,40 +103,6 @@ impl From<Method> for mauve_timing::Method {
             Method::Classic => mauve_timing::Method::Classic,
             Method::Psm => mauve_timing::Method::Psm,
         }
-    }
-}
-
-/// The deployments of these workspaces, each in each of its projects; those called `only` if that is given.
-fn deployments<'db>(
-    db: &'db Database,
-    workspaces: &[Workspace],
-    only: Option<&str>,
-) -> Result<Vec<(Project<'db>, Decl<'db>)>, String> {
-    let mut found = Vec::new();
-    for &workspace in workspaces {
-        for &project in projects(db, workspace) {
-            let all = names_of(db, project).all.iter().copied();
-            found.extend(all.filter(|decl| decl.kind(db) == Kind::Deployment).map(|decl| (project, decl)));
-        }
-    }
-    let Some(only) = only else { return Ok(found) };
-    let known: Vec<String> = found.iter().map(|(_, decl)| decl.qualified(db)).collect();
-    found.retain(|(_, decl)| decl.name(db) == only || decl.qualified(db) == only);
-    if found.is_empty() {
-        return Err(match known.as_slice() {
-            [] => format!("no deployment `{only}`, nor any other"),
-            known => format!("no deployment `{only}`: there is {}", known.join(", ")),
-        });
-    }
-    Ok(found)
-}
-
-/// A time as a number of milliseconds, whole where it is.
-fn milliseconds(time: Time) -> serde_json::Value {
-    if time.as_nanos().is_multiple_of(1_000_000) {
-        (time.as_nanos() / 1_000_000).into()
-    } else {
-        time.as_f64(Unit::Milliseconds).into()
     }
 }
 

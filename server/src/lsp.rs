@@ -19,6 +19,7 @@
 //! | `pulls.rs` | what a client was given that asks instead |
 //! | `pages.rs` | the pages of the diagnostics as files, for the links behind their codes |
 //! | `settings.rs` | what a user can set in his editor |
+//! | `tokens.rs` | which colours of names the client was given |
 //! | `watcher.rs` | files that change outside the client |
 //! | `mirror.rs` | recording a session |
 //!
@@ -40,6 +41,7 @@ mod pulls;
 mod settings;
 mod snapshot;
 mod to_proto;
+mod tokens;
 mod transport;
 mod watcher;
 

@@ -5,6 +5,7 @@
 //!
 //! Each command is a file in `cli/` with a function from its arguments to an [`Output`]; results are printed here alone. `load.rs` reads models from the disk for all of them.
 
+mod analysis_document;
 mod cli;
 mod load;
 mod lsp;

@@ -3,7 +3,12 @@
 //! Each action is a file in `code_actions/`, and a line in [`OFFERS`]. A refactoring keeps what the model means: where it
 //! cannot, it is not offered, or offered with the reason why it is not possible.
 
+mod connect;
+mod create_codel;
+mod create_state;
+mod create_variable;
 mod deadline;
+mod declare_operation;
 mod extract_variable;
 mod fixes;
 mod inline_variable;
@@ -15,8 +20,9 @@ mod update;
 mod uses;
 
 use mauve_model::diagnostics::Finding;
-use mauve_model::{File, ModelDb, Project, Workspace, parse};
+use mauve_model::{Decl, File, ModelDb, Place, Project, Workspace, parse};
 use mauve_syntax::ast::AstNode;
+use mauve_syntax::format::Replacement;
 use mauve_syntax::{NodeOrToken, SyntaxNode, SyntaxToken, TextRange, TextSize};
 
 use crate::Change;
@@ -176,6 +182,18 @@ impl<'db> Actions<'_, 'db> {
         }
     }
 
+    /// Offers what mends a finding, beside its own fixes.
+    pub(crate) fn mend(
+        &mut self,
+        finding: &Finding<'db>,
+        title: impl Into<String>,
+        change: impl FnOnce() -> Change,
+    ) {
+        let (title, mends) = (title.into(), vec![finding.clone()]);
+        let kind = ActionKind::QuickFix;
+        self.push(CodeAction { title, kind, preferred: false, mends, disabled: None, change: None }, change);
+    }
+
     /// [`Actions::offer`] for an action of any kind. One that is there already is not offered again.
     pub(crate) fn push(&mut self, mut action: CodeAction<'db>, change: impl FnOnce() -> Change) {
         let is_same = |it: &CodeAction<'_>| {
@@ -285,6 +303,19 @@ pub(crate) fn with_line(text: &str, range: TextRange) -> TextRange {
         _ => (0, more),
     };
     TextRange::new(((start - back) as u32).into(), ((end + forth) as u32).into())
+}
+
+/// A change that puts `text` at `offset`.
+pub(crate) fn put(file: File, offset: TextSize, text: String) -> Change {
+    let mut change = Change::default();
+    change.replace(file, Replacement { range: TextRange::empty(offset), text });
+    change
+}
+
+/// A change that puts `item` on a line of its own at the end of a declaration.
+pub(crate) fn put_into(db: &dyn ModelDb, of: Decl<'_>, item: &str) -> Change {
+    let indentation = if of.library(db).is_some() { "    " } else { "  " };
+    put(of.file(db), Place::End(of).range(db).start(), format!("\n{indentation}{item}"))
 }
 
 /// Is there a comment in it?

@@ -291,11 +291,6 @@ impl<'a, 'db> Completer<'a, 'db> {
         self.add(Completion::new(CompletionKind::Skeleton, keyword).snippet(snippet).note(shown));
     }
 
-    /// May an item of the list begin here?
-    fn item_begins(&self) -> bool {
-        self.at.item.is_empty() || self.at.may_begin
-    }
-
     fn scope(&self) -> Scope<'db> {
         Scope::at(self.db, self.project, self.decl, self.at)
     }

@@ -5,12 +5,14 @@
 //! | `inlay_hints.rs` | response times beside activities, and what is left out |
 //! | `hover.rs` | what stands under the cursor, and where a response time comes from |
 //! | `occurrences.rs` | every name in a text, and what it stands for |
+//! | `code_lens.rs` | lines above declarations: deadlines that are met, levels, instances, files |
 //! | `definition.rs`, `declaration.rs` | where a name is declared, or what it does |
 //! | `references.rs` | where a name is used |
 //! | `document_symbols.rs` | what a file declares |
 //! | `workspace_symbols.rs` | the declarations of all files that a few letters may mean |
 //! | `document_links.rs` | the files that a file names |
 //! | `folding_ranges.rs`, `selection_ranges.rs` | what can be folded; what belongs together around the cursor |
+//! | `semantic_tokens.rs` | what each name is, for colours |
 //! | `formatting.rs` | white space as it should be |
 //! | `code_actions.rs`, `code_actions/` | what can be done about a place: fixes, refactorings |
 //! | `completion.rs`, `completion/` | what may stand where the cursor is |
@@ -20,6 +22,7 @@
 //! | `explanation.rs` | where a response time comes from, in words |
 //! | `levels.rs` | the significance levels that may be shown |
 //! | `project.rs` | which projects a file is part of, and what they are called |
+//! | `machine_view.rs` | a component's state machine with its places, for a panel |
 //! | `timing_actions.rs` | other priorities, CPUs and periods, with what they give |
 //! | `state_machine.rs` | a component's periodic state machine, as DOT and as SVG |
 //!
@@ -27,6 +30,7 @@
 
 mod change;
 mod code_actions;
+mod code_lens;
 mod completion;
 mod declaration;
 mod definition;
@@ -40,11 +44,13 @@ mod formatting;
 mod hover;
 mod inlay_hints;
 mod levels;
+mod machine_view;
 mod occurrences;
 mod program;
 mod project;
 mod references;
 mod selection_ranges;
+mod semantic_tokens;
 mod signature_help;
 mod state_machine;
 mod timing_actions;
@@ -52,6 +58,7 @@ mod workspace_symbols;
 
 pub use change::{Change, FileChange};
 pub use code_actions::{ActionKind, ActionQuestion, Changes, CodeAction, code_actions};
+pub use code_lens::{CodeLens, Lens, LensAction, LensKind, code_lens_at, code_lenses, resolve_code_lens};
 pub use completion::{Completion, CompletionKind, Completions, Subject, completions, documentation};
 pub use declaration::declaration;
 pub use definition::{Definition, Target, definition};
@@ -63,8 +70,12 @@ pub use formatting::{formatting, formatting_on_type};
 pub use hover::{Hover, hover};
 pub use inlay_hints::{InlayHint, inlay_hints};
 pub use levels::known_levels;
+pub use machine_view::{MachineEdge, MachineState, MachineView, component_at, state_machine};
 pub use references::{Access, Reference, highlights, references};
 pub use selection_ranges::selection_ranges;
+pub use semantic_tokens::{
+    SemanticToken, TokenKind, TokenModifier, TokenModifiers, meanings_of_names, semantic_tokens,
+};
 pub use signature_help::{Signature, signature_help};
 pub use state_machine::{Drawing, draw_state_machine};
 pub use workspace_symbols::{FoundSymbol, workspace_symbols};

@@ -141,7 +141,7 @@ impl<'db> Occurrence<'db> {
 }
 
 /// Where the name of that number stands in `library.Name` or `package::Message`; there may be comments between.
-fn segment(text: &str, index: usize) -> Option<TextRange> {
+pub(crate) fn segment(text: &str, index: usize) -> Option<TextRange> {
     let lexed = mauve_syntax::lex(text);
     let range = (0..lexed.len())
         .filter(|&token| lexed.kind(token).is_word())
@@ -151,7 +151,11 @@ fn segment(text: &str, index: usize) -> Option<TextRange> {
 }
 
 /// The names of includes and library blocks.
-fn outside_declarations<'db>(db: &'db dyn ModelDb, project: Project<'db>, file: File) -> Vec<Found<'db>> {
+pub(crate) fn outside_declarations<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    file: File,
+) -> Vec<Found<'db>> {
     let targets = includes(db, project.workspace(db), file).iter();
     let mut found: Vec<Found<'db>> = targets
         .zip(&source_map(db, file).includes)

@@ -12,7 +12,7 @@ use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxNode, SyntaxToken};
 
 use crate::completion::Subject;
-use crate::completion::position::{Call, Position, before, call_around};
+use crate::completion::position::{Call, Position, before_token, behind, call_around};
 
 /// What a name in a program may stand for.
 pub(crate) struct Scope<'db> {
@@ -447,10 +447,8 @@ impl<'db> Scope<'db> {
 
     /// What the call around the cursor is of.
     pub(crate) fn called(&self, call: &Call) -> Option<Callable<'db>> {
-        let first = call.arguments.first_token().and_then(|brace| {
-            let mut tokens = std::iter::successors(brace.next_token(), SyntaxToken::next_token);
-            tokens.find(|token| !token.kind().is_trivia())
-        });
+        let brace = call.arguments.first_token();
+        let first = brace.and_then(|brace| behind(brace.clone(), brace.text_range().end()));
         let first = first.filter(|first| first.kind().is_word());
         self.callable(call.callee.text(), first.as_ref().map(SyntaxToken::text))
     }
@@ -458,7 +456,7 @@ impl<'db> Scope<'db> {
     /// What is expected behind `left`, in an expression; none where no operand may stand there.
     pub(crate) fn expected(&self, left: &SyntaxToken) -> Option<Expected> {
         let of = |ty: Option<Type>| Some(Expected { ty, ..Expected::default() });
-        let previous = || before(left.prev_token()?, left.text_range().start());
+        let previous = || before_token(left);
         match left.kind() {
             EQ => of(self.assigned_at(left)),
             RETURN_KW => of(self.result.clone()),
@@ -509,7 +507,7 @@ impl<'db> Scope<'db> {
             R_PAREN => {
                 let list = last.parent().filter(|list| list.kind() == ARGUMENT_LIST)?;
                 let open = list.first_token()?;
-                let callee = before(open.prev_token()?, open.text_range().start())?;
+                let callee = before_token(&open)?;
                 let call = Call { callee, arguments: list, index: 0 };
                 Some(self.called(&call)?.result)
             }

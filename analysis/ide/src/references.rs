@@ -5,7 +5,6 @@ use mauve_model::{
     File, ModelDb, Place, Project, Workspace, config_file, is_model, project_files, projects, table_files,
 };
 use mauve_syntax::{TextRange, TextSize};
-use salsa::Database as _;
 
 use crate::definition::names;
 use crate::occurrences::{Found, Meaning, Role, names_in};

@@ -5,7 +5,7 @@ use mauve_syntax::SyntaxKind::{BLOCK_COMMENT, LINE_COMMENT};
 use mauve_syntax::{TextRange, TextSize};
 
 use crate::completion::decl_at;
-use crate::completion::position::{Position, call_around};
+use crate::completion::position::{Position, call_around, token_before};
 use crate::completion::{Subject, documentation};
 use crate::program::{Scope, subject};
 use crate::project::projects_with;
@@ -55,8 +55,8 @@ pub fn signature_help(
         BLOCK_COMMENT if !ends || !token.text().ends_with("*/") => return Vec::new(),
         _ => {}
     }
-    let left = std::iter::successors(Some(token), |token| token.prev_token());
-    let Some(left) = left.into_iter().find(|token| !token.kind().is_trivia()) else { return Vec::new() };
+    let left = std::iter::successors(Some(token), token_before).find(|token| !token.kind().is_trivia());
+    let Some(left) = left else { return Vec::new() };
     let Some(call) = call_around(&left) else { return Vec::new() };
     let at = Position::in_any_token(&root, offset);
     let mut found: Vec<Signature> = Vec::new();

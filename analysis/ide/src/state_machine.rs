@@ -16,7 +16,8 @@ pub enum Drawing {
 }
 
 /// Draws `psm`, the machine of `component` at `level`, its initial state and its greatest edges in bold. Of several edges
-/// between two states, the greatest is drawn, with the names of all their transitions.
+/// between two states, the greatest is drawn, with the names of all their transitions. In SVG, `data-state`, `data-source` and
+/// `data-target` hold the numbers of states, for whoever wants to know what was clicked on.
 pub fn draw_state_machine(component: &str, level: Level, psm: &Psm, drawing: Drawing) -> String {
     let title = title(component, level, psm);
     let mut arrows: BTreeMap<(usize, usize), Arrow> = BTreeMap::new();
@@ -113,7 +114,8 @@ fn svg(title: &str, psm: &Psm, arrows: &BTreeMap<(usize, usize), Arrow<'_>>) -> 
         };
         let _ = writeln!(
             out,
-            "<path d=\"{path}\" fill=\"none\" stroke=\"#456\"{heavy} marker-end=\"url(#tip)\"/>"
+            "<path d=\"{path}\" data-source=\"{source}\" data-target=\"{target}\" fill=\"none\" stroke=\"#456\"{heavy} \
+             marker-end=\"url(#tip)\"/>"
         );
         // White around it first, so that it is read on lines: not every viewer knows an order of painting.
         for paint in ["stroke=\"#fff\" stroke-width=\"4\" fill=\"#fff\"", "fill=\"#234\""] {
@@ -130,8 +132,8 @@ fn svg(title: &str, psm: &Psm, arrows: &BTreeMap<(usize, usize), Arrow<'_>>) -> 
         let initial = if index == psm.initial { " stroke-width=\"2.5\"" } else { "" };
         let _ = writeln!(
             out,
-            "<rect x=\"{:.1}\" y=\"{:.1}\" width=\"{width:.1}\" height=\"40\" rx=\"12\" fill=\"#eef3f8\" \
-             stroke=\"#456\"{initial}/>\n<text x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
+            "<rect data-state=\"{index}\" x=\"{:.1}\" y=\"{:.1}\" width=\"{width:.1}\" height=\"40\" rx=\"12\" fill=\"#eef3f8\" \
+             stroke=\"#456\"{initial}/>\n<text data-state=\"{index}\" x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
             x - width / 2.0,
             y - 20.0,
             y + 5.0,

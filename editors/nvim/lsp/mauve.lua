@@ -1,6 +1,7 @@
 -- The language server, for `vim.lsp.config` (Neovim 0.11 and later) and `vim.lsp.start` (0.10).
 
 local mauve = require('mauve')
+local colours = require('mauve.colours')
 
 return {
   name = 'mauve',
@@ -15,6 +16,10 @@ return {
     elseif vim.bo[buffer].filetype ~= 'toml' then
       start(vim.fs.root(buffer, '.git'))
     end
+  end,
+
+  before_init = function(params)
+    colours.extend(params.capabilities)
   end,
 
   handlers = {

@@ -11,6 +11,7 @@ if vim.fn.has('nvim-0.10') == 0 then
 end
 
 local mauve = require('mauve')
+local colours = require('mauve.colours')
 local group = vim.api.nvim_create_augroup('mauve', {})
 
 vim.api.nvim_create_autocmd('LspAttach', {
@@ -45,4 +46,8 @@ end, {
   end,
 })
 
+-- A colour scheme clears the links.
+vim.api.nvim_create_autocmd('ColorScheme', { group = group, callback = colours.link })
+
+colours.link()
 mauve.start()

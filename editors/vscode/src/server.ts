@@ -9,6 +9,7 @@ import {
   RevealOutputChannelOn,
   State as ClientState,
 } from "vscode-languageclient/node";
+import { OwnColours } from "./colours";
 import { findServer } from "./find";
 
 /** What the status bar shows. */
@@ -113,6 +114,7 @@ export class Server {
         },
       },
     });
+    client.registerFeature(new OwnColours());
     const restarts = client.createDefaultErrorHandler();
     this.client = client;
     client.onDidChangeState(({ newState }) => {

@@ -5,8 +5,9 @@ mod edits;
 use std::fmt::Write as _;
 use std::time::{Duration, Instant};
 
-use super::{Paths, counted, deployments};
+use super::{Paths, counted};
 use crate::Output;
+use crate::analysis_document::deployments;
 use crate::load::load;
 use mauve_model::diagnostics::{declaration_diagnostics, project_diagnostics, workspace_diagnostics};
 use mauve_model::item_tree::Kind;

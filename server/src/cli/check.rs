@@ -12,9 +12,9 @@ use mauve_model::diagnostics::{Code, Diagnostic, Finding, Fix, Severity, codes, 
 use mauve_model::{Database, File, Place};
 use serde::Serialize;
 
-use super::wcrt::Deployed;
 use super::{Paths, counted, shown, wcrt};
 use crate::Output;
+use crate::analysis_document::{AnalysisDocument, Deployed, analysis_document};
 use crate::load::load;
 
 #[derive(Debug, clap::Args)]
@@ -90,7 +90,7 @@ impl Check {
             Format::Json => {
                 let mut lines = Lines::new(|text| text.chars().count());
                 let diagnostics = findings.iter().map(|it| document(&db, &mut lines, it)).collect();
-                let deployments = deployed.iter().map(|it| wcrt::document(&db, it)).collect();
+                let deployments = deployed.iter().map(|it| analysis_document(&db, it)).collect();
                 super::json(&Document { diagnostics, errors, warnings, hints, deployments })?
             }
             Format::Human => {
@@ -211,7 +211,7 @@ struct Document {
     warnings: usize,
     hints: usize,
     /// The response times, each as `mauve wcrt --format json` shows it.
-    deployments: Vec<wcrt::Document>,
+    deployments: Vec<AnalysisDocument>,
 }
 
 #[derive(Serialize)]

@@ -9,8 +9,8 @@ use mauve_model::{Database, Decl, Project, config_of, names_of, projects, psm_of
 use mauve_timing::Level;
 use serde_json::json;
 
-use super::milliseconds;
 use crate::Output;
+use crate::analysis_document::milliseconds;
 use crate::load::load;
 
 #[derive(Debug, clap::Args)]

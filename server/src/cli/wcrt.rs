@@ -2,7 +2,6 @@
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
-use std::path::PathBuf;
 
 use clap::ValueEnum;
 use mauve_ide::explain_response;
@@ -13,11 +12,12 @@ use mauve_model::{
     cpu_names, response_times, timetable_of,
 };
 use mauve_timing::{Level, Rounding, Status, Time};
-use serde::Serialize;
-use serde_json::Value;
 
-use super::{Method, Paths, Significance, columns, deployments, levels, milliseconds, say, shown};
+use super::{Method, Paths, columns, say, shown};
 use crate::Output;
+use crate::analysis_document::{
+    AnalysisDocument, Deployed, Significance, analysis_document, deployments, levels,
+};
 use crate::load::load;
 
 #[derive(Debug, clap::Args)]
@@ -53,39 +53,6 @@ enum Format {
     Json,
     /// A line for each activity and level.
     Csv,
-}
-
-/// The reports of one deployment, a level each.
-pub(super) struct Deployed<'db> {
-    project: Project<'db>,
-    deployment: Decl<'db>,
-    reports: Vec<(Query, &'db Report<'db>)>,
-}
-
-impl Deployed<'_> {
-    /// Is every deadline proved, at every level?
-    pub(super) fn schedulable(&self) -> bool {
-        self.reports.iter().all(|(_, report)| report.schedulable())
-    }
-
-    /// The codels whose times are assumed.
-    pub(super) fn assumed(&self) -> impl Iterator<Item = &str> {
-        let activities = self.reports.iter().flat_map(|(_, report)| &report.activities);
-        activities.flat_map(|it| &it.assumed).map(|(codel, _)| codel.as_str())
-    }
-
-    /// How many deadlines are proved, of how many.
-    pub(super) fn deadlines(&self) -> (usize, usize) {
-        let activities = self.reports.iter().flat_map(|(_, report)| &report.activities);
-        let verdicts = activities.map(|it| it.verdict).filter(|it| *it != Verdict::Background);
-        verdicts.fold((0, 0), |(proved, all), verdict| (proved + usize::from(verdict.is_met()), all + 1))
-    }
-
-    /// The root of its project, for a user.
-    fn root(&self, db: &Database) -> String {
-        let here = std::env::current_dir().unwrap_or_default();
-        shown(self.project.root(db).path(db), &here)
-    }
 }
 
 impl Wcrt {
@@ -129,7 +96,8 @@ impl Wcrt {
             (None, Format::Table) => tables(&db, &all).join("\n"),
             (None, Format::Csv) => csv(&db, &all),
             (None, Format::Json) => {
-                let documents: Vec<Document> = all.iter().map(|it| document(&db, it)).collect();
+                let documents: Vec<AnalysisDocument> =
+                    all.iter().map(|it| analysis_document(&db, it)).collect();
                 match documents.as_slice() {
                     [one] => super::json(one)?,
                     several => super::json(&several)?,
@@ -183,12 +151,18 @@ fn explain(db: &Database, all: &[Deployed<'_>], instance: &str) -> Result<String
     Ok(texts.join("\n"))
 }
 
+/// The root of a deployment's project, for a user.
+fn root(db: &Database, of: &Deployed<'_>) -> String {
+    let here = std::env::current_dir().unwrap_or_default();
+    shown(of.project.root(db).path(db), &here)
+}
+
 /// The response times of deployments for people.
 pub(super) fn tables(db: &Database, all: &[Deployed<'_>]) -> Vec<String> {
     // Where there are several projects, names do not say which.
     let several = all.iter().any(|it| Some(it.project) != all.first().map(|first| first.project));
     let heading = |it: &Deployed<'_>| match several {
-        true => format!("{} of {}", it.deployment.name(db), it.root(db)),
+        true => format!("{} of {}", it.deployment.name(db), root(db, it)),
         false => it.deployment.name(db).to_string(),
     };
     let throttling = |it: &Deployed<'_>| config_of(db, it.project.workspace(db)).rt_throttling;
@@ -344,7 +318,7 @@ fn csv(db: &Database, all: &[Deployed<'_>]) -> String {
         "deployment,significance,method,instance,component,affinity,priority,period_ms,deadline_ms,own_ms,first_job_ms,response_ms,status,assumed,root\n",
     );
     for it in all {
-        let root = quoted(&it.root(db));
+        let root = quoted(&root(db, it));
         for (query, report) in &it.reports {
             for activity in &report.activities {
                 let row = &activity.row;
@@ -383,148 +357,6 @@ fn quoted(cell: &str) -> String {
         format!("\"{}\"", cell.replace('"', "\"\""))
     } else {
         cell.to_owned()
-    }
-}
-
-#[derive(Serialize)]
-pub(super) struct Document {
-    deployment: String,
-    /// The root of its project.
-    root: PathBuf,
-    unit: &'static str,
-    method: String,
-    /// Whether Linux keeps 50 ms of each second from real-time tasks; null where that is not said, and then it does not.
-    rt_throttling: Option<bool>,
-    /// Only with `--horizon`: `first_job` leaves out what comes later, and is no bound.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    unsafe_horizon: Option<Value>,
-    results: Vec<LevelDocument>,
-}
-
-#[derive(Serialize)]
-struct LevelDocument {
-    significance: f64,
-    schedulable: bool,
-    /// Why nothing is analysed.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    lost: Vec<String>,
-    cpus: Vec<CpuDocument>,
-    activities: Vec<ActivityDocument>,
-}
-
-#[derive(Serialize)]
-struct CpuDocument {
-    mask: u64,
-    utilisation: f64,
-    complete: bool,
-}
-
-#[derive(Serialize)]
-struct ActivityDocument {
-    instance: String,
-    component: String,
-    affinity: Option<u64>,
-    priority: Option<u32>,
-    period: Option<Value>,
-    deadline: Option<Value>,
-    method: String,
-    own: Option<Value>,
-    first_job: Option<Value>,
-    response: Option<Value>,
-    status: &'static str,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    window: Option<WindowDocument>,
-    interference: Vec<InterferenceDocument>,
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    assumed: Vec<AssumedDocument>,
-    reasons: Vec<String>,
-}
-
-/// A codel that no table has, and the time that `[assume]` gives it.
-#[derive(Serialize)]
-struct AssumedDocument {
-    codel: String,
-    time: Value,
-}
-
-#[derive(Serialize)]
-struct WindowDocument {
-    job: u64,
-    own: Value,
-    length: Value,
-}
-
-#[derive(Serialize)]
-struct InterferenceDocument {
-    instance: String,
-    jobs: u64,
-    time: Value,
-}
-
-pub(super) fn document(db: &Database, it: &Deployed<'_>) -> Document {
-    let query = it.reports.first().map(|(query, _)| query);
-    let horizon = query.and_then(|query| query.horizon);
-    Document {
-        deployment: it.deployment.name(db).to_string(),
-        root: it.project.root(db).path(db).clone(),
-        unit: "ms",
-        method: query.map_or_else(String::new, |query| query.method.to_string()),
-        rt_throttling: config_of(db, it.project.workspace(db)).rt_throttling,
-        unsafe_horizon: horizon.map(milliseconds),
-        results: it
-            .reports
-            .iter()
-            .map(|(query, report)| level_document(query.level, *query, report))
-            .collect(),
-    }
-}
-
-fn level_document(level: Level, query: Query, report: &Report<'_>) -> LevelDocument {
-    let cpu = |cpu: &mauve_model::CpuReport| CpuDocument {
-        mask: cpu.mask,
-        utilisation: cpu.utilisation.as_f64(),
-        complete: cpu.complete,
-    };
-    LevelDocument {
-        significance: level.as_f64(),
-        schedulable: report.schedulable(),
-        lost: report.lost.iter().map(|lost| lost.message.clone()).collect(),
-        cpus: report.cpus.iter().map(cpu).collect(),
-        activities: report.activities.iter().map(|activity| activity_document(query, activity)).collect(),
-    }
-}
-
-fn activity_document(query: Query, activity: &ActivityReport<'_>) -> ActivityDocument {
-    let row = &activity.row;
-    let interference = activity.interference.iter().map(|it| InterferenceDocument {
-        instance: it.instance.to_string(),
-        jobs: it.jobs,
-        time: milliseconds(it.time),
-    });
-    let window = activity.window.as_ref().filter(|window| window.job > 1).map(|window| WindowDocument {
-        job: window.job,
-        own: milliseconds(window.own),
-        length: milliseconds(window.length),
-    });
-    let assumed = activity.assumed.iter();
-    let assumed =
-        assumed.map(|(codel, time)| AssumedDocument { codel: codel.clone(), time: milliseconds(*time) });
-    ActivityDocument {
-        instance: row.instance.to_string(),
-        component: row.component_name.to_string(),
-        affinity: row.cpus,
-        priority: if let Priority::RealTime(priority) = row.priority { Some(priority) } else { None },
-        period: row.period.map(milliseconds),
-        deadline: row.deadline.map(milliseconds),
-        method: query.method.to_string(),
-        own: activity.own.map(milliseconds),
-        first_job: activity.first_job.map(milliseconds),
-        response: activity.response.map(milliseconds),
-        status: activity.verdict.name(),
-        window,
-        interference: interference.collect(),
-        assumed: assumed.collect(),
-        reasons: activity.reasons.iter().map(|reason| reason.message.clone()).collect(),
     }
 }
 

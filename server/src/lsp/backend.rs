@@ -15,13 +15,17 @@ use tower_lsp::{Client, LanguageServer, LspServiceBuilder};
 
 use super::capabilities::Capabilities;
 use super::handlers;
+use super::handlers::analysis::AnalysisParams;
 use super::handlers::diagnostic::{Given, ask_again, of_defect};
 use super::handlers::execute_command::Command;
+use super::handlers::state_machine::{StateMachineDocument, StateMachineParams};
 use super::handlers::status::{Status, status};
+use super::handlers::syntax_tree::SyntaxTreeParams;
 use super::main_loop::Event;
 use super::pulls::ResultId;
 use super::settings::{SECTION, Settings};
 use super::snapshot::{Failure, Snapshot, attempt};
+use crate::analysis_document::AnalysisDocument;
 
 /// A command that edits overtake is read again so often.
 const MOST_ATTEMPTS: usize = 100;
@@ -40,6 +44,9 @@ pub(crate) struct Backend {
 pub(crate) fn with_custom_methods(build: LspServiceBuilder<Backend>) -> LspServiceBuilder<Backend> {
     let build = build
         .custom_method("mauve/status", Backend::status)
+        .custom_method("mauve/analysis", Backend::analysis)
+        .custom_method("mauve/stateMachine", Backend::state_machine)
+        .custom_method("mauve/syntaxTree", Backend::syntax_tree)
         .custom_method("window/workDoneProgress/cancel", Backend::cancel_progress);
     #[cfg(debug_assertions)]
     let build = build
@@ -110,6 +117,18 @@ impl Backend {
         self.send(Event::Stop);
     }
 
+    async fn analysis(&self, params: AnalysisParams) -> Result<Vec<AnalysisDocument>> {
+        self.answer(move |snapshot| handlers::analysis::analysis(snapshot, &params)).await
+    }
+
+    async fn state_machine(&self, params: StateMachineParams) -> Result<StateMachineDocument> {
+        self.answer(move |snapshot| handlers::state_machine::state_machine(snapshot, &params)).await
+    }
+
+    async fn syntax_tree(&self, params: SyntaxTreeParams) -> Result<String> {
+        self.answer(move |snapshot| handlers::syntax_tree::syntax_tree(snapshot, &params)).await
+    }
+
     async fn status(&self) -> Result<Status> {
         self.answer(status).await
     }
@@ -157,6 +176,30 @@ impl Backend {
         })));
         let answer = answer.await.unwrap_or_else(|_| Err(Error::internal_error()));
         drop(cancel);
+        answer
+    }
+
+    /// [`Backend::answer`] about the colours of a text: an edit elsewhere may overtake it, and then nobody asks again by
+    /// himself.
+    async fn colour<T: Send + 'static>(
+        &self,
+        uri: Url,
+        handler: impl Fn(&Snapshot) -> Result<T> + Send + 'static,
+    ) -> Result<T> {
+        let asked = Arc::new(OnceLock::new());
+        let (version, of) = (Arc::clone(&asked), uri.clone());
+        let handler = move |snapshot: &Snapshot| {
+            if let Some(document) = snapshot.documents.get(&of) {
+                let _ = version.set(document.version);
+            }
+            handler(snapshot)
+        };
+        let answer = self.answer(handler).await;
+        if let (Err(error), Some(version)) = (&answer, asked.get())
+            && *error == Error::content_modified()
+        {
+            self.send(Event::Uncoloured(uri, *version));
+        }
         answer
     }
 }
@@ -331,6 +374,24 @@ impl LanguageServer for Backend {
         self.answer(move |snapshot| handlers::inlay_hints::resolve(snapshot, &hint)).await
     }
 
+    async fn code_lens(&self, params: CodeLensParams) -> Result<Option<Vec<CodeLens>>> {
+        let handler = move |snapshot: &Snapshot| {
+            let lenses = handlers::code_lens::code_lenses(snapshot, &params)?;
+            Ok((lenses, snapshot.generation))
+        };
+        let answer = self.answer(handler).await;
+        match &answer {
+            Ok((_, generation)) => self.send(Event::Hinted(Some(*generation))),
+            Err(error) if *error == Error::content_modified() => self.send(Event::Hinted(None)),
+            Err(_) => {}
+        }
+        answer.map(|(lenses, _)| lenses)
+    }
+
+    async fn code_lens_resolve(&self, lens: CodeLens) -> Result<CodeLens> {
+        self.answer(move |snapshot| handlers::code_lens::resolve(snapshot, &lens)).await
+    }
+
     async fn execute_command(&self, params: ExecuteCommandParams) -> Result<Option<Value>> {
         let params = Arc::new(params);
         let mut read = Err(Error::content_modified());
@@ -399,5 +460,29 @@ impl LanguageServer for Backend {
 
     async fn selection_range(&self, params: SelectionRangeParams) -> Result<Option<Vec<SelectionRange>>> {
         self.answer(move |snapshot| handlers::selection_ranges::selection_ranges(snapshot, &params)).await
+    }
+
+    async fn semantic_tokens_full(
+        &self,
+        params: SemanticTokensParams,
+    ) -> Result<Option<SemanticTokensResult>> {
+        let uri = params.text_document.uri.clone();
+        self.colour(uri, move |snapshot| handlers::semantic_tokens::full(snapshot, &params)).await
+    }
+
+    async fn semantic_tokens_full_delta(
+        &self,
+        params: SemanticTokensDeltaParams,
+    ) -> Result<Option<SemanticTokensFullDeltaResult>> {
+        let uri = params.text_document.uri.clone();
+        self.colour(uri, move |snapshot| handlers::semantic_tokens::delta(snapshot, &params)).await
+    }
+
+    async fn semantic_tokens_range(
+        &self,
+        params: SemanticTokensRangeParams,
+    ) -> Result<Option<SemanticTokensRangeResult>> {
+        let uri = params.text_document.uri.clone();
+        self.colour(uri, move |snapshot| handlers::semantic_tokens::range(snapshot, &params)).await
     }
 }

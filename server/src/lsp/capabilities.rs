@@ -4,7 +4,9 @@ use serde_json::Value;
 use tower_lsp::lsp_types::*;
 
 use super::handlers;
+use super::handlers::code_lens::SHOW_REFERENCES;
 use super::handlers::execute_command::COMMANDS;
+use super::handlers::semantic_tokens::Legend;
 use super::position::Encoding;
 
 /// What matters of the client's capabilities.
@@ -26,15 +28,23 @@ pub(crate) struct Capabilities {
     /// Does it fold whole lines only?
     pub(crate) line_folds_only: bool,
     /// How many folds of a document it takes at most.
-    pub(crate) most_folds: usize,
+    pub(crate) most_folds: Option<u32>,
     /// Does it show a text in place of what is folded?
     pub(crate) collapsed_texts: bool,
     /// Does it show what a link leads to?
     pub(crate) link_tooltips: bool,
+    /// Which colours of names it knows.
+    pub(crate) tokens: Legend,
+    /// May it be asked to ask for them again?
+    pub(crate) token_refresh: bool,
     /// Does it show the places that a diagnostic names?
     pub(crate) related: bool,
     /// Does it open the page behind the code of a diagnostic?
     pub(crate) pages: bool,
+    /// May it be asked to ask for code lenses again?
+    pub(crate) lens_refresh: bool,
+    /// Does it have the command `mauve.showReferences`, which shows places? It says so in `experimental.commands`.
+    pub(crate) shows_references: bool,
     /// Does it ask what is wrong in open files, and may it be asked to ask again? Then it is not told.
     pub(crate) pull_diagnostics: bool,
     /// Does it ask about all files rightly?
@@ -75,6 +85,8 @@ impl Capabilities {
         let edit = workspace.and_then(|it| it.workspace_edit.as_ref());
         let action = text.and_then(|it| it.code_action.as_ref());
         let publish = text.and_then(|it| it.publish_diagnostics.as_ref());
+        let commands = client.experimental.as_ref().and_then(|it| it.get("commands")?.as_array());
+        let commands: Vec<&str> = commands.into_iter().flatten().filter_map(|it| it.as_str()).collect();
         let folding = text.and_then(|it| it.folding_range.as_ref());
         Capabilities {
             encoding: Encoding::negotiated(general.and_then(|it| it.position_encodings.as_deref())),
@@ -91,11 +103,15 @@ impl Capabilities {
                 workspace.and_then(|it| it.symbol.as_ref()?.symbol_kind.as_ref()),
             ),
             line_folds_only: folding.and_then(|it| it.line_folding_only).unwrap_or(false),
-            most_folds: folding.and_then(|it| it.range_limit).map_or(usize::MAX, |most| most as usize),
+            most_folds: folding.and_then(|it| it.range_limit),
             collapsed_texts: folding
                 .and_then(|it| it.folding_range.as_ref()?.collapsed_text)
                 .unwrap_or(false),
             link_tooltips: text.and_then(|it| it.document_link.as_ref()?.tooltip_support).unwrap_or(false),
+            tokens: Legend::of(text.and_then(|it| it.semantic_tokens.as_ref()), name),
+            token_refresh: workspace
+                .and_then(|it| it.semantic_tokens.as_ref()?.refresh_support)
+                .unwrap_or(false),
             related: publish.and_then(|it| it.related_information).unwrap_or(false),
             pages: publish.and_then(|it| it.code_description_support).unwrap_or(false),
             pull_diagnostics: text.is_some_and(|it| it.diagnostic.is_some())
@@ -120,6 +136,8 @@ impl Capabilities {
             }),
             disabled_actions: action.and_then(|it| it.disabled_support).unwrap_or(false),
             preferred_actions: action.and_then(|it| it.is_preferred_support).unwrap_or(false),
+            lens_refresh: workspace.and_then(|it| it.code_lens.as_ref()?.refresh_support).unwrap_or(false),
+            shows_references: commands.contains(&SHOW_REFERENCES),
             progress: client.window.as_ref().and_then(|it| it.work_done_progress).unwrap_or(false),
         }
     }
@@ -146,6 +164,7 @@ impl Capabilities {
                     ..CodeActionOptions::default()
                 })
             }),
+            code_lens_provider: Some(CodeLensOptions { resolve_provider: Some(true) }),
             document_symbol_provider: Some(OneOf::Left(true)),
             workspace_symbol_provider: Some(OneOf::Left(true)),
             document_link_provider: Some(DocumentLinkOptions {
@@ -160,6 +179,10 @@ impl Capabilities {
             }),
             folding_range_provider: Some(FoldingRangeProviderCapability::Simple(true)),
             selection_range_provider: Some(SelectionRangeProviderCapability::Simple(true)),
+            semantic_tokens_provider: self
+                .tokens
+                .options()
+                .map(SemanticTokensServerCapabilities::SemanticTokensOptions),
             diagnostic_provider: self.pull_diagnostics.then(|| {
                 DiagnosticServerCapabilities::Options(DiagnosticOptions {
                     identifier: Some("mauve".to_owned()),

@@ -19,8 +19,10 @@ pub(crate) struct Checked {
     pub(crate) is_outdated: bool,
     /// For each file with a diagnostic and each open one, with the version that was checked.
     pub(crate) diagnostics: BTreeMap<Url, (Option<i32>, Vec<Diagnostic>)>,
-    /// For each open file, what its inlay hints say, wherever they stand.
+    /// For each open file, what its inlay hints and code lenses say, wherever they stand.
     pub(crate) hints: BTreeMap<Url, u64>,
+    /// For each open file of which the client colours names, its version and what stands for their meaning.
+    pub(crate) meanings: BTreeMap<Url, (i32, u64)>,
 }
 
 /// What stands for the diagnostics of a file: other ones have another.
@@ -73,9 +75,20 @@ pub(crate) fn check(snapshot: &Snapshot) -> Checked {
         for hint in mauve_ide::inlay_hints(db, &snapshot.workspaces, document.file, all) {
             hint.label.hash(&mut hasher);
         }
+        for lens in mauve_ide::code_lenses(db, &snapshot.workspaces, document.file) {
+            if let Some(lens) = mauve_ide::resolve_code_lens(db, &snapshot.workspaces, document.file, lens) {
+                lens.title.hash(&mut hasher);
+            }
+        }
         // So that the first request for it is quick.
         line_index(db, document.file);
         hints.insert(url.clone(), hasher.finish());
     }
-    Checked { is_outdated, diagnostics, hints }
+    let meaning = |url: Url| {
+        let document = snapshot.documents.get(&url)?;
+        let meanings = mauve_ide::meanings_of_names(db, &snapshot.workspaces, document.file);
+        Some((url, (document.version, meanings)))
+    };
+    let meanings = snapshot.tokens.asked().into_iter().filter_map(meaning).collect();
+    Checked { is_outdated, diagnostics, hints, meanings }
 }

@@ -1,7 +1,9 @@
 //! A file for each method: from the protocol's words to ours, one question to `mauve-ide`, and back. They run on workers,
 //! and an edit ends them.
 
+pub(crate) mod analysis;
 pub(crate) mod code_actions;
+pub(crate) mod code_lens;
 pub(crate) mod definition;
 pub(crate) mod diagnostic;
 pub(crate) mod document_links;
@@ -12,5 +14,8 @@ pub(crate) mod formatting;
 pub(crate) mod hover;
 pub(crate) mod inlay_hints;
 pub(crate) mod selection_ranges;
+pub(crate) mod semantic_tokens;
+pub(crate) mod state_machine;
 pub(crate) mod status;
+pub(crate) mod syntax_tree;
 pub(crate) mod workspace_symbols;

@@ -19,10 +19,11 @@ use tower_lsp::lsp_types::{DidChangeTextDocumentParams, DidSaveTextDocumentParam
 use super::capabilities::Capabilities;
 use super::check::{Checked, check};
 use super::documents::Documents;
-use super::publisher::Publisher;
+use super::publisher::{Publisher, Refresh};
 use super::pulls::ResultId;
 use super::settings::Settings;
 use super::snapshot::{Document, Failure, Snapshot, attempt};
+use super::tokens::Tokens;
 use super::watcher::Watcher;
 use crate::load::{Loader, place};
 
@@ -60,8 +61,10 @@ pub(crate) enum Event {
     Pulled { all: bool },
     /// It was told so.
     Diagnosed(BTreeMap<Url, Option<ResultId>>),
-    /// The client was given the inlay hints of this generation; none, where an edit has overtaken its question.
+    /// The client was given the inlay hints or code lenses of this generation; none, where an edit has overtaken its question.
     Hinted(Option<u64>),
+    /// An edit has overtaken its question for the colours of this text in this version.
+    Uncoloured(Url, i32),
     /// A worker has checked everything as it was at this generation.
     Checked(u64, Result<Checked, Failure>),
 }
@@ -99,6 +102,8 @@ pub(crate) struct MainLoop {
     published: Option<u64>,
     /// Others of which the client was given inlay hints since.
     hinted: BTreeSet<u64>,
+    /// What the client was given of the colours of names.
+    tokens: Arc<Tokens>,
     is_initialized: bool,
     publisher: Publisher,
     watcher: Watcher,
@@ -134,6 +139,7 @@ impl MainLoop {
             stopped: None,
             published: None,
             hinted: BTreeSet::new(),
+            tokens: Arc::default(),
             is_initialized: false,
             publisher,
             watcher: Watcher::new(sender.clone()),
@@ -225,6 +231,7 @@ impl MainLoop {
             Event::Pulled { all } => self.publisher.asked(all),
             Event::Diagnosed(given) => self.publisher.answered(given),
             Event::Hinted(generation) => self.hinted(generation),
+            Event::Uncoloured(uri, version) => self.uncoloured(&uri, version),
             Event::Checked(generation, checked) => {
                 self.settle();
                 self.checked(generation, checked);
@@ -242,6 +249,7 @@ impl MainLoop {
     fn closed(&mut self, uri: &Url) {
         // The client may have forgotten its diagnostics.
         self.publisher.forget(uri);
+        self.tokens.closed(uri);
         self.reload |= self.strays.remove(uri);
         let Some(document) =
             self.documents.0.remove(uri).and_then(|_| self.shared_documents.get(uri).copied())
@@ -414,6 +422,7 @@ impl MainLoop {
             capabilities: self.capabilities,
             generation: self.generation,
             is_stopped: self.stopped == Some(self.generation),
+            tokens: Arc::clone(&self.tokens),
             running: Arc::clone(&self.running),
         }
     }
@@ -448,7 +457,7 @@ impl MainLoop {
                 self.reloads += 1;
                 self.reload = true;
             }
-            Ok(Checked { is_outdated, diagnostics, hints }) => {
+            Ok(Checked { is_outdated, diagnostics, hints, meanings }) => {
                 if is_outdated {
                     tracing::error!("a file that is included cannot be read");
                 }
@@ -459,10 +468,23 @@ impl MainLoop {
                 if is_another || others.iter().any(|hinted| *hinted != generation) {
                     self.refresh_hints();
                 }
+                if self.tokens.is_outdated(&meanings) && self.capabilities.token_refresh {
+                    self.publisher.refresh(Refresh::Tokens);
+                }
             }
             Err(Failure::Panicked(message)) => self.panicked(&message),
             // What ended it is followed by another check; if not, it is due now.
             Err(Failure::Overtaken | Failure::Cancelled) => self.check = true,
+        }
+    }
+
+    /// The check that is to come has the client ask again; if there is none to come, it is now. A text that is another one
+    /// since, it asks about by itself.
+    fn uncoloured(&mut self, uri: &Url, version: i32) {
+        let is_this_one = self.documents.get(uri).is_some_and(|open| open.version == version);
+        self.tokens.lost(uri, version);
+        if is_this_one && self.published == Some(self.generation) && self.capabilities.token_refresh {
+            self.publisher.refresh(Refresh::Tokens);
         }
     }
 
@@ -480,7 +502,10 @@ impl MainLoop {
 
     fn refresh_hints(&self) {
         if self.capabilities.hint_refresh {
-            self.publisher.refresh_hints();
+            self.publisher.refresh(Refresh::Hints);
+        }
+        if self.capabilities.lens_refresh {
+            self.publisher.refresh(Refresh::Lenses);
         }
     }
 

@@ -38,8 +38,16 @@ pub(crate) struct Outbox {
 struct Waiting {
     diagnostics: Found,
     warnings: Vec<String>,
-    refresh_hints: bool,
-    refresh_diagnostics: bool,
+    refresh: BTreeSet<Refresh>,
+}
+
+/// What a client may be told to ask for again.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Refresh {
+    Diagnostics,
+    Hints,
+    Lenses,
+    Tokens,
 }
 
 impl Publisher {
@@ -77,7 +85,7 @@ impl Publisher {
     /// The client was given these.
     pub(crate) fn answered(&mut self, given: BTreeMap<Url, Option<ResultId>>) {
         if self.pulls.as_mut().is_some_and(|pulls| pulls.answered(given)) {
-            self.outbox.put(|waiting| waiting.refresh_diagnostics = true);
+            self.refresh(Refresh::Diagnostics);
         }
     }
 
@@ -88,7 +96,7 @@ impl Publisher {
         let asked = found.extract_if(.., |_, (version, _)| all || version.is_some());
         let asked = asked.map(|(url, (_, diagnostics))| (url, result_id(&diagnostics))).collect();
         if pulls.checked(asked) {
-            self.outbox.put(|waiting| waiting.refresh_diagnostics = true);
+            self.refresh(Refresh::Diagnostics);
         }
     }
 
@@ -134,9 +142,11 @@ impl Publisher {
         self.warn(format!("A defect of mauve: {message}. Please report it."));
     }
 
-    /// Has the client ask for its inlay hints again.
-    pub(crate) fn refresh_hints(&self) {
-        self.outbox.put(|waiting| waiting.refresh_hints = true);
+    /// Has the client ask for something again.
+    pub(crate) fn refresh(&self, what: Refresh) {
+        self.outbox.put(|waiting| {
+            waiting.refresh.insert(what);
+        });
     }
 
     /// Shows a warning, each once.
@@ -145,12 +155,6 @@ impl Publisher {
         if self.warnings.insert(message.clone()) {
             self.outbox.put(|waiting| waiting.warnings.push(message));
         }
-    }
-}
-
-fn refreshed(what: &str, answer: tower_lsp::jsonrpc::Result<()>) {
-    if let Err(error) = answer {
-        tracing::warn!("{what} were not asked for again: {error}");
     }
 }
 
@@ -164,7 +168,7 @@ impl Outbox {
     pub(crate) async fn send_to(&self, client: Client) {
         loop {
             self.more.notified().await;
-            let Waiting { diagnostics, warnings, refresh_hints, refresh_diagnostics } =
+            let Waiting { diagnostics, warnings, refresh } =
                 std::mem::take(&mut *self.waiting.lock().unwrap_or_else(PoisonError::into_inner));
             for message in warnings {
                 client.show_message(MessageType::WARNING, message).await;
@@ -172,16 +176,20 @@ impl Outbox {
             for (url, (version, diagnostics)) in diagnostics {
                 client.publish_diagnostics(url, diagnostics, version).await;
             }
-            // The client may take its time, or never answer: nobody waits for that.
-            if refresh_diagnostics {
+            for what in refresh {
+                // The client may take its time, or never answer: nobody waits for that.
                 let client = client.clone();
-                tokio::spawn(
-                    async move { refreshed("diagnostics", client.workspace_diagnostic_refresh().await) },
-                );
-            }
-            if refresh_hints {
-                let client = client.clone();
-                tokio::spawn(async move { refreshed("inlay hints", client.inlay_hint_refresh().await) });
+                tokio::spawn(async move {
+                    let answer = match what {
+                        Refresh::Diagnostics => client.workspace_diagnostic_refresh().await,
+                        Refresh::Hints => client.inlay_hint_refresh().await,
+                        Refresh::Lenses => client.code_lens_refresh().await,
+                        Refresh::Tokens => client.semantic_tokens_refresh().await,
+                    };
+                    if let Err(error) = answer {
+                        tracing::warn!("{what:?} were not asked for again: {error}");
+                    }
+                });
             }
         }
     }

@@ -13,6 +13,7 @@ use tower_lsp::lsp_types::{TextDocumentIdentifier, Url};
 
 use super::capabilities::Capabilities;
 use super::position::{LineIndex, line_index};
+use super::tokens::Tokens;
 use crate::load::{is_outdated, place};
 
 /// An open document.
@@ -38,6 +39,8 @@ pub(crate) struct Snapshot {
     pub(crate) generation: u64,
     /// Does the user not want this state to be analysed?
     pub(crate) is_stopped: bool,
+    /// What the client was given of the colours of names.
+    pub(crate) tokens: Arc<Tokens>,
     /// How many jobs are running.
     pub(crate) running: Arc<AtomicUsize>,
 }

@@ -252,6 +252,53 @@ check('another model file', function()
   wait_for_hint('navigation', 'R 997 ms')
 end)
 
+check('names have the colours of what they mean', function()
+  local function colour(text, word)
+    local number, line = line_of(0, text)
+    local column = line:find(word, line:find(text, 1, true), true) - 1
+    return function()
+      local tokens = vim.lsp.semantic_tokens.get_at_pos(0, number - 1, column) or {}
+      return vim.tbl_map(function(token)
+        return token.type .. ' ' .. table.concat(vim.tbl_keys(token.modifiers), ' ')
+      end, tokens)
+    end
+  end
+  local function wait_for_colour(text, word, expected)
+    wait(('%s in "%s" to be %s'):format(word, text, expected), colour(text, word), function(seen)
+      return vim.deep_equal({ expected }, seen)
+    end)
+  end
+  wait_for_colour(navigation, 'navigation', 'instance ')
+  open('components/navigation.mal')
+  wait_for_colour('write(next, target)', 'next', 'port ' .. (colour('write(next, target)', 'next')()[1] or ''):sub(6))
+  wait_for_colour('to Planning', 'Planning', 'state ')
+  equal('@lsp.type.enumMember', vim.api.nvim_get_hl(0, { name = '@lsp.type.state.mauve' }).link)
+  -- What another file takes away means nothing any more.
+  local here = vim.api.nvim_get_current_buf()
+  local shell = open('components/navigation_shell.mal')
+  vim.cmd.buffer(here)
+  replace(shell, 'output port next', 'next', 'other')
+  wait('no colour', colour('write(next, target)', 'next'), vim.tbl_isempty)
+  undo(shell)
+  wait('a colour', colour('write(next, target)', 'next'), function(seen)
+    return #seen == 1
+  end)
+  vim.cmd.buffer(deployment)
+end)
+
+check('a text is formatted, and only it', function()
+  local model = open('components/navigation.mal')
+  local before = vim.api.nvim_buf_get_lines(model, 0, -1, false)
+  replace(model, 'wanted = true;', 'wanted = true;', 'wanted=true ;')
+  vim.lsp.buf.format({ async = false })
+  local _, line = line_of(model, 'wanted = true')
+  equal('            wanted = true;', line)
+  undo(model)
+  undo(model)
+  equal(before, vim.api.nvim_buf_get_lines(model, 0, -1, false))
+  vim.cmd.buffer(deployment)
+end)
+
 check('definitions, from file to file', function()
   put_cursor(navigation, 'navigation')
   vim.lsp.buf.definition()

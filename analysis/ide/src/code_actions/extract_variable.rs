@@ -29,8 +29,13 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
         bare(&expr),
         Some(ast::Expr::CallExpr(_) | ast::Expr::BinaryExpr(_) | ast::Expr::UnaryExpr(_))
     );
+    // Nor does what is executed for itself.
+    let is_statement = expr.syntax().parent().is_some_and(|it| ast::ExprStatement::can_cast(it.kind()));
     let reads = expr.syntax().descendants().any(|it| ast::NameRef::can_cast(it.kind()));
-    let Some(statement) = statement_of(expr.syntax()).filter(|_| is_worth_it && reads) else { return };
+    let Some(statement) = statement_of(expr.syntax()).filter(|_| is_worth_it && reads && !is_statement)
+    else {
+        return;
+    };
     actions.refactor(ActionKind::Extract, "Extract a variable", |project| {
         let programs = Programs::of(db, project, file, &core)?;
         let ty = programs.written_type(&expr)?;

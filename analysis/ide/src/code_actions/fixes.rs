@@ -2,7 +2,9 @@
 
 use mauve_model::diagnostics::{Finding, Fix, diagnostics_of_file};
 
-use super::{ActionKind, Actions, CodeAction};
+use super::{
+    ActionKind, Actions, CodeAction, connect, create_codel, create_state, create_variable, declare_operation,
+};
 use crate::Change;
 
 /// What an editor may mend by itself, when a file is saved: no guess at a name, and no other number.
@@ -41,6 +43,16 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
                 change: None,
             };
             actions.push(action, || Change::of_fix(db, fix));
+        }
+    }
+    for finding in &meant {
+        match finding.diagnostic.code.name {
+            "unresolved-state" => create_state::offer(actions, finding, &findings),
+            "unresolved-codel" => create_codel::offer(actions, finding),
+            "unresolved-variable" => create_variable::offer(actions, finding),
+            "undeclared-operation" => declare_operation::offer(actions, finding),
+            "unconnected-input" | "unconnected-operation" => connect::offer(actions, finding),
+            _ => {}
         }
     }
     let mut codes: Vec<&str> = meant.iter().map(|it| it.diagnostic.code.name).collect();

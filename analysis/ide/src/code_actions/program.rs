@@ -2,8 +2,10 @@
 
 use std::collections::HashMap;
 
-use mauve_model::item_tree::Part;
-use mauve_model::{Callee, Decl, ModelDb, Project, Type, Typing, codel, declarations, source_map, typing_of};
+use mauve_model::item_tree::{Direction, Part};
+use mauve_model::{
+    Callee, Decl, Meaning, ModelDb, Project, Type, Typing, codel, declarations, source_map, typing_of,
+};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{NodeOrToken, SyntaxKind, SyntaxNode, TextRange, is_whole};
 
@@ -28,16 +30,21 @@ impl<'db> Programs<'db> {
         file: mauve_model::File,
         node: &ast::Core,
     ) -> Option<Programs<'db>> {
-        if !is_whole(node.syntax()) {
-            return None;
-        }
+        let it = Programs::with_unknown(db, project, file, node)?;
+        (!it.typing.unresolved && is_whole(node.syntax())).then_some(it)
+    }
+
+    /// [`Programs::of`] where something may be lost or unknown, for what mends that.
+    pub(super) fn with_unknown(
+        db: &'db dyn ModelDb,
+        project: Project<'db>,
+        file: mauve_model::File,
+        node: &ast::Core,
+    ) -> Option<Programs<'db>> {
         let maps = &source_map(db, file).declarations;
         let at = maps.iter().position(|map| map.range == node.syntax().text_range())?;
         let core = *declarations(db, file).all.get(at)?;
         let typing = typing_of(db, project, core);
-        if typing.unresolved {
-            return None;
-        }
         let parts = maps.get(at)?.parts().enumerate().map(|(part, range)| (range, Part(part as u32)));
         let parts = parts.collect();
         Some(Programs { db, project, core, typing, names: in_declaration(db, project, core), parts })
@@ -45,7 +52,79 @@ impl<'db> Programs<'db> {
 
     /// The type of an expression, brackets or not.
     pub(super) fn type_of(&self, expr: &ast::Expr) -> Option<&Type> {
-        self.typing.types.get(self.parts.get(&bare(expr)?.syntax().text_range())?)
+        let part = self.parts.get(&bare(expr)?.syntax().text_range())?;
+        self.typing.types.get(part).or_else(|| self.type_at(*part))
+    }
+
+    /// The type of a variable, by a name of it.
+    fn type_at(&self, part: Part) -> Option<&Type> {
+        match self.typing.values.get(&part)? {
+            Meaning::Variable(index) => Some(&self.typing.variables.get(*index)?.ty),
+            Meaning::Feature(..) => None,
+        }
+    }
+
+    /// How the type of what a name stands for is written in this core.
+    fn written_type_of(&self, name: &ast::NameRef) -> Option<String> {
+        let part = *self.parts.get(&name.syntax().text_range())?;
+        match self.typing.values.get(&part)? {
+            Meaning::Variable(_) => self.written(self.type_at(part)?, None),
+            Meaning::Feature(shell, index) => {
+                let declared = mauve_model::shell(self.db, *shell)?.features.get(*index)?.ty.as_ref();
+                let ty = mauve_model::type_of(self.db, self.project, *shell, declared);
+                self.written(&ty, declared.map(|it| it.path.clone()))
+            }
+        }
+    }
+
+    /// How the type is written that is asked for where an expression stands: a value of another one would be wrong.
+    pub(super) fn expected_type(&self, expr: &SyntaxNode) -> Option<String> {
+        let parent = expr.parent()?;
+        let other = |binary: &ast::BinaryExpr| {
+            [binary.lhs(), binary.rhs()].into_iter().flatten().find(|it| it.syntax() != expr)
+        };
+        match parent.kind() {
+            SyntaxKind::PAREN_EXPR => self.expected_type(&parent),
+            SyntaxKind::EXPR_STATEMENT => Some("void".to_owned()),
+            SyntaxKind::IF_STATEMENT | SyntaxKind::GUARD => Some("bool".to_owned()),
+            SyntaxKind::ASSIGN_STATEMENT => {
+                self.written_type_of(&ast::AssignStatement::cast(parent)?.name_ref()?)
+            }
+            SyntaxKind::INITIALIZER => {
+                Some(ast::Var::cast(parent.parent()?)?.ty()?.syntax().text().to_string())
+            }
+            SyntaxKind::UNARY_EXPR => match ast::UnaryExpr::cast(parent.clone())?.operator()?.text() {
+                "!" => Some("bool".to_owned()),
+                _ => self.expected_type(&parent),
+            },
+            SyntaxKind::BINARY_EXPR => {
+                let binary = ast::BinaryExpr::cast(parent)?;
+                match binary.operator()?.text() {
+                    "&&" | "||" => Some("bool".to_owned()),
+                    _ => self.written_type(&other(&binary)?),
+                }
+            }
+            SyntaxKind::ARGUMENT_LIST => {
+                let index =
+                    ast::ArgumentList::cast(parent.clone())?.exprs().position(|it| it.syntax() == expr)?;
+                let call = ast::CallExpr::cast(parent.parent()?)?;
+                match self.callee(&call)? {
+                    Callee::Codel(of) => {
+                        let ty = codel(self.db, of)?.parameters.get(index)?.ty.as_ref()?;
+                        let found = mauve_model::type_of(self.db, self.project, of, Some(ty));
+                        self.written(&found, Some(ty.path.clone()))
+                    }
+                    Callee::Read | Callee::Write if index == 1 => {
+                        match call.argument_list()?.exprs().next()? {
+                            ast::Expr::NameExpr(port) => self.written_type_of(&port.name_ref()?),
+                            _ => None,
+                        }
+                    }
+                    _ => None,
+                }
+            }
+            _ => None,
+        }
     }
 
     /// What a call calls.
@@ -56,6 +135,11 @@ impl<'db> Programs<'db> {
 
     /// How the type of an expression is written in this core.
     pub(super) fn written_type(&self, expr: &ast::Expr) -> Option<String> {
+        if let Some(ast::Expr::NameExpr(name)) = bare(expr)
+            && let Some(written) = name.name_ref().and_then(|it| self.written_type_of(&it))
+        {
+            return Some(written);
+        }
         let ty = self.type_of(expr)?;
         let declared = match bare(expr)? {
             ast::Expr::CallExpr(call) => match self.callee(&call)? {
@@ -64,12 +148,17 @@ impl<'db> Programs<'db> {
             },
             _ => None,
         };
+        self.written(ty, declared.map(|it| it.path))
+    }
+
+    /// How a type is written in this core; `declared` is how it is written elsewhere.
+    fn written(&self, ty: &Type, declared: Option<Vec<mauve_model::item_tree::Name>>) -> Option<String> {
         let is_written = |path: Vec<mauve_model::item_tree::Name>| {
             let it = mauve_model::item_tree::TypeRef { path, part: Part(0) };
             let found = mauve_model::type_of(self.db, self.project, self.core, Some(&it));
             (found == *ty).then(|| it.to_string())
         };
-        let declared = declared.and_then(|it| is_written(it.path));
+        let declared = declared.and_then(is_written);
         match ty {
             Type::Void | Type::PortStatus | Type::CallStatus | Type::Handle(_) => None,
             Type::Message(package, name) => declared
@@ -78,6 +167,20 @@ impl<'db> Programs<'db> {
             Type::Unknown => declared,
             known => is_written(vec![known.to_string().into()]),
         }
+    }
+
+    /// Is an expression an argument that a call gives a value to?
+    pub(super) fn is_output(&self, expr: &SyntaxNode) -> bool {
+        let output = || {
+            let list = ast::ArgumentList::cast(expr.parent()?)?;
+            let index = list.exprs().position(|it| it.syntax() == expr)?;
+            Some(match self.callee(&ast::CallExpr::cast(list.syntax().parent()?)?)? {
+                Callee::Codel(of) => codel(self.db, of)?.parameters.get(index)?.direction != Direction::In,
+                Callee::Write | Callee::Send => false,
+                _ => true,
+            })
+        };
+        output().unwrap_or(false)
     }
 
     /// The names within `range`.

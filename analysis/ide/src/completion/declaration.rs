@@ -3,8 +3,9 @@
 use std::collections::BTreeSet;
 
 use mauve_model::item_tree::{Kind, Name};
-use mauve_model::{catalogue, names_of, used_packages};
+use mauve_model::{catalogue, names_of};
 use mauve_syntax::SyntaxKind::*;
+use mauve_syntax::ast::{self, AstNode as _};
 
 use super::position::without_path;
 use super::{Completer, Completion, CompletionKind, may_be};
@@ -59,20 +60,21 @@ impl Completer<'_, '_> {
     fn use_(&mut self) {
         let names = names_of(self.db, self.project);
         let own = self.library.clone();
-        let used = used_packages(self.db, self.project).get(&own);
-        let in_use = |name: &Name| {
-            used.is_some_and(|used| used.contains(name))
-                || own.is_some() && names.visible(own.as_ref()).any(|known| known == name)
-        };
+        let here = self.at.list.children().filter(|node| !node.text_range().contains_range(self.at.word));
+        let here: BTreeSet<String> = here
+            .filter_map(ast::Use::cast)
+            .filter_map(|it| Some(it.name_ref()?.syntax().text().to_string()))
+            .collect();
+        // What another block of the library uses is used here too, and may be said again.
+        let elsewhere: BTreeSet<&Name> = names.visible(own.as_ref()).filter(|_| own.is_some()).collect();
         let libraries: BTreeSet<&Name> = names.libraries().collect();
-        for &name in &libraries {
-            if Some(name) != own.as_ref() && !in_use(name) {
-                self.add(Completion::new(CompletionKind::Library, name.as_str()).note("library").rank(0));
-            }
-        }
-        for name in self.packages() {
-            if !libraries.contains(&name) && !in_use(&name) {
-                self.add(Completion::new(CompletionKind::Library, name.as_str()).note("message package"));
+        let packages = self.packages();
+        let packages = packages.iter().filter(|name| !libraries.contains(name));
+        let all = libraries.iter().map(|&name| (name, "library", 0));
+        for (name, what, rank) in all.chain(packages.map(|name| (name, "message package", 1))) {
+            if Some(name) != own.as_ref() && !here.contains(name.as_str()) {
+                let rank = if elsewhere.contains(name) { 2 } else { rank };
+                self.add(Completion::new(CompletionKind::Library, name.as_str()).note(what).rank(rank));
             }
         }
         self.add(Completion::new(CompletionKind::Library, "ctypes").note("the scalars of C").rank(2));

@@ -8,6 +8,7 @@ use mauve_syntax::SyntaxKind::*;
 use mauve_syntax::format::Replacement;
 use mauve_syntax::{SyntaxNode, TextRange, TextSize};
 
+use super::position::token_before;
 use super::{Completer, Completion, CompletionKind, Subject};
 use crate::program::{parameters_text, result_text};
 
@@ -225,7 +226,7 @@ fn insertion(at: TextSize, text: String) -> Replacement {
 
 /// The white space before a node that begins its line.
 fn line_start(node: &SyntaxNode) -> Option<String> {
-    let Some(before) = node.first_token()?.prev_token() else { return Some(String::new()) };
+    let Some(before) = token_before(&node.first_token()?) else { return Some(String::new()) };
     let (_, indent) = before.text().rsplit_once('\n').filter(|_| before.kind() == WHITESPACE)?;
     Some(indent.to_owned())
 }

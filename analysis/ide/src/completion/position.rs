@@ -48,7 +48,7 @@ impl Position {
         let right = around.last().cloned().and_then(|token| behind(token, range.end()));
         let list = left.as_ref().map_or_else(|| root.clone(), |left| list_around(root, left));
         let begins_line = left.as_ref().is_none_or(|left| {
-            let mut between = std::iter::successors(left.next_token(), SyntaxToken::next_token)
+            let mut between = std::iter::successors(token_after(left), token_after)
                 .take_while(|token| token.text_range().end() <= range.start());
             between.any(|token| token.text().contains('\n'))
         });
@@ -117,14 +117,33 @@ fn is_closed_to(token: &SyntaxToken, offset: TextSize) -> bool {
     }
 }
 
+/// The token before another. Rowan's own way ends at a node without text, and what is missing is one.
+pub(crate) fn token_before(token: &SyntaxToken) -> Option<SyntaxToken> {
+    let start = token.text_range().start();
+    let root = token.parent_ancestors().last()?;
+    root.token_at_offset(start).left_biased().filter(|before| before.text_range().end() <= start)
+}
+
+fn token_after(token: &SyntaxToken) -> Option<SyntaxToken> {
+    let end = token.text_range().end();
+    let root = token.parent_ancestors().last()?;
+    root.token_at_offset(end).right_biased().filter(|after| after.text_range().start() >= end)
+}
+
+/// The token before another, but for white space and comments.
+pub(crate) fn before_token(token: &SyntaxToken) -> Option<SyntaxToken> {
+    before(token_before(token)?, token.text_range().start())
+}
+
 /// The last token, but for white space and comments, that ends at `offset` or before it; `token` is near.
 pub(crate) fn before(token: SyntaxToken, offset: TextSize) -> Option<SyntaxToken> {
-    std::iter::successors(Some(token), SyntaxToken::prev_token)
+    std::iter::successors(Some(token), token_before)
         .find(|token| token.text_range().end() <= offset && !token.kind().is_trivia())
 }
 
-fn behind(token: SyntaxToken, offset: TextSize) -> Option<SyntaxToken> {
-    std::iter::successors(Some(token), SyntaxToken::next_token)
+/// The first token, but for white space and comments, that begins at `offset` or behind it.
+pub(crate) fn behind(token: SyntaxToken, offset: TextSize) -> Option<SyntaxToken> {
+    std::iter::successors(Some(token), token_after)
         .find(|token| token.text_range().start() >= offset && !token.kind().is_trivia())
 }
 
@@ -197,7 +216,7 @@ pub(crate) struct Call {
 pub(crate) fn call_around(left: &SyntaxToken) -> Option<Call> {
     let mut commas: Vec<(SyntaxNode, usize)> = Vec::new();
     let mut depth = 0_usize;
-    for token in std::iter::successors(Some(left.clone()), SyntaxToken::prev_token) {
+    for token in std::iter::successors(Some(left.clone()), token_before) {
         match token.kind() {
             R_PAREN => depth += 1,
             L_PAREN if depth > 0 => depth -= 1,
@@ -205,7 +224,7 @@ pub(crate) fn call_around(left: &SyntaxToken) -> Option<Call> {
                 let list = token.parent()?;
                 match list.kind() {
                     ARGUMENT_LIST => {
-                        let callee = before(token.prev_token()?, token.text_range().start())?;
+                        let callee = before_token(&token)?;
                         let index = commas.iter().find(|(of, _)| *of == list).map_or(0, |(_, count)| *count);
                         return Some(Call { callee, arguments: list, index });
                     }

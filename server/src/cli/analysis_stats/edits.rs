@@ -12,7 +12,8 @@ use mauve_syntax::{SyntaxKind, SyntaxNode, SyntaxToken};
 use mauve_timing::Table;
 use salsa::Setter as _;
 
-use crate::cli::{columns, deployments};
+use crate::analysis_document::deployments;
+use crate::cli::columns;
 use crate::load::load;
 
 /// As many edits of one kind are measured, from all over the models.

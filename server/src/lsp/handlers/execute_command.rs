@@ -12,7 +12,8 @@ use tower_lsp::lsp_types::ExecuteCommandParams;
 
 use crate::lsp::snapshot::Snapshot;
 
-const SET_SIGNIFICANCE: &str = "mauve.setSignificance";
+/// The command that sets the level.
+pub(crate) const SET_SIGNIFICANCE: &str = "mauve.setSignificance";
 
 /// The commands that are known.
 pub(crate) const COMMANDS: &[&str] = &[SET_SIGNIFICANCE];

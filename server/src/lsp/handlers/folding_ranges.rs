@@ -34,7 +34,8 @@ pub(crate) fn folding_ranges(
             folds.iter().map(fold).collect()
         }
     };
-    let mut found = outermost(found, capabilities.most_folds);
+    let most = capabilities.most_folds.map_or(usize::MAX, |most| most as usize);
+    let mut found = outermost(found, most);
     if !capabilities.collapsed_texts {
         found.iter_mut().for_each(|fold| fold.collapsed_text = None);
     }

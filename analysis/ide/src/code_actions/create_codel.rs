@@ -1,0 +1,117 @@
+//! The codel that a program calls and nobody declares, with the types of what it is called with.
+
+use mauve_model::diagnostics::Finding;
+use mauve_syntax::ast::{self, AstNode as _};
+
+use super::program::{Programs, bare};
+use super::{Actions, indentation, put};
+
+pub(super) fn offer<'db>(actions: &mut Actions<'_, 'db>, finding: &Finding<'db>) {
+    let (db, file) = (actions.db, actions.question.file);
+    let text = file.text(db);
+    let at = finding.diagnostic.at.range(db);
+    let element = actions.root().covering_element(at);
+    let call = element.ancestors().find_map(ast::CallExpr::cast);
+    let core = element.ancestors().find_map(ast::Core::cast);
+    let (Some(call), Some(core)) = (call, core) else { return };
+    let is_it = call.name_ref().is_some_and(|name| name.syntax().text_range() == at);
+    // What stands for something already cannot be called, whatever is declared.
+    let is_unknown = finding.diagnostic.message.starts_with("no codel or operation");
+    let Some(&project) = actions.projects.first().filter(|_| is_it && is_unknown) else { return };
+    let Some(signature) =
+        Programs::with_unknown(db, project, file, &core).and_then(|it| signature(&it, &call))
+    else {
+        return;
+    };
+    let name = &text[at];
+    // With the other codels of its library, or right before the core.
+    let before = core.syntax().prev_sibling().into_iter();
+    let before = before.flat_map(|it| std::iter::successors(Some(it), |it| it.prev_sibling()));
+    let last = before.filter_map(ast::Codel::cast).next();
+    actions.mend(finding, format!("Create codel `{name}{signature}`"), || match last {
+        Some(last) => {
+            let range = last.syntax().text_range();
+            let indent = indentation(text, range.start());
+            put(file, range.end(), format!("\n{indent}codel {name}{signature}"))
+        }
+        None => {
+            let start = core.syntax().text_range().start();
+            put(file, start, format!("codel {name}{signature}\n{}", indentation(text, start)))
+        }
+    });
+}
+
+/// `(in goal: Pose, in value: int): bool`
+fn signature(programs: &Programs<'_>, call: &ast::CallExpr) -> Option<String> {
+    let result = programs.expected_type(call.syntax())?;
+    let mut names: Vec<String> = Vec::new();
+    let mut parameters = Vec::new();
+    for argument in call.argument_list()?.exprs() {
+        let wanted = match bare(&argument)? {
+            ast::Expr::NameExpr(name) => name.syntax().text().to_string(),
+            _ => "value".to_owned(),
+        };
+        let numbered = (2..).map(|number| format!("{wanted}{number}"));
+        let mut all = std::iter::once(wanted.clone()).chain(numbered);
+        let name = all.find(|name| !names.contains(name))?;
+        parameters.push(format!("in {name}: {}", programs.written_type(&argument)?));
+        names.push(name);
+    }
+    Some(format!("({}): {result}", parameters.join(", ")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::check;
+    use expect_test::{Expect, expect};
+
+    fn created(update: &str, expected: Expect) {
+        let text = format!(
+            "library l {{\n  use geometry_msgs\n  codel know(in goal: Pose): int\n\n  shell S {{ input port pose: Pose  property gain: double }}\n\n  \
+             core C(S) {{\n    var goal: Pose\n    var n: int = 0\n    update = {{ {update} }}\n  }}\n}}\n"
+        );
+        check(&text, "Create codel", expected);
+    }
+
+    #[test]
+    fn with_the_types_of_its_arguments_and_of_what_is_done_with_it() {
+        created(
+            "/* 🦀 é */ n = $0plan(goal, n + 1, gain, 2.5);",
+            expect![[r#"
+                --- /model.mal
+                  codel plan(in goal: Pose, in value: int, in gain: double, in value2: double): int
+            "#]],
+        );
+        created(
+            "$0drive();",
+            expect![[r#"
+            --- /model.mal
+              codel drive(): void
+        "#]],
+        );
+        created(
+            "if $0arrived(goal, goal) then { } else { }",
+            expect![[r#"
+            --- /model.mal
+              codel arrived(in goal: Pose, in goal2: Pose): bool
+        "#]],
+        );
+        created(
+            "n = know($0next(n));",
+            expect![[r#"
+            --- /model.mal
+              codel next(in n: int): Pose
+        "#]],
+        );
+        // Nobody knows what it gives, or takes.
+        created("$0plan(other);", expect!["not offered\n"]);
+        created(
+            "n = $0plan(n",
+            expect![[r#"
+            --- /model.mal
+              codel plan(in n: int): int
+        "#]],
+        );
+        created("$0n(2);", expect!["not offered\n"]);
+    }
+}

@@ -1,0 +1,73 @@
+//! A state that a transition leads to and that its state machine does not have yet, behind the one that it starts from.
+
+use mauve_model::diagnostics::Finding;
+use mauve_syntax::TextRange;
+use mauve_syntax::ast::{self, AstNode as _};
+
+use super::{Actions, indentation, put};
+
+pub(super) fn offer<'db>(actions: &mut Actions<'_, 'db>, finding: &Finding<'db>, all: &[Finding<'db>]) {
+    let (db, file) = (actions.db, actions.question.file);
+    let text = file.text(db);
+    let root = actions.root();
+    let at = finding.diagnostic.at.range(db);
+    let node = |range: TextRange| root.covering_element(range);
+    let state = node(at).ancestors().find_map(ast::State::cast);
+    let machine = node(at).ancestors().find_map(ast::StateMachine::cast);
+    let (Some(state), Some(machine)) = (state, machine) else { return };
+    let whole = state.syntax().text_range();
+    let indent = indentation(text, whole.start());
+    let written = |name: &str| format!("\n{indent}state {name} {{\n{indent}}}");
+    let name = &text[at];
+    actions.mend(finding, format!("Create state `{name}`"), || put(file, whole.end(), written(name)));
+    let mut missing: Vec<&str> = all
+        .iter()
+        .filter(|it| it.diagnostic.code.name == "unresolved-state" && it.diagnostic.at.file(db) == file)
+        .map(|it| it.diagnostic.at.range(db))
+        .filter(|range| machine.syntax().text_range().contains_range(*range))
+        .map(|range| &text[range])
+        .collect();
+    missing.sort_unstable();
+    missing.dedup();
+    if missing.len() > 1 {
+        let title = format!("Create the {} states that are missing", missing.len());
+        actions.mend(finding, title, || {
+            put(file, whole.end(), missing.iter().map(|name| written(name)).collect())
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::check;
+    use expect_test::expect;
+
+    const MACHINE: &str = "shell S { }\ncore C(S) {\n  statemachine {\n    /* 🦀 é */ initial state A {\n      transition t to $0B\n      \
+                           transition u to Cc\n    }\n    state D { transition v to B transition w to A }\n  }\n}\n";
+
+    #[test]
+    fn one_and_all() {
+        check(
+            MACHINE,
+            "Create state `B`",
+            expect![[r#"
+            --- /model.mal
+                state B {
+                }
+        "#]],
+        );
+        check(
+            MACHINE,
+            "Create the 2 states",
+            expect![[r#"
+            --- /model.mal
+                state B {
+                }
+                state Cc {
+                }
+        "#]],
+        );
+        check(&MACHINE.replace("$0B", "$0D"), "Create", expect!["not offered\n"]);
+        check(&MACHINE.replace("$0B", "$0"), "Create state", expect!["not offered\n"]);
+    }
+}

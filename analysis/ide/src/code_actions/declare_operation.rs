@@ -1,0 +1,55 @@
+//! An operation that a core defines, declared in its shell.
+
+use mauve_model::diagnostics::Finding;
+use mauve_model::item_tree::Kind;
+use mauve_model::{core, declarations, names_of, source_map};
+use mauve_syntax::ast::{self, AstNode as _};
+use mauve_syntax::is_whole;
+
+use super::{Actions, put_into};
+
+pub(super) fn offer<'db>(actions: &mut Actions<'_, 'db>, finding: &Finding<'db>) {
+    let (db, file) = (actions.db, actions.question.file);
+    let at = finding.diagnostic.at.range(db);
+    let element = actions.root().covering_element(at);
+    let operation = element.ancestors().find_map(ast::OperationDefinition::cast);
+    let (Some(operation), Some(&project)) = (operation, actions.projects.first()) else { return };
+    let parts = operation.name().zip(operation.param_list()).filter(|(_, it)| is_whole(it.syntax()));
+    let maps = &source_map(db, file).declarations;
+    let of = maps.iter().position(|map| map.range.contains_range(at));
+    let of = of.and_then(|index| declarations(db, file).all.get(index));
+    let shell = of.and_then(|&of| {
+        let shell = core(db, of)?.shell.as_ref();
+        names_of(db, project).resolve_type(db, of, Kind::Shell, shell).ok()
+    });
+    let (Some((name, parameters)), Some(shell)) = (parts, shell) else { return };
+    let result = operation.result_type().and_then(|it| it.ty());
+    let result = result.map_or_else(|| "void".to_owned(), |it| it.syntax().text().to_string());
+    let name = name.syntax().text().to_string();
+    actions.mend(finding, format!("Declare `{name}` in {}", shell.name(db)), || {
+        put_into(db, shell, &format!("provide {name}{}: {result}", parameters.syntax().text()))
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::check;
+    use expect_test::expect;
+
+    #[test]
+    fn as_it_is_defined() {
+        let text = "include \"shells.mal\"\ncore C(l.S) { provide $0reset(in n: int, out m: double): bool = { return true; } update = { } }\n\
+                    //- /shells.mal\nlibrary l { shell S { } }\n";
+        check(
+            text,
+            "Declare",
+            expect![[r#"
+            --- /shells.mal
+            library l { shell S {
+                provide reset(in n: int, out m: double): bool } }
+        "#]],
+        );
+        check(&text.replace("n: int", "n:"), "Declare", expect!["not offered\n"]);
+        check(&text.replace("(l.S)", "(l.T)"), "Declare", expect!["not offered\n"]);
+    }
+}

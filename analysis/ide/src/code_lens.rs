@@ -1,0 +1,314 @@
+//! Lines above declarations: how many deadlines of a deployment are met, and at which levels else it can be looked at; how
+//! often a component is used; which file implements a codel.
+//!
+//! Where they stand is known at once; what they say is found when somebody looks ([`resolve_code_lens`]).
+
+use std::collections::HashMap;
+use std::path::PathBuf;
+
+use mauve_model::item_tree::Kind;
+use mauve_model::{
+    Decl, File, ModelDb, Place, Project, Query, Verdict, Workspace, architecture, declarations, is_model,
+    names_of, response_times,
+};
+use mauve_syntax::{TextRange, TextSize};
+use mauve_timing::{Level, Status};
+
+use crate::levels::known_levels;
+use crate::project::{name_of_root, projects_with};
+
+/// A line above a declaration.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct CodeLens {
+    /// The name of the declaration.
+    pub range: TextRange,
+    /// What it is about.
+    pub kind: LensKind,
+}
+
+/// What a line is about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LensKind {
+    /// The deadlines of a deployment.
+    Deadlines,
+    /// A deployment at another level.
+    AtLevel(Level),
+    /// The instances of a component.
+    Instances,
+    /// The file of a codel.
+    Implementation,
+}
+
+/// What a line says, and does.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Lens {
+    /// What it says.
+    pub title: String,
+    /// What a click on it does, if anything.
+    pub action: Option<LensAction>,
+}
+
+/// What a click on a line does.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum LensAction {
+    /// Shows everything at this level.
+    SetSignificance(Level),
+    /// Shows these places.
+    Show(Vec<(File, TextRange)>),
+    /// Opens this file, if it is there.
+    Open(PathBuf),
+}
+
+/// The lines of a file, in the order of the text.
+///
+/// ```
+/// use mauve_model::{Database, Workspace};
+///
+/// let model = "component P(S, C)\narchitecture A { instance pilot: P }";
+/// let db = Database::default();
+/// let workspace = Workspace::of_texts(&db, "/".into(), [("/robot.mal".into(), model.to_owned())]);
+/// let file = workspace.file(&db, "/robot.mal".as_ref()).unwrap();
+/// let lenses = mauve_ide::code_lenses(&db, &[workspace], file);
+/// let lens = mauve_ide::resolve_code_lens(&db, &[workspace], file, lenses[0]).unwrap();
+/// assert_eq!(lens.title, "used in 1 instance");
+/// ```
+pub fn code_lenses(db: &dyn ModelDb, workspaces: &[Workspace], file: File) -> Vec<CodeLens> {
+    if !is_model(file.path(db)) {
+        return Vec::new();
+    }
+    let mut others: Option<Vec<Level>> = None;
+    let mut found = Vec::new();
+    for &decl in declarations(db, file).all.iter().filter(|decl| !decl.name(db).is_empty()) {
+        let range = Place::name_of(decl).range(db);
+        let mut add = |kind| found.push(CodeLens { range, kind });
+        match decl.kind(db) {
+            Kind::Deployment => {
+                add(LensKind::Deadlines);
+                let others = others.get_or_insert_with(|| other_levels(db, workspaces, file));
+                others.iter().for_each(|&level| add(LensKind::AtLevel(level)));
+            }
+            Kind::Component => add(LensKind::Instances),
+            Kind::Codel => add(LensKind::Implementation),
+            Kind::Use | Kind::Shell | Kind::Core | Kind::Architecture => {}
+        }
+    }
+    found
+}
+
+/// What a line says now; nothing where it has nothing to say.
+pub fn resolve_code_lens(
+    db: &dyn ModelDb,
+    workspaces: &[Workspace],
+    file: File,
+    lens: CodeLens,
+) -> Option<Lens> {
+    let decl = *declarations(db, file).all.iter().find(|it| Place::name_of(**it).range(db) == lens.range)?;
+    match lens.kind {
+        LensKind::Deadlines => deadlines(db, workspaces, decl),
+        LensKind::AtLevel(level) => {
+            Some(Lens { title: format!("at {level}"), action: Some(LensAction::SetSignificance(level)) })
+        }
+        LensKind::Instances => instances(db, workspaces, decl),
+        LensKind::Implementation => {
+            let projects = projects_with(db, workspaces, file);
+            let name = format!("src/codels/{}.cpp", decl.name(db));
+            let path = projects.first()?.workspace(db).folder(db).join(&name);
+            Some(Lens { title: name, action: Some(LensAction::Open(path)) })
+        }
+    }
+}
+
+/// The levels next to the one that is shown: the rarer one last.
+fn other_levels(db: &dyn ModelDb, workspaces: &[Workspace], file: File) -> Vec<Level> {
+    let projects = projects_with(db, workspaces, file);
+    let Some(&first) = projects.first() else { return Vec::new() };
+    let shown = Query::shown(db, first).level;
+    // From the most probable down.
+    let levels = known_levels(db, workspaces);
+    let before = levels.iter().rev().find(|level| **level > shown);
+    let after = levels.iter().find(|level| **level < shown);
+    before.into_iter().chain(after).copied().collect()
+}
+
+/// `8 of 9 activities meet their deadlines at 1e-4`.
+fn deadlines(db: &dyn ModelDb, workspaces: &[Workspace], of: Decl<'_>) -> Option<Lens> {
+    let mut titles: Vec<(String, Vec<Project<'_>>)> = Vec::new();
+    let projects = projects_with(db, workspaces, of.file(db));
+    for &project in &projects {
+        let query = Query::shown(db, project);
+        let report = response_times(db, project, of, query);
+        let real_time = || report.activities.iter().filter(|it| it.verdict != Verdict::Background);
+        let all = real_time().count();
+        if all == 0 {
+            continue;
+        }
+        // Of a deployment of which a part is lost, nothing is claimed.
+        let met = match report.lost.is_empty() {
+            true => real_time().filter(|it| it.verdict.is_met()).count(),
+            false => 0,
+        };
+        let is_unknown =
+            |it: &&mauve_model::ActivityReport<'_>| it.verdict == Verdict::RealTime(Status::NotAnalysed);
+        let unknown = if report.lost.is_empty() { real_time().filter(is_unknown).count() } else { all };
+        let mut title = match all {
+            1 => format!("{met} of 1 activity meets its deadline at {}", query.level),
+            _ => format!("{met} of {all} activities meet their deadlines at {}", query.level),
+        };
+        if unknown > 0 {
+            title += &format!(", {unknown} not analysed");
+        }
+        if real_time().any(|it| !it.assumed.is_empty()) {
+            title += ", times assumed";
+        }
+        match titles.iter_mut().find(|(known, _)| *known == title) {
+            Some((_, having)) => having.push(project),
+            None => titles.push((title, vec![project])),
+        }
+    }
+    let differ = titles.len() > 1;
+    let titles = titles.into_iter().map(|(title, having)| {
+        let roots: Vec<String> = having.iter().map(|&project| name_of_root(db, project)).collect();
+        if differ { format!("{title} (in the project of {})", roots.join(", ")) } else { title }
+    });
+    let titles: Vec<String> = titles.collect();
+    (!titles.is_empty()).then(|| Lens { title: titles.join(" · "), action: None })
+}
+
+/// `used in 2 instances`, each place once.
+fn instances(db: &dyn ModelDb, workspaces: &[Workspace], of: Decl<'_>) -> Option<Lens> {
+    let mut places: Vec<(File, TextRange)> = Vec::new();
+    for project in projects_with(db, workspaces, of.file(db)) {
+        for place in instances_by_component(db, project).get(&of).into_iter().flatten() {
+            let place = (place.file(db), place.range(db));
+            if !places.contains(&place) {
+                places.push(place);
+            }
+        }
+    }
+    let title = match places.len() {
+        0 => "not used in any instance".to_owned(),
+        1 => "used in 1 instance".to_owned(),
+        count => format!("used in {count} instances"),
+    };
+    Some(Lens { title, action: (!places.is_empty()).then_some(LensAction::Show(places)) })
+}
+
+/// The instances of a project by their components, in the order of the declarations.
+#[salsa::tracked(returns(ref))]
+fn instances_by_component<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+) -> HashMap<Decl<'db>, Vec<Place<'db>>> {
+    let names = names_of(db, project);
+    let mut found: HashMap<Decl<'db>, Vec<Place<'db>>> = HashMap::new();
+    for &of in &names.all {
+        for instance in architecture(db, of).into_iter().flat_map(|data| &data.instances) {
+            let component = names.resolve_type(db, of, Kind::Component, instance.component.as_ref());
+            if let Ok(component) = component {
+                found.entry(component).or_default().push(Place::Part(of, instance.name.part));
+            }
+        }
+    }
+    found
+}
+
+/// The line of that kind above the name that begins at `offset`.
+pub fn code_lens_at(
+    db: &dyn ModelDb,
+    workspaces: &[Workspace],
+    file: File,
+    offset: TextSize,
+    is_it: impl Fn(LensKind) -> bool,
+) -> Option<CodeLens> {
+    let all = code_lenses(db, workspaces, file);
+    all.into_iter().find(|lens| lens.range.start() == offset && is_it(lens.kind))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixture::Fixture;
+    use expect_test::{Expect, expect};
+
+    fn check(fixture: &str, expected: Expect) {
+        let Fixture { db, workspace, file, .. } = Fixture::new(fixture);
+        let mut shown = String::new();
+        for lens in code_lenses(&db, &[workspace], file) {
+            let Some(Lens { title, action }) = resolve_code_lens(&db, &[workspace], file, lens) else {
+                continue;
+            };
+            let action = match action {
+                None => String::new(),
+                Some(LensAction::SetSignificance(level)) => format!(" -> set {level}"),
+                Some(LensAction::Open(path)) => format!(" -> open {}", path.display()),
+                Some(LensAction::Show(places)) => {
+                    let place = |(file, range): &(File, TextRange)| {
+                        format!(" -> {} {:?} {}", file.path(&db).display(), range, &file.text(&db)[*range])
+                    };
+                    places.iter().map(place).collect()
+                }
+            };
+            shown += &format!("{}: {title}{action}\n", &file.text(&db)[lens.range]);
+        }
+        expected.assert_eq(&shown);
+    }
+
+    const TABLES: &str = "
+//- /mauve.toml
+timing.tables = [\"t.toml\"]
+[project]
+root = \"robot.mal\"
+//- /t.toml
+levels = [1e-3, 1e-4, 1e-5]
+codel.plan = [1, 2, 90]
+codel.drive = 20
+";
+
+    #[test]
+    fn what_stands_above_declarations() {
+        let robot = "
+/* 🦀 é */ codel plan(): int  codel drive(): int
+shell S { }
+core C(S) { update = { plan(); } }  core E(S) { update = { drive(); } }
+component P(S, C)  component Q(S, E)  component Unused(S, E)
+architecture A { instance a: P  instance b: Q }
+deployment D {
+  architecture A
+  activity a { priority = 1 period = 100 }
+  activity b { priority = 2 period = 100 deadline = 10 }
+}
+//- /robot.mal
+include \"model.mal\"
+architecture B { import A  instance c: P }
+";
+        check(
+            &format!("{robot}{TABLES}"),
+            expect![[r#"
+            plan: src/codels/plan.cpp -> open /src/codels/plan.cpp
+            drive: src/codels/drive.cpp -> open /src/codels/drive.cpp
+            P: used in 2 instances -> /robot.mal 56..57 c -> /model.mal 223..224 a
+            Q: used in 1 instance -> /model.mal 238..239 b
+            Unused: not used in any instance
+            D: 1 of 2 activities meet their deadlines at 1e-4
+            D: at 1e-3 -> set 1e-3
+            D: at 1e-5 -> set 1e-5
+        "#]],
+        );
+    }
+
+    #[test]
+    fn a_deployment_that_is_not_known_claims_nothing() {
+        check(
+            "deployment D { architecture A activity a { priority = 1 period = 10 } activity b { priority = } }",
+            expect![[r#"
+                D: 0 of 2 activities meet their deadlines at 1e-4, 2 not analysed
+            "#]],
+        );
+        check(
+            "deployment D { } component",
+            expect![[r#"
+            component: not used in any instance
+        "#]],
+        );
+    }
+}

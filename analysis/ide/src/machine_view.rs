@@ -1,0 +1,271 @@
+//! A component's state machine as a panel shows it: states and edges with their times, where each of them stands, and the
+//! worst periods in a row.
+
+use mauve_model::item_tree::{Kind, Name};
+use mauve_model::{
+    Decl, File, ModelDb, Place, Project, Psm, Workspace, architecture, behaviour_of, core, core_of,
+    declarations, names_of, psm_of, source_map, system_of,
+};
+use mauve_syntax::TextSize;
+use mauve_timing::{Level, Time, worst_trace};
+
+use crate::project::projects_with;
+
+/// How many periods of the worst trace are given.
+const TRACE: usize = 12;
+
+/// A component's state machine.
+#[derive(Debug, Clone)]
+pub struct MachineView<'db> {
+    /// In the order of the text; those that the initial one does not reach are not among them.
+    pub states: Vec<MachineState<'db>>,
+    /// What a period may do, each way once.
+    pub edges: Vec<MachineEdge<'db>>,
+    /// The worst consecutive periods, as numbers of edges; empty where there are no times.
+    pub worst_trace: Vec<usize>,
+    /// The machine with its times, for whoever draws it.
+    pub psm: Option<&'db Psm>,
+    /// Why there are no times, or not even edges.
+    pub reasons: Vec<String>,
+}
+
+/// A state.
+#[derive(Debug, Clone)]
+pub struct MachineState<'db> {
+    /// Its name; of a core without a state machine, `update`.
+    pub name: Name,
+    /// Does the machine start here?
+    pub initial: bool,
+    /// Where it is declared.
+    pub at: Option<Place<'db>>,
+}
+
+/// What a period may do.
+#[derive(Debug, Clone)]
+pub struct MachineEdge<'db> {
+    /// The number of the state that it is in before.
+    pub source: usize,
+    /// The number of the state that it is in afterwards.
+    pub target: usize,
+    /// The transition that fires; none where it stays.
+    pub transition: Option<Name>,
+    /// What it costs at most.
+    pub time: Option<Time>,
+    /// The programs that it executes, in their order, by their keys in a timing table.
+    pub programs: Vec<(String, Option<Time>)>,
+    /// Where the transition is declared.
+    pub at: Option<Place<'db>>,
+}
+
+/// The state machine of a component of `project`.
+pub fn state_machine<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    component: Decl<'db>,
+    level: Level,
+) -> MachineView<'db> {
+    let mut view = MachineView {
+        states: Vec::new(),
+        edges: Vec::new(),
+        worst_trace: Vec::new(),
+        psm: None,
+        reasons: Vec::new(),
+    };
+    let Some(of) = core_of(db, project, component) else {
+        view.reasons.push("its core is unknown".to_owned());
+        return view;
+    };
+    let behaviour = behaviour_of(db, project, of);
+    match psm_of(db, project, component, level) {
+        Ok(psm) => view.psm = Some(psm),
+        Err(refused) => view.reasons = refused.refusals.iter().map(|it| it.message.clone()).collect(),
+    }
+    let data = core(db, of);
+    let declared: Vec<_> =
+        data.into_iter().flat_map(|data| &data.machines).flat_map(|machine| &machine.states).collect();
+    let state = |name: &Name| declared.iter().find(|state| state.name.name == *name).copied();
+    // A core without a machine is what its `update` does.
+    let update = data.and_then(|data| data.hooks.iter().find(|hook| hook.kind.keyword() == "update"));
+    let update = update.map(|hook| Place::Part(of, hook.part));
+    for (index, name) in behaviour.states.iter().enumerate() {
+        let at = state(name).map(|state| Place::Part(of, state.name.part)).or_else(|| update.clone());
+        view.states.push(MachineState { name: name.clone(), initial: index == behaviour.initial, at });
+    }
+    for (index, edge) in behaviour.edges.iter().enumerate() {
+        let source = behaviour.states.get(edge.source).and_then(state);
+        let transition = edge.transition.as_ref();
+        let declared = source.zip(transition).and_then(|(source, name)| {
+            source.transitions.iter().find(|transition| transition.name.name == *name)
+        });
+        let programs = edge.programs.iter().filter_map(|&program| {
+            let time = view.psm.and_then(|psm| Some(psm.programs.get(program)?.1));
+            Some((behaviour.programs.get(program)?.key.clone(), time))
+        });
+        view.edges.push(MachineEdge {
+            source: edge.source,
+            target: edge.target,
+            transition: transition.cloned(),
+            time: view.psm.and_then(|psm| Some(psm.machine.edges().get(index)?.cost)),
+            programs: programs.collect(),
+            at: declared.map(|transition| Place::Part(of, transition.name.part)),
+        });
+    }
+    let trace = view.psm.and_then(|psm| worst_trace(&psm.machine, TRACE));
+    view.worst_trace = trace.unwrap_or_default();
+    view
+}
+
+/// The component that is meant at `offset`, with a project that has it: the one that is declared there, whose core is, or
+/// whose instance or activity is.
+pub fn component_at<'db>(
+    db: &'db dyn ModelDb,
+    workspaces: &[Workspace],
+    file: File,
+    offset: TextSize,
+) -> Option<(Project<'db>, Decl<'db>)> {
+    let mut around = declarations(db, file).all.iter().zip(&source_map(db, file).declarations);
+    let (&decl, _) = around.find(|(_, map)| map.range.contains_inclusive(offset))?;
+    // The last whose name begins before.
+    let is_before = |place: &Place<'_>| place.range(db).start() <= offset;
+    projects_with(db, workspaces, file).into_iter().find_map(|project| {
+        let names = names_of(db, project);
+        let found = match decl.kind(db) {
+            Kind::Component => Some(decl),
+            Kind::Core => {
+                let all = names.all.iter().copied().filter(|it| it.kind(db) == Kind::Component);
+                all.into_iter().find(|&component| core_of(db, project, component) == Some(decl))
+            }
+            Kind::Architecture => {
+                let instances = &architecture(db, decl)?.instances;
+                let before =
+                    |it: &&mauve_model::item_tree::Instance| is_before(&Place::Part(decl, it.name.part));
+                let instance = instances.iter().filter(before).next_back()?;
+                names.resolve_type(db, decl, Kind::Component, instance.component.as_ref()).ok()
+            }
+            Kind::Deployment => {
+                let rows = &system_of(db, project, decl).rows;
+                let own = rows.iter().filter(|row| row.at != Place::name_of(decl) && is_before(&row.at));
+                own.max_by_key(|row| row.at.range(db).start())?.component
+            }
+            Kind::Use | Kind::Codel | Kind::Shell => None,
+        };
+        found.map(|component| (project, component))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixture::Fixture;
+    use expect_test::{Expect, expect};
+
+    fn shown(fixture: &str) -> String {
+        let Fixture { db, workspace, file, offset } = Fixture::new(fixture);
+        let mut shown = String::new();
+        if let Some((project, component)) = component_at(&db, &[workspace], file, offset) {
+            let view = state_machine(&db, project, component, Level::TEN_TO_MINUS_FOUR);
+            let place = |at: &Option<Place<'_>>| {
+                at.as_ref().map_or("?".to_owned(), |at| at.file(&db).text(&db)[at.range(&db)].to_owned())
+            };
+            shown += &format!("{}\n", component.name(&db));
+            for state in &view.states {
+                shown += &format!(
+                    "{} @{}{}\n",
+                    state.name,
+                    place(&state.at),
+                    if state.initial { " initial" } else { "" }
+                );
+            }
+            for edge in &view.edges {
+                let MachineEdge { source, target, transition, time, programs, at } = edge;
+                shown +=
+                    &format!("{source} -> {target} {transition:?} @{} {time:?} {programs:?}\n", place(at));
+            }
+            shown += &format!("{:?} {:?}\n", view.worst_trace, view.reasons);
+        }
+        shown
+    }
+
+    fn check(fixture: &str, expected: Expect) {
+        expected.assert_eq(&shown(fixture));
+    }
+
+    const MODEL: &str = "
+/* 🦀 é */ codel plan(): int
+shell S { }
+core C(S) {
+  statemachine {
+    initial state Waiting { transition go if (plan() > 0) to Moving }
+    state Moving { run = { plan(); plan(); }  transition done to Wai$2ting }
+  }
+}
+core U(S) { update = { plan(); } }
+component Pilot(S, C)  component Upd$3ater(S, U)
+architecture A { instance pilot: Pi$1lot  instance u: Updater }
+deployment D { architecture A activity pilot { priority = 1 period = 10 } activity u { pri$4ority = 2 period = 10 } }
+//- /mauve.toml
+[assume]
+codel = \"1.5 ms\"
+";
+
+    fn at(cursor: &str, model: &str) -> String {
+        let model = model.replace(cursor, "$0");
+        ["$1", "$2", "$3", "$4"].iter().fold(model, |text, mark| text.replace(mark, ""))
+    }
+
+    #[test]
+    fn from_an_instance_and_from_a_core() {
+        check(
+            &at("$1", MODEL),
+            expect![[r#"
+            Pilot
+            Waiting @Waiting initial
+            Moving @Moving
+            0 -> 1 Some("go") @go Some(Time(1500000)) [("Waiting.go.guard", Some(Time(1500000)))]
+            0 -> 0 None @? Some(Time(1500000)) [("Waiting.go.guard", Some(Time(1500000)))]
+            1 -> 0 Some("done") @done Some(Time(3000000)) [("Moving.run", Some(Time(3000000)))]
+            [0, 2, 0, 2, 0, 2, 0, 2, 0, 2, 0, 2] []
+        "#]],
+        );
+        assert_eq!(shown(&at("$1", MODEL)), shown(&at("$2", MODEL)));
+    }
+
+    #[test]
+    fn a_component_without_states_is_its_update() {
+        check(
+            &at("$3", MODEL),
+            expect![[r#"
+            Updater
+            update @update initial
+            0 -> 0 None @? Some(Time(1500000)) [("update", Some(Time(1500000)))]
+            [0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0] []
+        "#]],
+        );
+        assert_eq!(shown(&at("$3", MODEL)), shown(&at("$4", MODEL)));
+    }
+
+    #[test]
+    fn without_times_there_are_states_all_the_same() {
+        let model = MODEL.replace("codel = \"1.5 ms\"", "");
+        check(
+            &at("$1", &model),
+            expect![[r#"
+            Pilot
+            Waiting @Waiting initial
+            Moving @Moving
+            0 -> 1 Some("go") @go None [("Waiting.go.guard", None)]
+            0 -> 0 None @? None [("Waiting.go.guard", None)]
+            1 -> 0 Some("done") @done None [("Moving.run", None)]
+            [] ["no time for codel `plan`"]
+        "#]],
+        );
+        check(
+            "component $0C(S, Unknown)",
+            expect![[r#"
+            C
+            [] ["its core is unknown"]
+        "#]],
+        );
+        check("shell $0S { }", expect![[""]]);
+    }
+}

@@ -1,0 +1,245 @@
+//! Every action that is offered, at random places of the sample robots and of random models: its edits lie in their files, it
+//! makes no syntax error, and a refactoring makes no error at all and leaves every response time as it is.
+//!
+//! `MAUVE_ACTIONS=1000 cargo test --release -p mauve-ide --test code_actions` tries more models, `MAUVE_SEED=7` others.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use mauve_ide::{ActionKind, ActionQuestion, Change, Changes, code_actions};
+use mauve_model::diagnostics::{Severity, workspace_diagnostics};
+use mauve_model::item_tree::Kind;
+use mauve_model::{Database, Query, Workspace, is_model, names_of, projects, response_times};
+use mauve_syntax::{SyntaxKind, TextRange, TextSize, WalkEvent};
+use mauve_tests::{Random, models, random_model};
+
+type Texts = BTreeMap<PathBuf, String>;
+
+const ALL: &[ActionKind] = &[
+    ActionKind::QuickFix,
+    ActionKind::Extract,
+    ActionKind::Inline,
+    ActionKind::Rewrite,
+    ActionKind::OrganizeUses,
+    ActionKind::FixAll,
+];
+
+fn number(variable: &str, otherwise: u64) -> u64 {
+    std::env::var(variable).ok().and_then(|it| it.parse().ok()).unwrap_or(otherwise)
+}
+
+#[test]
+fn an_action_breaks_nothing() {
+    let seed = number("MAUVE_SEED", 1);
+    let mut random = Random(seed);
+    let mut offered: BTreeMap<(ActionKind, String), usize> = BTreeMap::new();
+    for robot in ["p3dx", "p3dx_entry"] {
+        try_actions(&read(&models().join(robot)), 40, &mut random, &mut offered);
+    }
+    for model in 0..number("MAUVE_ACTIONS", 40) {
+        let written = random_model(seed.wrapping_mul(1_000_003).wrapping_add(model)).written();
+        let texts = written.files.into_iter().map(|(path, text)| (path.into(), text)).collect();
+        try_actions(&texts, 60, &mut random, &mut offered);
+    }
+    let count =
+        |kind: ActionKind| offered.iter().filter(|((of, _), _)| *of == kind).map(|(_, it)| it).sum::<usize>();
+    let refactorings =
+        [ActionKind::Extract, ActionKind::Inline, ActionKind::Rewrite, ActionKind::OrganizeUses];
+    assert!(refactorings.iter().all(|kind| count(*kind) >= 10), "{offered:#?}");
+    if std::env::var_os("MAUVE_ACTIONS").is_some() {
+        println!("{offered:#?}");
+    }
+}
+
+/// What a refactoring must leave as it is.
+struct State {
+    syntax_errors: usize,
+    errors: BTreeMap<String, usize>,
+    response_times: String,
+}
+
+fn state(db: &Database, workspace: Workspace) -> State {
+    let mut errors: BTreeMap<String, usize> = BTreeMap::new();
+    for finding in workspace_diagnostics(db, workspace) {
+        if finding.severity == Severity::Error {
+            *errors.entry(finding.diagnostic.code.name.to_owned()).or_default() += 1;
+        }
+    }
+    let mut response_times = String::new();
+    for &project in projects(db, workspace) {
+        for &decl in names_of(db, project).all.iter().filter(|decl| decl.kind(db) == Kind::Deployment) {
+            for it in &self::response_times(db, project, decl, Query::shown(db, project)).activities {
+                let (name, verdict) = (&it.row.instance, it.verdict.name());
+                let _ = writeln!(response_times, "{name} {verdict} {:?} {:?}", it.own, it.response);
+            }
+        }
+    }
+    let syntax_errors = errors.get("syntax-error").copied().unwrap_or_default();
+    State { syntax_errors, errors, response_times }
+}
+
+fn try_actions(
+    texts: &Texts,
+    tries: usize,
+    random: &mut Random,
+    offered: &mut BTreeMap<(ActionKind, String), usize>,
+) {
+    let db = Database::default();
+    let workspace = Workspace::of_texts(&db, "/".into(), texts.clone());
+    let before = state(&db, workspace);
+    let paths: Vec<&PathBuf> = texts.keys().collect();
+    let mut applied: BTreeSet<Vec<(PathBuf, String)>> = BTreeSet::new();
+    for _ in 0..tries {
+        let path = *random.of(&paths);
+        let file = workspace.file(&db, path).unwrap();
+        let range = random_range(&texts[path], is_model(path), random);
+        let question = ActionQuestion { file, range, diagnostics: &[], kinds: ALL, changes: Changes::All };
+        let actions = code_actions(&db, &[workspace], question);
+        // What is only offered is the same, without changes.
+        let without = code_actions(&db, &[workspace], ActionQuestion { changes: Changes::None, ..question });
+        assert!(without.iter().all(|it| it.change.is_none()));
+        assert!(without.iter().map(|it| &it.title).eq(actions.iter().map(|it| &it.title)));
+        for action in actions {
+            assert_eq!(action.change.is_none(), action.disabled.is_some(), "{}", action.title);
+            let Some(change) = &action.change else { continue };
+            let made = made(&db, texts, change);
+            let what = || format!("{} at {range:?} of {}", action.title, path.display());
+            assert!(!made.is_empty(), "{} changes nothing", what());
+            if !applied.insert(made.clone()) {
+                continue;
+            }
+            let title = action.title.split(['`', '(']).next().unwrap_or_default().to_owned();
+            *offered.entry((action.kind, title)).or_default() += 1;
+            let mut after = texts.clone();
+            after.extend(made.clone());
+            let new = Database::default();
+            let workspace = Workspace::of_texts(&new, "/".into(), after);
+            let after = state(&new, workspace);
+            if action.kind == ActionKind::Extract && inlined_again(&new, workspace, texts, change, &db) {
+                *offered.entry((ActionKind::Inline, "what was extracted".to_owned())).or_default() += 1;
+            }
+            assert!(after.syntax_errors <= before.syntax_errors, "syntax errors: {} {made:#?}", what());
+            if matches!(action.kind, ActionKind::QuickFix | ActionKind::FixAll) {
+                // Another priority may be one that misses a deadline.
+                let count = |of: &State| {
+                    let all = of.errors.iter().filter(|(code, _)| *code != "deadline-missed");
+                    all.map(|(_, count)| count).sum::<usize>()
+                };
+                assert!(count(&after) <= count(&before), "{} {made:#?}", what());
+            } else {
+                let show = || {
+                    let all = workspace_diagnostics(&new, workspace);
+                    let errors = all.iter().filter(|it| it.severity == Severity::Error);
+                    errors.map(|it| it.diagnostic.message.clone() + "\n").collect::<String>()
+                };
+                assert_eq!(after.errors, before.errors, "{}\n{}{made:#?}", what(), show());
+                // Other priorities and periods say what they give, at which level.
+                let is_timing = action.title.contains(" at 1e-");
+                assert!(is_timing || after.response_times == before.response_times, "{} {made:#?}", what());
+            }
+        }
+    }
+}
+
+/// Gives what was extracted the text that it was extracted from when it is inlined again? Says whether it is.
+fn inlined_again(
+    new: &Database,
+    workspace: Workspace,
+    texts: &Texts,
+    change: &Change,
+    db: &Database,
+) -> bool {
+    let of = &change.files[0];
+    let path = of.file.path(db);
+    let file = workspace.file(new, path).unwrap();
+    let range = TextRange::empty(of.edits[0].range.start() + TextSize::of("var "));
+    let kinds = &[ActionKind::Inline];
+    let question = ActionQuestion { file, range, diagnostics: &[], kinds, changes: Changes::All };
+    let actions = code_actions(new, &[workspace], question);
+    let Some(change) = actions.iter().find_map(|action| action.change.as_ref()) else { return false };
+    let bare = |text: &str| text.replace(|letter: char| letter.is_whitespace() || "()".contains(letter), "");
+    assert_eq!(bare(&change.applied(new, file)), bare(&texts[path]));
+    let mut again = texts.clone();
+    again.insert(path.clone(), change.applied(new, file));
+    let db = Database::default();
+    let (again, before) = (Workspace::of_texts(&db, "/".into(), again), Database::default());
+    let of = Workspace::of_texts(&before, "/".into(), texts.clone());
+    assert_eq!(state(&db, again).errors, state(&before, of).errors);
+    true
+}
+
+/// The texts that a change makes, each edit of it within its file.
+fn made(db: &Database, texts: &Texts, change: &Change) -> Vec<(PathBuf, String)> {
+    let mut made = Vec::new();
+    for of in &change.files {
+        let path = of.file.path(db).clone();
+        let text = &texts[&path];
+        let mut end = TextSize::new(0);
+        for edit in &of.edits {
+            assert!(edit.range.start() >= end, "edits overlap: {:?}", of.edits);
+            assert!(text.get(std::ops::Range::<usize>::from(edit.range)).is_some(), "{:?}", edit.range);
+            end = edit.range.end();
+        }
+        let after = change.applied(db, of.file);
+        if after != *text {
+            made.push((path, after));
+        }
+    }
+    made
+}
+
+/// A place of a text, or an expression of it.
+fn random_range(text: &str, is_model: bool, random: &mut Random) -> TextRange {
+    if is_model && random.below(2) == 0 {
+        let is_expression = |kind: SyntaxKind| {
+            matches!(kind, SyntaxKind::CALL_EXPR | SyntaxKind::BINARY_EXPR | SyntaxKind::PAREN_EXPR)
+        };
+        let is_name = |kind: SyntaxKind| {
+            matches!(kind, SyntaxKind::VAR | SyntaxKind::HOOK | SyntaxKind::TYPE | SyntaxKind::STATE_MACHINE)
+        };
+        let wanted: &dyn Fn(SyntaxKind) -> bool =
+            if random.below(2) == 0 { &is_expression } else { &is_name };
+        let ranges: Vec<TextRange> = mauve_syntax::parse(text)
+            .syntax()
+            .preorder()
+            .filter_map(|event| match event {
+                WalkEvent::Enter(node) if wanted(node.kind()) => Some(node.text_range()),
+                _ => None,
+            })
+            .collect();
+        if !ranges.is_empty() {
+            let range = *random.of(&ranges);
+            let text = &text[std::ops::Range::<usize>::from(range)];
+            return match text.strip_prefix("var ") {
+                Some(_) => TextRange::empty(range.start() + TextSize::of("var ")),
+                None if text.starts_with("update") || text.starts_with("statemachine") => {
+                    TextRange::empty(range.start())
+                }
+                None => range,
+            };
+        }
+    }
+    let mut offset = random.below(text.len() + 1);
+    while !text.is_char_boundary(offset) {
+        offset -= 1;
+    }
+    TextRange::empty(TextSize::new(offset as u32))
+}
+
+/// The models and tables of a folder.
+fn read(folder: &Path) -> Texts {
+    let mut texts = Texts::new();
+    let mut open = vec![folder.to_path_buf()];
+    while let Some(path) = open.pop() {
+        if path.is_dir() {
+            open.extend(std::fs::read_dir(&path).unwrap().map(|entry| entry.unwrap().path()));
+        } else if matches!(path.extension().and_then(|it| it.to_str()), Some("mal" | "toml")) {
+            let name = Path::new("/").join(path.strip_prefix(folder).unwrap());
+            texts.insert(name, std::fs::read_to_string(&path).unwrap());
+        }
+    }
+    texts
+}

@@ -1,0 +1,258 @@
+//! Response times as one JSON document, for `mauve wcrt --format json`, `mauve check --format json` and the editors'
+//! `mauve/analysis`.
+
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+
+use mauve_model::item_tree::Kind;
+use mauve_model::{
+    ActivityReport, CpuReport, Database, Decl, Priority, Project, Query, Report, Verdict, Workspace,
+    config_of, names_of, projects, timetable_of,
+};
+use mauve_timing::{Level, Time, Unit};
+use serde::Serialize;
+use serde_json::Value;
+
+/// The reports of one deployment, a level each.
+pub(crate) struct Deployed<'db> {
+    pub(crate) project: Project<'db>,
+    pub(crate) deployment: Decl<'db>,
+    pub(crate) reports: Vec<(Query, &'db Report<'db>)>,
+}
+
+impl Deployed<'_> {
+    /// Is every deadline proved, at every level?
+    pub(crate) fn schedulable(&self) -> bool {
+        self.reports.iter().all(|(_, report)| report.schedulable())
+    }
+
+    /// The codels whose times are assumed.
+    pub(crate) fn assumed(&self) -> impl Iterator<Item = &str> {
+        let activities = self.reports.iter().flat_map(|(_, report)| &report.activities);
+        activities.flat_map(|it| &it.assumed).map(|(codel, _)| codel.as_str())
+    }
+
+    /// How many deadlines are proved, of how many.
+    pub(crate) fn deadlines(&self) -> (usize, usize) {
+        let activities = self.reports.iter().flat_map(|(_, report)| &report.activities);
+        let verdicts = activities.map(|it| it.verdict).filter(|it| *it != Verdict::Background);
+        verdicts.fold((0, 0), |(proved, all), verdict| (proved + usize::from(verdict.is_met()), all + 1))
+    }
+}
+
+#[derive(Serialize)]
+pub(crate) struct AnalysisDocument {
+    deployment: String,
+    /// The root of its project.
+    root: PathBuf,
+    unit: &'static str,
+    method: String,
+    /// Whether Linux keeps 50 ms of each second from real-time tasks; null where that is not said, and then it does not.
+    rt_throttling: Option<bool>,
+    /// Only with `--horizon`: `first_job` leaves out what comes later, and is no bound.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    unsafe_horizon: Option<Value>,
+    results: Vec<LevelDocument>,
+}
+
+#[derive(Serialize)]
+struct LevelDocument {
+    significance: f64,
+    schedulable: bool,
+    /// Why nothing is analysed.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    lost: Vec<String>,
+    cpus: Vec<CpuDocument>,
+    activities: Vec<ActivityDocument>,
+}
+
+#[derive(Serialize)]
+struct CpuDocument {
+    mask: u64,
+    utilisation: f64,
+    complete: bool,
+}
+
+#[derive(Serialize)]
+struct ActivityDocument {
+    instance: String,
+    component: String,
+    affinity: Option<u64>,
+    priority: Option<u32>,
+    period: Option<Value>,
+    deadline: Option<Value>,
+    method: String,
+    own: Option<Value>,
+    first_job: Option<Value>,
+    response: Option<Value>,
+    status: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    window: Option<WindowDocument>,
+    interference: Vec<InterferenceDocument>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    assumed: Vec<AssumedDocument>,
+    reasons: Vec<String>,
+}
+
+/// A codel that no table has, and the time that `[assume]` gives it.
+#[derive(Serialize)]
+struct AssumedDocument {
+    codel: String,
+    time: Value,
+}
+
+#[derive(Serialize)]
+struct WindowDocument {
+    job: u64,
+    own: Value,
+    length: Value,
+}
+
+#[derive(Serialize)]
+struct InterferenceDocument {
+    instance: String,
+    jobs: u64,
+    time: Value,
+}
+
+pub(crate) fn analysis_document(db: &Database, it: &Deployed<'_>) -> AnalysisDocument {
+    let query = it.reports.first().map(|(query, _)| query);
+    let horizon = query.and_then(|query| query.horizon);
+    AnalysisDocument {
+        deployment: it.deployment.name(db).to_string(),
+        root: it.project.root(db).path(db).clone(),
+        unit: "ms",
+        method: query.map_or_else(String::new, |query| query.method.to_string()),
+        rt_throttling: config_of(db, it.project.workspace(db)).rt_throttling,
+        unsafe_horizon: horizon.map(milliseconds),
+        results: it
+            .reports
+            .iter()
+            .map(|(query, report)| level_document(query.level, *query, report))
+            .collect(),
+    }
+}
+
+fn level_document(level: Level, query: Query, report: &Report<'_>) -> LevelDocument {
+    let cpu = |cpu: &CpuReport| CpuDocument {
+        mask: cpu.mask,
+        utilisation: cpu.utilisation.as_f64(),
+        complete: cpu.complete,
+    };
+    LevelDocument {
+        significance: level.as_f64(),
+        schedulable: report.schedulable(),
+        lost: report.lost.iter().map(|lost| lost.message.clone()).collect(),
+        cpus: report.cpus.iter().map(cpu).collect(),
+        activities: report.activities.iter().map(|activity| activity_document(query, activity)).collect(),
+    }
+}
+
+fn activity_document(query: Query, activity: &ActivityReport<'_>) -> ActivityDocument {
+    let row = &activity.row;
+    let interference = activity.interference.iter().map(|it| InterferenceDocument {
+        instance: it.instance.to_string(),
+        jobs: it.jobs,
+        time: milliseconds(it.time),
+    });
+    let window = activity.window.as_ref().filter(|window| window.job > 1).map(|window| WindowDocument {
+        job: window.job,
+        own: milliseconds(window.own),
+        length: milliseconds(window.length),
+    });
+    let assumed = activity.assumed.iter();
+    let assumed =
+        assumed.map(|(codel, time)| AssumedDocument { codel: codel.clone(), time: milliseconds(*time) });
+    ActivityDocument {
+        instance: row.instance.to_string(),
+        component: row.component_name.to_string(),
+        affinity: row.cpus,
+        priority: if let Priority::RealTime(priority) = row.priority { Some(priority) } else { None },
+        period: row.period.map(milliseconds),
+        deadline: row.deadline.map(milliseconds),
+        method: query.method.to_string(),
+        own: activity.own.map(milliseconds),
+        first_job: activity.first_job.map(milliseconds),
+        response: activity.response.map(milliseconds),
+        status: activity.verdict.name(),
+        window,
+        interference: interference.collect(),
+        assumed: assumed.collect(),
+        reasons: activity.reasons.iter().map(|reason| reason.message.clone()).collect(),
+    }
+}
+
+/// Which significance levels are meant.
+#[derive(Debug, Clone)]
+pub(crate) enum Significance {
+    All,
+    These(Vec<Level>),
+}
+
+impl std::str::FromStr for Significance {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Significance, String> {
+        if text == "all" {
+            return Ok(Significance::All);
+        }
+        let level = |text: &str| {
+            let level = text.trim().parse().ok().and_then(Level::from_f64);
+            level.ok_or_else(|| {
+                format!("`{text}` is no level: expected numbers between 0 and 1, or `all` and nothing else")
+            })
+        };
+        let mut levels: Vec<Level> = text.split(',').map(level).collect::<Result<_, _>>()?;
+        let mut seen = BTreeSet::new();
+        levels.retain(|level| seen.insert(*level));
+        Ok(Significance::These(levels))
+    }
+}
+
+/// The levels that are meant in a project: the named ones, all of its tables, or the one of `mauve.toml`.
+pub(crate) fn levels(db: &Database, project: Project<'_>, asked: Option<&Significance>) -> Vec<Level> {
+    let shown = Query::shown(db, project).level;
+    match asked {
+        Some(Significance::These(levels)) => levels.clone(),
+        Some(Significance::All) => {
+            let levels = timetable_of(db, project).levels().to_vec();
+            // Times that hold at every level need one column.
+            if levels.is_empty() { vec![shown] } else { levels }
+        }
+        None => vec![shown],
+    }
+}
+
+/// The deployments of these workspaces, each in each of its projects; those called `only` if that is given.
+pub(crate) fn deployments<'db>(
+    db: &'db Database,
+    workspaces: &[Workspace],
+    only: Option<&str>,
+) -> Result<Vec<(Project<'db>, Decl<'db>)>, String> {
+    let mut found = Vec::new();
+    for &workspace in workspaces {
+        for &project in projects(db, workspace) {
+            let all = names_of(db, project).all.iter().copied();
+            found.extend(all.filter(|decl| decl.kind(db) == Kind::Deployment).map(|decl| (project, decl)));
+        }
+    }
+    let Some(only) = only else { return Ok(found) };
+    let known: Vec<String> = found.iter().map(|(_, decl)| decl.qualified(db)).collect();
+    found.retain(|(_, decl)| decl.name(db) == only || decl.qualified(db) == only);
+    if found.is_empty() {
+        return Err(match known.as_slice() {
+            [] => format!("no deployment `{only}`, nor any other"),
+            known => format!("no deployment `{only}`: there is {}", known.join(", ")),
+        });
+    }
+    Ok(found)
+}
+
+/// A time as a number of milliseconds, whole where it is.
+pub(crate) fn milliseconds(time: Time) -> Value {
+    if time.as_nanos().is_multiple_of(1_000_000) {
+        (time.as_nanos() / 1_000_000).into()
+    } else {
+        time.as_f64(Unit::Milliseconds).into()
+    }
+}

@@ -1,0 +1,97 @@
+//! `mauve/analysis`: response times as `mauve wcrt --format json` shows them.
+//!
+//! | parameter | is | if left out |
+//! |---|---|---|
+//! | `textDocument` | a file: the deployments of its projects | all |
+//! | `deployment` | a name, with its library or without | all |
+//! | `significance` | a level, a list of levels, or `"all"` | the level that is shown |
+//! | `method` | `"psm"` or `"classic"` | `"psm"` |
+//!
+//! The result is a list, with a document for each deployment in each project that has it.
+
+use mauve_model::{Query, response_times};
+use mauve_timing::{Level, Method};
+use serde::Deserialize;
+use tower_lsp::jsonrpc::{Error, Result};
+use tower_lsp::lsp_types::TextDocumentIdentifier;
+
+use crate::analysis_document::{
+    AnalysisDocument, Deployed, Significance, analysis_document, deployments, levels,
+};
+use crate::lsp::snapshot::Snapshot;
+
+/// What is asked.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct AnalysisParams {
+    text_document: Option<TextDocumentIdentifier>,
+    deployment: Option<String>,
+    significance: Option<Levels>,
+    method: Option<AskedMethod>,
+}
+
+/// One level, several, or all.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(untagged)]
+enum Levels {
+    One(f64),
+    Several(Vec<f64>),
+    All(All),
+}
+
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum All {
+    All,
+}
+
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum AskedMethod {
+    Psm,
+    Classic,
+}
+
+/// The response times that are asked for.
+pub(crate) fn analysis(snapshot: &Snapshot, params: &AnalysisParams) -> Result<Vec<AnalysisDocument>> {
+    snapshot.complete()?;
+    let db = &snapshot.db;
+    let significance = match &params.significance {
+        None => None,
+        Some(Levels::All(All::All)) => Some(Significance::All),
+        Some(Levels::One(level)) => Some(Significance::These(vec![read_level(*level)?])),
+        Some(Levels::Several(levels)) => {
+            Some(Significance::These(levels.iter().map(|it| read_level(*it)).collect::<Result<_>>()?))
+        }
+    };
+    let method = match params.method {
+        Some(AskedMethod::Classic) => Method::Classic,
+        Some(AskedMethod::Psm) | None => Method::Psm,
+    };
+    let file = params.text_document.as_ref().map(|document| snapshot.file(document)).transpose()?;
+    let found = deployments(db, &snapshot.workspaces, params.deployment.as_deref());
+    let mut found = found.map_err(Error::invalid_params)?;
+    found.retain(|(project, _)| {
+        file.is_none_or(|(file, _)| mauve_model::project_files(db, *project).contains(&file))
+    });
+    let documents = found.into_iter().map(|(project, deployment)| {
+        let queries = levels(db, project, significance.as_ref()).into_iter();
+        let queries = queries.map(|level| Query { level, method, horizon: None });
+        let reports = queries.map(|query| (query, response_times(db, project, deployment, query)));
+        analysis_document(db, &Deployed { project, deployment, reports: reports.collect() })
+    });
+    Ok(documents.collect())
+}
+
+/// A level that a client names.
+///
+/// # Errors
+///
+/// It is none, in words for the user.
+pub(crate) fn read_level(level: f64) -> Result<Level> {
+    Level::from_f64(level).ok_or_else(|| {
+        Error::invalid_params(format!(
+            "a significance is a number between 0 and 1 such as 1e-4, and not {level}"
+        ))
+    })
+}

@@ -1,0 +1,119 @@
+//! `textDocument/codeLens` and `codeLens/resolve`.
+//!
+//! A click executes `mauve.setSignificance` (see `execute_command.rs`), which the server has, or `mauve.showReferences`, which
+//! a client may have and then names in its capabilities, `experimental.commands`. Its arguments are an address, a position in
+//! it, and locations: what `editor.action.showReferences` of VS Code takes, as the protocol writes them. Without it, the
+//! lens says what it says, and does nothing.
+
+use mauve_ide::{CodeLens, Lens, LensAction, LensKind, code_lens_at, resolve_code_lens};
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+use tower_lsp::jsonrpc::{Error, Result};
+use tower_lsp::lsp_types::{
+    self, CodeLensParams, Command, Location, Position, Range, TextDocumentIdentifier, Url,
+};
+
+use super::execute_command::SET_SIGNIFICANCE;
+use crate::lsp::position::line_index;
+use crate::lsp::snapshot::Snapshot;
+
+/// The client's command that shows places.
+pub(crate) const SHOW_REFERENCES: &str = "mauve.showReferences";
+
+/// What a lens needs to be resolved, later.
+#[derive(Serialize, Deserialize)]
+struct Later {
+    document: TextDocumentIdentifier,
+    version: Option<i32>,
+    at: Position,
+    kind: Kind,
+}
+
+#[derive(Serialize, Deserialize, Clone, Copy, PartialEq, Eq)]
+#[serde(rename_all = "camelCase")]
+enum Kind {
+    Deadlines,
+    Instances,
+}
+
+/// The lenses of a file; those that take work say later what they say.
+pub(crate) fn code_lenses(
+    snapshot: &Snapshot,
+    params: &CodeLensParams,
+) -> Result<Option<Vec<lsp_types::CodeLens>>> {
+    snapshot.complete()?;
+    let (file, lines) = snapshot.file(&params.text_document)?;
+    let encoding = snapshot.capabilities.encoding;
+    let version = snapshot.documents.get(&params.text_document.uri).map(|document| document.version);
+    let lenses = mauve_ide::code_lenses(&snapshot.db, &snapshot.workspaces, file);
+    let lenses = lenses.into_iter().filter_map(|lens| {
+        let range = lines.range(lens.range, encoding);
+        let later = |kind| {
+            let later = Later { document: params.text_document.clone(), version, at: range.start, kind };
+            let data = serde_json::to_value(later).ok()?;
+            Some(lsp_types::CodeLens { range, command: None, data: Some(data) })
+        };
+        match lens.kind {
+            LensKind::Deadlines => later(Kind::Deadlines),
+            LensKind::Instances => later(Kind::Instances),
+            LensKind::AtLevel(_) | LensKind::Implementation => {
+                let lens = resolve_code_lens(&snapshot.db, &snapshot.workspaces, file, lens)?;
+                let is_there = !matches!(&lens.action, Some(LensAction::Open(path)) if !path.is_file());
+                let command = is_there.then(|| command(snapshot, &params.text_document.uri, range, lens))?;
+                Some(lsp_types::CodeLens { range, command: Some(command), data: None })
+            }
+        }
+    });
+    Ok(Some(lenses.collect()))
+}
+
+/// A lens with what it says.
+pub(crate) fn resolve(snapshot: &Snapshot, lens: &lsp_types::CodeLens) -> Result<lsp_types::CodeLens> {
+    let mut lens = lens.clone();
+    let later = lens.data.clone().and_then(|data| serde_json::from_value::<Later>(data).ok());
+    let Some(Later { document, version, at, kind }) = later else { return Ok(lens) };
+    // In a text that has changed since, something else may stand there.
+    if snapshot.documents.get(&document.uri).map(|document| document.version) != version {
+        return Err(Error::content_modified());
+    }
+    snapshot.complete()?;
+    let (file, lines) = snapshot.file(&document)?;
+    let (db, workspaces) = (&snapshot.db, &snapshot.workspaces);
+    let is_it = |found: LensKind| match kind {
+        Kind::Deadlines => found == LensKind::Deadlines,
+        Kind::Instances => found == LensKind::Instances,
+    };
+    let offset = lines.offset(at, snapshot.capabilities.encoding);
+    let found: Option<CodeLens> = code_lens_at(db, workspaces, file, offset, is_it);
+    let found = found.and_then(|found| resolve_code_lens(db, workspaces, file, found));
+    // What has nothing to say says so: an empty command is an error in some clients.
+    let found = found.unwrap_or_else(|| Lens { title: "nothing is real-time".to_owned(), action: None });
+    lens.command = Some(command(snapshot, &document.uri, lens.range, found));
+    Ok(lens)
+}
+
+fn command(snapshot: &Snapshot, uri: &Url, range: Range, lens: Lens) -> Command {
+    let show = |locations: Vec<Location>| {
+        let is_shown = snapshot.capabilities.shows_references && !locations.is_empty();
+        let arguments = vec![json!(uri), json!(range.start), json!(locations)];
+        is_shown.then_some((SHOW_REFERENCES, arguments))
+    };
+    let action: Option<(&str, Vec<Value>)> = lens.action.and_then(|action| match action {
+        LensAction::SetSignificance(level) => Some((SET_SIGNIFICANCE, vec![json!(level.as_f64())])),
+        LensAction::Show(places) => {
+            let location = |(file, range)| {
+                let lines = line_index(&snapshot.db, file);
+                let range = lines.range(range, snapshot.capabilities.encoding);
+                Some(Location { uri: snapshot.url(file)?, range })
+            };
+            show(places.into_iter().filter_map(location).collect())
+        }
+        LensAction::Open(path) => {
+            let uri = Url::from_file_path(path).ok();
+            show(uri.into_iter().map(|uri| Location { uri, range: Range::default() }).collect())
+        }
+    });
+    let (command, arguments) =
+        action.map_or_else(|| (String::new(), None), |(name, arguments)| (name.to_owned(), Some(arguments)));
+    Command { title: lens.title, command, arguments }
+}

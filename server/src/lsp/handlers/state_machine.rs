@@ -1,0 +1,167 @@
+//! `mauve/stateMachine`: the state machine of a component, with its times, its places, and a drawing.
+//!
+//! | parameter | is |
+//! |---|---|
+//! | `textDocument`, `position` | a place: the component that is declared there, or whose core, instance or activity is |
+//! | `component` | instead of `position`: the name of a component of the file's projects |
+//! | `significance` | a level; if left out, the one that is shown |
+//! | `drawing` | `"svg"` (if left out) or `"dot"` |
+//!
+//! Of the result, `source` and `target` are numbers of states, and `worstTrace` has numbers of edges. In the SVG, `data-state`,
+//! `data-source` and `data-target` hold the numbers of states. Without times, there are `reasons`, and no drawing.
+
+use mauve_ide::{Drawing, component_at, draw_state_machine, state_machine as machine_of};
+use mauve_model::item_tree::Kind;
+use mauve_model::{Decl, Project, Query, names_of, project_files, projects};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use tower_lsp::jsonrpc::{Error, Result};
+use tower_lsp::lsp_types::{Location, Position, TextDocumentIdentifier};
+
+use super::analysis::read_level;
+use crate::analysis_document::milliseconds;
+use crate::lsp::snapshot::Snapshot;
+use crate::lsp::to_proto;
+
+/// What is asked.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct StateMachineParams {
+    text_document: TextDocumentIdentifier,
+    position: Option<Position>,
+    component: Option<String>,
+    significance: Option<f64>,
+    #[serde(default)]
+    drawing: AskedDrawing,
+}
+
+/// How it is to be drawn.
+#[derive(Debug, Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum AskedDrawing {
+    #[default]
+    Svg,
+    Dot,
+}
+
+impl From<AskedDrawing> for Drawing {
+    fn from(asked: AskedDrawing) -> Drawing {
+        match asked {
+            AskedDrawing::Svg => Drawing::Svg,
+            AskedDrawing::Dot => Drawing::Dot,
+        }
+    }
+}
+
+/// A state machine; times are in `unit`.
+#[derive(Debug, Serialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct StateMachineDocument {
+    component: String,
+    unit: &'static str,
+    significance: f64,
+    states: Vec<StateDocument>,
+    edges: Vec<EdgeDocument>,
+    worst_trace: Vec<usize>,
+    /// Codels whose times are assumed.
+    assumed: Vec<String>,
+    reasons: Vec<String>,
+    drawing: Option<String>,
+}
+
+#[derive(Debug, Serialize)]
+#[serde(rename_all = "camelCase")]
+struct StateDocument {
+    name: String,
+    initial: bool,
+    location: Option<Location>,
+}
+
+#[derive(Debug, Serialize)]
+#[serde(rename_all = "camelCase")]
+struct EdgeDocument {
+    source: usize,
+    target: usize,
+    transition: Option<String>,
+    time: Option<Value>,
+    programs: Vec<ProgramDocument>,
+    location: Option<Location>,
+}
+
+#[derive(Debug, Serialize)]
+#[serde(rename_all = "camelCase")]
+struct ProgramDocument {
+    program: String,
+    time: Option<Value>,
+}
+
+/// The state machine of a component.
+pub(crate) fn state_machine(
+    snapshot: &Snapshot,
+    params: &StateMachineParams,
+) -> Result<StateMachineDocument> {
+    snapshot.complete()?;
+    let db = &snapshot.db;
+    let (project, component) = component_of(snapshot, params)?;
+    let level = match params.significance {
+        Some(level) => read_level(level)?,
+        None => Query::shown(db, project).level,
+    };
+    let view = machine_of(db, project, component, level);
+    let location = |at: &Option<_>| at.as_ref().and_then(|at| to_proto::location(snapshot, at));
+    let states = view.states.iter().map(|state| StateDocument {
+        name: state.name.to_string(),
+        initial: state.initial,
+        location: location(&state.at),
+    });
+    let edges = view.edges.iter().map(|edge| EdgeDocument {
+        source: edge.source,
+        target: edge.target,
+        transition: edge.transition.as_ref().map(ToString::to_string),
+        time: edge.time.map(milliseconds),
+        programs: (edge.programs.iter())
+            .map(|(program, time)| ProgramDocument { program: program.clone(), time: time.map(milliseconds) })
+            .collect(),
+        location: location(&edge.at),
+    });
+    let name = component.name(db).to_string();
+    Ok(StateMachineDocument {
+        unit: "ms",
+        significance: level.as_f64(),
+        states: states.collect(),
+        edges: edges.collect(),
+        assumed: view.psm.into_iter().flat_map(|psm| &psm.assumed).map(|(codel, _)| codel.clone()).collect(),
+        drawing: view.psm.map(|psm| draw_state_machine(&name, level, psm, params.drawing.into())),
+        component: name,
+        worst_trace: view.worst_trace,
+        reasons: view.reasons,
+    })
+}
+
+/// The component that is meant.
+fn component_of<'db>(
+    snapshot: &'db Snapshot,
+    params: &StateMachineParams,
+) -> Result<(Project<'db>, Decl<'db>)> {
+    let db = &snapshot.db;
+    let (file, lines) = snapshot.file(&params.text_document)?;
+    if let Some(name) = &params.component {
+        let all = snapshot.workspaces.iter().flat_map(|&workspace| projects(db, workspace));
+        for &project in all.filter(|project| project_files(db, **project).contains(&file)) {
+            let of = |decl: &&Decl<'db>| {
+                decl.kind(db) == Kind::Component
+                    && (*decl.name(db) == *name.as_str() || decl.qualified(db) == *name)
+            };
+            if let Some(&component) = names_of(db, project).all.iter().find(of) {
+                return Ok((project, component));
+            }
+        }
+        return Err(Error::invalid_params(format!("no component `{name}` in the projects of this file")));
+    }
+    let Some(position) = params.position else {
+        return Err(Error::invalid_params("mauve/stateMachine takes a `position` or a `component`"));
+    };
+    let offset = lines.offset(position, snapshot.capabilities.encoding);
+    component_at(db, &snapshot.workspaces, file, offset)
+        .ok_or_else(|| Error::invalid_params("no component is declared, instantiated or run here"))
+}

@@ -1,0 +1,240 @@
+//! Response times where an editor shows them: code actions, code lenses, hints and hovers, through the binary.
+
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+use std::path::Path;
+
+use mauve_tests::{Client, Text, models, scratch, write};
+use serde_json::{Value, json};
+
+const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
+
+/// A client that can do this.
+fn client(folder: &Path, capabilities: Value) -> Client {
+    let mut client = Client::start(MAUVE, &[]);
+    client.initialize(Some(folder), &capabilities);
+    client
+}
+
+/// One that can do what good editors can.
+fn good(folder: &Path) -> Client {
+    let action = json!({
+        "codeActionLiteralSupport": {"codeActionKind": {"valueSet": ["", "quickfix", "refactor"]}},
+        "dataSupport": true, "resolveSupport": {"properties": ["edit"]}, "disabledSupport": true,
+    });
+    client(
+        folder,
+        json!({
+            "workspace": {"codeLens": {"refreshSupport": true}, "inlayHint": {"refreshSupport": true}},
+            "textDocument": {"codeAction": action, "hover": {"contentFormat": ["markdown"]}},
+            "experimental": {"commands": ["mauve.showReferences"]},
+        }),
+    )
+}
+
+const MODEL: &str = "
+/* 🦀 é */ codel plan(): int  codel drive(): int
+shell S { }
+core C(S) { update = { plan(); } }  core E(S) { update = { drive(); } }
+component Planner(S, C)  component Driver(S, E)
+architecture A { instance planner: Planner  instance driver: Driver }
+deployment D {
+  architecture A
+  activity planner { affinity = 1 priority = 2 period = 100 deadline = 100 }
+  /* 🦀 é */ activity driver { affinity = 1 priority = 1 period = 50 deadline = 50 }
+}
+";
+const CONFIG: &str = "
+[timing]
+tables = [\"times.toml\"]
+[platform]
+cpus = 2
+rt_throttling = false
+";
+const TIMES: &str = "
+levels = [1e-3, 1e-4]
+[codel]
+plan = [30, 40]
+drive = 20
+";
+
+fn robot(name: &str) -> std::path::PathBuf {
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), name);
+    write(&folder, &[("robot.mal", MODEL), ("mauve.toml", CONFIG), ("times.toml", TIMES)]);
+    folder
+}
+
+fn actions(client: &mut Client, text: &Text, at: &str) -> Vec<Value> {
+    let place = text.at(at);
+    let (document, start) = (&place["textDocument"], &place["position"]);
+    let params = json!({
+        "textDocument": document, "range": {"start": start, "end": start}, "context": {"diagnostics": []},
+    });
+    client.call("textDocument/codeAction", params).unwrap().as_array().unwrap().clone()
+}
+
+/// Makes the edits of an action.
+fn apply(client: &mut Client, text: &mut Text, edit: &Value) {
+    let changes = edit.pointer(&format!("/changes/{}", text.uri.replace('~', "~0").replace('/', "~1")));
+    let mut edits: Vec<Value> = changes.unwrap_or_else(|| panic!("{edit}")).as_array().unwrap().clone();
+    edits.reverse();
+    for edit in edits {
+        let offset = |position: &Value| {
+            (0..=text.text.len())
+                .filter(|offset| text.text.is_char_boundary(*offset))
+                .find(|offset| text.position(*offset) == *position)
+                .unwrap()
+        };
+        let range = offset(&edit["range"]["start"])..offset(&edit["range"]["end"]);
+        client.replace(text, range, edit["newText"].as_str().unwrap());
+    }
+}
+
+#[test]
+fn what_an_action_says_is_what_it_gives() {
+    let folder = robot("lsp_timing_actions");
+    let mut client = good(&folder);
+    let mut text = client.open_file(&folder.join("robot.mal"));
+    assert!(client.hint(&text, "activity driver").starts_with("R 60 ms > 50 ms"));
+    let found = actions(&mut client, &text, "driver { affinity");
+    let titles: Vec<&str> = found.iter().map(|action| action["title"].as_str().unwrap()).collect();
+    let timing = |title: &&&str| title.contains("deadlines at 1e-4");
+    assert_eq!(
+        titles.iter().filter(timing).collect::<Vec<_>>(),
+        [
+            &"Priorities by deadline (deadline-monotonic): all 2 meet their deadlines at 1e-4, worst slack 20 ms (planner)",
+            &"Longer period and deadline, 60 ms (the least in steps of 0.1 ms): all 2 meet their deadlines at 1e-4, worst slack 0 ms (driver)",
+            &"Move to CPU 2: all 2 meet their deadlines at 1e-4, worst slack 30 ms (driver)",
+        ]
+    );
+    let chosen = found.iter().find(|action| action["title"] == *titles[0]).unwrap().clone();
+    let by_deadline =
+        found.iter().find(|it| it["title"].as_str().unwrap().starts_with("Priorities")).unwrap();
+    // It mends what is wrong there.
+    assert_eq!(by_deadline["kind"], "quickfix");
+    assert_eq!(by_deadline["diagnostics"][0]["code"], "deadline-missed");
+    assert!(chosen["edit"].is_null());
+    let resolved = client.call("codeAction/resolve", by_deadline.clone()).unwrap();
+    apply(&mut client, &mut text, &resolved["edit"]);
+    assert!(text.text.contains("activity planner { affinity = 1 priority = 1 period"), "{}", text.text);
+    assert!(client.hint(&text, "activity driver").starts_with("R 20 ms ≤ 50 ms · slack 30 ms"));
+    assert!(client.hint(&text, "activity planner").starts_with("R 80 ms ≤ 100 ms · slack 20 ms"));
+    assert_eq!(client.codes(&text), [] as [&str; 0]);
+    // What was offered for another text is not done.
+    let error = client.call("codeAction/resolve", by_deadline.clone()).unwrap_err();
+    assert_eq!(error["code"], -32801);
+}
+
+#[test]
+fn what_an_action_says_holds_at_the_level_that_is_shown() {
+    let folder = robot("lsp_timing_level");
+    let mut client = good(&folder);
+    let text = client.open_file(&folder.join("robot.mal"));
+    let found = actions(&mut client, &text, "planner { affinity");
+    let params = json!({"command": "mauve.setSignificance", "arguments": [1e-3]});
+    client.call("workspace/executeCommand", params).unwrap();
+    let titles = |found: &[Value]| {
+        let titles = found.iter().map(|action| action["title"].as_str().unwrap().to_owned());
+        titles.filter(|title| title.contains(" at 1e-")).collect::<Vec<_>>()
+    };
+    let now = actions(&mut client, &text, "planner { affinity");
+    assert!(titles(&found).iter().all(|title| title.contains("1e-4")), "{found:?}");
+    assert!(!titles(&now).is_empty() && titles(&now).iter().all(|title| title.contains("1e-3")), "{now:?}");
+    // What was said of another level is not said any more.
+    let timing = found.iter().find(|it| it["title"].as_str().unwrap().contains(" at 1e-4")).unwrap();
+    assert_eq!(client.call("codeAction/resolve", timing.clone()).unwrap_err()["code"], -32801);
+}
+
+#[test]
+fn a_plain_client_gets_edits_at_once_and_no_refusals() {
+    let folder = robot("lsp_timing_plain");
+    let literal = json!({"codeActionKind": {"valueSet": []}});
+    let mut client =
+        client(&folder, json!({"textDocument": {"codeAction": {"codeActionLiteralSupport": literal}}}));
+    let mut text = client.open_file(&folder.join("robot.mal"));
+    client.edit(&mut text, "driver { affinity = 1 ", "driver { ");
+    let found = actions(&mut client, &text, "driver { priority");
+    assert!(
+        found.iter().all(|action| action["disabled"].is_null() && !action["edit"].is_null()),
+        "{found:?}"
+    );
+    let longer = found.iter().find(|it| it["title"].as_str().unwrap().starts_with("Move to CPU 2")).unwrap();
+    apply(&mut client, &mut text, &longer["edit"]);
+    assert!(text.text.contains("deadline = 50 affinity = 2 }"), "{}", text.text);
+    assert!(client.hint(&text, "activity driver").starts_with("R 20 ms ≤ 50 ms"));
+}
+
+fn lenses(client: &mut Client, uri: &str) -> Vec<Value> {
+    let all = client.call("textDocument/codeLens", json!({"textDocument": {"uri": uri}})).unwrap();
+    let resolve = |lens: &Value| match lens["command"].is_null() {
+        true => client.call("codeLens/resolve", lens.clone()).unwrap(),
+        false => lens.clone(),
+    };
+    all.as_array().unwrap().iter().map(resolve).collect()
+}
+
+#[test]
+fn lenses_above_declarations() {
+    let folder = robot("lsp_timing_lenses");
+    write(&folder, &[("src/codels/plan.cpp", "int plan() { return 1; }\n")]);
+    let mut client = good(&folder);
+    let text = client.open_file(&folder.join("robot.mal"));
+    let found = lenses(&mut client, &text.uri);
+    let titles: Vec<&str> = found.iter().map(|lens| lens["command"]["title"].as_str().unwrap()).collect();
+    assert_eq!(
+        titles,
+        [
+            "src/codels/plan.cpp",
+            "used in 1 instance",
+            "used in 1 instance",
+            "1 of 2 activities meet their deadlines at 1e-4",
+            "at 1e-3",
+        ]
+    );
+    // The name of the codel, behind what has other lengths in UTF-16.
+    assert_eq!(found[0]["range"]["start"], json!({"line": 1, "character": 17}));
+    let shown = |lens: &Value| (lens["command"]["command"].clone(), lens["command"]["arguments"].clone());
+    let (command, arguments) = shown(&found[0]);
+    assert_eq!(command, "mauve.showReferences");
+    assert!(arguments[2][0]["uri"].as_str().unwrap().ends_with("/src/codels/plan.cpp"), "{arguments}");
+    let (command, arguments) = shown(&found[1]);
+    assert_eq!((command, &arguments[0]), (json!("mauve.showReferences"), &json!(text.uri)));
+    assert_eq!(arguments[2][0]["range"]["start"], json!({"line": 5, "character": 26}));
+    assert_eq!(shown(&found[4]), (json!("mauve.setSignificance"), json!([1e-3])));
+    // A click does what it says, and everything is asked for again.
+    client.call("workspace/executeCommand", found[4]["command"].clone()).unwrap();
+    client.wait("a refresh", |message| message["method"] == "workspace/codeLens/refresh");
+    let found = lenses(&mut client, &text.uri);
+    assert_eq!(found[3]["command"]["title"], "2 of 2 activities meet their deadlines at 1e-3");
+    assert_eq!(found[4]["command"]["title"], "at 1e-4");
+}
+
+#[test]
+fn a_lens_of_another_text_is_not_resolved_and_a_plain_client_has_no_commands_that_it_lacks() {
+    let folder = robot("lsp_timing_plain_lenses");
+    let mut client = client(&folder, json!({}));
+    let mut text = client.open_file(&folder.join("robot.mal"));
+    let all = client.call("textDocument/codeLens", json!({"textDocument": {"uri": text.uri}})).unwrap();
+    let found = lenses(&mut client, &text.uri);
+    assert_eq!(found[0]["command"], json!({"title": "used in 1 instance", "command": ""}));
+    client.edit(&mut text, "shell S", "shell  S");
+    let error = client.call("codeLens/resolve", all[0].clone()).unwrap_err();
+    assert_eq!(error["code"], -32801);
+}
+
+#[test]
+fn of_the_robot_navigation_may_run_a_little_more_often_and_nowhere_else() {
+    let folder = models().join("p3dx");
+    let mut client = good(&folder);
+    let text = client.open_file(&folder.join("deployment.mal"));
+    let found = actions(&mut client, &text, "navigation  {");
+    let titles = found.iter().map(|action| action["title"].as_str().unwrap());
+    let titles: Vec<&str> = titles.filter(|title| title.contains("deadlines at")).collect();
+    assert_eq!(
+        titles,
+        [
+            "Shorter period and deadline, 997 ms (the least in steps of 1 ms): all 9 meet their deadlines at 1e-4, worst \
+             slack 0 ms (navigation)"
+        ]
+    );
+}
