@@ -46,8 +46,8 @@ pub fn document_links(db: &dyn ModelDb, workspaces: &[Workspace], file: File) ->
     for &workspace in workspaces.iter().filter(|&&workspace| config_file(db, workspace) == Some(file)) {
         configured(db, workspace, file, &mut links);
     }
-    links.sort_by_key(|link| link.range.start());
-    // What several workspaces say counts once.
+    // What several workspaces say counts once: the one that says it in the fewest words, whichever was found first.
+    links.sort_by_key(|link| (link.range.start(), link.tooltip.len(), link.target.path(db).clone()));
     links.dedup_by_key(|link| link.range);
     links
 }

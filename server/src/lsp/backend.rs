@@ -380,6 +380,18 @@ impl LanguageServer for Backend {
         self.answer(move |snapshot| handlers::inlay_hints::resolve(snapshot, &hint)).await
     }
 
+    async fn completion(&self, params: CompletionParams) -> Result<Option<CompletionResponse>> {
+        self.answer(move |snapshot| handlers::completion::completion(snapshot, &params)).await
+    }
+
+    async fn completion_resolve(&self, item: CompletionItem) -> Result<CompletionItem> {
+        self.answer(move |snapshot| handlers::completion::resolve(snapshot, &item)).await
+    }
+
+    async fn signature_help(&self, params: SignatureHelpParams) -> Result<Option<SignatureHelp>> {
+        self.answer(move |snapshot| handlers::signature_help::signature_help(snapshot, &params)).await
+    }
+
     async fn code_lens(&self, params: CodeLensParams) -> Result<Option<Vec<CodeLens>>> {
         let handler = move |snapshot: &Snapshot| {
             let lenses = handlers::code_lens::code_lenses(snapshot, &params)?;

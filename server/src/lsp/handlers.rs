@@ -4,6 +4,7 @@
 pub(crate) mod analysis;
 pub(crate) mod code_actions;
 pub(crate) mod code_lens;
+pub(crate) mod completion;
 pub(crate) mod definition;
 pub(crate) mod diagnostic;
 pub(crate) mod document_links;
@@ -16,6 +17,7 @@ pub(crate) mod hover;
 pub(crate) mod inlay_hints;
 pub(crate) mod selection_ranges;
 pub(crate) mod semantic_tokens;
+pub(crate) mod signature_help;
 pub(crate) mod state_machine;
 pub(crate) mod status;
 pub(crate) mod syntax_tree;

@@ -1,6 +1,7 @@
 // check.mjs HOST:PORT MODEL [SCREENSHOT.png]: opens MODEL, the sample robot, in the VS Code that is served there, edits it,
-// and checks what a user sees. `run` beside this file starts it all.
-import { readFileSync } from "node:fs";
+// and checks what a user sees; then what VS Code's own commands give, in its extension host (inside/checks.js). `run` beside
+// this file starts it all.
+import { existsSync, readFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import * as path from "node:path";
 
@@ -139,8 +140,33 @@ async function check() {
   await expect("after undo, no problems", problems, (rows) => rows.length === 0);
 }
 
+/** Has VS Code run the checks in inside/, and looks at what they have found. */
+async function checkInside() {
+  const inside = path.join(import.meta.dirname, "inside");
+  const here = `vscode-remote://${address}`;
+  const payload = JSON.stringify([
+    ["extensionDevelopmentPath", `${here}${inside}`],
+    ["extensionTestsPath", `${here}${path.join(inside, "checks.js")}`],
+  ]);
+  await page.goto(`http://${address}/?${new URLSearchParams({ folder: model, payload })}`, { timeout: 20_000 });
+  const result = process.env.MAUVE_TEST_RESULT;
+  for (const start = performance.now(); !existsSync(result); await page.waitForTimeout(100)) {
+    if (performance.now() - start > 100_000) {
+      throw new Error("expected: the checks in the extension host say what they found");
+    }
+  }
+  // Written, and not only there.
+  await page.waitForTimeout(200);
+  const found = Object.entries(JSON.parse(readFileSync(result, "utf8")));
+  found.forEach(([name, said]) => console.log(`inside: ${name}: ${said}`));
+  if (found.length === 0 || found.some(([, said]) => said !== "fine")) {
+    throw new Error("expected: all is fine inside");
+  }
+}
+
 try {
   await check();
+  await checkInside();
 } catch (error) {
   console.log(error.message);
   if (screenshot !== undefined) {

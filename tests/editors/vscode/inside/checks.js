@@ -1,0 +1,163 @@
+// What VS Code itself has of the sample robot, asked by its own commands: so what its menus and keys work with. Runs in the
+// extension host; what was found goes to $MAUVE_TEST_RESULT, where check.mjs waits for it.
+const { writeFileSync } = require("node:fs");
+const assert = require("node:assert");
+const path = require("node:path");
+const vscode = require("vscode");
+
+const folder = vscode.workspace.workspaceFolders[0].uri;
+
+async function open(file) {
+  const document = await vscode.workspace.openTextDocument(vscode.Uri.joinPath(folder, file));
+  await vscode.window.showTextDocument(document);
+  return document;
+}
+
+/** The place of `word` behind the first `text`, or of the text itself. */
+function at(document, text, word = text) {
+  const start = document.getText().indexOf(text);
+  assert.notStrictEqual(start, -1, `no "${text}" in ${document.fileName}`);
+  return document.positionAt(document.getText().indexOf(word, start));
+}
+
+/** The result of a command, asked again until it is as expected: what is shown first may be of an earlier moment. */
+async function ask(command, isExpected, ...parameters) {
+  const end = Date.now() + 8_000;
+  let seen;
+  do {
+    seen = await vscode.commands.executeCommand(command, ...parameters);
+    if (seen !== undefined && seen !== null && isExpected(seen)) {
+      return seen;
+    }
+    await new Promise((resolve) => setTimeout(resolve, 100));
+  } while (Date.now() < end);
+  throw new Error(`${command} gives ${JSON.stringify(seen)?.slice(0, 2000)}`);
+}
+
+/** Changes a document, does something, and takes the change back. */
+async function changed(document, place, text, body) {
+  const edit = new vscode.WorkspaceEdit();
+  edit.replace(document.uri, place, text);
+  assert.ok(await vscode.workspace.applyEdit(edit));
+  try {
+    await body();
+  } finally {
+    await vscode.window.showTextDocument(document);
+    await vscode.commands.executeCommand("workbench.action.files.revert");
+  }
+}
+
+const files = (locations) => new Set(locations.map((it) => path.basename((it.uri ?? it.targetUri).path)));
+const label = (item) => (typeof item.label === "string" ? item.label : item.label.label);
+
+const checks = {
+  async "inlay hints"() {
+    const document = await open("deployment.mal");
+    const everything = new vscode.Range(0, 0, document.lineCount, 0);
+    const text = (hint) => (typeof hint.label === "string" ? hint.label : hint.label.map((part) => part.value).join(""));
+    await ask("vscode.executeInlayHintProvider", (it) => it.some((hint) => text(hint).includes("R 997 ms")), document.uri, everything);
+  },
+  async hover() {
+    const document = await open("deployment.mal");
+    const text = (hovers) => hovers.flatMap((it) => it.contents).map((it) => it.value ?? it).join("\n");
+    await ask("vscode.executeHoverProvider", (it) => text(it).includes("997 ms"), document.uri, at(document, "activity navigation", "navigation"));
+  },
+  async definition() {
+    const document = await open("deployment.mal");
+    await ask("vscode.executeDefinitionProvider", (it) => files(it).has("navigation_architecture.mal"), document.uri, at(document, "activity navigation", "navigation"));
+  },
+  async references() {
+    const document = await open("navigation_architecture.mal");
+    const isExpected = (it) => ["navigation_architecture.mal", "deployment.mal"].every((file) => files(it).has(file));
+    await ask("vscode.executeReferenceProvider", isExpected, document.uri, at(document, "instance navigation:", "navigation"));
+  },
+  async highlights() {
+    const document = await open("navigation_architecture.mal");
+    await ask("vscode.executeDocumentHighlights", (it) => it.length >= 4, document.uri, at(document, "instance navigation:", "navigation"));
+  },
+  async rename() {
+    const document = await open("deployment.mal");
+    const place = at(document, "activity navigation", "navigation");
+    const edit = await ask("vscode.executeDocumentRenameProvider", (it) => it.size >= 2, document.uri, place, "planner");
+    const changed = new Set(edit.entries().map(([uri]) => path.basename(uri.path)));
+    assert.ok(changed.has("deployment.mal") && changed.has("navigation_architecture.mal"), [...changed].join());
+    assert.ok(await vscode.workspace.applyEdit(edit));
+    assert.ok(document.getText().includes("activity planner "), document.getText());
+    for (const file of changed) {
+      await open(vscode.workspace.textDocuments.find((it) => path.basename(it.uri.path) === file).uri.path.slice(folder.path.length + 1));
+      await vscode.commands.executeCommand("workbench.action.files.revert");
+    }
+  },
+  async completion() {
+    const document = await open("deployment.mal");
+    const line = document.lineAt(at(document, "activity teleop").line);
+    await changed(document, line.range, "    activity ", async () => {
+      // Only the instance that has no activity any more.
+      const isExpected = (it) => it.items.some((item) => label(item) === "teleop");
+      const end = new vscode.Position(line.lineNumber, 13);
+      await ask("vscode.executeCompletionItemProvider", isExpected, document.uri, end);
+    });
+  },
+  async "signature help"() {
+    const document = await open("components/navigation.mal");
+    await ask("vscode.executeSignatureHelpProvider", (it) => it.signatures.some((one) => one.label.includes("astar")), document.uri, at(document, "astar(").translate(0, 6));
+  },
+  async "quick fixes"() {
+    const document = await open("components/navigation.mal");
+    const place = at(document, "astar(");
+    await changed(document, new vscode.Range(place, place.translate(0, 5)), "astra", async () => {
+      const there = new vscode.Range(place, place.translate(0, 5));
+      const isExpected = (it) => it.some((action) => action.title.includes("astar") && action.kind?.value.startsWith("quickfix"));
+      await ask("vscode.executeCodeActionProvider", isExpected, document.uri, there, undefined, 20);
+    });
+  },
+  async formatting() {
+    const document = await open("deployment.mal");
+    const place = at(document, "priority = background");
+    await changed(document, new vscode.Range(place, place.translate(0, 8)), "priority    ", async () => {
+      await ask("vscode.executeFormatDocumentProvider", (it) => it.length > 0, document.uri, { tabSize: 2, insertSpaces: true });
+      await vscode.commands.executeCommand("editor.action.formatDocument");
+      assert.ok(document.getText().includes("priority = background"), document.getText());
+    });
+  },
+  async "semantic tokens"() {
+    const document = await open("components/navigation.mal");
+    const legend = await ask("vscode.provideDocumentSemanticTokensLegend", (it) => it.tokenTypes.length > 0, document.uri);
+    const tokens = await ask("vscode.provideDocumentSemanticTokens", (it) => it.data.length > 0, document.uri);
+    assert.ok(tokens.data.length % 5 === 0 && tokens.data.every((it, index) => index % 5 !== 3 || it < legend.tokenTypes.length));
+  },
+  async "document symbols"() {
+    const document = await open("deployment.mal");
+    await ask("vscode.executeDocumentSymbolProvider", (it) => it[0].children[0].name === "P3dxDeployment", document.uri);
+  },
+  async "workspace symbols"() {
+    await ask("vscode.executeWorkspaceSymbolProvider", (it) => it.some((symbol) => symbol.name === "NavigationCore"), "NavigationCore");
+  },
+  async folding() {
+    const document = await open("deployment.mal");
+    await ask("vscode.executeFoldingRangeProvider", (it) => it.some((fold) => fold.start === 2), document.uri);
+  },
+  async "selection ranges"() {
+    const document = await open("deployment.mal");
+    const place = at(document, "deadline = 1000");
+    await ask("vscode.executeSelectionRangeProvider", (it) => it[0].parent?.parent !== undefined, document.uri, [place]);
+  },
+  async "document links"() {
+    const document = await open("exploration.mal");
+    await ask("vscode.executeLinkProvider", (it) => it.some((link) => link.target?.path.endsWith("components/pose.mal")), document.uri);
+  },
+};
+
+/** VS Code calls this. */
+exports.run = async function () {
+  const results = {};
+  for (const [name, check] of Object.entries(checks)) {
+    try {
+      await check();
+      results[name] = "fine";
+    } catch (error) {
+      results[name] = `${error.message}`;
+    }
+  }
+  writeFileSync(process.env.MAUVE_TEST_RESULT, JSON.stringify(results));
+};
