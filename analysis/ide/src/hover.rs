@@ -1,5 +1,7 @@
 //! What stands under the cursor: on an activity, where its response time comes from; on a name, what it stands for; on the
-//! type of a value, the fields of the message.
+//! type of a value, the fields of the message. What is known beyond a declaration is in `hover/details.rs`.
+
+mod details;
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -104,6 +106,10 @@ fn of_name(db: &dyn ModelDb, workspaces: &[Workspace], file: File, offset: TextS
             if !markdown.contains(&times) {
                 markdown += &times;
             }
+        }
+        let details = details::details(db, project, &name, &markdown);
+        if !markdown.contains(&details) {
+            markdown += &details;
         }
     }
     (!markdown.is_empty()).then_some(Hover { range: found.origin, markdown })
@@ -323,6 +329,8 @@ deployment D {
                 60 ms at 1e-3
                 70 ms at 1e-4, the level that is shown
                 ```
+                from `times.toml`, line 3
+
             "#]],
         );
     }
@@ -467,6 +475,168 @@ codel f(): $9Joy
         let shown = fields(&Package { name: "p".into(), ..Package::default() }, "Long", &message);
         assert_eq!(shown.matches("int8 x\n").count(), MOST_LINES);
         assert!(shown.contains("# and 2 more\n"), "{shown}");
+    }
+
+    /// A robot with `$0` in place of the mark that is asked for.
+    fn details(cursor: &str) -> String {
+        let text = "
+shell Sensor { constant base: int = 2  property ra$1te: int = base * 3  output port sc$2an: int  output port spare: int }
+shell Taker { input port scan: int }
+core Sensing(Sensor) {
+  var n$8: ctypes.uint8 = 0;
+  statemachine {
+    initial state Id$3le { run = { shoot(n); write(scan, ra$4te); }  transition g$5o if (shoot(n) > 0) to Busy }
+    state Busy { transition back to Idle }
+    state Never { }
+  }
+}
+core Taking(Taker) { update = { } }
+component Laser(Sensor, Sensing)  component Map(Taker, Taking)
+architecture A {
+  instance left: Laser  instance right: Laser  instance map: Map
+  connection left.scan -> map.sc$6an
+  property left.rate = 5
+}
+deployment D { architecture A  property right.rate = 7
+  activity left { priority = 1 period = 10 } activity right { priority = 2 period = 10 } activity map { priority = 3 period = 10 } }
+codel sho$7ot(out n: int): int
+//- /mauve.toml
+timing.tables = [\"times/*.toml\"]
+//- /times/a.toml
+# é
+levels = [1e-3, 1e-4]
+[codel]
+shoot = [1, 2]
+";
+        let text = text.replace(cursor, "$0");
+        (1..9).fold(text, |text, mark| text.replace(&format!("${mark}"), ""))
+    }
+
+    #[test]
+    fn a_property_has_the_values_of_its_instances() {
+        check(
+            &details("$1"),
+            expect![[r#"
+            rate
+            ---
+            ```mauve
+            property rate: int = base * 3
+            ```
+
+            ```text
+            left.rate = 5 in D
+            right.rate = 7 in D
+            ```
+        "#]],
+        );
+        let Fixture { db, workspace, file, offset } = Fixture::new(&details("$4"));
+        assert!(hover(&db, &[workspace], file, offset).unwrap().markdown.contains("right.rate = 7 in D"));
+    }
+
+    #[test]
+    fn a_port_has_its_connections() {
+        check(
+            &details("$2"),
+            expect![[r#"
+            scan
+            ---
+            ```mauve
+            output port scan: int
+            ```
+
+            ```text
+            left.scan -> map.scan
+            right.scan is not connected
+            ```
+        "#]],
+        );
+        check(
+            &details("$6"),
+            expect![[r#"
+            scan
+            ---
+            ```mauve
+            input port scan: int
+            ```
+
+            ```text
+            left.scan -> map.scan
+            ```
+        "#]],
+        );
+    }
+
+    #[test]
+    fn a_state_and_a_transition_have_their_times() {
+        check(
+            &details("$3"),
+            expect![[r#"
+            Idle
+            ---
+            ```mauve
+            initial state Idle
+            ```
+
+            ```text
+            Laser at 1e-4
+                      2 ms  Idle.run
+                      2 ms  Idle.go.guard
+                      4 ms  a period at most
+            ```
+        "#]],
+        );
+        check(
+            &details("$5"),
+            expect![[r#"
+            go
+            ---
+            ```mauve
+            transition go if (shoot(n) > 0) to Busy
+            ```
+
+            ```text
+            Laser at 1e-4
+                      2 ms  Idle.go.guard
+                      4 ms  a period at most
+            ```
+        "#]],
+        );
+    }
+
+    #[test]
+    fn a_codel_says_which_table_has_its_times() {
+        check(
+            &details("$7"),
+            expect![[r#"
+            shoot
+            ---
+            ```mauve
+            codel shoot(out n: int): int
+            ```
+
+            ```text
+            1 ms at 1e-3
+            2 ms at 1e-4, the level that is shown
+            ```
+            from `times/a.toml`, line 4
+
+        "#]],
+        );
+    }
+
+    #[test]
+    fn a_variable_says_its_type() {
+        check(
+            &details("$8"),
+            expect![[r#"
+            n
+            ---
+            ```mauve
+            var n: ctypes.uint8 = 0
+            ```
+
+        "#]],
+        );
     }
 
     #[test]

@@ -4,6 +4,8 @@
 mod programs;
 mod values;
 
+pub(crate) use programs::components_of;
+
 use std::collections::{BTreeMap, HashMap};
 
 use mauve_model::item_tree::{Kind, Name};
@@ -511,7 +513,7 @@ program.\"Quick/update\" = 5
             &MACHINE.replace("codel.plan = 20\n", ""),
             expect![[r#"
 
-            "#]],
+        "#]],
         );
         let off = HintKinds { program_times: false, ..HintKinds::default() };
         check_kinds(
@@ -519,7 +521,7 @@ program.\"Quick/update\" = 5
             off,
             expect![[r#"
 
-            "#]],
+        "#]],
         );
     }
 
@@ -569,7 +571,7 @@ deployment D {
             HintKinds { values: false, ..only },
             expect![[r#"
 
-            "#]],
+        "#]],
         );
     }
 
@@ -592,7 +594,7 @@ deployment D {
             none,
             expect![[r#"
 
-            "#]],
+        "#]],
         );
         check_kinds(
             &text,

@@ -74,7 +74,11 @@ pub(super) fn of_core<'db>(
 }
 
 /// The components of a project that have this core.
-fn components_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> &'db [Decl<'db>] {
+pub(crate) fn components_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+) -> &'db [Decl<'db>] {
     components_by_core(db, project).iter().find(|(core, _)| *core == of).map_or(&[], |(_, found)| found)
 }
 

@@ -1,0 +1,228 @@
+//! What is known of a name beyond its declaration: the values of a property, what a port is connected to, what a state takes,
+//! where the times of a codel come from.
+
+use std::fmt::Write as _;
+
+use mauve_model::item_tree::{Kind, Name, Part};
+use mauve_model::{
+    Decl, Flat, ModelDb, Place, Project, Query, architecture, core, deployment, features_of, flat_of,
+    names_of, psm_of, shell, shell_of, table, table_files, type_of, typing_of, values_in_effect,
+};
+use mauve_timing::Time;
+
+use crate::document_symbols::SymbolKind;
+use crate::inlay_hints::components_of;
+use crate::occurrences::{Found, Meaning};
+
+/// So many lines of each are shown.
+const MOST_LINES: usize = 12;
+
+/// What is known of `found`, in Markdown; nothing of most names. `shown` is what is shown already.
+pub(super) fn details<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    found: &Found<'db>,
+    shown: &str,
+) -> String {
+    if let Meaning::Declaration(decl) = found.meaning
+        && decl.kind(db) == Kind::Codel
+    {
+        return table_of_codel(db, project, decl);
+    }
+    let Meaning::Part(Place::Part(of, part)) = found.meaning else { return String::new() };
+    match found.kind {
+        SymbolKind::Port | SymbolKind::Operation => block(connections(db, project, of, part)),
+        SymbolKind::Property | SymbolKind::Constant => {
+            resolved_type(db, project, of, part, shown) + &block(values(db, project, of, part))
+        }
+        SymbolKind::Variable => resolved_type(db, project, of, part, shown),
+        SymbolKind::State | SymbolKind::Transition | SymbolKind::Hook => {
+            block(programs(db, project, of, part))
+        }
+        _ => String::new(),
+    }
+}
+
+fn block(mut lines: Vec<String>) -> String {
+    lines.dedup();
+    if lines.is_empty() {
+        return String::new();
+    }
+    if let Some(more) = lines.len().checked_sub(MOST_LINES).filter(|more| *more > 0) {
+        lines.truncate(MOST_LINES);
+        lines.push(format!("and {more} more"));
+    }
+    format!("```text\n{}\n```\n", lines.join("\n"))
+}
+
+/// `from timing/robot.toml, line 3`, for each table that has the codel.
+fn table_of_codel<'db>(db: &'db dyn ModelDb, project: Project<'db>, codel: Decl<'db>) -> String {
+    let workspace = project.workspace(db);
+    let names = names_of(db, project);
+    let mut out = String::new();
+    for &file in &table_files(db, workspace).files {
+        for entry in &table(db, file).codels {
+            if !entry.key.ends_with(codel.name(db).as_str())
+                || !names.by_key(Kind::Codel, &entry.key).contains(&codel)
+            {
+                continue;
+            }
+            let before = file.text(db).get(..entry.key_span.start).unwrap_or_default();
+            let path = file.path(db);
+            let path = path.strip_prefix(workspace.folder(db)).unwrap_or(path).display();
+            let _ = writeln!(out, "from `{path}`, line {}\n", before.matches('\n').count() + 1);
+        }
+    }
+    out
+}
+
+/// The type of a variable, a property or a constant, where it is written in another way.
+fn resolved_type<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    part: Part,
+    shown: &str,
+) -> String {
+    let ty = if of.kind(db) == Kind::Core {
+        let variables = &typing_of(db, project, of).variables;
+        variables.iter().find(|variable| variable.name.part == part).map(|variable| variable.ty.to_string())
+    } else {
+        let feature = shell(db, of).and_then(|data| data.features.iter().find(|it| it.name.part == part));
+        feature.map(|feature| type_of(db, project, of, feature.ty.as_ref()).to_string())
+    };
+    match ty {
+        Some(ty) if !shown.contains(&ty) => format!("of type `{ty}`\n\n"),
+        _ => String::new(),
+    }
+}
+
+/// What is deployed, or where nothing is, every architecture: with its instances and connections.
+fn deployed<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<(Decl<'db>, &'db Flat<'db>)> {
+    let names = names_of(db, project);
+    let target = |of: Decl<'db>| {
+        let [target] = deployment(db, of)?.targets.as_slice() else { return None };
+        let target = names.resolve_type(db, of, Kind::Architecture, Some(target)).ok()?;
+        Some((of, flat_of(db, project, target)))
+    };
+    let found: Vec<_> = names.all.iter().filter_map(|&of| target(of)).collect();
+    if !found.is_empty() {
+        return found;
+    }
+    let all = names.all.iter().copied().filter(|of| architecture(db, *of).is_some());
+    all.map(|of| (of, flat_of(db, project, of))).collect()
+}
+
+/// The instances that have the feature that `shell` declares there, and its name.
+fn having<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    flat: &'db Flat<'db>,
+    of: Decl<'db>,
+    part: Part,
+) -> Option<(&'db Name, Vec<&'db Name>)> {
+    let index = shell(db, of)?.features.iter().position(|feature| feature.name.part == part)?;
+    let name = &shell(db, of)?.features.get(index)?.name.name;
+    let instances = flat.instances.iter().filter(|instance| {
+        let shell = instance.component.and_then(|component| shell_of(db, project, component));
+        let feature = shell.and_then(|shell| features_of(db, project, shell).get(name));
+        feature.is_some_and(|feature| feature.shell == of && feature.index == index)
+    });
+    Some((name, instances.map(|instance| &instance.name).collect()))
+}
+
+/// `laser.scan -> map.scan`
+fn connections<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, part: Part) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for (_, flat) in deployed(db, project) {
+        let Some((name, instances)) = having(db, project, flat, of, part) else { continue };
+        for instance in instances {
+            let is_it = |end: &(Name, Name)| end.0 == *instance && end.1 == *name;
+            let mut links =
+                flat.links.iter().filter(|link| is_it(&link.source) || is_it(&link.target)).peekable();
+            if links.peek().is_none() {
+                lines.push(format!("{instance}.{name} is not connected"));
+            }
+            for link in links {
+                let [(from, out), (to, into)] = [&link.source, &link.target];
+                let line = format!("{from}.{out} -> {to}.{into}");
+                if !lines.contains(&line) {
+                    lines.push(line);
+                }
+            }
+        }
+    }
+    lines
+}
+
+/// `laser.rate = 5 in D`
+fn values<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, part: Part) -> Vec<String> {
+    let mut lines = Vec::new();
+    for (root, flat) in deployed(db, project) {
+        let Some((name, instances)) = having(db, project, flat, of, part) else { continue };
+        let known = values_in_effect(db, project, root);
+        for instance in instances {
+            let Some(found) = known.get(instance) else { continue };
+            let value = found.iter().find(|it| it.name == *name).and_then(|it| it.value.as_ref());
+            let value = value.map_or_else(|| "has no value".to_owned(), |value| format!("= {value}"));
+            lines.push(format!("{instance}.{name} {value} in {}", root.name(db)));
+        }
+    }
+    lines
+}
+
+/// The times of a state, of a transition or of `update`, in each component.
+fn programs<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, part: Part) -> Vec<String> {
+    let Some(data) = core(db, of) else { return Vec::new() };
+    let level = Query::shown(db, project).level;
+    let states = data.machines.iter().flat_map(|machine| &machine.states);
+    // What begins its keys, and the state and the transition that it is.
+    let key = states.into_iter().find_map(|state| {
+        let name = &state.name.name;
+        if state.name.part == part {
+            return Some((format!("{name}."), name.clone(), None));
+        }
+        let transition = state.transitions.iter().find(|it| it.name.part == part)?;
+        let transition = &transition.name.name;
+        Some((format!("{name}.{transition}."), name.clone(), Some(transition.clone())))
+    });
+    let is_update = data.hooks.iter().any(|hook| hook.part == part && hook.kind.keyword() == "update");
+    let Some((key, state, transition)) =
+        key.or_else(|| is_update.then(|| ("update".to_owned(), "update".into(), None)))
+    else {
+        return Vec::new();
+    };
+    let mut lines = Vec::new();
+    for &component in components_of(db, project, of) {
+        let name = component.name(db);
+        let psm = match psm_of(db, project, component, level) {
+            Ok(psm) => psm,
+            Err(refused) => {
+                let why = refused.refusals.first().map_or("", |first| first.message.as_str());
+                lines.push(format!("{name} at {level}: no times, since {why}"));
+                continue;
+            }
+        };
+        lines.push(format!("{name} at {level}"));
+        let executed = |index: usize| psm.edges.iter().any(|edge| edge.programs.contains(&index));
+        for (index, (program, time)) in psm.programs.iter().enumerate() {
+            if program.starts_with(&key) && executed(index) {
+                lines.push(format!("  {:>12}  {program}", time.to_string()));
+            }
+        }
+        let edges = psm.machine.edges().iter().zip(&psm.edges).filter(|(edge, described)| {
+            psm.states.get(edge.source as usize) == Some(&state)
+                && (transition.is_none() || described.transition == transition)
+        });
+        let longest: Option<Time> = edges.map(|(edge, _)| edge.cost).max();
+        match longest {
+            Some(time) => lines.push(format!("  {:>12}  a period at most", time.to_string())),
+            None => lines.push("  it is never executed".to_owned()),
+        }
+        if !psm.assumed.is_empty() {
+            let codels: Vec<&str> = psm.assumed.iter().map(|(codel, _)| codel.as_str()).collect();
+            lines.push(format!("  with assumed times: {}", codels.join(", ")));
+        }
+    }
+    lines
+}
