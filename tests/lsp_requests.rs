@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
-use mauve_tests::{Client, models};
+use mauve_tests::{Client, mauve, models};
 use serde_json::{Value, json};
 
 const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
@@ -66,4 +66,128 @@ fn unknown_commands_are_refused() {
     let error = client.call("workspace/executeCommand", json!({"command": "mauve.fly"})).unwrap_err();
     assert_eq!(error["code"], -32602);
     assert_eq!(error["message"], "no command `mauve.fly`: there is mauve.setSignificance");
+}
+
+#[test]
+fn the_analysis_is_what_the_command_line_prints() {
+    let mut client = robot();
+    let text = client.open_file(&models().join("p3dx/deployment.mal"));
+    let folder = models().join("p3dx");
+    let printed = |arguments: &[&str]| -> Value {
+        let all = [&["wcrt", ".", "--format", "json"], arguments].concat();
+        serde_json::from_str(&mauve(MAUVE, &folder, &all).out).unwrap()
+    };
+    let document = json!({"uri": text.uri});
+    let found = client.call("mauve/analysis", json!({})).unwrap();
+    assert_eq!(found, json!([printed(&[])]));
+    let params = json!({
+        "textDocument": document, "deployment": "P3dxDeployment", "significance": "all", "method": "classic",
+    });
+    let found = client.call("mauve/analysis", params).unwrap();
+    assert_eq!(found, json!([printed(&["--significance", "all", "--method", "classic"])]));
+    let found = client.call("mauve/analysis", json!({"significance": [1e-3, 1e-5]})).unwrap();
+    assert_eq!(found, json!([printed(&["--significance", "1e-3,1e-5"])]));
+    // The level that was chosen is the one that is left out.
+    set_significance(&mut client, json!([1e-6])).unwrap();
+    let found = client.call("mauve/analysis", json!({"textDocument": document})).unwrap();
+    assert_eq!(found, json!([printed(&["--significance", "1e-6"])]));
+}
+
+#[test]
+fn an_analysis_that_cannot_be_is_refused() {
+    let mut client = robot();
+    for (params, message) in [
+        (json!({"deployment": "Nowhere"}), "no deployment `Nowhere`"),
+        (json!({"significance": 2}), "a significance is a number between 0 and 1"),
+        (json!({"significance": []}), ""),
+        (json!({"significance": "some"}), ""),
+        (json!({"method": "magic"}), ""),
+        (json!({"textDocument": {"uri": "file:///nowhere.mal"}}), "`file:///nowhere.mal` is not open"),
+    ] {
+        let answer = client.call("mauve/analysis", params.clone());
+        match answer {
+            Err(error) => {
+                assert_eq!(error["code"], -32602, "{params}: {error}");
+                assert!(error["message"].as_str().unwrap().contains(message), "{params}: {error}");
+            }
+            // No level is none too many.
+            Ok(found) => assert_eq!(found[0]["results"], json!([]), "{params}"),
+        }
+    }
+}
+
+#[test]
+fn a_state_machine_has_its_times_and_its_places() {
+    let mut client = robot();
+    let text = client.open_file(&models().join("p3dx/deployment.mal"));
+    let at = text.at("navigation  {");
+    let found = client.call("mauve/stateMachine", at.clone()).unwrap();
+    assert_eq!(found["component"], "Navigation");
+    let times = found["edges"].as_array().unwrap().iter().map(|edge| edge["time"].as_f64().unwrap());
+    assert_eq!(times.fold(0.0, f64::max), 297.0);
+    let states = found["states"].as_array().unwrap();
+    let planning = states.iter().find(|state| state["name"] == "Planning").unwrap();
+    // The place is that of the name, in another file.
+    let uri = planning["location"]["uri"].as_str().unwrap();
+    let source = std::fs::read_to_string(uri.strip_prefix("file://").unwrap()).unwrap();
+    let start = &planning["location"]["range"]["start"];
+    let line = source.lines().nth(start["line"].as_u64().unwrap() as usize).unwrap();
+    assert!(line[start["character"].as_u64().unwrap() as usize..].starts_with("Planning"), "{line}");
+    assert!(found["drawing"].as_str().unwrap().starts_with("<svg "));
+    // By its name, at another level, for Graphviz.
+    let params = json!({
+        "textDocument": at["textDocument"], "component": "P3dxDriver", "significance": 1e-9, "drawing": "dot",
+    });
+    let found = client.call("mauve/stateMachine", params);
+    let found = found.unwrap_or_else(|error| panic!("{error}"));
+    assert!(found["drawing"].as_str().unwrap().starts_with("digraph "));
+    let params = json!({"textDocument": at["textDocument"], "component": "Nobody"});
+    let error = client.call("mauve/stateMachine", params).unwrap_err();
+    assert_eq!(error["message"], "no component `Nobody` in the projects of this file");
+    let error = client.call("mauve/stateMachine", json!({"textDocument": at["textDocument"]})).unwrap_err();
+    assert_eq!(error["message"], "mauve/stateMachine takes a `position` or a `component`");
+}
+
+#[test]
+fn a_graph_has_what_is_connected_and_what_is_known_of_it() {
+    let mut client = robot();
+    let text = client.open_file(&models().join("p3dx/deployment.mal"));
+    let document = json!({"uri": text.uri});
+    let found = client.call("mauve/graph", json!({"textDocument": document})).unwrap();
+    assert_eq!((&found["name"], &found["significance"]), (&json!("P3dxDeployment"), &json!(1e-4)));
+    let nodes = found["nodes"].as_array().unwrap();
+    let number = |name: &str| nodes.iter().position(|node| node["instance"] == name).unwrap();
+    let navigation = &nodes[number("navigation")];
+    assert_eq!((&navigation["response"], &navigation["status"]), (&json!(997), &json!("met")));
+    let is_link = |edge: &&Value| {
+        edge["source"] == number("guidance")
+            && edge["target"] == number("switch")
+            && edge["operation"] == false
+    };
+    assert!(found["edges"].as_array().unwrap().iter().any(|edge| is_link(&edge)), "{}", found["edges"]);
+    assert!(found["drawing"].as_str().unwrap().contains("R 997 ≤ 1000"));
+    let params = json!({"textDocument": document, "name": "ExplorationP3dxArchitecture", "drawing": "dot"});
+    let found = client.call("mauve/graph", params).unwrap();
+    assert_eq!((&found["significance"], &found["nodes"][0]["status"]), (&Value::Null, &Value::Null));
+    let error = client.call("mauve/graph", json!({"textDocument": document, "name": "Nothing"})).unwrap_err();
+    assert!(error["message"].as_str().unwrap().contains("no architecture `Nothing`"), "{error}");
+}
+
+#[test]
+fn a_syntax_tree_is_that_of_the_text_as_it_is() {
+    let mut client = robot();
+    let mut text = client.open_file(&models().join("p3dx/deployment.mal"));
+    client.edit(&mut text, "deployment P3dxDeployment", "deployment");
+    let tree = client.call("mauve/syntaxTree", json!({"textDocument": {"uri": text.uri}})).unwrap();
+    assert_eq!(tree, json!(mauve_syntax_dump(&text.text)));
+    let uri = format!("file://{}", models().join("p3dx/mauve.toml").display());
+    let error = client.call("mauve/syntaxTree", json!({"textDocument": {"uri": uri}})).unwrap_err();
+    assert!(error["message"].as_str().unwrap().ends_with("mauve.toml` is no model (*.mal)"), "{error}");
+}
+
+/// What `mauve parse` prints of a text.
+fn mauve_syntax_dump(text: &str) -> String {
+    let folder = mauve_tests::scratch(env!("CARGO_TARGET_TMPDIR"), "lsp_requests_tree");
+    mauve_tests::write(&folder, &[("a.mal", text)]);
+    mauve(MAUVE, &folder, &["parse", "a.mal"]).out
 }

@@ -48,9 +48,11 @@ impl Change {
         let is_free = |file: File, edit: &Replacement| {
             let known = self.files.iter().filter(|known| known.file == file).flat_map(|known| &known.edits);
             known.clone().all(|it| {
-                // What is put at one place by both would run together.
+                // What is put at one place by both would run together, unless it is lines.
+                let are_lines =
+                    it.text.starts_with('\n') && edit.text.starts_with('\n') && edit.range.is_empty();
                 let apart = it.range.end() <= edit.range.start() || edit.range.end() <= it.range.start();
-                it == edit || (apart && it.range != edit.range)
+                it == edit || (apart && (it.range != edit.range || are_lines))
             })
         };
         let is_free = other.files.iter().all(|of| of.edits.iter().all(|edit| is_free(of.file, edit)));

@@ -24,6 +24,8 @@ mod program;
 mod shell;
 mod toml;
 
+use std::collections::BTreeSet;
+
 use mauve_model::item_tree::Name;
 use mauve_model::{Decl, File, ModelDb, Project, Workspace, declarations, is_model, parse, source_map};
 use mauve_syntax::format::Replacement;
@@ -194,7 +196,7 @@ pub fn completions(db: &dyn ModelDb, workspaces: &[Workspace], file: File, offse
     }
     let mut projects = projects_with(db, workspaces, file);
     if !is_model(file.path(db)) {
-        return toml::completions(db, &projects, file, offset);
+        return toml::completions(db, workspaces, &projects, file, offset);
     }
     if projects.is_empty() {
         // A file that no root includes is the root of itself.
@@ -207,16 +209,13 @@ pub fn completions(db: &dyn ModelDb, workspaces: &[Workspace], file: File, offse
     }
     let Some(at) = Position::at(&root, offset) else { return Completions::default() };
     let mut found = Completions::default();
+    let mut known = BTreeSet::new();
     for project in projects {
         let mut completer = Completer::new(db, project, file, &at);
         completer.complete();
         found.incomplete |= completer.incomplete;
-        for item in completer.found {
-            let is_known = |known: &Completion| known.label == item.label && known.insert == item.insert;
-            if !found.items.iter().any(is_known) {
-                found.items.push(item);
-            }
-        }
+        let items = completer.found.into_iter();
+        found.items.extend(items.filter(|item| known.insert((item.label.clone(), item.insert.clone()))));
     }
     finish(found, at.word, &at.prefix)
 }
@@ -308,4 +307,87 @@ pub(crate) fn decl_at(db: &dyn ModelDb, file: File, range: TextRange) -> Option<
     let maps = &source_map(db, file).declarations;
     let mut found = declarations(db, file).all.iter().zip(maps);
     found.find(|(_, map)| map.range.contains_range(range)).map(|(decl, _)| *decl)
+}
+
+#[cfg(test)]
+mod testing {
+    use super::*;
+    use crate::fixture::Fixture;
+    use std::fmt::Write as _;
+
+    /// The first items at the cursor that stand at `most` below the best, each with its rank, and what it inserts where that
+    /// is not its label.
+    pub(super) fn offered(fixture: &str, most: u8) -> String {
+        let Fixture { db, workspace, file, offset } = Fixture::new(fixture);
+        let mut out = String::new();
+        let found = completions(&db, &[workspace], file, offset);
+        for item in found.items.iter().filter(|item| item.rank <= most) {
+            let _ = write!(out, "{} {}{}", item.rank, item.label, item.detail);
+            if !item.note.is_empty() {
+                let _ = write!(out, " ({})", item.note);
+            }
+            let insert = item.snippet.as_ref().unwrap_or(&item.insert);
+            if *insert != item.label {
+                let _ = write!(out, " ⇒ {insert:?}");
+            }
+            for more in &item.more {
+                let _ = write!(out, " + {:?} at {:?}", more.text, more.range.start());
+            }
+            out.push('\n');
+        }
+        out
+    }
+
+    /// The labels of everything that is offered.
+    pub(super) fn labels(fixture: &str) -> Vec<String> {
+        let Fixture { db, workspace, file, offset } = Fixture::new(fixture);
+        completions(&db, &[workspace], file, offset).items.into_iter().map(|item| item.label).collect()
+    }
+
+    #[test]
+    fn nothing_is_offered_in_comments_strings_and_numbers() {
+        for text in [
+            "// cod$0",
+            "codel f(): int // co$0\n",
+            "/* $0 */",
+            "/* co$0",
+            "deployment D { activity a { priority = 1$0 } }",
+            "deployment D { property a.b = \"$0\" }",
+            "deployment D { property a.b = \"x$0",
+        ] {
+            assert_eq!(labels(text), [] as [&str; 0], "{text}");
+        }
+        assert!(labels("/* é 🦀 */ $0").contains(&"codel".to_owned()));
+    }
+
+    #[test]
+    fn the_word_around_the_cursor_is_replaced() {
+        for (text, replaced) in [
+            ("/* 🦀 é */ co$0del", "codel"),
+            ("/* é */ $0codel", ""),
+            ("core C(S) { statemachine { state Idle { /* é */ transition t to Id$0le } } }", "Idle"),
+        ] {
+            let Fixture { db, workspace, file, offset } = Fixture::new(text);
+            let found = completions(&db, &[workspace], file, offset);
+            let first = found.items.first().map(|item| &file.text(&db)[item.replaced]);
+            assert_eq!(first, Some(replaced), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_plain_client_gets_what_a_snippet_proposes() {
+        assert_eq!(plain("if (${1:true}) then {\n\t$0\n} else {\n}"), "if (true) then {\n  \n} else {\n}");
+        assert_eq!(plain("f($1, $2)$0"), "f(, )");
+        assert_eq!(plain("cost: 5$"), "cost: 5");
+    }
+
+    #[test]
+    fn more_than_can_be_read_is_cut_and_asked_for_again() {
+        let codels: String = (0..MOST_ITEMS + 10).map(|index| format!("codel f{index}(): void\n")).collect();
+        let text = |typed: &str| format!("{codels} shell S {{}} core C(S) {{ update = {{ {typed}$0 }} }}");
+        let Fixture { db, workspace, file, offset } = Fixture::new(&text(""));
+        let found = completions(&db, &[workspace], file, offset);
+        assert_eq!((found.items.len(), found.incomplete), (MOST_ITEMS, true));
+        assert!(labels(&text("f409")).contains(&"f409".to_owned()));
+    }
 }

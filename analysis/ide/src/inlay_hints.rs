@@ -1,11 +1,15 @@
-//! Response times beside activities, deadlines that are left out, the load of CPUs beside deployments.
+//! Response times beside activities, deadlines that are left out, the load of CPUs beside deployments; what programs take
+//! (`inlay_hints/programs.rs`), and which values count (`inlay_hints/values.rs`).
+
+mod programs;
+mod values;
 
 use std::collections::{BTreeMap, HashMap};
 
 use mauve_model::item_tree::{Kind, Name};
 use mauve_model::{
-    ActivityReport, Decl, File, ModelDb, Place, Project, Query, Report, Verdict, Workspace, budgets,
-    config_of, cpu_names, declarations, is_model, parse, psm_of, response_times, source_map,
+    ActivityReport, CpuReport, Decl, File, ModelDb, Place, Project, Query, Report, Verdict, Workspace,
+    budgets, config_of, cpu_names, declarations, is_model, parse, psm_of, response_times, source_map,
 };
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxKind, SyntaxNode, TextRange, TextSize};
@@ -24,9 +28,31 @@ pub struct InlayHint {
     pub explained_at: Option<TextSize>,
 }
 
+/// Which hints are wanted; by default all.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct HintKinds {
+    /// Response times beside activities, and how many deadlines are met beside deployments.
+    pub response_times: bool,
+    /// The load of the CPUs beside deployments.
+    pub loads: bool,
+    /// Deadlines that are left out.
+    pub defaults: bool,
+    /// What programs, states and transitions take.
+    pub program_times: bool,
+    /// The values of properties and constants beside instances and settings.
+    pub values: bool,
+}
+
+impl Default for HintKinds {
+    fn default() -> HintKinds {
+        HintKinds { response_times: true, loads: true, defaults: true, program_times: true, values: true }
+    }
+}
+
 /// The hints that fall into `range`, in the order of the text.
 ///
 /// ```
+/// use mauve_ide::HintKinds;
 /// use mauve_model::{Database, Workspace};
 /// use mauve_syntax::{TextRange, TextSize};
 ///
@@ -41,7 +67,8 @@ pub struct InlayHint {
 /// ];
 /// let workspace = Workspace::of_texts(&db, "/".into(), files);
 /// let file = workspace.file(&db, "/robot.mal".as_ref()).unwrap();
-/// let hints = mauve_ide::inlay_hints(&db, &[workspace], file, TextRange::up_to(TextSize::of(model)));
+/// let range = TextRange::up_to(TextSize::of(model));
+/// let hints = mauve_ide::inlay_hints(&db, &[workspace], file, range, HintKinds::default());
 /// assert!(hints.iter().any(|hint| hint.label == "R 17 ms ≤ 100 ms · slack 83 ms"));
 /// ```
 pub fn inlay_hints(
@@ -49,6 +76,7 @@ pub fn inlay_hints(
     workspaces: &[Workspace],
     file: File,
     range: TextRange,
+    kinds: HintKinds,
 ) -> Vec<InlayHint> {
     if !is_model(file.path(db)) {
         return Vec::new();
@@ -56,13 +84,24 @@ pub fn inlay_hints(
     // By place and label, with the projects that say so.
     let mut found: BTreeMap<(TextSize, String), (InlayHint, Vec<Project<'_>>)> = BTreeMap::new();
     let projects = projects_with(db, workspaces, file);
-    let deployments = declarations(db, file).all.iter().zip(&source_map(db, file).declarations);
-    let deployments = deployments
-        .filter(|(decl, map)| decl.kind(db) == Kind::Deployment && map.range.intersect(range).is_some());
-    for (&deployment, _) in deployments {
+    let declared = declarations(db, file).all.iter().zip(&source_map(db, file).declarations);
+    let declared = declared.filter(|(_, map)| map.range.intersect(range).is_some());
+    for (&decl, _) in declared {
         for &project in &projects {
             let mut hints = Vec::new();
-            of_deployment(db, project, deployment, range, &mut hints);
+            match decl.kind(db) {
+                Kind::Deployment => {
+                    of_deployment(db, project, decl, range, kinds, &mut hints);
+                    if kinds.values {
+                        values::of_values(db, project, decl, &mut hints);
+                    }
+                }
+                Kind::Architecture if kinds.values => values::of_values(db, project, decl, &mut hints),
+                Kind::Core if kinds.program_times => {
+                    programs::of_core(db, project, decl, range, &mut hints);
+                }
+                _ => {}
+            }
             for hint in hints.into_iter().filter(|hint| range.contains_inclusive(hint.offset)) {
                 let key = (hint.offset, hint.label.clone());
                 found.entry(key).or_insert_with(|| (hint, Vec::new())).1.push(project);
@@ -85,8 +124,12 @@ fn of_deployment<'db>(
     project: Project<'db>,
     deployment: Decl<'db>,
     range: TextRange,
+    kinds: HintKinds,
     hints: &mut Vec<InlayHint>,
 ) {
+    if !kinds.response_times && !kinds.loads && !kinds.defaults {
+        return;
+    }
     let Some(node) = deployment_at(db, &Place::name_of(deployment)) else { return };
     let query = Query::shown(db, project);
     let report = response_times(db, project, deployment, query);
@@ -95,14 +138,22 @@ fn of_deployment<'db>(
     if let Some(offset) = beside(node.syntax())
         && report.activities.iter().any(|activity| activity.verdict != Verdict::Background)
     {
-        let mut label = of_all(report, query);
+        let mut labels = Vec::new();
+        if kinds.response_times {
+            labels.push(of_all(report, query));
+        }
+        if kinds.loads {
+            labels.extend(loads(report));
+        }
         if !with_assumptions.is_empty() {
-            label += " · times assumed";
+            labels.push("times assumed".to_owned());
         }
         if config_of(db, project.workspace(db)).rt_throttling.is_none() {
-            label += " · assumes real-time throttling off";
+            labels.push("assumes real-time throttling off".to_owned());
         }
-        hints.push(InlayHint { offset, label, explained_at: None });
+        if kinds.response_times || kinds.loads {
+            hints.push(InlayHint { offset, label: labels.join(" · "), explained_at: None });
+        }
     }
     let nodes = node.deployment_items().filter_map(|item| match item {
         ast::DeploymentItem::Activity(it) if it.syntax().text_range().intersect(range).is_some() => {
@@ -127,10 +178,10 @@ fn of_deployment<'db>(
         if activity.row.is_late {
             label += " (the deadline is later than the period, which counts)";
         }
-        if let Some(offset) = beside(node.syntax()) {
+        if let Some(offset) = beside(node.syntax()).filter(|_| kinds.response_times) {
             hints.push(InlayHint { offset, label, explained_at: Some(name) });
         }
-        hints.extend(default_deadline(activity, node));
+        hints.extend(default_deadline(activity, node).filter(|_| kinds.defaults));
     }
 }
 
@@ -191,12 +242,17 @@ fn of_all(report: &Report<'_>, query: Query) -> String {
             label += &format!(", {others} {what}");
         }
     }
-    for cpu in &report.cpus {
+    label
+}
+
+/// How much of each CPU is asked for.
+fn loads(report: &Report<'_>) -> Vec<String> {
+    let load = |cpu: &CpuReport| {
         // What is not analysed is not counted: there is more.
         let at_least = if cpu.complete { "" } else { "≥ " };
-        label += &format!(" · {} {at_least}{:.1} %", cpu_names(cpu.mask), cpu.utilisation.as_f64() * 100.0);
-    }
-    label
+        format!("{} {at_least}{:.1} %", cpu_names(cpu.mask), cpu.utilisation.as_f64() * 100.0)
+    };
+    report.cpus.iter().map(load).collect()
 }
 
 /// `deadline = 100` where it is left out.
@@ -239,11 +295,20 @@ mod tests {
 
     /// The text of the first file with the hints in it, in `⟨…⟩`.
     fn check(fixture: &str, expected: Expect) {
+        check_kinds(fixture, HintKinds::default(), expected);
+    }
+
+    fn check_kinds(fixture: &str, kinds: HintKinds, expected: Expect) {
         let fixture = Fixture::new(fixture);
         let file = fixture.file;
         let text = file.text(&fixture.db);
-        let hints =
-            inlay_hints(&fixture.db, &[fixture.workspace], file, TextRange::up_to(TextSize::of(&**text)));
+        let hints = inlay_hints(
+            &fixture.db,
+            &[fixture.workspace],
+            file,
+            TextRange::up_to(TextSize::of(&**text)),
+            kinds,
+        );
         let mut shown = String::new();
         let mut done = 0;
         for hint in hints {
@@ -283,6 +348,8 @@ architecture A { instance planner: Planner  instance driver: Driver }
                 "codel.plan = 70\ncodel.drive = 17",
             ),
             expect![[r#"
+                core Planning(S) { update = { plan(); }⟨70 ms at 1e-4⟩ }
+                core Driving(S) { update = { drive(); }⟨17 ms at 1e-4⟩ }
                 deployment D {⟨1 of 2 deadlines met at 1e-4, 1 missed · CPU 1 104.0 %⟩
                 activity driver { priority = 2 period = 50 deadline = 20 }⟨R 17 ms ≤ 20 ms · slack 3 ms⟩
                 activity planner {⟨unbounded ✗: CPU 1 is asked for 104.0 % by it and what is at least as urgent⟩
@@ -296,6 +363,8 @@ architecture A { instance planner: Planner  instance driver: Driver }
                 "codel.plan = 70\ncodel.drive = 17",
             ),
             expect![[r#"
+                core Planning(S) { update = { plan(); }⟨70 ms at 1e-4⟩ }
+                core Driving(S) { update = { drive(); }⟨17 ms at 1e-4⟩ }
                 deployment D { architecture A activity driver { priority = 2 period = 50 deadline = 16 }⟨R 17 ms > 16 ms ✗⟩ activity planner { priority = background }⟨not real-time⟩ }⟨0 of 1 deadlines met at 1e-4, 1 missed · CPU 1 34.0 %⟩
             "#]],
         );
@@ -310,6 +379,7 @@ architecture A { instance planner: Planner  instance driver: Driver }
                 "codel.drive = 17",
             ),
             expect![[r#"
+                core Driving(S) { update = { drive(); }⟨17 ms at 1e-4⟩ }
                 deployment D {⟨0 of 2 deadlines met at 1e-4, 2 not analysed · CPU 1 ≥ 34.0 %⟩
                 activity driver { priority = 1 period = 50 deadline = 50 }⟨not analysed: planner may delay it, and is not analysed⟩
                 activity planner { priority = 2 period = 100 deadline = 100 }⟨not analysed: no time for codel `plan` — it may take up to 33 ms⟩
@@ -326,6 +396,8 @@ architecture A { instance planner: Planner  instance driver: Driver }
                 "codel.plan = 70\ncodel.drive = 17",
             ),
             expect![[r#"
+                core Planning(S) { update = { plan(); }⟨70 ms at 1e-4⟩ }
+                core Driving(S) { update = { drive(); }⟨17 ms at 1e-4⟩ }
                 deployment D {⟨0 of 2 deadlines met at 1e-4, 2 not analysed · CPU 1 ≥ 70.0 %⟩
                 activity driver { priority = 2 period = }⟨not analysed: its period has a syntax error (and 1 more)⟩
                 activity planner { priority = 1 period = 100⟨ deadline = 100⟩ }⟨not analysed: deployment D has a syntax error: an activity may be missing in it⟩
@@ -342,6 +414,8 @@ architecture A { instance planner: Planner  instance driver: Driver }
                 "codel.plan = 70\ncodel.drive = 9",
             ),
             expect![[r#"
+                core Planning(S) { update = { plan(); }⟨70 ms at 1e-4⟩ }
+                core Driving(S) { update = { drive(); }⟨9 ms at 1e-4⟩ }
                 deployment D {⟨2 of 2 deadlines met at 1e-4 · CPU 1 97.0 %⟩
                 activity driver { priority = 2 period = 10 deadline = 100 }⟨R 9 ms ≤ 10 ms · slack 1 ms (the deadline is later than the period, which counts)⟩
                 activity planner { priority = 1 period = 1000 deadline = 1000.0 }⟨R 700 ms ≤ 1000 ms · slack 300 ms⟩
@@ -364,6 +438,8 @@ architecture A { instance planner: Planner  instance driver: Driver }
                 root("codel plan(): int\n"),
             ),
             expect![[r#"
+                core Planning(S) { update = { plan(); }⟨20 ms at 1e-4 (in the project of one.mal)⟩ }
+                core Driving(S) { update = { drive(); }⟨17 ms at 1e-4⟩ }
                 deployment D {⟨1 of 2 deadlines met at 1e-4, 1 not analysed · CPU 1 ≥ 34.0 % (in the project of two.mal)⟩⟨2 of 2 deadlines met at 1e-4 · CPU 1 54.0 % (in the project of one.mal)⟩ architecture A activity driver { priority = 2 period = 50 deadline = 20 }⟨R 17 ms ≤ 20 ms · slack 3 ms⟩
                 activity planner { priority = 1 period = 100 deadline = 100 }⟨R 37 ms ≤ 100 ms · slack 63 ms (in the project of one.mal)⟩⟨not analysed: core Planning: codel `plan` is declared twice (in the project of two.mal)⟩ }
             "#]],
@@ -387,9 +463,126 @@ deployment D { architecture A
 codel = \"5 ms\"
 ",
             expect![[r#"
+                core Planning(S) { update = { plan(); }⟨5 ms · times assumed at 1e-4⟩ }
                 deployment D {⟨1 of 1 deadlines met at 1e-4 · CPU 1 5.0 % · times assumed · assumes real-time throttling off⟩ architecture A
                 activity planner { priority = 2 period = 100 deadline = 100 }⟨R 5 ms ≤ 100 ms · slack 95 ms · times assumed⟩
             "#]],
         );
+    }
+
+    const MACHINE: &str = "
+/* 🦀 é */ codel plan(): int  codel look(): int
+shell S { }
+core C(S) {
+  statemachine {
+    initial state Waiting {
+      transition go if (look() > 0) to Moving
+    }
+    state Moving { entry = { look(); }  run = {
+        plan();
+      } exit = { }  transition done to Waiting { look(); } }
+    state Never { run = { plan(); } }
+  }
+}
+core U(S) { update = { plan(); } }
+component Pilot(S, C)  component Quick(S, U)  component Slow(S, U)
+//- /mauve.toml
+timing.tables = [\"t.toml\"]
+//- /t.toml
+codel.plan = 20
+codel.look = 1
+program.\"Quick/update\" = 5
+";
+
+    #[test]
+    fn programs_states_and_transitions_have_their_times() {
+        check(MACHINE, expect![[r#"
+            initial state Waiting {⟨a period ≤ 2 ms at 1e-4⟩
+            transition go if (look() > 0) to Moving⟨a period 2 ms⟩
+            state Moving {⟨a period ≤ 21 ms at 1e-4⟩ entry = { look(); }⟨1 ms⟩  run = {⟨20 ms⟩
+            } exit = { }  transition done to Waiting { look(); }⟨a period 21 ms⟩ }
+            core U(S) { update = { plan(); }⟨5 ms (Quick), 20 ms (Slow) at 1e-4⟩ }
+        "#]]);
+        // Where the time of one component is unknown, nothing is said that may be taken for it.
+        check(&MACHINE.replace("codel.plan = 20\n", ""), expect![[r#"
+
+        "#]]);
+        let off = HintKinds { program_times: false, ..HintKinds::default() };
+        check_kinds(MACHINE, off, expect![[r#"
+
+        "#]]);
+    }
+
+    const VALUES: &str = "
+shell S { constant base: int = 2  property rate: int = base * 3  property name: string  property x: double = 1  property y: int = 1 }
+core C(S) { update = { } }
+component P(S, C)
+architecture A {
+  instance a: P
+  instance b: P
+  instance c: Unknown
+  property a.rate = 4 + 4
+  property b.name = \"é\"
+}
+deployment D {
+  architecture A
+  activity a { priority = 2 period = 10 }
+  property a.rate = 9
+  property b.rate = 6
+  property b.x = 2
+  property b.nothing = 2
+}
+";
+
+    #[test]
+    fn the_values_that_count() {
+        let only = HintKinds {
+            response_times: false,
+            loads: false,
+            defaults: false,
+            program_times: false,
+            values: true,
+        };
+        check_kinds(VALUES, only, expect![[r#"
+            instance a: P⟨base = 2, rate = 8, x = 1 and 1 more⟩
+            instance b: P⟨base = 2, name = "é", rate = 6 and 2 more⟩
+            property a.rate = 4 + 4⟨= 8⟩
+            property a.rate = 9⟨instead of 8⟩
+            property b.x = 2⟨instead of 1⟩
+        "#]]);
+        check_kinds(VALUES, HintKinds { values: false, ..only }, expect![[r#"
+
+        "#]]);
+    }
+
+    #[test]
+    fn each_kind_can_be_left_out() {
+        let text = robot(
+            "deployment D {\n architecture A\n activity driver { priority = 2 period = 50 }\n \
+             activity planner { priority = 1 period = 200 } }",
+            "codel.plan = 70\ncodel.drive = 17",
+        );
+        let none = HintKinds {
+            response_times: false,
+            loads: false,
+            defaults: false,
+            program_times: false,
+            values: false,
+        };
+        check_kinds(&text, none, expect![[r#"
+
+        "#]]);
+        check_kinds(&text, HintKinds { response_times: true, ..none }, expect![[r#"
+            deployment D {⟨2 of 2 deadlines met at 1e-4⟩
+            activity driver { priority = 2 period = 50 }⟨R 17 ms ≤ 50 ms · slack 33 ms⟩
+            activity planner { priority = 1 period = 200 }⟨R 121 ms ≤ 200 ms · slack 79 ms⟩ }
+        "#]]);
+        check_kinds(&text, HintKinds { loads: true, ..none }, expect![[r#"
+            deployment D {⟨CPU 1 69.0 %⟩
+        "#]]);
+        check_kinds(&text, HintKinds { defaults: true, ..none }, expect![[r#"
+            activity driver { priority = 2 period = 50⟨ deadline = 50⟩ }
+            activity planner { priority = 1 period = 200⟨ deadline = 200⟩ } }
+        "#]]);
     }
 }

@@ -22,6 +22,7 @@
 //! | `explanation.rs` | where a response time comes from, in words |
 //! | `levels.rs` | the significance levels that may be shown |
 //! | `project.rs` | which projects a file is part of, and what they are called |
+//! | `graph.rs` | an architecture as a graph, with load and response times, as DOT and as SVG |
 //! | `machine_view.rs` | a component's state machine with its places, for a panel |
 //! | `timing_actions.rs` | other priorities, CPUs and periods, with what they give |
 //! | `state_machine.rs` | a component's periodic state machine, as DOT and as SVG |
@@ -41,6 +42,7 @@ mod explanation;
 mod fixture;
 mod folding_ranges;
 mod formatting;
+mod graph;
 mod hover;
 mod inlay_hints;
 mod levels;
@@ -67,8 +69,9 @@ pub use document_symbols::{Symbol, SymbolKind, document_symbols};
 pub use explanation::explain_response;
 pub use folding_ranges::{FoldingKind, FoldingRange, folding_ranges};
 pub use formatting::{formatting, formatting_on_type};
+pub use graph::{Graph, GraphEdge, GraphNode, draw_graph, graph};
 pub use hover::{Hover, hover};
-pub use inlay_hints::{InlayHint, inlay_hints};
+pub use inlay_hints::{HintKinds, InlayHint, inlay_hints};
 pub use levels::known_levels;
 pub use machine_view::{MachineEdge, MachineState, MachineView, component_at, state_machine};
 pub use references::{Access, Reference, highlights, references};

@@ -80,6 +80,9 @@ pub fn state_machine<'db>(
         Ok(psm) => view.psm = Some(psm),
         Err(refused) => view.reasons = refused.refusals.iter().map(|it| it.message.clone()).collect(),
     }
+    if !behaviour.refusals.is_empty() {
+        return view;
+    }
     let data = core(db, of);
     let declared: Vec<_> =
         data.into_iter().flat_map(|data| &data.machines).flat_map(|machine| &machine.states).collect();

@@ -218,14 +218,14 @@ impl<'db> Scope<'db> {
                 BLOCK | STATE_MACHINE | CORE => {
                     // A program sees all variables of its core and machine, and those above it in its own block.
                     let is_block = node.kind() == BLOCK;
-                    let all = node.children().filter(|child| !is_block || is_earlier(child));
+                    let all: Vec<SyntaxNode> =
+                        node.children().filter(|child| !is_block || is_earlier(child)).collect();
                     let kind = match node.kind() {
                         BLOCK => VariableKind::Local,
                         CORE => VariableKind::Core,
                         _ => VariableKind::Machine,
                     };
-                    let all: Vec<SyntaxNode> = all.collect();
-                    for child in all.into_iter().rev() {
+                    for child in all {
                         if let Some(handler) = ast::Handler::cast(child.clone()) {
                             self.declare(of, handler.name(), handler.ty(), VariableKind::Handler);
                         } else if let Some(variable) = ast::Var::cast(child) {
@@ -372,7 +372,8 @@ impl<'db> Scope<'db> {
                 (Some((name, _)), _) => format!("{name}: {what}"),
                 (None, _) => what.to_owned(),
             };
-            let parameter = CallParameter { name: what.replace(' ', "_"), text, expected };
+            let parameter =
+                CallParameter { name: what.rsplit(' ').next().unwrap_or(what).to_owned(), text, expected };
             (parameter, found.map(|(name, (shell, feature))| (name, *shell, *feature)))
         };
         let value = |found: Option<(&Name, Decl<'db>, &Feature)>, name: &str, is_output: bool| {

@@ -112,7 +112,7 @@ pub fn semantic_tokens(
     let is_asked = |token: TextRange| range.is_none_or(|range| touches(range, token));
     let mut found = Vec::new();
     for project in projects_with(db, workspaces, file) {
-        names(db, project, file, &is_asked, &mut found);
+        names(db, project, file, is_asked, &mut found);
     }
     if all && is_model(file.path(db)) {
         let words = parse(db, file).syntax().descendants_with_tokens().filter_map(NodeOrToken::into_token);

@@ -78,3 +78,173 @@ pub fn signature_help(
     }
     found
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixture::Fixture;
+    use expect_test::{Expect, expect};
+
+    /// The call, with the parameter that is typed between brackets; and what is said of it.
+    fn shown(statements: &str) -> String {
+        let text = format!(
+            "
+library a {{
+  use std_msgs
+  // Is it near?
+  codel near(in scan: Float32, in far: double): bool
+  shell S {{
+    // The laser.
+    input port scan: Float32
+    output port out: Float32
+    require ask(in what: int, out found: bool): int
+    provide go(in to: int): bool
+  }}
+  core C(S) {{
+    var echo: Float32;
+    handler asking: ask
+    provide go(in to: int): bool = {{ return true; }}
+    update = {{ {statements}"
+        );
+        let Fixture { db, workspace, file, offset } = Fixture::new(&text);
+        let show = |signature: &Signature| {
+            let label = &signature.label;
+            let active = signature.parameters.get(signature.active);
+            let shown = active.map_or(label.clone(), |active| {
+                let (start, end) = (usize::from(active.start()), usize::from(active.end()));
+                format!("{}⟨{}⟩{}", &label[..start], &label[start..end], &label[end..])
+            });
+            format!("{shown}\n{}", signature.documentation.as_deref().unwrap_or_default())
+        };
+        signature_help(&db, &[workspace], file, offset).iter().map(show).collect()
+    }
+
+    fn check(statements: &str, expected: Expect) {
+        expected.assert_eq(&shown(statements));
+    }
+
+    #[test]
+    fn a_codel_and_which_argument_is_typed() {
+        check(
+            "if (near($0",
+            expect![[r#"
+            near(⟨in scan: Float32⟩, in far: double): bool
+            ```mauve
+            codel near(in scan: Float32, in far: double): bool
+            ```
+
+            Is it near?
+        "#]],
+        );
+        check(
+            "if (near(echo, $0)) then {} else {} } } }",
+            expect![[r#"
+            near(in scan: Float32, ⟨in far: double⟩): bool
+            ```mauve
+            codel near(in scan: Float32, in far: double): bool
+            ```
+
+            Is it near?
+        "#]],
+        );
+        // Only commas of this call count, in brackets and out of them.
+        check(
+            "near((f(1, 2)), 3$0",
+            expect![[r#"
+            near(in scan: Float32, ⟨in far: double⟩): bool
+            ```mauve
+            codel near(in scan: Float32, in far: double): bool
+            ```
+
+            Is it near?
+        "#]],
+        );
+        check(
+            "near(/* 🦀, é, */ echo,\n\n $0 1.0); } } }",
+            expect![[r#"
+            near(in scan: Float32, ⟨in far: double⟩): bool
+            ```mauve
+            codel near(in scan: Float32, in far: double): bool
+            ```
+
+            Is it near?
+        "#]],
+        );
+    }
+
+    #[test]
+    fn an_operation_of_the_core() {
+        check(
+            "go($0); } } }",
+            expect![[r#"
+            go(⟨in to: int⟩): bool
+            ```mauve
+            provide go(in to: int): bool =
+            ```
+        "#]],
+        );
+    }
+
+    #[test]
+    fn what_the_language_has_takes_the_type_of_its_port() {
+        check(
+            "read($0",
+            expect![[r#"
+            read(⟨input port⟩, out variable): port status
+        "#]],
+        );
+        check(
+            "read(scan, $0",
+            expect![[r#"
+            read(scan: input port Float32, ⟨out variable: Float32⟩): port status
+            ```mauve
+            input port scan: Float32
+            ```
+
+            The laser.
+        "#]],
+        );
+        check(
+            "write(out, $0); } } }",
+            expect![[r#"
+            write(out: output port Float32, ⟨value: Float32⟩): void
+            ```mauve
+            output port out: Float32
+            ```
+        "#]],
+        );
+        check(
+            "status($0",
+            expect![[r#"
+            status(⟨input port⟩): port status
+        "#]],
+        );
+        check(
+            "asking = send(ask, $0",
+            expect![[r#"
+            send(ask: required operation, ⟨in what: int⟩): handler
+            ```mauve
+            require ask(in what: int, out found: bool): int
+            ```
+        "#]],
+        );
+        check(
+            "collect(asking, $0",
+            expect![[r#"
+            collect(asking: handler of ask, ⟨out result: int⟩, out found: bool): call status
+            ```mauve
+            require ask(in what: int, out found: bool): int
+            ```
+        "#]],
+        );
+    }
+
+    #[test]
+    fn where_no_argument_is_typed() {
+        for statements in
+            ["near(echo, 1.0)$0;", "near$0(", "if ($0", "near(echo); $0", "near(echo // , $0", "unknown($0"]
+        {
+            assert_eq!(shown(statements), "", "{statements}");
+        }
+    }
+}

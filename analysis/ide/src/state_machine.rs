@@ -159,7 +159,7 @@ fn between((x1, y1): (f64, f64), (x2, y2): (f64, f64)) -> (String, (f64, f64)) {
     (format!("M{sx:.1} {sy:.1} Q{mx:.1} {my:.1} {tx:.1} {ty:.1}"), (mx - 8.0 * nx, my - 8.0 * ny + 4.0))
 }
 
-fn escaped(text: &str) -> String {
+pub(crate) fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 

@@ -79,8 +79,8 @@ impl Candidate<'_> {
     }
 
     fn file_order(&self, db: &dyn ModelDb, other: &Self) -> std::cmp::Ordering {
-        let key = |it: &Self| (it.place.file(db).path(db).clone(), it.place.range(db).start());
-        key(self).cmp(&key(other))
+        let paths = self.place.file(db).path(db).cmp(other.place.file(db).path(db));
+        paths.then_with(|| self.place.range(db).start().cmp(&other.place.range(db).start()))
     }
 
     fn symbol(self, db: &dyn ModelDb) -> FoundSymbol {

@@ -243,3 +243,95 @@ fn read(folder: &Path) -> Texts {
     }
     texts
 }
+
+#[test]
+fn what_mends_a_mistake_leaves_less_of_it() {
+    let seed = number("MAUVE_SEED", 1);
+    let mut random = Random(seed);
+    let mut offered: BTreeMap<&str, usize> = BTreeMap::new();
+    for model in 0..number("MAUVE_ACTIONS", 40) {
+        let written = random_model(seed.wrapping_mul(1_000_003).wrapping_add(model)).written();
+        let whole: Texts = written.files.into_iter().map(|(path, text)| (path.into(), text)).collect();
+        for _ in 0..4 {
+            mend(&damaged(&whole, &mut random), &mut offered);
+        }
+    }
+    assert!(offered.len() >= 8, "{offered:#?}");
+    if std::env::var_os("MAUVE_ACTIONS").is_some() {
+        println!("{offered:#?}");
+    }
+}
+
+/// A name of a model is another one, or a token or an item is gone.
+fn damaged(texts: &Texts, random: &mut Random) -> Texts {
+    let mut texts = texts.clone();
+    let models: Vec<PathBuf> = texts.keys().filter(|path| is_model(path)).cloned().collect();
+    let text = texts.get_mut(random.of(&models)).unwrap();
+    let tree = mauve_syntax::parse(text).syntax();
+    let tokens = tree.descendants_with_tokens().filter_map(mauve_syntax::NodeOrToken::into_token);
+    let is_name = random.below(2) > 0;
+    let is_it = |token: &mauve_syntax::SyntaxToken| match is_name {
+        true => token.parent().is_some_and(|it| it.kind() == SyntaxKind::NAME_REF),
+        false => !token.kind().is_trivia(),
+    };
+    let mut ranges: Vec<TextRange> = tokens.filter(is_it).map(|token| token.text_range()).collect();
+    if !is_name && random.below(4) > 0 {
+        let items = [
+            SyntaxKind::ACTIVITY,
+            SyntaxKind::STATE,
+            SyntaxKind::OPERATION_DEFINITION,
+            SyntaxKind::OPERATION_DECLARATION,
+            SyntaxKind::OPERATION_CONNECTION,
+            SyntaxKind::CONNECTION,
+        ];
+        let all = tree.descendants().filter(|node| items.contains(&node.kind()));
+        ranges = all.map(|node| node.text_range()).collect();
+    }
+    if !ranges.is_empty() {
+        let range = std::ops::Range::<usize>::from(*random.of(&ranges));
+        text.replace_range(range, if is_name { "unheard_of" } else { "" });
+    }
+    texts
+}
+
+fn mend(texts: &Texts, offered: &mut BTreeMap<&str, usize>) {
+    let db = Database::default();
+    let workspace = Workspace::of_texts(&db, "/".into(), texts.clone());
+    let count = |db: &Database, workspace: Workspace| {
+        let mut count: BTreeMap<(&str, String), usize> = BTreeMap::new();
+        for it in workspace_diagnostics(db, workspace) {
+            *count.entry((it.diagnostic.code.name, it.diagnostic.message)).or_default() += 1;
+        }
+        count
+    };
+    let before = count(&db, workspace);
+    let findings = workspace_diagnostics(&db, workspace);
+    let is_meant = |code: &str| code.starts_with("unconnected-");
+    for finding in
+        findings.iter().filter(|it| it.severity == Severity::Error || is_meant(it.diagnostic.code.name))
+    {
+        let (file, range) = (finding.diagnostic.at.file(&db), finding.diagnostic.at.range(&db));
+        let kinds = &[ActionKind::QuickFix, ActionKind::FixAll];
+        let question = ActionQuestion { file, range, diagnostics: &[], kinds, changes: Changes::All };
+        for action in code_actions(&db, &[workspace], question) {
+            let Some(change) = &action.change else { continue };
+            let made = made(&db, texts, change);
+            let what = format!("{} {made:#?}", action.title);
+            let mut after = texts.clone();
+            after.extend(made);
+            let new = Database::default();
+            let workspace = Workspace::of_texts(&new, "/".into(), after);
+            let after = count(&new, workspace);
+            let syntax_errors = |of: &BTreeMap<(&str, String), usize>| {
+                let all = of.iter().filter(|((code, _), _)| *code == "syntax-error");
+                all.map(|(_, count)| count).sum::<usize>()
+            };
+            assert!(syntax_errors(&after) <= syntax_errors(&before), "{what}");
+            let first = action.mends.first().expect("it mends something");
+            let key = (first.diagnostic.code.name, first.diagnostic.message.clone());
+            let left = after.get(&key).copied().unwrap_or_default();
+            assert!(left < before[&key], "{key:?} is still there: {what}");
+            *offered.entry(key.0).or_default() += 1;
+        }
+    }
+}

@@ -6,7 +6,8 @@
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use mauve_ide::{Completions, completions, signature_help};
+use mauve_ide::{CompletionKind, Completions, completions, signature_help};
+use mauve_model::diagnostics::workspace_diagnostics;
 use mauve_model::{Database, File, Workspace};
 use mauve_syntax::{SyntaxKind, SyntaxNode, TextRange, TextSize};
 use mauve_tests::{Random, models};
@@ -200,4 +201,72 @@ fn a_name_that_is_taken_away_is_offered_where_it_stood() {
         assert!(missing.is_empty(), "{} of {count}:\n{}", missing.len(), missing.join("\n"));
         assert!(count > least, "only {count} names were looked at");
     }
+}
+
+/// What is offered first fits: in the place of a name it resolves, goes the right way, and is of the right kind.
+#[test]
+fn what_is_offered_first_fits() {
+    let (mut count, mut wrong) = (0, Vec::new());
+    for (mut sample, each) in [(robot(), 11), (operations(), 2)] {
+        for file in sample.files.clone() {
+            if file.path(&sample.db).extension().is_none_or(|it| it != "mal") {
+                continue;
+            }
+            let text = file.text(&sample.db).to_string();
+            let root = mauve_syntax::parse(&text).syntax();
+            let names = root.descendants().filter(|node| node.kind() == SyntaxKind::NAME_REF);
+            let names: Vec<TextRange> = names.map(|it: SyntaxNode| it.text_range()).collect();
+            for range in names.into_iter().step_by(each) {
+                let (start, end) = (usize::from(range.start()), usize::from(range.end()));
+                let without = format!("{}{}", &text[..start], &text[end..]);
+                let items = sample.ask(file, &without, start).items;
+                for item in items.into_iter().filter(|it| it.rank <= 1) {
+                    let is_text = matches!(item.kind, CompletionKind::Keyword | CompletionKind::Skeleton);
+                    let is_end = item.label.contains('.') && text[end..].starts_with('.');
+                    if is_text || is_end || item.label == "activity" {
+                        continue;
+                    }
+                    count += 1;
+                    let is_call = matches!(
+                        item.kind,
+                        CompletionKind::Codel | CompletionKind::BuiltIn | CompletionKind::Operation
+                    );
+                    let brackets = if is_call && item.snippet.is_some() { "()" } else { "" };
+                    let with = format!("{}{}{brackets}{}", &text[..start], item.label, &text[end..]);
+                    file.set_text(&mut sample.db).to(with.into());
+                    for found in workspace_diagnostics(&sample.db, sample.workspace) {
+                        let code = found.diagnostic.code.name;
+                        let is_unfit = code.starts_with("unresolved-")
+                            || matches!(
+                                code,
+                                "syntax-error"
+                                    | "unknown-type"
+                                    | "unknown-package"
+                                    | "invalid-type"
+                                    | "port-direction"
+                                    | "connection-direction"
+                                    | "connection-type"
+                                    | "two-writers"
+                                    | "out-argument"
+                                    | "not-assignable"
+                                    | "wrong-shell"
+                                    | "inheritance-cycle"
+                                    | "import-cycle"
+                            );
+                        // What follows elsewhere, since another name stood here, is no fault of the name.
+                        let at = found.diagnostic.at.range(&sample.db);
+                        let is_here = found.diagnostic.at.file(&sample.db) == file
+                            && at.contains_inclusive(range.start());
+                        if is_unfit && is_here {
+                            let line = text[..start].rsplit('\n').next().unwrap_or_default().trim_start();
+                            wrong.push(format!("{line}⟨{}⟩: {}", item.label, found.diagnostic.message));
+                        }
+                    }
+                }
+            }
+            file.set_text(&mut sample.db).to(text.as_str().into());
+        }
+    }
+    assert!(wrong.is_empty(), "{} of {count}:\n{}", wrong.len(), wrong.join("\n"));
+    assert!(count > 1000, "only {count} items were tried");
 }

@@ -82,6 +82,7 @@ pub use response::{
     ActivityReport, Budget, CpuReport, InterferenceReport, MissingTime, Query, Report, Verdict, budgets,
     level_shown, missing_times, response_times, response_times_if,
 };
+pub use settings::{ValueInEffect, values_in_effect};
 pub use source::{
     Decl, Declarations, Place, architecture, codel, component, core, data, declarations, deployment,
     item_tree_of, parse, shell, source_map,

@@ -1,6 +1,7 @@
 //! The values of properties and constants: those of shells, and those that architectures and deployments set.
 
 use std::cell::LazyCell;
+use std::collections::BTreeMap;
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -9,7 +10,7 @@ use crate::behaviour::ordered;
 use crate::diagnostics::{self, Diagnostic};
 use crate::flat::{Flat, flat_of};
 use crate::item_tree::{Endpoint, Expr, Feature, Kind, Name, Part, Setting, Shell};
-use crate::names::{features_of, names_of};
+use crate::names::{FeatureOf, features_of, names_of};
 use crate::project::Project;
 use crate::psm::shell_of;
 use crate::source::{Decl, Place, architecture, deployment, shell};
@@ -125,6 +126,49 @@ fn given<'db>(db: &'db dyn ModelDb, of: Decl<'db>, flat: &Flat<'db>) -> Given<'d
         }
     }
     given
+}
+
+/// A property or constant of an instance.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub struct ValueInEffect<'db> {
+    /// Its name.
+    pub name: Name,
+    /// What the shell says of it.
+    pub declared: FeatureOf<'db>,
+    /// The value that it has; none where nothing gives it one, or a wrong one.
+    pub value: Option<Value>,
+}
+
+/// The properties and constants of the instances of an architecture, or of what a deployment runs, with the values that they
+/// have there, by instance and name. What an architecture sets counts before the shell's own value, and what a deployment sets
+/// before that.
+#[salsa::tracked(returns(ref))]
+pub fn values_in_effect<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+) -> BTreeMap<Name, Vec<ValueInEffect<'db>>> {
+    let flat = match (architecture(db, of), deployed(db, project, of)) {
+        (Some(_), _) => flat_of(db, project, of),
+        (None, Some((flat, _))) => flat,
+        (None, None) => return BTreeMap::new(),
+    };
+    let given = given(db, of, flat);
+    let nothing = FxHashMap::default();
+    let mut found = BTreeMap::new();
+    for instance in flat.instances.iter().filter(|instance| !instance.repeated) {
+        let shell = instance.component.and_then(|component| shell_of(db, project, component));
+        let Some(shell) = shell else { continue };
+        let constants = constants_with(db, project, shell, given.get(&instance.name).unwrap_or(&nothing));
+        let features = features_of(db, project, shell).by_name.iter();
+        let features = features.filter_map(|(name, of)| Some((name, of.first()?)));
+        let values = features.filter(|(_, of)| of.kind.is_value()).map(|(name, of)| {
+            let value = constants.values.get(name).and_then(|it| it.as_ref()?.value.clone());
+            ValueInEffect { name: name.clone(), declared: of.clone(), value }
+        });
+        found.insert(instance.name.clone(), values.collect());
+    }
+    found
 }
 
 /// The architecture that a deployment runs, flattened; nothing where it is not known, or something in it is lost.

@@ -296,7 +296,10 @@ impl<'db> Joining<'db> {
                 if names.missing {
                     return None;
                 }
-                self.report(unknown_timing_key::report(at, kind, key, near));
+                let rest = entry.key.get(key.len()..).unwrap_or_default();
+                let fixed = near.as_ref().map(|near| format!("{near}{rest}"));
+                let fixed = fixed.filter(|fixed| may_replace(db, file, entry, fixed));
+                self.report(unknown_timing_key::report(at, kind, key, near, fixed));
             }
             [one] => {
                 let of = of(*one);
@@ -353,7 +356,11 @@ impl<'db> Joining<'db> {
         let near = near.map(|near| format!("{name}/{near}").into());
         // Where the core is wrong, it may have the program when it is right.
         if named.is_some() && self.is_read(component, program) {
-            self.report(unknown_timing_key::of_program(at, &why, near));
+            let fixed = near.as_deref().and_then(|near: &str| near.split_once('/'));
+            let fixed = fixed.zip(entry.key.split_once('/'));
+            let fixed = fixed.map(|((_, program), (component, _))| format!("{component}/{program}"));
+            let fixed = fixed.filter(|fixed| may_replace(db, file, entry, fixed));
+            self.report(unknown_timing_key::of_program(at, &why, near, fixed));
         }
         // It may be meant for another component of that name.
         for namesake in namesakes {
@@ -509,6 +516,15 @@ fn at_level(times: &Times, levels: &[Level], level: Level) -> Option<Time> {
         Times::Always(time) => Some(*time),
         Times::PerLevel(times) => times.get(levels.iter().position(|&column| column == level)?).copied(),
     }
+}
+
+/// Can `key` be written in place of that of an entry? Only where the whole of that stands in one place, and where the table
+/// has no other entry of that key.
+fn may_replace(db: &dyn ModelDb, file: File, entry: &Entry, key: &str) -> bool {
+    let table = table(db, file);
+    let mut all = table.codels.iter().chain(&table.programs).chain(&table.components);
+    let length = entry.key_span.len();
+    (length == entry.key.len() || length == entry.key.len() + 2) && !all.any(|other| other.key == key)
 }
 
 /// A table may serve several projects of a workspace: a key is unknown only where none of them has it.

@@ -18,8 +18,14 @@ vim.api.nvim_create_autocmd('LspAttach', {
   group = group,
   callback = function(event)
     local client = vim.lsp.get_client_by_id(event.data.client_id)
-    if client and client.name == 'mauve' and mauve.settings().inlay_hints ~= false then
+    if not client or client.name ~= 'mauve' then
+      return
+    end
+    if mauve.settings().inlay_hints ~= false then
       vim.lsp.inlay_hint.enable(true, { bufnr = event.buf })
+    end
+    if mauve.settings().code_lens then
+      mauve.show_lenses(event.buf, group)
     end
   end,
 })
@@ -32,17 +38,21 @@ vim.api.nvim_create_autocmd('FileType', {
   end,
 })
 
+local commands = { restart = mauve.restart, significance = mauve.choose_significance }
+
 vim.api.nvim_create_user_command('Mauve', function(command)
-  if command.args == 'restart' then
-    mauve.restart()
+  local name, argument = unpack(command.fargs)
+  if commands[name] then
+    commands[name](argument)
   else
-    vim.notify(('mauve: there is no ":Mauve %s", only ":Mauve restart"'):format(command.args), vim.log.levels.ERROR)
+    local known = table.concat(vim.tbl_keys(commands), ', ')
+    vim.notify(('mauve: no command "%s"; there are: %s'):format(name, known), vim.log.levels.ERROR)
   end
 end, {
-  nargs = 1,
-  desc = 'Restart the MAUVE language server',
-  complete = function()
-    return { 'restart' }
+  nargs = '+',
+  desc = 'What the MAUVE language server can be told',
+  complete = function(_, line)
+    return line:find('Mauve%s+%S+%s') and {} or vim.tbl_keys(commands)
   end,
 })
 

@@ -21,6 +21,9 @@ export async function activate(context: vscode.ExtensionContext): Promise<void> 
     projects.onDidCreate(() => server.restart()),
     projects.onDidDelete(() => server.restart()),
     vscode.commands.registerCommand("mauve.chooseSignificance", () => chooseSignificance(server)),
+    vscode.commands.registerCommand("mauve.showReferences", (uri, position, locations) =>
+      server.showReferences(uri, position, locations),
+    ),
     vscode.commands.registerCommand("mauve.restartServer", () => server.restart()),
     vscode.commands.registerCommand("mauve.showLog", () => log.show()),
     vscode.workspace.onDidChangeConfiguration((change) => {

@@ -6,6 +6,8 @@ import {
   CloseAction,
   DocumentSelector,
   LanguageClient,
+  Location,
+  Position,
   RevealOutputChannelOn,
   State as ClientState,
 } from "vscode-languageclient/node";
@@ -50,6 +52,17 @@ export class Server {
       return undefined;
     }
     return this.client.sendRequest<T>(method);
+  }
+
+  /** Shows places, given as the protocol writes them. */
+  async showReferences(uri: string, position: Position, locations: Location[]): Promise<void> {
+    const { asUri, asPosition, asLocation } = this.client!.protocol2CodeConverter;
+    await vscode.commands.executeCommand(
+      "editor.action.showReferences",
+      asUri(uri),
+      asPosition(position),
+      locations.map((location) => asLocation(location)),
+    );
   }
 
   private enqueue(step: () => Promise<void>): Promise<void> {
@@ -115,6 +128,15 @@ export class Server {
       },
     });
     client.registerFeature(new OwnColours());
+    // Code lenses show places by it.
+    client.registerFeature({
+      fillClientCapabilities: (capabilities) => {
+        capabilities.experimental = { ...(capabilities.experimental as object), commands: ["mauve.showReferences"] };
+      },
+      initialize: () => undefined,
+      getState: () => ({ kind: "static" }),
+      clear: () => undefined,
+    });
     const restarts = client.createDefaultErrorHandler();
     this.client = client;
     client.onDidChangeState(({ newState }) => {

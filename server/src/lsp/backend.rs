@@ -18,6 +18,7 @@ use super::handlers;
 use super::handlers::analysis::AnalysisParams;
 use super::handlers::diagnostic::{Given, ask_again, of_defect};
 use super::handlers::execute_command::Command;
+use super::handlers::graph::{GraphDocument, GraphParams};
 use super::handlers::state_machine::{StateMachineDocument, StateMachineParams};
 use super::handlers::status::{Status, status};
 use super::handlers::syntax_tree::SyntaxTreeParams;
@@ -45,6 +46,7 @@ pub(crate) fn with_custom_methods(build: LspServiceBuilder<Backend>) -> LspServi
     let build = build
         .custom_method("mauve/status", Backend::status)
         .custom_method("mauve/analysis", Backend::analysis)
+        .custom_method("mauve/graph", Backend::graph)
         .custom_method("mauve/stateMachine", Backend::state_machine)
         .custom_method("mauve/syntaxTree", Backend::syntax_tree)
         .custom_method("window/workDoneProgress/cancel", Backend::cancel_progress);
@@ -119,6 +121,10 @@ impl Backend {
 
     async fn analysis(&self, params: AnalysisParams) -> Result<Vec<AnalysisDocument>> {
         self.answer(move |snapshot| handlers::analysis::analysis(snapshot, &params)).await
+    }
+
+    async fn graph(&self, params: GraphParams) -> Result<GraphDocument> {
+        self.answer(move |snapshot| handlers::graph::graph(snapshot, &params)).await
     }
 
     async fn state_machine(&self, params: StateMachineParams) -> Result<StateMachineDocument> {
@@ -372,6 +378,18 @@ impl LanguageServer for Backend {
 
     async fn inlay_hint_resolve(&self, hint: InlayHint) -> Result<InlayHint> {
         self.answer(move |snapshot| handlers::inlay_hints::resolve(snapshot, &hint)).await
+    }
+
+    async fn completion(&self, params: CompletionParams) -> Result<Option<CompletionResponse>> {
+        self.answer(move |snapshot| handlers::completion::completion(snapshot, &params)).await
+    }
+
+    async fn completion_resolve(&self, item: CompletionItem) -> Result<CompletionItem> {
+        self.answer(move |snapshot| handlers::completion::resolve(snapshot, &item)).await
+    }
+
+    async fn signature_help(&self, params: SignatureHelpParams) -> Result<Option<SignatureHelp>> {
+        self.answer(move |snapshot| handlers::signature_help::signature_help(snapshot, &params)).await
     }
 
     async fn code_lens(&self, params: CodeLensParams) -> Result<Option<Vec<CodeLens>>> {

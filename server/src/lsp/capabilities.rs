@@ -61,6 +61,22 @@ pub(crate) struct Capabilities {
     pub(crate) resource_operations: bool,
     /// Does it show groups of changes?
     pub(crate) change_annotations: bool,
+    /// Does it know text with places to fill in?
+    pub(crate) snippets: bool,
+    /// Does it know a completion that inserts, or replaces the rest of the word?
+    pub(crate) insert_replace: bool,
+    /// Does it show more beside the label of a completion?
+    pub(crate) label_details: bool,
+    /// Does it choose a completion when certain characters are typed?
+    pub(crate) commit_characters: bool,
+    /// Does it indent the lines of a completion as the line in which it stands?
+    pub(crate) adjust_indentation: bool,
+    /// Does it show Markdown beside a completion?
+    pub(crate) completion_markdown: bool,
+    /// Does it show Markdown beside a signature?
+    pub(crate) signature_markdown: bool,
+    /// Does it take the place of a parameter in a signature instead of its text?
+    pub(crate) label_offsets: bool,
     /// Does it know actions that are more than commands?
     pub(crate) code_actions: bool,
     /// Does it ask for the edit of an action when the user has chosen it?
@@ -83,6 +99,9 @@ impl Capabilities {
         let workspace = client.workspace.as_ref();
         let hover = text.and_then(|it| it.hover.as_ref()?.content_format.as_ref());
         let edit = workspace.and_then(|it| it.workspace_edit.as_ref());
+        let completion = text.and_then(|it| it.completion.as_ref()?.completion_item.as_ref());
+        let signature = text.and_then(|it| it.signature_help.as_ref()?.signature_information.as_ref());
+        let is_markdown = |formats: &Vec<MarkupKind>| formats.contains(&MarkupKind::Markdown);
         let action = text.and_then(|it| it.code_action.as_ref());
         let publish = text.and_then(|it| it.publish_diagnostics.as_ref());
         let commands = client.experimental.as_ref().and_then(|it| it.get("commands")?.as_array());
@@ -128,6 +147,22 @@ impl Capabilities {
                 .and_then(|it| it.resource_operations.as_ref())
                 .is_some_and(|kinds| kinds.contains(&ResourceOperationKind::Create)),
             change_annotations: edit.is_some_and(|it| it.change_annotation_support.is_some()),
+            snippets: completion.and_then(|it| it.snippet_support).unwrap_or(false),
+            insert_replace: completion.and_then(|it| it.insert_replace_support).unwrap_or(false),
+            label_details: completion.and_then(|it| it.label_details_support).unwrap_or(false),
+            commit_characters: completion.and_then(|it| it.commit_characters_support).unwrap_or(false),
+            adjust_indentation: completion
+                .and_then(|it| it.insert_text_mode_support.as_ref())
+                .is_some_and(|modes| modes.value_set.contains(&InsertTextMode::ADJUST_INDENTATION)),
+            completion_markdown: completion
+                .and_then(|it| it.documentation_format.as_ref())
+                .is_some_and(is_markdown),
+            signature_markdown: signature
+                .and_then(|it| it.documentation_format.as_ref())
+                .is_some_and(is_markdown),
+            label_offsets: signature
+                .and_then(|it| it.parameter_information.as_ref()?.label_offset_support)
+                .unwrap_or(false),
             code_actions: action.is_some_and(|it| it.code_action_literal_support.is_some()),
             // What it does not keep until then cannot be found again.
             resolves_edits: action.is_some_and(|it| {
@@ -156,6 +191,18 @@ impl Capabilities {
                 ..TextDocumentSyncOptions::default()
             })),
             hover_provider: Some(HoverProviderCapability::Simple(true)),
+            completion_provider: Some(CompletionOptions {
+                resolve_provider: Some(true),
+                // The end of `->` and of `::`, what stands behind an instance, and the path of an include.
+                trigger_characters: Some([".", ":", ">", "\""].map(str::to_owned).into()),
+                completion_item: Some(CompletionOptionsCompletionItem { label_details_support: Some(true) }),
+                ..CompletionOptions::default()
+            }),
+            signature_help_provider: Some(SignatureHelpOptions {
+                trigger_characters: Some(["(", ","].map(str::to_owned).into()),
+                retrigger_characters: Some(vec![")".to_owned()]),
+                ..SignatureHelpOptions::default()
+            }),
             definition_provider: Some(OneOf::Left(true)),
             code_action_provider: self.code_actions.then(|| {
                 CodeActionProviderCapability::Options(CodeActionOptions {

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 
+use mauve_ide::HintKinds;
 use mauve_model::diagnostics::workspace_diagnostics;
 use mauve_model::is_model;
 use mauve_syntax::{TextRange, TextSize};
@@ -72,7 +73,8 @@ pub(crate) fn check(snapshot: &Snapshot) -> Checked {
     for (url, document) in models.filter(|_| !snapshot.is_stopped) {
         let mut hasher = DefaultHasher::new();
         let all = TextRange::up_to(TextSize::of(&**document.file.text(db)));
-        for hint in mauve_ide::inlay_hints(db, &snapshot.workspaces, document.file, all) {
+        let kinds = HintKinds::default();
+        for hint in mauve_ide::inlay_hints(db, &snapshot.workspaces, document.file, all, kinds) {
             hint.label.hash(&mut hasher);
         }
         for lens in mauve_ide::code_lenses(db, &snapshot.workspaces, document.file) {

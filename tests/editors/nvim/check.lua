@@ -243,6 +243,13 @@ check('the level in mauve.toml', function()
   wait_for_hint('navigation', 'R 997 ms')
 end)
 
+check('a level that is chosen', function()
+  vim.cmd('Mauve significance 1e-3')
+  wait_for_hint('navigation', 'R 882 ms')
+  vim.cmd('Mauve significance mauve.toml')
+  wait_for_hint('navigation', 'R 997 ms')
+end)
+
 check('another model file', function()
   local core = open('components/navigation.mal')
   vim.cmd.buffer(deployment)

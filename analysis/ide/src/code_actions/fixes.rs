@@ -95,3 +95,107 @@ fn offer_all<'db>(actions: &mut Actions<'_, 'db>, title: String, kind: ActionKin
         change
     });
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::check;
+    use super::super::{ActionQuestion, Changes, code_actions};
+    use super::*;
+    use crate::fixture::Fixture;
+    use expect_test::{Expect, expect};
+    use mauve_syntax::TextRange;
+
+    /// The titles of what is offered at `$0`, with what each mends; `*` is preferred.
+    fn offered(fixture: &str, diagnostics: &[(TextRange, String)], kinds: &[ActionKind], expected: Expect) {
+        let Fixture { db, workspace, file, offset } = Fixture::new(fixture);
+        let range = TextRange::empty(offset);
+        let question = ActionQuestion { file, range, diagnostics, kinds, changes: Changes::None };
+        let mut shown = String::new();
+        for action in code_actions(&db, &[workspace], question) {
+            let codes: Vec<&str> = action.mends.iter().map(|it| it.diagnostic.code.name).collect();
+            let mark = if action.preferred { "*" } else { "" };
+            shown += &format!("{mark}{} [{}]\n", action.title, codes.join(" "));
+        }
+        expected.assert_eq(&shown);
+    }
+
+    const MODEL: &str = "
+codel plan(in goal: int): int
+shell S { }
+core C(S) {
+  /* 🦀 é */ update = { pl$0na(1); if true then { } if false then { } }
+}
+component K(S, C)
+architecture A { instance a: K  instance b: K }
+deployment D { architecture A }
+//- /mauve.toml
+[timing]
+significane = 1e-4
+";
+
+    #[test]
+    fn what_is_meant_is_at_the_cursor_or_shown_by_the_editor() {
+        let quick = &[ActionKind::QuickFix];
+        offered(
+            MODEL,
+            &[],
+            quick,
+            expect![[r#"
+            *Change to `plan` [unresolved-codel]
+            Create codel `plna(in value: int): void` [unresolved-codel]
+        "#]],
+        );
+        let model = MODEL.replace("pl$0na", "plna");
+        let start = model.find("if true").unwrap() as u32 - 1;
+        let range = TextRange::at(start.into(), 2.into());
+        offered(
+            &model.replace("codel", "$0codel"),
+            &[(range, "missing-else".to_owned())],
+            quick,
+            expect![[r#"
+                *Write `else { }` [missing-else]
+                Fix all 2 `missing-else` in this file [missing-else missing-else]
+            "#]],
+        );
+        offered(&model.replace("codel", "$0codel"), &[(range, "other".to_owned())], quick, expect![""]);
+        offered(
+            &model.replace("codel", "$0codel"),
+            &[],
+            &[ActionKind::FixAll],
+            expect![[r#"
+            Fix all that needs no choice (2 in this file) [missing-else missing-else]
+        "#]],
+        );
+        offered(MODEL, &[], &[ActionKind::Inline], expect![""]);
+    }
+
+    #[test]
+    fn all_at_once() {
+        let model = MODEL.replace("$0", "");
+        check(
+            &model.replace("deployment D", "deployment $0D"),
+            "Fix all 2 `missing-activity`",
+            expect![[r#"
+                --- /model.mal
+                deployment D { architecture A
+                  activity a { priority = 1 period = 100 }
+                  activity b { priority = 1 period = 100 } }
+            "#]],
+        );
+        check(
+            &model,
+            "Fix all that needs no choice",
+            expect![[r#"
+            --- /model.mal
+              /* 🦀 é */ update = { plna(1); if true then { } else { } if false then { } else { } }
+        "#]],
+        );
+    }
+
+    #[test]
+    fn in_tables_and_in_the_configuration() {
+        let table = "codel plan(): int\nshell S { }\ncore C(S) { update = { plan(); } }\ncomponent K(S, C)\n\
+                     //- /mauve.toml\n[timing]\ntables = [\"times.toml\"]\n//- /times.toml\n[codel]\n\"pl$0na\" = 3\n";
+        offered(table, &[], &[ActionKind::QuickFix], expect![[r#""#]]);
+    }
+}

@@ -40,7 +40,9 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
                 names_of(db, project).has_library(&of.into())
                     || package(db, project.workspace(db), &of.into()).is_some()
             });
-            is_known && needed.as_ref().is_some_and(|all| all.iter().all(|needed| !needed.contains(of)))
+            // Of a file that is part of no project, nobody knows what it needs.
+            let is_checked = is_known && !actions.projects.is_empty();
+            is_checked && needed.as_ref().is_some_and(|all| all.iter().all(|needed| !needed.contains(of)))
         };
         organise(file.text(db), &uses, is_for_nothing)
             .into_iter()

@@ -1,6 +1,6 @@
 //! What stands in an architecture: instances, and what connects them.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use mauve_model::item_tree::{Feature, FeatureKind, Kind, Name};
 use mauve_model::{Decl, Link, Type, architecture, flat_of, type_of};
@@ -152,7 +152,7 @@ impl<'db> Completer<'_, 'db> {
     }
 
     /// What a connection leads to already, but for the one in which the cursor is.
-    fn connected(&self, of: Decl<'db>) -> Vec<(Name, Name)> {
+    fn connected(&self, of: Decl<'db>) -> BTreeSet<(Name, Name)> {
         let is_here = |link: &Link<'db>| {
             link.at.file(self.db) == self.file
                 && link.at.range(self.db).contains_inclusive(self.at.word.start())
@@ -240,4 +240,160 @@ impl<'db> Completer<'_, 'db> {
 /// Are these the same, as far as anybody knows?
 fn are_alike(one: &[Type], other: &[Type]) -> bool {
     one.len() == other.len() && one.iter().zip(other).all(|(one, other)| one.is(other))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::{labels, offered};
+    use expect_test::{Expect, expect};
+
+    fn check(item: &str, expected: Expect) {
+        let text = format!(
+            "
+library a {{
+  shell Laser {{
+    property device: string  property rate: int = 10  constant angle: double
+    output port scan: int  output port power: bool
+    provide reset(): void
+  }}
+  shell Drive {{
+    property wheel: double
+    input port left: int  input port right: int  input port power: bool  output port speed: int
+    require reset(): void  require go(in way: int): void
+  }}
+  core L(Laser) {{}} core D(Drive) {{}}
+  component LaserOf(Laser, L)
+  component DriveOf(Drive, D)
+  architecture Base {{ instance laser: LaserOf }}
+  architecture Robot {{
+    import Base
+    instance drive: DriveOf
+    connection laser.scan -> drive.left
+    property laser.device = \"/dev/a\"
+    {item}
+  }}
+}}
+"
+        );
+        expected.assert_eq(&offered(&text, 9));
+    }
+
+    #[test]
+    fn an_item() {
+        check(
+            "co$0",
+            expect![[r#"
+            1 instance (instance name: Component) ⇒ "instance ${1:name}: ${2:Component}"
+            1 connection (connection source.output -> target.input) ⇒ "connection ${1:source.output} -> ${2:target.input}"
+            1 operation (operation provider.operation -> caller.operation) ⇒ "operation ${1:provider.operation} -> ${2:caller.operation}"
+            1 property (property instance.name = 0) ⇒ "property ${1:instance.name} = ${2:0}"
+            1 constant (constant instance.name = 0) ⇒ "constant ${1:instance.name} = ${2:0}"
+            1 import (import Architecture) ⇒ "import ${1:Architecture}"
+        "#]],
+        );
+        check(
+            "instance other: $0",
+            expect![[r#"
+            1 LaserOf(Laser, L)
+            1 DriveOf(Drive, D)
+        "#]],
+        );
+        check(
+            "import $0",
+            expect![[r#"
+            1 Base
+        "#]],
+        );
+    }
+
+    #[test]
+    fn a_connection_goes_from_outputs_to_inputs_of_their_type() {
+        check(
+            "connection $0",
+            expect![[r#"
+            1 laser: LaserOf
+            1 drive: DriveOf
+        "#]],
+        );
+        check(
+            "connection laser.$0",
+            expect![[r#"
+            1 power: bool
+            1 scan: int
+        "#]],
+        );
+        check(
+            "connection laser.scan -> $0",
+            expect![[r#"
+            0 drive.right: int
+            2 drive: DriveOf
+        "#]],
+        );
+        check(
+            "connection laser.scan -> [4] drive.$0",
+            expect![[r#"
+            0 right: int
+            3 left: int (connected already)
+        "#]],
+        );
+        check(
+            "connection laser.power -> drive.$0\n    instance x: LaserOf",
+            expect![[r#"
+            0 power: bool
+        "#]],
+        );
+    }
+
+    #[test]
+    fn an_operation_goes_from_the_provider_to_the_caller() {
+        check(
+            "operation $0",
+            expect![[r#"
+            1 laser: LaserOf
+        "#]],
+        );
+        check(
+            "operation laser.$0",
+            expect![[r#"
+            1 reset(): void
+        "#]],
+        );
+        check(
+            "operation laser.reset -> $0",
+            expect![[r#"
+            0 drive.reset(): void
+            2 drive: DriveOf
+        "#]],
+        );
+    }
+
+    #[test]
+    fn what_has_no_value_is_set_first() {
+        check(
+            "property $0",
+            expect![[r#"
+            1 laser: LaserOf
+            1 drive: DriveOf
+        "#]],
+        );
+        check(
+            "property laser.$0",
+            expect![[r#"
+            1 rate: int ⇒ "rate = $0"
+            3 device: string (has a value already) ⇒ "device = $0"
+        "#]],
+        );
+        check(
+            "constant laser.$0 = 1.0",
+            expect![[r#"
+            0 angle: double (has no value)
+        "#]],
+        );
+        check("property drive.wheel = $0", expect![[""]]);
+    }
+
+    #[test]
+    fn where_a_name_is_to_be_made_up() {
+        assert_eq!(labels("architecture A { instance $0 }"), [] as [&str; 0]);
+    }
 }

@@ -7,7 +7,7 @@ use mauve_model::item_tree::FeatureKind;
 use mauve_syntax::SyntaxKind::{self, *};
 use mauve_syntax::ast::{self, AstNode as _};
 
-use super::position::without_path;
+use super::position::{ends_operand, without_path};
 use super::{Completer, Completion, CompletionKind, Subject};
 use crate::program::{Expected, parameters_text, result_text};
 
@@ -153,7 +153,7 @@ impl Completer<'_, '_> {
                 self.transition_goes_on(&self.at.before);
                 self.state_items();
             }
-            [TRANSITION_KW, .., TO_KW] if self.is_target() => self.targets(),
+            [TRANSITION_KW, _, .., TO_KW] => self.targets(),
             [TRANSITION_KW, _, IF_KW, ..] => {
                 self.expression();
                 self.transition_goes_on(&self.at.item);
@@ -165,11 +165,6 @@ impl Completer<'_, '_> {
         if self.at.may_begin && kinds.first() == Some(&TRANSITION_KW) && kinds.contains(&TO_KW) {
             self.state_items();
         }
-    }
-
-    /// Is the `to` before the cursor the keyword, and not the name of the transition?
-    fn is_target(&self) -> bool {
-        self.at.item.len() > 2
     }
 
     fn transition_goes_on(&mut self, tokens: &[mauve_syntax::SyntaxToken]) {
@@ -234,11 +229,6 @@ impl Completer<'_, '_> {
             .subject(Subject::of(self.db, of, Some(name.into())))
     }
 
-    /// What a program that gives this may return.
-    pub(super) fn returns(&self, result: Option<&Type>) -> bool {
-        result.is_some_and(|result| *result != Type::Void)
-    }
-
     /// An operand, where one may stand.
     pub(super) fn expression(&mut self) {
         let scope = self.scope();
@@ -258,22 +248,79 @@ fn first_kind(node: &mauve_syntax::SyntaxNode) -> Option<SyntaxKind> {
     matches!(node.kind(), HOOK | METHOD | STATE_MACHINE).then(|| node.first_token().map(|it| it.kind()))?
 }
 
-/// May an operand end with this token?
-pub(super) fn ends_operand(kind: SyntaxKind) -> bool {
-    matches!(
-        kind,
-        IDENT
-            | INT_NUMBER
-            | FLOAT_NUMBER
-            | STRING
-            | R_PAREN
-            | TRUE_KW
-            | FALSE_KW
-            | NO_DATA_KW
-            | OLD_DATA_KW
-            | NEW_DATA_KW
-            | FAILURE_KW
-            | SUCCESS_KW
-            | NOT_READY_KW
-    )
+#[cfg(test)]
+mod tests {
+    use super::super::testing::{labels, offered};
+    use expect_test::expect;
+
+    const SHELL: &str = "
+library a {
+  shell S {
+    provide go(in to: int, out way: double): bool
+    provide halt(): void
+    require ask(in what: int): int
+    input port scan: int
+  }
+";
+
+    #[test]
+    fn items_of_a_core_that_it_does_not_have_yet() {
+        let text = |body: &str| format!("{SHELL}core C(S) {{ {body} }} }}");
+        expect![[r#"
+            0 provide go(in to: int, out way: double): bool (S) ⇒ "provide go(in to: int, out way: double): bool = {\n\t$0\n}"
+            1 statemachine (statemachine { initial state Idle { run = { } } }) ⇒ "statemachine {\n\tinitial state ${1:Idle} {\n\t\trun = {\n\t\t\t$0\n\t\t}\n\t}\n}"
+            1 update (update = { }) ⇒ "update = {\n\t$0\n}"
+            1 var (var name: type;) ⇒ "var ${1:name}: ${2:type};"
+            1 configure (configure = { return true; }) ⇒ "configure = {\n\t$0\n\treturn true;\n}"
+            1 stop (stop = { }) ⇒ "stop = {\n\t$0\n}"
+            1 cleanup (cleanup = { }) ⇒ "cleanup = {\n\t$0\n}"
+            1 handler (handler name: operation;) ⇒ "handler ${1:name}: ${2:operation};"
+        "#]].assert_eq(&offered(&text("provide halt() = { } start = { } $0"), 9));
+        assert!(!labels(&text("update = { } $0")).contains(&"statemachine".to_owned()));
+        expect![[r#"
+            0 go(in to: int, out way: double): bool (S) ⇒ "go(in to: int, out way: double): bool = {\n\t$0\n}"
+            0 halt(): void (S) ⇒ "halt(): void = {\n\t$0\n}"
+        "#]]
+        .assert_eq(&offered(&text("provide $0"), 9));
+        expect![[r#"
+            1 ask(in what: int): int
+        "#]]
+        .assert_eq(&offered(&text("handler h: $0"), 9));
+    }
+
+    #[test]
+    fn states_and_transitions() {
+        let text = |body: &str| format!("{SHELL}core C(S) {{ statemachine {{ {body} }} }} }}");
+        expect![[r#"
+            1 initial state (initial state Idle { run = { } }) ⇒ "initial state ${1:Idle} {\n\trun = {\n\t\t$0\n\t}\n}"
+            1 state (state Name { run = { } }) ⇒ "state ${1:Name} {\n\trun = {\n\t\t$0\n\t}\n}"
+            1 var (var name: type;) ⇒ "var ${1:name}: ${2:type};"
+        "#]].assert_eq(&offered(&text("$0"), 9));
+        expect![[r#"
+            1 run (run = { }) ⇒ "run = {\n\t$0\n}"
+            1 handle (handle = { }) ⇒ "handle = {\n\t$0\n}"
+            1 exit (exit = { }) ⇒ "exit = {\n\t$0\n}"
+            1 transition (transition name if (true) to State) ⇒ "transition ${1:name} if (${2:true}) to ${3:State}"
+        "#]].assert_eq(&offered(&text("initial state A { entry = {} $0 }"), 9));
+        expect![[r#"
+            0 B
+            1 A
+        "#]]
+        .assert_eq(&offered(&text("initial state A { transition t to $0 } state B { }"), 9));
+        expect![[r#"
+            1 Gone (a transition leads to it) ⇒ "Gone {\n\trun = {\n\t\t$0\n\t}\n}"
+        "#]]
+        .assert_eq(&offered(&text("initial state A { transition t to Gone } state $0"), 9));
+        assert_eq!(labels(&text("initial state A { transition t $0 }")), ["to", "if"]);
+        assert_eq!(
+            labels(&text("initial state A { transition t if (status(scan) == new_data) $0 }")),
+            ["to"]
+        );
+        // It may go on in the next line, or be given up.
+        assert_eq!(
+            labels(&text("initial state A { transition t if (true)\n  $0\n run = { } }")),
+            ["to", "entry", "handle", "exit", "transition"]
+        );
+        assert_eq!(labels(&text("initial $0")), ["state"]);
+    }
 }

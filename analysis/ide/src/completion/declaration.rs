@@ -26,8 +26,10 @@ impl Completer<'_, '_> {
             }
             [CORE_KW, _, L_PAREN] | [COMPONENT_KW, _, L_PAREN] => self.declared(Kind::Shell, &path),
             [COMPONENT_KW, _, L_PAREN, .., COMMA] => self.cores(&path),
-            _ if self.at.may_begin => self.declarations(),
             _ => {}
+        }
+        if !item.is_empty() && self.at.may_begin {
+            self.declarations();
         }
     }
 
@@ -94,9 +96,8 @@ impl Completer<'_, '_> {
         let shell: Vec<&str> = shell.take_while(|it| it.kind() != COMMA).map(|it| it.text()).collect();
         let Some(shell) = shell.last().filter(|shell| !shell.is_empty()) else { return };
         for item in self.found.iter_mut().skip(from).filter(|item| item.kind == CompletionKind::Core) {
-            if item.detail.trim_matches(['(', ')']).rsplit('.').next() == Some(shell) {
-                item.rank = 0;
-            }
+            let is_for_it = item.detail.trim_matches(['(', ')']).rsplit('.').next() == Some(shell);
+            item.rank = if is_for_it { 0 } else { item.rank.max(3) };
         }
     }
 
@@ -133,5 +134,98 @@ impl Completer<'_, '_> {
     pub(super) fn is_asked_for(&mut self, name: &str) -> bool {
         self.incomplete = true;
         !self.at.prefix.is_empty() && may_be(&self.at.prefix, name)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::{labels, offered};
+    use expect_test::expect;
+
+    #[test]
+    fn a_file_begins_with_includes_and_holds_libraries() {
+        expect![[r#"
+            1 include (include "") ⇒ "include \"$1\""
+            1 library (library name { }) ⇒ "library ${1:name} {\n\t$0\n}"
+            1 use
+            1 codel (codel name(): void) ⇒ "codel ${1:name}($2): ${3:void}"
+            1 shell (shell Name { }) ⇒ "shell ${1:Name} {\n\t$0\n}"
+            1 core (core Name(Shell) { statemachine { initial state Idle { run = { } } } }) ⇒ "core ${1:Name}(${2:Shell}) {\n\tstatemachine {\n\t\tinitial state ${3:Idle} {\n\t\t\trun = {\n\t\t\t\t$0\n\t\t\t}\n\t\t}\n\t}\n}"
+            1 component (component Name(Shell, Core)) ⇒ "component ${1:Name}(${2:Shell}, ${3:Core})"
+            1 architecture (architecture Name { }) ⇒ "architecture ${1:Name} {\n\t$0\n}"
+            1 deployment (deployment Name { architecture Architecture }) ⇒ "deployment ${1:Name} {\n\tarchitecture ${2:Architecture}\n\n\t$0\n}"
+        "#]].assert_eq(&offered("$0", 9));
+        assert!(!labels("codel f(): int\n$0").contains(&"include".to_owned()));
+        assert!(!labels("library a { $0 }").contains(&"library".to_owned()));
+        assert!(labels("library a { use b codel f(): int co$0 }").contains(&"core".to_owned()));
+    }
+
+    #[test]
+    fn where_a_name_is_to_be_made_up_nothing_is_offered() {
+        for text in
+            ["shell $0", "codel f$0", "core C$0(S) {}", "component $0", "codel f(in $0)", "codel f()$0"]
+        {
+            assert_eq!(labels(text), [] as [&str; 0], "{text}");
+        }
+    }
+
+    #[test]
+    fn heads_of_declarations() {
+        const SHELLS: &str = "
+library a { shell Base {} shell Fast extends Base {} core Slow(Base) {} core Quick(Fast) {} }
+library b { shell Far {} }
+";
+        for (head, expected) in [
+            (
+                "library c { use a component X($0 }",
+                expect![[r#"
+                1 Base (a)
+                1 Fast (a)
+                4 a (library)
+                4 b (library)
+            "#]],
+            ),
+            (
+                "library c { use a component X(Fast, $0 }",
+                expect![[r#"
+                0 Quick(Fast) (a)
+                3 Slow(Base) (a)
+                4 a (library)
+                4 b (library)
+            "#]],
+            ),
+            (
+                "library c { use a shell X extends Base, F$0 {} }",
+                expect![[r#"
+                1 Base (a)
+                1 Fast (a)
+                4 a (library)
+                4 b (library)
+                5 Far (use b) + " use b" at 138
+            "#]],
+            ),
+            (
+                "library c { shell X extends a.$0 }",
+                expect![[r#"
+                1 Base (a)
+                1 Fast (a)
+            "#]],
+            ),
+            (
+                "library c {\n  use a\n  use $0\n}",
+                expect![[r#"
+                0 b (library)
+                2 ctypes (the scalars of C)
+            "#]],
+            ),
+        ] {
+            expected.assert_eq(
+                &offered(&format!("{SHELLS}{head}"), 5)
+                    .lines()
+                    .filter(|line| !line.contains("message package"))
+                    .map(|line| format!("{line}\n"))
+                    .collect::<String>(),
+            );
+        }
     }
 }

@@ -129,3 +129,96 @@ impl<'db> Completer<'_, 'db> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::offered;
+    use expect_test::{Expect, expect};
+
+    fn check(item: &str, expected: Expect) {
+        let text = format!(
+            "
+library a {{
+  shell S {{ property on: bool  property level: int = 1 }}
+  core K(S) {{}}
+  component C(S, K)
+  architecture Robot {{ instance one: C  instance two: C  instance three: C  property two.on = true }}
+}}
+deployment D {{
+  architecture a.Robot
+  activity one {{ priority = 1 period = 10 }}
+  {item}
+}}
+"
+        );
+        expected.assert_eq(&offered(&text, 3));
+    }
+
+    #[test]
+    fn an_activity_for_each_instance_that_has_none() {
+        check(
+            "$0",
+            expect![[r#"
+            0 activity two: C ⇒ "activity two { priority = ${1:1} period = ${2:100} }"
+            0 activity three: C ⇒ "activity three { priority = ${1:1} period = ${2:100} }"
+            1 activity
+            1 property (property instance.name = 0) ⇒ "property ${1:instance.name} = ${2:0}"
+            1 constant (constant instance.name = 0) ⇒ "constant ${1:instance.name} = ${2:0}"
+            2 activities of all 2 instances without one ⇒ "activity two { priority = ${1:1} period = ${2:100} }\nactivity three { priority = ${3:1} period = ${4:100} }"
+        "#]],
+        );
+        check(
+            "activity t$0 { }",
+            expect![[r#"
+            0 two: C
+            0 three: C
+        "#]],
+        );
+    }
+
+    #[test]
+    fn fields_that_are_not_given() {
+        check(
+            "activity two { priority = 2 $0 }",
+            expect![[r#"
+            1 period (in milliseconds) ⇒ "period = $1"
+            2 deadline (in milliseconds; the period where it is left out) ⇒ "deadline = $1"
+            3 affinity (a bit for each CPU that it may run on; 0: any) ⇒ "affinity = $1"
+        "#]],
+        );
+        check(
+            "activity two { priority = $0 }",
+            expect![[r#"
+            1 background (not real-time, and not analysed)
+        "#]],
+        );
+        check("activity two { period = $0 }", expect![[""]]);
+    }
+
+    #[test]
+    fn settings() {
+        check(
+            "property two.$0",
+            expect![[r#"
+            1 level: int ⇒ "level = $0"
+            3 on: bool (has a value already) ⇒ "on = $0"
+        "#]],
+        );
+        check(
+            "property one.on = $0",
+            expect![[r#"
+            1 true
+            1 false
+        "#]],
+        );
+    }
+
+    #[test]
+    fn what_is_deployed() {
+        let text = "architecture Robot { } deployment D { architecture $0 }";
+        expect![[r#"
+            1 Robot
+        "#]]
+        .assert_eq(&offered(text, 3));
+    }
+}

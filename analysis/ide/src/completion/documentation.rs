@@ -90,3 +90,68 @@ fn member_of(of: &SyntaxNode, name: &str) -> Option<SyntaxNode> {
         parents.filter(|parent| !matches!(parent.kind(), PARAM | TRANSITION | VAR) && parent != of);
     members.next()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::completion::completions;
+    use crate::fixture::Fixture;
+    use expect_test::{Expect, expect};
+
+    fn check(fixture: &str, label: &str, expected: Expect) {
+        let Fixture { db, workspace, file, offset } = Fixture::new(fixture);
+        let found = completions(&db, &[workspace], file, offset);
+        let item = found.items.iter().find(|item| item.label == label).unwrap();
+        let found = item.subject.as_ref().and_then(|subject| documentation(&db, &[workspace], subject));
+        expected.assert_eq(&found.unwrap_or_default());
+    }
+
+    #[test]
+    fn a_declaration_says_how_it_is_declared_and_the_comment_above_it() {
+        check(
+            "// Finds a way.\ncodel plan(in goal: int): bool\nshell S {} core C(S) { update = { $0 } }",
+            "plan",
+            expect![[r#"
+                ```mauve
+                codel plan(in goal: int): bool
+                ```
+
+                Finds a way.
+            "#]],
+        );
+    }
+
+    #[test]
+    fn a_feature_says_what_its_shell_says_of_it() {
+        let text = "shell S {\n  // In metres.\n  property reach: double [0; 1] = 0.5\n}\ncore C(S) { update = { f($0); } }";
+        check(
+            text,
+            "reach",
+            expect![[r#"
+            ```mauve
+            property reach: double [0; 1] = 0.5
+            ```
+
+            In metres.
+        "#]],
+        );
+    }
+
+    #[test]
+    fn a_message_says_its_fields() {
+        check(
+            "codel f(in a: geometry_msgs.$0): int",
+            "Point",
+            expect![[r#"
+            ```msg
+            # geometry_msgs/Point
+            float64 x
+            float64 y
+            float64 z
+            ```
+
+            built in: no such package was found on this machine
+        "#]],
+        );
+    }
+}

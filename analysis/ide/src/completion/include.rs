@@ -85,6 +85,24 @@ fn relative(folder: &Path, file: &Path) -> PathBuf {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::completion::testing::{labels, offered};
+    use expect_test::expect;
+
+    #[test]
+    fn models_that_are_not_included_come_first() {
+        let files = "\n//- /b.mal\n\n//- /parts/c.mal\n\n//- /other.toml\n\n";
+        expect![[r#"
+            0 parts/c.mal
+            3 b.mal
+        "#]]
+        .assert_eq(&offered(&format!("//- /a.mal\ninclude \"b.mal\"\ninclude \"$0\"{files}"), 9));
+        expect![[r#"
+            0 c.mal ⇒ "\"c.mal\""
+            1 ../b.mal ⇒ "\"../b.mal\""
+        "#]]
+        .assert_eq(&offered(&format!("//- /parts/a.mal\ninclude $0{files}"), 9));
+        assert_eq!(labels(&format!("//- /a.mal\n// include \"$0{files}")), [] as [&str; 0]);
+    }
 
     #[test]
     fn a_path_is_written_from_the_folder_of_the_file() {

@@ -111,7 +111,8 @@ impl<'db> Completer<'_, 'db> {
         let (mut seen, mut count) = (BTreeSet::new(), 0);
         for &decl in names.all.iter().filter(|decl| decl.kind(self.db) == kind) {
             let (library, name) = (decl.library(self.db), decl.name(self.db));
-            if name.is_empty() {
+            // Nothing extends or imports itself.
+            if name.is_empty() || Some(decl) == self.decl {
                 continue;
             }
             let is_own = *library == own;
@@ -213,7 +214,7 @@ impl<'db> Completer<'_, 'db> {
                 insertion(brace.text_range().end(), format!("\n{indent}  use {of}\n"))
             }
             None => {
-                let first = block.children().next().map(|node| node.text_range().start());
+                let first = block.children().next().map(|node| with_comment(&node));
                 insertion(first.filter(|first| *first <= word).unwrap_or_default(), format!("use {of}\n"))
             }
         }
@@ -222,6 +223,21 @@ impl<'db> Completer<'_, 'db> {
 
 fn insertion(at: TextSize, text: String) -> Replacement {
     Replacement { range: TextRange::empty(at), text }
+}
+
+/// Where the comment right above a node begins, or the node.
+fn with_comment(node: &SyntaxNode) -> TextSize {
+    let mut start = node.text_range().start();
+    let mut before = node.first_token().and_then(|token| token_before(&token));
+    while let Some(token) = before {
+        match token.kind() {
+            LINE_COMMENT | BLOCK_COMMENT => start = token.text_range().start(),
+            WHITESPACE if token.text().matches('\n').count() < 2 => {}
+            _ => break,
+        }
+        before = token_before(&token);
+    }
+    start
 }
 
 /// The white space before a node that begins its line.
@@ -235,4 +251,77 @@ fn message(package: &Package, name: &Name) -> Completion {
     Completion::new(CompletionKind::Message, name.as_str())
         .note(package.name.as_str())
         .subject(Subject::Message { package: package.name.clone(), name: name.clone() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::{labels, offered};
+    use expect_test::expect;
+
+    #[test]
+    fn a_message_brings_its_use() {
+        let text = "library a {\n  use std_msgs\n\n  shell S {\n    input port p: Twi$0\n  }\n}\n";
+        expect![[r#"
+            5 Twist (use geometry_msgs) + "\n  use geometry_msgs" at 26
+        "#]]
+        .assert_eq(
+            &offered(text, 9)
+                .lines()
+                .filter(|line| line.contains("Twist "))
+                .map(|line| format!("{line}\n"))
+                .collect::<String>(),
+        );
+        // Without a `use` in the block it begins one; on one line it stays there; outside libraries it stands at the top.
+        for (text, expected) in [
+            (
+                "library a {\n  shell S { input port p: Joy$0 }\n}\n",
+                expect![[r#"
+                5 Joy (use sensor_msgs) + "\n  use sensor_msgs\n" at 11
+            "#]],
+            ),
+            (
+                "library a { use std_msgs shell S { input port p: Joy$0 } }",
+                expect![[r#"
+                5 Joy (use sensor_msgs) + " use sensor_msgs" at 24
+            "#]],
+            ),
+            (
+                "// A robot.\ncodel f(in a: Joy$0): int",
+                expect![[r#"
+                5 Joy (use sensor_msgs) + "use sensor_msgs\n" at 0
+            "#]],
+            ),
+        ] {
+            expected.assert_eq(
+                &offered(text, 9)
+                    .lines()
+                    .filter(|line| line.contains("Joy "))
+                    .map(|line| format!("{line}\n"))
+                    .collect::<String>(),
+            );
+        }
+    }
+
+    #[test]
+    fn types_of_the_language_and_of_mauve_toml() {
+        let text = "library a { codel f(): $0 }\n//- /mauve.toml\n[types.Laser]\ncpp = \"laser::Handle*\"\n";
+        expect![[r#"
+            1 bool
+            1 int
+            1 double
+            1 float
+            1 string
+            1 void
+            1 Laser (laser::Handle*)
+        "#]]
+        .assert_eq(&offered(text, 3));
+        assert!(!labels("codel f(in a: $0)").contains(&"void".to_owned()));
+    }
+
+    #[test]
+    fn behind_a_package_stand_its_messages() {
+        for path in ["builtin_interfaces.", "builtin_interfaces::", "builtin_interfaces.msg."] {
+            assert_eq!(labels(&format!("codel f(in a: {path}$0): int")), ["Duration", "Time"], "{path}");
+        }
+    }
 }

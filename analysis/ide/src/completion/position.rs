@@ -13,6 +13,8 @@ pub(crate) struct Position {
     pub(crate) left: Option<SyntaxToken>,
     /// What stands behind the word; [`EOF`] at the end of the text.
     pub(crate) right: SyntaxKind,
+    /// The argument that stands behind the word and its `(`, or the `)`; none where no `(` follows at once.
+    pub(crate) first_argument: Option<SyntaxToken>,
     /// The innermost list of items around the cursor: of a file, a library, a shell, …, a block.
     pub(crate) list: SyntaxNode,
     /// The tokens before the word of the item, in that list, that is being typed; none where an item may begin.
@@ -46,17 +48,20 @@ impl Position {
         });
         let left = around.iter().cloned().find_map(|token| before(token, range.start()));
         let right = around.last().cloned().and_then(|token| behind(token, range.end()));
+        let opens =
+            right.as_ref().filter(|it| it.kind() == L_PAREN && it.text_range().start() == range.end());
+        let first_argument = opens.and_then(|it| behind(it.clone(), it.text_range().end()));
         let list = left.as_ref().map_or_else(|| root.clone(), |left| list_around(root, left));
         let begins_line = left.as_ref().is_none_or(|left| {
-            let mut between = std::iter::successors(token_after(left), token_after)
-                .take_while(|token| token.text_range().end() <= range.start());
-            between.any(|token| token.text().contains('\n'))
+            let between = TextRange::new(left.text_range().end(), range.start());
+            root.text().slice(between).contains_char('\n')
         });
         let mut position = Position {
             word: range,
             prefix: prefix.unwrap_or_default(),
             left,
             right: right.map_or(EOF, |token| token.kind()),
+            first_argument,
             list,
             item: Vec::new(),
             before: Vec::new(),
@@ -167,24 +172,19 @@ fn list_around(root: &SyntaxNode, left: &SyntaxToken) -> SyntaxNode {
 
 /// May this be the last token of an item that ends with no mark of its own?
 fn may_end_item(token: &SyntaxToken) -> bool {
+    ends_operand(token.kind()) || matches!(token.kind(), BAD_NUMBER | UNTERMINATED_STRING | R_BRACK)
+}
+
+/// May an operand end with this token?
+pub(crate) fn ends_operand(kind: SyntaxKind) -> bool {
+    matches!(kind, IDENT | INT_NUMBER | FLOAT_NUMBER | STRING | R_PAREN) || is_literal(kind)
+}
+
+/// Is this a word that always means the value?
+fn is_literal(kind: SyntaxKind) -> bool {
     matches!(
-        token.kind(),
-        IDENT
-            | INT_NUMBER
-            | FLOAT_NUMBER
-            | BAD_NUMBER
-            | STRING
-            | UNTERMINATED_STRING
-            | R_PAREN
-            | R_BRACK
-            | TRUE_KW
-            | FALSE_KW
-            | NO_DATA_KW
-            | OLD_DATA_KW
-            | NEW_DATA_KW
-            | FAILURE_KW
-            | SUCCESS_KW
-            | NOT_READY_KW
+        kind,
+        TRUE_KW | FALSE_KW | NO_DATA_KW | OLD_DATA_KW | NEW_DATA_KW | FAILURE_KW | SUCCESS_KW | NOT_READY_KW
     )
 }
 
@@ -241,7 +241,9 @@ pub(crate) fn call_around(left: &SyntaxToken) -> Option<Call> {
                     None => commas.push((list, 1)),
                 }
             }
-            SEMICOLON | L_CURLY | R_CURLY => return None,
+            SEMICOLON | L_CURLY | R_CURLY | EQ | COLON | ARROW => return None,
+            // But for the literals, a keyword stands in no argument.
+            kind if kind.is_word() && kind != IDENT && !is_literal(kind) => return None,
             _ => {}
         }
     }

@@ -4,8 +4,7 @@ use mauve_model::item_tree::{Direction, FeatureKind, Kind};
 use mauve_model::{Type, VariableKind};
 use mauve_syntax::SyntaxKind::*;
 
-use super::core::ends_operand;
-use super::position::without_path;
+use super::position::{ends_operand, without_path};
 use super::{Completer, Completion, CompletionKind, Subject};
 use crate::program::{Callable, Expected, Scope, Variable, subject};
 
@@ -54,7 +53,8 @@ impl<'db> Completer<'_, 'db> {
             self.skeleton("else", "else {\n\t$0\n}");
         }
         let end = if self.at.right == SEMICOLON { "" } else { ";" };
-        for variable in &scope.variables {
+        let is_called = self.at.first_argument.is_some();
+        for variable in scope.variables.iter().filter(|_| !is_called) {
             if variable.kind == VariableKind::Parameter(Direction::In) {
                 continue;
             }
@@ -62,18 +62,29 @@ impl<'db> Completer<'_, 'db> {
             let item = match (self.at.right == EQ, variable.kind) {
                 (true, _) => item,
                 (false, VariableKind::Handler) => {
-                    item.snippet(format!("{} = send({}, $1){end}$0", variable.name, variable.text))
+                    let send = scope.built_in("send", Some(&variable.text));
+                    let rest = send.map_or(0, |send| send.parameters.len().saturating_sub(1));
+                    let rest: String = (1..=rest).map(|index| format!(", ${index}")).collect();
+                    item.snippet(format!("{} = send({}{rest}){end}$0", variable.name, variable.text))
                 }
                 (false, _) => item.snippet(format!("{} = $1{end}$0", variable.name)),
             };
             self.add(item);
         }
+        // What is assigned to is a variable, and nothing else.
+        if self.at.right == EQ {
+            return;
+        }
         self.callables(&scope, &Expected::default(), true);
+        if is_called {
+            return;
+        }
         self.skeleton("if", "if (${1:true}) then {\n\t$0\n} else {\n}");
         self.skeleton("var", "var ${1:name}: ${2:type};");
-        match self.returns(scope.result.as_ref()) {
-            true => self.skeleton("return", "return $1;"),
-            false => self.skeleton("return", "return;"),
+        match &scope.result {
+            Some(Type::Void) | None => self.skeleton("return", "return;"),
+            Some(Type::Bool) => self.skeleton("return", "return ${1:true};"),
+            Some(_) => self.skeleton("return", "return ${1:value};"),
         }
     }
 
@@ -87,6 +98,11 @@ impl<'db> Completer<'_, 'db> {
                 let item = self.of_variable(variable);
                 self.add(item.rank(0));
             }
+            return;
+        }
+        // What has arguments already is called.
+        if self.at.first_argument.is_some() && !expected.is_output && expected.feature.is_none() {
+            self.callables(scope, expected, false);
             return;
         }
         if let Some(kind) = expected.feature {
@@ -152,16 +168,24 @@ impl<'db> Completer<'_, 'db> {
         }
         let has = |kind| scope.features.values().any(|(_, feature)| feature.kind == kind);
         for name in BUILT_IN {
-            let makes_sense = match name {
-                "write" => has(FeatureKind::Output),
-                "send" => has(FeatureKind::Required),
-                "collect" => scope.variables.iter().any(|it| it.kind == VariableKind::Handler),
-                _ => has(FeatureKind::Input),
-            };
-            // A status that nobody looks at means nothing.
-            if let Some(mut callable) =
-                scope.built_in(name, None).filter(|_| makes_sense && !(is_statement && name == "status"))
-            {
+            let takes = self.at.first_argument.as_ref().is_none_or(|first| match name {
+                _ if !first.kind().is_word() => true,
+                "collect" => scope
+                    .variables
+                    .iter()
+                    .any(|variable| variable.kind == VariableKind::Handler && variable.name == *first.text()),
+                _ => scope.features.get(first.text()).is_some_and(|(_, it)| it.kind.is_operand_of(name)),
+            });
+            let makes_sense = takes
+                && match name {
+                    "write" => has(FeatureKind::Output),
+                    "send" => has(FeatureKind::Required),
+                    "collect" => scope.variables.iter().any(|it| it.kind == VariableKind::Handler),
+                    _ => has(FeatureKind::Input),
+                };
+            // A status that nobody looks at means nothing, nor does a call that no handler has.
+            let is_idle = is_statement && matches!(name, "status" | "send");
+            if let Some(mut callable) = scope.built_in(name, None).filter(|_| makes_sense && !is_idle) {
                 if name == "collect" {
                     callable.parameters.truncate(1);
                 }
@@ -220,5 +244,245 @@ impl<'db> Completer<'_, 'db> {
             .detail(format!(": {}", variable.text))
             .note(note)
             .rank(0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::{labels, offered};
+    use expect_test::{Expect, expect};
+
+    fn in_program(statements: &str) -> String {
+        format!(
+            "
+library a {{
+  use std_msgs
+  codel near(in scan: Float32, in far: double): bool
+  codel loop(): void
+  codel fill(out scan: Float32, inout count: int): double
+  shell S {{
+    property reach: double = 1.0
+    constant most: int = 3
+    input port scan: Float32
+    output port out: Float32
+    require ask(in what: int, out found: bool): int
+    provide go(in to: int): bool
+  }}
+  core C(S) {{
+    var echo: Float32;
+    var count: int;
+    var far: double;
+    handler asking: ask
+    provide go(in to: int): bool = {{ return true; }}
+    configure = {{ {statements} }}
+    update = {{ var later: int; }}
+  }}
+}}
+library b {{ codel distant(): bool }}
+"
+        )
+    }
+
+    fn check(statements: &str, most: u8, expected: Expect) {
+        expected.assert_eq(&offered(&in_program(statements), most));
+    }
+
+    #[test]
+    fn a_statement() {
+        check(
+            "var own: bool; $0",
+            9,
+            expect![[r#"
+            0 own: bool (local variable) ⇒ "own = $1;$0"
+            0 echo: Float32 (variable of the core) ⇒ "echo = $1;$0"
+            0 count: int (variable of the core) ⇒ "count = $1;$0"
+            0 far: double (variable of the core) ⇒ "far = $1;$0"
+            0 asking: ask (handler) ⇒ "asking = send(ask, $1);$0"
+            1 near(in scan: Float32, in far: double): bool ⇒ "near(${1:scan}, ${2:far});$0"
+            1 loop(): void ⇒ "loop();$0"
+            1 fill(out scan: Float32, inout count: int): double ⇒ "fill(${1:scan}, ${2:count});$0"
+            1 go(in to: int): bool ⇒ "go(${1:to});$0"
+            1 read(input port, out variable): port status ⇒ "read(${1:port}, ${2:variable});$0"
+            1 write(output port, value): void ⇒ "write(${1:port}, ${2:value});$0"
+            1 collect(handler): call status ⇒ "collect(${1:handler});$0"
+            1 if (if (true) then { } else { }) ⇒ "if (${1:true}) then {\n\t$0\n} else {\n}"
+            1 var (var name: type;) ⇒ "var ${1:name}: ${2:type};"
+            1 return (return true;) ⇒ "return ${1:true};"
+        "#]],
+        );
+        check(
+            "if (true) then { } $0",
+            0,
+            expect![[r#"
+            0 echo: Float32 (variable of the core) ⇒ "echo = $1;$0"
+            0 count: int (variable of the core) ⇒ "count = $1;$0"
+            0 far: double (variable of the core) ⇒ "far = $1;$0"
+            0 asking: ask (handler) ⇒ "asking = send(ask, $1);$0"
+        "#]],
+        );
+        // What stands there is not doubled.
+        check(
+            "lo$0();",
+            1,
+            expect![[r#"
+            1 near(in scan: Float32, in far: double): bool
+            1 loop(): void
+            1 fill(out scan: Float32, inout count: int): double
+            1 go(in to: int): bool
+            1 read(input port, out variable): port status
+            1 write(output port, value): void
+            1 collect(handler): call status
+        "#]],
+        );
+    }
+
+    #[test]
+    fn what_fits_comes_first() {
+        check(
+            "far = $0;",
+            1,
+            expect![[r#"
+            0 far: double (variable of the core)
+            0 reach: double
+            1 count: int (variable of the core)
+            1 most: int
+            1 fill(out scan: Float32, inout count: int): double ⇒ "fill(${1:scan}, ${2:count})$0"
+        "#]],
+        );
+        check(
+            "if ($0",
+            1,
+            expect![[r#"
+            1 true
+            1 false
+            1 near(in scan: Float32, in far: double): bool ⇒ "near(${1:scan}, ${2:far})$0"
+            1 go(in to: int): bool ⇒ "go(${1:to})$0"
+        "#]],
+        );
+        check(
+            "return $0",
+            1,
+            expect![[r#"
+            1 true
+            1 false
+            1 near(in scan: Float32, in far: double): bool ⇒ "near(${1:scan}, ${2:far})$0"
+            1 go(in to: int): bool ⇒ "go(${1:to})$0"
+        "#]],
+        );
+        check(
+            "if (read(scan, echo) == $0",
+            1,
+            expect![[r#"
+            0 new_data
+            0 old_data
+            0 no_data
+            1 read(input port, out variable): port status ⇒ "read(${1:port}, ${2:variable})$0"
+            1 status(input port): port status ⇒ "status(${1:port})$0"
+        "#]],
+        );
+    }
+
+    #[test]
+    fn the_arguments_of_what_the_language_has() {
+        check(
+            "read($0",
+            9,
+            expect![[r#"
+            0 scan: Float32
+        "#]],
+        );
+        check(
+            "write($0, echo);",
+            9,
+            expect![[r#"
+            0 out: Float32
+        "#]],
+        );
+        check(
+            "read(scan, $0",
+            9,
+            expect![[r#"
+            0 echo: Float32 (variable of the core)
+            3 count: int (variable of the core)
+            3 far: double (variable of the core)
+        "#]],
+        );
+        check(
+            "asking = send($0",
+            9,
+            expect![[r#"
+            0 ask(in what: int, out found: bool): int
+        "#]],
+        );
+        check(
+            "asking = send(ask, $0",
+            1,
+            expect![[r#"
+            0 count: int (variable of the core)
+            0 most: int
+        "#]],
+        );
+        check(
+            "if (collect($0",
+            9,
+            expect![[r#"
+            0 asking: ask (handler)
+        "#]],
+        );
+        check(
+            "if (collect(asking, $0",
+            1,
+            expect![[r#"
+            0 count: int (variable of the core)
+        "#]],
+        );
+        // No more is taken.
+        check("read(scan, echo, $0", 9, expect![[""]]);
+    }
+
+    #[test]
+    fn an_output_is_a_variable() {
+        check(
+            "fill(echo, $0",
+            9,
+            expect![[r#"
+            0 count: int (variable of the core)
+            3 echo: Float32 (variable of the core)
+            3 far: double (variable of the core)
+        "#]],
+        );
+    }
+
+    #[test]
+    fn a_codel_of_a_library_that_is_not_used_brings_its_use() {
+        check(
+            "dist$0",
+            9,
+            expect![[r#"
+            0 echo: Float32 (variable of the core) ⇒ "echo = $1;$0"
+            0 count: int (variable of the core) ⇒ "count = $1;$0"
+            0 far: double (variable of the core) ⇒ "far = $1;$0"
+            0 asking: ask (handler) ⇒ "asking = send(ask, $1);$0"
+            1 near(in scan: Float32, in far: double): bool ⇒ "near(${1:scan}, ${2:far});$0"
+            1 loop(): void ⇒ "loop();$0"
+            1 fill(out scan: Float32, inout count: int): double ⇒ "fill(${1:scan}, ${2:count});$0"
+            1 go(in to: int): bool ⇒ "go(${1:to});$0"
+            1 read(input port, out variable): port status ⇒ "read(${1:port}, ${2:variable});$0"
+            1 write(output port, value): void ⇒ "write(${1:port}, ${2:value});$0"
+            1 collect(handler): call status ⇒ "collect(${1:handler});$0"
+            1 if (if (true) then { } else { }) ⇒ "if (${1:true}) then {\n\t$0\n} else {\n}"
+            1 var (var name: type;) ⇒ "var ${1:name}: ${2:type};"
+            1 return (return true;) ⇒ "return ${1:true};"
+            5 distant(): bool (use b) ⇒ "distant();$0" + "\n  use b" at 26
+        "#]],
+        );
+    }
+
+    #[test]
+    fn after_an_operand_there_is_nothing_but_then() {
+        for statements in ["far = far $0", "echo.$0", "loop() $0", "var x$0"] {
+            assert_eq!(labels(&in_program(statements)), [] as [&str; 0], "{statements}");
+        }
+        assert_eq!(labels(&in_program("if (far > 1.0) $0")), ["then"]);
     }
 }

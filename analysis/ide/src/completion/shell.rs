@@ -1,6 +1,7 @@
 //! What stands in a shell.
 
 use mauve_model::item_tree::FeatureKind;
+use mauve_model::{Type, built_in_type};
 use mauve_syntax::SyntaxKind::*;
 
 use super::position::without_path;
@@ -14,9 +15,19 @@ impl Completer<'_, '_> {
         match kinds.as_slice() {
             [] if path.is_empty() => self.shell_items(),
             [INPUT_KW | OUTPUT_KW] => self.keyword("port"),
-            [REQUIRE_KW | PROVIDE_KW, _, L_PAREN, ..] if !self.at.may_begin => self.signature(),
-            [CONSTANT_KW | PROPERTY_KW, _, COLON] | [INPUT_KW | OUTPUT_KW, _, _, COLON] => {
+            [REQUIRE_KW | PROVIDE_KW, _, L_PAREN, ..] => self.signature(),
+            [INPUT_KW | OUTPUT_KW, _, _, COLON] => self.types(&path, false),
+            [CONSTANT_KW | PROPERTY_KW, _, COLON] => {
                 self.types(&path, false);
+                // Only a number has an interval; and hardly any message is a property.
+                let has_interval = self.at.right == L_BRACK;
+                let is_number = |name: &str| built_in_type(name).is_some_and(|ty| ty.is_number());
+                self.found.retain(|it| {
+                    !has_interval || it.kind == CompletionKind::BuiltInType && is_number(&it.label)
+                });
+                for item in self.found.iter_mut().filter(|item| item.kind == CompletionKind::Message) {
+                    item.rank = item.rank.max(2);
+                }
             }
             [CONSTANT_KW | PROPERTY_KW, ..] if path.is_empty() => {
                 let scope = self.scope();
@@ -57,7 +68,6 @@ impl Completer<'_, '_> {
 
     /// Words that always mean a value, where one of their type is expected.
     pub(super) fn literals(&mut self, expected: &Expected) {
-        use mauve_model::Type;
         let is_known = expected.ty.as_ref().is_some_and(|ty| *ty != Type::Unknown);
         for (words, ty) in [
             (&["true", "false"][..], Type::Bool),
@@ -68,10 +78,44 @@ impl Completer<'_, '_> {
             // A status is compared, and hardly ever anything else.
             if fits || ty == Type::Bool && !is_known {
                 for word in words {
-                    let rank = if fits && ty != Type::Bool { 0 } else { 2 };
+                    let rank = if !fits { 2 } else { u8::from(ty == Type::Bool) };
                     self.add(Completion::new(CompletionKind::Value, *word).rank(rank));
                 }
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::{labels, offered};
+    use expect_test::expect;
+
+    #[test]
+    fn items_of_a_shell() {
+        expect![[r#"
+            1 input port (input port name: type) ⇒ "input port ${1:name}: ${2:type}"
+            1 output port (output port name: type) ⇒ "output port ${1:name}: ${2:type}"
+            1 property (property name: double) ⇒ "property ${1:name}: ${2:double}"
+            1 constant (constant name: double = 0.0) ⇒ "constant ${1:name}: ${2:double} = ${3:0.0}"
+            1 require (require name(): void) ⇒ "require ${1:name}($2): ${3:void}"
+            1 provide (provide name(): void) ⇒ "provide ${1:name}($2): ${3:void}"
+        "#]]
+        .assert_eq(&offered("shell S { pr$0 }", 9));
+        assert_eq!(labels("shell S { input $0 }"), ["port"]);
+        assert_eq!(labels("shell S { require f(in a: int, $0 }"), ["in", "out", "inout"]);
+        assert_eq!(labels("shell S { input port p$0 }"), [] as [&str; 0]);
+    }
+
+    #[test]
+    fn a_value_may_name_constants() {
+        let shell = "shell S { constant low: double = 1.0 constant name: string = \"a\" property p: double ";
+        assert_eq!(labels(&format!("{shell}[$0; 3] }}")), ["low", "name", "true", "false"]);
+        expect![[r#"
+            0 low: double
+            2 name: string
+        "#]]
+        .assert_eq(&offered(&format!("{shell} = $0 }}"), 9));
+        assert_eq!(labels("shell S { property on: bool = $0 }"), ["true", "false"]);
     }
 }

@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use mauve_model::diagnostics::codes;
 use mauve_model::item_tree::{FeatureKind, Kind, Name};
 use mauve_model::{
-    File, ModelDb, Project, behaviour_of, config_file, core_of, flat_of, is_model, names_of, table_files,
-    timetable_of,
+    File, ModelDb, Project, Workspace, behaviour_of, config_file, core_of, flat_of, is_model, names_of,
+    table_files, timetable_of,
 };
 use mauve_syntax::{TextRange, TextSize};
 
@@ -37,18 +37,19 @@ const TABLE: [(&str, &str, &[&str]); 4] = [
 /// What may stand at `offset` of a TOML file.
 pub(super) fn completions(
     db: &dyn ModelDb,
+    workspaces: &[Workspace],
     projects: &[Project<'_>],
     file: File,
     offset: TextSize,
 ) -> Completions {
     let text = file.text(db);
     let Some(place) = Place::at(text, offset.into()) else { return Completions::default() };
-    let is_config = projects.iter().any(|it| config_file(db, it.workspace(db)) == Some(file));
-    let is_table = projects.iter().any(|it| table_files(db, it.workspace(db)).files.contains(&file));
+    let is_config = workspaces.iter().any(|&it| config_file(db, it) == Some(file));
+    let is_table = workspaces.iter().any(|&it| table_files(db, it).files.contains(&file));
     if !is_config && !is_table {
         return Completions::default();
     }
-    let toml = Toml { db, projects, file };
+    let toml = Toml { db, workspaces, projects, file };
     let mut items = match &place.what {
         What::Header => Vec::new(),
         What::Key if is_config => toml.config_keys(&place.section),
@@ -268,6 +269,7 @@ fn unquoted(key: &str) -> String {
 
 struct Toml<'a, 'db> {
     db: &'db dyn ModelDb,
+    workspaces: &'a [Workspace],
     projects: &'a [Project<'db>],
     file: File,
 }
@@ -358,7 +360,9 @@ impl Toml<'_, '_> {
     /// The models, or the tables, by their paths from the configuration's folder.
     fn files(&self, models: bool) -> Vec<Completion> {
         let mut paths = BTreeSet::new();
-        for workspace in self.projects.iter().map(|it| it.workspace(self.db)) {
+        for workspace in
+            self.workspaces.iter().filter(|it| it.file(self.db, self.file.path(self.db)).is_some())
+        {
             for (path, &file) in workspace.files(self.db).iter() {
                 let is_wanted = is_model(path) == models && file != self.file;
                 if let Ok(path) = path.strip_prefix(workspace.folder(self.db))
@@ -407,4 +411,169 @@ fn value(word: &str) -> Completion {
 /// A value that stands in quotes.
 fn text(word: &str) -> Completion {
     Completion::new(CompletionKind::Value, word).insert(format!("\"{word}\""))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::{labels, offered};
+    use expect_test::expect;
+
+    const MODEL: &str = "
+//- /robot.mal
+library nav {
+  codel plan(): void
+  codel drive(): void
+  shell S { output port way: int }
+  core K(S) { statemachine { initial state A { run = { plan(); } transition t to A { drive(); } } } }
+  component C(S, K)
+  architecture R { instance navigation: C }
+}
+";
+
+    fn with(config: &str, table: &str) -> String {
+        format!("{MODEL}//- /mauve.toml\n{config}\n//- /times.toml\n{table}\n")
+    }
+
+    const TABLES: &str = "[timing]\ntables = [\"times.toml\"]\n";
+
+    #[test]
+    fn sections_and_keys_of_the_configuration() {
+        expect![[r#"
+            0 significance ⇒ "significance = "
+            2 [project] (the roots of the models)
+            2 [types.Name] (types that no message package declares)
+            2 [generate] (where generated sources go)
+            2 [lints] (how bad a diagnostic is)
+            2 [assume] (times that the tables lack)
+            2 [platform] (what the programs run on)
+            2 [clocks] (what is released together)
+            2 [chains] (ports that data goes through)
+        "#]]
+        .assert_eq(&offered(&with("[timing]\ntables = []\n$0", ""), 9));
+        expect![[r#"
+            0 [project] (the roots of the models)
+            0 [timing] (where execution times stand)
+            0 [types.Name] (types that no message package declares)
+            0 [generate] (where generated sources go)
+            0 [lints] (how bad a diagnostic is)
+            0 [assume] (times that the tables lack)
+            0 [clocks] (what is released together)
+            0 [chains] (ports that data goes through)
+        "#]]
+        .assert_eq(&offered(&with("[platform]\ncpus = 1\n[pl$0]", ""), 9));
+        assert!(labels(&with("[lints]\nlost$0", "")).contains(&"lost-write".to_owned()));
+    }
+
+    #[test]
+    fn values_of_the_configuration() {
+        for (config, expected) in [
+            (
+                "[project]\nroot = \"$0\"",
+                expect![[r#"
+                1 robot.mal ⇒ "\"robot.mal\""
+            "#]],
+            ),
+            (
+                "[project]\nroots = [\"robot.mal\", $0]",
+                expect![[r#"
+                1 robot.mal ⇒ "\"robot.mal\""
+            "#]],
+            ),
+            (
+                "[timing]\ntables = [\n  \"$0",
+                expect![[r#"
+                1 times.toml ⇒ "\"times.toml\""
+            "#]],
+            ),
+            (
+                "[lints]\nlost-write = $0",
+                expect![[r#"
+                1 allow ⇒ "\"allow\""
+                1 hint ⇒ "\"hint\""
+                1 warn ⇒ "\"warn\""
+                1 error ⇒ "\"error\""
+            "#]],
+            ),
+            (
+                "[platform]\nrt_throttling = t$0",
+                expect![[r#"
+                1 true
+                1 false
+            "#]],
+            ),
+            (
+                "[clocks]\nsynchronised = [\"$0\"]",
+                expect![[r#"
+                1 navigation ⇒ "\"navigation\""
+            "#]],
+            ),
+            (
+                "[chains]\nfront = [\"$0\"]",
+                expect![[r#"
+                1 navigation.way ⇒ "\"navigation.way\""
+            "#]],
+            ),
+        ] {
+            expected.assert_eq(&offered(&with(config, ""), 9));
+        }
+        for config in ["# $0", "[timing]\nsignificance = 1$0", "[project]\nroot = \"robot.mal\" # $0"] {
+            assert_eq!(labels(&with(config, "")), [] as [&str; 0], "{config}");
+        }
+    }
+
+    #[test]
+    fn keys_of_a_timing_table() {
+        for (table, expected) in [
+            (
+                "u$0",
+                expect![[r#"
+                1 unit ⇒ "unit = "
+                1 levels ⇒ "levels = "
+            "#]],
+            ),
+            (
+                "unit = \"$0\"",
+                expect![[r#"
+                1 ns ⇒ "\"ns\""
+                1 us ⇒ "\"us\""
+                1 ms ⇒ "\"ms\""
+                1 s ⇒ "\"s\""
+            "#]],
+            ),
+            (
+                "[codel]\n\"nav.plan\" = 1\n$0",
+                expect![[r#"
+                0 nav.drive ⇒ "\"nav.drive\" = "
+            "#]],
+            ),
+            (
+                "[codel]\n\"nav.$0\" = 3",
+                expect![[r#"
+                0 nav.plan ⇒ "\"nav.plan\""
+                0 nav.drive ⇒ "\"nav.drive\""
+            "#]],
+            ),
+            (
+                "[program]\n$0",
+                expect![[r#"
+                0 C/A.run ⇒ "\"C/A.run\" = "
+                0 C/A.t.effect ⇒ "\"C/A.t.effect\" = "
+            "#]],
+            ),
+            (
+                "[component]\n\"$0",
+                expect![[r#"
+                0 C ⇒ "\"C\""
+            "#]],
+            ),
+            (
+                "[overhead]\ndispatch = 0\n$0",
+                expect![[r#"
+                1 context_switch ⇒ "context_switch = "
+            "#]],
+            ),
+        ] {
+            expected.assert_eq(&offered(&with(TABLES, table), 1));
+        }
+    }
 }

@@ -6,11 +6,12 @@
 //!
 //! ```mauve
 //! codel plan(): int
+//! codel land(): int
 //! //- /mauve.toml
 //! timing.tables = ["times.toml"]
 //! //- /times.toml
 //! [codel]
-//! plan = 1
+//! land = 1
 //! plna = 2   # warning
 //! ```
 //!
@@ -24,16 +25,37 @@ use super::*;
 
 code!(UNKNOWN_TIMING_KEY, Warning, "unknown-timing-key");
 
-pub(crate) fn report<'db>(at: Place<'db>, kind: Kind, key: &str, near: Option<Name>) -> Diagnostic<'db> {
+/// `fixed` is the whole key as it may be meant, where it can be written in place of this one.
+pub(crate) fn report<'db>(
+    at: Place<'db>,
+    kind: Kind,
+    key: &str,
+    near: Option<Name>,
+    fixed: Option<String>,
+) -> Diagnostic<'db> {
     if key.contains('/') {
         let message = format!("`{key}` is the key of a program: it belongs under [program]");
         return Diagnostic::new(&UNKNOWN_TIMING_KEY, at, message);
     }
-    Diagnostic::new(&UNKNOWN_TIMING_KEY, at, format!("no {kind} `{key}`{}", mean(near)))
+    let message = format!("no {kind} `{key}`{}", mean(near));
+    mended(Diagnostic::new(&UNKNOWN_TIMING_KEY, at.clone(), message), at, fixed)
 }
 
-pub(crate) fn of_program<'db>(at: Place<'db>, why: &str, near: Option<Name>) -> Diagnostic<'db> {
-    Diagnostic::new(&UNKNOWN_TIMING_KEY, at, format!("{why}{}", mean(near)))
+/// See [`report`] for `fixed`.
+pub(crate) fn of_program<'db>(
+    at: Place<'db>,
+    why: &str,
+    near: Option<Name>,
+    fixed: Option<String>,
+) -> Diagnostic<'db> {
+    mended(Diagnostic::new(&UNKNOWN_TIMING_KEY, at.clone(), format!("{why}{}", mean(near))), at, fixed)
+}
+
+fn mended<'db>(found: Diagnostic<'db>, at: Place<'db>, fixed: Option<String>) -> Diagnostic<'db> {
+    match fixed {
+        Some(fixed) => found.fix(format!("Change to `{fixed}`"), at, format!("\"{fixed}\"")),
+        None => found,
+    }
 }
 
 fn mean(near: Option<Name>) -> String {

@@ -5,6 +5,7 @@ local M = {}
 ---@class mauve.Settings  What `vim.g.mauve` may hold.
 ---@field server? { path?: string, arguments?: string[] }
 ---@field inlay_hints? boolean
+---@field code_lens? boolean
 
 ---@return mauve.Settings
 function M.settings()
@@ -73,6 +74,70 @@ function M.start()
       M.attach(buffer)
     end
   end
+end
+
+--- Shows code lenses in a buffer, and new ones when they may say something else.
+---@param buffer integer
+---@param group integer
+function M.show_lenses(buffer, group)
+  if vim.lsp.codelens.enable then
+    vim.lsp.codelens.enable(true, { bufnr = buffer })
+    return
+  end
+  vim.api.nvim_create_autocmd({ 'BufEnter', 'InsertLeave', 'TextChanged' }, {
+    group = group,
+    buffer = buffer,
+    callback = function()
+      vim.lsp.codelens.refresh({ bufnr = buffer })
+    end,
+  })
+  vim.lsp.codelens.refresh({ bufnr = buffer })
+end
+
+--- Shows everything at another significance level, for the rest of the session; without one, asks for it.
+---@param level? string
+function M.choose_significance(level)
+  local client = vim.lsp.get_clients({ name = 'mauve' })[1]
+  if not client then
+    vim.notify('mauve: no server is running', vim.log.levels.ERROR)
+    return
+  end
+  local buffer = vim.api.nvim_get_current_buf()
+  -- Functions of a client are methods since 0.11.
+  local function request(method, params, take)
+    local function answered(err, result)
+      if err then
+        vim.notify('mauve: ' .. err.message, vim.log.levels.ERROR)
+      elseif take then
+        take(result)
+      end
+    end
+    if vim.fn.has('nvim-0.11') == 1 then
+      client:request(method, params, answered, buffer)
+    else
+      client.request(method, params, answered, buffer)
+    end
+  end
+  local function choose(chosen)
+    request('workspace/executeCommand', { command = 'mauve.setSignificance', arguments = { chosen } })
+  end
+  if level then
+    choose(level == 'mauve.toml' and vim.NIL or level)
+    return
+  end
+  request('mauve/status', nil, function(status)
+    local levels = vim.list_extend(status.levels, { vim.NIL })
+    vim.ui.select(levels, {
+      prompt = 'Significance level',
+      format_item = function(item)
+        return item == vim.NIL and 'that of mauve.toml' or ('%g'):format(item)
+      end,
+    }, function(chosen)
+      if chosen then
+        choose(chosen)
+      end
+    end)
+  end)
 end
 
 --- Stops the server and starts it again, after it was built anew, say.

@@ -1,0 +1,418 @@
+//! An architecture as a graph: its instances and what connects them; of a deployment, with the load and the response time
+//! of each. In plain data, as DOT and as SVG.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::fmt::Write as _;
+
+use mauve_model::item_tree::{Kind, Name};
+use mauve_model::{
+    ActivityReport, Decl, FlatInstance, ModelDb, Place, Project, Query, Report, Verdict, architecture,
+    deployment, flat_of, names_of, psm_of, response_times,
+};
+use mauve_timing::{Status, Utilisation};
+
+use crate::state_machine::{Drawing, escaped};
+
+/// Instances and connections.
+#[derive(Debug, Clone)]
+pub struct Graph<'db> {
+    /// What the drawing is called.
+    pub title: String,
+    /// The instances, those of imported architectures first.
+    pub nodes: Vec<GraphNode<'db>>,
+    /// The connections whose ends are instances of it.
+    pub edges: Vec<GraphEdge<'db>>,
+    /// Of a deployment, its response times.
+    pub report: Option<&'db Report<'db>>,
+    /// Why something may be missing.
+    pub lost: Vec<String>,
+}
+
+/// An instance.
+#[derive(Debug, Clone)]
+pub struct GraphNode<'db> {
+    /// Its name.
+    pub instance: Name,
+    /// Its component, as it is declared or, where it is unknown, written.
+    pub component: Name,
+    /// Where it is declared.
+    pub at: Place<'db>,
+    /// Of a deployment, its activity.
+    pub activity: Option<&'db ActivityReport<'db>>,
+    /// The share of a CPU that it asks for in the long run, where that is known: 1 is all of it.
+    pub load: Option<f64>,
+}
+
+/// A connection.
+#[derive(Debug, Clone)]
+pub struct GraphEdge<'db> {
+    /// The number of the instance that gives, and the port or operation.
+    pub source: (usize, Name),
+    /// The number of the instance that takes.
+    pub target: (usize, Name),
+    /// Is it between operations, and not between ports?
+    pub operation: bool,
+    /// Where it is written.
+    pub at: Place<'db>,
+}
+
+/// The graph of an architecture, or of what a deployment runs with its response times; nothing of other declarations, and of a
+/// deployment whose architecture is unknown.
+pub fn graph<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    query: Query,
+) -> Option<Graph<'db>> {
+    let (target, report) = match of.kind(db) {
+        Kind::Architecture => (of, None),
+        Kind::Deployment => {
+            let [target] = deployment(db, of)?.targets.as_slice() else { return None };
+            let target = names_of(db, project).resolve_type(db, of, Kind::Architecture, Some(target)).ok()?;
+            (target, Some(response_times(db, project, of, query)))
+        }
+        _ => return None,
+    };
+    let flat = flat_of(db, project, target);
+    let mut number: BTreeMap<&Name, usize> = BTreeMap::new();
+    let nodes = flat.instances.iter().enumerate().filter_map(|(index, instance)| {
+        number.entry(&instance.name).or_insert(index);
+        node(db, project, instance, report, query)
+    });
+    let nodes: Vec<GraphNode<'db>> = nodes.collect();
+    let edges = flat.links.iter().filter_map(|link| {
+        let end = |(instance, feature): &(Name, Name)| Some((*number.get(instance)?, feature.clone()));
+        let (source, target) = (end(&link.source)?, end(&link.target)?);
+        Some(GraphEdge { source, target, operation: link.operation, at: link.at.clone() })
+    });
+    let mut lost: Vec<String> = flat.lost.iter().map(|lost| lost.message.clone()).collect();
+    if flat.links_lost {
+        lost.push("a connection has an error".to_owned());
+    }
+    let title = match report {
+        None => of.name(db).to_string(),
+        Some(_) => {
+            format!("{} at {}: response times and deadlines in ms, load of a CPU", of.name(db), query.level)
+        }
+    };
+    Some(Graph { title, nodes, edges: edges.collect(), report, lost })
+}
+
+fn node<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    instance: &FlatInstance<'db>,
+    report: Option<&'db Report<'db>>,
+    query: Query,
+) -> Option<GraphNode<'db>> {
+    let (declared, index) = instance.declared;
+    let data = architecture(db, declared)?.instances.get(index)?;
+    let written = data.component.as_ref().and_then(|component| component.path.last());
+    let component = instance.component.map(|component| component.name(db).clone());
+    let activity = report
+        .and_then(|report| report.activities.iter().find(|activity| activity.row.instance == instance.name));
+    let load = activity.filter(|activity| activity.verdict != Verdict::Background).and_then(|activity| {
+        let psm = psm_of(db, project, instance.component?, query.level).as_ref().ok()?;
+        let mean = psm.machine.greatest_cycle_mean();
+        Some(Utilisation::new([(mean, activity.row.period?)]).as_f64())
+    });
+    Some(GraphNode {
+        instance: instance.name.clone(),
+        component: component.or_else(|| written.cloned()).unwrap_or_default(),
+        at: Place::Part(declared, data.name.part),
+        activity,
+        load,
+    })
+}
+
+impl GraphNode<'_> {
+    /// What holds of it, in a few words; nothing where it has no activity.
+    pub fn verdict(&self) -> String {
+        let Some(activity) = self.activity else { return String::new() };
+        let number = |time: mauve_timing::Time| time.to_string().trim_end_matches(" ms").to_owned();
+        let deadline = activity.row.deadline.map(number).unwrap_or_default();
+        let verdict = match (activity.verdict, activity.response) {
+            (Verdict::RealTime(Status::Met), Some(response)) => {
+                format!("R {} ≤ {deadline}", number(response))
+            }
+            (Verdict::RealTime(Status::Missed), Some(response)) => {
+                format!("R {} > {deadline} ✗", number(response))
+            }
+            (Verdict::Background, _) => "not real-time".to_owned(),
+            (verdict, _) => verdict.name().replace('-', " "),
+        };
+        match self.load {
+            Some(load) => format!("{verdict} · {:.1} %", load * 100.0),
+            None => verdict,
+        }
+    }
+
+    fn fill(&self) -> &'static str {
+        match self.activity.map(|activity| activity.verdict) {
+            Some(Verdict::RealTime(Status::Met)) => "#e8f5e9",
+            Some(Verdict::RealTime(Status::NotAnalysed)) => "#f3f3f3",
+            Some(Verdict::RealTime(_)) => "#fdecea",
+            Some(Verdict::Background) | None => "#eef3f8",
+        }
+    }
+}
+
+/// Draws a graph; in SVG, `data-instance`, `data-source` and `data-target` hold the numbers of instances.
+pub fn draw_graph(graph: &Graph<'_>, drawing: Drawing) -> String {
+    // Of several connections between two instances, one line is drawn.
+    let mut lines: BTreeMap<(usize, usize, bool), Vec<&str>> = BTreeMap::new();
+    for edge in &graph.edges {
+        let names = lines.entry((edge.source.0, edge.target.0, edge.operation)).or_default();
+        names.push(edge.source.1.as_str());
+    }
+    match drawing {
+        Drawing::Dot => dot(graph, &lines),
+        Drawing::Svg => svg(graph, &lines),
+    }
+}
+
+type Lines<'a> = BTreeMap<(usize, usize, bool), Vec<&'a str>>;
+
+fn dot(graph: &Graph<'_>, lines: &Lines<'_>) -> String {
+    let quoted = |text: &str| format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\""));
+    let mut out = format!("digraph {} {{\n", quoted(&graph.title));
+    let _ = writeln!(
+        out,
+        "  label={}; labelloc=t; rankdir=LR; node [shape=box, style=filled];",
+        quoted(&graph.title)
+    );
+    for (index, node) in graph.nodes.iter().enumerate() {
+        let verdict = node.verdict();
+        let below = if verdict.is_empty() { String::new() } else { format!("\\n{verdict}") };
+        let label = format!("\"{}: {}{below}\"", node.instance, node.component);
+        let _ = writeln!(out, "  {index} [label={label}, fillcolor={}];", quoted(node.fill()));
+    }
+    for ((source, target, operation), names) in lines {
+        let style = if *operation { ", style=dashed" } else { "" };
+        let _ = writeln!(out, "  {source} -> {target} [label={}{style}];", quoted(&names.join(", ")));
+    }
+    out + "}\n"
+}
+
+const BOX: (f64, f64) = (210.0, 56.0);
+const GAP: (f64, f64) = (130.0, 44.0);
+
+/// In columns, what gives to the left of what takes, as far as there are no rings.
+fn svg(graph: &Graph<'_>, lines: &Lines<'_>) -> String {
+    let columns = columns(graph.nodes.len(), lines);
+    let mut heights: Vec<usize> = Vec::new();
+    let mut places: Vec<(f64, f64)> = Vec::new();
+    for &column in &columns {
+        heights.resize(heights.len().max(column + 1), 0);
+        let row = heights.get(column).copied().unwrap_or_default();
+        if let Some(height) = heights.get_mut(column) {
+            *height += 1;
+        }
+        places.push((30.0 + column as f64 * (BOX.0 + GAP.0), 60.0 + row as f64 * (BOX.1 + GAP.1)));
+    }
+    let width = 60.0 + heights.len().max(1) as f64 * (BOX.0 + GAP.0) - GAP.0;
+    let height = 90.0 + heights.iter().max().copied().unwrap_or(1) as f64 * (BOX.1 + GAP.1);
+    let mut out = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width:.0}\" height=\"{height:.0}\" \
+         viewBox=\"0 0 {width:.0} {height:.0}\" font-family=\"sans-serif\" font-size=\"13\">\n\
+         <defs><marker id=\"tip\" viewBox=\"0 0 10 10\" refX=\"9\" refY=\"5\" markerWidth=\"9\" markerHeight=\"9\" \
+         markerUnits=\"userSpaceOnUse\" orient=\"auto\"><path d=\"M0 0 L10 5 L0 10 z\" fill=\"#456\"/></marker></defs>\n\
+         <rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n\
+         <text x=\"30\" y=\"28\" font-weight=\"bold\">{}</text>\n",
+        escaped(&graph.title)
+    );
+    for (&(source, target, operation), names) in lines {
+        let (Some(&(x1, y1)), Some(&(x2, y2))) = (places.get(source), places.get(target)) else { continue };
+        let dashed = if operation { " stroke-dasharray=\"5 4\"" } else { "" };
+        // Forwards from side to side; backwards below the boxes.
+        let (path, (x, y)) = if x2 > x1 {
+            let (x1, y1, y2) = (x1 + BOX.0, y1 + BOX.1 / 2.0, y2 + BOX.1 / 2.0);
+            let bend = (x2 - x1) / 2.0;
+            let path = format!(
+                "M{x1:.1} {y1:.1} C{:.1} {y1:.1} {:.1} {y2:.1} {x2:.1} {y2:.1}",
+                x1 + bend,
+                x2 - bend
+            );
+            (path, ((x1 + x2) / 2.0, (y1 + y2) / 2.0 - 4.0))
+        } else {
+            let (x1, y1) = (x1 + BOX.0 / 2.0 + 16.0, y1 + BOX.1);
+            let (x2, y2) = (x2 + BOX.0 / 2.0 - 16.0, y2 + BOX.1);
+            let low = y1.max(y2) + 0.9 * GAP.1;
+            let path = format!("M{x1:.1} {y1:.1} C{x1:.1} {low:.1} {x2:.1} {low:.1} {x2:.1} {y2:.1}");
+            (path, ((x1 + x2) / 2.0, low - 8.0))
+        };
+        let label = escaped(&names.join(", "));
+        let _ = writeln!(
+            out,
+            "<path d=\"{path}\" data-source=\"{source}\" data-target=\"{target}\" fill=\"none\" stroke=\"#456\"{dashed} \
+             marker-end=\"url(#tip)\"/>\n\
+             <text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"middle\" font-size=\"11\" fill=\"#234\">{label}</text>"
+        );
+    }
+    for (index, (node, (x, y))) in graph.nodes.iter().zip(&places).enumerate() {
+        let _ = writeln!(
+            out,
+            "<rect data-instance=\"{index}\" x=\"{x:.1}\" y=\"{y:.1}\" width=\"{}\" height=\"{}\" rx=\"8\" fill=\"{}\" \
+             stroke=\"#456\"/>\n\
+             <text data-instance=\"{index}\" x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}: {}</text>\n\
+             <text data-instance=\"{index}\" x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\" font-size=\"11\">{}</text>",
+            BOX.0,
+            BOX.1,
+            node.fill(),
+            x + BOX.0 / 2.0,
+            y + 23.0,
+            escaped(&node.instance),
+            escaped(&node.component),
+            x + BOX.0 / 2.0,
+            y + 42.0,
+            escaped(&node.verdict())
+        );
+    }
+    out + "</svg>\n"
+}
+
+/// The column of each node: to the right of all that give to it and come before it, when one walks from those to which
+/// nobody gives.
+fn columns(count: usize, lines: &Lines<'_>) -> Vec<usize> {
+    let mut targets: Vec<Vec<usize>> = vec![Vec::new(); count];
+    let mut is_start = vec![true; count];
+    for &(source, target, _) in lines.keys().filter(|(source, target, _)| source != target) {
+        if let (Some(targets), Some(is_start)) = (targets.get_mut(source), is_start.get_mut(target)) {
+            targets.push(target);
+            *is_start = false;
+        }
+    }
+    let starts = (0..count).filter(|&node| is_start.get(node) == Some(&true));
+    let mut order: Vec<usize> = Vec::new();
+    let mut seen = vec![false; count];
+    // Rings to which nobody else gives begin somewhere.
+    for start in starts.chain(0..count) {
+        let mut waiting = VecDeque::from([start]);
+        while let Some(node) = waiting.pop_front() {
+            match seen.get_mut(node) {
+                Some(seen) if !*seen => *seen = true,
+                _ => continue,
+            }
+            order.push(node);
+            waiting.extend(targets.get(node).into_iter().flatten());
+        }
+    }
+    let mut position = vec![0; count];
+    for (index, &node) in order.iter().enumerate() {
+        if let Some(position) = position.get_mut(node) {
+            *position = index;
+        }
+    }
+    let mut columns = vec![0; count];
+    for &node in &order {
+        let column: usize = columns.get(node).copied().unwrap_or_default();
+        for &target in targets.get(node).into_iter().flatten() {
+            if position.get(target) > position.get(node)
+                && let Some(other) = columns.get_mut(target)
+            {
+                *other = (*other).max(column + 1);
+            }
+        }
+    }
+    columns
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixture::Fixture;
+    use expect_test::{Expect, expect};
+    use mauve_model::projects;
+
+    const MODEL: &str = "
+codel see(): int  codel plan(): int
+shell L { output port scan: int  require stop(): int }
+shell P { input port scan: int  output port go: int  provide stop(): int }
+core CL(L) { update = { see(); } }  core CP(P) { provide stop(): int = { return 1; } update = { plan(); } }
+component Laser(L, CL)  component Pilot(P, CP)
+architecture Base { instance laser: Laser }
+architecture A {
+  import Base
+  instance pilot: Pilot  instance spare: Unknown
+  connection laser.scan -> pilot.scan
+  connection pilot.go -> pilot.scan
+}
+deployment D {
+  architecture A
+  activity laser { priority = 2 period = 100 }
+  activity pilot { priority = 1 period = 100 deadline = 40 }
+  activity spare { priority = background }
+}
+//- /mauve.toml
+timing.tables = [\"t.toml\"]
+//- /t.toml
+codel.see = 20
+codel.plan = 30
+";
+
+    fn drawn(name: &str, drawing: Drawing) -> String {
+        let Fixture { db, workspace, .. } = Fixture::new(MODEL);
+        let project = projects(&db, workspace)[0];
+        let of = names_of(&db, project).all.iter().find(|decl| *decl.name(&db) == *name).copied().unwrap();
+        let graph = graph(&db, project, of, Query::shown(&db, project)).unwrap();
+        draw_graph(&graph, drawing)
+    }
+
+    fn check(name: &str, expected: Expect) {
+        expected.assert_eq(&drawn(name, Drawing::Dot));
+    }
+
+    #[test]
+    fn of_an_architecture() {
+        check(
+            "A",
+            expect![[r##"
+            digraph "A" {
+              label="A"; labelloc=t; rankdir=LR; node [shape=box, style=filled];
+              0 [label="laser: Laser", fillcolor="#eef3f8"];
+              1 [label="pilot: Pilot", fillcolor="#eef3f8"];
+              2 [label="spare: Unknown", fillcolor="#eef3f8"];
+              0 -> 1 [label="scan"];
+              1 -> 1 [label="go"];
+            }
+        "##]],
+        );
+    }
+
+    #[test]
+    fn of_a_deployment_with_what_is_known() {
+        check(
+            "D",
+            expect![[r##"
+            digraph "D at 1e-4: response times and deadlines in ms, load of a CPU" {
+              label="D at 1e-4: response times and deadlines in ms, load of a CPU"; labelloc=t; rankdir=LR; node [shape=box, style=filled];
+              0 [label="laser: Laser\nR 20 ≤ 100 · 20.0 %", fillcolor="#e8f5e9"];
+              1 [label="pilot: Pilot\nR 50 > 40 ✗ · 30.0 %", fillcolor="#fdecea"];
+              2 [label="spare: Unknown\nnot real-time", fillcolor="#eef3f8"];
+              0 -> 1 [label="scan"];
+              1 -> 1 [label="go"];
+            }
+        "##]],
+        );
+    }
+
+    #[test]
+    fn as_svg() {
+        let svg = drawn("D", Drawing::Svg);
+        assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n"));
+        for label in
+            [">laser: Laser<", ">R 20 ≤ 100 · 20.0 %<", ">R 50 &gt; 40 ✗ · 30.0 %<", "data-instance=\"2\""]
+        {
+            assert!(svg.contains(label), "{label} in {svg}");
+        }
+    }
+
+    #[test]
+    fn rings_have_columns_too() {
+        let lines =
+            |pairs: &[(usize, usize)]| pairs.iter().map(|&(a, b)| ((a, b, false), vec!["x"])).collect();
+        assert_eq!(columns(3, &lines(&[(0, 1), (1, 2), (0, 2)])), [0, 1, 2]);
+        assert_eq!(columns(3, &lines(&[(0, 1), (1, 0), (1, 2), (2, 2)])), [0, 1, 2]);
+        assert_eq!(columns(0, &lines(&[])), [0; 0]);
+    }
+}

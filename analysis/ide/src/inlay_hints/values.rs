@@ -1,0 +1,80 @@
+//! The values that properties and constants have: beside instances, all of them; beside settings, what they come to, and
+//! instead of what.
+
+use mauve_model::item_tree::{Expr, Kind, Setting};
+use mauve_model::{
+    Decl, ModelDb, Place, Project, ValueInEffect, architecture, deployment, names_of, values_in_effect,
+};
+
+use super::InlayHint;
+
+/// So many values stand beside an instance.
+const MOST_VALUES: usize = 3;
+
+/// The hints of an architecture or a deployment.
+pub(super) fn of_values<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    hints: &mut Vec<InlayHint>,
+) {
+    let settings = match (architecture(db, of), deployment(db, of)) {
+        (Some(data), _) => {
+            let values = values_in_effect(db, project, of);
+            for instance in &data.instances {
+                let Some(ty) = &instance.component else { continue };
+                let known = values.get(&instance.name.name).into_iter().flatten();
+                let known: Vec<String> =
+                    known.filter_map(|it| Some(format!("{} = {}", it.name, it.value.as_ref()?))).collect();
+                if known.is_empty() {
+                    continue;
+                }
+                let more = known.len().saturating_sub(MOST_VALUES);
+                let mut label = known.iter().take(MOST_VALUES).cloned().collect::<Vec<_>>().join(", ");
+                if more > 0 {
+                    label += &format!(" and {more} more");
+                }
+                hints.push(behind(db, Place::Part(of, ty.part), label));
+            }
+            &data.settings
+        }
+        (None, Some(data)) => &data.settings,
+        (None, None) => return,
+    };
+    let values = values_in_effect(db, project, of);
+    let below = below(db, project, of);
+    for setting in settings {
+        let Some(value) = value_of(values, setting) else { continue };
+        let Some(part) = setting.value.part() else { continue };
+        let mut label = Vec::new();
+        if !matches!(setting.value, Expr::Literal(..)) {
+            label.push(format!("= {value}"));
+        }
+        let instead = below.and_then(|below| value_of(below, setting)).filter(|other| *other != value);
+        label.extend(instead.map(|other| format!("instead of {other}")));
+        if !label.is_empty() {
+            hints.push(behind(db, Place::Part(of, part), label.join(", ")));
+        }
+    }
+}
+
+type Values<'db> = std::collections::BTreeMap<mauve_model::item_tree::Name, Vec<ValueInEffect<'db>>>;
+
+/// The values that a deployment may replace.
+fn below<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Option<&'db Values<'db>> {
+    let [target] = deployment(db, of)?.targets.as_slice() else { return None };
+    let target = names_of(db, project).resolve_type(db, of, Kind::Architecture, Some(target)).ok()?;
+    Some(values_in_effect(db, project, target))
+}
+
+/// The value that counts where a setting gives one.
+fn value_of(values: &Values<'_>, setting: &Setting) -> Option<String> {
+    let endpoint = setting.endpoint.as_ref()?;
+    let feature = endpoint.feature.as_ref()?;
+    let known = values.get(&endpoint.instance.name)?.iter().find(|it| it.name == feature.name)?;
+    known.value.as_ref().map(ToString::to_string)
+}
+
+fn behind(db: &dyn ModelDb, place: Place<'_>, label: String) -> InlayHint {
+    InlayHint { offset: place.range(db).end(), label, explained_at: None }
+}

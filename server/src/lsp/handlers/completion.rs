@@ -1,0 +1,188 @@
+//! `textDocument/completion` and `completionItem/resolve`.
+
+use std::path::PathBuf;
+
+use mauve_ide::{Completion, CompletionKind, Subject};
+use mauve_model::item_tree::Kind;
+use serde::{Deserialize, Serialize};
+use tower_lsp::jsonrpc::Result;
+use tower_lsp::lsp_types::{
+    CompletionItem, CompletionItemKind, CompletionItemLabelDetails, CompletionList, CompletionParams,
+    CompletionResponse, CompletionTextEdit, Documentation, InsertReplaceEdit, InsertTextFormat,
+    InsertTextMode, MarkupContent, MarkupKind, TextEdit,
+};
+
+use crate::lsp::position::LineIndex;
+use crate::lsp::snapshot::Snapshot;
+use crate::lsp::to_proto::text_edits;
+
+/// What may stand at a position. What is said of each is found when somebody looks at it.
+pub(crate) fn completion(
+    snapshot: &Snapshot,
+    params: &CompletionParams,
+) -> Result<Option<CompletionResponse>> {
+    let at = &params.text_document_position;
+    let (file, lines) = snapshot.file(&at.text_document)?;
+    let offset = lines.offset(at.position, snapshot.capabilities.encoding);
+    // `>` is typed to compare as well; only of `->` is it the end.
+    let trigger = params.context.as_ref().and_then(|context| context.trigger_character.as_deref());
+    let before = file.text(&snapshot.db).get(..offset.into()).unwrap_or_default();
+    if trigger == Some(">") && !before.ends_with("->") {
+        return Ok(None);
+    }
+    let found = mauve_ide::completions(&snapshot.db, &snapshot.workspaces, file, offset);
+    let item = |it| item(snapshot, file, lines, offset, it);
+    Ok(Some(CompletionResponse::List(CompletionList {
+        is_incomplete: found.incomplete,
+        items: found.items.into_iter().enumerate().map(item).collect(),
+    })))
+}
+
+fn item(
+    snapshot: &Snapshot,
+    file: mauve_model::File,
+    lines: &LineIndex,
+    offset: mauve_syntax::TextSize,
+    (index, found): (usize, Completion),
+) -> CompletionItem {
+    let capabilities = snapshot.capabilities;
+    let (text, format) = match found.snippet.filter(|_| capabilities.snippets) {
+        Some(snippet) => (snippet, Some(InsertTextFormat::SNIPPET)),
+        None => (found.insert, None),
+    };
+    let many_lines = text.contains('\n');
+    let whole = lines.range(found.replaced, capabilities.encoding);
+    let edit = if capabilities.insert_replace {
+        let mut insert = whole;
+        insert.end = lines.position(offset, capabilities.encoding);
+        CompletionTextEdit::InsertAndReplace(InsertReplaceEdit { new_text: text, insert, replace: whole })
+    } else {
+        CompletionTextEdit::Edit(TextEdit::new(whole, text))
+    };
+    let some = |text: String| (!text.is_empty()).then_some(text);
+    let details = CompletionItemLabelDetails {
+        detail: some(found.detail.clone()),
+        description: some(found.note.clone()),
+    };
+    let detail = match (found.detail.trim_start_matches(": "), found.note.as_str()) {
+        (detail, "") => detail.to_owned(),
+        ("", note) => note.to_owned(),
+        (detail, note) => format!("{detail} · {note}"),
+    };
+    let has_details = details.detail.is_some() || details.description.is_some();
+    let commits =
+        capabilities.commit_characters && found.kind == CompletionKind::Instance && format.is_none();
+    CompletionItem {
+        label: found.label,
+        label_details: (capabilities.label_details && has_details).then_some(details),
+        kind: Some(kind(found.kind)),
+        detail: some(detail),
+        // The order is ours: by how well an item fits, and then by the order of the text.
+        sort_text: Some(format!("{}{index:04}", found.rank)),
+        filter_text: found.filter,
+        insert_text_format: format,
+        insert_text_mode: (many_lines && capabilities.adjust_indentation)
+            .then_some(InsertTextMode::ADJUST_INDENTATION),
+        text_edit: Some(edit),
+        additional_text_edits: (!found.more.is_empty()).then(|| text_edits(snapshot, file, &found.more)),
+        commit_characters: commits.then(|| vec![".".to_owned()]),
+        data: found.subject.and_then(|subject| serde_json::to_value(About::from(subject)).ok()),
+        ..CompletionItem::default()
+    }
+}
+
+/// An item with what is said of it. It is known by its names: the user types on while the list is open.
+pub(crate) fn resolve(snapshot: &Snapshot, item: &CompletionItem) -> Result<CompletionItem> {
+    let mut item = item.clone();
+    let about = item.data.clone().and_then(|data| serde_json::from_value::<About>(data).ok());
+    let subject = about.and_then(About::subject);
+    let found = subject.and_then(|it| mauve_ide::documentation(&snapshot.db, &snapshot.workspaces, &it));
+    item.documentation = found
+        .map(|text| documentation(snapshot.capabilities.completion_markdown, text))
+        .or(item.documentation);
+    Ok(item)
+}
+
+/// Markdown, or its text for a client that shows no more.
+pub(super) fn documentation(markdown: bool, text: String) -> Documentation {
+    if markdown {
+        return Documentation::MarkupContent(MarkupContent { kind: MarkupKind::Markdown, value: text });
+    }
+    let lines = text.lines().filter(|line| !line.starts_with("```"));
+    Documentation::String(lines.collect::<Vec<_>>().join("\n").trim_end().to_owned())
+}
+
+/// What an item stands for, on its way over the client and back.
+#[derive(Serialize, Deserialize)]
+#[serde(untagged)]
+enum About {
+    Message { package: String, message: String },
+    Declaration { path: PathBuf, kind: String, library: Option<String>, name: String, member: Option<String> },
+}
+
+impl From<Subject> for About {
+    fn from(subject: Subject) -> About {
+        let text = |name: mauve_model::item_tree::Name| name.to_string();
+        match subject {
+            Subject::Message { package, name } => {
+                About::Message { package: text(package), message: text(name) }
+            }
+            Subject::Declaration { path, kind, library, name, member } => About::Declaration {
+                path,
+                kind: kind.to_string(),
+                library: library.map(text),
+                name: text(name),
+                member: member.map(text),
+            },
+        }
+    }
+}
+
+impl About {
+    fn subject(self) -> Option<Subject> {
+        const KINDS: [Kind; 7] = [
+            Kind::Use,
+            Kind::Codel,
+            Kind::Shell,
+            Kind::Core,
+            Kind::Component,
+            Kind::Architecture,
+            Kind::Deployment,
+        ];
+        Some(match self {
+            About::Message { package, message } => {
+                Subject::Message { package: package.into(), name: message.into() }
+            }
+            About::Declaration { path, kind, library, name, member } => Subject::Declaration {
+                path,
+                kind: KINDS.into_iter().find(|known| known.to_string() == kind)?,
+                library: library.map(Into::into),
+                name: name.into(),
+                member: member.map(Into::into),
+            },
+        })
+    }
+}
+
+fn kind(kind: CompletionKind) -> CompletionItemKind {
+    match kind {
+        CompletionKind::Keyword => CompletionItemKind::KEYWORD,
+        CompletionKind::Skeleton => CompletionItemKind::SNIPPET,
+        CompletionKind::BuiltInType => CompletionItemKind::TYPE_PARAMETER,
+        CompletionKind::Message => CompletionItemKind::STRUCT,
+        CompletionKind::Library => CompletionItemKind::MODULE,
+        CompletionKind::Codel | CompletionKind::BuiltIn => CompletionItemKind::FUNCTION,
+        CompletionKind::Shell => CompletionItemKind::INTERFACE,
+        CompletionKind::Core | CompletionKind::Component | CompletionKind::Architecture => {
+            CompletionItemKind::CLASS
+        }
+        CompletionKind::Property | CompletionKind::Key => CompletionItemKind::PROPERTY,
+        CompletionKind::Constant => CompletionItemKind::CONSTANT,
+        CompletionKind::Port => CompletionItemKind::FIELD,
+        CompletionKind::Operation => CompletionItemKind::METHOD,
+        CompletionKind::Variable | CompletionKind::Instance => CompletionItemKind::VARIABLE,
+        CompletionKind::State => CompletionItemKind::ENUM_MEMBER,
+        CompletionKind::Value => CompletionItemKind::VALUE,
+        CompletionKind::File => CompletionItemKind::FILE,
+    }
+}

@@ -1,0 +1,178 @@
+//! `mauve/graph`: the instances of an architecture and what connects them; of a deployment, with loads and response times.
+//!
+//! | parameter | is |
+//! |---|---|
+//! | `textDocument` | a file |
+//! | `position` | a place in the deployment or architecture that is meant; if left out, the first deployment of the file, else its first architecture |
+//! | `name` | instead of `position`: the name of a deployment or architecture of the file's projects |
+//! | `significance` | a level; if left out, the one that is shown |
+//! | `drawing` | `"svg"` (if left out) or `"dot"` |
+//!
+//! Of the result, `source` and `target` are numbers of nodes, as are `data-instance`, `data-source` and `data-target` in the SVG.
+//! `load` is the share of a CPU, 1 being all of it; `status` is that of `mauve wcrt --format json`.
+
+use mauve_ide::{GraphEdge, GraphNode, draw_graph, graph as graph_of};
+use mauve_model::item_tree::Kind;
+use mauve_model::{Decl, Project, Query, declarations, names_of, project_files, projects, source_map};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use tower_lsp::jsonrpc::{Error, Result};
+use tower_lsp::lsp_types::{Location, Position, TextDocumentIdentifier};
+
+use super::analysis::read_level;
+use super::state_machine::AskedDrawing;
+use crate::analysis_document::milliseconds;
+use crate::lsp::snapshot::Snapshot;
+use crate::lsp::to_proto;
+
+/// What is asked.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct GraphParams {
+    text_document: TextDocumentIdentifier,
+    position: Option<Position>,
+    name: Option<String>,
+    significance: Option<f64>,
+    #[serde(default)]
+    drawing: AskedDrawing,
+}
+
+/// A graph; times are in `unit`.
+#[derive(Debug, Serialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct GraphDocument {
+    name: String,
+    unit: &'static str,
+    /// Of a deployment, the level of its response times.
+    significance: Option<f64>,
+    nodes: Vec<NodeDocument>,
+    edges: Vec<EdgeDocument>,
+    /// The load of each CPU.
+    cpus: Vec<CpuDocument>,
+    /// Why something may be missing.
+    lost: Vec<String>,
+    drawing: String,
+}
+
+#[derive(Debug, Serialize)]
+#[serde(rename_all = "camelCase")]
+struct NodeDocument {
+    instance: String,
+    component: String,
+    load: Option<f64>,
+    affinity: Option<u64>,
+    period: Option<Value>,
+    deadline: Option<Value>,
+    response: Option<Value>,
+    status: Option<&'static str>,
+    location: Option<Location>,
+}
+
+#[derive(Debug, Serialize)]
+#[serde(rename_all = "camelCase")]
+struct EdgeDocument {
+    source: usize,
+    source_feature: String,
+    target: usize,
+    target_feature: String,
+    operation: bool,
+    location: Option<Location>,
+}
+
+#[derive(Debug, Serialize)]
+#[serde(rename_all = "camelCase")]
+struct CpuDocument {
+    mask: u64,
+    utilisation: f64,
+    complete: bool,
+}
+
+/// The graph of an architecture or a deployment.
+pub(crate) fn graph(snapshot: &Snapshot, params: &GraphParams) -> Result<GraphDocument> {
+    snapshot.complete()?;
+    let db = &snapshot.db;
+    let (project, of) = meant(snapshot, params)?;
+    let mut query = Query::shown(db, project);
+    if let Some(level) = params.significance {
+        query.level = read_level(level)?;
+    }
+    let graph = graph_of(db, project, of, query)
+        .ok_or_else(|| Error::invalid_params(format!("the architecture of {} is unknown", of.name(db))))?;
+    let node = |node: &GraphNode<'_>| {
+        let activity = node.activity;
+        NodeDocument {
+            instance: node.instance.to_string(),
+            component: node.component.to_string(),
+            load: node.load,
+            affinity: activity.and_then(|it| it.row.cpus),
+            period: activity.and_then(|it| it.row.period).map(milliseconds),
+            deadline: activity.and_then(|it| it.row.deadline).map(milliseconds),
+            response: activity.and_then(|it| it.response).map(milliseconds),
+            status: activity.map(|it| it.verdict.name()),
+            location: to_proto::location(snapshot, &node.at),
+        }
+    };
+    let edge = |edge: &GraphEdge<'_>| EdgeDocument {
+        source: edge.source.0,
+        source_feature: edge.source.1.to_string(),
+        target: edge.target.0,
+        target_feature: edge.target.1.to_string(),
+        operation: edge.operation,
+        location: to_proto::location(snapshot, &edge.at),
+    };
+    let cpus = graph.report.into_iter().flat_map(|report| &report.cpus).map(|cpu| CpuDocument {
+        mask: cpu.mask,
+        utilisation: cpu.utilisation.as_f64(),
+        complete: cpu.complete,
+    });
+    let mut lost = graph.lost.clone();
+    lost.extend(graph.report.into_iter().flat_map(|report| &report.lost).map(|lost| lost.message.clone()));
+    Ok(GraphDocument {
+        name: of.name(db).to_string(),
+        unit: "ms",
+        significance: graph.report.map(|_| query.level.as_f64()),
+        nodes: graph.nodes.iter().map(node).collect(),
+        edges: graph.edges.iter().map(edge).collect(),
+        cpus: cpus.collect(),
+        lost,
+        drawing: draw_graph(&graph, params.drawing.into()),
+    })
+}
+
+/// The deployment or architecture that is meant.
+fn meant<'db>(snapshot: &'db Snapshot, params: &GraphParams) -> Result<(Project<'db>, Decl<'db>)> {
+    let db = &snapshot.db;
+    let (file, lines) = snapshot.file(&params.text_document)?;
+    let all = snapshot.workspaces.iter().flat_map(|&workspace| projects(db, workspace));
+    let having: Vec<Project<'db>> =
+        all.copied().filter(|project| project_files(db, *project).contains(&file)).collect();
+    let Some(&first) = having.first() else {
+        return Err(Error::invalid_params("this file is part of no project"));
+    };
+    let kinds = [Kind::Deployment, Kind::Architecture];
+    let is_graph = |decl: &Decl<'db>| kinds.contains(&decl.kind(db));
+    if let Some(name) = &params.name {
+        for &project in &having {
+            let is_it = |decl: &&Decl<'db>| {
+                is_graph(decl) && (*decl.name(db) == *name.as_str() || decl.qualified(db) == *name)
+            };
+            if let Some(&of) = names_of(db, project).all.iter().find(is_it) {
+                return Ok((project, of));
+            }
+        }
+        let message = format!("no deployment and no architecture `{name}` in the projects of this file");
+        return Err(Error::invalid_params(message));
+    }
+    let declared = &declarations(db, file).all;
+    let found = match params.position {
+        Some(position) => {
+            let offset = lines.offset(position, snapshot.capabilities.encoding);
+            let mut all = declared.iter().zip(&source_map(db, file).declarations);
+            let found = all.find(|(decl, map)| is_graph(decl) && map.range.contains_inclusive(offset));
+            found.map(|(decl, _)| *decl)
+        }
+        None => kinds.iter().find_map(|kind| declared.iter().find(|decl| decl.kind(db) == *kind).copied()),
+    };
+    let of = found.ok_or_else(|| Error::invalid_params("no deployment and no architecture here"))?;
+    Ok((first, of))
+}

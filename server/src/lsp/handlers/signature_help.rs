@@ -1,0 +1,54 @@
+//! `textDocument/signatureHelp`.
+
+use mauve_ide::Signature;
+use tower_lsp::jsonrpc::Result;
+use tower_lsp::lsp_types::{
+    ParameterInformation, ParameterLabel, SignatureHelp, SignatureHelpParams, SignatureInformation,
+};
+
+use super::completion::documentation;
+use crate::lsp::snapshot::Snapshot;
+
+/// What the call around a position takes.
+pub(crate) fn signature_help(
+    snapshot: &Snapshot,
+    params: &SignatureHelpParams,
+) -> Result<Option<SignatureHelp>> {
+    let at = &params.text_document_position_params;
+    let (file, lines) = snapshot.file(&at.text_document)?;
+    let offset = lines.offset(at.position, snapshot.capabilities.encoding);
+    let found = mauve_ide::signature_help(&snapshot.db, &snapshot.workspaces, file, offset);
+    // What the user has chosen of several stays chosen.
+    let chosen = params.context.as_ref().and_then(|it| it.active_signature_help.as_ref()?.active_signature);
+    let chosen = chosen.filter(|&chosen| (chosen as usize) < found.len()).unwrap_or(0);
+    let active = found.get(chosen as usize).map(|signature| signature.active as u32);
+    let signatures = found.into_iter().map(|signature| information(snapshot, signature));
+    Ok(active.map(|active| SignatureHelp {
+        signatures: signatures.collect(),
+        active_signature: Some(chosen),
+        active_parameter: Some(active),
+    }))
+}
+
+fn information(snapshot: &Snapshot, signature: Signature) -> SignatureInformation {
+    let capabilities = snapshot.capabilities;
+    let text = |range: &std::ops::Range<usize>| signature.label.get(range.clone()).unwrap_or_default();
+    // Places in a label are counted as in a text of UTF-16, whatever the encoding of positions is.
+    let units = |end: usize| signature.label.get(..end).map_or(0, |text| text.encode_utf16().count() as u32);
+    let parameter = |range: &mauve_syntax::TextRange| {
+        let range = std::ops::Range::<usize>::from(*range);
+        let label = match capabilities.label_offsets {
+            true => ParameterLabel::LabelOffsets([units(range.start), units(range.end)]),
+            false => ParameterLabel::Simple(text(&range).to_owned()),
+        };
+        ParameterInformation { label, documentation: None }
+    };
+    let parameters = signature.parameters.iter().map(parameter).collect();
+    let said = signature.documentation.map(|text| documentation(capabilities.signature_markdown, text));
+    SignatureInformation {
+        label: signature.label,
+        documentation: said,
+        parameters: Some(parameters),
+        active_parameter: None,
+    }
+}
