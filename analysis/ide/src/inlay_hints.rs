@@ -496,21 +496,31 @@ program.\"Quick/update\" = 5
 
     #[test]
     fn programs_states_and_transitions_have_their_times() {
-        check(MACHINE, expect![[r#"
+        check(
+            MACHINE,
+            expect![[r#"
             initial state Waiting {⟨a period ≤ 2 ms at 1e-4⟩
             transition go if (look() > 0) to Moving⟨a period 2 ms⟩
             state Moving {⟨a period ≤ 21 ms at 1e-4⟩ entry = { look(); }⟨1 ms⟩  run = {⟨20 ms⟩
             } exit = { }  transition done to Waiting { look(); }⟨a period 21 ms⟩ }
             core U(S) { update = { plan(); }⟨5 ms (Quick), 20 ms (Slow) at 1e-4⟩ }
-        "#]]);
+        "#]],
+        );
         // Where the time of one component is unknown, nothing is said that may be taken for it.
-        check(&MACHINE.replace("codel.plan = 20\n", ""), expect![[r#"
+        check(
+            &MACHINE.replace("codel.plan = 20\n", ""),
+            expect![[r#"
 
-        "#]]);
+            "#]],
+        );
         let off = HintKinds { program_times: false, ..HintKinds::default() };
-        check_kinds(MACHINE, off, expect![[r#"
+        check_kinds(
+            MACHINE,
+            off,
+            expect![[r#"
 
-        "#]]);
+            "#]],
+        );
     }
 
     const VALUES: &str = "
@@ -543,16 +553,24 @@ deployment D {
             program_times: false,
             values: true,
         };
-        check_kinds(VALUES, only, expect![[r#"
+        check_kinds(
+            VALUES,
+            only,
+            expect![[r#"
             instance a: P⟨base = 2, rate = 8, x = 1 and 1 more⟩
             instance b: P⟨base = 2, name = "é", rate = 6 and 2 more⟩
             property a.rate = 4 + 4⟨= 8⟩
             property a.rate = 9⟨instead of 8⟩
             property b.x = 2⟨instead of 1⟩
-        "#]]);
-        check_kinds(VALUES, HintKinds { values: false, ..only }, expect![[r#"
+        "#]],
+        );
+        check_kinds(
+            VALUES,
+            HintKinds { values: false, ..only },
+            expect![[r#"
 
-        "#]]);
+            "#]],
+        );
     }
 
     #[test]
@@ -569,20 +587,36 @@ deployment D {
             program_times: false,
             values: false,
         };
-        check_kinds(&text, none, expect![[r#"
+        check_kinds(
+            &text,
+            none,
+            expect![[r#"
 
-        "#]]);
-        check_kinds(&text, HintKinds { response_times: true, ..none }, expect![[r#"
+            "#]],
+        );
+        check_kinds(
+            &text,
+            HintKinds { response_times: true, ..none },
+            expect![[r#"
             deployment D {⟨2 of 2 deadlines met at 1e-4⟩
             activity driver { priority = 2 period = 50 }⟨R 17 ms ≤ 50 ms · slack 33 ms⟩
             activity planner { priority = 1 period = 200 }⟨R 121 ms ≤ 200 ms · slack 79 ms⟩ }
-        "#]]);
-        check_kinds(&text, HintKinds { loads: true, ..none }, expect![[r#"
+        "#]],
+        );
+        check_kinds(
+            &text,
+            HintKinds { loads: true, ..none },
+            expect![[r#"
             deployment D {⟨CPU 1 69.0 %⟩
-        "#]]);
-        check_kinds(&text, HintKinds { defaults: true, ..none }, expect![[r#"
+        "#]],
+        );
+        check_kinds(
+            &text,
+            HintKinds { defaults: true, ..none },
+            expect![[r#"
             activity driver { priority = 2 period = 50⟨ deadline = 50⟩ }
             activity planner { priority = 1 period = 200⟨ deadline = 200⟩ } }
-        "#]]);
+        "#]],
+        );
     }
 }
