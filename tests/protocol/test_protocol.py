@@ -237,7 +237,7 @@ REQUESTS = {
     "textDocument/semanticTokens/full": ("semanticTokensProvider.full", in_text, 200),
     "textDocument/semanticTokens/range": ("semanticTokensProvider.range", at_range, 50),
     "textDocument/prepareCallHierarchy": ("callHierarchyProvider", at_position, 10),
-    "textDocument/prepareTypeHierarchy": ("typeHierarchyProvider", at_position, 10),
+    "textDocument/prepareTypeHierarchy": ("typeHierarchyProvider", at_position, 3),
     "textDocument/diagnostic": ("diagnosticProvider", in_text, 200),
     "workspace/diagnostic": ("diagnosticProvider.workspaceDiagnostics", lambda _: {"previousResultIds": []}, 10_000),
 }

@@ -509,9 +509,9 @@ program.\"Quick/update\" = 5
         "#]],
         );
         // Where the time of one component is unknown, nothing is said that may be taken for it.
-        check(&MACHINE.replace("codel.plan = 20\n", ""), expect!["\n"]);
+        check(&MACHINE.replace("codel.plan = 20\n", ""), expect!["\n\n"]);
         let off = HintKinds { program_times: false, ..HintKinds::default() };
-        check_kinds(MACHINE, off, expect!["\n"]);
+        check_kinds(MACHINE, off, expect!["\n\n"]);
     }
 
     const VALUES: &str = "
@@ -555,7 +555,7 @@ deployment D {
             property b.x = 2⟨instead of 1⟩
         "#]],
         );
-        check_kinds(VALUES, HintKinds { values: false, ..only }, expect!["\n"]);
+        check_kinds(VALUES, HintKinds { values: false, ..only }, expect!["\n\n"]);
     }
 
     #[test]
@@ -572,7 +572,7 @@ deployment D {
             program_times: false,
             values: false,
         };
-        check_kinds(&text, none, expect!["\n"]);
+        check_kinds(&text, none, expect!["\n\n"]);
         check_kinds(
             &text,
             HintKinds { response_times: true, ..none },

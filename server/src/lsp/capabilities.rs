@@ -79,6 +79,8 @@ pub(crate) struct Capabilities {
     pub(crate) commit_characters: bool,
     /// Does it indent the lines of a completion as the line in which it stands?
     pub(crate) adjust_indentation: bool,
+    /// Does it know all kinds of completion, or only those of the protocol's first version?
+    pub(crate) completion_kinds: bool,
     /// Does it show Markdown beside a completion?
     pub(crate) completion_markdown: bool,
     /// Does it show Markdown beside a signature?
@@ -169,6 +171,9 @@ impl Capabilities {
             adjust_indentation: completion
                 .and_then(|it| it.insert_text_mode_support.as_ref())
                 .is_some_and(|modes| modes.value_set.contains(&InsertTextMode::ADJUST_INDENTATION)),
+            completion_kinds: text
+                .and_then(|it| it.completion.as_ref()?.completion_item_kind.as_ref()?.value_set.as_deref())
+                .is_some_and(|known| known.contains(&CompletionItemKind::TYPE_PARAMETER)),
             completion_markdown: completion
                 .and_then(|it| it.documentation_format.as_ref())
                 .is_some_and(is_markdown),

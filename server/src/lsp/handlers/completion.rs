@@ -75,7 +75,7 @@ fn item(
     CompletionItem {
         label: found.label,
         label_details: (capabilities.label_details && has_details).then_some(details),
-        kind: Some(kind(found.kind)),
+        kind: Some(kind(found.kind, capabilities.completion_kinds)),
         detail: some(detail),
         // The order is ours: by how well an item fits, and then by the order of the text.
         sort_text: Some(format!("{}{index:04}", found.rank)),
@@ -164,8 +164,11 @@ impl About {
     }
 }
 
-fn kind(kind: CompletionKind) -> CompletionItemKind {
+/// The kind in the protocol; where the client does not know `all` of them, one of the first version.
+fn kind(kind: CompletionKind, all: bool) -> CompletionItemKind {
     match kind {
+        CompletionKind::BuiltInType | CompletionKind::Message if !all => CompletionItemKind::CLASS,
+        CompletionKind::Constant | CompletionKind::State if !all => CompletionItemKind::VALUE,
         CompletionKind::Keyword => CompletionItemKind::KEYWORD,
         CompletionKind::Skeleton => CompletionItemKind::SNIPPET,
         CompletionKind::BuiltInType => CompletionItemKind::TYPE_PARAMETER,
