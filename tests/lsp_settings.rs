@@ -121,3 +121,19 @@ fn what_is_unknown_is_said_once() {
     wait_for(&mut client, &robot, "30");
     assert_eq!(client.count(|it| it["method"] == "window/showMessage"), 0);
 }
+
+#[test]
+fn what_is_switched_off_is_not_shown() {
+    let off = json!({"inlayHints": {"responseTimes": false}, "codeLens": {"enable": false}});
+    let (mut client, robot) = start("settings_off", json!({}), off, json!(null));
+    let labels = |client: &mut Client| -> Vec<String> {
+        client.hints(&robot.uri).into_iter().map(|(_, label)| label).collect()
+    };
+    assert!(labels(&mut client).iter().all(|label| !label.contains("R 30 ms")));
+    let lenses = json!({"textDocument": {"uri": robot.uri}});
+    assert_eq!(client.call("textDocument/codeLens", lenses.clone()).unwrap(), json!([]));
+    let on = json!({"inlayHints": {"responseTimes": true}, "codeLens": {"enable": true}});
+    client.notify("workspace/didChangeConfiguration", json!({"settings": {"mauve": on}}));
+    wait_for(&mut client, &robot, "30");
+    assert_ne!(client.call("textDocument/codeLens", lenses).unwrap(), json!([]));
+}

@@ -290,8 +290,8 @@ impl Session {
             settings: Value::Null,
             disk: on_disk(top),
         };
-        let (client, server) = begin(top, capabilities, &state, None);
-        let (methods, missing) = methods_of(&server);
+        let (mut client, server) = begin(top, capabilities, &state, None);
+        let (methods, missing) = methods_of(&mut client, &server);
         println!("not in the mix, since the server does not announce it: {missing:?}");
         let columns = match server["positionEncoding"].as_str() {
             Some("utf-8") => Columns::Utf8,
@@ -890,7 +890,10 @@ impl Open {
 /// A place in a text: mostly in a word.
 fn place_in(text: &Text, random: &mut Random, word: &str) -> Place {
     let mut start = boundary(&text.text, random.below(text.text.len() + 1));
-    if random.below(4) > 0 {
+    if random.below(8) == 0 {
+        // Behind what begins the arguments of a call.
+        start += text.text[start..].find('(').map_or(0, |at| at + 1);
+    } else if random.below(4) > 0 {
         let is_word = |letter: char| letter.is_ascii_alphanumeric() || letter == '_';
         start += text.text[start..].find(is_word).unwrap_or(0);
     }

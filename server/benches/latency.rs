@@ -180,7 +180,7 @@ fn stale(folder: &Path) {
 /// Every request at random words of many open texts. Gives those that the server does not answer.
 fn requests(folder: &Path, what: &str) -> Vec<&'static str> {
     let (mut client, server) = begin(folder);
-    let (methods, missing) = methods_of(&server);
+    let (methods, missing) = methods_of(&mut client, &server);
     let wanted: Vec<&Method> =
         methods.into_iter().filter(|method| is_wanted(&format!("{what}: {}", method.name))).collect();
     if wanted.is_empty() {

@@ -3,14 +3,14 @@
 
 use serde_json::{Value, json};
 
-use crate::client::Text;
+use crate::client::{Client, Text};
 
 /// A request.
 #[derive(Debug)]
 pub struct Method {
     /// Its name.
     pub name: &'static str,
-    /// Where the server's capabilities say that it answers it: a JSON pointer.
+    /// Where the server's capabilities say that it answers it: a JSON pointer. They have no place for what is MAUVE's own.
     pub provider: &'static str,
     /// What it is asked with.
     pub asked: Asked,
@@ -53,7 +53,10 @@ impl Place {
 
 impl Method {
     /// Does a server with these capabilities answer it?
-    pub fn is_answered_by(&self, capabilities: &Value) -> bool {
+    fn is_answered_by(&self, client: &mut Client, capabilities: &Value) -> bool {
+        if self.provider == OWN {
+            return client.call(self.name, json!({})).err().is_none_or(|error| error["code"] != -32601);
+        }
         let provider = capabilities.pointer(self.provider);
         provider.is_some_and(|it| !it.is_null() && *it != json!(false))
     }
@@ -64,10 +67,10 @@ impl Method {
     }
 }
 
-/// The requests that a server with these capabilities answers, and the names of those that it does not.
-pub fn methods_of(capabilities: &Value) -> (Vec<&'static Method>, Vec<&'static str>) {
+/// The requests that a server answers, which has said that it has these capabilities; and the names of those that it does not.
+pub fn methods_of(client: &mut Client, capabilities: &Value) -> (Vec<&'static Method>, Vec<&'static str>) {
     let (answered, others): (Vec<_>, Vec<_>) =
-        METHODS.iter().partition(|method| method.is_answered_by(capabilities));
+        METHODS.iter().partition(|method| method.is_answered_by(client, capabilities));
     (answered, others.iter().map(|method| method.name).collect())
 }
 
@@ -161,7 +164,15 @@ pub const METHODS: &[Method] = &[
         "/diagnosticProvider/workspaceDiagnostics",
         |_| json!({"previousResultIds": []}),
     ),
+    at("mauve/analysis", OWN, document),
+    at("mauve/graph", OWN, position),
+    at("mauve/stateMachine", OWN, position),
+    at("mauve/schedule", OWN, position),
+    at("mauve/syntaxTree", OWN, document),
 ];
+
+/// In place of a provider.
+const OWN: &str = "";
 
 const fn at(name: &'static str, provider: &'static str, params: fn(&Place) -> Value) -> Method {
     Method { name, provider, asked: Asked::At(params) }

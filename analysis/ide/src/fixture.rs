@@ -76,3 +76,19 @@ pub(crate) fn broken(text: &str, step: usize) -> Vec<String> {
     }
     texts
 }
+
+/// Where a name leads: file, line and text of each target, and other files.
+pub(crate) fn shown(db: &Database, found: Option<crate::Definition>) -> String {
+    let mut shown = String::new();
+    let Some(found) = found else { return shown };
+    for target in found.targets {
+        let text = target.file.text(db);
+        let line = text[..target.name.start().into()].matches('\n').count() + 1;
+        let all = text[target.range].lines().next().unwrap_or("");
+        shown += &format!("{}:{line} {} | {all}\n", target.file.path(db).display(), &text[target.name]);
+    }
+    for file in found.files {
+        shown += &format!("{}\n", file.display());
+    }
+    shown
+}

@@ -514,7 +514,9 @@ shoot = [1, 2]
 
     #[test]
     fn a_property_has_the_values_of_its_instances() {
-        check(&details("$1"), expect![[r#"
+        check(
+            &details("$1"),
+            expect![[r#"
             rate
             ---
             ```mauve
@@ -525,14 +527,17 @@ shoot = [1, 2]
             left.rate = 5 in D
             right.rate = 7 in D
             ```
-        "#]]);
+        "#]],
+        );
         let Fixture { db, workspace, file, offset } = Fixture::new(&details("$4"));
         assert!(hover(&db, &[workspace], file, offset).unwrap().markdown.contains("right.rate = 7 in D"));
     }
 
     #[test]
     fn a_port_has_its_connections() {
-        check(&details("$2"), expect![[r#"
+        check(
+            &details("$2"),
+            expect![[r#"
             scan
             ---
             ```mauve
@@ -543,8 +548,11 @@ shoot = [1, 2]
             left.scan -> map.scan
             right.scan is not connected
             ```
-        "#]]);
-        check(&details("$6"), expect![[r#"
+        "#]],
+        );
+        check(
+            &details("$6"),
+            expect![[r#"
             scan
             ---
             ```mauve
@@ -554,12 +562,15 @@ shoot = [1, 2]
             ```text
             left.scan -> map.scan
             ```
-        "#]]);
+        "#]],
+        );
     }
 
     #[test]
     fn a_state_and_a_transition_have_their_times() {
-        check(&details("$3"), expect![[r#"
+        check(
+            &details("$3"),
+            expect![[r#"
             Idle
             ---
             ```mauve
@@ -572,8 +583,11 @@ shoot = [1, 2]
                       2 ms  Idle.go.guard
                       4 ms  a period at most
             ```
-        "#]]);
-        check(&details("$5"), expect![[r#"
+        "#]],
+        );
+        check(
+            &details("$5"),
+            expect![[r#"
             go
             ---
             ```mauve
@@ -585,12 +599,15 @@ shoot = [1, 2]
                       2 ms  Idle.go.guard
                       4 ms  a period at most
             ```
-        "#]]);
+        "#]],
+        );
     }
 
     #[test]
     fn a_codel_says_which_table_has_its_times() {
-        check(&details("$7"), expect![[r#"
+        check(
+            &details("$7"),
+            expect![[r#"
             shoot
             ---
             ```mauve
@@ -603,19 +620,23 @@ shoot = [1, 2]
             ```
             from `times/a.toml`, line 4
 
-        "#]]);
+        "#]],
+        );
     }
 
     #[test]
     fn a_variable_says_its_type() {
-        check(&details("$8"), expect![[r#"
+        check(
+            &details("$8"),
+            expect![[r#"
             n
             ---
             ```mauve
             var n: ctypes.uint8 = 0
             ```
 
-        "#]]);
+        "#]],
+        );
     }
 
     #[test]

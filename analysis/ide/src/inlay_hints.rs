@@ -509,20 +509,9 @@ program.\"Quick/update\" = 5
         "#]],
         );
         // Where the time of one component is unknown, nothing is said that may be taken for it.
-        check(
-            &MACHINE.replace("codel.plan = 20\n", ""),
-            expect![[r#"
-
-        "#]],
-        );
+        check(&MACHINE.replace("codel.plan = 20\n", ""), expect!["\n"]);
         let off = HintKinds { program_times: false, ..HintKinds::default() };
-        check_kinds(
-            MACHINE,
-            off,
-            expect![[r#"
-
-        "#]],
-        );
+        check_kinds(MACHINE, off, expect!["\n"]);
     }
 
     const VALUES: &str = "
@@ -566,13 +555,7 @@ deployment D {
             property b.x = 2⟨instead of 1⟩
         "#]],
         );
-        check_kinds(
-            VALUES,
-            HintKinds { values: false, ..only },
-            expect![[r#"
-
-        "#]],
-        );
+        check_kinds(VALUES, HintKinds { values: false, ..only }, expect!["\n"]);
     }
 
     #[test]
@@ -589,13 +572,7 @@ deployment D {
             program_times: false,
             values: false,
         };
-        check_kinds(
-            &text,
-            none,
-            expect![[r#"
-
-        "#]],
-        );
+        check_kinds(&text, none, expect!["\n"]);
         check_kinds(
             &text,
             HintKinds { response_times: true, ..none },

@@ -7,7 +7,11 @@
 //! | `occurrences.rs` | every name in a text, and what it stands for |
 //! | `code_lens.rs` | lines above declarations: deadlines that are met, levels, instances, files |
 //! | `definition.rs`, `declaration.rs` | where a name is declared, or what it does |
+//! | `type_definition.rs`, `implementation.rs` | where its type is declared, and what makes it happen |
+//! | `call_hierarchy.rs`, `type_hierarchy.rs` | who calls whom, and which shells extend which |
+//! | `hierarchy.rs` | how what is in them is found again after an edit |
 //! | `references.rs` | where a name is used |
+//! | `rename.rs`, `rename_files.rs` | what another name for something, or for a file, changes |
 //! | `document_symbols.rs` | what a file declares |
 //! | `workspace_symbols.rs` | the declarations of all files that a few letters may mean |
 //! | `document_links.rs` | the files that a file names |
@@ -29,6 +33,7 @@
 //!
 //! Places are offsets in a file's text. This crate knows no protocol and no terminal.
 
+mod call_hierarchy;
 mod change;
 mod code_actions;
 mod code_lens;
@@ -43,7 +48,9 @@ mod fixture;
 mod folding_ranges;
 mod formatting;
 mod graph;
+mod hierarchy;
 mod hover;
+mod implementation;
 mod inlay_hints;
 mod levels;
 mod machine_view;
@@ -51,13 +58,18 @@ mod occurrences;
 mod program;
 mod project;
 mod references;
+mod rename;
+mod rename_files;
 mod selection_ranges;
 mod semantic_tokens;
 mod signature_help;
 mod state_machine;
 mod timing_actions;
+mod type_definition;
+mod type_hierarchy;
 mod workspace_symbols;
 
+pub use call_hierarchy::{Calls, call_items, incoming_calls, outgoing_calls};
 pub use change::{Change, FileChange};
 pub use code_actions::{ActionKind, ActionQuestion, Changes, CodeAction, code_actions};
 pub use code_lens::{CodeLens, Lens, LensAction, LensKind, code_lens_at, code_lenses, resolve_code_lens};
@@ -70,15 +82,21 @@ pub use explanation::explain_response;
 pub use folding_ranges::{FoldingKind, FoldingRange, folding_ranges};
 pub use formatting::{formatting, formatting_on_type};
 pub use graph::{Graph, GraphEdge, GraphNode, draw_graph, graph};
+pub use hierarchy::HierarchyItem;
 pub use hover::{Hover, hover};
+pub use implementation::implementation;
 pub use inlay_hints::{HintKinds, InlayHint, inlay_hints};
 pub use levels::known_levels;
 pub use machine_view::{MachineEdge, MachineState, MachineView, component_at, state_machine};
 pub use references::{Access, Reference, highlights, references};
+pub use rename::{Renameable, prepare_rename, rename};
+pub use rename_files::rename_files;
 pub use selection_ranges::selection_ranges;
 pub use semantic_tokens::{
     SemanticToken, TokenKind, TokenModifier, TokenModifiers, meanings_of_names, semantic_tokens,
 };
 pub use signature_help::{Signature, signature_help};
 pub use state_machine::{Drawing, draw_state_machine};
+pub use type_definition::type_definition;
+pub use type_hierarchy::{subtypes, supertypes, type_items};
 pub use workspace_symbols::{FoundSymbol, workspace_symbols};

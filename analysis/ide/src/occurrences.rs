@@ -91,7 +91,7 @@ pub(crate) fn names_at<'db>(
             all.retain(|found| found.range.contains_inclusive(offset));
             if all.is_empty() { outside_declarations(db, project, file) } else { all }
         }
-        false => in_toml(db, project, file),
+        false => in_toml(db, project, file).names,
     };
     let mut found: Vec<Found<'db>> =
         all.into_iter().filter(|found| found.range.contains_inclusive(offset)).collect();
@@ -110,10 +110,19 @@ pub(crate) fn names_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, file: F
             found.extend(all.flat_map(|&decl| in_declaration(db, project, decl)));
             found
         }
-        false => in_toml(db, project, file),
+        false => in_toml(db, project, file).names,
     };
     found.sort_by_key(|found| (found.range.start(), found.range.end()));
     found
+}
+
+/// What a table or `mauve.toml` names, and nobody can write another name for: it stands there with escapes.
+pub(crate) fn escaped_in<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    file: File,
+) -> Vec<(TextRange, Meaning<'db>)> {
+    if mauve_model::is_model(file.path(db)) { Vec::new() } else { in_toml(db, project, file).escaped }
 }
 
 /// The names of a declaration with their places.
@@ -179,14 +188,21 @@ pub(crate) fn outside_declarations<'db>(
 }
 
 /// The names in a timing table, or in `mauve.toml`.
-fn in_toml<'db>(db: &'db dyn ModelDb, project: Project<'db>, file: File) -> Vec<Found<'db>> {
+#[derive(Default)]
+struct InToml<'db> {
+    names: Vec<Found<'db>>,
+    /// What is named in texts of which the pieces do not stand in the file as they are.
+    escaped: Vec<(TextRange, Meaning<'db>)>,
+}
+
+fn in_toml<'db>(db: &'db dyn ModelDb, project: Project<'db>, file: File) -> InToml<'db> {
     let workspace = project.workspace(db);
     if mauve_model::config_file(db, workspace) == Some(file) {
         in_config(db, project, file)
     } else if table_files(db, workspace).files.contains(&file) {
         in_table(db, project, file)
     } else {
-        Vec::new()
+        InToml::default()
     }
 }
 
@@ -195,10 +211,10 @@ fn mention(file: File, range: TextRange, meaning: Meaning<'_>, kind: SymbolKind)
 }
 
 /// Roots are files; clocks and chains name instances, and chains their ports.
-fn in_config<'db>(db: &'db dyn ModelDb, project: Project<'db>, file: File) -> Vec<Found<'db>> {
+fn in_config<'db>(db: &'db dyn ModelDb, project: Project<'db>, file: File) -> InToml<'db> {
     let (text, workspace) = (file.text(db), project.workspace(db));
     let config = config_of(db, workspace);
-    let mut found = Vec::new();
+    let (mut found, mut escaped) = (Vec::new(), Vec::new());
     for (path, span) in &config.roots {
         let root = workspace.file(db, &mauve_model::normalised(&workspace.folder(db).join(path)));
         if let Some(root) = root {
@@ -223,37 +239,45 @@ fn in_config<'db>(db: &'db dyn ModelDb, project: Project<'db>, file: File) -> Ve
             for it in finder.found {
                 let piece = if it.kind == SymbolKind::Instance { instance } else { port.unwrap_or_default() };
                 let before = if it.kind == SymbolKind::Instance { 0 } else { instance.len() + 1 };
-                if let Some(range) = piece_of(text, span, end, before, piece) {
-                    found.push(mention(file, range, it.meaning, it.kind));
+                match piece_of(text, span, end, before, piece) {
+                    Some(range) => found.push(mention(file, range, it.meaning, it.kind)),
+                    None => escaped.push((range_of(span), it.meaning)),
                 }
             }
         }
     }
     found.dedup();
-    found
+    InToml { names: found, escaped }
 }
 
 /// Keys are codels, components, and programs, with the states, transitions and operations that these are of.
-fn in_table<'db>(db: &'db dyn ModelDb, project: Project<'db>, file: File) -> Vec<Found<'db>> {
+fn in_table<'db>(db: &'db dyn ModelDb, project: Project<'db>, file: File) -> InToml<'db> {
     let (text, table) = (file.text(db), table(db, file));
     let sections = [
         (Kind::Codel, &table.codels),
         (Kind::Component, &table.programs),
         (Kind::Component, &table.components),
     ];
-    let mut found = Vec::new();
+    let (mut found, mut escaped) = (Vec::new(), Vec::new());
     for (of, entry) in sections.into_iter().flat_map(|(of, entries)| entries.iter().map(move |it| (of, it))) {
         let (key, program) = match entry.key.split_once('/') {
             Some((component, program)) => (component, Some(program)),
             None => (entry.key.as_str(), None),
         };
-        let mut add = |before: usize, piece: &str, meaning, kind| {
-            if let Some(range) = piece_of(text, &entry.key_span, &entry.key, before, piece) {
+        let mut add = |before: usize, piece: &str, meaning, kind| match piece_of(
+            text,
+            &entry.key_span,
+            &entry.key,
+            before,
+            piece,
+        ) {
+            Some(range) => {
                 let name = mention(file, range, meaning, kind);
                 if !found.contains(&name) {
                     found.push(name);
                 }
             }
+            None => escaped.push((range_of(&entry.key_span), meaning)),
         };
         let (library, name) = key.rsplit_once('.').map_or((None, key), |(of, name)| (Some(of), name));
         for &decl in names_of(db, project).by_key(of, key) {
@@ -269,7 +293,7 @@ fn in_table<'db>(db: &'db dyn ModelDb, project: Project<'db>, file: File) -> Vec
             }
         }
     }
-    found
+    InToml { names: found, escaped }
 }
 
 /// The names in the key of a program of `component`, each with where it begins: `state.method`, `state.transition.effect`,

@@ -121,6 +121,16 @@ fn try_actions(
             if action.kind == ActionKind::Extract && inlined_again(&new, workspace, texts, change, &db) {
                 *offered.entry((ActionKind::Inline, "what was extracted".to_owned())).or_default() += 1;
             }
+            if action.title == "Convert to a state machine" {
+                let file = workspace.file(&new, path).unwrap();
+                let question =
+                    ActionQuestion { file, range, diagnostics: &[], kinds: ALL, changes: Changes::All };
+                let back = code_actions(&new, &[workspace], question);
+                let back = back.iter().find(|it| it.title == "Convert to `update`").unwrap();
+                let back = back.change.as_ref().unwrap().applied(&new, file);
+                assert_eq!(back, texts[path], "{}", what());
+                *offered.entry((ActionKind::Rewrite, "update and back".to_owned())).or_default() += 1;
+            }
             assert!(after.syntax_errors <= before.syntax_errors, "syntax errors: {} {made:#?}", what());
             if matches!(action.kind, ActionKind::QuickFix | ActionKind::FixAll) {
                 // Another priority may be one that misses a deadline.

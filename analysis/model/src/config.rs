@@ -32,6 +32,8 @@ pub struct Config {
     pub synchronised: Vec<(String, Range<usize>)>,
     /// `[types.…]`: types that no message package declares, and what they are in C++, where that is said.
     pub types: BTreeMap<Name, String>,
+    /// `[generate] out`: the folder of the generated packages, from the configuration's folder.
+    pub out: Option<String>,
     /// `[lints]`: how bad a diagnostic is here; nothing where it is not shown.
     pub lints: BTreeMap<&'static str, Option<Severity>>,
     /// `[chains]`: named, and not analysed yet.
@@ -239,8 +241,9 @@ impl Reader {
     }
 
     fn generate(&mut self, name: &str, key: &Key<'_>, value: &Value<'_>) {
+        let text = value.get_ref().as_str();
         match name {
-            "out" if value.get_ref().is_str() => {}
+            "out" if text.is_some() => self.config.out = text.map(str::to_owned),
             "out" => self.lost("`out` is the path of a folder".to_owned(), value.span()),
             _ => {
                 let message = format!("unknown key `{name}` in [generate]: expected out");

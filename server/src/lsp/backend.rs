@@ -16,14 +16,14 @@ use tower_lsp::{Client, LanguageServer, LspServiceBuilder};
 use super::capabilities::Capabilities;
 use super::handlers;
 use super::handlers::analysis::AnalysisParams;
-use super::handlers::diagnostic::{Given, ask_again, of_defect};
+use super::handlers::diagnostic::{Diagnosed, ask_again, of_defect};
 use super::handlers::execute_command::Command;
 use super::handlers::graph::{GraphDocument, GraphParams};
 use super::handlers::state_machine::{StateMachineDocument, StateMachineParams};
 use super::handlers::status::{Status, status};
 use super::handlers::syntax_tree::SyntaxTreeParams;
 use super::main_loop::Event;
-use super::pulls::ResultId;
+use super::pulls::Given;
 use super::settings::{SECTION, Settings};
 use super::snapshot::{Failure, Snapshot, attempt};
 use crate::analysis_document::AnalysisDocument;
@@ -232,28 +232,34 @@ impl Drop for CancelOnDrop {
 /// A question about diagnostics. The main loop hears of it, and of its end, even where its future is dropped.
 struct Pull {
     main_loop: mpsc::Sender<Event>,
-    given: BTreeMap<Url, Option<ResultId>>,
+    about: Option<Url>,
+    /// What the client is told, if it is.
+    given: Option<BTreeMap<Url, Given>>,
 }
 
 impl Pull {
     /// About one file, or about all.
     fn new(main_loop: &mpsc::Sender<Event>, about: Option<&Url>) -> Pull {
-        let _ = main_loop.send(Event::Pulled { all: about.is_none() });
-        let given = about.into_iter().map(|url| (url.clone(), None)).collect();
-        Pull { main_loop: main_loop.clone(), given }
+        let _ = main_loop.send(Event::Pulled(about.cloned()));
+        Pull { main_loop: main_loop.clone(), about: about.cloned(), given: None }
     }
 
     /// Notes what the client is told.
-    fn answered<T>(&mut self, answer: Result<Given<T>>) -> Result<T> {
+    fn answered<T>(&mut self, answer: Result<Diagnosed<T>>) -> Result<T> {
         let (report, given) = answer.map_err(ask_again)?;
-        self.given = given;
+        self.given = Some(given);
         Ok(report)
     }
 }
 
 impl Drop for Pull {
     fn drop(&mut self) {
-        let _ = self.main_loop.send(Event::Diagnosed(std::mem::take(&mut self.given)));
+        let event = match (self.given.take(), self.about.take()) {
+            (Some(given), _) => Event::Diagnosed(given),
+            (None, Some(url)) => Event::Undiagnosed(url),
+            (None, None) => Event::Diagnosed(BTreeMap::new()),
+        };
+        let _ = self.main_loop.send(event);
     }
 }
 
@@ -435,6 +441,92 @@ impl LanguageServer for Backend {
 
     async fn goto_definition(&self, params: GotoDefinitionParams) -> Result<Option<GotoDefinitionResponse>> {
         self.answer(move |snapshot| handlers::definition::definition(snapshot, &params)).await
+    }
+
+    async fn goto_declaration(
+        &self,
+        params: request::GotoDeclarationParams,
+    ) -> Result<Option<GotoDefinitionResponse>> {
+        self.answer(move |snapshot| handlers::definition::declaration(snapshot, &params)).await
+    }
+
+    async fn goto_type_definition(
+        &self,
+        params: request::GotoTypeDefinitionParams,
+    ) -> Result<Option<GotoDefinitionResponse>> {
+        self.answer(move |snapshot| handlers::definition::type_definition(snapshot, &params)).await
+    }
+
+    async fn goto_implementation(
+        &self,
+        params: request::GotoImplementationParams,
+    ) -> Result<Option<GotoDefinitionResponse>> {
+        self.answer(move |snapshot| handlers::definition::implementation(snapshot, &params)).await
+    }
+
+    async fn references(&self, params: ReferenceParams) -> Result<Option<Vec<Location>>> {
+        self.answer(move |snapshot| handlers::references::references(snapshot, &params)).await
+    }
+
+    async fn document_highlight(
+        &self,
+        params: DocumentHighlightParams,
+    ) -> Result<Option<Vec<DocumentHighlight>>> {
+        self.answer(move |snapshot| handlers::references::highlights(snapshot, &params)).await
+    }
+
+    async fn prepare_rename(
+        &self,
+        params: TextDocumentPositionParams,
+    ) -> Result<Option<PrepareRenameResponse>> {
+        self.answer(move |snapshot| handlers::rename::prepare(snapshot, &params)).await
+    }
+
+    async fn rename(&self, params: RenameParams) -> Result<Option<WorkspaceEdit>> {
+        self.answer(move |snapshot| handlers::rename::rename(snapshot, &params)).await
+    }
+
+    async fn will_rename_files(&self, params: RenameFilesParams) -> Result<Option<WorkspaceEdit>> {
+        self.answer(move |snapshot| handlers::rename::will_rename_files(snapshot, &params)).await
+    }
+
+    async fn prepare_call_hierarchy(
+        &self,
+        params: CallHierarchyPrepareParams,
+    ) -> Result<Option<Vec<CallHierarchyItem>>> {
+        self.answer(move |snapshot| handlers::hierarchies::prepare_calls(snapshot, &params)).await
+    }
+
+    async fn incoming_calls(
+        &self,
+        params: CallHierarchyIncomingCallsParams,
+    ) -> Result<Option<Vec<CallHierarchyIncomingCall>>> {
+        self.answer(move |snapshot| handlers::hierarchies::incoming(snapshot, &params)).await
+    }
+
+    async fn outgoing_calls(
+        &self,
+        params: CallHierarchyOutgoingCallsParams,
+    ) -> Result<Option<Vec<CallHierarchyOutgoingCall>>> {
+        self.answer(move |snapshot| handlers::hierarchies::outgoing(snapshot, &params)).await
+    }
+
+    async fn prepare_type_hierarchy(
+        &self,
+        params: TypeHierarchyPrepareParams,
+    ) -> Result<Option<Vec<TypeHierarchyItem>>> {
+        self.answer(move |snapshot| handlers::hierarchies::prepare_types(snapshot, &params)).await
+    }
+
+    async fn supertypes(
+        &self,
+        params: TypeHierarchySupertypesParams,
+    ) -> Result<Option<Vec<TypeHierarchyItem>>> {
+        self.answer(move |snapshot| handlers::hierarchies::supertypes(snapshot, &params)).await
+    }
+
+    async fn subtypes(&self, params: TypeHierarchySubtypesParams) -> Result<Option<Vec<TypeHierarchyItem>>> {
+        self.answer(move |snapshot| handlers::hierarchies::subtypes(snapshot, &params)).await
     }
 
     async fn code_action(&self, params: CodeActionParams) -> Result<Option<CodeActionResponse>> {

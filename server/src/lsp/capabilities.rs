@@ -20,6 +20,14 @@ pub(crate) struct Capabilities {
     pub(crate) markdown: bool,
     /// Does it know a definition with the range that it was asked from?
     pub(crate) definition_links: bool,
+    /// And the same of the other places that a name leads to?
+    pub(crate) declaration_links: bool,
+    pub(crate) type_definition_links: bool,
+    pub(crate) implementation_links: bool,
+    /// Does it ask what is to be renamed before it asks for another name?
+    pub(crate) prepares_rename: bool,
+    /// Does it tell before it renames files?
+    pub(crate) will_rename_files: bool,
     /// Does it know symbols that stand in symbols?
     pub(crate) nested_symbols: bool,
     /// Does it know all kinds of symbol, in a document and in all of them, or only those of the protocol's first version?
@@ -112,6 +120,13 @@ impl Capabilities {
             hint_refresh: workspace.and_then(|it| it.inlay_hint.as_ref()?.refresh_support).unwrap_or(false),
             markdown: hover.is_some_and(|formats| formats.contains(&MarkupKind::Markdown)),
             definition_links: text.and_then(|it| it.definition?.link_support).unwrap_or(false),
+            declaration_links: text.and_then(|it| it.declaration?.link_support).unwrap_or(false),
+            type_definition_links: text.and_then(|it| it.type_definition?.link_support).unwrap_or(false),
+            implementation_links: text.and_then(|it| it.implementation?.link_support).unwrap_or(false),
+            prepares_rename: text.and_then(|it| it.rename.as_ref()?.prepare_support).unwrap_or(false),
+            will_rename_files: workspace
+                .and_then(|it| it.file_operations.as_ref()?.will_rename)
+                .unwrap_or(false),
             nested_symbols: text
                 .and_then(|it| it.document_symbol.as_ref()?.hierarchical_document_symbol_support)
                 .unwrap_or(false),
@@ -204,6 +219,19 @@ impl Capabilities {
                 ..SignatureHelpOptions::default()
             }),
             definition_provider: Some(OneOf::Left(true)),
+            declaration_provider: Some(DeclarationCapability::Simple(true)),
+            type_definition_provider: Some(TypeDefinitionProviderCapability::Simple(true)),
+            implementation_provider: Some(ImplementationProviderCapability::Simple(true)),
+            references_provider: Some(OneOf::Left(true)),
+            document_highlight_provider: Some(OneOf::Left(true)),
+            rename_provider: Some(match self.prepares_rename {
+                true => OneOf::Right(RenameOptions {
+                    prepare_provider: Some(true),
+                    work_done_progress_options: WorkDoneProgressOptions::default(),
+                }),
+                false => OneOf::Left(true),
+            }),
+            call_hierarchy_provider: Some(CallHierarchyServerCapability::Simple(true)),
             code_action_provider: self.code_actions.then(|| {
                 CodeActionProviderCapability::Options(CodeActionOptions {
                     code_action_kinds: Some(handlers::code_actions::KINDS.to_vec()),
@@ -251,11 +279,26 @@ impl Capabilities {
                     supported: Some(true),
                     change_notifications: Some(OneOf::Left(true)),
                 }),
-                file_operations: None,
+                file_operations: self.will_rename_files.then(|| WorkspaceFileOperationsServerCapabilities {
+                    will_rename: Some(FileOperationRegistrationOptions { filters: renamed_files() }),
+                    ..WorkspaceFileOperationsServerCapabilities::default()
+                }),
             }),
             ..ServerCapabilities::default()
         }
     }
+}
+
+/// The files and folders of which names stand in models and in `mauve.toml`.
+fn renamed_files() -> Vec<FileOperationFilter> {
+    let filter = |glob: &str, matches: FileOperationPatternKind| FileOperationFilter {
+        scheme: Some("file".to_owned()),
+        pattern: FileOperationPattern { glob: glob.to_owned(), matches: Some(matches), options: None },
+    };
+    vec![
+        filter("**/*.{mal,toml}", FileOperationPatternKind::File),
+        filter("**", FileOperationPatternKind::Folder),
+    ]
 }
 
 /// Does a client know the kinds of symbol that came after the protocol's first version?

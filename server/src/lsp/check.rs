@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 
-use mauve_ide::HintKinds;
 use mauve_model::diagnostics::workspace_diagnostics;
 use mauve_model::is_model;
 use mauve_syntax::{TextRange, TextSize};
@@ -73,11 +72,13 @@ pub(crate) fn check(snapshot: &Snapshot) -> Checked {
     for (url, document) in models.filter(|_| !snapshot.is_stopped) {
         let mut hasher = DefaultHasher::new();
         let all = TextRange::up_to(TextSize::of(&**document.file.text(db)));
-        let kinds = HintKinds::default();
+        let kinds = snapshot.settings.hints;
         for hint in mauve_ide::inlay_hints(db, &snapshot.workspaces, document.file, all, kinds) {
             hint.label.hash(&mut hasher);
         }
-        for lens in mauve_ide::code_lenses(db, &snapshot.workspaces, document.file) {
+        let is_lens_shown = snapshot.capabilities.lens_refresh && snapshot.settings.lenses;
+        let lenses = is_lens_shown.then(|| mauve_ide::code_lenses(db, &snapshot.workspaces, document.file));
+        for lens in lenses.into_iter().flatten() {
             if let Some(lens) = mauve_ide::resolve_code_lens(db, &snapshot.workspaces, document.file, lens) {
                 lens.title.hash(&mut hasher);
             }

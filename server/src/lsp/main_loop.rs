@@ -20,7 +20,7 @@ use super::capabilities::Capabilities;
 use super::check::{Checked, check};
 use super::documents::Documents;
 use super::publisher::{Publisher, Refresh};
-use super::pulls::ResultId;
+use super::pulls::Given;
 use super::settings::Settings;
 use super::snapshot::{Document, Failure, Snapshot, attempt};
 use super::tokens::Tokens;
@@ -58,9 +58,11 @@ pub(crate) enum Event {
     /// A handler panicked: its request had an error for an answer, and the user is told once.
     Defect(String),
     /// The client asks what is wrong, in a file or in all.
-    Pulled { all: bool },
+    Pulled(Option<Url>),
     /// It was told so.
-    Diagnosed(BTreeMap<Url, Option<ResultId>>),
+    Diagnosed(BTreeMap<Url, Given>),
+    /// It was not.
+    Undiagnosed(Url),
     /// The client was given the inlay hints or code lenses of this generation; none, where an edit has overtaken its question.
     Hinted(Option<u64>),
     /// An edit has overtaken its question for the colours of this text in this version.
@@ -228,8 +230,12 @@ impl MainLoop {
             }
             Event::Stop => self.stop(),
             Event::Defect(message) => self.publisher.defect(&message),
-            Event::Pulled { all } => self.publisher.asked(all),
-            Event::Diagnosed(given) => self.publisher.answered(given),
+            Event::Pulled(about) => {
+                let version = |url: &Url| self.documents.get(url).map(|open| open.version);
+                self.publisher.asked(about.map(|url| (url.clone(), version(&url))));
+            }
+            Event::Diagnosed(given) => self.publisher.answered(|pulls| pulls.answered(given)),
+            Event::Undiagnosed(url) => self.publisher.answered(|pulls| pulls.lost(&url)),
             Event::Hinted(generation) => self.hinted(generation),
             Event::Uncoloured(uri, version) => self.uncoloured(&uri, version),
             Event::Checked(generation, checked) => {
@@ -362,9 +368,10 @@ impl MainLoop {
     fn configured(&mut self, settings: Settings, problems: Vec<String>) {
         let before = std::mem::replace(&mut self.settings, settings);
         // A level that was chosen since stays until another one is set.
-        if before.significance != settings.significance
-            && self.loader.set_significance(&mut self.db, settings.significance)
-        {
+        if before.significance != settings.significance {
+            self.loader.set_significance(&mut self.db, settings.significance);
+        }
+        if before != settings {
             self.stir();
         }
         problems.into_iter().for_each(|problem| self.publisher.warn(problem));
@@ -420,6 +427,7 @@ impl MainLoop {
             workspaces: Arc::clone(&self.workspaces),
             documents: Arc::clone(&self.shared_documents),
             capabilities: self.capabilities,
+            settings: self.settings,
             generation: self.generation,
             is_stopped: self.stopped == Some(self.generation),
             tokens: Arc::clone(&self.tokens),

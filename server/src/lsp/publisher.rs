@@ -9,7 +9,7 @@ use tower_lsp::Client;
 use tower_lsp::lsp_types::{Diagnostic, MessageType, Url};
 
 use super::check::result_id;
-use super::pulls::{Pulls, ResultId};
+use super::pulls::Pulls;
 use super::to_proto;
 
 /// For each file, the version that was checked, if it is open, and what was found.
@@ -68,10 +68,11 @@ impl Publisher {
         self.pulls = Some(Pulls::default());
     }
 
-    /// The client asks about a file, or about all; then it is told of none any more.
-    pub(crate) fn asked(&mut self, all: bool) {
+    /// The client asks about a version of a file, or about all; then it is told of none any more.
+    pub(crate) fn asked(&mut self, about: Option<(Url, Option<i32>)>) {
         if let Some(pulls) = &mut self.pulls {
-            pulls.asked();
+            let all = about.is_none();
+            pulls.asked(about);
             if all && !self.pulls_all {
                 self.pulls_all = true;
                 let told: Found = std::mem::take(&mut self.published);
@@ -82,9 +83,9 @@ impl Publisher {
         }
     }
 
-    /// The client was given these.
-    pub(crate) fn answered(&mut self, given: BTreeMap<Url, Option<ResultId>>) {
-        if self.pulls.as_mut().is_some_and(|pulls| pulls.answered(given)) {
+    /// The client was given something, or not.
+    pub(crate) fn answered(&mut self, note: impl FnOnce(&mut Pulls) -> bool) {
+        if self.pulls.as_mut().is_some_and(note) {
             self.refresh(Refresh::Diagnostics);
         }
     }
@@ -93,8 +94,11 @@ impl Publisher {
     fn pulled(&mut self, found: &mut Found) {
         let Some(pulls) = &mut self.pulls else { return };
         let all = self.pulls_all;
-        let asked = found.extract_if(.., |_, (version, _)| all || version.is_some());
-        let asked = asked.map(|(url, (_, diagnostics))| (url, result_id(&diagnostics))).collect();
+        let is_asked = |version: &Option<i32>| all || version.is_some();
+        let asked = found.iter().filter(|(_, (version, _))| is_asked(version));
+        let asked = asked.map(|(url, (version, found))| (url.clone(), (*version, Some(result_id(found)))));
+        let asked = asked.collect();
+        found.retain(|_, (version, _)| !is_asked(version));
         if pulls.checked(asked) {
             self.refresh(Refresh::Diagnostics);
         }

@@ -4,10 +4,16 @@
 //! |---|---|---|
 //! | `mauve.timing.significance` | a level such as `1e-4`, or `null` | shows everything at this level; with `null`, at that of `mauve.toml` |
 //! | `mauve.codeLens.enable` | `true` or `false` | shows lenses |
+//! | `mauve.inlayHints.responseTimes` | `true` or `false` | shows response times beside activities |
+//! | `mauve.inlayHints.loads` | `true` or `false` | shows the load of CPUs beside deployments |
+//! | `mauve.inlayHints.defaults` | `true` or `false` | shows deadlines that are left out |
+//! | `mauve.inlayHints.programTimes` | `true` or `false` | shows what programs, states and transitions take |
+//! | `mauve.inlayHints.values` | `true` or `false` | shows the values of properties and constants |
 //!
 //! They come in three ways, with the same keys: as initialization options, as the answer to `workspace/configuration`, and
 //! with `workspace/didChangeConfiguration`. What one does not say, an earlier one may have said.
 
+use mauve_ide::HintKinds;
 use mauve_timing::Level;
 use serde_json::Value;
 
@@ -15,14 +21,29 @@ use serde_json::Value;
 pub(crate) const SECTION: &str = "mauve";
 
 /// What is set.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Settings {
     pub(crate) significance: Option<Level>,
-    pub(crate) code_lens: Option<bool>,
+    pub(crate) lenses: bool,
+    pub(crate) hints: HintKinds,
+}
+
+impl Default for Settings {
+    fn default() -> Settings {
+        Settings { significance: None, lenses: true, hints: HintKinds::default() }
+    }
 }
 
 /// All keys that are read.
-const KEYS: [&str; 2] = ["timing.significance", "codeLens.enable"];
+const KEYS: [&str; 7] = [
+    "timing.significance",
+    "codeLens.enable",
+    "inlayHints.responseTimes",
+    "inlayHints.loads",
+    "inlayHints.defaults",
+    "inlayHints.programTimes",
+    "inlayHints.values",
+];
 
 /// What an editor reads itself: what is below these is none of ours.
 const OF_EDITORS: [&str; 2] = ["server", "trace"];
@@ -54,7 +75,12 @@ impl Settings {
                     || format!("is {value}: expected a number between 0 and 1, such as 1e-4, or null");
                 self.significance = Some(level.ok_or_else(wanted)?);
             }
-            "codeLens.enable" => self.code_lens = Some(switch(value)?),
+            "codeLens.enable" => self.lenses = switch(value)?,
+            "inlayHints.responseTimes" => self.hints.response_times = switch(value)?,
+            "inlayHints.loads" => self.hints.loads = switch(value)?,
+            "inlayHints.defaults" => self.hints.defaults = switch(value)?,
+            "inlayHints.programTimes" => self.hints.program_times = switch(value)?,
+            "inlayHints.values" => self.hints.values = switch(value)?,
             _ => {
                 let near = mauve_syntax::similar(key, KEYS);
                 let near = near.map(|near| format!("; did you mean `{SECTION}.{near}`?")).unwrap_or_default();
@@ -133,7 +159,7 @@ mod tests {
             [
                 "The setting `mauve.codeLens.enable` is \"no\": expected true or false.",
                 "The setting `mauve.timing.significance` is 2: expected a number between 0 and 1, such as 1e-4, or null.",
-                "The setting `mauve.timing.significence` is unknown; did you mean `mauve.timing.significance`? (known: timing.significance, codeLens.enable).",
+                "The setting `mauve.timing.significence` is unknown; did you mean `mauve.timing.significance`? (known: timing.significance, codeLens.enable, inlayHints.responseTimes, inlayHints.loads, inlayHints.defaults, inlayHints.programTimes, inlayHints.values).",
             ]
         );
     }
@@ -143,6 +169,6 @@ mod tests {
         let (first, _) = read(json!({"timing": {"significance": 1e-5}}));
         let (second, _) =
             Settings::read(&json!({"timing": {"significance": null}, "codeLens": {"enable": false}}), first);
-        assert_eq!(second, Settings { code_lens: Some(false), ..first });
+        assert_eq!(second, Settings { lenses: false, ..first });
     }
 }

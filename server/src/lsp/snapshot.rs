@@ -13,6 +13,7 @@ use tower_lsp::lsp_types::{TextDocumentIdentifier, Url};
 
 use super::capabilities::Capabilities;
 use super::position::{LineIndex, line_index};
+use super::settings::Settings;
 use super::tokens::Tokens;
 use crate::load::{is_outdated, place};
 
@@ -35,6 +36,7 @@ pub(crate) struct Snapshot {
     /// By the addresses that the client uses.
     pub(crate) documents: Arc<BTreeMap<Url, Document>>,
     pub(crate) capabilities: Capabilities,
+    pub(crate) settings: Settings,
     /// Which state of the texts it is.
     pub(crate) generation: u64,
     /// Does the user not want this state to be analysed?

@@ -186,7 +186,7 @@ fn with_new_capabilities(response: Response) -> Response {
     if let Ok(result) = &mut result
         && let Some(capabilities) = result.get_mut("capabilities").and_then(Value::as_object_mut)
     {
-        capabilities.insert("typeHierarchyProvider".to_owned(), Value::Bool(false));
+        capabilities.insert("typeHierarchyProvider".to_owned(), Value::Bool(true));
     }
     Response::from_parts(id, result)
 }

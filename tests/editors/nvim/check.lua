@@ -351,6 +351,103 @@ check('document symbols', function()
   equal({ true, true }, { names.P3dxDeployment, names.navigation }, vim.inspect(replies))
 end)
 
+--- Types keys as a user does, and looks at the menu of completions before it is left.
+local function completions(keys)
+  local words = {}
+  local timer = assert(vim.uv.new_timer())
+  local asked = 0
+  timer:start(100, 100, vim.schedule_wrap(function()
+    if timer:is_closing() then
+      return
+    end
+    asked = asked + 1
+    local items = vim.fn.complete_info({ 'items' }).items or {}
+    if #items > 0 or asked > 50 then
+      timer:close()
+      for _, item in ipairs(items) do
+        table.insert(words, item.word)
+      end
+      vim.api.nvim_feedkeys(vim.keycode('<C-e><Esc>'), 'nt', false)
+    end
+  end))
+  -- The mode lasts until Escape is typed.
+  vim.api.nvim_feedkeys(vim.keycode(keys .. '<C-x><C-o>'), 'ntx!', false)
+  return words
+end
+
+check('only what fits is completed', function()
+  -- Nothing but the instance that has no activity any more.
+  put_cursor('activity teleop', 'teleop')
+  local words = completions('C')
+  equal({ true, false }, { vim.tbl_contains(words, 'teleop'), vim.tbl_contains(words, 'navigation') }, vim.inspect(words))
+  undo(deployment)
+  wait_for_hint('navigation', 'R 997 ms')
+end)
+
+check('references, in all files', function()
+  local function found()
+    return vim.tbl_map(function(item)
+      return vim.fs.basename(vim.api.nvim_buf_get_name(item.bufnr))
+    end, vim.fn.getqflist())
+  end
+  put_cursor(navigation, 'navigation')
+  vim.fn.setqflist({})
+  vim.lsp.buf.references()
+  wait('places in two files', found, function(files)
+    return vim.tbl_contains(files, 'deployment.mal') and vim.tbl_contains(files, 'navigation_architecture.mal')
+  end)
+  vim.cmd('cclose')
+end)
+
+check('a name is changed wherever it is used, and nowhere else', function()
+  local architecture = open('navigation_architecture.mal')
+  vim.cmd.buffer(deployment)
+  local function lines()
+    return {
+      table.concat(vim.api.nvim_buf_get_lines(deployment, 0, -1, false), '\n'),
+      table.concat(vim.api.nvim_buf_get_lines(architecture, 0, -1, false), '\n'),
+    }
+  end
+  local before = lines()
+  put_cursor(navigation, 'navigation')
+  vim.lsp.buf.rename('planner')
+  wait('another name', lines, function(seen)
+    return seen[1]:find('activity planner ', 1, true) and seen[2]:find('connection planner.next -> control.target', 1, true)
+  end)
+  -- The library has the same name, and keeps it.
+  equal(true, lines()[2]:find('library navigation {', 1, true) ~= nil)
+  wait_for_hint('planner', 'R 997 ms')
+  undo(deployment)
+  undo(architecture)
+  equal(before, lines())
+  wait_for_hint('navigation', 'R 997 ms')
+end)
+
+check('a quick fix', function()
+  local model = open('components/navigation.mal')
+  local before = vim.api.nvim_buf_get_lines(model, 0, -1, false)
+  replace(model, 'astar(', 'astar(', 'astra(')
+  put_cursor('astra(')
+  wait('a diagnostic', function()
+    return vim.diagnostic.get(model)
+  end, function(seen)
+    return #seen > 0
+  end)
+  vim.lsp.buf.code_action({
+    apply = true,
+    filter = function(action)
+      return vim.startswith(action.kind or '', 'quickfix') and action.title:find('astar', 1, true) ~= nil
+    end,
+  })
+  wait('what was meant', function()
+    return vim.api.nvim_buf_get_lines(model, 0, -1, false)
+  end, function(lines)
+    return vim.deep_equal(before, lines)
+  end)
+  vim.cmd.buffer(deployment)
+  vim.cmd('bwipeout! ' .. model)
+end)
+
 check('the server can be restarted', function()
   local old = vim.lsp.get_clients({ name = 'mauve' })[1].id
   vim.cmd('Mauve restart')

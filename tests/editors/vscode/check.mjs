@@ -1,7 +1,7 @@
 // check.mjs HOST:PORT MODEL [SCREENSHOT.png]: opens MODEL, the sample robot, in the VS Code that is served there, edits it,
 // and checks what a user sees; then what VS Code's own commands give, in its extension host (inside/checks.js). `run` beside
 // this file starts it all.
-import { existsSync, readFileSync } from "node:fs";
+import { existsSync, readFileSync, writeFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import * as path from "node:path";
 
@@ -140,23 +140,15 @@ async function check() {
   await expect("after undo, no problems", problems, (rows) => rows.length === 0);
 }
 
-/** Has VS Code run the checks in inside/, and looks at what they have found. */
+/** Has the extension in inside/ check what it can, and looks at what it has found. */
 async function checkInside() {
-  const inside = path.join(import.meta.dirname, "inside");
-  const here = `vscode-remote://${address}`;
-  const payload = JSON.stringify([
-    ["extensionDevelopmentPath", `${here}${inside}`],
-    ["extensionTestsPath", `${here}${path.join(inside, "checks.js")}`],
-  ]);
-  await page.goto(`http://${address}/?${new URLSearchParams({ folder: model, payload })}`, { timeout: 20_000 });
   const result = process.env.MAUVE_TEST_RESULT;
+  writeFileSync(`${result}.wanted`, "");
   for (const start = performance.now(); !existsSync(result); await page.waitForTimeout(100)) {
-    if (performance.now() - start > 100_000) {
-      throw new Error("expected: the checks in the extension host say what they found");
+    if (performance.now() - start > 150_000) {
+      throw new Error("expected: the extension in inside/ says what it has found");
     }
   }
-  // Written, and not only there.
-  await page.waitForTimeout(200);
   const found = Object.entries(JSON.parse(readFileSync(result, "utf8")));
   found.forEach(([name, said]) => console.log(`inside: ${name}: ${said}`));
   if (found.length === 0 || found.some(([, said]) => said !== "fine")) {

@@ -196,6 +196,13 @@ significane = 1e-4
     fn in_tables_and_in_the_configuration() {
         let table = "codel plan(): int\nshell S { }\ncore C(S) { update = { plan(); } }\ncomponent K(S, C)\n\
                      //- /mauve.toml\n[timing]\ntables = [\"times.toml\"]\n//- /times.toml\n[codel]\n\"pl$0na\" = 3\n";
-        offered(table, &[], &[ActionKind::QuickFix], expect![[r#""#]]);
+        offered(
+            table,
+            &[],
+            &[ActionKind::QuickFix],
+            expect![[r#"
+            *Change to `plan` [unknown-timing-key]
+        "#]],
+        );
     }
 }

@@ -24,6 +24,15 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
     }
     let (db, file) = (actions.db, actions.question.file);
     let (Some(core), Some(at)) = (actions.node::<ast::Core>(), actions.selected_name()) else { return };
+    // Only a block round it can have declared it; the names of a whole core are not read for less.
+    let mut blocks = at.parent_ancestors().filter(|it| it.kind() == SyntaxKind::BLOCK);
+    let declares = |block: SyntaxNode| {
+        let mut names = block.children().filter_map(ast::Var::cast).filter_map(|it| it.name());
+        names.any(|name| name.syntax().text() == at.text())
+    };
+    if !blocks.any(declares) {
+        return;
+    }
     let title = format!("Inline `{}`", at.text());
     let range = at.text_range();
     actions.refactor(ActionKind::Inline, title, |project| {

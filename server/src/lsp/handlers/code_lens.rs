@@ -42,6 +42,9 @@ pub(crate) fn code_lenses(
     params: &CodeLensParams,
 ) -> Result<Option<Vec<lsp_types::CodeLens>>> {
     snapshot.complete()?;
+    if !snapshot.settings.lenses {
+        return Ok(Some(Vec::new()));
+    }
     let (file, lines) = snapshot.file(&params.text_document)?;
     let encoding = snapshot.capabilities.encoding;
     let version = snapshot.documents.get(&params.text_document.uri).map(|document| document.version);

@@ -1,30 +1,78 @@
-//! `textDocument/definition`.
+//! `textDocument/definition`, `textDocument/declaration`, `textDocument/typeDefinition` and `textDocument/implementation`:
+//! four questions of one shape.
 
+use mauve_ide::Definition;
+use mauve_model::{File, ModelDb, Workspace};
+use mauve_syntax::TextSize;
 use tower_lsp::jsonrpc::Result;
-use tower_lsp::lsp_types::{GotoDefinitionParams, GotoDefinitionResponse, Location, LocationLink};
+use tower_lsp::lsp_types::{
+    GotoDefinitionParams, GotoDefinitionResponse, Location, LocationLink, Range, Url,
+};
 
 use crate::lsp::position::line_index;
 use crate::lsp::snapshot::Snapshot;
 
-/// Where the name at a position is declared.
+/// One of the questions.
+type Ask = fn(&dyn ModelDb, &[Workspace], File, TextSize) -> Option<Definition>;
+
+/// Where the name at a position is defined.
 pub(crate) fn definition(
     snapshot: &Snapshot,
     params: &GotoDefinitionParams,
+) -> Result<Option<GotoDefinitionResponse>> {
+    go_to(snapshot, params, mauve_ide::definition, snapshot.capabilities.definition_links)
+}
+
+/// Where it is declared.
+pub(crate) fn declaration(
+    snapshot: &Snapshot,
+    params: &GotoDefinitionParams,
+) -> Result<Option<GotoDefinitionResponse>> {
+    go_to(snapshot, params, mauve_ide::declaration, snapshot.capabilities.declaration_links)
+}
+
+/// Where its type is declared.
+pub(crate) fn type_definition(
+    snapshot: &Snapshot,
+    params: &GotoDefinitionParams,
+) -> Result<Option<GotoDefinitionResponse>> {
+    go_to(snapshot, params, mauve_ide::type_definition, snapshot.capabilities.type_definition_links)
+}
+
+/// What makes it happen.
+pub(crate) fn implementation(
+    snapshot: &Snapshot,
+    params: &GotoDefinitionParams,
+) -> Result<Option<GotoDefinitionResponse>> {
+    go_to(snapshot, params, mauve_ide::implementation, snapshot.capabilities.implementation_links)
+}
+
+fn go_to(
+    snapshot: &Snapshot,
+    params: &GotoDefinitionParams,
+    ask: Ask,
+    links: bool,
 ) -> Result<Option<GotoDefinitionResponse>> {
     let at = &params.text_document_position_params;
     let (file, lines) = snapshot.file(&at.text_document)?;
     let encoding = snapshot.capabilities.encoding;
     let offset = lines.offset(at.position, encoding);
-    let Some(found) = mauve_ide::definition(&snapshot.db, &snapshot.workspaces, file, offset) else {
+    let Some(found) = ask(&snapshot.db, &snapshot.workspaces, file, offset) else {
         return Ok(None);
     };
     let origin = lines.range(found.origin, encoding);
-    let targets = found.targets.iter().filter_map(|target| {
+    let mut targets: Vec<(Url, Range, Range)> = Vec::new();
+    for target in &found.targets {
         let lines = line_index(&snapshot.db, target.file);
         let (all, name) = (lines.range(target.range, encoding), lines.range(target.name, encoding));
-        Some((snapshot.url(target.file)?, all, name))
-    });
-    Ok(Some(match snapshot.capabilities.definition_links {
+        targets.extend(snapshot.url(target.file).map(|url| (url, all, name)));
+    }
+    // What is not there, nobody can open: a codel that has not been written yet, a message of a package that is gone.
+    let files = found.files.iter().filter(|path| path.is_file());
+    let start = Range::default();
+    targets.extend(files.filter_map(|path| Some((Url::from_file_path(path).ok()?, start, start))));
+    let targets = targets.into_iter();
+    Ok(Some(match links {
         true => GotoDefinitionResponse::Link(
             targets
                 .map(|(target_uri, target_range, target_selection_range)| LocationLink {

@@ -13,22 +13,22 @@ use tower_lsp::lsp_types::{
 };
 
 use crate::lsp::check::{diagnostics, result_id};
-use crate::lsp::pulls::ResultId;
+use crate::lsp::pulls::{Given, ResultId};
 use crate::lsp::snapshot::{DEFECT, Snapshot};
 use crate::lsp::to_proto;
 
 /// An answer, and what it gave for each file.
-pub(crate) type Given<T> = (T, BTreeMap<Url, Option<ResultId>>);
+pub(crate) type Diagnosed<T> = (T, BTreeMap<Url, Given>);
 
 /// What is wrong in a file.
 pub(crate) fn document_diagnostic(
     snapshot: &Snapshot,
     params: &DocumentDiagnosticParams,
-) -> Result<Given<DocumentDiagnosticReportResult>> {
+) -> Result<Diagnosed<DocumentDiagnosticReportResult>> {
     snapshot.complete()?;
     let url = &params.text_document.uri;
     // A file that is neither open nor known has no diagnostics: an error would be shown to a user who has done nothing.
-    let items = diagnostics(snapshot).remove(url).map(|(_, items)| items).unwrap_or_default();
+    let (version, items) = diagnostics(snapshot).remove(url).unwrap_or_default();
     let id = result_id(&items);
     let report = match full_or_unchanged(id, items, params.previous_result_id.as_deref()) {
         Ok(full_document_diagnostic_report) => {
@@ -44,14 +44,15 @@ pub(crate) fn document_diagnostic(
             })
         }
     };
-    Ok((DocumentDiagnosticReportResult::Report(report), BTreeMap::from([(url.clone(), Some(id))])))
+    let given = BTreeMap::from([(url.clone(), (version, Some(id)))]);
+    Ok((DocumentDiagnosticReportResult::Report(report), given))
 }
 
 /// What is wrong in every file; one of which the client knows something has a report even where nothing is left.
 pub(crate) fn workspace_diagnostic(
     snapshot: &Snapshot,
     params: &WorkspaceDiagnosticParams,
-) -> Result<Given<WorkspaceDiagnosticReportResult>> {
+) -> Result<Diagnosed<WorkspaceDiagnosticReportResult>> {
     snapshot.complete()?;
     let known: BTreeMap<&Url, &str> =
         params.previous_result_ids.iter().map(|known| (&known.uri, known.value.as_str())).collect();
@@ -62,7 +63,7 @@ pub(crate) fn workspace_diagnostic(
     let mut given = BTreeMap::new();
     let report = |(uri, (version, items)): (Url, (Option<i32>, Vec<Diagnostic>))| {
         let id = result_id(&items);
-        given.insert(uri.clone(), Some(id));
+        given.insert(uri.clone(), (version, Some(id)));
         let version = version.map(i64::from);
         match full_or_unchanged(id, items, known.get(&uri).copied()) {
             Ok(full_document_diagnostic_report) => {

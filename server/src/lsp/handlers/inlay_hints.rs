@@ -1,6 +1,5 @@
 //! `textDocument/inlayHint` and `inlayHint/resolve`.
 
-use mauve_ide::HintKinds;
 use serde::{Deserialize, Serialize};
 use tower_lsp::jsonrpc::{Error, Result};
 use tower_lsp::lsp_types::{
@@ -27,7 +26,8 @@ pub(crate) fn inlay_hints(
     let (file, lines) = snapshot.file(&params.text_document)?;
     let encoding = snapshot.capabilities.encoding;
     let range = lines.text_range(params.range, encoding);
-    let hints = mauve_ide::inlay_hints(&snapshot.db, &snapshot.workspaces, file, range, HintKinds::default());
+    let hints =
+        mauve_ide::inlay_hints(&snapshot.db, &snapshot.workspaces, file, range, snapshot.settings.hints);
     let version = snapshot.documents.get(&params.text_document.uri).map(|document| document.version);
     let hints = hints.into_iter().map(|hint| {
         let explained = hint.explained_at.map(|offset| Explained {

@@ -1,0 +1,634 @@
+//! Who calls a codel or an operation, and what a program calls. A required operation leads to those that are connected to
+//! it, in whichever architecture.
+
+use mauve_model::item_tree::{FeatureKind, Kind, Part};
+use mauve_model::{
+    Decl, File, ModelDb, Place, Project, Workspace, core, declarations, features_of, flat_of, names_of,
+    parse, shell, shell_of,
+};
+use mauve_syntax::ast::{self, AstNode as _};
+use mauve_syntax::{TextRange, TextSize};
+
+use crate::definition::names;
+use crate::document_symbols::SymbolKind;
+use crate::hierarchy::{HierarchyItem, declaration_of, id_of, item_of};
+use crate::occurrences::{Found, Meaning, Role, in_declaration};
+use crate::project::projects_with;
+
+/// Calls between two nodes.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Calls {
+    /// Who calls, or is called.
+    pub item: HierarchyItem,
+    /// Where that is said, in the caller's file.
+    pub ranges: Vec<TextRange>,
+}
+
+/// The codel, the operation or the program that is named at `offset`; of an operation what cores do for it.
+pub fn call_items(
+    db: &dyn ModelDb,
+    workspaces: &[Workspace],
+    file: File,
+    offset: TextSize,
+) -> Vec<HierarchyItem> {
+    if mauve_model::is_model(file.path(db)) {
+        let cores = declarations(db, file).all.iter().filter(|decl| decl.kind(db) == Kind::Core);
+        let programs = cores.flat_map(|&core| programs_of(db, core));
+        let mut here = programs.filter(|it| it.name_range.contains_inclusive(offset));
+        if let Some(program) = here.next() {
+            return vec![program.item(db)];
+        }
+    }
+    let mut found = Vec::new();
+    for (project, name) in names(db, workspaces, file, offset) {
+        for item in nodes_of(db, project, &name).iter().filter_map(|node| node.item(db)) {
+            if !found.contains(&item) {
+                found.push(item);
+            }
+        }
+    }
+    found
+}
+
+/// Who calls what an item stands for.
+///
+/// ```
+/// use mauve_model::{Database, Workspace};
+/// let db = Database::default();
+/// let text = "codel f(): int core C(S) { update = { f(); } }".to_owned();
+/// let workspace = Workspace::of_texts(&db, "/".into(), [("/a.mal".into(), text)]);
+/// let file = workspace.file(&db, "/a.mal".as_ref()).unwrap();
+/// let codel = &mauve_ide::call_items(&db, &[workspace], file, 6.into())[0];
+/// let caller = &mauve_ide::incoming_calls(&db, &[workspace], file, &codel.id)[0].item;
+/// assert_eq!((caller.name.as_str(), caller.detail.as_str()), ("update", "core C"));
+/// assert_eq!(&mauve_ide::outgoing_calls(&db, &[workspace], file, &caller.id)[0].item, codel);
+/// ```
+pub fn incoming_calls(db: &dyn ModelDb, workspaces: &[Workspace], file: File, id: &str) -> Vec<Calls> {
+    let mut found = Vec::new();
+    let Some(node) = node(db, file, id) else { return found };
+    for project in projects_with(db, workspaces, file) {
+        // What calls it, in whichever core; and in its own.
+        let (anywhere, inside) = match &node {
+            Node::Codel(codel) => (vec![Meaning::Declaration(*codel)], None),
+            Node::Operation(shell, part) => {
+                let operation = Meaning::Part(Place::Part(*shell, *part));
+                let mut all = requirers(db, project, &operation);
+                all.push(operation);
+                (all, None)
+            }
+            Node::Program(program) => match program.operation(db, project) {
+                Some(operation) => (requirers(db, project, &operation), Some((program.core, operation))),
+                None => continue,
+            },
+        };
+        for &core in names_of(db, project).all.iter().filter(|decl| decl.kind(db) == Kind::Core) {
+            let own = inside.as_ref().filter(|(of, _)| *of == core).map(|(_, operation)| operation);
+            let calls = in_declaration(db, project, core).into_iter();
+            let calls: Vec<Found<'_>> = calls
+                .filter(|it| {
+                    it.role == Role::Call && (own == Some(&it.meaning) || anywhere.contains(&it.meaning))
+                })
+                .collect();
+            if calls.is_empty() {
+                continue;
+            }
+            let programs = programs_of(db, core);
+            for call in calls {
+                let of = programs.iter().find(|it| it.range.contains_range(call.range));
+                let caller = match of {
+                    Some(program) => Some(program.item(db)),
+                    // The first value of a variable.
+                    None => item_of(db, core, SymbolKind::Core),
+                };
+                add_call(&mut found, caller, call.range);
+            }
+        }
+    }
+    found
+}
+
+/// What is called by what an item stands for.
+pub fn outgoing_calls(db: &dyn ModelDb, workspaces: &[Workspace], file: File, id: &str) -> Vec<Calls> {
+    let mut found = Vec::new();
+    let Some(node) = node(db, file, id) else { return found };
+    for project in projects_with(db, workspaces, file) {
+        match &node {
+            Node::Codel(_) => {}
+            Node::Operation(shell, part) => {
+                let place = Place::Part(*shell, *part);
+                let range = place.range(db);
+                for provider in providers(db, project, &Meaning::Part(place)) {
+                    for node in provided(db, project, &provider) {
+                        add_call(&mut found, node.item(db), range);
+                    }
+                }
+            }
+            Node::Program(program) => {
+                let calls = in_declaration(db, project, program.core).into_iter();
+                let is_here = |it: &Found<'_>| program.range.contains_range(it.range);
+                for call in calls.filter(|it| it.role == Role::Call && is_here(it)) {
+                    for node in called(db, project, program.core, &call) {
+                        add_call(&mut found, node.item(db), call.range);
+                    }
+                }
+            }
+        }
+    }
+    found
+}
+
+fn add_call(found: &mut Vec<Calls>, item: Option<HierarchyItem>, range: TextRange) {
+    let Some(item) = item else { return };
+    match found.iter_mut().find(|calls| calls.item == item) {
+        Some(calls) if calls.ranges.contains(&range) => {}
+        Some(calls) => calls.ranges.push(range),
+        None => found.push(Calls { item, ranges: vec![range] }),
+    }
+}
+
+enum Node<'db> {
+    Codel(Decl<'db>),
+    /// One that a shell declares, by where its name stands: it is required, or no core defines it.
+    Operation(Decl<'db>, Part),
+    Program(Program<'db>),
+}
+
+/// A program of a core.
+#[derive(Clone)]
+struct Program<'db> {
+    core: Decl<'db>,
+    /// What finds it in the core: `operation f`, `hook update`, `method Idle run`, `transition Idle go`.
+    id: String,
+    name: String,
+    kind: SymbolKind,
+    range: TextRange,
+    name_range: TextRange,
+}
+
+impl<'db> Program<'db> {
+    fn item(&self, db: &dyn ModelDb) -> HierarchyItem {
+        HierarchyItem {
+            name: self.name.clone(),
+            kind: self.kind,
+            detail: format!("core {}", self.core.name(db)),
+            file: self.core.file(db),
+            range: self.range,
+            name_range: self.name_range,
+            id: format!("{} {}", id_of(db, self.core), self.id),
+        }
+    }
+
+    /// The operation that it defines.
+    fn operation(&self, db: &'db dyn ModelDb, project: Project<'db>) -> Option<Meaning<'db>> {
+        let mut names = in_declaration(db, project, self.core).into_iter();
+        let is_it = |it: &Found<'db>| it.kind == SymbolKind::Operation && it.range == self.name_range;
+        names.find(is_it).map(|it| it.meaning)
+    }
+}
+
+impl Node<'_> {
+    fn item(&self, db: &dyn ModelDb) -> Option<HierarchyItem> {
+        match self {
+            Node::Codel(codel) => item_of(db, *codel, SymbolKind::Codel),
+            Node::Program(program) => Some(program.item(db)),
+            Node::Operation(of, part) => {
+                let feature = shell(db, *of)?.features.iter().find(|feature| feature.name.part == *part)?;
+                let range = Place::Part(*of, *part).range(db);
+                let word = if feature.kind == FeatureKind::Required { "required" } else { "provided" };
+                Some(HierarchyItem {
+                    name: feature.name.name.to_string(),
+                    kind: SymbolKind::Operation,
+                    detail: format!("{word} by shell {}", of.name(db)),
+                    file: of.file(db),
+                    range,
+                    name_range: range,
+                    id: format!("{} {}", id_of(db, *of), feature.name.name),
+                })
+            }
+        }
+    }
+}
+
+/// What is known by these words now; nothing where it is no longer there.
+fn node<'db>(db: &'db dyn ModelDb, file: File, id: &str) -> Option<Node<'db>> {
+    let (decl, rest) = declaration_of(db, file, id)?;
+    match decl.kind(db) {
+        Kind::Codel => Some(Node::Codel(decl)),
+        Kind::Shell => {
+            let features = shell(db, decl)?.features.iter();
+            let mut named = features.filter(|it| it.kind.is_operation() && rest == [it.name.name.as_str()]);
+            named.next().map(|it| Node::Operation(decl, it.name.part))
+        }
+        Kind::Core => {
+            let rest = rest.join(" ");
+            programs_of(db, decl).into_iter().find(|it| it.id == rest).map(Node::Program)
+        }
+        _ => None,
+    }
+}
+
+/// What a name leads to: a codel, or an operation as the cores define it.
+fn nodes_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, name: &Found<'db>) -> Vec<Node<'db>> {
+    match &name.meaning {
+        Meaning::Declaration(decl) if decl.kind(db) == Kind::Codel => vec![Node::Codel(*decl)],
+        Meaning::Part(_) if name.kind == SymbolKind::Operation => match name.of {
+            Some(of) if of.kind(db) == Kind::Core => called(db, project, of, name),
+            _ => provided(db, project, &name.meaning),
+        },
+        Meaning::Part(Place::Part(core, _)) if core.kind(db) == Kind::Core => {
+            // A method, a hook or a transition in the key of a table.
+            let range = match &name.meaning {
+                Meaning::Part(place) => place.range(db),
+                _ => return Vec::new(),
+            };
+            let programs = programs_of(db, *core).into_iter();
+            programs.filter(|it| it.name_range == range).map(Node::Program).collect()
+        }
+        _ => Vec::new(),
+    }
+}
+
+/// What a call in a core leads to: of its own operation to what the core does; of a required one to those connected to it.
+fn called<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    core: Decl<'db>,
+    call: &Found<'db>,
+) -> Vec<Node<'db>> {
+    let operation = match &call.meaning {
+        Meaning::Declaration(codel) => return vec![Node::Codel(*codel)],
+        operation => operation,
+    };
+    let own = programs_of(db, core).into_iter();
+    let own = own.filter(|it| it.operation(db, project).as_ref() == Some(operation)).map(Node::Program);
+    let own: Vec<Node<'db>> = own.collect();
+    if !own.is_empty() {
+        return own;
+    }
+    let providers = providers(db, project, operation);
+    let connected: Vec<Node<'db>> = providers.iter().flat_map(|it| provided(db, project, it)).collect();
+    if connected.is_empty() { provided(db, project, operation) } else { connected }
+}
+
+/// What cores do for an operation; where none does anything, the operation itself.
+fn provided<'db>(db: &'db dyn ModelDb, project: Project<'db>, operation: &Meaning<'db>) -> Vec<Node<'db>> {
+    let mut nodes = Vec::new();
+    for &core in names_of(db, project).all.iter().filter(|decl| decl.kind(db) == Kind::Core) {
+        if core_of_operations(db, core) {
+            let programs = programs_of(db, core).into_iter();
+            let defined = programs.filter(|it| it.operation(db, project).as_ref() == Some(operation));
+            nodes.extend(defined.map(Node::Program));
+        }
+    }
+    match operation {
+        Meaning::Part(Place::Part(of, part)) if nodes.is_empty() && of.kind(db) == Kind::Shell => {
+            vec![Node::Operation(*of, *part)]
+        }
+        _ => nodes,
+    }
+}
+
+fn core_of_operations(db: &dyn ModelDb, of: Decl<'_>) -> bool {
+    core(db, of).is_some_and(|data| !data.operations.is_empty())
+}
+
+/// The programs of a core, in the order of the text.
+fn programs_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Vec<Program<'db>> {
+    let name = Place::name_of(of).range(db);
+    let tree = parse(db, of.file(db)).syntax();
+    if !tree.text_range().contains_range(name) {
+        return Vec::new();
+    }
+    let element = tree.covering_element(name);
+    let Some(node) = element.ancestors().find_map(ast::Core::cast) else { return Vec::new() };
+    let mut found = Vec::new();
+    let mut add = |id: String, name: String, kind, all: &mauve_syntax::SyntaxNode, name_range| {
+        found.push(Program { core: of, id, name, kind, range: all.text_range(), name_range });
+    };
+    for item in node.core_items() {
+        match item {
+            ast::CoreItem::OperationDefinition(it) => {
+                let Some(name) = it.name() else { continue };
+                let (text, range) = (name.syntax().text().to_string(), name.syntax().text_range());
+                add(format!("operation {text}"), text, SymbolKind::Operation, it.syntax(), range);
+            }
+            ast::CoreItem::Hook(it) => {
+                let Some(word) = it.keyword() else { continue };
+                let text = word.text().to_owned();
+                add(format!("hook {text}"), text, SymbolKind::Hook, it.syntax(), word.text_range());
+            }
+            ast::CoreItem::StateMachine(it) => {
+                for state in it.state_machine_items() {
+                    let ast::StateMachineItem::State(state) = state else { continue };
+                    let Some(of) = state.name().map(|name| name.syntax().text().to_string()) else {
+                        continue;
+                    };
+                    for item in state.state_items() {
+                        match item {
+                            ast::StateItem::Method(it) => {
+                                let Some(word) = it.keyword() else { continue };
+                                let (text, range) = (word.text(), word.text_range());
+                                let id = format!("method {of} {text}");
+                                add(id, format!("{of}.{text}"), SymbolKind::Hook, it.syntax(), range);
+                            }
+                            ast::StateItem::Transition(it) => {
+                                let Some(name) = it.name() else { continue };
+                                let (text, range) = (name.syntax().text(), name.syntax().text_range());
+                                let id = format!("transition {of} {text}");
+                                add(id, format!("{of}.{text}"), SymbolKind::Transition, it.syntax(), range);
+                            }
+                        }
+                    }
+                }
+            }
+            ast::CoreItem::Var(_) | ast::CoreItem::Handler(_) => {}
+        }
+    }
+    found
+}
+
+/// The provided operations that are connected to a required one, in any architecture of the project.
+pub(crate) fn providers<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    required: &Meaning<'db>,
+) -> Vec<Meaning<'db>> {
+    let all = connected_operations(db, project).iter();
+    all.filter(|(of, _)| of == required).map(|(_, provided)| provided.clone()).collect()
+}
+
+/// The required operations that a provided one is connected to.
+fn requirers<'db>(db: &'db dyn ModelDb, project: Project<'db>, provided: &Meaning<'db>) -> Vec<Meaning<'db>> {
+    let all = connected_operations(db, project).iter();
+    all.filter(|(_, of)| of == provided).map(|(required, _)| required.clone()).collect()
+}
+
+/// Which operations are connected, the required one first; each pair once.
+#[salsa::tracked(returns(ref))]
+fn connected_operations<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+) -> Vec<(Meaning<'db>, Meaning<'db>)> {
+    let mut found = Vec::new();
+    for &of in names_of(db, project).all.iter().filter(|decl| decl.kind(db) == Kind::Architecture) {
+        let flat = flat_of(db, project, of);
+        let end = |(instance, operation): &(mauve_model::item_tree::Name, mauve_model::item_tree::Name)| {
+            let shell = shell_of(db, project, flat.instance(instance)?.component?)?;
+            let feature = features_of(db, project, shell).get(operation)?;
+            let part = feature.data(db)?.name.part;
+            Some((feature.kind, Meaning::Part(Place::Part(feature.shell, part))))
+        };
+        for link in flat.links.iter().filter(|link| link.operation) {
+            let pair = match (end(&link.source), end(&link.target)) {
+                (Some((FeatureKind::Provided, provided)), Some((FeatureKind::Required, required))) => {
+                    (required, provided)
+                }
+                // That is an error, and plain enough.
+                (Some((FeatureKind::Required, required)), Some((FeatureKind::Provided, provided))) => {
+                    (required, provided)
+                }
+                _ => continue,
+            };
+            if !found.contains(&pair) {
+                found.push(pair);
+            }
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixture::Fixture;
+    use expect_test::{Expect, expect};
+
+    /// Each item at the cursor, who calls it and what it calls.
+    fn check(fixture: &str, expected: Expect) {
+        let Fixture { db, workspace, file, offset } = Fixture::new(fixture);
+        let mut shown = String::new();
+        let line = |file: File, range: TextRange| {
+            let before = &file.text(&db)[..range.start().into()];
+            format!("{}:{}", file.path(&db).display(), before.matches('\n').count() + 1)
+        };
+        let say = |item: &HierarchyItem| {
+            assert!(item.range.contains_range(item.name_range));
+            format!("{} ({}) {}", item.name, item.detail, line(item.file, item.name_range))
+        };
+        for item in call_items(&db, &[workspace], file, offset) {
+            shown += &format!("{}\n", say(&item));
+            for calls in incoming_calls(&db, &[workspace], item.file, &item.id) {
+                let text = calls.item.file.text(&db);
+                let words: Vec<&str> = calls.ranges.iter().map(|range| &text[*range]).collect();
+                assert!(calls.ranges.iter().all(|range| calls.item.range.contains_range(*range)));
+                shown += &format!("  < {} {}\n", say(&calls.item), words.join(" "));
+            }
+            for calls in outgoing_calls(&db, &[workspace], item.file, &item.id) {
+                let words: Vec<&str> =
+                    calls.ranges.iter().map(|range| &item.file.text(&db)[*range]).collect();
+                assert!(calls.ranges.iter().all(|range| item.range.contains_range(*range)));
+                shown += &format!("  > {} {}\n", say(&calls.item), words.join(" "));
+            }
+        }
+        expected.assert_eq(&shown);
+    }
+
+    const ROBOT: &str = r#"
+//- /robot.mal
+include "parts.mal"
+architecture A { instance laser: parts.Sick instance map: Gmapping operation map.clear -> laser.wipe }
+component Gmapping(parts.Map, parts.Slam)
+//- /parts.mal
+library parts {
+  codel shoot(out n: int): int
+  codel first(): int
+  shell Laser { require wipe(): int require other(): int }
+  shell Map { provide clear(): int provide idle(): int }
+  core Sweep(Laser) {
+    var n: int = first()
+    handler h: wipe
+    handler o: other
+    update = { /* 🦀 é */ shoot(n); shoot(n); h = send(wipe);
+      o = send(other); }
+  }
+  component Sick(Laser, Sweep)
+  core Slam(Map) {
+    provide clear(): int = { return helper(); }
+    provide helper(): int = { return first(); }
+    var n: int
+    statemachine {
+      initial state Idle { run = { shoot(n); } transition go if first() > 1 to Idle { clear(); } }
+    }
+  }
+}
+//- /mauve.toml
+project.root = "robot.mal"
+timing.tables = ["t.toml"]
+//- /t.toml
+[program]
+"Gmapping/Idle.run" = 1
+"#;
+
+    fn at(from: &str, expected: Expect) {
+        let cursor = from.replace("$0", "");
+        assert!(ROBOT.contains(&cursor), "{cursor}");
+        check(&ROBOT.replacen(&cursor, from, 1), expected);
+    }
+
+    #[test]
+    fn codels_and_programs() {
+        at(
+            "codel sho$0ot",
+            expect![[r#"
+            shoot (library parts) /parts.mal:2
+              < update (core Sweep) /parts.mal:10 shoot shoot
+              < Idle.run (core Slam) /parts.mal:19 shoot
+        "#]],
+        );
+        at(
+            "sho$0ot(n); h",
+            expect![[r#"
+            shoot (library parts) /parts.mal:2
+              < update (core Sweep) /parts.mal:10 shoot shoot
+              < Idle.run (core Slam) /parts.mal:19 shoot
+        "#]],
+        );
+        at(
+            "codel fir$0st",
+            expect![[r#"
+            first (library parts) /parts.mal:3
+              < Sweep (library parts) /parts.mal:6 first
+              < helper (core Slam) /parts.mal:16 first
+              < Idle.go (core Slam) /parts.mal:19 first
+        "#]],
+        );
+        at(
+            "upd$0ate =",
+            expect![[r#"
+            update (core Sweep) /parts.mal:10
+              > shoot (library parts) /parts.mal:2 shoot shoot
+              > clear (core Slam) /parts.mal:15 wipe
+              > other (required by shell Laser) /parts.mal:4 other
+        "#]],
+        );
+        at(
+            "transition g$0o",
+            expect![[r#"
+            Idle.go (core Slam) /parts.mal:19
+              > first (library parts) /parts.mal:3 first
+              > clear (core Slam) /parts.mal:15 clear
+        "#]],
+        );
+        at(
+            "{ ru$0n =",
+            expect![[r#"
+            Idle.run (core Slam) /parts.mal:19
+              > shoot (library parts) /parts.mal:2 shoot
+        "#]],
+        );
+        at(
+            "Idle.ru$0n",
+            expect![[r#"
+            Idle.run (core Slam) /parts.mal:19
+              > shoot (library parts) /parts.mal:2 shoot
+        "#]],
+        );
+        at("core Swe$0ep", expect![[r#""#]]);
+    }
+
+    #[test]
+    fn operations_over_connections() {
+        at(
+            "require wi$0pe",
+            expect![[r#"
+            wipe (required by shell Laser) /parts.mal:4
+              < update (core Sweep) /parts.mal:10 wipe
+              > clear (core Slam) /parts.mal:15 wipe
+        "#]],
+        );
+        at(
+            "send(wi$0pe)",
+            expect![[r#"
+            clear (core Slam) /parts.mal:15
+              < update (core Sweep) /parts.mal:10 wipe
+              < Idle.go (core Slam) /parts.mal:19 clear
+              > helper (core Slam) /parts.mal:16 helper
+        "#]],
+        );
+        at(
+            "send(oth$0er)",
+            expect![[r#"
+            other (required by shell Laser) /parts.mal:4
+              < update (core Sweep) /parts.mal:10 other
+        "#]],
+        );
+        at(
+            "provide cle$0ar(): int p",
+            expect![[r#"
+            clear (core Slam) /parts.mal:15
+              < update (core Sweep) /parts.mal:10 wipe
+              < Idle.go (core Slam) /parts.mal:19 clear
+              > helper (core Slam) /parts.mal:16 helper
+        "#]],
+        );
+        at(
+            "map.cle$0ar",
+            expect![[r#"
+            clear (core Slam) /parts.mal:15
+              < update (core Sweep) /parts.mal:10 wipe
+              < Idle.go (core Slam) /parts.mal:19 clear
+              > helper (core Slam) /parts.mal:16 helper
+        "#]],
+        );
+        at(
+            "provide cle$0ar(): int =",
+            expect![[r#"
+            clear (core Slam) /parts.mal:15
+              < update (core Sweep) /parts.mal:10 wipe
+              < Idle.go (core Slam) /parts.mal:19 clear
+              > helper (core Slam) /parts.mal:16 helper
+        "#]],
+        );
+        at(
+            "return hel$0per",
+            expect![[r#"
+            helper (core Slam) /parts.mal:16
+              < clear (core Slam) /parts.mal:15 helper
+              > first (library parts) /parts.mal:3 first
+        "#]],
+        );
+        at(
+            "provide id$0le",
+            expect![[r#"
+            idle (provided by shell Map) /parts.mal:5
+        "#]],
+        );
+    }
+
+    #[test]
+    fn while_the_text_is_broken() {
+        check(
+            "codel f(): int core C(S) { update = { if (f$0( }",
+            expect![[r#"
+            f () /model.mal:1
+              < update (core C) /model.mal:1 f
+        "#]],
+        );
+        check("core $0C(S) {", expect![[r#""#]]);
+        check("$0", expect![[r#""#]]);
+    }
+
+    #[test]
+    fn an_item_of_another_text() {
+        let text = "codel f(): int core C(S) { update = { f(); } }";
+        let Fixture { db, workspace, file, .. } = Fixture::new(&format!("/* new */ {text}"));
+        assert_eq!(incoming_calls(&db, &[workspace], file, "codel - f 0").len(), 1);
+        assert_eq!(outgoing_calls(&db, &[workspace], file, "core - C 0 hook update").len(), 1);
+        for id in
+            ["codel - g 0", "core - C 0 hook stop", "core - C 0", "core - C 0 hook", "shell - S 0 f", ""]
+        {
+            assert_eq!(incoming_calls(&db, &[workspace], file, id), [], "{id}");
+            assert_eq!(outgoing_calls(&db, &[workspace], file, id), [], "{id}");
+        }
+    }
+}

@@ -1,0 +1,243 @@
+//! What makes a name happen: the cores and components for a shell, what cores do for an operation, what is deployed of an
+//! architecture; and of a codel its C++ file and its entries in the timing tables.
+
+use mauve_model::item_tree::{Kind, TypeRef};
+use mauve_model::{
+    Decl, File, ModelDb, Place, Project, Workspace, component, config_of, core, core_of, deployment,
+    names_of, shell, table_files,
+};
+use mauve_syntax::TextSize;
+
+use crate::call_hierarchy::providers;
+use crate::definition::{Definition, Target, destination, names, of_declaration};
+use crate::document_symbols::SymbolKind;
+use crate::occurrences::{Meaning, Role, in_declaration, names_in};
+
+/// What implements what is named at `offset`. The file of a codel is named whether it is there or not.
+///
+/// ```
+/// use mauve_model::{Database, Workspace};
+/// let db = Database::default();
+/// let text = "shell S { } core C(S) { } component P(S, C)".to_owned();
+/// let workspace = Workspace::of_texts(&db, "/".into(), [("/a.mal".into(), text)]);
+/// let file = workspace.file(&db, "/a.mal".as_ref()).unwrap();
+/// let found = mauve_ide::implementation(&db, &[workspace], file, 6.into()).unwrap();
+/// assert_eq!(found.targets.len(), 2);
+/// ```
+pub fn implementation(
+    db: &dyn ModelDb,
+    workspaces: &[Workspace],
+    file: File,
+    offset: TextSize,
+) -> Option<Definition> {
+    let names = names(db, workspaces, file, offset);
+    let mut found = destination(&names, |project, name| match &name.meaning {
+        Meaning::Declaration(decl) => of_declared(db, project, *decl),
+        Meaning::Part(_) if name.kind == SymbolKind::Operation => {
+            let mut found = definitions(db, project, &name.meaning);
+            for provider in providers(db, project, &name.meaning) {
+                found.extend(definitions(db, project, &provider));
+            }
+            found
+        }
+        _ => Vec::new(),
+    });
+    for (project, name) in &names {
+        if let Meaning::Declaration(decl) = name.meaning
+            && let Some(file) = codel_file(db, *project, decl)
+        {
+            let origin = name.range;
+            let found =
+                found.get_or_insert_with(|| Definition { origin, targets: Vec::new(), files: Vec::new() });
+            if !found.files.contains(&file) {
+                found.files.push(file);
+            }
+        }
+    }
+    found
+}
+
+fn of_declared<'db>(db: &'db dyn ModelDb, project: Project<'db>, decl: Decl<'db>) -> Vec<Target> {
+    let names = names_of(db, project);
+    let is_it = |of: Decl<'db>, ty: Option<&TypeRef>| {
+        names.resolve_type(db, of, decl.kind(db), ty).is_ok_and(|found| found == decl)
+    };
+    let found: Vec<Decl<'db>> = match decl.kind(db) {
+        Kind::Shell => {
+            let all = names.all.iter().copied();
+            all.filter(|&of| match of.kind(db) {
+                Kind::Shell => {
+                    shell(db, of).is_some_and(|it| it.bases.iter().any(|base| is_it(of, Some(base))))
+                }
+                Kind::Core => core(db, of).is_some_and(|it| is_it(of, it.shell.as_ref())),
+                Kind::Component => component(db, of).is_some_and(|it| is_it(of, it.shell.as_ref())),
+                _ => false,
+            })
+            .collect()
+        }
+        Kind::Component => core_of(db, project, decl).into_iter().collect(),
+        Kind::Architecture => {
+            let all = names.all.iter().copied();
+            all.filter(|&of| deployment(db, of).is_some_and(|it| is_it(of, it.targets.first()))).collect()
+        }
+        Kind::Codel => return in_tables(db, project, decl),
+        Kind::Use | Kind::Core | Kind::Deployment => Vec::new(),
+    };
+    found.into_iter().filter_map(|decl| of_declaration(db, decl)).collect()
+}
+
+fn in_tables<'db>(db: &'db dyn ModelDb, project: Project<'db>, codel: Decl<'db>) -> Vec<Target> {
+    let mut found = Vec::new();
+    for &file in &table_files(db, project.workspace(db)).files {
+        let names = names_in(db, project, file).into_iter();
+        let names = names.filter(|it| it.meaning == Meaning::Declaration(codel));
+        found.extend(names.map(|it| Target { file, range: it.range, name: it.range }));
+    }
+    found
+}
+
+/// What cores do for an operation that their shell provides.
+pub(crate) fn definitions<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    operation: &Meaning<'db>,
+) -> Vec<Target> {
+    let Meaning::Part(Place::Part(..)) = operation else { return Vec::new() };
+    let cores = names_of(db, project).all.iter().filter(|decl| decl.kind(db) == Kind::Core);
+    let names = cores.flat_map(|&core| in_declaration(db, project, core));
+    let defined = names.filter(|it| it.role == Role::Definition && it.meaning == *operation);
+    defined.map(|it| Target { file: it.file, range: it.range, name: it.range }).collect()
+}
+
+/// Where the generator puts the function of a codel, which the user writes: a package for each library.
+fn codel_file<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    decl: Decl<'db>,
+) -> Option<std::path::PathBuf> {
+    let library = decl.library(db).as_ref().filter(|_| decl.kind(db) == Kind::Codel)?;
+    let workspace = project.workspace(db);
+    let out = config_of(db, workspace).out.as_deref().unwrap_or("generated");
+    let package = workspace.folder(db).join(out).join(library.as_str());
+    Some(mauve_model::normalised(&package.join("src/codels").join(format!("{}.cpp", decl.name(db)))))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixture::{Fixture, shown};
+    use expect_test::{Expect, expect};
+
+    fn check(fixture: &str, expected: Expect) {
+        let Fixture { db, workspace, file, offset } = Fixture::new(fixture);
+        expected.assert_eq(&shown(&db, implementation(&db, &[workspace], file, offset)));
+    }
+
+    const ROBOT: &str = r#"
+//- /robot.mal
+include "parts.mal"
+architecture Base { instance laser: parts.Sick }
+architecture A { import Base instance map: Gmapping operation map.clear -> laser.wipe }
+component Gmapping(parts.Map, parts.Slam)
+deployment D { architecture A activity laser { priority = 1 period = 100 } }
+//- /parts.mal
+library parts {
+  codel shoot(out n: int): int
+  shell Sensor { property rate: int }
+  shell Laser extends Sensor { require wipe(): int }
+  shell Map { provide clear(): int }
+  core Sweep(Laser) { var n: int handler h: wipe update = { /* 🦀 é */ shoot(n); h = send(wipe); } }
+  component Sick(Laser, Sweep)
+  core Slam(Map) { provide clear(): int = { return 1; } update = { clear(); } }
+  core Grid(Map) { provide clear(): int = { return 2; } update = { } }
+}
+//- /mauve.toml
+timing.tables = ["t.toml"]
+//- /t.toml
+[codel]
+parts.shoot = 1
+"#;
+
+    fn at(from: &str, expected: Expect) {
+        let cursor = from.replace("$0", "");
+        assert!(ROBOT.contains(&cursor), "{cursor}");
+        check(&ROBOT.replacen(&cursor, from, 1), expected);
+    }
+
+    #[test]
+    fn of_everything_that_is_made_by_something() {
+        at(
+            "shell Sen$0sor",
+            expect![[r#"
+            /parts.mal:4 Laser | shell Laser extends Sensor { require wipe(): int }
+        "#]],
+        );
+        at("Laser, Swe$0ep", expect![[r#""#]]);
+        at(
+            "shell La$0ser",
+            expect![[r#"
+            /parts.mal:6 Sweep | core Sweep(Laser) { var n: int handler h: wipe update = { /* 🦀 é */ shoot(n); h = send(wipe); } }
+            /parts.mal:7 Sick | component Sick(Laser, Sweep)
+        "#]],
+        );
+        at(
+            "instance laser: parts.Si$0ck",
+            expect![[r#"
+            /parts.mal:6 Sweep | core Sweep(Laser) { var n: int handler h: wipe update = { /* 🦀 é */ shoot(n); h = send(wipe); } }
+        "#]],
+        );
+        at(
+            "deployment D { architecture $0A",
+            expect![[r#"
+            /robot.mal:5 D | deployment D { architecture A activity laser { priority = 1 period = 100 } }
+        "#]],
+        );
+        at(
+            "codel sho$0ot",
+            expect![[r#"
+            /t.toml:2 shoot | shoot
+            /generated/parts/src/codels/shoot.cpp
+        "#]],
+        );
+        at(
+            "provide cl$0ear(): int }",
+            expect![[r#"
+            /parts.mal:8 clear | clear
+            /parts.mal:9 clear | clear
+        "#]],
+        );
+        // A required operation is done by those that are connected to it.
+        at(
+            "send(wi$0pe)",
+            expect![[r#"
+            /parts.mal:8 clear | clear
+            /parts.mal:9 clear | clear
+        "#]],
+        );
+        at(
+            "map.cle$0ar",
+            expect![[r#"
+            /parts.mal:8 clear | clear
+            /parts.mal:9 clear | clear
+        "#]],
+        );
+    }
+
+    #[test]
+    fn where_the_generator_puts_a_codel() {
+        check(
+            "//- /a.mal\nlibrary l { codel $0f(): int }\n//- /mauve.toml\n[generate]\nout = \"../cpp\"\n",
+            expect![[r#"
+                /cpp/l/src/codels/f.cpp
+            "#]],
+        );
+        // What stands outside libraries is in no package.
+        check("codel $0f(): int", expect![[r#""#]]);
+    }
+
+    #[test]
+    fn while_the_text_is_broken() {
+        check("shell $0S { core C(S) {", expect![[r#""#]]);
+        check("$0", expect![[r#""#]]);
+    }
+}

@@ -1,0 +1,211 @@
+//! From what has a type to that type: a message's file for a value, the component of an instance, the operation of a
+//! handler, the shell of a component or a core, the architecture of a deployment.
+
+use mauve_model::item_tree::{Data, Kind, Part, TypeRef};
+use mauve_model::{Decl, File, ModelDb, Place, Project, Workspace, data, package};
+use mauve_syntax::TextSize;
+
+use crate::definition::{Definition, Target, destination, names, targets};
+use crate::occurrences::{Meaning, occurrences_of};
+
+/// Where the type of what is named at `offset` is declared. What is built in is declared nowhere.
+///
+/// ```
+/// use mauve_model::{Database, Workspace};
+/// let db = Database::default();
+/// let text = "shell S { } core C(S) { } component P(S, C) architecture A { instance pilot: P }".to_owned();
+/// let (pilot, component) = (text.find("pilot").unwrap() as u32, text.find("P(").unwrap() as u32);
+/// let workspace = Workspace::of_texts(&db, "/".into(), [("/a.mal".into(), text)]);
+/// let file = workspace.file(&db, "/a.mal".as_ref()).unwrap();
+/// let found = mauve_ide::type_definition(&db, &[workspace], file, pilot.into()).unwrap();
+/// assert_eq!(u32::from(found.targets[0].name.start()), component);
+/// ```
+pub fn type_definition(
+    db: &dyn ModelDb,
+    workspaces: &[Workspace],
+    file: File,
+    offset: TextSize,
+) -> Option<Definition> {
+    let names = names(db, workspaces, file, offset);
+    let mut found = destination(&names, |project, name| of_meaning(db, project, &name.meaning));
+    for (project, name) in &names {
+        if let Some(file) = message_file(db, *project, &name.meaning) {
+            let origin = name.range;
+            let found =
+                found.get_or_insert_with(|| Definition { origin, targets: Vec::new(), files: Vec::new() });
+            if !found.files.contains(&file) {
+                found.files.push(file);
+            }
+        }
+    }
+    found
+}
+
+fn of_meaning<'db>(db: &'db dyn ModelDb, project: Project<'db>, meaning: &Meaning<'db>) -> Vec<Target> {
+    match type_of(db, project, meaning) {
+        Some(Meaning::Message(..) | Meaning::Type(_)) | None => Vec::new(),
+        Some(ty) => targets(db, project, &ty),
+    }
+}
+
+/// The file of the message that it holds, or is.
+fn message_file<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    meaning: &Meaning<'db>,
+) -> Option<std::path::PathBuf> {
+    let ty = match meaning {
+        Meaning::Message(..) => Some(meaning.clone()),
+        _ => type_of(db, project, meaning),
+    };
+    let Some(Meaning::Message(of, name)) = ty else { return None };
+    package(db, project.workspace(db), &of)?.messages.get(&name)?.path.clone()
+}
+
+/// What the type of something stands for: the last name of where that is written.
+fn type_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, meaning: &Meaning<'db>) -> Option<Meaning<'db>> {
+    let (decl, part) = match meaning {
+        Meaning::Declaration(decl) => (*decl, Part(0)),
+        Meaning::Part(Place::Part(decl, part)) => (*decl, *part),
+        _ => return None,
+    };
+    let ty = type_part(db, decl, part)?;
+    let names = occurrences_of(db, project, decl).iter().filter(|it| it.part == ty);
+    names.max_by_key(|it| it.segment).map(|it| it.meaning.clone())
+}
+
+/// Where the type of what is named there is written.
+fn type_part(db: &dyn ModelDb, decl: Decl<'_>, part: Part) -> Option<Part> {
+    let of = |ty: &Option<TypeRef>| ty.as_ref().map(|ty| ty.part);
+    let parameters = |all: &[mauve_model::item_tree::Parameter]| {
+        all.iter().find(|it| it.name.part == part).map(|it| of(&it.ty))
+    };
+    match data(db, decl).as_deref()? {
+        Data::Codel(codel) if part == Part(0) => of(&codel.result),
+        Data::Codel(codel) => parameters(&codel.parameters)?,
+        Data::Shell(shell) => {
+            let own = shell.features.iter().find(|it| it.name.part == part).map(|it| of(&it.ty));
+            own.or_else(|| shell.features.iter().find_map(|it| parameters(&it.parameters)))?
+        }
+        Data::Core(core) if part == Part(0) => of(&core.shell),
+        Data::Core(core) => {
+            let variables = core.all_variables().into_iter();
+            let handlers = core.handlers.iter();
+            let operations = || core.operations.iter();
+            None.or_else(|| variables.filter(|it| it.name.part == part).map(|it| of(&it.ty)).next())
+                .or_else(|| handlers.filter(|it| it.name.part == part).map(|it| of(&it.operation)).next())
+                .or_else(|| operations().filter(|it| it.name.part == part).map(|it| of(&it.result)).next())
+                .or_else(|| operations().find_map(|it| parameters(&it.parameters)))?
+        }
+        Data::Component(component) if part == Part(0) => of(&component.shell),
+        Data::Architecture(data) => of(&data.instances.iter().find(|it| it.name.part == part)?.component),
+        Data::Deployment(deployment) if part == Part(0) => deployment.targets.first().map(|ty| ty.part),
+        Data::Use | Data::Component(_) | Data::Deployment(_) => None,
+    }
+    .filter(|_| decl.kind(db) != Kind::Use)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixture::{Fixture, shown};
+    use expect_test::{Expect, expect};
+
+    fn check(fixture: &str, expected: Expect) {
+        let Fixture { db, workspace, file, offset } = Fixture::new(fixture);
+        expected.assert_eq(&shown(&db, type_definition(&db, &[workspace], file, offset)));
+    }
+
+    const ROBOT: &str = r#"
+use std_msgs
+codel shoot(out n: std_msgs.Int32): int
+shell Laser { output port scan: Int32 require wipe(i: String): int }
+core Sweep(Laser) { var n: Int32 handler h: wipe update = { /* 🦀 é */ shoot(n); h = send(wipe); } }
+component Sick(Laser, Sweep)
+architecture A { instance laser: Sick }
+deployment D { architecture A activity laser { priority = 1 period = 100 } }
+"#;
+
+    fn at(from: &str, expected: Expect) {
+        let cursor = from.replace("$0", "");
+        assert!(ROBOT.contains(&cursor), "{cursor}");
+        check(&ROBOT.replacen(&cursor, from, 1), expected);
+    }
+
+    #[test]
+    fn of_everything_that_has_a_type() {
+        at(
+            "activity las$0er",
+            expect![[r#"
+            /model.mal:5 Sick | component Sick(Laser, Sweep)
+        "#]],
+        );
+        at("h = $0send", expect![[r#""#]]);
+        at(
+            "handler $0h",
+            expect![[r#"
+            /model.mal:3 wipe | wipe
+        "#]],
+        );
+        at(
+            "$0h = send",
+            expect![[r#"
+            /model.mal:3 wipe | wipe
+        "#]],
+        );
+        at(
+            "component Si$0ck",
+            expect![[r#"
+            /model.mal:3 Laser | shell Laser { output port scan: Int32 require wipe(i: String): int }
+        "#]],
+        );
+        at(
+            "core Swe$0ep",
+            expect![[r#"
+            /model.mal:3 Laser | shell Laser { output port scan: Int32 require wipe(i: String): int }
+        "#]],
+        );
+        at(
+            "deployment $0D",
+            expect![[r#"
+            /model.mal:6 A | architecture A { instance laser: Sick }
+        "#]],
+        );
+        // A message that is built in has no file, and `int` is no declaration.
+        at("shoot($0n)", expect![[r#""#]]);
+        at("codel sh$0oot", expect![[r#""#]]);
+    }
+
+    #[test]
+    fn the_file_of_a_message() {
+        use mauve_model::Package;
+        use std::sync::Arc;
+        for from in ["shoot($0n)", "var $0n", "out $0n", "port sc$0an", "std_msgs.In$0t32", "scan: In$0t32"] {
+            let cursor = from.replace("$0", "");
+            let Fixture { db, workspace, file, offset } = Fixture::new(&ROBOT.replacen(&cursor, from, 1));
+            let mut message = mauve_model::read_message("int32 data");
+            message.path = Some("/opt/ros/std_msgs/msg/Int32.msg".into());
+            let messages = [("Int32".into(), message)].into();
+            let package = Package { name: "std_msgs".into(), messages };
+            // The packages are found by whoever reads the disk.
+            let installed = Workspace::new(
+                &db,
+                workspace.folder(&db).clone(),
+                workspace.files(&db).clone(),
+                Vec::new(),
+                Vec::new(),
+                Vec::new(),
+                Arc::new([("std_msgs".into(), Arc::new(package))].into()),
+            );
+            let found = type_definition(&db, &[installed], file, offset).unwrap();
+            assert_eq!(found.files, [std::path::PathBuf::from("/opt/ros/std_msgs/msg/Int32.msg")], "{from}");
+        }
+    }
+
+    #[test]
+    fn while_the_text_is_broken() {
+        check("core $0C(", expect![[r#""#]]);
+        check("architecture A { instance $0a: }", expect![[r#""#]]);
+        check("$0", expect![[r#""#]]);
+    }
+}

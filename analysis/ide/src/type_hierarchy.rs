@@ -1,0 +1,149 @@
+//! Which shells a shell extends, and which extend it.
+
+use mauve_model::item_tree::{Kind, TypeRef};
+use mauve_model::{Decl, File, ModelDb, Project, Workspace, names_of, shell};
+use mauve_syntax::TextSize;
+
+use crate::definition::names;
+use crate::document_symbols::SymbolKind;
+use crate::hierarchy::{HierarchyItem, declaration_of, item_of};
+use crate::occurrences::Meaning;
+use crate::project::projects_with;
+
+/// The shell that is named at `offset`, in each of the projects that have the file.
+pub fn type_items(
+    db: &dyn ModelDb,
+    workspaces: &[Workspace],
+    file: File,
+    offset: TextSize,
+) -> Vec<HierarchyItem> {
+    let names = names(db, workspaces, file, offset);
+    let shells = names.iter().filter_map(|(_, name)| match name.meaning {
+        Meaning::Declaration(decl) if decl.kind(db) == Kind::Shell => Some(decl),
+        _ => None,
+    });
+    items(db, shells)
+}
+
+/// The shells that the one of an item extends.
+///
+/// ```
+/// use mauve_model::{Database, Workspace};
+/// let db = Database::default();
+/// let text = "shell Sensor { } shell Laser extends Sensor { }".to_owned();
+/// let workspace = Workspace::of_texts(&db, "/".into(), [("/a.mal".into(), text)]);
+/// let file = workspace.file(&db, "/a.mal".as_ref()).unwrap();
+/// let laser = &mauve_ide::type_items(&db, &[workspace], file, 23.into())[0];
+/// let sensor = &mauve_ide::supertypes(&db, &[workspace], file, &laser.id)[0];
+/// assert_eq!((laser.name.as_str(), sensor.name.as_str()), ("Laser", "Sensor"));
+/// assert_eq!(mauve_ide::subtypes(&db, &[workspace], file, &sensor.id), [laser.clone()]);
+/// ```
+pub fn supertypes(db: &dyn ModelDb, workspaces: &[Workspace], file: File, id: &str) -> Vec<HierarchyItem> {
+    let Some((of, _)) = declaration_of(db, file, id) else { return Vec::new() };
+    let projects = projects_with(db, workspaces, file).into_iter();
+    items(db, projects.flat_map(|project| bases(db, project, of)))
+}
+
+/// The shells that extend the one of an item.
+pub fn subtypes(db: &dyn ModelDb, workspaces: &[Workspace], file: File, id: &str) -> Vec<HierarchyItem> {
+    let Some((of, _)) = declaration_of(db, file, id) else { return Vec::new() };
+    let projects = projects_with(db, workspaces, file).into_iter();
+    let extending = projects.flat_map(|project| {
+        let all = names_of(db, project).all.iter().copied().filter(|decl| decl.kind(db) == Kind::Shell);
+        all.filter(move |&decl| bases(db, project, decl).contains(&of))
+    });
+    items(db, extending)
+}
+
+fn bases<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<Decl<'db>> {
+    let bases: &[TypeRef] = shell(db, of).map_or(&[], |shell| &shell.bases);
+    let names = names_of(db, project);
+    bases.iter().filter_map(|base| names.resolve_type(db, of, Kind::Shell, Some(base)).ok()).collect()
+}
+
+fn items<'db>(db: &'db dyn ModelDb, shells: impl Iterator<Item = Decl<'db>>) -> Vec<HierarchyItem> {
+    let mut found = Vec::new();
+    for item in shells.filter_map(|decl| item_of(db, decl, SymbolKind::Shell)) {
+        if !found.contains(&item) {
+            found.push(item);
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixture::Fixture;
+    use expect_test::{Expect, expect};
+
+    /// The shell at the cursor, those above it, and those below.
+    fn check(fixture: &str, expected: Expect) {
+        let Fixture { db, workspace, file, offset } = Fixture::new(fixture);
+        let mut shown = String::new();
+        for item in type_items(&db, &[workspace], file, offset) {
+            shown += &format!("{}\n", item.name);
+            for (arrow, all) in [
+                ("<", supertypes(&db, &[workspace], item.file, &item.id)),
+                (">", subtypes(&db, &[workspace], item.file, &item.id)),
+            ] {
+                for item in all {
+                    let (path, name) = (item.file.path(&db).display(), &item.file.text(&db)[item.name_range]);
+                    assert_eq!(name, item.name);
+                    shown += &format!("{arrow} {name} | {path} {}\n", item.detail);
+                }
+            }
+        }
+        expected.assert_eq(&shown);
+    }
+
+    #[test]
+    fn above_and_below_over_files_and_projects() {
+        const SHELLS: &str =
+            "\n//- /base.mal\nlibrary base { shell Device { } shell Sensor extends Device { } }\n";
+        check(
+            &format!(
+                "//- /a.mal\ninclude \"base.mal\"\n/* 🦀 */ shell Laser extends base.Sen$0sor, base.Device {{ }}{SHELLS}\
+                 //- /b.mal\ninclude \"base.mal\"\nshell Sonar extends base.Sensor {{ }}\n"
+            ),
+            expect![[r#"
+                Sensor
+                < Device | /base.mal library base
+                > Laser | /a.mal 
+                > Sonar | /b.mal 
+            "#]],
+        );
+        check(
+            &format!("shell $0Laser extends base.Sensor, base.Device {{ }}{SHELLS}"),
+            expect![[r#"
+            Laser
+        "#]],
+        );
+        check(
+            "shell $0A extends B { } shell B extends A { }",
+            expect![[r#"
+            A
+            < B | /model.mal 
+            > B | /model.mal 
+        "#]],
+        );
+        check(
+            "shell A { } core C($0A) { } component P(A, C)",
+            expect![[r#"
+            A
+        "#]],
+        );
+    }
+
+    #[test]
+    fn an_item_of_another_text() {
+        let Fixture { db, workspace, file, .. } = Fixture::new("shell A { } shell B extends A { }");
+        let found = supertypes(&db, &[workspace], file, "shell - B 0");
+        assert_eq!(found.iter().map(|it| it.name.as_str()).collect::<Vec<_>>(), ["A"]);
+        for id in
+            ["shell - C 0", "shell l B 0", "codel - B 0", "shell - B 1", "shell - B", "", "shell - B x y"]
+        {
+            assert_eq!(supertypes(&db, &[workspace], file, id), [], "{id}");
+        }
+    }
+}

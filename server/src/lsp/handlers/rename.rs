@@ -1,0 +1,73 @@
+//! `textDocument/prepareRename`, `textDocument/rename` and `workspace/willRenameFiles`.
+
+use std::path::PathBuf;
+
+use mauve_ide::Change;
+use tower_lsp::jsonrpc::{Error, ErrorCode, Result};
+use tower_lsp::lsp_types::{
+    PrepareRenameResponse, RenameFilesParams, RenameParams, TextDocumentPositionParams, Url, WorkspaceEdit,
+};
+
+use crate::load::place;
+use crate::lsp::snapshot::{ANOTHER_TEXT, Snapshot};
+use crate::lsp::to_proto::workspace_edit;
+
+/// The name at a position, to be changed; an error says why it cannot be.
+pub(crate) fn prepare(
+    snapshot: &Snapshot,
+    params: &TextDocumentPositionParams,
+) -> Result<Option<PrepareRenameResponse>> {
+    let (file, lines) = snapshot.file(&params.text_document)?;
+    let encoding = snapshot.capabilities.encoding;
+    let offset = lines.offset(params.position, encoding);
+    let found = mauve_ide::prepare_rename(&snapshot.db, &snapshot.workspaces, file, offset);
+    let found = found.map_err(refused)?;
+    Ok(Some(PrepareRenameResponse::RangeWithPlaceholder {
+        range: lines.range(found.range, encoding),
+        placeholder: found.name,
+    }))
+}
+
+/// Another name for what is named at a position.
+pub(crate) fn rename(snapshot: &Snapshot, params: &RenameParams) -> Result<Option<WorkspaceEdit>> {
+    // What is not read yet may have a use of it.
+    snapshot.complete()?;
+    let at = &params.text_document_position;
+    let (file, lines) = snapshot.file(&at.text_document)?;
+    let offset = lines.offset(at.position, snapshot.capabilities.encoding);
+    let (db, workspaces) = (&snapshot.db, &snapshot.workspaces);
+    let change = mauve_ide::rename(db, workspaces, file, offset, &params.new_name).map_err(refused)?;
+    edit(snapshot, &change, &format!("Rename to `{}`", params.new_name))
+}
+
+/// What must be changed in texts before these files get other names.
+pub(crate) fn will_rename_files(
+    snapshot: &Snapshot,
+    params: &RenameFilesParams,
+) -> Result<Option<WorkspaceEdit>> {
+    snapshot.complete()?;
+    let path = |uri: &String| Some(place(&Url::parse(uri).ok()?.to_file_path().ok()?));
+    let moves = params.files.iter().filter_map(|it| Some((path(&it.old_uri)?, path(&it.new_uri)?)));
+    let moves: Vec<(PathBuf, PathBuf)> = moves.collect();
+    let change = mauve_ide::rename_files(&snapshot.db, &snapshot.workspaces, &moves);
+    if change.files.is_empty() {
+        return Ok(None);
+    }
+    edit(snapshot, &change, "Follow the renamed files")
+}
+
+fn edit(snapshot: &Snapshot, change: &Change, label: &str) -> Result<Option<WorkspaceEdit>> {
+    let is_another = |it: &mauve_ide::FileChange| {
+        snapshot.documents.values().any(|document| document.file == it.file && !document.is_analysed)
+    };
+    if change.files.iter().any(is_another) {
+        return Err(refused(ANOTHER_TEXT.to_owned()));
+    }
+    Ok(workspace_edit(snapshot, change, label))
+}
+
+/// That the user asked for something that cannot be done, in words for him.
+fn refused(why: String) -> Error {
+    // RequestFailed: nothing is wrong with the request itself.
+    Error { code: ErrorCode::ServerError(-32803), message: why.into(), data: None }
+}
