@@ -142,7 +142,7 @@ pub fn component_at<'db>(
                 let instances = &architecture(db, decl)?.instances;
                 let before =
                     |it: &&mauve_model::item_tree::Instance| is_before(&Place::Part(decl, it.name.part));
-                let instance = instances.iter().filter(before).next_back()?;
+                let instance = instances.iter().rfind(before)?;
                 names.resolve_type(db, decl, Kind::Component, instance.component.as_ref()).ok()
             }
             Kind::Deployment => {
