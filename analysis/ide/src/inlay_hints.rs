@@ -320,7 +320,7 @@ mod tests {
         }
         let shown = shown + &text[done..];
         let lines: Vec<&str> = shown.lines().filter(|line| line.contains('⟨')).map(str::trim).collect();
-        expected.assert_eq(&(lines.join("\n") + "\n"));
+        expected.assert_eq(&lines.iter().map(|line| format!("{line}\n")).collect::<String>());
     }
 
     const PARTS: &str = "
@@ -509,9 +509,9 @@ program.\"Quick/update\" = 5
         "#]],
         );
         // Where the time of one component is unknown, nothing is said that may be taken for it.
-        check(&MACHINE.replace("codel.plan = 20\n", ""), expect!["\n"]);
+        check(&MACHINE.replace("codel.plan = 20\n", ""), expect![""]);
         let off = HintKinds { program_times: false, ..HintKinds::default() };
-        check_kinds(MACHINE, off, expect!["\n"]);
+        check_kinds(MACHINE, off, expect![""]);
     }
 
     const VALUES: &str = "
@@ -555,7 +555,7 @@ deployment D {
             property b.x = 2⟨instead of 1⟩
         "#]],
         );
-        check_kinds(VALUES, HintKinds { values: false, ..only }, expect!["\n"]);
+        check_kinds(VALUES, HintKinds { values: false, ..only }, expect![""]);
     }
 
     #[test]
@@ -572,7 +572,7 @@ deployment D {
             program_times: false,
             values: false,
         };
-        check_kinds(&text, none, expect!["\n"]);
+        check_kinds(&text, none, expect![""]);
         check_kinds(
             &text,
             HintKinds { response_times: true, ..none },
