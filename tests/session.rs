@@ -253,6 +253,21 @@ fn requests_before_initialize_and_after_shutdown_are_refused() {
 }
 
 #[test]
+fn nothing_is_said_unasked_after_shutdown() {
+    let mut client = robot();
+    let mut text = client.open_file(&models().join("p3dx/deployment.mal"));
+    client.diagnostics(&text);
+    // The answer to `shutdown` comes before the check of this is done.
+    client.edit(&mut text, "deadline = 1000", "deadline = 700");
+    client.call("shutdown", Value::Null).unwrap();
+    client.forget();
+    client.settle(Duration::from_millis(200));
+    assert_eq!(client.count(|it| it.get("method").is_some()), 0);
+    client.notify("exit", Value::Null);
+    assert_eq!(client.wait_for_end(SOON), Some(0));
+}
+
+#[test]
 fn messages_that_are_none_cost_an_error_each() {
     let mut client = robot();
     let text = client.open_file(&models().join("p3dx/deployment.mal"));

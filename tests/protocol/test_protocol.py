@@ -202,14 +202,14 @@ WHOLE = {"start": {"line": 0, "character": 0}, "end": {"line": 10_000, "characte
 
 #: Each request, where the server says that it answers it, and what it is asked with; how many words are between two places.
 REQUESTS = {
-    "textDocument/hover": ("hoverProvider", at_position, 5),
-    "textDocument/definition": ("definitionProvider", at_position, 5),
+    "textDocument/hover": ("hoverProvider", at_position, 10),
+    "textDocument/definition": ("definitionProvider", at_position, 10),
     "textDocument/declaration": ("declarationProvider", at_position, 10),
     "textDocument/typeDefinition": ("typeDefinitionProvider", at_position, 10),
     "textDocument/implementation": ("implementationProvider", at_position, 10),
     "textDocument/references": ("referencesProvider", lambda it: {**at_position(it), "context": {"includeDeclaration": True}}, 10),
     "textDocument/documentHighlight": ("documentHighlightProvider", at_position, 10),
-    "textDocument/completion": ("completionProvider", lambda it: {**at_position(it), "context": {"triggerKind": 1}}, 20),
+    "textDocument/completion": ("completionProvider", lambda it: {**at_position(it), "context": {"triggerKind": 1}}, 40),
     "textDocument/signatureHelp": ("signatureHelpProvider", at_position, 5),
     "textDocument/prepareRename": ("renameProvider.prepareProvider", at_position, 10),
     "textDocument/rename": ("renameProvider", lambda it: {**at_position(it), "newName": "another"}, 20),
@@ -224,7 +224,7 @@ REQUESTS = {
     "textDocument/selectionRange": ("selectionRangeProvider", lambda it: {**in_text(it), "positions": [it["position"]] * 2}, 20),
     "textDocument/documentLink": ("documentLinkProvider", in_text, 200),
     "textDocument/codeLens": ("codeLensProvider", in_text, 200),
-    "textDocument/codeAction": ("codeActionProvider", lambda it: {**at_range(it), "context": {"diagnostics": []}}, 20),
+    "textDocument/codeAction": ("codeActionProvider", lambda it: {**at_range(it), "context": {"diagnostics": []}}, 40),
     "textDocument/inlayHint": ("inlayHintProvider", lambda it: {**in_text(it), "range": WHOLE}, 200),
     "textDocument/formatting": ("documentFormattingProvider", lambda it: {**in_text(it), **FORMATTING}, 200),
     "textDocument/rangeFormatting": ("documentRangeFormattingProvider", lambda it: {**at_range(it), **FORMATTING}, 5),

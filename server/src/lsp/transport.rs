@@ -152,6 +152,10 @@ pub(crate) async fn serve(
                 }
             }
             Some(request) = to_client.next(), if writing.is_none() => {
+                // Who is asked to ask again after `shutdown` would be refused.
+                if is_shut_down {
+                    continue;
+                }
                 let (written, wait) = oneshot::channel();
                 let message = serde_json::to_string(&request).unwrap_or_default();
                 put(&streams, Outgoing { message, written: Some(written) });

@@ -379,7 +379,13 @@ check('only what fits is completed', function()
   -- Nothing but the instance that has no activity any more.
   put_cursor('activity teleop', 'teleop')
   local words = completions('C')
-  equal({ true, false }, { vim.tbl_contains(words, 'teleop'), vim.tbl_contains(words, 'navigation') }, vim.inspect(words))
+  local function has(name)
+    -- Neovim 0.10 has the whole skeleton for a word.
+    return vim.iter(words):any(function(word)
+      return vim.startswith(word, name)
+    end)
+  end
+  equal({ true, false }, { has('teleop'), has('navigation') }, vim.inspect(words))
   undo(deployment)
   wait_for_hint('navigation', 'R 997 ms')
 end)
