@@ -10,8 +10,9 @@ use std::collections::{BTreeMap, HashMap};
 
 use mauve_model::item_tree::{Kind, Name};
 use mauve_model::{
-    ActivityReport, CpuReport, Decl, File, ModelDb, Place, Project, Query, Report, Verdict, Workspace,
-    budgets, config_of, cpu_names, declarations, is_model, parse, psm_of, response_times, source_map,
+    ActivityReport, CpuReport, Deadlines, Decl, File, ModelDb, Place, Project, Query, Report, Verdict,
+    Workspace, budgets, config_of, cpu_names, declarations, is_model, parse, psm_of, response_times,
+    source_map,
 };
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxKind, SyntaxNode, TextRange, TextSize};
@@ -233,11 +234,7 @@ fn missing_codel<'db>(
 
 /// What holds of the deployment as a whole.
 fn of_all(report: &Report<'_>, query: Query) -> String {
-    let real_time = report.activities.iter().filter(|activity| activity.verdict != Verdict::Background);
-    let count = real_time.clone().count();
-    let not_analysed = |it: &&ActivityReport<'_>| it.verdict == Verdict::RealTime(Status::NotAnalysed);
-    let unknown = if report.lost.is_empty() { real_time.clone().filter(not_analysed).count() } else { count };
-    let met = real_time.filter(|activity| activity.verdict.is_met()).count().min(count - unknown);
+    let Deadlines { met, unknown, all: count } = report.deadlines();
     let mut label = format!("{met} of {count} deadlines met at {}", query.level);
     for (others, what) in [(count - unknown - met, "missed"), (unknown, "not analysed")] {
         if others > 0 {

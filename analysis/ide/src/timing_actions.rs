@@ -19,8 +19,9 @@ use std::collections::BTreeSet;
 use mauve_model::diagnostics::{Finding, diagnostics_of_file};
 use mauve_model::item_tree::{Kind, Name};
 use mauve_model::{
-    ActivityReport, Decl, ModelDb, Place, Priority, Project, Query, Report, Row, SupposedField, System,
-    Verdict, cpu_names, declarations, deployment, response_times, response_times_if, source_map, system_of,
+    ActivityReport, Deadlines, Decl, ModelDb, Place, Priority, Project, Query, Report, Row, SupposedField,
+    System, Verdict, cpu_names, declarations, deployment, response_times, response_times_if, source_map,
+    system_of,
 };
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::format::Replacement;
@@ -305,7 +306,7 @@ impl<'db> Search<'db> {
             }
         }
         let slack = |report: &Report<'_>| least_slack(report).map(|(slack, _)| slack);
-        found.sort_by_key(|(_, report)| Reverse((proved(report).0, slack(report))));
+        found.sort_by_key(|(_, report)| Reverse((report.deadlines().met, slack(report))));
         found.into_iter().map(|(offer, _)| offer).take(MOST_MOVES).collect()
     }
 
@@ -470,12 +471,6 @@ fn written(time: Time) -> String {
     time.to_string().trim_end_matches(" ms").to_owned()
 }
 
-/// How many deadlines are proved, of how many.
-fn proved(report: &Report<'_>) -> (usize, usize) {
-    let real_time = report.activities.iter().filter(|it| it.verdict != Verdict::Background);
-    real_time.fold((0, 0), |(met, all), it| (met + usize::from(it.verdict.is_met()), all + 1))
-}
-
 fn is_proved(report: &Report<'_>) -> bool {
     report.schedulable()
 }
@@ -498,7 +493,7 @@ fn least_slack<'a>(report: &'a Report<'_>) -> Option<(Time, &'a Name)> {
 /// What a deployment gives, in a few words.
 fn outcome(report: &Report<'_>, level: Level) -> String {
     const SHOWN: usize = 2;
-    let (met, all) = proved(report);
+    let Deadlines { met, all, .. } = report.deadlines();
     let assumed =
         if report.activities.iter().any(|it| !it.assumed.is_empty()) { ", times assumed" } else { "" };
     if met == all
