@@ -148,13 +148,15 @@ fn of_deployment<'db>(
         if kinds.loads {
             labels.extend(loads(report));
         }
+        let is_shown = !labels.is_empty();
         if !with_assumptions.is_empty() {
             labels.push("times assumed".to_owned());
         }
         if config_of(db, project.workspace(db)).rt_throttling.is_none() {
             labels.push("assumes real-time throttling off".to_owned());
         }
-        if kinds.response_times || kinds.loads {
+        // What would be shown may not be known: the loads alone, where no CPU is.
+        if is_shown {
             hints.push(InlayHint { offset, label: labels.join(" · "), explained_at: None });
         }
     }
@@ -586,6 +588,9 @@ deployment D {
             deployment D {⟨CPU 1 69.0 %⟩
         "#]],
         );
+        // Where no CPU is known, there is no load, and no hint without words.
+        let lost = text.replace("codel.plan = 70", "codel.plan = ");
+        check_kinds(&lost, HintKinds { loads: true, ..none }, expect!["\n\n"]);
         check_kinds(
             &text,
             HintKinds { defaults: true, ..none },
