@@ -39,6 +39,8 @@ pub(crate) struct Snapshot {
     pub(crate) settings: Settings,
     /// Which state of the texts it is.
     pub(crate) generation: u64,
+    /// Is it known that everything is read that is needed, or can be?
+    pub(crate) is_complete: bool,
     /// Does the user not want this state to be analysed?
     pub(crate) is_stopped: bool,
     /// What the client was given of the colours of names.
@@ -80,7 +82,7 @@ impl Snapshot {
         if self.is_stopped {
             return Err(Error::request_cancelled());
         }
-        if self.is_outdated() { Err(Error::content_modified()) } else { Ok(()) }
+        if !self.is_complete && self.is_outdated() { Err(Error::content_modified()) } else { Ok(()) }
     }
 
     /// Is a file included that is there and has not been read?
@@ -107,9 +109,6 @@ impl Snapshot {
     }
 }
 
-/// What the answer of a job that panicked begins with.
-pub(crate) const DEFECT: &str = "a defect of mauve: ";
-
 /// Why a job gave nothing.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Failure {
@@ -129,7 +128,7 @@ impl Failure {
             Failure::Cancelled => Error::request_cancelled(),
             Failure::Panicked(message) => Error {
                 code: ErrorCode::InternalError,
-                message: format!("{DEFECT}{message}").into(),
+                message: format!("a defect of mauve: {message}").into(),
                 data: None,
             },
         }

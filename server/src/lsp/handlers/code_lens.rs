@@ -41,10 +41,10 @@ pub(crate) fn code_lenses(
     snapshot: &Snapshot,
     params: &CodeLensParams,
 ) -> Result<Option<Vec<lsp_types::CodeLens>>> {
-    snapshot.complete()?;
-    if !snapshot.settings.lenses {
+    if !snapshot.settings.lenses || snapshot.is_stopped {
         return Ok(Some(Vec::new()));
     }
+    snapshot.complete()?;
     let (file, lines) = snapshot.file(&params.text_document)?;
     let encoding = snapshot.capabilities.encoding;
     let version = snapshot.documents.get(&params.text_document.uri).map(|document| document.version);

@@ -22,6 +22,9 @@ pub(crate) fn inlay_hints(
     snapshot: &Snapshot,
     params: &InlayHintParams,
 ) -> Result<Option<Vec<lsp_types::InlayHint>>> {
+    if snapshot.is_stopped {
+        return Ok(Some(Vec::new()));
+    }
     snapshot.complete()?;
     let (file, lines) = snapshot.file(&params.text_document)?;
     let encoding = snapshot.capabilities.encoding;
