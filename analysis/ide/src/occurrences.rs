@@ -12,6 +12,7 @@ use mauve_model::{
 };
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{TextRange, TextSize};
+use rustc_hash::FxHashSet;
 
 use crate::document_symbols::SymbolKind;
 
@@ -259,12 +260,14 @@ fn in_table<'db>(db: &'db dyn ModelDb, project: Project<'db>, file: File) -> InT
         (Kind::Component, &table.components),
     ];
     let (mut found, mut escaped) = (Vec::new(), Vec::new());
+    // A header stands above many keys.
+    let mut seen: FxHashSet<(TextRange, Meaning<'db>)> = FxHashSet::default();
     for (of, entry) in sections.into_iter().flat_map(|(of, entries)| entries.iter().map(move |it| (of, it))) {
         let (key, program) = match entry.key.split_once('/') {
             Some((component, program)) => (component, Some(program)),
             None => (entry.key.as_str(), None),
         };
-        let mut add = |before: usize, piece: &str, meaning, kind| match piece_of(
+        let mut add = |before: usize, piece: &str, meaning: Meaning<'db>, kind| match piece_of(
             text,
             &entry.key_span,
             &entry.key,
@@ -272,9 +275,8 @@ fn in_table<'db>(db: &'db dyn ModelDb, project: Project<'db>, file: File) -> InT
             piece,
         ) {
             Some(range) => {
-                let name = mention(file, range, meaning, kind);
-                if !found.contains(&name) {
-                    found.push(name);
+                if seen.insert((range, meaning.clone())) {
+                    found.push(mention(file, range, meaning, kind));
                 }
             }
             None => escaped.push((range_of(&entry.key_span), meaning)),
