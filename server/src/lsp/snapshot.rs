@@ -7,9 +7,10 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicUsize;
 
 use mauve_model::{Database, File, Workspace};
+use mauve_syntax::TextSize;
 use salsa::Cancelled;
 use tower_lsp::jsonrpc::{Error, ErrorCode, Result};
-use tower_lsp::lsp_types::{TextDocumentIdentifier, Url};
+use tower_lsp::lsp_types::{TextDocumentIdentifier, TextDocumentPositionParams, Url};
 
 use super::capabilities::Capabilities;
 use super::position::{LineIndex, line_index};
@@ -65,6 +66,26 @@ impl Snapshot {
         let file =
             file.ok_or_else(|| Error::invalid_params(format!("`{url}` is not open, and in no workspace")))?;
         Ok((file, line_index(&self.db, file)))
+    }
+
+    /// The file that a client means, where its lines begin, and where in it the position is.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Snapshot::file`].
+    pub(crate) fn at(&self, at: &TextDocumentPositionParams) -> Result<(File, &LineIndex, TextSize)> {
+        let (file, lines) = self.file(&at.text_document)?;
+        Ok((file, lines, lines.offset(at.position, self.capabilities.encoding)))
+    }
+
+    /// Is a text still of the version for which something was offered? In another one, something else may stand there.
+    ///
+    /// # Errors
+    ///
+    /// It is not.
+    pub(crate) fn unchanged(&self, document: &TextDocumentIdentifier, version: Option<i32>) -> Result<()> {
+        let now = self.documents.get(&document.uri).map(|document| document.version);
+        if now == version { Ok(()) } else { Err(Error::content_modified()) }
     }
 
     fn known(&self, path: PathBuf) -> Option<File> {
