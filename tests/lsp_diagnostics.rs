@@ -2,15 +2,10 @@
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
-use std::time::Duration;
-
 use mauve_tests::{Client, Text, address, is_publication, long_analysis, scratch, write};
 use serde_json::{Value, json};
 
 const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
-
-/// Time enough for a message that must not come.
-const QUIET: Duration = Duration::from_millis(300);
 
 const PARTS: &str = "\
 codel plan(): int
@@ -101,7 +96,7 @@ fn who_asks_is_not_told() {
     let (found, second) = ask(&mut client, &parts, Some(&first));
     assert_eq!(found.unwrap(), ["unresolved-codel"]);
     assert_ne!(first, second);
-    client.settle(QUIET);
+    client.idle();
     assert_eq!(client.count(|it| it["method"] == "textDocument/publishDiagnostics"), 0);
 }
 
@@ -110,19 +105,19 @@ fn an_edit_in_one_file_has_it_ask_again_about_another() {
     let (mut client, mut parts, robot, _) = asking("pull_refresh", "an editor");
     let (_, id) = ask(&mut client, &robot, None);
     ask(&mut client, &parts, None);
-    client.settle(QUIET);
+    client.idle();
     client.forget();
     client.edit(&mut parts, "plan(); }", "plan(); plan(); plan(); }");
     ask(&mut client, &parts, None);
     wait_for_refresh(&mut client);
     assert_eq!(ask(&mut client, &robot, Some(&id)).0.unwrap(), ["deadline-missed"]);
     ask(&mut client, &parts, None);
-    client.settle(QUIET);
+    client.idle();
     client.forget();
     // What has the same findings as before is not to be asked for.
     client.edit(&mut parts, "shell S { }", "shell S {  }");
     ask(&mut client, &parts, None);
-    client.settle(QUIET);
+    client.idle();
     assert_eq!(client.count(|it| it["method"] == "workspace/diagnostic/refresh"), 0);
 }
 
@@ -154,7 +149,7 @@ fn who_asks_about_all_files_is_told_of_none() {
     client.edit(&mut parts, "plan(); plan(); plan(); }", "plan(); }");
     let (shown, _) = all(&mut client, json!(known));
     assert_eq!(shown, [(parts.uri.clone(), None), (robot.uri.clone(), owned(&[]))], "what is solved is said");
-    client.settle(QUIET);
+    client.idle();
     assert_eq!(client.count(|it| is_publication(it, &robot.uri)), 0);
 }
 
@@ -175,9 +170,9 @@ fn a_question_that_is_cancelled_does_not_keep_the_next_refresh_away() {
         client.notify("$/cancelRequest", json!({"id": id}));
         let _ = client.answer(id);
     }
-    client.settle(QUIET);
+    client.idle();
     ask(&mut client, &robot, None);
-    client.settle(QUIET);
+    client.idle();
     client.forget();
     client.edit(&mut parts, "plan(); }", "plan(); plan(); plan(); }");
     wait_for_refresh(&mut client);
@@ -201,7 +196,52 @@ fn an_analysis_that_the_user_stops_leaves_nothing_that_may_not_hold() {
         "textDocument": {"uri": text.uri},
         "range": {"start": {"line": 0, "character": 0}, "end": {"line": 9, "character": 0}},
     });
-    assert_eq!(client.call("textDocument/inlayHint", hint).unwrap_err()["code"], -32800);
+    assert_eq!(client.call("textDocument/inlayHint", hint).unwrap(), json!([]));
     client.edit(&mut text, "period = 1 }", "period = 2 }");
     assert_eq!(client.codes(&text), [] as [&str; 0], "the next edit is analysed");
+}
+
+#[test]
+fn who_asks_is_told_that_the_analysis_was_stopped_and_left_in_peace() {
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "lsp_stop_pull");
+    write(&folder, &long_analysis(400));
+    let mut client = Client::start(MAUVE, &[]);
+    client.initialize(
+        Some(&folder),
+        &json!({
+            "window": {"workDoneProgress": true},
+            "workspace": {"diagnostics": {"refreshSupport": true}, "inlayHint": {"refreshSupport": true}},
+            "textDocument": {"diagnostic": {}},
+        }),
+    );
+    let text = client.open_file(&folder.join("a.mal"));
+    let (_, create) = client.wait("a progress", |it| it["method"] == "window/workDoneProgress/create");
+    client
+        .wait("its beginning", |it| it["method"] == "$/progress" && it["params"]["value"]["kind"] == "begin");
+    client.notify("window/workDoneProgress/cancel", json!({"token": create["params"]["token"]}));
+    assert_eq!(ask(&mut client, &text, None).0.unwrap(), ["analysis-stopped"]);
+    wait_for_hint_refresh(&mut client);
+    client.idle();
+    client.forget();
+    assert_eq!(ask(&mut client, &text, None).0.unwrap(), ["analysis-stopped"]);
+    client.idle();
+    assert_eq!(client.count(|it| it["method"] == "workspace/diagnostic/refresh"), 0);
+}
+
+fn wait_for_hint_refresh(client: &mut Client) {
+    client.wait("that hints are to be asked for again", |it| it["method"] == "workspace/inlayHint/refresh");
+}
+
+#[test]
+fn what_is_mended_in_a_file_that_is_not_open_is_to_be_asked_for() {
+    let (mut client, mut parts, robot, _) = asking("pull_mended", "an editor");
+    client.edit(&mut parts, "plan(); }", "plan(); plan(); plan(); }");
+    client.notify("textDocument/didClose", json!({"textDocument": {"uri": robot.uri}}));
+    client.call("workspace/diagnostic", json!({"previousResultIds": []})).unwrap();
+    ask(&mut client, &parts, None);
+    client.idle();
+    client.forget();
+    client.edit(&mut parts, "plan(); plan(); plan(); }", "plan(); }");
+    ask(&mut client, &parts, None);
+    wait_for_refresh(&mut client);
 }

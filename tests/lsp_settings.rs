@@ -65,13 +65,13 @@ fn when_asked() {
     // What it is told then is not what holds: it asks.
     client.settings = json!({"timing": {"significance": null}});
     client.notify("workspace/didChangeConfiguration", json!({"settings": null}));
-    wait_for(&mut client, &robot, "50");
-    client.settings = json!({"timing": {"significance": 1e-4}});
+    wait_for(&mut client, &robot, "30");
+    client.settings = json!({"timing": {"significance": 1e-6}});
     client.notify(
         "workspace/didChangeConfiguration",
         json!({"settings": {"mauve": {"timing": {"significance": 1}}}}),
     );
-    wait_for(&mut client, &robot, "30");
+    wait_for(&mut client, &robot, "50");
 }
 
 #[test]

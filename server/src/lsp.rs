@@ -56,7 +56,7 @@ use backend::Backend;
 use frame::Frame;
 use main_loop::MainLoop;
 use mirror::{Mirror, Side};
-use publisher::{Outbox, Publisher};
+use publisher::{Outbox, Publisher, Refresh};
 use transport::{Backlog, Outgoing, Streams, serve};
 
 /// So many messages are read ahead.
@@ -64,6 +64,9 @@ const READ_AHEAD: usize = 1024;
 
 /// So many jobs run at once; more than there are processors, since one may wait for what another computes.
 const WORKERS: usize = 16;
+
+/// A client that does not answer a question for so long is not waited for.
+const PATIENCE: Duration = Duration::from_secs(30);
 
 /// What is said last is given so long to be read.
 const FAREWELL: Duration = Duration::from_secs(1);
@@ -119,6 +122,10 @@ pub(crate) fn run(
     let code = runtime.block_on(async {
         let build = LspService::build(|client| {
             tokio::spawn(progress::show(client.clone(), is_busy));
+            for what in Refresh::ALL {
+                let (outbox, client) = (Arc::clone(&outbox), client.clone());
+                tokio::spawn(async move { outbox.have_asked(what, client).await });
+            }
             let told = client.clone();
             tokio::spawn(async move { outbox.send_to(told).await });
             Backend::new(client, events)

@@ -189,6 +189,20 @@ impl Client {
         self.waiting.drain(..).map(|(_, message)| message).collect()
     }
 
+    /// Waits until the server has nothing left to do and has said what it has to say.
+    pub fn idle(&mut self) {
+        let mut idle = 0;
+        let end = Instant::now() + PATIENCE;
+        // A check begins behind the events that it is due for: the second answer in a row comes behind that.
+        while idle < 3 {
+            assert!(Instant::now() < end, "the server is busy");
+            let status = self.call("mauve/status", Value::Null);
+            let jobs = status.ok().and_then(|status| status["jobs"].as_u64());
+            idle = if jobs == Some(0) { idle + 1 } else { 0 };
+        }
+        self.settle(Duration::from_millis(50));
+    }
+
     /// Forgets what was heard and not asked for.
     pub fn forget(&mut self) {
         self.waiting.clear();

@@ -7,8 +7,9 @@
 use mauve_model::diagnostics::{Diagnostic, Severity, declaration_diagnostics};
 use mauve_model::item_tree::{Core, Data, Kind, NameRef, Part, Statement};
 use mauve_model::{
-    Database, Decl, File, ModelDb, Place, Project, Workspace, config_file, config_of, data, features_of,
-    flat_of, includes, is_model, names_of, parse, project_files, projects, table,
+    Database, Decl, File, ModelDb, Place, Project, Workspace, behaviour_of, config_file, config_of, data,
+    declarations, features_of, flat_of, includes, is_model, names_of, parse, project_files, projects, table,
+    typing_of,
 };
 use mauve_syntax::format::Replacement;
 use mauve_syntax::{SyntaxKind, SyntaxToken, TextRange, TextSize};
@@ -278,19 +279,14 @@ impl<'db> Renaming<'_, 'db> {
             let is_lost = names_of(db, project).scope_lost.is_some() || names_of(db, project).missing;
             for file in files_of(db, project) {
                 db.unwind_if_revision_cancelled();
-                if !file.text(db).contains(old) {
-                    continue;
-                }
-                if seen.insert(file) {
-                    self.check_words(file, all, is_lost)?;
-                }
-            }
-            // What is written with escapes need not have the word in it.
-            for file in files_of(db, project).into_iter().filter(|file| !is_model(file.path(db))) {
+                // What is written with escapes does not have the word in it.
                 let escaped = escaped_in(db, project, file);
                 if let Some((range, _)) = escaped.iter().find(|(_, it)| *it == self.thing.meaning) {
                     let line = self.line(file, *range);
                     return Err(format!("{line}: `{old}` is written with escapes, which nobody can replace"));
+                }
+                if file.text(db).contains(old) && seen.insert(file) {
+                    self.check_words(file, all, is_lost)?;
                 }
             }
         }
@@ -395,13 +391,16 @@ impl<'db> Renaming<'_, 'db> {
     fn check_meanings(&self, change: &Change) -> Result<(), String> {
         let db = self.db;
         let (scratch, pairs) = applied(db, self.workspaces, change);
+        let home = self.home().map(|home| home.file(db));
         for (workspace, changed) in pairs {
             for (&before, &after) in projects(db, workspace).iter().zip(projects(&scratch, changed)) {
                 let files = files_of(db, before).into_iter().zip(files_of(&scratch, after));
                 for (file, changed) in files {
                     db.unwind_if_revision_cancelled();
                     let text = file.text(db);
-                    if text.contains(self.old_name) || text.contains(self.new_name) {
+                    let has_one = text.contains(self.old_name) || text.contains(self.new_name);
+                    // Other models do not see what stands in a declaration.
+                    if has_one && home.is_none_or(|home| home == file || !is_model(file.path(db))) {
                         self.check_file((before, file), (&scratch, after, changed), change)?;
                     }
                 }
@@ -486,15 +485,21 @@ impl<'db> Renaming<'_, 'db> {
     }
 }
 
+/// What is wrong in the declarations of a file. Deployments have no names of their own, and response times take long; how
+/// values flow through the states of a core is no error.
 fn errors<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     file: File,
 ) -> impl Iterator<Item = &'db Diagnostic<'db>> {
-    let declarations = mauve_model::declarations(db, file).all.iter();
-    let declarations = declarations.filter(|decl| decl.kind(db) != Kind::Deployment);
-    let found = declarations.flat_map(move |&decl| declaration_diagnostics(db, project, decl));
-    found.filter(|it| it.code.severity == Severity::Error)
+    let found = declarations(db, file).all.iter().flat_map(move |&decl| match decl.kind(db) {
+        Kind::Deployment => [&[][..], &[]],
+        Kind::Core => {
+            [&behaviour_of(db, project, decl).diagnostics[..], &typing_of(db, project, decl).diagnostics]
+        }
+        _ => [&declaration_diagnostics(db, project, decl)[..], &[]],
+    });
+    found.flatten().filter(|it| it.code.severity == Severity::Error)
 }
 
 /// A name, wherever it stands in the new text: what it stands for, and what it does.

@@ -9,14 +9,16 @@ use salsa::{CancellationToken, Database as _};
 use serde::Deserialize as _;
 use serde_json::Value;
 use tokio::sync::oneshot;
-use tower_lsp::jsonrpc::{Error, ErrorCode, Request, Result};
+use tokio::time::timeout;
+use tower_lsp::jsonrpc::{Error, Request, Result};
 use tower_lsp::lsp_types::*;
 use tower_lsp::{Client, LanguageServer, LspServiceBuilder};
 
+use super::PATIENCE;
 use super::capabilities::Capabilities;
 use super::handlers;
 use super::handlers::analysis::AnalysisParams;
-use super::handlers::diagnostic::{Diagnosed, ask_again, of_defect};
+use super::handlers::diagnostic::{Diagnosed, ask_again};
 use super::handlers::execute_command::Command;
 use super::handlers::graph::{GraphDocument, GraphParams};
 use super::handlers::state_machine::{StateMachineDocument, StateMachineParams};
@@ -74,12 +76,12 @@ impl Backend {
         match given {
             Some(given) => take(given),
             None if capabilities.configuration => {
-                // The client may take its time, or never answer: nobody waits for that.
                 tokio::spawn(async move {
                     let item = ConfigurationItem { scope_uri: None, section: Some(SECTION.to_owned()) };
-                    match client.configuration(vec![item]).await {
-                        Ok(given) => given.iter().for_each(take),
-                        Err(error) => tracing::warn!("the client does not say what is set: {error}"),
+                    match timeout(PATIENCE, client.configuration(vec![item])).await {
+                        Ok(Ok(given)) => given.iter().for_each(take),
+                        Ok(Err(error)) => tracing::warn!("the client does not say what is set: {error}"),
+                        Err(_) => tracing::warn!("the client does not say what is set"),
                     }
                 });
             }
@@ -300,8 +302,11 @@ impl LanguageServer for Backend {
                     method: "workspace/didChangeConfiguration".to_owned(),
                     register_options: Some(serde_json::json!({ "section": SECTION })),
                 };
-                if let Err(error) = client.register_capability(vec![registration]).await {
-                    tracing::warn!("changes of settings will not be told: {error}");
+                if !matches!(
+                    timeout(PATIENCE, client.register_capability(vec![registration])).await,
+                    Ok(Ok(()))
+                ) {
+                    tracing::warn!("changes of settings will not be told");
                 }
             });
         }
@@ -346,10 +351,7 @@ impl LanguageServer for Backend {
     async fn diagnostic(&self, params: DocumentDiagnosticParams) -> Result<DocumentDiagnosticReportResult> {
         let mut pull = Pull::new(&self.main_loop, Some(&params.text_document.uri));
         let handler = move |snapshot: &Snapshot| handlers::diagnostic::document_diagnostic(snapshot, &params);
-        match pull.answered(self.answer(handler).await) {
-            Err(error) if error.code == ErrorCode::InternalError => Ok(of_defect(&error)),
-            answer => answer,
-        }
+        pull.answered(self.answer(handler).await)
     }
 
     async fn workspace_diagnostic(

@@ -3,14 +3,15 @@
 use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 
-use mauve_model::diagnostics::workspace_diagnostics;
+use mauve_ide::{CodeLens, LensKind};
+use mauve_model::diagnostics::{diagnostics_of_file, workspace_diagnostics};
 use mauve_model::is_model;
 use mauve_syntax::{TextRange, TextSize};
-use tower_lsp::lsp_types::{Diagnostic, Url};
+use tower_lsp::lsp_types::{Diagnostic, TextDocumentIdentifier, Url};
 
 use super::position::line_index;
 use super::pulls::ResultId;
-use super::snapshot::Snapshot;
+use super::snapshot::{Document, Snapshot};
 use super::to_proto;
 
 /// What a worker found.
@@ -18,7 +19,9 @@ pub(crate) struct Checked {
     /// Is a file included that is there and has not been read? Then the rest is not to be shown before it is.
     pub(crate) is_outdated: bool,
     /// For each file with a diagnostic and each open one, with the version that was checked.
-    pub(crate) diagnostics: BTreeMap<Url, (Option<i32>, Vec<Diagnostic>)>,
+    pub(crate) diagnostics: Found,
+    /// What stands for them, for a client that asks.
+    pub(crate) ids: BTreeMap<Url, ResultId>,
     /// For each open file, what its inlay hints and code lenses say, wherever they stand.
     pub(crate) hints: BTreeMap<Url, u64>,
     /// For each open file of which the client colours names, its version and what stands for their meaning.
@@ -33,33 +36,65 @@ pub(crate) fn result_id(diagnostics: &[Diagnostic]) -> ResultId {
     hasher.finish()
 }
 
-/// For each file with a diagnostic and each open one, its version and what is wrong in it.
-pub(crate) fn diagnostics(snapshot: &Snapshot) -> BTreeMap<Url, (Option<i32>, Vec<Diagnostic>)> {
+/// For each file, its version, where it is open, and what is wrong in it.
+pub(crate) type Found = BTreeMap<Url, (Option<i32>, Vec<Diagnostic>)>;
+
+/// What is wrong in each file with a diagnostic, and in each open one.
+pub(crate) fn diagnostics(snapshot: &Snapshot) -> Found {
     let db = &snapshot.db;
-    let mut diagnostics: BTreeMap<Url, (Option<i32>, Vec<Diagnostic>)> = BTreeMap::new();
-    let nothing = || if snapshot.is_stopped { vec![to_proto::stopped()] } else { Vec::new() };
-    for (url, document) in snapshot.documents.iter() {
-        diagnostics.insert(url.clone(), (Some(document.version), nothing()));
-    }
+    let mut found: Found = snapshot
+        .documents
+        .iter()
+        .map(|(url, document)| (url.clone(), (Some(document.version), of_document(snapshot, document))))
+        .collect();
     if snapshot.is_stopped {
-        return diagnostics;
+        return found;
     }
     for &workspace in snapshot.workspaces.iter() {
         for finding in workspace_diagnostics(db, workspace) {
             let diagnostic = to_proto::diagnostic(snapshot, &finding);
             for url in snapshot.urls(finding.diagnostic.at.file(db)) {
-                let (_, found) = diagnostics.entry(url).or_default();
-                // A file that several workspaces have is right or wrong once.
-                if !found.contains(&diagnostic) {
-                    found.push(diagnostic.clone());
+                if snapshot.documents.get(&url).is_none_or(|document| document.is_analysed) {
+                    add(&mut found.entry(url).or_default().1, diagnostic.clone());
                 }
             }
         }
     }
-    for (url, document) in snapshot.documents.iter().filter(|(_, document)| !document.is_analysed) {
-        diagnostics.insert(url.clone(), (Some(document.version), vec![to_proto::another_text()]));
+    found
+}
+
+/// What is wrong in one file, in the same words; nothing where nobody knows it.
+pub(crate) fn diagnostics_of(
+    snapshot: &Snapshot,
+    url: &Url,
+) -> Option<(Url, (Option<i32>, Vec<Diagnostic>))> {
+    let document = snapshot.documents.get(url);
+    let mut found = document.map_or_else(Vec::new, |document| of_document(snapshot, document));
+    if !snapshot.is_stopped && document.is_none_or(|document| document.is_analysed) {
+        let (file, _) = snapshot.file(&TextDocumentIdentifier::new(url.clone())).ok()?;
+        for &workspace in snapshot.workspaces.iter() {
+            for finding in diagnostics_of_file(&snapshot.db, workspace, file) {
+                add(&mut found, to_proto::diagnostic(snapshot, &finding));
+            }
+        }
     }
-    diagnostics
+    Some((url.clone(), (document.map(|document| document.version), found)))
+}
+
+/// What is said of an open text, whatever is wrong in it.
+fn of_document(snapshot: &Snapshot, document: &Document) -> Vec<Diagnostic> {
+    match document.is_analysed {
+        _ if snapshot.is_stopped => vec![to_proto::stopped()],
+        true => Vec::new(),
+        false => vec![to_proto::another_text()],
+    }
+}
+
+/// A file that several workspaces have is right or wrong once.
+fn add(found: &mut Vec<Diagnostic>, diagnostic: Diagnostic) {
+    if !found.contains(&diagnostic) {
+        found.push(diagnostic);
+    }
 }
 
 /// Checks everything as it is.
@@ -67,6 +102,8 @@ pub(crate) fn check(snapshot: &Snapshot) -> Checked {
     let db = &snapshot.db;
     let is_outdated = snapshot.is_outdated();
     let diagnostics = diagnostics(snapshot);
+    let ids = diagnostics.iter().filter(|_| snapshot.capabilities.pull_diagnostics);
+    let ids = ids.map(|(url, (_, found))| (url.clone(), result_id(found))).collect();
     let mut hints = BTreeMap::new();
     let models = snapshot.documents.iter().filter(|(_, document)| is_model(document.file.path(db)));
     for (url, document) in models.filter(|_| !snapshot.is_stopped) {
@@ -78,7 +115,8 @@ pub(crate) fn check(snapshot: &Snapshot) -> Checked {
         }
         let is_lens_shown = snapshot.capabilities.lens_refresh && snapshot.settings.lenses;
         let lenses = is_lens_shown.then(|| mauve_ide::code_lenses(db, &snapshot.workspaces, document.file));
-        for lens in lenses.into_iter().flatten() {
+        let is_found_out = |lens: &CodeLens| matches!(lens.kind, LensKind::Deadlines | LensKind::Instances);
+        for lens in lenses.into_iter().flatten().filter(is_found_out) {
             if let Some(lens) = mauve_ide::resolve_code_lens(db, &snapshot.workspaces, document.file, lens) {
                 lens.title.hash(&mut hasher);
             }
@@ -93,5 +131,5 @@ pub(crate) fn check(snapshot: &Snapshot) -> Checked {
         Some((url, (document.version, meanings)))
     };
     let meanings = snapshot.tokens.asked().into_iter().filter_map(meaning).collect();
-    Checked { is_outdated, diagnostics, hints, meanings }
+    Checked { is_outdated, diagnostics, ids, hints, meanings }
 }

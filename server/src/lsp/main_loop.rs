@@ -98,6 +98,8 @@ pub(crate) struct MainLoop {
     check: bool,
     /// Counts the states of what the client and the disk have.
     generation: u64,
+    /// The one of which a check has found that everything is read that is needed, or can be.
+    complete: Option<u64>,
     /// The one that the user does not want to be analysed.
     stopped: Option<u64>,
     /// The one of which the diagnostics were published last.
@@ -138,6 +140,7 @@ impl MainLoop {
             reloads: 0,
             check: false,
             generation: 0,
+            complete: None,
             stopped: None,
             published: None,
             hinted: BTreeSet::new(),
@@ -429,6 +432,7 @@ impl MainLoop {
             capabilities: self.capabilities,
             settings: self.settings,
             generation: self.generation,
+            is_complete: self.complete == Some(self.generation),
             is_stopped: self.stopped == Some(self.generation),
             tokens: Arc::clone(&self.tokens),
             running: Arc::clone(&self.running),
@@ -465,14 +469,17 @@ impl MainLoop {
                 self.reloads += 1;
                 self.reload = true;
             }
-            Ok(Checked { is_outdated, diagnostics, hints, meanings }) => {
+            Ok(Checked { is_outdated, diagnostics, ids, hints, meanings }) => {
                 if is_outdated {
                     tracing::error!("a file that is included cannot be read");
                 }
+                self.complete = Some(generation);
                 self.reloads = 0;
                 self.published = Some(generation);
                 let others = std::mem::take(&mut self.hinted);
-                let is_another = self.publisher.publish(diagnostics, hints);
+                let is_another = self.publisher.publish(diagnostics, &ids, hints);
+                // What is shown of a state that is not analysed any more is to go.
+                let is_another = is_another || self.stopped == Some(generation);
                 if is_another || others.iter().any(|hinted| *hinted != generation) {
                     self.refresh_hints();
                 }
@@ -489,9 +496,11 @@ impl MainLoop {
     /// The check that is to come has the client ask again; if there is none to come, it is now. A text that is another one
     /// since, it asks about by itself.
     fn uncoloured(&mut self, uri: &Url, version: i32) {
-        let is_this_one = self.documents.get(uri).is_some_and(|open| open.version == version);
+        if !self.documents.get(uri).is_some_and(|open| open.version == version) {
+            return;
+        }
         self.tokens.lost(uri, version);
-        if is_this_one && self.published == Some(self.generation) && self.capabilities.token_refresh {
+        if self.published == Some(self.generation) && self.capabilities.token_refresh {
             self.publisher.refresh(Refresh::Tokens);
         }
     }

@@ -5,11 +5,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use tokio::sync::Notify;
+use tokio::time::timeout;
 use tower_lsp::Client;
 use tower_lsp::lsp_types::{Diagnostic, MessageType, Url};
 
+use super::PATIENCE;
 use super::check::result_id;
-use super::pulls::Pulls;
+use super::pulls::{Pulls, ResultId};
 use super::to_proto;
 
 /// For each file, the version that was checked, if it is open, and what was found.
@@ -32,13 +34,16 @@ pub(crate) struct Publisher {
 pub(crate) struct Outbox {
     waiting: Mutex<Waiting>,
     more: Notify,
+    diagnostics: Notify,
+    hints: Notify,
+    lenses: Notify,
+    tokens: Notify,
 }
 
 #[derive(Default)]
 struct Waiting {
     diagnostics: Found,
     warnings: Vec<String>,
-    refresh: BTreeSet<Refresh>,
 }
 
 /// What a client may be told to ask for again.
@@ -48,6 +53,12 @@ pub(crate) enum Refresh {
     Hints,
     Lenses,
     Tokens,
+}
+
+impl Refresh {
+    /// All of them.
+    pub(crate) const ALL: [Refresh; 4] =
+        [Refresh::Diagnostics, Refresh::Hints, Refresh::Lenses, Refresh::Tokens];
 }
 
 impl Publisher {
@@ -65,7 +76,7 @@ impl Publisher {
 
     /// For a client that asks about open files instead of being told.
     pub(crate) fn pull(&mut self) {
-        self.pulls = Some(Pulls::default());
+        self.pulls = Some(Pulls::new(result_id(&[])));
     }
 
     /// The client asks about a version of a file, or about all; then it is told of none any more.
@@ -91,13 +102,13 @@ impl Publisher {
     }
 
     /// Leaves in `found` what the client is told, and has it ask for the rest where that is new.
-    fn pulled(&mut self, found: &mut Found) {
+    fn pulled(&mut self, found: &mut Found, ids: &BTreeMap<Url, ResultId>) {
         let Some(pulls) = &mut self.pulls else { return };
         let all = self.pulls_all;
         let is_asked = |version: &Option<i32>| all || version.is_some();
         let asked = found.iter().filter(|(_, (version, _))| is_asked(version));
-        let asked = asked.map(|(url, (version, found))| (url.clone(), (*version, Some(result_id(found)))));
-        let asked = asked.collect();
+        let asked =
+            asked.map(|(url, (version, _))| (url.clone(), (*version, ids.get(url).copied()))).collect();
         found.retain(|_, (version, _)| !is_asked(version));
         if pulls.checked(asked) {
             self.refresh(Refresh::Diagnostics);
@@ -105,9 +116,15 @@ impl Publisher {
     }
 
     /// Publishes what is new in `found`: other diagnostics, or another version; and that files which are not in it have
-    /// none any more. Says whether the inlay hints of a file that is still open say something else than before.
-    pub(crate) fn publish(&mut self, mut found: Found, hints: BTreeMap<Url, u64>) -> bool {
-        self.pulled(&mut found);
+    /// none any more; `ids` stand for what was found in each file. Says whether the inlay hints of a file that is still open
+    /// say something else than before.
+    pub(crate) fn publish(
+        &mut self,
+        mut found: Found,
+        ids: &BTreeMap<Url, ResultId>,
+        hints: BTreeMap<Url, u64>,
+    ) -> bool {
+        self.pulled(&mut found, ids);
         let gone: Vec<Url> = self.published.keys().filter(|url| !found.contains_key(*url)).cloned().collect();
         let gone = gone.into_iter().map(|url| (url, (None, Vec::new())));
         let new: Found = found
@@ -131,13 +148,18 @@ impl Publisher {
         if let Some((version, _)) = self.published.get_mut(url) {
             *version = Some(i32::MIN);
         }
+        if let Some(pulls) = &mut self.pulls {
+            pulls.closed(url, self.pulls_all);
+        }
     }
 
     /// Instead of what may not hold any more, publishes that nothing is known.
     pub(crate) fn panicked(&mut self, open: BTreeMap<Url, i32>, message: &str) {
         let diagnostic = to_proto::defect(message);
+        let id = result_id(std::slice::from_ref(&diagnostic));
+        let ids = open.keys().map(|url| (url.clone(), id)).collect();
         let known = |(url, version)| (url, (Some(version), vec![diagnostic.clone()]));
-        self.publish(open.into_iter().map(known).collect(), BTreeMap::new());
+        self.publish(open.into_iter().map(known).collect(), &ids, BTreeMap::new());
         self.defect(message);
     }
 
@@ -148,9 +170,7 @@ impl Publisher {
 
     /// Has the client ask for something again.
     pub(crate) fn refresh(&self, what: Refresh) {
-        self.outbox.put(|waiting| {
-            waiting.refresh.insert(what);
-        });
+        self.outbox.refresh(what).notify_one();
     }
 
     /// Shows a warning, each once.
@@ -163,6 +183,36 @@ impl Publisher {
 }
 
 impl Outbox {
+    /// Who waits for that.
+    fn refresh(&self, what: Refresh) -> &Notify {
+        match what {
+            Refresh::Diagnostics => &self.diagnostics,
+            Refresh::Hints => &self.hints,
+            Refresh::Lenses => &self.lenses,
+            Refresh::Tokens => &self.tokens,
+        }
+    }
+
+    /// Has the client ask for this again, whenever it is to: one question at a time.
+    pub(crate) async fn have_asked(&self, what: Refresh, client: Client) {
+        loop {
+            self.refresh(what).notified().await;
+            let question = async {
+                match what {
+                    Refresh::Diagnostics => client.workspace_diagnostic_refresh().await,
+                    Refresh::Hints => client.inlay_hint_refresh().await,
+                    Refresh::Lenses => client.code_lens_refresh().await,
+                    Refresh::Tokens => client.semantic_tokens_refresh().await,
+                }
+            };
+            match timeout(PATIENCE, question).await {
+                Ok(Ok(())) => {}
+                Ok(Err(error)) => tracing::warn!("{what:?} were not asked for again: {error}"),
+                Err(_) => tracing::warn!("{what:?} were not asked for again: the client does not answer"),
+            }
+        }
+    }
+
     fn put(&self, change: impl FnOnce(&mut Waiting)) {
         change(&mut self.waiting.lock().unwrap_or_else(PoisonError::into_inner));
         self.more.notify_one();
@@ -172,28 +222,13 @@ impl Outbox {
     pub(crate) async fn send_to(&self, client: Client) {
         loop {
             self.more.notified().await;
-            let Waiting { diagnostics, warnings, refresh } =
+            let Waiting { diagnostics, warnings } =
                 std::mem::take(&mut *self.waiting.lock().unwrap_or_else(PoisonError::into_inner));
             for message in warnings {
                 client.show_message(MessageType::WARNING, message).await;
             }
             for (url, (version, diagnostics)) in diagnostics {
                 client.publish_diagnostics(url, diagnostics, version).await;
-            }
-            for what in refresh {
-                // The client may take its time, or never answer: nobody waits for that.
-                let client = client.clone();
-                tokio::spawn(async move {
-                    let answer = match what {
-                        Refresh::Diagnostics => client.workspace_diagnostic_refresh().await,
-                        Refresh::Hints => client.inlay_hint_refresh().await,
-                        Refresh::Lenses => client.code_lens_refresh().await,
-                        Refresh::Tokens => client.semantic_tokens_refresh().await,
-                    };
-                    if let Err(error) = answer {
-                        tracing::warn!("{what:?} were not asked for again: {error}");
-                    }
-                });
             }
         }
     }

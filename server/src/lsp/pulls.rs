@@ -1,7 +1,7 @@
 //! What a client that asks for diagnostics was given, so that it is told to ask again where that no longer holds, and only
 //! there: about a text that is another one since, it asks by itself.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use tower_lsp::lsp_types::Url;
 
@@ -12,7 +12,7 @@ pub(crate) type ResultId = u64;
 pub(crate) type Given = (Option<i32>, Option<ResultId>);
 
 /// The pulls of a session.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct Pulls {
     /// How many questions wait for an answer.
     waiting: usize,
@@ -22,9 +22,19 @@ pub(crate) struct Pulls {
     given: BTreeMap<Url, Given>,
     /// What the last check has found, for the files that the client asks about.
     found: BTreeMap<Url, Given>,
+    /// What held when the client was told to ask again: it is told once, whatever it then gets.
+    told: BTreeMap<Url, Given>,
+    /// A file that is not open, and in which nothing is wrong.
+    nothing: Given,
 }
 
 impl Pulls {
+    /// Nothing was asked yet; `nothing` stands for no diagnostics.
+    pub(crate) fn new(nothing: ResultId) -> Pulls {
+        let (asked, given, found, told) = Default::default();
+        Pulls { waiting: 0, asked, given, found, told, nothing: (None, Some(nothing)) }
+    }
+
     /// The client asks about this version of a file, or about all.
     pub(crate) fn asked(&mut self, about: Option<(Url, Option<i32>)>) {
         self.waiting += 1;
@@ -46,24 +56,41 @@ impl Pulls {
 
     /// A check has found these in the files that the client asks about. Should it ask again?
     pub(crate) fn checked(&mut self, found: BTreeMap<Url, Given>) -> bool {
-        self.given.retain(|url, _| found.contains_key(url));
-        self.asked.retain(|url, _| found.contains_key(url));
         self.found = found;
-        self.is_outdated()
+        let is_outdated = self.is_outdated();
+        // Nothing is remembered of what is not there any more, once the client knows.
+        let (found, nothing) = (&self.found, self.nothing);
+        self.given.retain(|url, given| found.contains_key(url) || *given != nothing);
+        self.told.retain(|url, _| found.contains_key(url) || self.given.contains_key(url));
+        self.asked.retain(|url, _| found.contains_key(url));
+        is_outdated
+    }
+
+    /// The client has closed a file. Where it asks about others as well, nobody knows what it shows of it now.
+    pub(crate) fn closed(&mut self, url: &Url, asks_about_others: bool) {
+        match asks_about_others {
+            true => self.given.insert(url.clone(), (None, None)),
+            false => self.given.remove(url),
+        };
     }
 
     /// Whoever waits for an answer gets what holds, or is looked at when he has got it.
     fn is_outdated(&mut self) -> bool {
-        let is_another = |(url, found): (&Url, &Given)| match self.given.get(url) {
-            Some(given) => given.0 == found.0 && given.1 != found.1,
-            // About a file that it has opened, it is going to ask.
-            None => found.0.is_none(),
-        };
-        let is_outdated = self.waiting == 0 && self.found.iter().any(is_another);
-        if is_outdated {
-            // Told once. What it asks for then is noted when it gets it.
-            self.given.extend(self.found.iter().map(|(url, found)| (url.clone(), *found)));
+        if self.waiting > 0 {
+            return false;
         }
+        let now = |url: &Url| self.found.get(url).copied().unwrap_or(self.nothing);
+        let is_another = |url: &&Url| match self.given.get(*url) {
+            _ if self.told.get(*url) == Some(&now(url)) => false,
+            Some(given) => given.0 == now(url).0 && given.1 != now(url).1,
+            // About a file that it has opened, it is going to ask.
+            None => now(url).0.is_none() && now(url) != self.nothing,
+        };
+        let all: BTreeSet<&Url> = self.given.keys().chain(self.found.keys()).collect();
+        let told: BTreeMap<Url, Given> =
+            all.into_iter().filter(is_another).map(|url| (url.clone(), now(url))).collect();
+        let is_outdated = !told.is_empty();
+        self.told.extend(told);
         is_outdated
     }
 }
@@ -71,6 +98,9 @@ impl Pulls {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Stands for no diagnostics.
+    const NOTHING: ResultId = 0;
 
     fn url(name: &str) -> Url {
         Url::parse(&format!("file:///{name}.mal")).unwrap()
@@ -82,7 +112,7 @@ mod tests {
 
     #[test]
     fn an_answer_that_holds_needs_no_other() {
-        let mut pulls = Pulls::default();
+        let mut pulls = Pulls::new(NOTHING);
         pulls.asked(None);
         assert!(!pulls.checked(found("a", Some(1), 7)), "it is being answered");
         assert!(!pulls.answered(found("a", Some(1), 7)));
@@ -93,27 +123,52 @@ mod tests {
 
     #[test]
     fn what_changes_elsewhere_is_to_be_asked_for_once() {
-        let mut pulls = Pulls::default();
+        let mut pulls = Pulls::new(NOTHING);
         pulls.asked(None);
         assert!(!pulls.answered(found("a", Some(1), 7)));
         assert!(pulls.checked(found("a", Some(1), 8)));
         assert!(!pulls.checked(found("a", Some(1), 8)), "it was told");
         pulls.asked(None);
         assert!(!pulls.answered(found("a", Some(1), 8)));
-        assert!(pulls.checked(found("b", None, 9)), "of a file that is not open, it may not know");
-        assert!(!pulls.checked(found("b", None, 9)));
+        assert!(pulls.checked(found("a", Some(1), 7)), "it was as it is before");
+    }
+
+    #[test]
+    fn files_that_are_not_open() {
+        let mut pulls = Pulls::new(NOTHING);
+        assert!(pulls.checked(found("a", None, 9)), "it may not know");
+        pulls.asked(None);
+        assert!(!pulls.answered(found("a", None, 9)));
+        assert!(pulls.checked(BTreeMap::new()), "what is mended is in no list");
+        pulls.asked(None);
+        assert!(!pulls.answered(found("a", None, NOTHING)));
+        assert!(!pulls.checked(BTreeMap::new()));
+        assert!(pulls.given.is_empty() && pulls.told.is_empty(), "{pulls:?}");
+    }
+
+    #[test]
+    fn a_file_that_is_closed() {
+        for (asks_about_others, expected) in [(true, true), (false, false)] {
+            let mut pulls = Pulls::new(NOTHING);
+            pulls.asked(None);
+            assert!(!pulls.answered(found("a", Some(3), 7)));
+            pulls.closed(&url("a"), asks_about_others);
+            assert_eq!(pulls.checked(BTreeMap::new()), expected);
+        }
     }
 
     #[test]
     fn an_old_answer_that_comes_late_and_one_that_never_came() {
-        let mut pulls = Pulls::default();
+        let mut pulls = Pulls::new(NOTHING);
         pulls.asked(None);
         assert!(!pulls.checked(found("a", Some(1), 8)));
         assert!(pulls.answered(found("a", Some(1), 7)));
+        let mut pulls = Pulls::new(NOTHING);
+        assert!(!pulls.checked(found("a", Some(1), 8)));
         pulls.asked(Some((url("a"), Some(1))));
         assert!(pulls.lost(&url("a")));
         pulls.asked(Some((url("a"), Some(1))));
-        assert!(!pulls.checked(found("a", Some(2), 9)));
-        assert!(!pulls.lost(&url("a")), "about another text it asks by itself");
+        assert!(!pulls.lost(&url("a")), "it was told, and has it as it wants it");
+        assert!(!pulls.checked(found("a", Some(2), 9)), "about another text it asks by itself");
     }
 }

@@ -56,7 +56,7 @@ impl Settings {
         let mut settings = before;
         let mut problems = Vec::new();
         for (key, value) in leaves(given) {
-            if value.is_null() || OF_EDITORS.iter().any(|known| key == *known || is_below(&key, known)) {
+            if OF_EDITORS.iter().any(|known| key == *known || is_below(&key, known)) {
                 continue;
             }
             if let Err(problem) = settings.set(&key, value) {
@@ -68,6 +68,7 @@ impl Settings {
 
     fn set(&mut self, key: &str, value: &Value) -> Result<(), String> {
         match key {
+            "timing.significance" if value.is_null() => self.significance = None,
             "timing.significance" => {
                 let number = value.as_f64().or_else(|| value.as_str()?.trim().parse().ok());
                 let level = number.and_then(Level::from_f64);
@@ -75,6 +76,7 @@ impl Settings {
                     || format!("is {value}: expected a number between 0 and 1, such as 1e-4, or null");
                 self.significance = Some(level.ok_or_else(wanted)?);
             }
+            _ if value.is_null() => {}
             "codeLens.enable" => self.lenses = switch(value)?,
             "inlayHints.responseTimes" => self.hints.response_times = switch(value)?,
             "inlayHints.loads" => self.hints.loads = switch(value)?,
@@ -167,8 +169,9 @@ mod tests {
     #[test]
     fn what_is_not_said_was_perhaps_said_before() {
         let (first, _) = read(json!({"timing": {"significance": 1e-5}}));
-        let (second, _) =
-            Settings::read(&json!({"timing": {"significance": null}, "codeLens": {"enable": false}}), first);
+        let (second, _) = Settings::read(&json!({"codeLens": {"enable": false}}), first);
         assert_eq!(second, Settings { lenses: false, ..first });
+        let (third, _) = Settings::read(&json!({"timing": {"significance": null}}), second);
+        assert_eq!(third, Settings { significance: None, ..second });
     }
 }

@@ -7,9 +7,10 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicUsize;
 
 use mauve_model::{Database, File, Workspace};
+use mauve_syntax::TextSize;
 use salsa::Cancelled;
 use tower_lsp::jsonrpc::{Error, ErrorCode, Result};
-use tower_lsp::lsp_types::{TextDocumentIdentifier, Url};
+use tower_lsp::lsp_types::{TextDocumentIdentifier, TextDocumentPositionParams, Url};
 
 use super::capabilities::Capabilities;
 use super::position::{LineIndex, line_index};
@@ -39,6 +40,8 @@ pub(crate) struct Snapshot {
     pub(crate) settings: Settings,
     /// Which state of the texts it is.
     pub(crate) generation: u64,
+    /// Is it known that everything is read that is needed, or can be?
+    pub(crate) is_complete: bool,
     /// Does the user not want this state to be analysed?
     pub(crate) is_stopped: bool,
     /// What the client was given of the colours of names.
@@ -65,6 +68,26 @@ impl Snapshot {
         Ok((file, line_index(&self.db, file)))
     }
 
+    /// The file that a client means, where its lines begin, and where in it the position is.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Snapshot::file`].
+    pub(crate) fn at(&self, at: &TextDocumentPositionParams) -> Result<(File, &LineIndex, TextSize)> {
+        let (file, lines) = self.file(&at.text_document)?;
+        Ok((file, lines, lines.offset(at.position, self.capabilities.encoding)))
+    }
+
+    /// Is a text still of the version for which something was offered? In another one, something else may stand there.
+    ///
+    /// # Errors
+    ///
+    /// It is not.
+    pub(crate) fn unchanged(&self, document: &TextDocumentIdentifier, version: Option<i32>) -> Result<()> {
+        let now = self.documents.get(&document.uri).map(|document| document.version);
+        if now == version { Ok(()) } else { Err(Error::content_modified()) }
+    }
+
     fn known(&self, path: PathBuf) -> Option<File> {
         let place = place(&path);
         let mut all = self.workspaces.iter().filter_map(|workspace| workspace.file(&self.db, &place));
@@ -80,7 +103,7 @@ impl Snapshot {
         if self.is_stopped {
             return Err(Error::request_cancelled());
         }
-        if self.is_outdated() { Err(Error::content_modified()) } else { Ok(()) }
+        if !self.is_complete && self.is_outdated() { Err(Error::content_modified()) } else { Ok(()) }
     }
 
     /// Is a file included that is there and has not been read?
@@ -107,9 +130,6 @@ impl Snapshot {
     }
 }
 
-/// What the answer of a job that panicked begins with.
-pub(crate) const DEFECT: &str = "a defect of mauve: ";
-
 /// Why a job gave nothing.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Failure {
@@ -129,7 +149,7 @@ impl Failure {
             Failure::Cancelled => Error::request_cancelled(),
             Failure::Panicked(message) => Error {
                 code: ErrorCode::InternalError,
-                message: format!("{DEFECT}{message}").into(),
+                message: format!("a defect of mauve: {message}").into(),
                 data: None,
             },
         }

@@ -49,6 +49,10 @@ impl Tokens {
     /// It has asked about this version, and got no answer.
     pub(crate) fn lost(&self, url: &Url, version: i32) {
         let mut given = self.lock();
+        // An answer about a later one may have been quicker.
+        if given.get(url).is_some_and(|given| given.version > version) {
+            return;
+        }
         let all = given.remove(url).and_then(|given| given.all);
         given.insert(url.clone(), Given { version, meanings: None, all });
     }
@@ -120,6 +124,9 @@ mod tests {
         tokens.gave(&url(), 1, 7, Some(("a".to_owned(), Arc::clone(&all))));
         tokens.gave(&url(), 1, 7, None);
         tokens.lost(&url(), 2);
+        tokens.gave(&url(), 3, 8, None);
+        tokens.lost(&url(), 2);
+        assert!(!tokens.is_outdated(&found(3, 8)), "the answer about the later text holds");
         assert_eq!(tokens.previous(&url(), "a"), Some(Arc::clone(&all)));
         tokens.gave(&url(), 1, 7, Some(("b".to_owned(), all)));
         assert_eq!(tokens.previous(&url(), "a"), None);

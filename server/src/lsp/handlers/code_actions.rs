@@ -96,10 +96,7 @@ pub(crate) fn resolve(snapshot: &Snapshot, action: &lsp_types::CodeAction) -> Re
     let mut action = action.clone();
     let chosen = action.data.clone().and_then(|data| serde_json::from_value::<Chosen>(data).ok());
     let Some(chosen) = chosen.filter(|_| action.edit.is_none()) else { return Ok(action) };
-    // In a text that has changed since, something else may stand there.
-    if snapshot.documents.get(&chosen.document.uri).map(|document| document.version) != chosen.version {
-        return Err(Error::content_modified());
-    }
+    snapshot.unchanged(&chosen.document, chosen.version)?;
     snapshot.complete()?;
     let (file, lines) = snapshot.file(&chosen.document)?;
     let encoding = snapshot.capabilities.encoding;

@@ -8,7 +8,7 @@
 use mauve_ide::{CodeLens, Lens, LensAction, LensKind, code_lens_at, resolve_code_lens};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
-use tower_lsp::jsonrpc::{Error, Result};
+use tower_lsp::jsonrpc::Result;
 use tower_lsp::lsp_types::{
     self, CodeLensParams, Command, Location, Position, Range, TextDocumentIdentifier, Url,
 };
@@ -41,10 +41,10 @@ pub(crate) fn code_lenses(
     snapshot: &Snapshot,
     params: &CodeLensParams,
 ) -> Result<Option<Vec<lsp_types::CodeLens>>> {
-    snapshot.complete()?;
-    if !snapshot.settings.lenses {
+    if !snapshot.settings.lenses || snapshot.is_stopped {
         return Ok(Some(Vec::new()));
     }
+    snapshot.complete()?;
     let (file, lines) = snapshot.file(&params.text_document)?;
     let encoding = snapshot.capabilities.encoding;
     let version = snapshot.documents.get(&params.text_document.uri).map(|document| document.version);
@@ -75,10 +75,7 @@ pub(crate) fn resolve(snapshot: &Snapshot, lens: &lsp_types::CodeLens) -> Result
     let mut lens = lens.clone();
     let later = lens.data.clone().and_then(|data| serde_json::from_value::<Later>(data).ok());
     let Some(Later { document, version, at, kind }) = later else { return Ok(lens) };
-    // In a text that has changed since, something else may stand there.
-    if snapshot.documents.get(&document.uri).map(|document| document.version) != version {
-        return Err(Error::content_modified());
-    }
+    snapshot.unchanged(&document, version)?;
     snapshot.complete()?;
     let (file, lines) = snapshot.file(&document)?;
     let (db, workspaces) = (&snapshot.db, &snapshot.workspaces);

@@ -22,8 +22,7 @@ pub(crate) fn completion(
     params: &CompletionParams,
 ) -> Result<Option<CompletionResponse>> {
     let at = &params.text_document_position;
-    let (file, lines) = snapshot.file(&at.text_document)?;
-    let offset = lines.offset(at.position, snapshot.capabilities.encoding);
+    let (file, lines, offset) = snapshot.at(at)?;
     // `>` is typed to compare as well; only of `->` is it the end.
     let trigger = params.context.as_ref().and_then(|context| context.trigger_character.as_deref());
     let before = file.text(&snapshot.db).get(..offset.into()).unwrap_or_default();

@@ -54,9 +54,8 @@ fn go_to(
     links: bool,
 ) -> Result<Option<GotoDefinitionResponse>> {
     let at = &params.text_document_position_params;
-    let (file, lines) = snapshot.file(&at.text_document)?;
+    let (file, lines, offset) = snapshot.at(at)?;
     let encoding = snapshot.capabilities.encoding;
-    let offset = lines.offset(at.position, encoding);
     let Some(found) = ask(&snapshot.db, &snapshot.workspaces, file, offset) else {
         return Ok(None);
     };

@@ -12,9 +12,9 @@ use tower_lsp::lsp_types::{
     WorkspaceUnchangedDocumentDiagnosticReport,
 };
 
-use crate::lsp::check::{diagnostics, result_id};
+use crate::lsp::check::{Found, diagnostics, diagnostics_of, result_id};
 use crate::lsp::pulls::{Given, ResultId};
-use crate::lsp::snapshot::{DEFECT, Snapshot};
+use crate::lsp::snapshot::{Document, Failure, Snapshot, attempt};
 use crate::lsp::to_proto;
 
 /// An answer, and what it gave for each file.
@@ -25,10 +25,11 @@ pub(crate) fn document_diagnostic(
     snapshot: &Snapshot,
     params: &DocumentDiagnosticParams,
 ) -> Result<Diagnosed<DocumentDiagnosticReportResult>> {
-    snapshot.complete()?;
     let url = &params.text_document.uri;
     // A file that is neither open nor known has no diagnostics: an error would be shown to a user who has done nothing.
-    let (version, items) = diagnostics(snapshot).remove(url).unwrap_or_default();
+    let (version, items) = known(snapshot, |snapshot| diagnostics_of(snapshot, url).into_iter().collect())?
+        .remove(url)
+        .unwrap_or_default();
     let id = result_id(&items);
     let report = match full_or_unchanged(id, items, params.previous_result_id.as_deref()) {
         Ok(full_document_diagnostic_report) => {
@@ -53,11 +54,10 @@ pub(crate) fn workspace_diagnostic(
     snapshot: &Snapshot,
     params: &WorkspaceDiagnosticParams,
 ) -> Result<Diagnosed<WorkspaceDiagnosticReportResult>> {
-    snapshot.complete()?;
-    let known: BTreeMap<&Url, &str> =
+    let given_before: BTreeMap<&Url, &str> =
         params.previous_result_ids.iter().map(|known| (&known.uri, known.value.as_str())).collect();
-    let mut found = diagnostics(snapshot);
-    for &url in known.keys() {
+    let mut found = known(snapshot, diagnostics)?;
+    for &url in given_before.keys() {
         found.entry(url.clone()).or_default();
     }
     let mut given = BTreeMap::new();
@@ -65,7 +65,7 @@ pub(crate) fn workspace_diagnostic(
         let id = result_id(&items);
         given.insert(uri.clone(), (version, Some(id)));
         let version = version.map(i64::from);
-        match full_or_unchanged(id, items, known.get(&uri).copied()) {
+        match full_or_unchanged(id, items, given_before.get(&uri).copied()) {
             Ok(full_document_diagnostic_report) => {
                 let report =
                     WorkspaceFullDocumentDiagnosticReport { uri, version, full_document_diagnostic_report };
@@ -85,6 +85,23 @@ pub(crate) fn workspace_diagnostic(
     Ok((WorkspaceDiagnosticReportResult::Report(WorkspaceDiagnosticReport { items }), given))
 }
 
+/// What is wrong. Where that cannot be known, since something of ours is, that is what the client shows, instead of what
+/// may not hold any more.
+fn known(snapshot: &Snapshot, look: impl Fn(&Snapshot) -> Found) -> Result<Found> {
+    if !snapshot.is_stopped {
+        snapshot.complete()?;
+    }
+    attempt(|| look(snapshot)).or_else(|failure| match failure {
+        Failure::Panicked(message) => {
+            let of = |(url, document): (&Url, &Document)| {
+                (url.clone(), (Some(document.version), vec![to_proto::defect(&message)]))
+            };
+            Ok(snapshot.documents.iter().map(of).collect())
+        }
+        failure => Err(failure.into_error()),
+    })
+}
+
 fn full_or_unchanged(
     id: ResultId,
     items: Vec<Diagnostic>,
@@ -95,16 +112,6 @@ fn full_or_unchanged(
         return Err(UnchangedDocumentDiagnosticReport { result_id });
     }
     Ok(FullDocumentDiagnosticReport { result_id: Some(result_id), items })
-}
-
-/// What the client shows of a file whose diagnostics cannot be known, instead of what may not hold any more.
-pub(crate) fn of_defect(error: &Error) -> DocumentDiagnosticReportResult {
-    let message = error.message.strip_prefix(DEFECT).unwrap_or(&error.message);
-    let items = vec![to_proto::defect(message)];
-    let full_document_diagnostic_report = FullDocumentDiagnosticReport { result_id: None, items };
-    let report =
-        RelatedFullDocumentDiagnosticReport { related_documents: None, full_document_diagnostic_report };
-    DocumentDiagnosticReportResult::Report(DocumentDiagnosticReport::Full(report))
 }
 
 /// The error of a question that an edit has overtaken: the client asks again. For any other error it may show nothing.

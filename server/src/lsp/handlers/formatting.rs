@@ -41,8 +41,7 @@ pub(crate) fn on_type_formatting(
     params: &DocumentOnTypeFormattingParams,
 ) -> Result<Option<Vec<TextEdit>>> {
     let at = &params.text_document_position;
-    let (file, lines) = snapshot.file(&at.text_document)?;
-    let offset = lines.offset(at.position, snapshot.capabilities.encoding);
+    let (file, _, offset) = snapshot.at(at)?;
     let Some(typed) = params.ch.chars().next_back() else { return Ok(None) };
     Ok(edits(snapshot, file, || mauve_ide::formatting_on_type(&snapshot.db, file, offset, typed)))
 }

@@ -21,8 +21,7 @@ pub(crate) fn prepare_calls(
     params: &CallHierarchyPrepareParams,
 ) -> Result<Option<Vec<CallHierarchyItem>>> {
     let at = &params.text_document_position_params;
-    let (file, lines) = snapshot.file(&at.text_document)?;
-    let offset = lines.offset(at.position, snapshot.capabilities.encoding);
+    let (file, _, offset) = snapshot.at(at)?;
     let found = mauve_ide::call_items(&snapshot.db, &snapshot.workspaces, file, offset);
     Ok(some(found.into_iter().filter_map(|item| call_item(snapshot, item))))
 }
@@ -65,8 +64,7 @@ pub(crate) fn prepare_types(
     params: &TypeHierarchyPrepareParams,
 ) -> Result<Option<Vec<TypeHierarchyItem>>> {
     let at = &params.text_document_position_params;
-    let (file, lines) = snapshot.file(&at.text_document)?;
-    let offset = lines.offset(at.position, snapshot.capabilities.encoding);
+    let (file, _, offset) = snapshot.at(at)?;
     let found = mauve_ide::type_items(&snapshot.db, &snapshot.workspaces, file, offset);
     Ok(some(found.into_iter().filter_map(|item| type_item(snapshot, item))))
 }

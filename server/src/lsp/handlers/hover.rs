@@ -9,9 +9,8 @@ use crate::lsp::snapshot::Snapshot;
 pub(crate) fn hover(snapshot: &Snapshot, params: &HoverParams) -> Result<Option<lsp_types::Hover>> {
     let at = &params.text_document_position_params;
     snapshot.complete()?;
-    let (file, lines) = snapshot.file(&at.text_document)?;
+    let (file, lines, offset) = snapshot.at(at)?;
     let encoding = snapshot.capabilities.encoding;
-    let offset = lines.offset(at.position, encoding);
     let hover = mauve_ide::hover(&snapshot.db, &snapshot.workspaces, file, offset);
     Ok(hover.map(|hover| lsp_types::Hover {
         range: Some(lines.range(hover.range, encoding)),

@@ -1,7 +1,7 @@
 //! `textDocument/inlayHint` and `inlayHint/resolve`.
 
 use serde::{Deserialize, Serialize};
-use tower_lsp::jsonrpc::{Error, Result};
+use tower_lsp::jsonrpc::Result;
 use tower_lsp::lsp_types::{
     self, InlayHintLabel, InlayHintParams, InlayHintTooltip, Position, TextDocumentIdentifier,
 };
@@ -22,6 +22,9 @@ pub(crate) fn inlay_hints(
     snapshot: &Snapshot,
     params: &InlayHintParams,
 ) -> Result<Option<Vec<lsp_types::InlayHint>>> {
+    if snapshot.is_stopped {
+        return Ok(Some(Vec::new()));
+    }
     snapshot.complete()?;
     let (file, lines) = snapshot.file(&params.text_document)?;
     let encoding = snapshot.capabilities.encoding;
@@ -55,10 +58,7 @@ pub(crate) fn resolve(snapshot: &Snapshot, hint: &lsp_types::InlayHint) -> Resul
     let mut hint = hint.clone();
     let explained = hint.data.clone().and_then(|data| serde_json::from_value::<Explained>(data).ok());
     let Some(Explained { document, version, at }) = explained else { return Ok(hint) };
-    // In a text that has changed since, something else may stand there.
-    if snapshot.documents.get(&document.uri).map(|document| document.version) != version {
-        return Err(Error::content_modified());
-    }
+    snapshot.unchanged(&document, version)?;
     let (file, lines) = snapshot.file(&document)?;
     let offset = lines.offset(at, snapshot.capabilities.encoding);
     if let Some(hover) = mauve_ide::hover(&snapshot.db, &snapshot.workspaces, file, offset) {

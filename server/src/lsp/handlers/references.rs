@@ -13,9 +13,8 @@ use crate::lsp::snapshot::Snapshot;
 pub(crate) fn references(snapshot: &Snapshot, params: &ReferenceParams) -> Result<Option<Vec<Location>>> {
     snapshot.complete()?;
     let at = &params.text_document_position;
-    let (file, lines) = snapshot.file(&at.text_document)?;
+    let (file, _, offset) = snapshot.at(at)?;
     let encoding = snapshot.capabilities.encoding;
-    let offset = lines.offset(at.position, encoding);
     let declaration = params.context.include_declaration;
     let (db, workspaces) = (&snapshot.db, &snapshot.workspaces);
     let found = mauve_ide::references(db, workspaces, file, offset, declaration);
@@ -34,9 +33,8 @@ pub(crate) fn highlights(
     params: &DocumentHighlightParams,
 ) -> Result<Option<Vec<DocumentHighlight>>> {
     let at = &params.text_document_position_params;
-    let (file, lines) = snapshot.file(&at.text_document)?;
+    let (file, lines, offset) = snapshot.at(at)?;
     let encoding = snapshot.capabilities.encoding;
-    let offset = lines.offset(at.position, encoding);
     let found = mauve_ide::highlights(&snapshot.db, &snapshot.workspaces, file, offset);
     let highlight = |it: mauve_ide::Reference| DocumentHighlight {
         range: lines.range(it.range, encoding),

@@ -17,9 +17,8 @@ pub(crate) fn prepare(
     snapshot: &Snapshot,
     params: &TextDocumentPositionParams,
 ) -> Result<Option<PrepareRenameResponse>> {
-    let (file, lines) = snapshot.file(&params.text_document)?;
+    let (file, lines, offset) = snapshot.at(params)?;
     let encoding = snapshot.capabilities.encoding;
-    let offset = lines.offset(params.position, encoding);
     let found = mauve_ide::prepare_rename(&snapshot.db, &snapshot.workspaces, file, offset);
     let found = found.map_err(refused)?;
     Ok(Some(PrepareRenameResponse::RangeWithPlaceholder {
@@ -33,8 +32,7 @@ pub(crate) fn rename(snapshot: &Snapshot, params: &RenameParams) -> Result<Optio
     // What is not read yet may have a use of it.
     snapshot.complete()?;
     let at = &params.text_document_position;
-    let (file, lines) = snapshot.file(&at.text_document)?;
-    let offset = lines.offset(at.position, snapshot.capabilities.encoding);
+    let (file, _, offset) = snapshot.at(at)?;
     let (db, workspaces) = (&snapshot.db, &snapshot.workspaces);
     let change = mauve_ide::rename(db, workspaces, file, offset, &params.new_name).map_err(refused)?;
     edit(snapshot, &change, &format!("Rename to `{}`", params.new_name))

@@ -15,8 +15,7 @@ pub(crate) fn signature_help(
     params: &SignatureHelpParams,
 ) -> Result<Option<SignatureHelp>> {
     let at = &params.text_document_position_params;
-    let (file, lines) = snapshot.file(&at.text_document)?;
-    let offset = lines.offset(at.position, snapshot.capabilities.encoding);
+    let (file, _, offset) = snapshot.at(at)?;
     let found = mauve_ide::signature_help(&snapshot.db, &snapshot.workspaces, file, offset);
     // What the user has chosen of several stays chosen.
     let chosen = params.context.as_ref().and_then(|it| it.active_signature_help.as_ref()?.active_signature);
