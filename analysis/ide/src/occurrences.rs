@@ -10,8 +10,8 @@ use mauve_model::item_tree::{
 };
 use mauve_model::{
     Callee, Decl, File, ModelDb, Place, Project, Typing, VariableKind, architecture, built_in_type, codel,
-    config_of, core, data, declarations, deployment, features_of, flat_of, includes, message_of, names_of,
-    parse, shell_of, source_map, typing_of,
+    config_of, data, declarations, features_of, flat_of, includes, message_of, names_of, parse, shell_of,
+    source_map, typing_of,
 };
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{TextRange, TextSize};
