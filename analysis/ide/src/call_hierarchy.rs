@@ -8,11 +8,12 @@ use mauve_model::{
 };
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{TextRange, TextSize};
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::definition::names;
 use crate::document_symbols::SymbolKind;
 use crate::hierarchy::{HierarchyItem, declaration_of, id_of, item_of};
-use crate::occurrences::{Found, Meaning, Role, in_declaration};
+use crate::occurrences::{Found, Meaning, Role, in_declaration, occurrences_of};
 use crate::project::projects_with;
 
 /// Calls between two nodes.
@@ -64,8 +65,8 @@ pub fn call_items(
 /// assert_eq!(&mauve_ide::outgoing_calls(&db, &[workspace], file, &caller.id)[0].item, codel);
 /// ```
 pub fn incoming_calls(db: &dyn ModelDb, workspaces: &[Workspace], file: File, id: &str) -> Vec<Calls> {
-    let mut found = Vec::new();
-    let Some(node) = node(db, file, id) else { return found };
+    let mut found = Collected::default();
+    let Some(node) = node(db, file, id) else { return Vec::new() };
     for project in projects_with(db, workspaces, file) {
         // What calls it, in whichever core; and in its own.
         let (anywhere, inside) = match &node {
@@ -81,7 +82,9 @@ pub fn incoming_calls(db: &dyn ModelDb, workspaces: &[Workspace], file: File, id
                 None => continue,
             },
         };
+        let anywhere: FxHashSet<Meaning<'_>> = anywhere.into_iter().collect();
         for &core in names_of(db, project).all.iter().filter(|decl| decl.kind(db) == Kind::Core) {
+            db.unwind_if_revision_cancelled();
             let own = inside.as_ref().filter(|(of, _)| *of == core).map(|(_, operation)| operation);
             let calls = in_declaration(db, project, core).into_iter();
             let calls: Vec<Found<'_>> = calls
@@ -94,23 +97,25 @@ pub fn incoming_calls(db: &dyn ModelDb, workspaces: &[Workspace], file: File, id
             }
             let programs = programs_of(db, core);
             for call in calls {
-                let of = programs.iter().find(|it| it.range.contains_range(call.range));
+                // They stand one behind the other.
+                let of = programs.get(programs.partition_point(|it| it.range.end() < call.range.end()));
+                let of = of.filter(|it| it.range.contains_range(call.range));
                 let caller = match of {
                     Some(program) => Some(program.item(db)),
                     // The first value of a variable.
                     None => item_of(db, core, SymbolKind::Core),
                 };
-                add_call(&mut found, caller, call.range);
+                found.add(caller, call.range);
             }
         }
     }
-    found
+    found.calls
 }
 
 /// What is called by what an item stands for.
 pub fn outgoing_calls(db: &dyn ModelDb, workspaces: &[Workspace], file: File, id: &str) -> Vec<Calls> {
-    let mut found = Vec::new();
-    let Some(node) = node(db, file, id) else { return found };
+    let mut found = Collected::default();
+    let Some(node) = node(db, file, id) else { return Vec::new() };
     for project in projects_with(db, workspaces, file) {
         match &node {
             Node::Codel(_) => {}
@@ -119,7 +124,7 @@ pub fn outgoing_calls(db: &dyn ModelDb, workspaces: &[Workspace], file: File, id
                 let range = place.range(db);
                 for provider in providers(db, project, &Meaning::Part(place)) {
                     for node in provided(db, project, &provider) {
-                        add_call(&mut found, node.item(db), range);
+                        found.add(node.item(db), range);
                     }
                 }
             }
@@ -128,21 +133,35 @@ pub fn outgoing_calls(db: &dyn ModelDb, workspaces: &[Workspace], file: File, id
                 let is_here = |it: &Found<'_>| program.range.contains_range(it.range);
                 for call in calls.filter(|it| it.role == Role::Call && is_here(it)) {
                     for node in called(db, project, program.core, &call) {
-                        add_call(&mut found, node.item(db), call.range);
+                        found.add(node.item(db), call.range);
                     }
                 }
             }
         }
     }
-    found
+    found.calls
 }
 
-fn add_call(found: &mut Vec<Calls>, item: Option<HierarchyItem>, range: TextRange) {
-    let Some(item) = item else { return };
-    match found.iter_mut().find(|calls| calls.item == item) {
-        Some(calls) if calls.ranges.contains(&range) => {}
-        Some(calls) => calls.ranges.push(range),
-        None => found.push(Calls { item, ranges: vec![range] }),
+/// Calls as they are found, by who calls or is called.
+#[derive(Default)]
+struct Collected {
+    calls: Vec<Calls>,
+    /// Where each item is among them, by what tells it from all others.
+    index: FxHashMap<(File, TextRange, String), usize>,
+    known: FxHashSet<(usize, TextRange)>,
+}
+
+impl Collected {
+    fn add(&mut self, item: Option<HierarchyItem>, range: TextRange) {
+        let Some(item) = item else { return };
+        let key = (item.file, item.name_range, item.id.clone());
+        let index = *self.index.entry(key).or_insert(self.calls.len());
+        if self.known.insert((index, range)) {
+            match self.calls.get_mut(index) {
+                Some(calls) => calls.ranges.push(range),
+                None => self.calls.push(Calls { item, ranges: vec![range] }),
+            }
+        }
     }
 }
 
@@ -166,6 +185,14 @@ struct Program<'db> {
 }
 
 impl<'db> Program<'db> {
+    fn of_operation(core: Decl<'db>, node: &ast::OperationDefinition) -> Option<Program<'db>> {
+        let name = node.name()?;
+        let (text, name_range) = (name.syntax().text().to_string(), name.syntax().text_range());
+        let id = format!("operation {text}");
+        let range = node.syntax().text_range();
+        Some(Program { core, id, name: text, kind: SymbolKind::Operation, range, name_range })
+    }
+
     fn item(&self, db: &dyn ModelDb) -> HierarchyItem {
         HierarchyItem {
             name: self.name.clone(),
@@ -180,10 +207,51 @@ impl<'db> Program<'db> {
 
     /// The operation that it defines.
     fn operation(&self, db: &'db dyn ModelDb, project: Project<'db>) -> Option<Meaning<'db>> {
-        let mut names = in_declaration(db, project, self.core).into_iter();
-        let is_it = |it: &Found<'db>| it.kind == SymbolKind::Operation && it.range == self.name_range;
-        names.find(is_it).map(|it| it.meaning)
+        let mut defined = definitions_in(db, project, self.core).iter();
+        let is_it = |part: Part| Place::Part(self.core, part).range(db) == self.name_range;
+        defined.find(|(_, part)| is_it(*part)).map(|(operation, _)| operation.clone())
     }
+}
+
+/// The operations that the programs of a core define, with their names there, in the order of its parts.
+#[salsa::tracked(returns(ref))]
+fn definitions_in<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+) -> Vec<(Meaning<'db>, Part)> {
+    if !core(db, of).is_some_and(|data| !data.operations.is_empty()) {
+        return Vec::new();
+    }
+    let all = occurrences_of(db, project, of).iter();
+    let defined = all.filter(|it| {
+        it.kind == SymbolKind::Operation && matches!(it.role, Role::Declaration | Role::Definition)
+    });
+    defined.map(|it| (it.meaning.clone(), it.part)).collect()
+}
+
+/// The programs of a project by the operations that they define: cores, with the names there.
+#[salsa::tracked(returns(ref))]
+fn definitions<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> FxHashMap<Meaning<'db>, Vec<Place<'db>>> {
+    let mut found: FxHashMap<Meaning<'db>, Vec<Place<'db>>> = FxHashMap::default();
+    for &core in names_of(db, project).all.iter().filter(|decl| decl.kind(db) == Kind::Core) {
+        for (operation, part) in definitions_in(db, project, core) {
+            found.entry(operation.clone()).or_default().push(Place::Part(core, *part));
+        }
+    }
+    found
+}
+
+/// The program that defines an operation, by its name.
+fn definition_at<'db>(db: &'db dyn ModelDb, name: &Place<'db>) -> Option<Program<'db>> {
+    let &Place::Part(core, _) = name else { return None };
+    let (range, tree) = (name.range(db), parse(db, core.file(db)).syntax());
+    if !tree.text_range().contains_range(range) {
+        return None;
+    }
+    let element = tree.covering_element(range);
+    let node = element.ancestors().find_map(ast::OperationDefinition::cast)?;
+    Program::of_operation(core, &node).filter(|it| it.name_range == range)
 }
 
 impl Node<'_> {
@@ -259,8 +327,7 @@ fn called<'db>(
         Meaning::Declaration(codel) => return vec![Node::Codel(*codel)],
         operation => operation,
     };
-    let own = programs_of(db, core).into_iter();
-    let own = own.filter(|it| it.operation(db, project).as_ref() == Some(operation)).map(Node::Program);
+    let own = provided_by(db, project, operation).filter(|it| it.core == core).map(Node::Program);
     let own: Vec<Node<'db>> = own.collect();
     if !own.is_empty() {
         return own;
@@ -272,14 +339,7 @@ fn called<'db>(
 
 /// What cores do for an operation; where none does anything, the operation itself.
 fn provided<'db>(db: &'db dyn ModelDb, project: Project<'db>, operation: &Meaning<'db>) -> Vec<Node<'db>> {
-    let mut nodes = Vec::new();
-    for &core in names_of(db, project).all.iter().filter(|decl| decl.kind(db) == Kind::Core) {
-        if core_of_operations(db, core) {
-            let programs = programs_of(db, core).into_iter();
-            let defined = programs.filter(|it| it.operation(db, project).as_ref() == Some(operation));
-            nodes.extend(defined.map(Node::Program));
-        }
-    }
+    let nodes: Vec<Node<'db>> = provided_by(db, project, operation).map(Node::Program).collect();
     match operation {
         Meaning::Part(Place::Part(of, part)) if nodes.is_empty() && of.kind(db) == Kind::Shell => {
             vec![Node::Operation(*of, *part)]
@@ -288,8 +348,14 @@ fn provided<'db>(db: &'db dyn ModelDb, project: Project<'db>, operation: &Meanin
     }
 }
 
-fn core_of_operations(db: &dyn ModelDb, of: Decl<'_>) -> bool {
-    core(db, of).is_some_and(|data| !data.operations.is_empty())
+/// The programs of cores that define an operation.
+fn provided_by<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    operation: &Meaning<'db>,
+) -> impl Iterator<Item = Program<'db>> {
+    let names = definitions(db, project).get(operation).into_iter().flatten();
+    names.filter_map(|name| definition_at(db, name))
 }
 
 /// The programs of a core, in the order of the text.
@@ -302,20 +368,29 @@ fn programs_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Vec<Program<'db>> {
     let element = tree.covering_element(name);
     let Some(node) = element.ancestors().find_map(ast::Core::cast) else { return Vec::new() };
     let mut found = Vec::new();
-    let mut add = |id: String, name: String, kind, all: &mauve_syntax::SyntaxNode, name_range| {
-        found.push(Program { core: of, id, name, kind, range: all.text_range(), name_range });
+    let program = |id: String, name: String, kind, all: &mauve_syntax::SyntaxNode, name_range| Program {
+        core: of,
+        id,
+        name,
+        kind,
+        range: all.text_range(),
+        name_range,
     };
     for item in node.core_items() {
         match item {
             ast::CoreItem::OperationDefinition(it) => {
-                let Some(name) = it.name() else { continue };
-                let (text, range) = (name.syntax().text().to_string(), name.syntax().text_range());
-                add(format!("operation {text}"), text, SymbolKind::Operation, it.syntax(), range);
+                found.extend(Program::of_operation(of, &it));
             }
             ast::CoreItem::Hook(it) => {
                 let Some(word) = it.keyword() else { continue };
                 let text = word.text().to_owned();
-                add(format!("hook {text}"), text, SymbolKind::Hook, it.syntax(), word.text_range());
+                found.push(program(
+                    format!("hook {text}"),
+                    text,
+                    SymbolKind::Hook,
+                    it.syntax(),
+                    word.text_range(),
+                ));
             }
             ast::CoreItem::StateMachine(it) => {
                 for state in it.state_machine_items() {
@@ -329,13 +404,25 @@ fn programs_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Vec<Program<'db>> {
                                 let Some(word) = it.keyword() else { continue };
                                 let (text, range) = (word.text(), word.text_range());
                                 let id = format!("method {of} {text}");
-                                add(id, format!("{of}.{text}"), SymbolKind::Hook, it.syntax(), range);
+                                found.push(program(
+                                    id,
+                                    format!("{of}.{text}"),
+                                    SymbolKind::Hook,
+                                    it.syntax(),
+                                    range,
+                                ));
                             }
                             ast::StateItem::Transition(it) => {
                                 let Some(name) = it.name() else { continue };
                                 let (text, range) = (name.syntax().text(), name.syntax().text_range());
                                 let id = format!("transition {of} {text}");
-                                add(id, format!("{of}.{text}"), SymbolKind::Transition, it.syntax(), range);
+                                found.push(program(
+                                    id,
+                                    format!("{of}.{text}"),
+                                    SymbolKind::Transition,
+                                    it.syntax(),
+                                    range,
+                                ));
                             }
                         }
                     }
@@ -353,23 +440,27 @@ pub(crate) fn providers<'db>(
     project: Project<'db>,
     required: &Meaning<'db>,
 ) -> Vec<Meaning<'db>> {
-    let all = connected_operations(db, project).iter();
-    all.filter(|(of, _)| of == required).map(|(_, provided)| provided.clone()).collect()
+    connected_operations(db, project).providers.get(required).cloned().unwrap_or_default()
 }
 
 /// The required operations that a provided one is connected to.
 fn requirers<'db>(db: &'db dyn ModelDb, project: Project<'db>, provided: &Meaning<'db>) -> Vec<Meaning<'db>> {
-    let all = connected_operations(db, project).iter();
-    all.filter(|(_, of)| of == provided).map(|(required, _)| required.clone()).collect()
+    connected_operations(db, project).requirers.get(provided).cloned().unwrap_or_default()
 }
 
-/// Which operations are connected, the required one first; each pair once.
+/// Which operations are connected, both ways, each pair once.
+#[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
+struct Connected<'db> {
+    /// By the required one.
+    providers: FxHashMap<Meaning<'db>, Vec<Meaning<'db>>>,
+    /// By the provided one.
+    requirers: FxHashMap<Meaning<'db>, Vec<Meaning<'db>>>,
+}
+
 #[salsa::tracked(returns(ref))]
-fn connected_operations<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-) -> Vec<(Meaning<'db>, Meaning<'db>)> {
-    let mut found = Vec::new();
+fn connected_operations<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Connected<'db> {
+    let mut found = Connected::default();
+    let mut known = FxHashSet::default();
     for &of in names_of(db, project).all.iter().filter(|decl| decl.kind(db) == Kind::Architecture) {
         let flat = flat_of(db, project, of);
         let end = |(instance, operation): &(mauve_model::item_tree::Name, mauve_model::item_tree::Name)| {
@@ -389,8 +480,10 @@ fn connected_operations<'db>(
                 }
                 _ => continue,
             };
-            if !found.contains(&pair) {
-                found.push(pair);
+            if known.insert(pair.clone()) {
+                let (required, provided) = pair;
+                found.providers.entry(required.clone()).or_default().push(provided.clone());
+                found.requirers.entry(provided).or_default().push(required);
             }
         }
     }
