@@ -67,7 +67,7 @@ pub(crate) struct Occurrence<'db> {
 }
 
 /// A name with its place in a file.
-#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
 pub(crate) struct Found<'db> {
     pub(crate) file: File,
     /// The declaration that it is part of, if any.

@@ -5,6 +5,7 @@ use mauve_model::{
     File, ModelDb, Place, Project, Workspace, config_file, is_model, project_files, projects, table_files,
 };
 use mauve_syntax::{TextRange, TextSize};
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::definition::names;
 use crate::occurrences::{Found, Meaning, Role, names_in};
@@ -74,13 +75,15 @@ pub fn highlights(
 /// Each place once: it writes where it does so for any of the projects.
 fn merged<'a, 'db: 'a>(all: impl IntoIterator<Item = &'a Found<'db>>) -> Vec<Reference> {
     let mut places: Vec<Reference> = Vec::new();
+    let mut index: FxHashMap<(File, TextRange), usize> = FxHashMap::default();
     for Found { file, range, role, .. } in all {
         let access = match role {
             Role::Declaration | Role::Definition | Role::Write | Role::ReadWrite => Access::Write,
             Role::Read | Role::Call => Access::Read,
             Role::Mention => Access::Mention,
         };
-        match places.iter_mut().find(|it| it.file == *file && it.range == *range) {
+        let known = *index.entry((*file, *range)).or_insert(places.len());
+        match places.get_mut(known) {
             Some(known) if access == Access::Write => known.access = access,
             Some(_) => {}
             None => places.push(Reference { file: *file, range: *range, access }),
@@ -95,40 +98,41 @@ pub(crate) fn occurrences<'db>(
     workspaces: &[Workspace],
     things: &[(Project<'db>, Found<'db>)],
 ) -> Vec<(Project<'db>, Found<'db>)> {
-    let mut meanings: Vec<&Meaning<'db>> = Vec::new();
-    for (_, name) in things {
-        if !meanings.contains(&&name.meaning) {
-            meanings.push(&name.meaning);
+    let mut asked: Vec<(&Meaning<'db>, Vec<Project<'db>>)> = Vec::new();
+    for (project, name) in things {
+        match asked.iter_mut().find(|(meaning, _)| **meaning == name.meaning) {
+            Some((_, projects)) => projects.push(*project),
+            None => asked.push((&name.meaning, vec![*project])),
         }
     }
     let mut found = Vec::new();
-    for meaning in meanings {
-        let asked = things.iter().filter(|(_, name)| name.meaning == *meaning).map(|(project, _)| *project);
+    let mut known: FxHashSet<(Project<'db>, Found<'db>)> = FxHashSet::default();
+    for (meaning, asked) in asked {
         let mut open = match meaning {
             Meaning::Declaration(decl) => projects_with(db, workspaces, decl.file(db)),
             Meaning::Part(place) => projects_with(db, workspaces, place.file(db)),
             // A library is one with its blocks in the files that its projects share with others.
-            Meaning::Library(_) => asked.collect(),
+            Meaning::Library(_) => asked,
             Meaning::File(_) | Meaning::Package(_) | Meaning::Message(..) | Meaning::Type(_) => {
                 workspaces.iter().flat_map(|&workspace| projects(db, workspace)).copied().collect()
             }
         };
+        let mut opened: FxHashSet<Project<'db>> = open.iter().copied().collect();
+        let mut shared: FxHashSet<File> = FxHashSet::default();
         let mut next = 0;
         while let Some(&project) = open.get(next) {
             next += 1;
             let of_project = in_project(db, project, meaning);
             if matches!(meaning, Meaning::Library(_)) {
                 for file in of_project.iter().map(|it| it.file).filter(|file| is_model(file.path(db))) {
-                    let more = projects_with(db, workspaces, file);
-                    let more: Vec<Project<'db>> = more.into_iter().filter(|it| !open.contains(it)).collect();
-                    open.extend(more);
+                    if shared.insert(file) {
+                        let more = projects_with(db, workspaces, file).into_iter();
+                        open.extend(more.filter(|&project| opened.insert(project)));
+                    }
                 }
             }
-            for it in of_project {
-                if !found.contains(&(project, it.clone())) {
-                    found.push((project, it));
-                }
-            }
+            let of_project = of_project.into_iter().map(|it| (project, it));
+            found.extend(of_project.filter(|it| known.insert(it.clone())));
         }
     }
     found.sort_by_cached_key(|(_, it)| (it.file.path(db).clone(), it.range.start()));

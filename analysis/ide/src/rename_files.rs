@@ -9,6 +9,7 @@ use mauve_model::{
 };
 use mauve_syntax::TextRange;
 use mauve_syntax::format::Replacement;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::change::Change;
 
@@ -28,12 +29,16 @@ use crate::change::Change;
 /// assert_eq!(change.applied(&db, file), "include \"parts/c.mal\"");
 /// ```
 pub fn rename_files(db: &dyn ModelDb, workspaces: &[Workspace], moves: &[(PathBuf, PathBuf)]) -> Change {
+    let moves = moves.iter().map(|(old, new)| (old.as_path(), new.as_path())).collect();
     let moving = Moving { db, moves };
     let mut change = Change::default();
     for &workspace in workspaces {
+        // The paths that lead to files afterwards.
+        let known: FxHashSet<PathBuf> = workspace.files(db).keys().map(|path| moving.moved(path)).collect();
         for (&file, path) in moving.files(workspace) {
+            db.unwind_if_revision_cancelled();
             if is_model(path) {
-                moving.model(workspace, file, &mut change);
+                moving.model(workspace, file, &known, &mut change);
             }
         }
         moving.config(workspace, &mut change);
@@ -48,7 +53,8 @@ pub fn rename_files(db: &dyn ModelDb, workspaces: &[Workspace], moves: &[(PathBu
 
 struct Moving<'a> {
     db: &'a dyn ModelDb,
-    moves: &'a [(PathBuf, PathBuf)],
+    /// By the old path; the last, where there are several.
+    moves: FxHashMap<&'a Path, &'a Path>,
 }
 
 impl Moving<'_> {
@@ -58,20 +64,18 @@ impl Moving<'_> {
         files.iter().filter(|(path, file)| *path == file.path(self.db)).map(|(path, file)| (file, path))
     }
 
-    /// Where a path leads to afterwards. The last of several moves counts for what is below its folder.
+    /// Where a path leads to afterwards: what moves the nearest of its folders moves it, where nothing moves itself.
     fn moved(&self, path: &Path) -> PathBuf {
-        let below = |(old, new): &(PathBuf, PathBuf)| {
-            let rest = path.strip_prefix(old).ok()?;
-            Some((
-                old.components().count(),
-                if rest.as_os_str().is_empty() { new.clone() } else { new.join(rest) },
-            ))
-        };
-        let nearest = self.moves.iter().filter_map(below).max_by_key(|(depth, _)| *depth);
-        nearest.map_or_else(|| path.to_owned(), |(_, path)| path)
+        for old in path.ancestors() {
+            if let (Some(new), Ok(rest)) = (self.moves.get(old), path.strip_prefix(old)) {
+                return if rest.as_os_str().is_empty() { new.to_path_buf() } else { new.join(rest) };
+            }
+        }
+        path.to_owned()
     }
 
-    fn model(&self, workspace: Workspace, file: File, change: &mut Change) {
+    /// `after`: the paths that lead to files afterwards.
+    fn model(&self, workspace: Workspace, file: File, after: &FxHashSet<PathBuf>, change: &mut Change) {
         let db = self.db;
         let tree = mauve_model::parse(db, file).file();
         let written = tree.items().filter_map(|item| match item {
@@ -96,7 +100,7 @@ impl Moving<'_> {
             // It may lead there as it is.
             let leads_to = |path: &str| {
                 let mut all = folders.iter().map(|folder| normalised(&folder.join(path)));
-                all.find(|path| *path == new_target || known.keys().any(|known| self.moved(known) == *path))
+                all.find(|path| *path == new_target || after.contains(path))
             };
             if leads_to(&path).as_ref() == Some(&new_target) {
                 continue;
@@ -193,7 +197,8 @@ codel.f = 1
             }
         }
         expected.assert_eq(&shown);
-        let moving = Moving { db: &db, moves: &moves };
+        let moves = moves.iter().map(|(old, new)| (old.as_path(), new.as_path())).collect();
+        let moving = Moving { db: &db, moves };
         let new_db = Database::default();
         let files =
             before.files(&db).iter().map(|(path, &file)| (moving.moved(path), change.applied(&db, file)));
