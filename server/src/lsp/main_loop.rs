@@ -420,6 +420,10 @@ impl MainLoop {
                 }
             }
         }
+        // Where a folder was taken away, the open texts in it are there only because they are open.
+        let is_stray = |document: &Document| !is_in_a_folder(&self.db, &self.workspaces, document.file);
+        let strays = self.shared_documents.iter().filter(|(_, document)| is_stray(document));
+        self.strays.extend(strays.map(|(uri, _)| uri.clone()));
         tracing::debug!("{} workspaces loaded in {:?}", self.workspaces.len(), begin.elapsed());
         Ok(())
     }
