@@ -103,7 +103,7 @@ fn what_an_action_says_is_what_it_gives() {
         titles.iter().filter(timing).collect::<Vec<_>>(),
         [
             &"Priorities by deadline (deadline-monotonic): all 2 meet their deadlines at 1e-4, worst slack 20 ms (planner)",
-            &"Longer period and deadline, 60 ms (the least in steps of 0.1 ms): all 2 meet their deadlines at 1e-4, worst slack 0 ms (driver)",
+            &"Longer period and deadline, 60 ms (the shortest found, in steps of 0.1 ms): all 2 meet their deadlines at 1e-4, worst slack 0 ms (driver)",
             &"Move to CPU 2: all 2 meet their deadlines at 1e-4, worst slack 30 ms (driver)",
         ]
     );
@@ -233,7 +233,7 @@ fn of_the_robot_navigation_may_run_a_little_more_often_and_nowhere_else() {
     assert_eq!(
         titles,
         [
-            "Shorter period and deadline, 997 ms (the least in steps of 1 ms): all 9 meet their deadlines at 1e-4, worst \
+            "Shorter period and deadline, 997 ms (the shortest found, in steps of 1 ms): all 9 meet their deadlines at 1e-4, worst \
              slack 0 ms (navigation)"
         ]
     );

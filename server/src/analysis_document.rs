@@ -6,8 +6,8 @@ use std::path::PathBuf;
 
 use mauve_model::item_tree::Kind;
 use mauve_model::{
-    ActivityReport, CpuReport, Database, Decl, Priority, Project, Query, Report, Verdict, Workspace,
-    config_of, names_of, projects, timetable_of,
+    ActivityReport, CpuReport, Database, Decl, Priority, Project, Query, Report, Workspace, config_of,
+    names_of, projects, timetable_of,
 };
 use mauve_timing::{Level, Time, Unit};
 use serde::Serialize;
@@ -34,9 +34,8 @@ impl Deployed<'_> {
 
     /// How many deadlines are proved, of how many.
     pub(crate) fn deadlines(&self) -> (usize, usize) {
-        let activities = self.reports.iter().flat_map(|(_, report)| &report.activities);
-        let verdicts = activities.map(|it| it.verdict).filter(|it| *it != Verdict::Background);
-        verdicts.fold((0, 0), |(proved, all), verdict| (proved + usize::from(verdict.is_met()), all + 1))
+        let counted = self.reports.iter().map(|(_, report)| report.deadlines());
+        counted.fold((0, 0), |(proved, all), it| (proved + it.met, all + it.all))
     }
 }
 

@@ -8,11 +8,11 @@ use std::path::PathBuf;
 
 use mauve_model::item_tree::Kind;
 use mauve_model::{
-    Decl, File, ModelDb, Place, Project, Query, Verdict, Workspace, architecture, declarations, is_model,
+    Deadlines, Decl, File, ModelDb, Place, Project, Query, Workspace, architecture, declarations, is_model,
     names_of, response_times, source_map,
 };
 use mauve_syntax::{TextRange, TextSize};
-use mauve_timing::{Level, Status};
+use mauve_timing::Level;
 
 use crate::levels::known_levels;
 use crate::project::{name_of_root, projects_with};
@@ -139,19 +139,10 @@ fn deadlines(db: &dyn ModelDb, workspaces: &[Workspace], of: Decl<'_>) -> Option
     for &project in &projects {
         let query = Query::shown(db, project);
         let report = response_times(db, project, of, query);
-        let real_time = || report.activities.iter().filter(|it| it.verdict != Verdict::Background);
-        let all = real_time().count();
+        let Deadlines { met, unknown, all } = report.deadlines();
         if all == 0 {
             continue;
         }
-        // Of a deployment of which a part is lost, nothing is claimed.
-        let met = match report.lost.is_empty() {
-            true => real_time().filter(|it| it.verdict.is_met()).count(),
-            false => 0,
-        };
-        let is_unknown =
-            |it: &&mauve_model::ActivityReport<'_>| it.verdict == Verdict::RealTime(Status::NotAnalysed);
-        let unknown = if report.lost.is_empty() { real_time().filter(is_unknown).count() } else { all };
         let mut title = match all {
             1 => format!("{met} of 1 activity meets its deadline at {}", query.level),
             _ => format!("{met} of {all} activities meet their deadlines at {}", query.level),
@@ -159,7 +150,7 @@ fn deadlines(db: &dyn ModelDb, workspaces: &[Workspace], of: Decl<'_>) -> Option
         if unknown > 0 {
             title += &format!(", {unknown} not analysed");
         }
-        if real_time().any(|it| !it.assumed.is_empty()) {
+        if report.activities.iter().any(|it| !it.assumed.is_empty()) {
             title += ", times assumed";
         }
         match titles.iter_mut().find(|(known, _)| *known == title) {

@@ -10,8 +10,9 @@ use std::collections::{BTreeMap, HashMap};
 
 use mauve_model::item_tree::{Kind, Name};
 use mauve_model::{
-    ActivityReport, CpuReport, Decl, File, ModelDb, Place, Project, Query, Report, Verdict, Workspace,
-    budgets, config_of, cpu_names, declarations, is_model, parse, psm_of, response_times, source_map,
+    ActivityReport, CpuReport, Deadlines, Decl, File, ModelDb, Place, Project, Query, Report, Verdict,
+    Workspace, budgets, config_of, cpu_names, declarations, is_model, parse, psm_of, response_times,
+    source_map,
 };
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxKind, SyntaxNode, TextRange, TextSize};
@@ -147,13 +148,15 @@ fn of_deployment<'db>(
         if kinds.loads {
             labels.extend(loads(report));
         }
+        let is_shown = !labels.is_empty();
         if !with_assumptions.is_empty() {
             labels.push("times assumed".to_owned());
         }
         if config_of(db, project.workspace(db)).rt_throttling.is_none() {
             labels.push("assumes real-time throttling off".to_owned());
         }
-        if kinds.response_times || kinds.loads {
+        // What would be shown may not be known: the loads alone, where no CPU is.
+        if is_shown {
             hints.push(InlayHint { offset, label: labels.join(" · "), explained_at: None });
         }
     }
@@ -233,11 +236,7 @@ fn missing_codel<'db>(
 
 /// What holds of the deployment as a whole.
 fn of_all(report: &Report<'_>, query: Query) -> String {
-    let real_time = report.activities.iter().filter(|activity| activity.verdict != Verdict::Background);
-    let count = real_time.clone().count();
-    let not_analysed = |it: &&ActivityReport<'_>| it.verdict == Verdict::RealTime(Status::NotAnalysed);
-    let unknown = if report.lost.is_empty() { real_time.clone().filter(not_analysed).count() } else { count };
-    let met = real_time.filter(|activity| activity.verdict.is_met()).count().min(count - unknown);
+    let Deadlines { met, unknown, all: count } = report.deadlines();
     let mut label = format!("{met} of {count} deadlines met at {}", query.level);
     for (others, what) in [(count - unknown - met, "missed"), (unknown, "not analysed")] {
         if others > 0 {
@@ -589,6 +588,9 @@ deployment D {
             deployment D {⟨CPU 1 69.0 %⟩
         "#]],
         );
+        // Where no CPU is known, there is no load, and no hint without words.
+        let lost = text.replace("codel.plan = 70", "codel.plan = ");
+        check_kinds(&lost, HintKinds { loads: true, ..none }, expect!["\n\n"]);
         check_kinds(
             &text,
             HintKinds { defaults: true, ..none },

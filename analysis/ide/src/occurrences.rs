@@ -1,5 +1,8 @@
 //! Every name in a text, and what it stands for: go-to-definition, references, renames and colours all rest on this one
-//! reading of it, so that none of them can disagree with another.
+//! reading of it, so that none of them can disagree with another. Those of tables and of `mauve.toml` are read in
+//! `occurrences/toml.rs`.
+
+mod toml;
 
 use mauve_model::item_tree::{
     Architecture, Core, Data, Deployment, Direction, Endpoint, Expr, FeatureKind, Kind, Name, NameRef,
@@ -7,12 +10,11 @@ use mauve_model::item_tree::{
 };
 use mauve_model::{
     Callee, Decl, File, ModelDb, Place, Project, Typing, VariableKind, architecture, built_in_type, codel,
-    config_of, core, core_of, data, declarations, deployment, features_of, flat_of, includes, message_of,
-    names_of, parse, shell_of, source_map, table, table_files, typing_of,
+    config_of, data, declarations, features_of, flat_of, includes, message_of, names_of, parse, shell_of,
+    source_map, typing_of,
 };
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{TextRange, TextSize};
-use rustc_hash::FxHashSet;
 
 use crate::document_symbols::SymbolKind;
 
@@ -65,7 +67,7 @@ pub(crate) struct Occurrence<'db> {
 }
 
 /// A name with its place in a file.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub(crate) struct Found<'db> {
     pub(crate) file: File,
     /// The declaration that it is part of, if any.
@@ -92,7 +94,7 @@ pub(crate) fn names_at<'db>(
             all.retain(|found| found.range.contains_inclusive(offset));
             if all.is_empty() { outside_declarations(db, project, file) } else { all }
         }
-        false => in_toml(db, project, file).names,
+        false => toml::in_toml(db, project, file).names_at(offset),
     };
     let mut found: Vec<Found<'db>> =
         all.into_iter().filter(|found| found.range.contains_inclusive(offset)).collect();
@@ -111,7 +113,7 @@ pub(crate) fn names_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, file: F
             found.extend(all.flat_map(|&decl| in_declaration(db, project, decl)));
             found
         }
-        false => in_toml(db, project, file).names,
+        false => toml::in_toml(db, project, file).names.clone(),
     };
     found.sort_by_key(|found| (found.range.start(), found.range.end()));
     found
@@ -123,7 +125,11 @@ pub(crate) fn escaped_in<'db>(
     project: Project<'db>,
     file: File,
 ) -> Vec<(TextRange, Meaning<'db>)> {
-    if mauve_model::is_model(file.path(db)) { Vec::new() } else { in_toml(db, project, file).escaped }
+    if mauve_model::is_model(file.path(db)) {
+        return Vec::new();
+    }
+    let escaped = toml::in_toml(db, project, file).escaped.iter();
+    escaped.map(|it| (it.range, it.meaning.clone())).collect()
 }
 
 /// The names of a declaration with their places.
@@ -188,193 +194,8 @@ pub(crate) fn outside_declarations<'db>(
     found
 }
 
-/// The names in a timing table, or in `mauve.toml`.
-#[derive(Default)]
-struct InToml<'db> {
-    names: Vec<Found<'db>>,
-    /// What is named in texts of which the pieces do not stand in the file as they are.
-    escaped: Vec<(TextRange, Meaning<'db>)>,
-}
-
-fn in_toml<'db>(db: &'db dyn ModelDb, project: Project<'db>, file: File) -> InToml<'db> {
-    let workspace = project.workspace(db);
-    if mauve_model::config_file(db, workspace) == Some(file) {
-        in_config(db, project, file)
-    } else if table_files(db, workspace).files.contains(&file) {
-        in_table(db, project, file)
-    } else {
-        InToml::default()
-    }
-}
-
 fn mention(file: File, range: TextRange, meaning: Meaning<'_>, kind: SymbolKind) -> Found<'_> {
     Found { file, of: None, range, meaning, kind, role: Role::Mention }
-}
-
-/// Roots are files; clocks and chains name instances, and chains their ports.
-fn in_config<'db>(db: &'db dyn ModelDb, project: Project<'db>, file: File) -> InToml<'db> {
-    let (text, workspace) = (file.text(db), project.workspace(db));
-    let config = config_of(db, workspace);
-    let (mut found, mut escaped) = (Vec::new(), Vec::new());
-    for (path, span) in &config.roots {
-        let root = workspace.file(db, &mauve_model::normalised(&workspace.folder(db).join(path)));
-        if let Some(root) = root {
-            found.push(mention(file, unquoted(text, range_of(span)), Meaning::File(root), SymbolKind::File));
-        }
-    }
-    let deployments = names_of(db, project).all.iter().filter(|decl| decl.kind(db) == Kind::Deployment);
-    let deployed: Vec<Decl<'db>> =
-        deployments.filter_map(|&of| Finder::new(db, project, of).target(deployment(db, of)?)).collect();
-    let chains = config.chains.iter().flat_map(|chain| &chain.ends);
-    for (end, span) in config.synchronised.iter().chain(chains) {
-        let (instance, port) =
-            end.split_once('.').map_or((end.as_str(), None), |(of, port)| (of, Some(port)));
-        for &target in &deployed {
-            let mut finder = Finder::new(db, project, target);
-            let name = |name: &str| NameRef { name: name.into(), part: Part(0) };
-            finder.endpoint(
-                target,
-                &Endpoint { instance: name(instance), feature: port.map(name) },
-                Role::Mention,
-            );
-            for it in finder.found {
-                let piece = if it.kind == SymbolKind::Instance { instance } else { port.unwrap_or_default() };
-                let before = if it.kind == SymbolKind::Instance { 0 } else { instance.len() + 1 };
-                match piece_of(text, span, end, before, piece) {
-                    Some(range) => found.push(mention(file, range, it.meaning, it.kind)),
-                    None => escaped.push((range_of(span), it.meaning)),
-                }
-            }
-        }
-    }
-    found.dedup();
-    InToml { names: found, escaped }
-}
-
-/// Keys are codels, components, and programs, with the states, transitions and operations that these are of.
-fn in_table<'db>(db: &'db dyn ModelDb, project: Project<'db>, file: File) -> InToml<'db> {
-    let (text, table) = (file.text(db), table(db, file));
-    let sections = [
-        (Kind::Codel, &table.codels),
-        (Kind::Component, &table.programs),
-        (Kind::Component, &table.components),
-    ];
-    let (mut found, mut escaped) = (Vec::new(), Vec::new());
-    // A header stands above many keys.
-    let mut seen: FxHashSet<(TextRange, Meaning<'db>)> = FxHashSet::default();
-    for (of, entry) in sections.into_iter().flat_map(|(of, entries)| entries.iter().map(move |it| (of, it))) {
-        let (key, program) = match entry.key.split_once('/') {
-            Some((component, program)) => (component, Some(program)),
-            None => (entry.key.as_str(), None),
-        };
-        let mut add = |before: usize, piece: &str, meaning: Meaning<'db>, kind| match piece_of(
-            text,
-            &entry.key_span,
-            &entry.key,
-            before,
-            piece,
-        ) {
-            Some(range) => {
-                if seen.insert((range, meaning.clone())) {
-                    found.push(mention(file, range, meaning, kind));
-                }
-            }
-            None => escaped.push((range_of(&entry.key_span), meaning)),
-        };
-        let (library, name) = key.rsplit_once('.').map_or((None, key), |(of, name)| (Some(of), name));
-        for &decl in names_of(db, project).by_key(of, key) {
-            add(key.len() - name.len(), name, Meaning::Declaration(decl), kind_of(of));
-            if let Some(library) = library {
-                add(0, library, Meaning::Library(library.into()), SymbolKind::Library);
-            }
-            if let Some(program) = program {
-                let start = key.len() + 1;
-                for (before, piece, meaning, kind) in in_program(db, project, decl, program) {
-                    add(start + before, piece, meaning, kind);
-                }
-            }
-        }
-    }
-    InToml { names: found, escaped }
-}
-
-/// The names in the key of a program of `component`, each with where it begins: `state.method`, `state.transition.effect`,
-/// `operation`.
-fn in_program<'a, 'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    component: Decl<'db>,
-    program: &'a str,
-) -> Vec<(usize, &'a str, Meaning<'db>, SymbolKind)> {
-    let Some(of) = core_of(db, project, component) else { return Vec::new() };
-    let Some(data) = core(db, of) else { return Vec::new() };
-    let part = |name: &NameRef| Meaning::Part(Place::Part(of, name.part));
-    let Some((name, rest)) = program.split_once('.') else {
-        let shell = shell_of(db, project, component);
-        let declared = shell.and_then(|shell| features_of(db, project, shell).get(program));
-        let declared = declared.and_then(|it| Some(Place::Part(it.shell, it.data(db)?.name.part)));
-        let own = || data.operations.iter().find(|operation| *operation.name.name == *program);
-        let operation = declared.map(Meaning::Part).or_else(|| own().map(|own| part(&own.name)));
-        let hook = data.hooks.iter().find(|hook| hook.kind.keyword() == program);
-        let hook = hook.map(|hook| (Meaning::Part(Place::Part(of, hook.part)), SymbolKind::Hook));
-        let found = hook.or_else(|| operation.map(|it| (it, SymbolKind::Operation)));
-        return found.map(|(meaning, kind)| (0, program, meaning, kind)).into_iter().collect();
-    };
-    let mut states = data.machines.iter().flat_map(|machine| &machine.states);
-    let Some(state) = states.find(|state| *state.name.name == *name) else { return Vec::new() };
-    let mut found = vec![(0, name, part(&state.name), SymbolKind::State)];
-    if let Some((transition, _)) = rest.split_once('.')
-        && let Some(it) = state.transitions.iter().find(|it| *it.name.name == *transition)
-    {
-        found.push((name.len() + 1, transition, part(&it.name), SymbolKind::Transition));
-    } else if let Some(method) = state.methods.iter().find(|method| method.kind.keyword() == rest) {
-        let meaning = Meaning::Part(Place::Part(of, method.part));
-        found.push((name.len() + 1, rest, meaning, SymbolKind::Hook));
-    }
-    found
-}
-
-fn range_of(span: &std::ops::Range<usize>) -> TextRange {
-    TextRange::new((span.start as u32).into(), (span.end.max(span.start) as u32).into())
-}
-
-/// Where `piece`, which begins `before` bytes into `key`, stands: in the text at `span`, which is the end of `key` or all of
-/// it, or else in what stands before: `piece.rest = 1`, or the header `[codel.piece]` above. Nothing where it is written
-/// with escapes.
-fn piece_of(
-    text: &str,
-    span: &std::ops::Range<usize>,
-    key: &str,
-    before: usize,
-    piece: &str,
-) -> Option<TextRange> {
-    let range = unquoted(text, range_of(span));
-    let written = text.get(std::ops::Range::<usize>::from(range))?;
-    let elsewhere = key.strip_suffix(written)?.len();
-    let length = TextSize::of(piece);
-    if let Some(before) = before.checked_sub(elsewhere) {
-        let range = TextRange::at(range.start() + TextSize::new(before as u32), length);
-        return (text.get(std::ops::Range::<usize>::from(range)) == Some(piece)).then_some(range);
-    }
-    let line = text.get(..span.start)?.rfind('\n').map_or(0, |end| end + 1);
-    let headed = |line: &str| line.trim_start().starts_with('[');
-    let (start, place) = match text.get(line..span.start)?.trim_end().strip_suffix('.') {
-        Some(before) => (line, before),
-        None => {
-            let mut start = 0;
-            let lines = text.get(..line)?.split_inclusive('\n').map(|line| {
-                start += line.len();
-                (start - line.len(), line)
-            });
-            lines.filter(|(_, line)| headed(line)).last()?
-        }
-    };
-    let is_word = |letter: char| letter.is_alphanumeric() || letter == '_' || letter == '-';
-    let at = place
-        .match_indices(piece)
-        .map(|(at, _)| at)
-        .filter(|&at| !place[..at].ends_with(is_word) && !place[at + piece.len()..].starts_with(is_word));
-    Some(TextRange::at(TextSize::new((start + at.last()?) as u32), length))
 }
 
 /// A range without the quotes that it begins and ends with.
@@ -840,7 +661,7 @@ mod tests {
     use expect_test::{Expect, expect};
 
     /// Each name of the file with the cursor: its line, what it does, what it is, and where that is declared.
-    fn check(fixture: &str, expected: Expect) {
+    pub(super) fn check(fixture: &str, expected: Expect) {
         let Fixture { db, workspace, file, .. } = Fixture::new(fixture);
         let mut shown = String::new();
         let line = |file: File, offset: TextSize| file.text(&db)[..offset.into()].matches('\n').count() + 1;
@@ -914,7 +735,7 @@ shoot = 1
 parts.Laser = 9
 "#;
 
-    fn of(path: &str, expected: Expect) {
+    pub(super) fn of(path: &str, expected: Expect) {
         let header = format!("//- {path}\n");
         assert!(ROBOT.contains(&header));
         check(&ROBOT.replace(&header, &format!("{header}$0")), expected);
@@ -1032,53 +853,6 @@ parts.Laser = 9
                 21: Map Mention Shell: shell Map
                 21: parts Mention Library: Library("parts")
                 21: Map Mention Core: core Map
-            "#]],
-        );
-    }
-
-    #[test]
-    fn in_tables_and_configurations() {
-        of(
-            "/mauve.toml",
-            expect![[r#"
-            1: robot.mal Mention File: /robot.mal
-            3: laser Mention Instance: /robot.mal:2 laser
-            4: laser Mention Instance: /robot.mal:2 laser
-            4: scan Mention Port: /parts.mal:4 scan
-            4: map Mention Instance: /robot.mal:5 map
-            4: scan Mention Port: /parts.mal:5 scan
-        "#]],
-        );
-        of(
-            "/t.toml",
-            expect![[r#"
-            1: parts Mention Library: Library("parts")
-            2: shoot Mention Codel: codel shoot
-            4: parts Mention Library: Library("parts")
-            4: Laser Mention Component: component Laser
-            4: update Mention Hook: /parts.mal:9 update
-            5: Mapper Mention Component: component Mapper
-            5: Idle Mention State: /parts.mal:15 Idle
-            5: run Mention Hook: /parts.mal:15 run
-            6: Mapper Mention Component: component Mapper
-            6: Idle Mention State: /parts.mal:15 Idle
-            6: go Mention Transition: /parts.mal:15 go
-            7: Mapper Mention Component: component Mapper
-            7: clear Mention Operation: /parts.mal:5 clear
-            9: parts Mention Library: Library("parts")
-            9: Laser Mention Component: component Laser
-        "#]],
-        );
-        check(
-            "//- /a.mal\nlibrary l { codel f(): int codel g(): int } codel f(): int\n\
-             //- /mauve.toml\nproject.root = 'a.mal'\ntiming.tables = ['t.toml']\n\
-             //- /t.toml\n$0codel.l.f = 1\ncodel . l . 'g' = 1\ncodel.f = 2\ncodel.\"l.\\u0066\" = 3\n",
-            expect![[r#"
-                1: l Mention Library: Library("l")
-                1: f Mention Codel: codel f
-                2: l Mention Library: Library("l")
-                2: g Mention Codel: codel g
-                3: f Mention Codel: codel f
             "#]],
         );
     }

@@ -9,8 +9,8 @@
 //! | priorities by deadline | in a deployment | a later deadline goes before an earlier one on the same CPU |
 //! | optimal priorities, or why there are none | in a deployment | a deadline is not proved, nor would be by the former |
 //! | each other CPU, the best first | at an activity | no deadline is lost that is proved now |
-//! | the shortest period | at an activity | every deadline is proved now, and still would be |
-//! | a longer period, the least that helps | at an activity | some deadline is not proved now |
+//! | the shortest period found | at an activity | every deadline is proved now, and still would be |
+//! | a longer period, the shortest found that helps | at an activity | some deadline is not proved now |
 //! | the period as deadline | at an activity | it has an earlier one |
 
 use std::cmp::Reverse;
@@ -19,8 +19,9 @@ use std::collections::BTreeSet;
 use mauve_model::diagnostics::{Finding, diagnostics_of_file};
 use mauve_model::item_tree::{Kind, Name};
 use mauve_model::{
-    ActivityReport, Decl, ModelDb, Place, Priority, Project, Query, Report, Row, SupposedField, System,
-    Verdict, cpu_names, declarations, deployment, response_times, response_times_if, source_map, system_of,
+    ActivityReport, Deadlines, Decl, ModelDb, Place, Priority, Project, Query, Report, Row, SupposedField,
+    System, Verdict, cpu_names, declarations, deployment, response_times, response_times_if, source_map,
+    system_of,
 };
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::format::Replacement;
@@ -58,10 +59,18 @@ pub(crate) fn offer(actions: &mut Actions<'_, '_>) {
     let activity = activity.map(|name| name.syntax().text_range());
     let db = actions.db;
     let projects: Vec<Project<'_>> = actions.projects.iter().copied().take(MOST_PROJECTS).collect();
-    let mut found: Vec<(Offer<'_>, Vec<Project<'_>>)> = Vec::new();
+    let mut found: Vec<(&Offer, Vec<Project<'_>>)> = Vec::new();
+    let mut mended: Vec<&Offer> = Vec::new();
     for &project in &projects {
-        for offer in offers(db, project, deployment, activity) {
-            match found.iter_mut().find(|(known, _)| known.is_same(&offer)) {
+        let (query, rows) = (Query::shown(db, project), &system_of(db, project, deployment).rows);
+        let row = activity.and_then(|at| rows.iter().position(|row| row.at.range(db) == at));
+        let of_row = row.map(|row| offers_of_activity(db, project, deployment, row, query));
+        let offers = offers_of_deployment(db, project, deployment, query).iter();
+        for offer in offers.chain(of_row.into_iter().flatten()) {
+            if row.is_some_and(|row| offer.meets(row)) {
+                mended.push(offer);
+            }
+            match found.iter_mut().find(|(known, _)| known.is_same(offer)) {
                 Some((_, having)) => having.push(project),
                 None => found.push((offer, vec![project])),
             }
@@ -69,18 +78,15 @@ pub(crate) fn offer(actions: &mut Actions<'_, '_>) {
     }
     let missed = activity.map_or_else(Vec::new, |activity| missed_at(actions, activity));
     for (offer, having) in found {
-        let mut title = offer.title();
+        let mut title = offer.title().to_owned();
         if having.len() < actions.projects.len() {
             let roots: Vec<String> = having.iter().map(|&project| name_of_root(db, project)).collect();
             title += &format!(" (in the project of {})", roots.join(", "));
         }
         match offer {
-            Offer::Refused { reason, .. } => actions.refuse(ActionKind::Rewrite, title, reason),
-            Offer::Proposed { fields, report, .. } => {
-                let is_mended = !missed.is_empty()
-                    && report.activities.iter().any(|it| {
-                        Some(it.row.at.range(db)) == activity && it.verdict == Verdict::RealTime(Status::Met)
-                    });
+            Offer::Refused { reason, .. } => actions.refuse(ActionKind::Rewrite, title, reason.clone()),
+            Offer::Proposed { fields, .. } => {
+                let is_mended = !missed.is_empty() && mended.iter().any(|it| std::ptr::eq(*it, offer));
                 let action = CodeAction {
                     title,
                     kind: if is_mended { ActionKind::QuickFix } else { ActionKind::Rewrite },
@@ -89,7 +95,7 @@ pub(crate) fn offer(actions: &mut Actions<'_, '_>) {
                     disabled: None,
                     change: None,
                 };
-                actions.push(action, || change(db, deployment, &fields));
+                actions.push(action, || change(db, deployment, fields));
             }
         }
     }
@@ -126,54 +132,65 @@ fn missed_at<'db>(actions: &Actions<'_, 'db>, activity: TextRange) -> Vec<Findin
     missed
 }
 
-/// Something that is offered.
-enum Offer<'db> {
-    /// What it is called, the values, and what they give.
-    Proposed { what: String, fields: Vec<SupposedField>, report: Report<'db>, level: Level },
+/// Something that is offered. What would come out is kept as far as it is shown.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+enum Offer {
+    /// What it is called with what it gives, the values, and which activities meet their deadlines then, by their rows.
+    Proposed { title: String, fields: Vec<SupposedField>, met: Vec<bool> },
     /// What may be expected, and why it cannot be.
-    Refused { what: String, reason: String },
+    Refused { title: String, reason: String },
 }
 
-impl Offer<'_> {
+impl Offer {
     /// Would the user not see a difference?
     fn is_same(&self, other: &Self) -> bool {
         match (self, other) {
             (Offer::Proposed { fields: one, .. }, Offer::Proposed { fields: other_fields, .. }) => {
                 one == other_fields && self.title() == other.title()
             }
-            (Offer::Refused { what: one, reason: why }, Offer::Refused { what, reason }) => {
-                one == what && why == reason
-            }
+            (Offer::Refused { .. }, Offer::Refused { .. }) => self == other,
             _ => false,
         }
     }
 
-    fn title(&self) -> String {
+    fn title(&self) -> &str {
         match self {
-            Offer::Proposed { what, report, level, .. } => format!("{what}: {}", outcome(report, *level)),
-            Offer::Refused { what, .. } => what.clone(),
+            Offer::Proposed { title, .. } | Offer::Refused { title, .. } => title,
         }
+    }
+
+    /// Does the activity of that row meet its deadline then?
+    fn meets(&self, row: usize) -> bool {
+        matches!(self, Offer::Proposed { met, .. } if met.get(row) == Some(&true))
     }
 }
 
-/// Everything that is offered of a deployment, and of one of its activities.
-fn offers<'db>(
+/// Everything that is offered of a deployment as a whole. Editors ask at every movement of the cursor, and again when an
+/// action is chosen: the search is made once.
+#[salsa::tracked(returns(ref))]
+fn offers_of_deployment<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
-    activity: Option<TextRange>,
-) -> Vec<Offer<'db>> {
-    let query = Query::shown(db, project);
-    let now = response_times(db, project, of, query);
-    // Where a part of it is unknown, so is what another one would give.
-    if !now.lost.is_empty() {
-        return Vec::new();
-    }
-    let system = system_of(db, project, of);
-    let mut search = Search { db, project, of, query, now, system, steps: MOST_STEPS };
-    let mut offers = search.priorities();
-    let row = system.rows.iter().find(|row| activity.is_some_and(|at| row.at.range(db) == at));
-    if let Some(row) = row.filter(|row| matches!(row.priority, Priority::RealTime(_))) {
+    query: Query,
+) -> Vec<Offer> {
+    Search::new(db, project, of, query).map_or_else(Vec::new, |mut search| search.priorities())
+}
+
+/// Everything that is offered of the activity of that row.
+#[salsa::tracked(returns(ref))]
+fn offers_of_activity<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    row: usize,
+    query: Query,
+) -> Vec<Offer> {
+    let mut offers = Vec::new();
+    let row = system_of(db, project, of).rows.get(row);
+    if let Some(row) = row.filter(|row| matches!(row.priority, Priority::RealTime(_)))
+        && let Some(mut search) = Search::new(db, project, of, query)
+    {
         offers.extend(search.deadline(row));
         offers.extend(search.period(row));
         offers.extend(search.moves(row));
@@ -194,23 +211,29 @@ struct Search<'db> {
 }
 
 impl<'db> Search<'db> {
-    /// What these values give; nothing where that would take too many steps.
+    /// Nothing where a part of the deployment is unknown: so is what another one would give.
+    fn new(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, query: Query) -> Option<Search<'db>> {
+        let now = response_times(db, project, of, query);
+        let system = system_of(db, project, of);
+        now.lost.is_empty().then_some(Search { db, project, of, query, now, system, steps: MOST_STEPS })
+    }
+
+    /// What these values give; nothing where that would take too many steps. A search that nobody waits for any more ends
+    /// at the next of them.
     fn ask(&mut self, fields: &[SupposedField]) -> Option<Report<'db>> {
         self.steps = self.steps.checked_sub(self.system.rows.len().max(1))?;
+        self.db.unwind_if_revision_cancelled();
         Some(response_times_if(self.db, self.project, self.of, self.query, fields))
     }
 
-    fn proposed(
-        &self,
-        what: impl Into<String>,
-        fields: Vec<SupposedField>,
-        report: Report<'db>,
-    ) -> Offer<'db> {
-        Offer::Proposed { what: what.into(), fields, report, level: self.query.level }
+    fn proposed(&self, what: &str, fields: Vec<SupposedField>, report: &Report<'db>) -> Offer {
+        let title = format!("{what}: {}", outcome(report, self.query.level));
+        let is_met = |it: &ActivityReport<'_>| it.verdict == Verdict::RealTime(Status::Met);
+        Offer::Proposed { title, fields, met: report.activities.iter().map(is_met).collect() }
     }
 
     /// Other priorities.
-    fn priorities(&mut self) -> Vec<Offer<'db>> {
+    fn priorities(&mut self) -> Vec<Offer> {
         let Some(groups) = groups(self.system) else { return Vec::new() };
         let mut offers = Vec::new();
         let ordered: Vec<SupposedField> =
@@ -221,7 +244,7 @@ impl<'db> Search<'db> {
         {
             is_solved |= is_proved(&report);
             let what = "Priorities by deadline (deadline-monotonic)";
-            offers.push(self.proposed(what, ordered, report));
+            offers.push(self.proposed(what, ordered, &report));
         }
         let is_analysed = |it: &ActivityReport<'_>| it.verdict != Verdict::RealTime(Status::NotAnalysed);
         if !is_solved && self.now.activities.iter().all(is_analysed) {
@@ -233,7 +256,7 @@ impl<'db> Search<'db> {
     /// The priorities with which every deadline is proved, if there are any: from the least urgent up, whoever meets its
     /// deadline below all that are left is given the place (Audsley). That finds them where they are, since a response
     /// time depends on which activities are more urgent, and not on their order.
-    fn optimal(&mut self, groups: &[Group<'_, 'db>]) -> Option<Offer<'db>> {
+    fn optimal(&mut self, groups: &[Group<'_, 'db>]) -> Option<Offer> {
         let what = "Optimal priorities (Audsley's)";
         let mut fields = Vec::new();
         for group in groups {
@@ -245,12 +268,12 @@ impl<'db> Search<'db> {
                          would meet its own",
                         names.join(", ")
                     );
-                    return Some(Offer::Refused { what: what.to_owned(), reason });
+                    return Some(Offer::Refused { title: what.to_owned(), reason });
                 }
             }
         }
         let report = self.ask(&fields).filter(is_proved)?;
-        Some(self.proposed(what, fields, report))
+        Some(self.proposed(what, fields, &report))
     }
 
     /// The priorities of a group, or those of it that cannot be ordered.
@@ -286,7 +309,7 @@ impl<'db> Search<'db> {
     }
 
     /// The other CPUs on which nothing becomes worse, the best first.
-    fn moves(&mut self, row: &Row<'db>) -> Vec<Offer<'db>> {
+    fn moves(&mut self, row: &Row<'db>) -> Vec<Offer> {
         let mut found = Vec::new();
         for cpu in (0..64).map(|bit| 1_u64 << bit).filter(|cpu| self.system.cpus & cpu != 0) {
             if row.cpus == Some(cpu) {
@@ -298,19 +321,17 @@ impl<'db> Search<'db> {
                 it.row.instance == row.instance && it.verdict != Verdict::RealTime(Status::NotAnalysed)
             });
             if is_analysed && is_no_worse(self.now, &report) {
-                found.push((
-                    self.proposed(format!("Move to {}", cpu_names(cpu)), fields, report.clone()),
-                    report,
-                ));
+                let offer = self.proposed(&format!("Move to {}", cpu_names(cpu)), fields, &report);
+                found.push((offer, report));
             }
         }
         let slack = |report: &Report<'_>| least_slack(report).map(|(slack, _)| slack);
-        found.sort_by_key(|(_, report)| Reverse((proved(report).0, slack(report))));
+        found.sort_by_key(|(_, report)| Reverse((report.deadlines().met, slack(report))));
         found.into_iter().map(|(offer, _)| offer).take(MOST_MOVES).collect()
     }
 
     /// The shortest period while all is well; the least longer one that helps otherwise.
-    fn period(&mut self, row: &Row<'db>) -> Option<Offer<'db>> {
+    fn period(&mut self, row: &Row<'db>) -> Option<Offer> {
         let period = row.period?.as_nanos();
         // The greatest power of ten that is a hundredth of it at most, up to a millisecond.
         let mut step = 1_000_000;
@@ -348,7 +369,8 @@ impl<'db> Search<'db> {
         None
     }
 
-    /// The least number above `bad` with which the goal is reached, as far as a bisection finds it; `good` is one.
+    /// A number above `bad` with which the goal is reached, and with one less it is not; `good` is one with which it is. Where
+    /// the goal is not lost and reached again in between, it is the least.
     fn least(
         &mut self,
         mut bad: u64,
@@ -368,11 +390,13 @@ impl<'db> Search<'db> {
         Some(good)
     }
 
-    fn with(&self, row: &Row<'db>, which: &str, period: u64, step: u64, report: Report<'db>) -> Offer<'db> {
+    fn with(&self, row: &Row<'db>, which: &str, period: u64, step: u64, report: Report<'db>) -> Offer {
         let (period, step) = (Time::from_nanos(period), Time::from_nanos(step));
         let fields = self.with_period(row, period);
         let and = if fields.len() > 1 { " and deadline" } else { "" };
-        self.proposed(format!("{which} period{and}, {period} (the least in steps of {step})"), fields, report)
+        // The search halves an interval: it knows that one step less is too short, and nothing of what is shorter still.
+        let what = format!("{which} period{and}, {period} (the shortest found, in steps of {step})");
+        self.proposed(&what, fields, &report)
     }
 
     /// A period, and the deadline with it where it is written and is the period now, or would be later.
@@ -388,11 +412,11 @@ impl<'db> Search<'db> {
     }
 
     /// The latest deadline that there is.
-    fn deadline(&mut self, row: &Row<'db>) -> Option<Offer<'db>> {
+    fn deadline(&mut self, row: &Row<'db>) -> Option<Offer> {
         let period = row.period.filter(|period| row.deadline < Some(*period))?;
         let fields = vec![field(row, "deadline", written(period))];
         let report = self.ask(&fields)?;
-        Some(self.proposed(format!("Deadline {period}, as the period"), fields, report))
+        Some(self.proposed(&format!("Deadline {period}, as the period"), fields, &report))
     }
 }
 
@@ -470,12 +494,6 @@ fn written(time: Time) -> String {
     time.to_string().trim_end_matches(" ms").to_owned()
 }
 
-/// How many deadlines are proved, of how many.
-fn proved(report: &Report<'_>) -> (usize, usize) {
-    let real_time = report.activities.iter().filter(|it| it.verdict != Verdict::Background);
-    real_time.fold((0, 0), |(met, all), it| (met + usize::from(it.verdict.is_met()), all + 1))
-}
-
 fn is_proved(report: &Report<'_>) -> bool {
     report.schedulable()
 }
@@ -498,7 +516,7 @@ fn least_slack<'a>(report: &'a Report<'_>) -> Option<(Time, &'a Name)> {
 /// What a deployment gives, in a few words.
 fn outcome(report: &Report<'_>, level: Level) -> String {
     const SHOWN: usize = 2;
-    let (met, all) = proved(report);
+    let Deadlines { met, all, .. } = report.deadlines();
     let assumed =
         if report.activities.iter().any(|it| !it.assumed.is_empty()) { ", times assumed" } else { "" };
     if met == all
@@ -573,6 +591,7 @@ mod tests {
     use expect_test::{Expect, expect};
     use mauve_model::{Database, Workspace, names_of, projects};
     use mauve_tests::Random;
+    use salsa::Setter as _;
 
     /// The first file of a robot with a component for each instance: `(name, cost)`.
     fn robot(costs: &[(&str, &str)], deployment: &str, config: &str) -> String {
@@ -615,8 +634,11 @@ mod tests {
         let project = projects(&db, workspace)[0];
         let deployment = names_of(&db, project).anywhere(Kind::Deployment, "D")[0];
         let rows = &system_of(&db, project, deployment).rows;
-        let at = rows.iter().map(|row| row.at.range(&db)).find(|range| range.contains_inclusive(offset));
-        let offers = offers(&db, project, deployment, at);
+        let row = rows.iter().position(|row| row.at.range(&db).contains_inclusive(offset));
+        let query = Query::shown(&db, project);
+        let mut offers = offers_of_deployment(&db, project, deployment, query).clone();
+        let of_row = row.map(|row| offers_of_activity(&db, project, deployment, row, query));
+        offers.extend(of_row.into_iter().flatten().cloned());
         let question = ActionQuestion {
             file,
             range: TextRange::empty(offset),
@@ -627,12 +649,13 @@ mod tests {
         let actions = code_actions(&db, &[workspace], question);
         let mut said = Vec::new();
         for offer in offers {
-            let title = offer.title();
+            let title = offer.title().to_owned();
             let action = actions.iter().find(|action| action.title == title).unwrap();
-            let Offer::Proposed { report, level, .. } = offer else {
+            let Offer::Proposed { fields, .. } = &offer else {
                 said.push(format!("{title} ✗ {}", action.disabled.as_ref().unwrap()));
                 continue;
             };
+            let report = response_times_if(&db, project, deployment, query, fields);
             let change = action.change.as_ref().unwrap();
             let texts =
                 workspace.files(&db).iter().map(|(path, file)| (path.clone(), change.applied(&db, *file)));
@@ -644,7 +667,7 @@ mod tests {
             let query = Query::shown(&new, project);
             let applied = response_times(&new, project, deployment, query);
             assert_eq!(figures(applied), figures(&report), "{title}\n{fixture}");
-            assert_eq!(outcome(applied, level), outcome(&report, level));
+            assert!(title.ends_with(&outcome(applied, query.level)), "{title}\n{fixture}");
             let kind = if action.kind == ActionKind::QuickFix { " (mends)" } else { "" };
             said.push(format!("{title}{kind}"));
         }
@@ -703,7 +726,7 @@ mod tests {
             &robot(&costs, deployment, "cpus = 3"),
             expect![[r#"
             Priorities by deadline (deadline-monotonic): all 3 meet their deadlines at 1e-4, worst slack 20 ms (laser) (mends)
-            Longer period and deadline, 60 ms (the least in steps of 0.1 ms): all 3 meet their deadlines at 1e-4, worst slack 0 ms (pilot) (mends)
+            Longer period and deadline, 60 ms (the shortest found, in steps of 0.1 ms): all 3 meet their deadlines at 1e-4, worst slack 0 ms (pilot) (mends)
             Move to CPU 3: all 3 meet their deadlines at 1e-4, worst slack 30 ms (arm) (mends)
             Move to CPU 2: all 3 meet their deadlines at 1e-4, worst slack 0 ms (pilot) (mends)
         "#]],
@@ -720,7 +743,7 @@ mod tests {
         check(
             &robot(&costs, deployment, ""),
             expect![[r#"
-            Shorter period, 47 ms (the least in steps of 1 ms): all 2 meet their deadlines at 1e-4, worst slack 7 ms (laser)
+            Shorter period, 47 ms (the shortest found, in steps of 1 ms): all 2 meet their deadlines at 1e-4, worst slack 7 ms (laser)
         "#]],
         );
         let deployment = "deployment D { architecture A
@@ -731,7 +754,7 @@ mod tests {
             &robot(&costs, deployment, ""),
             expect![[r#"
             Deadline 200 ms, as the period: all 2 meet their deadlines at 1e-4, worst slack 60 ms (laser)
-            Shorter period and deadline, 60 ms (the least in steps of 1 ms): all 2 meet their deadlines at 1e-4, worst slack 0 ms (pilot)
+            Shorter period and deadline, 60 ms (the shortest found, in steps of 1 ms): all 2 meet their deadlines at 1e-4, worst slack 0 ms (pilot)
         "#]],
         );
     }
@@ -768,9 +791,8 @@ mod tests {
         let Fixture { db, workspace, .. } = Fixture::new(&text);
         let project = projects(&db, workspace)[0];
         let of = names_of(&db, project).anywhere(Kind::Deployment, "D")[0];
-        let query = Query::shown(&db, project);
-        let (now, system) = (response_times(&db, project, of, query), system_of(&db, project, of));
-        let mut search = Search { db: &db, project, of, query, now, system, steps: MOST_STEPS };
+        let mut search = Search::new(&db, project, of, Query::shown(&db, project)).unwrap();
+        let (now, system) = (search.now, search.system);
         assert!(!is_proved(now));
         let offer = search.optimal(&groups(system).unwrap()).unwrap();
         assert_eq!(
@@ -780,6 +802,33 @@ mod tests {
         // Too many steps: nothing rather than half an answer.
         search.steps = 3;
         assert!(search.optimal(&groups(system).unwrap()).is_none());
+    }
+
+    #[test]
+    fn a_question_that_is_repeated_is_not_searched_for_again() {
+        let costs = [("laser", "40"), ("pilot", "20")];
+        let text = robot(
+            &costs,
+            "deployment D { architecture A activity laser { priority = 9 period = 100 } \
+             activity pilot { priority = 5 period = 90 } }\n//- /other.mal\nshell Other { }",
+            "",
+        );
+        let Fixture { mut db, workspace, .. } = Fixture::new(&text);
+        // What is kept stays where it is.
+        let found = |db: &Database| {
+            let project = projects(db, workspace)[0];
+            let of = names_of(db, project).anywhere(Kind::Deployment, "D")[0];
+            let query = Query::shown(db, project);
+            let of_row = offers_of_activity(db, project, of, 1, query);
+            let of_all = offers_of_deployment(db, project, of, query);
+            assert!(!of_all.is_empty() && !of_row.is_empty());
+            [of_all.as_ptr(), of_row.as_ptr()]
+        };
+        let first = found(&db);
+        assert_eq!(found(&db), first);
+        let other = workspace.file(&db, "/other.mal".as_ref()).unwrap();
+        other.set_text(&mut db).to("shell Other { /* é */ }".into());
+        assert_eq!(found(&db), first);
     }
 
     #[test]

@@ -79,8 +79,8 @@ pub use project::{
 };
 pub use psm::{Psm, PsmEdge, Refused, core_of, psm_of, shell_of, worst_path};
 pub use response::{
-    ActivityReport, Budget, CpuReport, InterferenceReport, MissingTime, Query, Report, Verdict, budgets,
-    level_shown, missing_times, response_times, response_times_if,
+    ActivityReport, Budget, CpuReport, Deadlines, InterferenceReport, MissingTime, Query, Report, Verdict,
+    budgets, level_shown, missing_times, response_times, response_times_if,
 };
 pub use settings::{ValueInEffect, values_in_effect};
 pub use source::{

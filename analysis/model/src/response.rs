@@ -126,6 +126,35 @@ impl Report<'_> {
     pub fn schedulable(&self) -> bool {
         self.lost.is_empty() && self.activities.iter().all(|activity| activity.verdict.is_met())
     }
+
+    /// Counts the deadlines of the real-time activities.
+    pub fn deadlines(&self) -> Deadlines {
+        let mut counted = Deadlines::default();
+        for activity in &self.activities {
+            let Verdict::RealTime(status) = activity.verdict else { continue };
+            counted.all += 1;
+            match status {
+                // Where a part of the deployment is lost, nothing is claimed of any.
+                _ if !self.lost.is_empty() => counted.unknown += 1,
+                Status::NotAnalysed => counted.unknown += 1,
+                Status::Met => counted.met += 1,
+                Status::Missed | Status::Unbounded | Status::NoBound => {}
+            }
+        }
+        counted
+    }
+}
+
+/// How many deadlines there are, and of how many what is known. Those that are neither met nor unknown are not proved: they
+/// are missed, or no bound was found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Deadlines {
+    /// Those that are proved.
+    pub met: usize,
+    /// Those of activities that are not analysed; where a part of the deployment is lost, all.
+    pub unknown: usize,
+    /// All, those of background activities left out: they have none.
+    pub all: usize,
 }
 
 /// Linux keeps real-time tasks from the CPU for this long in each period, unless it is told otherwise

@@ -2,8 +2,10 @@
 
 mod common;
 
-use common::{LEVEL, diagnostics, verdicts, verdicts_with};
+use common::{LEVEL, diagnostics, verdicts, verdicts_with, workspace};
 use expect_test::{Expect, expect};
+use mauve_model::item_tree::Kind;
+use mauve_model::{Database, Deadlines, Query, names_of, projects, response_times};
 use mauve_timing::{Level, Method};
 
 /// Three activities of 1, 2 and 4 ms on one CPU, by falling priority.
@@ -60,6 +62,31 @@ fn a_system_without_faults() {
         c met 7 ms
     "#]],
     );
+}
+
+/// How many deadlines are met, unknown, and there.
+fn deadlines(deployment: &str) -> [usize; 3] {
+    let db = Database::default();
+    let workspace = workspace(&db, &format!("{ROBOT}{deployment}{TIMES}"));
+    let project = projects(&db, workspace)[0];
+    let decl = names_of(&db, project).anywhere(Kind::Deployment, "D")[0];
+    let Deadlines { met, unknown, all } =
+        response_times(&db, project, decl, Query::shown(&db, project)).deadlines();
+    [met, unknown, all]
+}
+
+#[test]
+fn deadlines_are_counted() {
+    let [met, missed] = ["priority = 1 period = 10", "priority = 1 period = 10 deadline = 6"];
+    assert_eq!(deadlines(&activities(FINE.0, FINE.1, met)), [3, 0, 3]);
+    assert_eq!(deadlines(&activities(FINE.0, FINE.1, missed)), [2, 0, 3]);
+    assert_eq!(deadlines(&activities("priority = background", FINE.1, missed)), [1, 0, 2]);
+    // What is less urgent may be delayed by what is not known.
+    assert_eq!(deadlines(&activities(FINE.0, "priority = 2 period = 0", met)), [1, 2, 3]);
+    // Where an activity may be missing, nothing is known of the others.
+    let lost = "deployment D { architecture A  actvity b { priority = 1 }
+        activity a { priority = 3 period = 10 } activity c { priority = background } }";
+    assert_eq!(deadlines(lost), [0, 2, 2]);
 }
 
 #[test]

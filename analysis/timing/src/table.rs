@@ -1,11 +1,14 @@
 //! Timing tables: execution times by codel, program or component, one per significance level, in TOML.
 
+use std::borrow::Cow;
 use std::collections::HashMap;
 use std::fmt;
 use std::ops::Range;
 
 use toml::Spanned;
 use toml::de::{DeArray, DeInteger, DeTable, DeValue};
+use toml_parser::Source;
+use toml_parser::parser::{EventKind, RecursionGuard, parse_document};
 
 use crate::{Rounding, Time, TimeError, Unit};
 
@@ -66,10 +69,45 @@ pub struct Entry {
     pub key: String,
     /// The bytes of the last part of the key as it is written, quotes included.
     pub key_span: Range<usize>,
+    /// The parts that the key is written in, those of the header first, without that of the section: of `b = 1` under
+    /// `[codel.a]`, `a` and `b`.
+    pub key_parts: Vec<KeyPart>,
     /// The times; `None` where an error was reported at the entry or at the levels.
     pub value: Option<Times>,
     /// The bytes of the value.
     pub value_span: Range<usize>,
+}
+
+/// What stands between two dots of a key, or of a header; there may be dots in it where it is quoted.
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+pub struct KeyPart {
+    /// Which bytes of [`Entry::key`] it is.
+    pub of_key: Range<usize>,
+    /// Where it is written, without its quotes.
+    pub span: Range<usize>,
+    /// Is it written as it is, without escapes?
+    pub verbatim: bool,
+}
+
+impl Entry {
+    /// Where these bytes of the key stand in the text; `None` where they are written with escapes, or in several parts.
+    ///
+    /// ```
+    /// let text = "[codel.pose]  # of pose\n'filter.update' = 1";
+    /// let entry = &mauve_timing::Table::parse(text).codels[0];
+    /// assert_eq!(entry.key, "pose.filter.update");
+    /// assert_eq!(entry.written(0..4), Some(7..11));
+    /// assert_eq!(entry.written(12..18).map(|span| &text[span]), Some("update"));
+    /// assert_eq!(entry.written(2..8), None);
+    /// ```
+    pub fn written(&self, bytes: Range<usize>) -> Option<Range<usize>> {
+        let KeyPart { of_key, span, verbatim } = self
+            .key_parts
+            .iter()
+            .find(|part| part.of_key.start <= bytes.start && bytes.end <= part.of_key.end)?;
+        let start = span.start + (bytes.start - of_key.start);
+        verbatim.then(|| start..start + bytes.len())
+    }
 }
 
 /// An execution time, at every level or at each.
@@ -145,6 +183,7 @@ impl Table {
             levels: Some(0),
             levels_span: 0..0,
             loses_all: false,
+            parts: parts_of_keys(text),
         };
         let (document, errors) = DeTable::parse_recoverable(text);
         reader.document(document.get_ref());
@@ -195,6 +234,8 @@ struct Reader {
     levels_span: Range<usize>,
     /// What is being read is of the table as a whole.
     loses_all: bool,
+    /// The parts of each key, by where its last one begins.
+    parts: HashMap<usize, Vec<KeyPart>>,
 }
 
 impl Reader {
@@ -412,7 +453,13 @@ impl Reader {
                 }
                 _ => self.times(value),
             };
-            entries.push(Entry { key: whole, key_span: key.span(), value: times, value_span: value.span() });
+            entries.push(Entry {
+                key: whole,
+                key_span: key.span(),
+                key_parts: self.parts.remove(&key.span().start).unwrap_or_default(),
+                value: times,
+                value_span: value.span(),
+            });
         }
     }
 
@@ -473,6 +520,67 @@ impl Reader {
         self.error(value.span(), message);
         None
     }
+}
+
+/// So deep may inline tables be nested, as [`DeTable`] has it.
+const MOST_NESTED: u32 = 80;
+
+/// So many parts of a key are kept: those of a header and of a dotted key, each as long as it may be.
+const MOST_PARTS: usize = 160;
+
+/// The parts of all keys and headers, by where the last of them begins. A [`DeTable`] knows only the first place of a part
+/// that several keys have in common.
+fn parts_of_keys(text: &str) -> HashMap<usize, Vec<KeyPart>> {
+    let source = Source::new(text);
+    let mut events = Vec::new();
+    parse_document(&source.lex().into_vec(), &mut RecursionGuard::new(&mut events, MOST_NESTED), &mut ());
+    let mut found = HashMap::new();
+    // What the keys of the document begin with, and of each inline table that is open; the first part is the section.
+    let mut open: Vec<Vec<KeyPart>> = vec![Vec::new()];
+    let mut key: Vec<KeyPart> = Vec::new();
+    let (mut last, mut is_continued) = (0, false);
+    let without_section = |key: &[KeyPart]| key.get(1..).unwrap_or_default().to_vec();
+    for event in events {
+        match event.kind() {
+            EventKind::StdTableOpen | EventKind::ArrayTableOpen => open = vec![Vec::new()],
+            EventKind::SimpleKey => {
+                if !is_continued {
+                    key = open.last().cloned().unwrap_or_default();
+                }
+                is_continued = false;
+                last = event.span().start();
+                if let Some(raw) = source.get(event).filter(|_| key.len() < MOST_PARTS) {
+                    let mut name = Cow::Borrowed("");
+                    raw.decode_key(&mut name, &mut ());
+                    let written = raw.as_str();
+                    let bare = written
+                        .strip_prefix(['"', '\''])
+                        .map_or(written, |it| it.strip_suffix(['"', '\'']).unwrap_or(it));
+                    let span_start = last + usize::from(written.starts_with(['"', '\'']));
+                    let start =
+                        key.get(1..).and_then(<[KeyPart]>::last).map_or(0, |part| part.of_key.end + 1);
+                    let of_key = if key.is_empty() { 0..0 } else { start..start + name.len() };
+                    key.push(KeyPart {
+                        of_key,
+                        span: span_start..span_start + bare.len(),
+                        verbatim: bare == name,
+                    });
+                }
+            }
+            EventKind::KeySep => is_continued = true,
+            EventKind::StdTableClose | EventKind::ArrayTableClose => {
+                found.insert(last, without_section(&key));
+                open = vec![key.clone()];
+            }
+            EventKind::KeyValSep => {
+                found.insert(last, without_section(&key));
+            }
+            EventKind::InlineTableOpen => open.push(key.clone()),
+            EventKind::InlineTableClose => drop(open.pop()),
+            _ => {}
+        }
+    }
+    found
 }
 
 /// In decimal; `None` where it does not fit.
@@ -573,6 +681,50 @@ context_switch = 0.002
                 program Hokuyo/update "\"Hokuyo/update\"": 40 ms, 1000 ms "[40, 1_000]"
                 component Navigation "Navigation": 250 ms "2.5e2"
                 Overhead { dispatch: Always(Time(0)), context_switch: Always(Time(2000)) }
+            "#]],
+        );
+    }
+
+    /// The parts of each key as they are written, each with its line and what it is of the key.
+    fn check_parts(text: &str, expected: Expect) {
+        let table = Table::parse(text);
+        let mut found = String::new();
+        for entry in table.codels.iter().chain(&table.programs) {
+            let parts = entry.key_parts.iter().map(|KeyPart { of_key, span, verbatim }| {
+                let line = text[..span.start].matches('\n').count() + 1;
+                let escaped = if *verbatim { "" } else { " escaped" };
+                assert_eq!(entry.written(of_key.clone()), verbatim.then(|| span.clone()));
+                format!("{line}:{} = {}{escaped}", &text[span.clone()], &entry.key[of_key.clone()])
+            });
+            found += &(parts.collect::<Vec<_>>().join("  ") + "\n");
+        }
+        expected.assert_eq(&found);
+    }
+
+    #[test]
+    fn every_part_of_a_key_has_its_own_place() {
+        check_parts(
+            "[codel.parts]  # of parts\nshoot = 1 # parts.shoot = 2\nwipe = [\n[1],\n]\nl . 'g h' = 1\nl.\"f\\u0041\".i = 1\n\
+             [codel.parts.more] # parts\na = 1\n\"b.c\" = { d = 1, e.f = { g = 2 } }\nh = 1\n[codel.'pa.rts'.x]\n[ program ]\n\"A/Idle\".run = 1",
+            expect![[r#"
+                1:parts = parts  2:shoot = shoot
+                1:parts = parts  3:wipe = wipe
+                1:parts = parts  6:l = l  6:g h = g h
+                1:parts = parts  7:l = l  7:f\u0041 = fA escaped  7:i = i
+                8:parts = parts  8:more = more  9:a = a
+                8:parts = parts  8:more = more  10:b.c = b.c  10:d = d
+                8:parts = parts  8:more = more  10:b.c = b.c  10:e = e  10:f = f  10:g = g
+                8:parts = parts  8:more = more  11:h = h
+                12:pa.rts = pa.rts  12:x = x
+                14:A/Idle = A/Idle  14:run = run
+            "#]],
+        );
+        check_parts(
+            "codel = { a = { b = 1 }, c . d = 1 }\nprogram.\"A/u\" = 3",
+            expect![[r#"
+                1:a = a  1:b = b
+                1:c = c  1:d = d
+                2:A/u = A/u
             "#]],
         );
     }
@@ -843,10 +995,17 @@ ok = 1
 
     proptest! {
         #[test]
-        fn no_text_fails(text in "(unit|levels|codel|program|a|\\[|\\]|=|\"|[.,#0-9e\n-]|\\PC){0,40}") {
+        fn no_text_fails(text in "(unit|levels|codel|program|\\[codel.a\\]\n|a = 1\n|a|\\[|\\]|=|\"|[.,#0-9e\n-]|\\PC){0,40}") {
             let table = Table::parse(&text);
             for error in &table.errors {
                 prop_assert!(text.get(error.span.clone()).is_some());
+            }
+            for entry in table.codels.iter().chain(&table.programs) {
+                let parts: Vec<&str> = entry.key_parts.iter().map(|part| &entry.key[part.of_key.clone()]).collect();
+                prop_assert_eq!(parts.join("."), entry.key.as_str());
+                for part in entry.key_parts.iter().filter(|part| part.verbatim) {
+                    prop_assert_eq!(text.get(part.span.clone()), entry.key.get(part.of_key.clone()));
+                }
             }
         }
     }

@@ -1,11 +1,10 @@
 //! What the programs of a core take, and what a period takes at most in each state and with each transition.
 
-use mauve_model::item_tree::{Kind, Name};
-use mauve_model::{
-    Decl, ModelDb, Place, Project, Psm, Query, behaviour_of, core, core_of, names_of, parse, psm_of,
-};
+use mauve_model::item_tree::{Kind, Name, Part};
+use mauve_model::{Decl, ModelDb, Place, Project, Query, core, core_of, names_of, parse, psm_of};
 use mauve_syntax::{SyntaxKind, SyntaxNode, TextRange, TextSize};
-use mauve_timing::Time;
+use mauve_timing::{Level, Time};
+use rustc_hash::FxHashMap;
 
 use super::InlayHint;
 
@@ -20,57 +19,85 @@ pub(super) fn of_core<'db>(
 ) {
     let Some(data) = core(db, of) else { return };
     let level = Query::shown(db, project).level;
-    let mut psms: Vec<(Decl<'db>, &'db Psm)> = Vec::new();
+    let mut all: Vec<(Decl<'db>, &'db Costs)> = Vec::new();
     for &component in components_of(db, project, of) {
         // Of components of which one has no times, the other's would seem to be those of both.
-        let Ok(psm) = psm_of(db, project, component, level) else { return };
-        psms.push((component, psm));
+        let Some(costs) = costs_of(db, project, component, level) else { return };
+        all.push((component, costs));
     }
-    let behaviour = behaviour_of(db, project, of);
     let root = parse(db, of.file(db)).syntax();
-    let mut add = |place: Place<'db>, before: &str, after: &str, time: &dyn Fn(&Psm) -> Option<Time>| {
-        let place = place.range(db);
-        let Some(label) = label(db, &psms, time) else { return };
-        if let Some(offset) = node_of(&root, place)
-            .and_then(|node| behind_head(&node))
-            .filter(|it| range.contains_inclusive(*it))
-        {
+    let mut add = |part: Part, before: &str, after: &str, time: &dyn Fn(&Costs) -> Option<&Time>| {
+        let node = node_of(&root, Place::Part(of, part).range(db));
+        let node = node.filter(|node| node.text_range().intersect(range).is_some());
+        let offset = node.and_then(|node| behind_head(&node)).filter(|it| range.contains_inclusive(*it));
+        let Some(offset) = offset else { return };
+        if let Some(label) = label(db, &all, time) {
             hints.push(InlayHint { offset, label: format!("{before}{label}{after}"), explained_at: None });
         }
     };
-    let program = |key: String| {
-        move |psm: &Psm| {
-            let index = psm.programs.iter().position(|(known, _)| *known == key)?;
-            let is_executed = psm.edges.iter().any(|edge| edge.programs.contains(&index));
-            psm.programs.get(index).map(|(_, time)| *time).filter(|time| is_executed && *time > Time::ZERO)
-        }
-    };
+    let at = format!(" at {level}");
     for hook in data.hooks.iter().filter(|hook| hook.kind.keyword() == "update") {
-        add(Place::Part(of, hook.part), "", &format!(" at {level}"), &program("update".to_owned()));
+        add(hook.part, "", &at, &|costs| costs.programs.get("update"));
     }
     for state in data.machines.iter().flat_map(|machine| &machine.states) {
         let name = &state.name.name;
-        let Some(number) = behaviour.states.iter().position(|known| known == name) else { continue };
-        let period = |transition: Option<Name>| {
-            move |psm: &Psm| {
-                let edges = psm.machine.edges().iter().zip(&psm.edges);
-                let edges = edges.filter(|(edge, described)| {
-                    edge.source as usize == number
-                        && (transition.is_none() || described.transition == transition)
-                });
-                edges.map(|(edge, _)| edge.cost).max()
-            }
-        };
-        add(Place::Part(of, state.name.part), "a period ≤ ", &format!(" at {level}"), &period(None));
+        add(state.name.part, "a period ≤ ", &at, &|costs| costs.states.get(name));
         for method in &state.methods {
             let key = format!("{name}.{}", method.kind.keyword());
-            add(Place::Part(of, method.part), "", "", &program(key));
+            add(method.part, "", "", &|costs| costs.programs.get(&key));
         }
         for transition in &state.transitions {
-            let place = Place::Part(of, transition.name.part);
-            add(place, "a period ", "", &period(Some(transition.name.name.clone())));
+            let of = (name.clone(), transition.name.name.clone());
+            add(transition.name.part, "a period ", "", &|costs| costs.transitions.get(&of));
         }
     }
+}
+
+/// What a component takes.
+#[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
+struct Costs {
+    /// Each program that some period executes and that takes time, by its key.
+    programs: FxHashMap<String, Time>,
+    /// The longest period that begins in a state.
+    states: FxHashMap<Name, Time>,
+    /// The longest with a transition, by its state and its name.
+    transitions: FxHashMap<(Name, Name), Time>,
+    /// Do assumed times count?
+    assumed: bool,
+}
+
+#[salsa::tracked(returns(as_ref))]
+fn costs_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    component: Decl<'db>,
+    level: Level,
+) -> Option<Costs> {
+    let psm = psm_of(db, project, component, level).as_ref().ok()?;
+    let mut costs = Costs { assumed: !psm.assumed.is_empty(), ..Costs::default() };
+    // Of two states of one name, the first is meant.
+    let mut numbers: FxHashMap<&Name, usize> = FxHashMap::default();
+    for (number, name) in psm.states.iter().enumerate() {
+        numbers.entry(name).or_insert(number);
+    }
+    let longer = |known: &mut Time, cost: Time| *known = (*known).max(cost);
+    for (edge, described) in psm.machine.edges().iter().zip(&psm.edges) {
+        for (key, time) in described.programs.iter().filter_map(|&program| psm.programs.get(program)) {
+            if *time > Time::ZERO && !costs.programs.contains_key(key) {
+                costs.programs.insert(key.clone(), *time);
+            }
+        }
+        let source = edge.source as usize;
+        let Some(state) = psm.states.get(source).filter(|state| numbers.get(state) == Some(&source)) else {
+            continue;
+        };
+        longer(costs.states.entry(state.clone()).or_default(), edge.cost);
+        if let Some(transition) = &described.transition {
+            let of = (state.clone(), transition.clone());
+            longer(costs.transitions.entry(of).or_default(), edge.cost);
+        }
+    }
+    Some(costs)
 }
 
 /// The components of a project that have this core.
@@ -79,28 +106,33 @@ pub(crate) fn components_of<'db>(
     project: Project<'db>,
     of: Decl<'db>,
 ) -> &'db [Decl<'db>] {
-    components_by_core(db, project).iter().find(|(core, _)| *core == of).map_or(&[], |(_, found)| found)
+    components_by_core(db, project).get(&of).map_or(&[], Vec::as_slice)
 }
 
 #[salsa::tracked(returns(ref))]
-fn components_by_core<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<(Decl<'db>, Vec<Decl<'db>>)> {
-    let mut found: Vec<(Decl<'db>, Vec<Decl<'db>>)> = Vec::new();
+fn components_by_core<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+) -> FxHashMap<Decl<'db>, Vec<Decl<'db>>> {
+    let mut found: FxHashMap<Decl<'db>, Vec<Decl<'db>>> = FxHashMap::default();
     let all = names_of(db, project).all.iter().copied();
     for component in all.filter(|decl| decl.kind(db) == Kind::Component) {
-        let Some(core) = core_of(db, project, component) else { continue };
-        match found.iter_mut().find(|(known, _)| *known == core) {
-            Some((_, components)) => components.push(component),
-            None => found.push((core, vec![component])),
+        if let Some(core) = core_of(db, project, component) {
+            found.entry(core).or_default().push(component);
         }
     }
     found
 }
 
 /// The time in every component, or where they differ, in each.
-fn label(db: &dyn ModelDb, psms: &[(Decl<'_>, &Psm)], time: &dyn Fn(&Psm) -> Option<Time>) -> Option<String> {
-    let times: Option<Vec<(&str, Time, bool)>> = psms
+fn label(
+    db: &dyn ModelDb,
+    all: &[(Decl<'_>, &Costs)],
+    time: &dyn Fn(&Costs) -> Option<&Time>,
+) -> Option<String> {
+    let times: Option<Vec<(&str, Time, bool)>> = all
         .iter()
-        .map(|(component, psm)| Some((component.name(db).as_str(), time(psm)?, !psm.assumed.is_empty())))
+        .map(|(component, costs)| Some((component.name(db).as_str(), *time(costs)?, costs.assumed)))
         .collect();
     let times = times?;
     let (_, first, _) = *times.first()?;

@@ -1,0 +1,263 @@
+//! The names in timing tables and in `mauve.toml`: they are parts of keys and of texts.
+
+use mauve_model::item_tree::{Endpoint, Kind, NameRef, Part};
+use mauve_model::{
+    Decl, File, ModelDb, Place, Project, config_of, core, core_of, deployment, features_of, names_of,
+    shell_of, table, table_files,
+};
+use mauve_syntax::{TextRange, TextSize};
+use rustc_hash::FxHashSet;
+
+use super::{Finder, Found, Meaning, Role, kind_of, mention, unquoted};
+use crate::document_symbols::SymbolKind;
+
+/// The names in a timing table, or in `mauve.toml`.
+#[derive(Debug, Default, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub(super) struct InToml<'db> {
+    /// Each once, in no order.
+    pub(super) names: Vec<Found<'db>>,
+    /// What is named in texts of which the pieces do not stand in the file as they are.
+    pub(super) escaped: Vec<Escaped<'db>>,
+}
+
+/// A name that is written with escapes.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub(super) struct Escaped<'db> {
+    /// What it is a part of.
+    pub(super) range: TextRange,
+    pub(super) meaning: Meaning<'db>,
+}
+
+impl<'db> InToml<'db> {
+    pub(super) fn names_at(&self, offset: TextSize) -> Vec<Found<'db>> {
+        self.names.iter().filter(|found| found.range.contains_inclusive(offset)).cloned().collect()
+    }
+}
+
+/// Reads a table or a configuration; of any other file nothing.
+#[salsa::tracked(returns(ref))]
+pub(super) fn in_toml<'db>(db: &'db dyn ModelDb, project: Project<'db>, file: File) -> InToml<'db> {
+    let workspace = project.workspace(db);
+    let mut reader = Reader { file, found: InToml::default(), known: FxHashSet::default() };
+    if mauve_model::config_file(db, workspace) == Some(file) {
+        reader.config(db, project);
+    } else if table_files(db, workspace).files.contains(&file) {
+        reader.table(db, project);
+    }
+    reader.found
+}
+
+struct Reader<'db> {
+    file: File,
+    found: InToml<'db>,
+    /// What was found, by its places.
+    known: FxHashSet<(TextRange, Meaning<'db>)>,
+}
+
+impl<'db> Reader<'db> {
+    /// A name that is written at `range`; where it is not written as it is, it is somewhere in `whole`.
+    fn add(
+        &mut self,
+        range: Option<std::ops::Range<usize>>,
+        whole: &std::ops::Range<usize>,
+        meaning: Meaning<'db>,
+        kind: SymbolKind,
+    ) {
+        match range {
+            Some(range) => {
+                let range = range_of(&range);
+                if self.known.insert((range, meaning.clone())) {
+                    self.found.names.push(mention(self.file, range, meaning, kind));
+                }
+            }
+            None => self.found.escaped.push(Escaped { range: range_of(whole), meaning }),
+        }
+    }
+
+    /// Roots are files; clocks and chains name instances, and chains their ports.
+    fn config(&mut self, db: &'db dyn ModelDb, project: Project<'db>) {
+        let (text, workspace) = (self.file.text(db), project.workspace(db));
+        let config = config_of(db, workspace);
+        for (path, span) in &config.roots {
+            let root = workspace.file(db, &mauve_model::normalised(&workspace.folder(db).join(path)));
+            if let Some(root) = root {
+                self.add(
+                    Some(unquoted(text, range_of(span)).into()),
+                    span,
+                    Meaning::File(root),
+                    SymbolKind::File,
+                );
+            }
+        }
+        let deployments = names_of(db, project).all.iter().filter(|decl| decl.kind(db) == Kind::Deployment);
+        let deployed: Vec<Decl<'db>> =
+            deployments.filter_map(|&of| Finder::new(db, project, of).target(deployment(db, of)?)).collect();
+        let mut seen = FxHashSet::default();
+        // Deployments may share an architecture.
+        let deployed: Vec<Decl<'db>> = deployed.into_iter().filter(|target| seen.insert(*target)).collect();
+        let chains = config.chains.iter().flat_map(|chain| &chain.ends);
+        for (end, span) in config.synchronised.iter().chain(chains) {
+            let written = std::ops::Range::<usize>::from(unquoted(text, range_of(span)));
+            let is_verbatim = text.get(written.clone()) == Some(end.as_str());
+            let piece =
+                |from: usize, to: usize| is_verbatim.then_some(written.start + from..written.start + to);
+            let (instance, port) =
+                end.split_once('.').map_or((end.as_str(), None), |(of, port)| (of, Some(port)));
+            for &target in &deployed {
+                let mut finder = Finder::new(db, project, target);
+                let name = |name: &str| NameRef { name: name.into(), part: Part(0) };
+                let endpoint = Endpoint { instance: name(instance), feature: port.map(name) };
+                finder.endpoint(target, &endpoint, Role::Mention);
+                for it in finder.found {
+                    let range = match it.kind {
+                        SymbolKind::Instance => piece(0, instance.len()),
+                        _ => piece(end.len() - port.map_or(0, str::len), end.len()),
+                    };
+                    self.add(range, span, it.meaning, it.kind);
+                }
+            }
+        }
+    }
+
+    /// Keys are codels, components, and programs, with the states, transitions and operations that these are of.
+    fn table(&mut self, db: &'db dyn ModelDb, project: Project<'db>) {
+        let table = table(db, self.file);
+        let sections = [
+            (Kind::Codel, &table.codels),
+            (Kind::Component, &table.programs),
+            (Kind::Component, &table.components),
+        ];
+        let entries = sections.into_iter().flat_map(|(of, entries)| entries.iter().map(move |it| (of, it)));
+        for (of, entry) in entries {
+            let (key, program) = match entry.key.split_once('/') {
+                Some((component, program)) => (component, Some(program)),
+                None => (entry.key.as_str(), None),
+            };
+            let mut add = |before: usize, piece: &str, meaning, kind| {
+                let range = entry.written(before..before + piece.len());
+                self.add(range, &entry.key_span, meaning, kind);
+            };
+            let (library, name) = key.rsplit_once('.').map_or((None, key), |(of, name)| (Some(of), name));
+            for &decl in names_of(db, project).by_key(of, key) {
+                add(key.len() - name.len(), name, Meaning::Declaration(decl), kind_of(of));
+                if let Some(library) = library {
+                    add(0, library, Meaning::Library(library.into()), SymbolKind::Library);
+                }
+                if let Some(program) = program {
+                    let start = key.len() + 1;
+                    for (before, piece, meaning, kind) in in_program(db, project, decl, program) {
+                        add(start + before, piece, meaning, kind);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The names in the key of a program of `component`, each with where it begins: `state.method`, `state.transition.effect`,
+/// `operation`.
+fn in_program<'a, 'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    component: Decl<'db>,
+    program: &'a str,
+) -> Vec<(usize, &'a str, Meaning<'db>, SymbolKind)> {
+    let Some(of) = core_of(db, project, component) else { return Vec::new() };
+    let Some(data) = core(db, of) else { return Vec::new() };
+    let part = |name: &NameRef| Meaning::Part(Place::Part(of, name.part));
+    let Some((name, rest)) = program.split_once('.') else {
+        let shell = shell_of(db, project, component);
+        let declared = shell.and_then(|shell| features_of(db, project, shell).get(program));
+        let declared = declared.and_then(|it| Some(Place::Part(it.shell, it.data(db)?.name.part)));
+        let own = || data.operations.iter().find(|operation| *operation.name.name == *program);
+        let operation = declared.map(Meaning::Part).or_else(|| own().map(|own| part(&own.name)));
+        let hook = data.hooks.iter().find(|hook| hook.kind.keyword() == program);
+        let hook = hook.map(|hook| (Meaning::Part(Place::Part(of, hook.part)), SymbolKind::Hook));
+        let found = hook.or_else(|| operation.map(|it| (it, SymbolKind::Operation)));
+        return found.map(|(meaning, kind)| (0, program, meaning, kind)).into_iter().collect();
+    };
+    let mut states = data.machines.iter().flat_map(|machine| &machine.states);
+    let Some(state) = states.find(|state| *state.name.name == *name) else { return Vec::new() };
+    let mut found = vec![(0, name, part(&state.name), SymbolKind::State)];
+    if let Some((transition, _)) = rest.split_once('.')
+        && let Some(it) = state.transitions.iter().find(|it| *it.name.name == *transition)
+    {
+        found.push((name.len() + 1, transition, part(&it.name), SymbolKind::Transition));
+    } else if let Some(method) = state.methods.iter().find(|method| method.kind.keyword() == rest) {
+        let meaning = Meaning::Part(Place::Part(of, method.part));
+        found.push((name.len() + 1, rest, meaning, SymbolKind::Hook));
+    }
+    found
+}
+
+fn range_of(span: &std::ops::Range<usize>) -> TextRange {
+    TextRange::new((span.start as u32).into(), (span.end.max(span.start) as u32).into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{check, of};
+    use expect_test::expect;
+
+    #[test]
+    fn in_tables_and_configurations() {
+        of(
+            "/mauve.toml",
+            expect![[r#"
+            1: robot.mal Mention File: /robot.mal
+            3: laser Mention Instance: /robot.mal:2 laser
+            4: laser Mention Instance: /robot.mal:2 laser
+            4: scan Mention Port: /parts.mal:4 scan
+            4: map Mention Instance: /robot.mal:5 map
+            4: scan Mention Port: /parts.mal:5 scan
+        "#]],
+        );
+        of(
+            "/t.toml",
+            expect![[r#"
+            1: parts Mention Library: Library("parts")
+            2: shoot Mention Codel: codel shoot
+            4: parts Mention Library: Library("parts")
+            4: Laser Mention Component: component Laser
+            4: update Mention Hook: /parts.mal:9 update
+            5: Mapper Mention Component: component Mapper
+            5: Idle Mention State: /parts.mal:15 Idle
+            5: run Mention Hook: /parts.mal:15 run
+            6: Mapper Mention Component: component Mapper
+            6: Idle Mention State: /parts.mal:15 Idle
+            6: go Mention Transition: /parts.mal:15 go
+            7: Mapper Mention Component: component Mapper
+            7: clear Mention Operation: /parts.mal:5 clear
+            9: parts Mention Library: Library("parts")
+            9: Laser Mention Component: component Laser
+        "#]],
+        );
+        check(
+            "//- /a.mal\nlibrary l { codel f(): int codel g(): int } codel f(): int\n\
+             //- /mauve.toml\nproject.root = 'a.mal'\ntiming.tables = ['t.toml']\n\
+             //- /t.toml\n$0codel.l.f = 1\ncodel . l . 'g' = 1\ncodel.f = 2\ncodel.\"l.\\u0066\" = 3\n",
+            expect![[r#"
+                1: l Mention Library: Library("l")
+                1: f Mention Codel: codel f
+                2: l Mention Library: Library("l")
+                2: g Mention Codel: codel g
+                3: f Mention Codel: codel f
+            "#]],
+        );
+    }
+
+    #[test]
+    fn a_part_of_a_key_stands_where_it_is_written_and_not_where_its_letters_are() {
+        check(
+            "//- /a.mal\nlibrary l { codel f(): int codel g(): int } component C(S, C)\n\
+             //- /mauve.toml\nproject.root = 'a.mal'\ntiming.tables = ['t.toml']\n\
+             //- /t.toml\n$0levels = [1e-4]\n[codel.l]  # of l, not of l\nf = 1 # l.g\n\
+             x = [\n[1],\n]\ng = [\n3] # l\n",
+            expect![[r#"
+                2: l Mention Library: Library("l")
+                3: f Mention Codel: codel f
+                7: g Mention Codel: codel g
+            "#]],
+        );
+    }
+}
