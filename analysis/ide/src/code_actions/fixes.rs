@@ -10,6 +10,10 @@ use crate::Change;
 /// What an editor may mend by itself, when a file is saved: no guess at a name, and no other number.
 const CLEAR: &[&str] = &["connection-direction", "continued-line", "header-colon", "missing-else"];
 
+/// What is mended one by one: `plna` and `paln` may both be meant for `plan`, and a table that has a key twice loses all of
+/// its times.
+const ONE_BY_ONE: &[&str] = &["unknown-timing-key"];
+
 pub(super) fn offer(actions: &mut Actions<'_, '_>) {
     if !actions.wants(ActionKind::QuickFix) && !actions.wants(ActionKind::FixAll) {
         return;
@@ -36,8 +40,8 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
             let action = CodeAction {
                 title: fix.title.clone(),
                 kind: ActionKind::QuickFix,
-                // Where there are several ways, the choice is the user's.
-                preferred: fixes.len() == 1,
+                // An editor may do it unasked: so where there are several ways, or where it is a guess, none is.
+                preferred: fixes.len() == 1 && CLEAR.contains(&finding.diagnostic.code.name),
                 mends: vec![(*finding).clone()],
                 disabled: None,
                 change: None,
@@ -58,6 +62,7 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
     let mut codes: Vec<&str> = meant.iter().map(|it| it.diagnostic.code.name).collect();
     codes.sort_unstable();
     codes.dedup();
+    codes.retain(|code| !ONE_BY_ONE.contains(code));
     for code in codes {
         let alike: Vec<&Finding<'_>> =
             findings.iter().filter(|it| it.diagnostic.code.name == code && only_fix(it).is_some()).collect();
@@ -141,7 +146,7 @@ significane = 1e-4
             &[],
             quick,
             expect![[r#"
-            *Change to `plan` [unresolved-codel]
+            Change to `plan` [unresolved-codel]
             Create codel `plna(in value: int): void` [unresolved-codel]
         "#]],
         );
@@ -201,7 +206,16 @@ significane = 1e-4
             &[],
             &[ActionKind::QuickFix],
             expect![[r#"
-            *Change to `plan` [unknown-timing-key]
+            Change to `plan` [unknown-timing-key]
+        "#]],
+        );
+        // Both may be meant for the same: not together.
+        offered(
+            &format!("{table}paln = 4\n"),
+            &[],
+            &[ActionKind::QuickFix],
+            expect![[r#"
+            Change to `plan` [unknown-timing-key]
         "#]],
         );
     }
