@@ -153,12 +153,12 @@ impl<'db> Actions<'_, 'db> {
         self.question.kinds.contains(&kind)
     }
 
-    /// Offers an action; its change is computed where it is needed now.
-    pub(crate) fn offer(
+    /// Offers an action; its change is computed where it is needed now. Where there is none after all, nor is the action.
+    pub(crate) fn offer<C: Into<Option<Change>>>(
         &mut self,
         kind: ActionKind,
         title: impl Into<String>,
-        change: impl FnOnce() -> Change,
+        change: impl FnOnce() -> C,
     ) {
         let title = title.into();
         self.push(
@@ -183,11 +183,11 @@ impl<'db> Actions<'_, 'db> {
     }
 
     /// Offers what mends a finding, beside its own fixes.
-    pub(crate) fn mend(
+    pub(crate) fn mend<C: Into<Option<Change>>>(
         &mut self,
         finding: &Finding<'db>,
         title: impl Into<String>,
-        change: impl FnOnce() -> Change,
+        change: impl FnOnce() -> C,
     ) {
         let (title, mends) = (title.into(), vec![finding.clone()]);
         let kind = ActionKind::QuickFix;
@@ -195,7 +195,11 @@ impl<'db> Actions<'_, 'db> {
     }
 
     /// [`Actions::offer`] for an action of any kind. One that is there already is not offered again.
-    pub(crate) fn push(&mut self, mut action: CodeAction<'db>, change: impl FnOnce() -> Change) {
+    pub(crate) fn push<C: Into<Option<Change>>>(
+        &mut self,
+        mut action: CodeAction<'db>,
+        change: impl FnOnce() -> C,
+    ) {
         let is_same = |it: &CodeAction<'_>| {
             it.title == action.title && it.kind == action.kind && it.mends == action.mends
         };
@@ -207,7 +211,10 @@ impl<'db> Actions<'_, 'db> {
             Changes::Of(title) => action.title == title,
             Changes::All => true,
         };
-        action.change = is_needed.then(change);
+        if is_needed {
+            let Some(change) = change().into() else { return };
+            action.change = Some(change);
+        }
         self.found.push(action);
     }
 

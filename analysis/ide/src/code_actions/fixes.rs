@@ -95,7 +95,8 @@ fn offer_all<'db>(actions: &mut Actions<'_, 'db>, title: String, kind: ActionKin
     actions.push(action, || {
         let mut change = Change::default();
         for fix in all.iter().filter_map(|it| only_fix(it)) {
-            change.join(Change::of_fix(db, fix));
+            // What overlaps another is mended next time.
+            Change::of_fix(db, fix).is_some_and(|fix| change.join(fix));
         }
         change
     });

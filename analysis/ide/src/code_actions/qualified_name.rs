@@ -35,10 +35,9 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
                 if decl.library(db) == of.library(db) || found != Ok(decl) {
                     return None;
                 }
-                let mut change = Change::default();
                 let range = ty.syntax().text_range();
-                change.replace(file, Replacement { range, text: format!("{library}.{name}") });
-                Some(Ok(change))
+                let text = format!("{library}.{name}");
+                Change::of(file, [Replacement { range, text }]).map(Ok)
             });
         }
         _ => {}
@@ -74,10 +73,9 @@ fn shortened(
     let (of, decl) = meaning(db, project, file, ty)?;
     let (names, own) = (names_of(db, project), of.library(db).as_ref());
     let short = TypeRef { path: vec![name.into()], part: Part(0) };
-    let mut change = Change::default();
-    change.replace(file, Replacement { range: ty.syntax().text_range(), text: name.to_owned() });
+    let short_name = Replacement { range: ty.syntax().text_range(), text: name.to_owned() };
     match names.resolve_type(db, of, decl.kind(db), Some(&short)) {
-        Ok(found) if found == decl => return Some(Ok(change)),
+        Ok(found) if found == decl => return Change::of(file, [short_name]).map(Ok),
         Ok(_) => return Some(Err(format!("`{name}` is another {} here", decl.kind(db)))),
         Err(Unresolved::Unknown) => {}
         Err(_) => return None,
@@ -103,8 +101,8 @@ fn shortened(
         None => (block.l_curly_token()?.text_range(), "  "),
     };
     let text = format!("\n{indent}use {library}");
-    change.replace(file, Replacement { range: TextRange::empty(behind.end()), text });
-    Some(Ok(change))
+    let to_use = Replacement { range: TextRange::empty(behind.end()), text };
+    Change::of(file, [short_name, to_use]).map(Ok)
 }
 
 #[cfg(test)]

@@ -4,10 +4,9 @@ use mauve_model::diagnostics::operation_skeleton;
 use mauve_model::item_tree::{FeatureKind, Kind, Name};
 use mauve_model::{Decl, File, ModelDb, Project, core_of, declarations, features_of, names_of, source_map};
 use mauve_syntax::ast::{self, AstNode as _};
-use mauve_syntax::format::Replacement;
 use mauve_syntax::{SyntaxNode, TextRange, is_whole};
 
-use super::{ActionKind, Actions, indentation};
+use super::{ActionKind, Actions, indentation, put};
 use crate::Change;
 
 pub(super) fn offer(actions: &mut Actions<'_, '_>) {
@@ -114,9 +113,7 @@ fn behind(db: &dyn ModelDb, file: File, node: &SyntaxNode, declaration: &str) ->
         line => format!("\n{indent}{line}"),
     });
     let text = format!("\n{}", lines.collect::<String>());
-    let mut change = Change::default();
-    change.replace(file, Replacement { range: TextRange::empty(node.text_range().end()), text });
-    change
+    put(file, node.text_range().end(), text)
 }
 
 #[cfg(test)]

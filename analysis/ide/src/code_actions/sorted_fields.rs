@@ -26,12 +26,11 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
         return;
     }
     actions.offer(ActionKind::Rewrite, "Sort the fields", || {
-        let mut change = Change::default();
-        for (place, field) in fields.iter().zip(sorted) {
-            let text = field.syntax().text().to_string();
-            change.replace(file, Replacement { range: place.syntax().text_range(), text });
-        }
-        change
+        let edits = fields.iter().zip(sorted).map(|(place, field)| Replacement {
+            range: place.syntax().text_range(),
+            text: field.syntax().text().to_string(),
+        });
+        Change::of(file, edits)
     });
 }
 

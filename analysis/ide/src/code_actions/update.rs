@@ -57,23 +57,19 @@ fn to_machine(
     let (text, block) = (file.text(db), hook.block()?);
     let indent = indentation(text, hook.syntax().text_range().start());
     let head = TextRange::new(hook.syntax().text_range().start(), block.syntax().text_range().start());
-    let mut change = Change::default();
     let opening = format!("statemachine {{\n{indent}  initial state {STATE} {{\n{indent}    run = ");
     let comments = comments_in(hook.syntax(), head);
-    change.replace(file, Replacement { range: head, text: comments + &opening });
+    let mut edits = vec![Replacement { range: head, text: comments + &opening }];
     // The lines of the program move with it.
     for (line, at) in lines_within(text, block.syntax()) {
         if !line.trim().is_empty() {
-            change.replace(file, Replacement { range: TextRange::empty(at), text: "    ".to_owned() });
+            edits.push(Replacement { range: TextRange::empty(at), text: "    ".to_owned() });
         }
     }
     let end = TextRange::empty(block.syntax().text_range().end());
-    change.replace(file, Replacement { range: end, text: format!("\n{indent}  }}\n{indent}}}") });
+    edits.push(Replacement { range: end, text: format!("\n{indent}  }}\n{indent}}}") });
     let keys = renamed_keys(db, workspaces, decl_of(db, file, core)?, "update", &format!("{STATE}.run"));
-    Some(keys.map(|keys| {
-        change.join(keys);
-        change
-    }))
+    keys.map(|keys| with_keys(file, edits, keys)).transpose()
 }
 
 fn to_update(
@@ -125,9 +121,8 @@ fn to_update(
     {
         return refused("there are comments round its program, which would be lost");
     }
-    let mut change = Change::default();
     let head = TextRange::new(all.start(), inside.start());
-    change.replace(file, Replacement { range: head, text: "update = ".to_owned() });
+    let mut edits = vec![Replacement { range: head, text: "update = ".to_owned() }];
     // Its lines go to the left by as much as the last one, the brace, has to.
     let outer = indentation(text, all.start()).len();
     let inner = indentation(text, method.syntax().text_range().start()).len();
@@ -136,17 +131,14 @@ fn to_update(
         let less = inner.saturating_sub(outer).min(blanks);
         if less > 0 {
             let range = TextRange::at(at, (less as u32).into());
-            change.replace(file, Replacement { range, text: String::new() });
+            edits.push(Replacement { range, text: String::new() });
         }
     }
-    change.replace(file, Replacement { range: TextRange::new(inside.end(), all.end()), text: String::new() });
+    edits.push(Replacement { range: TextRange::new(inside.end(), all.end()), text: String::new() });
     let keyword = method.keyword()?.text().to_owned();
     let from = format!("{}.{keyword}", state.name()?.syntax().text());
     let keys = renamed_keys(db, workspaces, decl_of(db, file, core)?, &from, "update");
-    Some(keys.map(|keys| {
-        change.join(keys);
-        change
-    }))
+    keys.map(|keys| with_keys(file, edits, keys)).transpose()
 }
 
 fn decl_of<'db>(db: &'db dyn ModelDb, file: File, core: &ast::Core) -> Option<Decl<'db>> {
@@ -188,6 +180,11 @@ fn lines_within<'a>(text: &'a str, node: &SyntaxNode) -> Vec<(&'a str, mauve_syn
         }
     }
     lines
+}
+
+fn with_keys(file: File, edits: Vec<Replacement>, keys: Change) -> Option<Change> {
+    let mut change = Change::of(file, edits)?;
+    change.join(keys).then_some(change)
 }
 
 /// What has the tables say `to` where they say `from` of a program of `core`.
@@ -254,7 +251,9 @@ fn renamed_keys(
             };
             let start = (entry.key_span.start + before.len()) as u32;
             let range = TextRange::at(start.into(), (from.len() as u32).into());
-            change.replace(file, Replacement { range, text: to.to_owned() });
+            if !change.replace(file, Replacement { range, text: to.to_owned() }) {
+                return Err(format!("`{key}` stands in {path} twice"));
+            }
         }
     }
     Ok(change)

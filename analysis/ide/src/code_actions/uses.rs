@@ -24,10 +24,10 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
     if !parse.errors().is_empty() {
         return;
     }
-    let mut change = Change::default();
+    let mut edits = Vec::new();
     let source = parse.file();
     let outer: Vec<ast::Use> = source.items().filter_map(as_use).collect();
-    organise(file.text(db), &outer, |_| false).into_iter().for_each(|edit| change.replace(file, edit));
+    edits.extend(organise(file.text(db), &outer, |_| false));
     for item in source.items() {
         let ast::Item::Library(library) = item else { continue };
         let uses: Vec<ast::Use> = library.items().filter_map(as_use).collect();
@@ -44,12 +44,10 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
             let is_checked = is_known && !actions.projects.is_empty();
             is_checked && needed.as_ref().is_some_and(|all| all.iter().all(|needed| !needed.contains(of)))
         };
-        organise(file.text(db), &uses, is_for_nothing)
-            .into_iter()
-            .for_each(|edit| change.replace(file, edit));
+        edits.extend(organise(file.text(db), &uses, is_for_nothing));
     }
-    if !change.files.is_empty() {
-        actions.offer(ActionKind::OrganizeUses, "Organise the `use`s", || change);
+    if !edits.is_empty() {
+        actions.offer(ActionKind::OrganizeUses, "Organise the `use`s", || Change::of(file, edits));
     }
 }
 
