@@ -203,4 +203,7 @@ fn what_is_done_when_a_file_is_saved() {
     };
     assert_eq!(done("source.organizeImports"), text.text.replace("  use std_msgs\n", ""));
     assert_eq!(done("source.fixAll"), text.text.replace("C(S):", "C(S)"));
+    // Nobody looks for that wherever a cursor goes.
+    let found = actions(&mut client, &text, "C(S)", 0, json!({}));
+    assert!(found.iter().all(|action| !action["kind"].as_str().unwrap().starts_with("source")), "{found:#?}");
 }

@@ -19,7 +19,10 @@ mod sorted_fields;
 mod update;
 mod uses;
 
-use mauve_model::diagnostics::Finding;
+use std::cell::OnceCell;
+use std::rc::Rc;
+
+use mauve_model::diagnostics::{Finding, diagnostics_of_file};
 use mauve_model::{Decl, File, ModelDb, Place, Project, Workspace, parse};
 use mauve_syntax::ast::AstNode;
 use mauve_syntax::format::Replacement;
@@ -71,7 +74,8 @@ pub struct ActionQuestion<'a> {
     pub range: TextRange,
     /// Diagnostics that are asked about wherever they stand: their ranges and codes.
     pub diagnostics: &'a [(TextRange, String)],
-    /// The kinds that are asked for.
+    /// The kinds that are asked for. What concerns a whole file, [`ActionKind::OrganizeUses`] and [`ActionKind::FixAll`], is
+    /// worth its while only where somebody asks for that, and not wherever a cursor goes.
     pub kinds: &'a [ActionKind],
     /// Whose changes are needed now.
     pub changes: Changes<'a>,
@@ -130,7 +134,8 @@ pub fn code_actions<'db>(
     question: ActionQuestion<'_>,
 ) -> Vec<CodeAction<'db>> {
     let projects = projects_with(db, workspaces, question.file);
-    let mut actions = Actions { db, workspaces, projects, question, found: Vec::new() };
+    let findings = OnceCell::new();
+    let mut actions = Actions { db, workspaces, projects, question, findings, found: Vec::new() };
     for offer in OFFERS {
         offer(&mut actions);
     }
@@ -144,6 +149,7 @@ pub(crate) struct Actions<'a, 'db> {
     /// Those that have the file.
     pub(crate) projects: Vec<Project<'db>>,
     pub(crate) question: ActionQuestion<'a>,
+    findings: OnceCell<Rc<[Finding<'db>]>>,
     found: Vec<CodeAction<'db>>,
 }
 
@@ -151,6 +157,25 @@ impl<'db> Actions<'_, 'db> {
     /// Is this kind asked for? Otherwise there is nothing to look for.
     pub(crate) fn wants(&self, kind: ActionKind) -> bool {
         self.question.kinds.contains(&kind)
+    }
+
+    /// What is wrong in the file, each thing once.
+    pub(crate) fn findings(&self) -> Rc<[Finding<'db>]> {
+        let all = || {
+            let mut found: Vec<Finding<'db>> = Vec::new();
+            for &workspace in self.workspaces {
+                // Each workspace says it once.
+                let others = found.len();
+                for finding in diagnostics_of_file(self.db, workspace, self.question.file) {
+                    let mut others = found.iter().take(others);
+                    if !others.any(|it| it.diagnostic == finding.diagnostic) {
+                        found.push(finding);
+                    }
+                }
+            }
+            found.into()
+        };
+        self.findings.get_or_init(all).clone()
     }
 
     /// Offers an action; its change is computed where it is needed now. Where there is none after all, nor is the action.

@@ -1,6 +1,6 @@
 //! The fixes of the diagnostics at a place; those of all others with the same code; and all that can be made unseen.
 
-use mauve_model::diagnostics::{Finding, Fix, diagnostics_of_file};
+use mauve_model::diagnostics::{Finding, Fix};
 
 use super::{
     ActionKind, Actions, CodeAction, connect, create_codel, create_state, create_variable, declare_operation,
@@ -20,14 +20,7 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
     }
     let db = actions.db;
     let question = actions.question;
-    let mut findings: Vec<Finding<'_>> = Vec::new();
-    for &workspace in actions.workspaces {
-        for finding in diagnostics_of_file(db, workspace, question.file) {
-            if !findings.iter().any(|it| it.diagnostic == finding.diagnostic) {
-                findings.push(finding);
-            }
-        }
-    }
+    let findings = actions.findings();
     let is_meant = |finding: &Finding<'_>| {
         let (at, code) = (finding.diagnostic.at.range(db), finding.diagnostic.code.name);
         at.intersect(question.range).is_some()
@@ -71,6 +64,9 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
             let title = format!("Fix all {} `{code}` in this file", alike.len());
             offer_all(actions, title, ActionKind::QuickFix, &alike);
         }
+    }
+    if !actions.wants(ActionKind::FixAll) {
+        return;
     }
     let is_clear = |it: &&Finding<'_>| only_fix(it).is_some() && CLEAR.contains(&it.diagnostic.code.name);
     let all: Vec<&Finding<'_>> = findings.iter().filter(is_clear).collect();
