@@ -84,8 +84,8 @@ pub use response::{
 };
 pub use settings::{ValueInEffect, values_in_effect};
 pub use source::{
-    Decl, Declarations, Place, architecture, codel, component, core, data, declarations, deployment,
-    item_tree_of, parse, shell, source_map,
+    Decl, Declarations, Place, architecture, codel, component, core, data, declaration_at, declaration_map,
+    declarations, deployment, item_tree_of, parse, shell, source_map,
 };
 pub use supposed::SupposedField;
 pub use system::{Priority, Row, System, cpu_names, system_of};

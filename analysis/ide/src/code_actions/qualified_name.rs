@@ -1,7 +1,7 @@
 //! `library.Name` as `Name`, with a `use` of the library where it needs one; and back.
 
 use mauve_model::item_tree::{Kind, Name, Part, TypeRef};
-use mauve_model::{Decl, File, ModelDb, Project, Unresolved, declarations, names_of, source_map};
+use mauve_model::{Decl, File, ModelDb, Project, Unresolved, declaration_at, names_of};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::format::Replacement;
 use mauve_syntax::{TextRange, is_whole};
@@ -57,9 +57,7 @@ fn meaning<'db>(
         Meaning::Declaration(decl) if it.range == last => Some(decl),
         _ => None,
     })?;
-    let maps = &source_map(db, file).declarations;
-    let of = maps.iter().position(|map| map.range.contains_range(last))?;
-    Some((*declarations(db, file).all.get(of)?, decl))
+    Some((declaration_at(db, file, last)?, decl))
 }
 
 fn shortened(

@@ -2,7 +2,7 @@
 
 use mauve_model::diagnostics::operation_skeleton;
 use mauve_model::item_tree::{FeatureKind, Kind, Name};
-use mauve_model::{Decl, File, ModelDb, Project, core_of, declarations, features_of, names_of, source_map};
+use mauve_model::{Decl, File, ModelDb, Project, core_of, declaration_at, features_of, names_of};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxNode, TextRange, is_whole};
 
@@ -80,8 +80,7 @@ fn component_of(
 }
 
 fn decl_of<'db>(db: &'db dyn ModelDb, file: File, node: &SyntaxNode) -> Option<Decl<'db>> {
-    let at = source_map(db, file).declarations.iter().position(|map| map.range == node.text_range())?;
-    declarations(db, file).all.get(at).copied().filter(|it| !it.name(db).is_empty())
+    declaration_at(db, file, node.text_range()).filter(|it| !it.name(db).is_empty())
 }
 
 /// The name of `of` with another ending, or with a number behind, that no declaration of that kind has.

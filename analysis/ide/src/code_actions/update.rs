@@ -6,8 +6,7 @@
 
 use mauve_model::item_tree::Kind;
 use mauve_model::{
-    Decl, File, ModelDb, Project, Workspace, core_of, declarations, names_of, projects, source_map, table,
-    table_files,
+    Decl, File, ModelDb, Project, Workspace, core_of, declaration_at, names_of, projects, table, table_files,
 };
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::format::Replacement;
@@ -68,7 +67,7 @@ fn to_machine(
     }
     let end = TextRange::empty(block.syntax().text_range().end());
     edits.push(Replacement { range: end, text: format!("\n{indent}  }}\n{indent}}}") });
-    let keys = renamed_keys(db, workspaces, decl_of(db, file, core)?, "update", &format!("{STATE}.run"));
+    let keys = renamed_keys(db, workspaces, declaration_at(db, file, core.syntax().text_range())?, "update", &format!("{STATE}.run"));
     keys.map(|keys| with_keys(file, edits, keys)).transpose()
 }
 
@@ -137,14 +136,8 @@ fn to_update(
     edits.push(Replacement { range: TextRange::new(inside.end(), all.end()), text: String::new() });
     let keyword = method.keyword()?.text().to_owned();
     let from = format!("{}.{keyword}", state.name()?.syntax().text());
-    let keys = renamed_keys(db, workspaces, decl_of(db, file, core)?, &from, "update");
+    let keys = renamed_keys(db, workspaces, declaration_at(db, file, core.syntax().text_range())?, &from, "update");
     keys.map(|keys| with_keys(file, edits, keys)).transpose()
-}
-
-fn decl_of<'db>(db: &'db dyn ModelDb, file: File, core: &ast::Core) -> Option<Decl<'db>> {
-    let range = core.syntax().text_range();
-    let at = source_map(db, file).declarations.iter().position(|map| map.range == range)?;
-    declarations(db, file).all.get(at).copied()
 }
 
 /// The comments of `node` that lie in `range`, each with the line break behind it.
