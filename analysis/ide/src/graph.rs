@@ -10,7 +10,7 @@ use mauve_model::{
     architecture, declaration_at, declarations, deployment, flat_of, names_of, psm_of, response_times,
 };
 use mauve_syntax::{TextRange, TextSize};
-use mauve_timing::{Status, Utilisation};
+use mauve_timing::{Status, Time, Utilisation};
 
 use crate::project::projects_with;
 use crate::state_machine::{Drawing, escaped};
@@ -175,14 +175,13 @@ impl GraphNode<'_> {
     /// What holds of it, in a few words; nothing where it has no activity.
     pub fn verdict(&self) -> String {
         let Some(activity) = self.activity else { return String::new() };
-        let number = |time: mauve_timing::Time| time.to_string().trim_end_matches(" ms").to_owned();
-        let deadline = activity.row.deadline.map(number).unwrap_or_default();
+        let deadline = activity.row.deadline.map(Time::number).unwrap_or_default();
         let verdict = match (activity.verdict, activity.response) {
             (Verdict::RealTime(Status::Met), Some(response)) => {
-                format!("R {} ≤ {deadline}", number(response))
+                format!("R {} ≤ {deadline}", response.number())
             }
             (Verdict::RealTime(Status::Missed), Some(response)) => {
-                format!("R {} > {deadline} ✗", number(response))
+                format!("R {} > {deadline} ✗", response.number())
             }
             (Verdict::Background, _) => "not real-time".to_owned(),
             (verdict, _) => verdict.name().replace('-', " "),

@@ -92,7 +92,9 @@ fn offer_all<'db>(actions: &mut Actions<'_, 'db>, title: String, kind: ActionKin
         let mut change = Change::default();
         for fix in all.iter().filter_map(|it| only_fix(it)) {
             // What overlaps another is mended next time.
-            Change::of_fix(db, fix).is_some_and(|fix| change.join(fix));
+            if let Some(fix) = Change::of_fix(db, fix) {
+                change.join(fix);
+            }
         }
         change
     });
