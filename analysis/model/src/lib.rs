@@ -29,6 +29,7 @@
 //! | `supposed.rs` | a deployment with other values in its activities: what if? |
 //! | `settings.rs`, `wiring.rs`, `urgency.rs` | values of properties; what connections carry and what is left open; priorities |
 //! | `declared.rs` | names and types as they are declared, and what nothing uses |
+//! | `skeleton.rs` | the definition of an operation that is still to be written |
 //! | `response.rs` | response times, and what a codel without a time may take |
 //! | `diagnostics/` | a file for each diagnostic: its page, its message, its fixes |
 //!
@@ -53,6 +54,7 @@ mod project;
 mod psm;
 mod response;
 mod settings;
+mod skeleton;
 mod source;
 mod supposed;
 mod system;
@@ -83,6 +85,7 @@ pub use response::{
     budgets, level_shown, missing_times, response_times, response_times_if,
 };
 pub use settings::{ValueInEffect, values_in_effect};
+pub use skeleton::operation_skeleton;
 pub use source::{
     Decl, Declarations, Place, architecture, codel, component, core, data, declaration_at, declaration_map,
     declarations, deployment, item_tree_of, parse, shell, source_map,
