@@ -88,6 +88,20 @@ impl Change {
         Some(change)
     }
 
+    /// The same with lines that end as those of each file do.
+    pub(crate) fn with_line_ends(mut self, db: &dyn ModelDb) -> Change {
+        for of in &mut self.files {
+            let text = of.file.text(db);
+            let is_crlf =
+                text.find('\n').is_some_and(|at| text.get(..at).is_some_and(|it| it.ends_with('\r')));
+            for edit in of.edits.iter_mut().filter(|_| is_crlf) {
+                // What was copied from the text may have them already.
+                edit.text = edit.text.replace("\r\n", "\n").replace('\n', "\r\n");
+            }
+        }
+        self
+    }
+
     /// The text of `file` once it is applied.
     pub fn applied(&self, db: &dyn ModelDb, file: File) -> String {
         let edits = self.files.iter().find(|known| known.file == file).map_or(&[][..], |known| &known.edits);
@@ -124,7 +138,8 @@ mod tests {
     fn edits_come_in_the_order_of_the_text_and_do_not_overlap() {
         let Fixture { db, file, .. } = Fixture::new("codel f(): int");
         let mut change = Change::default();
-        let edits = [(6, 7, "g"), (0, 5, "shell"), (6, 7, "h"), (3, 8, "x"), (6, 7, "g"), (6, 6, "a"), (6, 6, "b")];
+        let edits =
+            [(6, 7, "g"), (0, 5, "shell"), (6, 7, "h"), (3, 8, "x"), (6, 7, "g"), (6, 6, "a"), (6, 6, "b")];
         let added = edits.map(|(start, end, text)| change.replace(file, edit(start, end, text)));
         assert_eq!(added, [true, true, false, false, true, true, true]);
         assert_eq!(change.applied(&db, file), "shell abg(): int");

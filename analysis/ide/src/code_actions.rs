@@ -238,7 +238,7 @@ impl<'db> Actions<'_, 'db> {
         };
         if is_needed {
             let Some(change) = change().into() else { return };
-            action.change = Some(change);
+            action.change = Some(change.with_line_ends(self.db));
         }
         self.found.push(action);
     }
@@ -399,6 +399,28 @@ mod tests {
             }
         }
         expected.assert_eq(&shown);
+    }
+
+    #[test]
+    fn lines_end_as_those_of_the_file_do() {
+        let text = "shell S { }\ncore $0C(S) {\n  update = { }\n}\n";
+        for (text, expected) in [
+            (text.to_owned(), "}\n\ncomponent C(S, C)\n"),
+            (text.replace('\n', "\r\n"), "}\r\n\r\ncomponent C(S, C)\r\n"),
+        ] {
+            let Fixture { db, workspace, file, offset } = Fixture::new(&text);
+            let question = ActionQuestion {
+                file,
+                range: TextRange::empty(offset),
+                diagnostics: &[],
+                kinds: &[ActionKind::Rewrite],
+                changes: Changes::All,
+            };
+            let actions = code_actions(&db, &[workspace], question);
+            let action = actions.iter().find(|it| it.title.starts_with("Write a component")).unwrap();
+            let after = action.change.as_ref().unwrap().applied(&db, file);
+            assert!(after.ends_with(expected), "{after:?}");
+        }
     }
 
     /// The lines of `after` from the first that differs to the last.
