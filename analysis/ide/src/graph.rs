@@ -463,7 +463,9 @@ codel.plan = 30
 
     #[test]
     fn which_is_meant() {
-        let text = format!("include \"more.mal\"{MODEL}//- /more.mal\nlibrary l {{ architecture M {{ }} }}deployment N {{ }}\n");
+        let text = format!(
+            "include \"more.mal\"{MODEL}//- /more.mal\nlibrary l {{ architecture M {{ }} }}deployment N {{ }}\n"
+        );
         let Fixture { db, workspace, file, .. } = Fixture::new(&text);
         let more = workspace.file(&db, "/more.mal".as_ref()).unwrap();
         let ask = |file: File, of: GraphOf<'_>| match graph_meant(&db, &[workspace], file, of) {

@@ -264,7 +264,10 @@ mod tests {
         let text = "shell A { }core B(A) { } /* C */ library l { codel d(): int }";
         // At the end of one, only where no other begins.
         assert_eq!(at(text, &[(0, 0), (11, 11), (24, 24), (25, 25)]), ["A", "B", "B", "none"]);
-        assert_eq!(at(text, &[(6, 7), (10, 12), (11, 15), (24, 25), (59, 59)]), ["A", "none", "B", "none", "d"]);
+        assert_eq!(
+            at(text, &[(6, 7), (10, 12), (11, 15), (24, 25), (59, 59)]),
+            ["A", "none", "B", "none", "d"]
+        );
         assert_eq!(at("", &[(0, 0)]), ["none"]);
     }
 }

@@ -43,7 +43,8 @@ impl<'db> Programs<'db> {
     ) -> Option<Programs<'db>> {
         let core = declaration_at(db, file, node.syntax().text_range())?;
         let typing = typing_of(db, project, core);
-        let parts = declaration_map(db, core)?.parts().enumerate().map(|(part, range)| (range, Part(part as u32)));
+        let parts =
+            declaration_map(db, core)?.parts().enumerate().map(|(part, range)| (range, Part(part as u32)));
         let parts = parts.collect();
         Some(Programs { db, project, core, typing, names: in_declaration(db, project, core), parts })
     }

@@ -81,8 +81,8 @@ fn shortened(
     // With the library in use, all of its names mean something: none of them may mean something else now, nor be that of
     // a built-in function.
     for other in names.all.iter().filter(|it| it.library(db).as_deref() == Some(library)) {
-        let is_built_in = other.kind(db) == Kind::Codel
-            && BUILT_IN_FUNCTIONS.contains(&other.name(db).as_str());
+        let is_built_in =
+            other.kind(db) == Kind::Codel && BUILT_IN_FUNCTIONS.contains(&other.name(db).as_str());
         let found = names.resolve(db, own, other.kind(db), std::slice::from_ref(other.name(db)));
         let is_taken = found.as_ref().is_ok_and(|found| found.library(db).as_ref() != own);
         if is_built_in || is_taken || found == Err(Unresolved::Ambiguous) {

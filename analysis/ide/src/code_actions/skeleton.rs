@@ -1,7 +1,9 @@
 //! What is still to be written: a core for a shell, a component of a core and its shell.
 
 use mauve_model::item_tree::{FeatureKind, Kind, Name};
-use mauve_model::{Decl, File, ModelDb, Project, core_of, declaration_at, features_of, names_of, operation_skeleton};
+use mauve_model::{
+    Decl, File, ModelDb, Project, core_of, declaration_at, features_of, names_of, operation_skeleton,
+};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxNode, TextRange, is_whole};
 

@@ -67,7 +67,13 @@ fn to_machine(
     }
     let end = TextRange::empty(block.syntax().text_range().end());
     edits.push(Replacement { range: end, text: format!("\n{indent}  }}\n{indent}}}") });
-    let keys = renamed_keys(db, workspaces, declaration_at(db, file, core.syntax().text_range())?, "update", &format!("{STATE}.run"));
+    let keys = renamed_keys(
+        db,
+        workspaces,
+        declaration_at(db, file, core.syntax().text_range())?,
+        "update",
+        &format!("{STATE}.run"),
+    );
     keys.map(|keys| with_keys(file, edits, keys)).transpose()
 }
 
@@ -136,7 +142,8 @@ fn to_update(
     edits.push(Replacement { range: TextRange::new(inside.end(), all.end()), text: String::new() });
     let keyword = method.keyword()?.text().to_owned();
     let from = format!("{}.{keyword}", state.name()?.syntax().text());
-    let keys = renamed_keys(db, workspaces, declaration_at(db, file, core.syntax().text_range())?, &from, "update");
+    let keys =
+        renamed_keys(db, workspaces, declaration_at(db, file, core.syntax().text_range())?, &from, "update");
     keys.map(|keys| with_keys(file, edits, keys)).transpose()
 }
 
@@ -234,7 +241,9 @@ fn renamed_keys(
             }
             if let Some(project) = other {
                 let root = name_of_root(db, project);
-                return Err(format!("`{key}` in {path} may be a time of something else in the project of {root}"));
+                return Err(format!(
+                    "`{key}` in {path} may be a time of something else in the project of {root}"
+                ));
             }
             // Quoted, as every key with a `/` is; what is written in pieces or with escapes, nobody can replace.
             let written = file.text(db).get(entry.key_span.clone()).unwrap_or_default();
