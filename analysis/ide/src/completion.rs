@@ -72,7 +72,7 @@ pub struct Completion {
     pub rank: u8,
     /// What else it changes in the file: a `use`.
     pub more: Vec<Replacement>,
-    /// What it stands for, for [`documentation`].
+    /// What it stands for, for [`documentation()`].
     pub subject: Option<Subject>,
 }
 

@@ -500,7 +500,7 @@ impl MainLoop {
     /// The check that is to come has the client ask again; if there is none to come, it is now. A text that is another one
     /// since, it asks about by itself.
     fn uncoloured(&mut self, uri: &Url, version: i32) {
-        if !self.documents.get(uri).is_some_and(|open| open.version == version) {
+        if self.documents.get(uri).is_none_or(|open| open.version != version) {
             return;
         }
         self.tokens.lost(uri, version);
