@@ -373,6 +373,15 @@ fn folders_come_and_go() {
     assert_eq!(workspaces(&mut client)[0]["roots"], json!([folder.join("exploration.mal")]));
     client.notify("workspace/didChangeWorkspaceFolders", change(&[], &[&folder]));
     assert_eq!(workspaces(&mut client), json!([]));
+    // A text that is open when its folder is taken away is there as long as it is open.
+    client.notify("workspace/didChangeWorkspaceFolders", change(&[&folder], &[]));
+    let mut text = client.open_file(&folder.join("deployment.mal"));
+    client.edit(&mut text, "deadline = 1000", "deadline = 990");
+    client.wait_for_published(|published| published.contains_key(&text.uri));
+    client.notify("workspace/didChangeWorkspaceFolders", change(&[], &[&folder]));
+    client.notify("textDocument/didClose", json!({"textDocument": {"uri": text.uri}}));
+    client.wait_for_published(|published| published.is_empty());
+    assert_eq!(workspaces(&mut client), json!([]));
 }
 
 #[test]

@@ -100,7 +100,8 @@ fn a_fix_is_offered_with_what_it_mends_and_made_when_it_is_chosen() {
     let published = client.diagnostics(&text);
     let found = actions(&mut client, &text, "astra(", 0, json!({"diagnostics": published}));
     let fix = named(&found, "Change to `astar`");
-    assert_eq!((&fix["kind"], &fix["isPreferred"]), (&json!("quickfix"), &json!(true)));
+    // A guess is nothing that an editor may do unasked.
+    assert_eq!((&fix["kind"], &fix["isPreferred"]), (&json!("quickfix"), &Value::Null));
     assert_eq!(fix["diagnostics"], json!([published[0]]));
     assert!(fix.get("edit").is_none(), "{fix}");
     let resolved = client.call("codeAction/resolve", fix.clone()).unwrap();
@@ -142,6 +143,10 @@ fn a_refactoring_is_offered_or_says_why_not() {
     // Nobody asked for it.
     let found = actions(&mut client, &text, "plan(), plan", 6, json!({"triggerKind": 2}));
     assert!(found.iter().all(|action| action.get("disabled").is_none()), "{found:#?}");
+    client.edit(&mut text, "drive(plan(), plan());", "if true then { }");
+    client.diagnostics(&text);
+    let found = actions(&mut client, &text, "if true", 0, json!({"only": ["quickfix"]}));
+    assert_eq!(named(&found, "Write `else { }`")["isPreferred"], true);
 }
 
 #[test]
@@ -198,4 +203,7 @@ fn what_is_done_when_a_file_is_saved() {
     };
     assert_eq!(done("source.organizeImports"), text.text.replace("  use std_msgs\n", ""));
     assert_eq!(done("source.fixAll"), text.text.replace("C(S):", "C(S)"));
+    // Nobody looks for that wherever a cursor goes.
+    let found = actions(&mut client, &text, "C(S)", 0, json!({}));
+    assert!(found.iter().all(|action| !action["kind"].as_str().unwrap().starts_with("source")), "{found:#?}");
 }

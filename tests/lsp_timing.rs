@@ -176,7 +176,9 @@ fn lenses(client: &mut Client, uri: &str) -> Vec<Value> {
 #[test]
 fn lenses_above_declarations() {
     let folder = robot("lsp_timing_lenses");
-    write(&folder, &[("src/codels/plan.cpp", "int plan() { return 1; }\n")]);
+    let parts = "/* 🦀 é */ library parts { codel scan(): int }\n";
+    let scan = "generated/parts/src/codels/scan.cpp";
+    write(&folder, &[("parts.mal", parts), (scan, "int scan() { return 1; }\n")]);
     let mut client = good(&folder);
     let text = client.open_file(&folder.join("robot.mal"));
     let found = lenses(&mut client, &text.uri);
@@ -184,29 +186,33 @@ fn lenses_above_declarations() {
     assert_eq!(
         titles,
         [
-            "src/codels/plan.cpp",
             "used in 1 instance",
             "used in 1 instance",
             "1 of 2 activities meet their deadlines at 1e-4",
             "at 1e-3",
         ]
     );
-    // The name of the codel, behind what has other lengths in UTF-16.
-    assert_eq!(found[0]["range"]["start"], json!({"line": 1, "character": 17}));
     let shown = |lens: &Value| (lens["command"]["command"].clone(), lens["command"]["arguments"].clone());
     let (command, arguments) = shown(&found[0]);
-    assert_eq!(command, "mauve.showReferences");
-    assert!(arguments[2][0]["uri"].as_str().unwrap().ends_with("/src/codels/plan.cpp"), "{arguments}");
-    let (command, arguments) = shown(&found[1]);
     assert_eq!((command, &arguments[0]), (json!("mauve.showReferences"), &json!(text.uri)));
     assert_eq!(arguments[2][0]["range"]["start"], json!({"line": 5, "character": 26}));
-    assert_eq!(shown(&found[4]), (json!("mauve.setSignificance"), json!([1e-3])));
+    assert_eq!(shown(&found[3]), (json!("mauve.setSignificance"), json!([1e-3])));
     // A click does what it says, and everything is asked for again.
-    client.call("workspace/executeCommand", found[4]["command"].clone()).unwrap();
+    client.call("workspace/executeCommand", found[3]["command"].clone()).unwrap();
     client.wait("a refresh", |message| message["method"] == "workspace/codeLens/refresh");
     let found = lenses(&mut client, &text.uri);
-    assert_eq!(found[3]["command"]["title"], "2 of 2 activities meet their deadlines at 1e-3");
-    assert_eq!(found[4]["command"]["title"], "at 1e-4");
+    assert_eq!(found[2]["command"]["title"], "2 of 2 activities meet their deadlines at 1e-3");
+    assert_eq!(found[3]["command"]["title"], "at 1e-4");
+    // The file of a codel, while it is there.
+    let text = client.open_file(&folder.join("parts.mal"));
+    let found = lenses(&mut client, &text.uri);
+    let (command, arguments) = shown(&found[0]);
+    assert_eq!((command, &found[0]["command"]["title"]), (json!("mauve.showReferences"), &json!("scan.cpp")));
+    assert!(arguments[2][0]["uri"].as_str().unwrap().ends_with(scan), "{arguments}");
+    // The name of the codel, behind what has other lengths in UTF-16.
+    assert_eq!(found[0]["range"]["start"], json!({"line": 0, "character": 33}));
+    std::fs::remove_file(folder.join(scan)).unwrap();
+    assert_eq!(lenses(&mut client, &text.uri), [] as [Value; 0]);
 }
 
 #[test]

@@ -29,50 +29,77 @@ pub struct FileChange {
 }
 
 impl Change {
-    /// Adds a replacement. One that is there already, or overlaps one, is left out.
-    pub fn replace(&mut self, file: File, edit: Replacement) {
+    /// The replacements of one file; nothing where some overlap.
+    pub fn of(file: File, edits: impl IntoIterator<Item = Replacement>) -> Option<Change> {
+        let mut change = Change::default();
+        edits.into_iter().all(|edit| change.replace(file, edit)).then_some(change)
+    }
+
+    /// Adds a replacement, unless it is there already; or nothing, where it overlaps one. Says whether it is there then: if
+    /// not, the whole change is to be dropped.
+    pub fn replace(&mut self, file: File, edit: Replacement) -> bool {
         let index = self.files.iter().position(|known| known.file == file).unwrap_or_else(|| {
             self.files.push(FileChange { file, edits: Vec::new(), note: None });
             self.files.len() - 1
         });
-        let Some(known) = self.files.get_mut(index) else { return };
-        let at = known.edits.partition_point(|other| other.range.end() <= edit.range.start());
-        let overlaps = known.edits.get(at).is_some_and(|next| next.range.start() < edit.range.end());
-        if !overlaps && !known.edits.contains(&edit) {
-            known.edits.insert(at, edit);
+        let Some(known) = self.files.get_mut(index) else { return false };
+        if at_the_same_place(&known.edits, &edit).contains(&edit) {
+            return true;
         }
+        let index = index_for(&known.edits, &edit);
+        if let Some(index) = index {
+            known.edits.insert(index, edit);
+        }
+        index.is_some()
     }
 
     /// Adds another change, all of it or, where the two overlap, nothing; says which.
     pub fn join(&mut self, other: Change) -> bool {
         let is_free = |file: File, edit: &Replacement| {
-            let known = self.files.iter().filter(|known| known.file == file).flat_map(|known| &known.edits);
-            known.clone().all(|it| {
-                // What is put at one place by both would run together, unless it is lines.
-                let are_lines =
-                    it.text.starts_with('\n') && edit.text.starts_with('\n') && edit.range.is_empty();
-                let apart = it.range.end() <= edit.range.start() || edit.range.end() <= it.range.start();
-                it == edit || (apart && (it.range != edit.range || are_lines))
-            })
+            let known = self.files.iter().find(|known| known.file == file);
+            let known = known.map_or(&[][..], |known| known.edits.as_slice());
+            let same = at_the_same_place(known, edit);
+            // What is put at one place by both would run together, unless it is lines.
+            let are_lines = |it: &Replacement| it.text.starts_with('\n') && edit.text.starts_with('\n');
+            let is_apart = index_for(known, edit).is_some() && same.iter().all(are_lines);
+            same.contains(edit) || is_apart
         };
         let is_free = other.files.iter().all(|of| of.edits.iter().all(|edit| is_free(of.file, edit)));
         if is_free {
             for FileChange { file, edits, .. } in other.files {
-                edits.into_iter().for_each(|edit| self.replace(file, edit));
+                for edit in edits {
+                    self.replace(file, edit);
+                }
             }
             self.created.extend(other.created);
         }
         is_free
     }
 
-    /// What mends a diagnostic.
-    pub fn of_fix(db: &dyn ModelDb, fix: &Fix<'_>) -> Change {
+    /// What mends a diagnostic; nothing where its edits overlap.
+    pub fn of_fix(db: &dyn ModelDb, fix: &Fix<'_>) -> Option<Change> {
         let mut change = Change::default();
         for (place, text) in &fix.edits {
             let edit = Replacement { range: place.range(db), text: text.clone() };
-            change.replace(place.file(db), edit);
+            if !change.replace(place.file(db), edit) {
+                return None;
+            }
         }
-        change
+        Some(change)
+    }
+
+    /// The same with lines that end as those of each file do.
+    pub(crate) fn with_line_ends(mut self, db: &dyn ModelDb) -> Change {
+        for of in &mut self.files {
+            let text = of.file.text(db);
+            let is_crlf =
+                text.find('\n').is_some_and(|at| text.get(..at).is_some_and(|it| it.ends_with('\r')));
+            for edit in of.edits.iter_mut().filter(|_| is_crlf) {
+                // What was copied from the text may have them already.
+                edit.text = edit.text.replace("\r\n", "\n").replace('\n', "\r\n");
+            }
+        }
+        self
     }
 
     /// The text of `file` once it is applied.
@@ -82,21 +109,60 @@ impl Change {
     }
 }
 
+/// Where `edit` comes among others, in the order of the text; nothing where it overlaps one.
+fn index_for(edits: &[Replacement], edit: &Replacement) -> Option<usize> {
+    let at = edits.partition_point(|other| other.range.end() <= edit.range.start());
+    let overlaps = edits.get(at).is_some_and(|next| next.range.start() < edit.range.end());
+    (!overlaps).then_some(at)
+}
+
+/// Those that replace the same as `edit`: one, or what is put at one place.
+fn at_the_same_place<'a>(edits: &'a [Replacement], edit: &Replacement) -> &'a [Replacement] {
+    let order = |it: &Replacement| (it.range.start(), it.range.end());
+    let start = edits.partition_point(|other| order(other) < order(edit));
+    let end = edits.partition_point(|other| order(other) <= order(edit));
+    edits.get(start..end).unwrap_or_default()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::fixture::Fixture;
     use mauve_syntax::TextRange;
 
+    fn edit(start: u32, end: u32, text: &str) -> Replacement {
+        Replacement { range: TextRange::new(start.into(), end.into()), text: text.to_owned() }
+    }
+
     #[test]
     fn edits_come_in_the_order_of_the_text_and_do_not_overlap() {
         let Fixture { db, file, .. } = Fixture::new("codel f(): int");
         let mut change = Change::default();
-        for (start, end, text) in [(6, 7, "g"), (0, 5, "shell"), (6, 7, "h"), (3, 8, "x"), (6, 7, "g")] {
-            let range = TextRange::new(start.into(), end.into());
-            change.replace(file, Replacement { range, text: text.to_owned() });
-        }
-        assert_eq!(change.applied(&db, file), "shell g(): int");
+        let edits =
+            [(6, 7, "g"), (0, 5, "shell"), (6, 7, "h"), (3, 8, "x"), (6, 7, "g"), (6, 6, "a"), (6, 6, "b")];
+        let added = edits.map(|(start, end, text)| change.replace(file, edit(start, end, text)));
+        assert_eq!(added, [true, true, false, false, true, true, true]);
+        assert_eq!(change.applied(&db, file), "shell abg(): int");
         assert_eq!(change.files.len(), 1);
+        // All or nothing.
+        assert_eq!(Change::of(file, [edit(0, 5, "shell"), edit(4, 6, "")]), None);
+        assert!(Change::of(file, [edit(6, 7, ""), edit(0, 5, "shell")]).is_some());
+    }
+
+    #[test]
+    fn what_overlaps_is_not_joined() {
+        let Fixture { db, file, .. } = Fixture::new("codel f(): int");
+        let of = |edits: &[(u32, u32, &str)]| {
+            let edits = edits.iter().map(|&(start, end, text)| edit(start, end, text));
+            Change::of(file, edits).unwrap()
+        };
+        let mut change = of(&[(6, 7, "g"), (14, 14, "\n1")]);
+        // None of it, where one of its edits overlaps.
+        assert!(!change.join(of(&[(0, 5, "shell"), (5, 7, " h")])));
+        assert!(!change.join(of(&[(6, 7, "h")])));
+        assert!(!change.join(of(&[(14, 14, "2")])));
+        assert_eq!(change.applied(&db, file), "codel g(): int\n1");
+        assert!(change.join(of(&[(0, 5, "shell"), (6, 7, "g"), (14, 14, "\n2")])));
+        assert_eq!(change.applied(&db, file), "shell g(): int\n1\n2");
     }
 }

@@ -19,7 +19,10 @@ mod sorted_fields;
 mod update;
 mod uses;
 
-use mauve_model::diagnostics::Finding;
+use std::cell::OnceCell;
+use std::rc::Rc;
+
+use mauve_model::diagnostics::{Finding, diagnostics_of_file};
 use mauve_model::{Decl, File, ModelDb, Place, Project, Workspace, parse};
 use mauve_syntax::ast::AstNode;
 use mauve_syntax::format::Replacement;
@@ -71,7 +74,8 @@ pub struct ActionQuestion<'a> {
     pub range: TextRange,
     /// Diagnostics that are asked about wherever they stand: their ranges and codes.
     pub diagnostics: &'a [(TextRange, String)],
-    /// The kinds that are asked for.
+    /// The kinds that are asked for. What concerns a whole file, [`ActionKind::OrganizeUses`] and [`ActionKind::FixAll`], is
+    /// worth its while only where somebody asks for that, and not wherever a cursor goes.
     pub kinds: &'a [ActionKind],
     /// Whose changes are needed now.
     pub changes: Changes<'a>,
@@ -130,7 +134,8 @@ pub fn code_actions<'db>(
     question: ActionQuestion<'_>,
 ) -> Vec<CodeAction<'db>> {
     let projects = projects_with(db, workspaces, question.file);
-    let mut actions = Actions { db, workspaces, projects, question, found: Vec::new() };
+    let findings = OnceCell::new();
+    let mut actions = Actions { db, workspaces, projects, question, findings, found: Vec::new() };
     for offer in OFFERS {
         offer(&mut actions);
     }
@@ -144,6 +149,7 @@ pub(crate) struct Actions<'a, 'db> {
     /// Those that have the file.
     pub(crate) projects: Vec<Project<'db>>,
     pub(crate) question: ActionQuestion<'a>,
+    findings: OnceCell<Rc<[Finding<'db>]>>,
     found: Vec<CodeAction<'db>>,
 }
 
@@ -153,12 +159,31 @@ impl<'db> Actions<'_, 'db> {
         self.question.kinds.contains(&kind)
     }
 
-    /// Offers an action; its change is computed where it is needed now.
-    pub(crate) fn offer(
+    /// What is wrong in the file, each thing once.
+    pub(crate) fn findings(&self) -> Rc<[Finding<'db>]> {
+        let all = || {
+            let mut found: Vec<Finding<'db>> = Vec::new();
+            for &workspace in self.workspaces {
+                // Each workspace says it once.
+                let others = found.len();
+                for finding in diagnostics_of_file(self.db, workspace, self.question.file) {
+                    let mut others = found.iter().take(others);
+                    if !others.any(|it| it.diagnostic == finding.diagnostic) {
+                        found.push(finding);
+                    }
+                }
+            }
+            found.into()
+        };
+        self.findings.get_or_init(all).clone()
+    }
+
+    /// Offers an action; its change is computed where it is needed now. Where there is none after all, nor is the action.
+    pub(crate) fn offer<C: Into<Option<Change>>>(
         &mut self,
         kind: ActionKind,
         title: impl Into<String>,
-        change: impl FnOnce() -> Change,
+        change: impl FnOnce() -> C,
     ) {
         let title = title.into();
         self.push(
@@ -183,11 +208,11 @@ impl<'db> Actions<'_, 'db> {
     }
 
     /// Offers what mends a finding, beside its own fixes.
-    pub(crate) fn mend(
+    pub(crate) fn mend<C: Into<Option<Change>>>(
         &mut self,
         finding: &Finding<'db>,
         title: impl Into<String>,
-        change: impl FnOnce() -> Change,
+        change: impl FnOnce() -> C,
     ) {
         let (title, mends) = (title.into(), vec![finding.clone()]);
         let kind = ActionKind::QuickFix;
@@ -195,7 +220,11 @@ impl<'db> Actions<'_, 'db> {
     }
 
     /// [`Actions::offer`] for an action of any kind. One that is there already is not offered again.
-    pub(crate) fn push(&mut self, mut action: CodeAction<'db>, change: impl FnOnce() -> Change) {
+    pub(crate) fn push<C: Into<Option<Change>>>(
+        &mut self,
+        mut action: CodeAction<'db>,
+        change: impl FnOnce() -> C,
+    ) {
         let is_same = |it: &CodeAction<'_>| {
             it.title == action.title && it.kind == action.kind && it.mends == action.mends
         };
@@ -207,7 +236,10 @@ impl<'db> Actions<'_, 'db> {
             Changes::Of(title) => action.title == title,
             Changes::All => true,
         };
-        action.change = is_needed.then(change);
+        if is_needed {
+            let Some(change) = change().into() else { return };
+            action.change = Some(change.with_line_ends(self.db));
+        }
         self.found.push(action);
     }
 
@@ -367,6 +399,28 @@ mod tests {
             }
         }
         expected.assert_eq(&shown);
+    }
+
+    #[test]
+    fn lines_end_as_those_of_the_file_do() {
+        let text = "shell S { }\ncore $0C(S) {\n  update = { }\n}\n";
+        for (text, expected) in [
+            (text.to_owned(), "}\n\ncomponent C(S, C)\n"),
+            (text.replace('\n', "\r\n"), "}\r\n\r\ncomponent C(S, C)\r\n"),
+        ] {
+            let Fixture { db, workspace, file, offset } = Fixture::new(&text);
+            let question = ActionQuestion {
+                file,
+                range: TextRange::empty(offset),
+                diagnostics: &[],
+                kinds: &[ActionKind::Rewrite],
+                changes: Changes::All,
+            };
+            let actions = code_actions(&db, &[workspace], question);
+            let action = actions.iter().find(|it| it.title.starts_with("Write a component")).unwrap();
+            let after = action.change.as_ref().unwrap().applied(&db, file);
+            assert!(after.ends_with(expected), "{after:?}");
+        }
     }
 
     /// The lines of `after` from the first that differs to the last.

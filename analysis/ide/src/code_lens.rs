@@ -14,6 +14,7 @@ use mauve_model::{
 use mauve_syntax::{TextRange, TextSize};
 use mauve_timing::Level;
 
+use crate::implementation::codel_file;
 use crate::levels::known_levels;
 use crate::project::{name_of_root, projects_with};
 
@@ -55,8 +56,8 @@ pub enum LensAction {
     SetSignificance(Level),
     /// Shows these places.
     Show(Vec<(File, TextRange)>),
-    /// Opens this file, if it is there.
-    Open(PathBuf),
+    /// Opens these files, if they are there.
+    Open(Vec<PathBuf>),
 }
 
 /// The lines of a file, in the order of the text.
@@ -113,9 +114,11 @@ pub fn resolve_code_lens(
         LensKind::Instances => instances(db, workspaces, decl),
         LensKind::Implementation => {
             let projects = projects_with(db, workspaces, file);
-            let name = format!("src/codels/{}.cpp", decl.name(db));
-            let path = projects.first()?.workspace(db).folder(db).join(&name);
-            Some(Lens { title: name, action: Some(LensAction::Open(path)) })
+            let mut files: Vec<PathBuf> =
+                projects.into_iter().filter_map(|project| codel_file(db, project, decl)).collect();
+            files.dedup();
+            let title = files.first()?.file_name()?.display().to_string();
+            Some(Lens { title, action: Some(LensAction::Open(files)) })
         }
     }
 }
@@ -233,7 +236,9 @@ mod tests {
             let action = match action {
                 None => String::new(),
                 Some(LensAction::SetSignificance(level)) => format!(" -> set {level}"),
-                Some(LensAction::Open(path)) => format!(" -> open {}", path.display()),
+                Some(LensAction::Open(paths)) => {
+                    paths.iter().map(|path| format!(" -> open {}", path.display())).collect()
+                }
                 Some(LensAction::Show(places)) => {
                     let place = |(file, range): &(File, TextRange)| {
                         format!(" -> {} {:?} {}", file.path(&db).display(), range, &file.text(&db)[*range])
@@ -277,8 +282,6 @@ architecture B { import A  instance c: P }
         check(
             &format!("{robot}{TABLES}"),
             expect![[r#"
-            plan: src/codels/plan.cpp -> open /src/codels/plan.cpp
-            drive: src/codels/drive.cpp -> open /src/codels/drive.cpp
             P: used in 2 instances -> /robot.mal 56..57 c -> /model.mal 223..224 a
             Q: used in 1 instance -> /model.mal 238..239 b
             Unused: not used in any instance
@@ -286,6 +289,23 @@ architecture B { import A  instance c: P }
             D: at 1e-3 -> set 1e-3
             D: at 1e-5 -> set 1e-5
         "#]],
+        );
+    }
+
+    #[test]
+    fn the_file_of_a_codel_is_where_the_generator_puts_it() {
+        let robot = "library parts { /* 🦀 é */ codel plan(): int }\ncodel drive(): int\n//- /mauve.toml\n";
+        check(
+            robot,
+            expect![[r#"
+                plan: plan.cpp -> open /generated/parts/src/codels/plan.cpp
+            "#]],
+        );
+        check(
+            &format!("{robot}generate.out = \"../cpp\""),
+            expect![[r#"
+                plan: plan.cpp -> open /cpp/parts/src/codels/plan.cpp
+            "#]],
         );
     }
 

@@ -27,7 +27,7 @@ mod toml;
 use std::collections::BTreeSet;
 
 use mauve_model::item_tree::Name;
-use mauve_model::{Decl, File, ModelDb, Project, Workspace, declarations, is_model, parse, source_map};
+use mauve_model::{Decl, File, ModelDb, Project, Workspace, declaration_at, is_model, parse};
 use mauve_syntax::format::Replacement;
 use mauve_syntax::{SyntaxKind, TextRange, TextSize};
 
@@ -72,7 +72,7 @@ pub struct Completion {
     pub rank: u8,
     /// What else it changes in the file: a `use`.
     pub more: Vec<Replacement>,
-    /// What it stands for, for [`documentation`].
+    /// What it stands for, for [`documentation()`].
     pub subject: Option<Subject>,
 }
 
@@ -258,7 +258,7 @@ pub(crate) struct Completer<'a, 'db> {
 impl<'a, 'db> Completer<'a, 'db> {
     fn new(db: &'db dyn ModelDb, project: Project<'db>, file: File, at: &'a Position) -> Self {
         let library = library_at(at);
-        let decl = at.left.as_ref().and_then(|left| decl_at(db, file, left.text_range()));
+        let decl = at.left.as_ref().and_then(|left| declaration_at(db, file, left.text_range()));
         Completer { db, project, file, at, decl, library, found: Vec::new(), incomplete: false }
     }
 
@@ -300,13 +300,6 @@ pub(crate) fn library_at(at: &Position) -> Option<Name> {
     let library = at.around(SyntaxKind::LIBRARY)?;
     let name = library.children().find(|node| node.kind() == SyntaxKind::NAME)?;
     Some(name.text().to_string().into())
-}
-
-/// The declaration that has this range in it.
-pub(crate) fn decl_at(db: &dyn ModelDb, file: File, range: TextRange) -> Option<Decl<'_>> {
-    let maps = &source_map(db, file).declarations;
-    let mut found = declarations(db, file).all.iter().zip(maps);
-    found.find(|(_, map)| map.range.contains_range(range)).map(|(decl, _)| *decl)
 }
 
 #[cfg(test)]

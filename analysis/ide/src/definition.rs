@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use mauve_model::{Decl, File, ModelDb, Place, Project, Workspace, parse, project_files, source_map};
+use mauve_model::{Decl, File, ModelDb, Place, Project, Workspace, declaration_map, parse, project_files};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{TextRange, TextSize};
 
@@ -126,10 +126,7 @@ pub(crate) fn targets<'db>(
 pub(crate) fn of_declaration(db: &dyn ModelDb, decl: Decl<'_>) -> Option<Target> {
     let file = decl.file(db);
     let name = Place::name_of(decl).range(db);
-    // The declaration is the one that has this name.
-    let maps = &source_map(db, file).declarations;
-    let range = maps.iter().find(|map| map.part(mauve_model::item_tree::Part(0)) == Some(name))?.range;
-    Some(Target { file, range, name })
+    Some(Target { file, range: declaration_map(db, decl)?.range, name })
 }
 
 #[cfg(test)]

@@ -6,11 +6,13 @@ use std::fmt::Write as _;
 
 use mauve_model::item_tree::{Kind, Name};
 use mauve_model::{
-    ActivityReport, Decl, FlatInstance, ModelDb, Place, Project, Query, Report, Verdict, architecture,
-    deployment, flat_of, names_of, psm_of, response_times,
+    ActivityReport, Decl, File, FlatInstance, ModelDb, Place, Project, Query, Report, Verdict, Workspace,
+    architecture, declaration_at, declarations, deployment, flat_of, names_of, psm_of, response_times,
 };
-use mauve_timing::{Status, Utilisation};
+use mauve_syntax::{TextRange, TextSize};
+use mauve_timing::{Status, Time, Utilisation};
 
+use crate::project::projects_with;
 use crate::state_machine::{Drawing, escaped};
 
 /// Instances and connections.
@@ -54,6 +56,50 @@ pub struct GraphEdge<'db> {
     pub operation: bool,
     /// Where it is written.
     pub at: Place<'db>,
+}
+
+/// Which deployment or architecture of a file's projects somebody means.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum GraphOf<'a> {
+    /// The one of this name, `library.Name` or `Name`.
+    Name(&'a str),
+    /// The one that this place of the file is in.
+    At(TextSize),
+    /// The first deployment of the file, else its first architecture.
+    First,
+}
+
+/// The deployment or architecture that is meant, with a project that has it.
+///
+/// # Errors
+///
+/// Why there is none, for the user.
+pub fn graph_meant<'db>(
+    db: &'db dyn ModelDb,
+    workspaces: &[Workspace],
+    file: File,
+    meant: GraphOf<'_>,
+) -> Result<(Project<'db>, Decl<'db>), String> {
+    let projects = projects_with(db, workspaces, file);
+    let Some(&first) = projects.first() else { return Err("this file is part of no project".to_owned()) };
+    let kinds = [Kind::Deployment, Kind::Architecture];
+    let is_graph = |decl: &Decl<'db>| kinds.contains(&decl.kind(db));
+    let found = match meant {
+        GraphOf::Name(name) => {
+            let is_it = |it: &Decl<'db>| is_graph(it) && (*it.name(db) == *name || it.qualified(db) == name);
+            let mut all = projects.iter().map(|&project| (project, &names_of(db, project).all));
+            let found = all.find_map(|(project, all)| Some((project, all.iter().copied().find(is_it)?)));
+            return found.ok_or_else(|| {
+                format!("no deployment and no architecture `{name}` in the projects of this file")
+            });
+        }
+        GraphOf::At(offset) => declaration_at(db, file, TextRange::empty(offset)).filter(is_graph),
+        GraphOf::First => {
+            let of_kind = |kind: Kind| declarations(db, file).all.iter().find(move |it| it.kind(db) == kind);
+            kinds.into_iter().find_map(of_kind).copied()
+        }
+    };
+    found.map(|of| (first, of)).ok_or_else(|| "no deployment and no architecture here".to_owned())
 }
 
 /// The graph of an architecture, or of what a deployment runs with its response times; nothing of other declarations, and of a
@@ -129,14 +175,13 @@ impl GraphNode<'_> {
     /// What holds of it, in a few words; nothing where it has no activity.
     pub fn verdict(&self) -> String {
         let Some(activity) = self.activity else { return String::new() };
-        let number = |time: mauve_timing::Time| time.to_string().trim_end_matches(" ms").to_owned();
-        let deadline = activity.row.deadline.map(number).unwrap_or_default();
+        let deadline = activity.row.deadline.map(Time::number).unwrap_or_default();
         let verdict = match (activity.verdict, activity.response) {
             (Verdict::RealTime(Status::Met), Some(response)) => {
-                format!("R {} ≤ {deadline}", number(response))
+                format!("R {} ≤ {deadline}", response.number())
             }
             (Verdict::RealTime(Status::Missed), Some(response)) => {
-                format!("R {} > {deadline} ✗", number(response))
+                format!("R {} > {deadline} ✗", response.number())
             }
             (Verdict::Background, _) => "not real-time".to_owned(),
             (verdict, _) => verdict.name().replace('-', " "),
@@ -414,5 +459,34 @@ codel.plan = 30
         assert_eq!(columns(3, &lines(&[(0, 1), (1, 2), (0, 2)])), [0, 1, 2]);
         assert_eq!(columns(3, &lines(&[(0, 1), (1, 0), (1, 2), (2, 2)])), [0, 1, 2]);
         assert_eq!(columns(0, &lines(&[])), [0; 0]);
+    }
+
+    #[test]
+    fn which_is_meant() {
+        let text = format!(
+            "include \"more.mal\"{MODEL}//- /more.mal\nlibrary l {{ architecture M {{ }} }}deployment N {{ }}\n"
+        );
+        let Fixture { db, workspace, file, .. } = Fixture::new(&text);
+        let more = workspace.file(&db, "/more.mal".as_ref()).unwrap();
+        let ask = |file: File, of: GraphOf<'_>| match graph_meant(&db, &[workspace], file, of) {
+            Ok((_, of)) => of.name(&db).to_string(),
+            Err(why) => why,
+        };
+        let at = |text: &str| GraphOf::At((file.text(&db).find(text).unwrap() as u32).into());
+        assert_eq!(ask(file, GraphOf::First), "D");
+        assert_eq!([ask(file, at("spare: U")), ask(file, at("pilot { pr"))], ["A", "D"]);
+        assert_eq!(ask(file, at("core CL")), "no deployment and no architecture here");
+        // At the end of one; and where another begins.
+        let ends = [GraphOf::At(30.into()), GraphOf::At(32.into()), GraphOf::At(48.into())];
+        assert_eq!(ends.map(|of| ask(more, of)), ["M", "N", "N"]);
+        assert_eq!(["M", "l.M", "N"].map(|name| ask(file, GraphOf::Name(name))), ["M", "M", "N"]);
+        assert_eq!(
+            ask(file, GraphOf::Name("K")),
+            "no deployment and no architecture `K` in the projects of this file"
+        );
+        assert_eq!(
+            graph_meant(&db, &[], file, GraphOf::First),
+            Err("this file is part of no project".to_owned())
+        );
     }
 }

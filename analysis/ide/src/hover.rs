@@ -8,8 +8,8 @@ use std::fmt::Write as _;
 
 use mauve_model::item_tree::{Kind, Name};
 use mauve_model::{
-    Decl, File, Lookup, Message, ModelDb, Package, Project, Query, Workspace, declarations, message_of,
-    parse, response_times, source_map, timetable_of,
+    Decl, File, Lookup, Message, ModelDb, Package, Project, Query, Workspace, message_of, parse,
+    response_times, timetable_of,
 };
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxKind, SyntaxNode, SyntaxToken, TextRange, TextSize};
@@ -63,9 +63,8 @@ fn of_activity(
     if !name.contains_inclusive(offset) && token.text_range().start() != keyword {
         return None;
     }
-    let mut declarations = declarations(db, file).all.iter().zip(&source_map(db, file).declarations);
-    let (&deployment, _) = declarations
-        .find(|(decl, map)| decl.kind(db) == Kind::Deployment && map.range.contains_range(name))?;
+    let deployment =
+        mauve_model::declaration_at(db, file, name).filter(|decl| decl.kind(db) == Kind::Deployment)?;
     // What several projects say alike is said once.
     let mut explanations: BTreeMap<String, Vec<String>> = BTreeMap::new();
     for &project in projects {

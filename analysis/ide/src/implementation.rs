@@ -110,7 +110,7 @@ pub(crate) fn definitions<'db>(
 }
 
 /// Where the generator puts the function of a codel, which the user writes: a package for each library.
-fn codel_file<'db>(
+pub(crate) fn codel_file<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     decl: Decl<'db>,

@@ -4,9 +4,9 @@
 use mauve_model::item_tree::{Kind, Name};
 use mauve_model::{
     Decl, File, ModelDb, Place, Project, Psm, Workspace, architecture, behaviour_of, core, core_of,
-    declarations, names_of, psm_of, source_map, system_of,
+    declaration_at, names_of, psm_of, system_of,
 };
-use mauve_syntax::TextSize;
+use mauve_syntax::{TextRange, TextSize};
 use mauve_timing::{Level, Time, worst_trace};
 
 use crate::project::projects_with;
@@ -126,8 +126,7 @@ pub fn component_at<'db>(
     file: File,
     offset: TextSize,
 ) -> Option<(Project<'db>, Decl<'db>)> {
-    let mut around = declarations(db, file).all.iter().zip(&source_map(db, file).declarations);
-    let (&decl, _) = around.find(|(_, map)| map.range.contains_inclusive(offset))?;
+    let decl = declaration_at(db, file, TextRange::empty(offset))?;
     // The last whose name begins before.
     let is_before = |place: &Place<'_>| place.range(db).start() <= offset;
     projects_with(db, workspaces, file).into_iter().find_map(|project| {

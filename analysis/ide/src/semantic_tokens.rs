@@ -4,8 +4,8 @@ use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 
 use mauve_model::item_tree::{FeatureKind, Part};
 use mauve_model::{
-    Decl, File, ModelDb, Place, Project, Workspace, built_in_type, declarations, is_model, parse, shell,
-    source_map,
+    BUILT_IN_FUNCTIONS, Decl, File, ModelDb, Place, Project, Workspace, built_in_type, declarations,
+    is_model, parse, shell, source_map,
 };
 use mauve_syntax::{NodeOrToken, SyntaxKind, SyntaxToken, TextRange, TextSize};
 
@@ -267,7 +267,9 @@ fn word(token: &SyntaxToken, found: &mut Vec<SemanticToken>) {
             match around.map(|around| around.kind()) {
                 Some(SyntaxKind::FIELD) => TokenKind::Field,
                 Some(SyntaxKind::NAME_EXPR) if is_value && token.text() == "background" => TokenKind::Keyword,
-                Some(SyntaxKind::CALL_EXPR) if is_built_in(token.text()) => TokenKind::Function,
+                Some(SyntaxKind::CALL_EXPR) if BUILT_IN_FUNCTIONS.contains(&token.text()) => {
+                    TokenKind::Function
+                }
                 _ => return,
             }
         }
@@ -283,10 +285,6 @@ fn word(token: &SyntaxToken, found: &mut Vec<SemanticToken>) {
         _ => return,
     };
     found.push(SemanticToken { range: token.text_range(), kind, modifiers });
-}
-
-fn is_built_in(function: &str) -> bool {
-    matches!(function, "read" | "write" | "status" | "send" | "collect")
 }
 
 #[cfg(test)]

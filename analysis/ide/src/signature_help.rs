@@ -4,7 +4,6 @@ use mauve_model::{File, ModelDb, Workspace, is_model, parse};
 use mauve_syntax::SyntaxKind::{BLOCK_COMMENT, LINE_COMMENT};
 use mauve_syntax::{TextRange, TextSize};
 
-use crate::completion::decl_at;
 use crate::completion::position::{Position, call_around, token_before};
 use crate::completion::{Subject, documentation};
 use crate::program::{Scope, subject};
@@ -61,7 +60,7 @@ pub fn signature_help(
     let at = Position::in_any_token(&root, offset);
     let mut found: Vec<Signature> = Vec::new();
     for project in projects_with(db, workspaces, file) {
-        let decl = decl_at(db, file, call.callee.text_range());
+        let decl = mauve_model::declaration_at(db, file, call.callee.text_range());
         let Some(callable) = Scope::at(db, project, decl, &at).called(&call) else { continue };
         let (label, places) = callable.shown();
         let range = |(start, end): (usize, usize)| TextRange::new((start as u32).into(), (end as u32).into());

@@ -155,14 +155,15 @@ fn unknown_type<'db>(
             if used.iter().any(|name| !types::is_known_package(db, project, name)) {
                 return None;
             }
-            let own: Vec<Name> = types::BUILT_IN.iter().map(|&name| name.into()).collect();
+            let own: Vec<Name> = types::LANGUAGE_TYPES.iter().map(|(name, _)| (*name).into()).collect();
             let known = used.iter().flat_map(messages).chain(external_types(db, workspace).keys());
             let near = similar(name, known.chain(&own));
             let declares =
                 |of: &&Name| package(db, workspace, of).is_some_and(|it| it.messages.contains_key(name));
             // `String` is rather the language's own than a message of that name.
-            let built_in = types::BUILT_IN.iter().find(|built_in| name.eq_ignore_ascii_case(built_in));
-            let near = built_in.map(|&built_in| built_in.into()).or(near);
+            let mut built_in = types::LANGUAGE_TYPES.iter().map(|(built_in, _)| *built_in);
+            let built_in = built_in.find(|built_in| name.eq_ignore_ascii_case(built_in));
+            let near = built_in.map(Name::from).or(near);
             let elsewhere = library.filter(|_| built_in.is_none());
             let elsewhere = elsewhere.and_then(|_| catalogue().keys().find(declares));
             diagnostics::unknown_type::report(of, at, &ty.path, elsewhere, near)

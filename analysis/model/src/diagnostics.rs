@@ -571,8 +571,6 @@ pub struct Finding<'db> {
     pub only_in: Option<Project<'db>>,
 }
 
-pub use undefined_operation::operation_skeleton;
-
 /// Everything that is wrong in a workspace, each thing once, by file and place.
 pub fn workspace_diagnostics<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Finding<'db>> {
     findings(db, workspace, |_| true)

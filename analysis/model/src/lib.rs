@@ -29,6 +29,7 @@
 //! | `supposed.rs` | a deployment with other values in its activities: what if? |
 //! | `settings.rs`, `wiring.rs`, `urgency.rs` | values of properties; what connections carry and what is left open; priorities |
 //! | `declared.rs` | names and types as they are declared, and what nothing uses |
+//! | `skeleton.rs` | the definition of an operation that is still to be written |
 //! | `response.rs` | response times, and what a codel without a time may take |
 //! | `diagnostics/` | a file for each diagnostic: its page, its message, its fixes |
 //!
@@ -53,6 +54,7 @@ mod project;
 mod psm;
 mod response;
 mod settings;
+mod skeleton;
 mod source;
 mod supposed;
 mod system;
@@ -83,13 +85,14 @@ pub use response::{
     budgets, level_shown, missing_times, response_times, response_times_if,
 };
 pub use settings::{ValueInEffect, values_in_effect};
+pub use skeleton::operation_skeleton;
 pub use source::{
-    Decl, Declarations, Place, architecture, codel, component, core, data, declarations, deployment,
-    item_tree_of, parse, shell, source_map,
+    Decl, Declarations, Place, architecture, codel, component, core, data, declaration_at, declaration_map,
+    declarations, deployment, item_tree_of, parse, shell, source_map,
 };
 pub use supposed::SupposedField;
 pub use system::{Priority, Row, System, cpu_names, system_of};
 pub use timetable::{Lookup, TableFiles, Timetable, table, table_files, table_pattern, timetable_of};
-pub use types::{Integer, Type, built_in_type, type_of};
-pub use typing::{Callee, Meaning, Typing, VariableKind, VariableOf, typing_of};
+pub use types::{C_TYPES, Integer, LANGUAGE_TYPES, Type, built_in_type, type_of};
+pub use typing::{BUILT_IN_FUNCTIONS, Callee, Meaning, Typing, VariableKind, VariableOf, typing_of};
 pub use values::Value;

@@ -8,7 +8,7 @@ use mauve_syntax::{Parse, TextRange, TextSize};
 use rustc_hash::FxHashMap;
 
 use crate::item_tree::{Data, Declaration, ItemTree, Kind, Name, Part, TypeRef};
-use crate::lower::{SourceMap, occurrences};
+use crate::lower::{DeclarationMap, SourceMap, occurrences};
 use crate::{File, ModelDb};
 
 /// A declaration, known by its file, kind, library and name: it stays the same one while the text around it changes.
@@ -62,6 +62,33 @@ pub fn item_tree_of(db: &dyn ModelDb, file: File) -> ItemTree {
 /// Where its declarations stand. Only what is shown to a user reads it.
 pub fn source_map(db: &dyn ModelDb, file: File) -> &SourceMap {
     &lowered(db, file).1
+}
+
+/// Where a declaration and its parts stand; nothing where it is no longer in its file.
+pub fn declaration_map<'db>(db: &'db dyn ModelDb, decl: Decl<'db>) -> Option<&'db DeclarationMap> {
+    source_map(db, decl.file(db)).declarations.get(index_of(db, decl)?)
+}
+
+/// The declaration that has all of `range` in it. An empty one, such as a cursor, may also stand at its end, where no other
+/// begins.
+///
+/// ```
+/// use mauve_model::{Database, Workspace, declaration_at};
+/// use mauve_syntax::TextRange;
+///
+/// let db = Database::default();
+/// let workspace = Workspace::of_texts(&db, "/".into(), [("/a.mal".into(), "shell S { }".to_owned())]);
+/// let file = workspace.file(&db, "/a.mal".as_ref()).unwrap();
+/// let found = declaration_at(&db, file, TextRange::empty(8.into())).unwrap();
+/// assert_eq!(found.name(&db), "S");
+/// ```
+pub fn declaration_at<'db>(db: &'db dyn ModelDb, file: File, range: TextRange) -> Option<Decl<'db>> {
+    // They stand in the order of the text, and none in another.
+    let maps = &source_map(db, file).declarations;
+    let index = maps.partition_point(|map| map.range.end() <= range.start());
+    let is_it = |&index: &usize| maps.get(index).is_some_and(|map| map.range.contains_range(range));
+    let index = Some(index).filter(is_it).or_else(|| index.checked_sub(1).filter(is_it))?;
+    declarations(db, file).all.get(index).copied()
 }
 
 /// The declarations of a file.
@@ -151,7 +178,7 @@ impl<'db> Place<'db> {
 
     /// Where it stands now.
     pub fn range(&self, db: &'db dyn ModelDb) -> TextRange {
-        let map = |decl: Decl<'db>| source_map(db, decl.file(db)).declarations.get(index_of(db, decl)?);
+        let map = |decl: Decl<'db>| declaration_map(db, decl);
         let part = |decl, part: Part| {
             let map = map(decl)?;
             Some(map.part(part).unwrap_or(map.range))
@@ -215,4 +242,32 @@ data_of! {
     architecture: Architecture;
     /// The deployment that `decl` is.
     deployment: Deployment;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Database, Workspace};
+
+    /// The name of the declaration at each of these ranges.
+    fn at(text: &str, ranges: &[(u32, u32)]) -> Vec<String> {
+        let db = Database::default();
+        let workspace = Workspace::of_texts(&db, "/".into(), [("/a.mal".into(), text.to_owned())]);
+        let file = workspace.file(&db, "/a.mal".as_ref()).unwrap();
+        let range = |&(start, end): &(u32, u32)| TextRange::new(start.into(), end.into());
+        let found = ranges.iter().map(|it| declaration_at(&db, file, range(it)));
+        found.map(|it| it.map_or_else(|| "none".to_owned(), |it| it.name(&db).to_string())).collect()
+    }
+
+    #[test]
+    fn the_declaration_at_a_place() {
+        let text = "shell A { }core B(A) { } /* C */ library l { codel d(): int }";
+        // At the end of one, only where no other begins.
+        assert_eq!(at(text, &[(0, 0), (11, 11), (24, 24), (25, 25)]), ["A", "B", "B", "none"]);
+        assert_eq!(
+            at(text, &[(6, 7), (10, 12), (11, 15), (24, 25), (59, 59)]),
+            ["A", "none", "B", "none", "d"]
+        );
+        assert_eq!(at("", &[(0, 0)]), ["none"]);
+    }
 }

@@ -131,30 +131,51 @@ impl fmt::Display for Type {
 /// assert_eq!(built_in_type("Pose"), None);
 /// ```
 pub fn built_in_type(name: &str) -> Option<Type> {
-    let integer = match name {
-        "bool" | "boolean" => return Some(Type::Bool),
-        "double" | "float64" => return Some(Type::Double),
-        "float" | "float32" => return Some(Type::Float),
-        "string" => return Some(Type::String),
-        "void" => return Some(Type::Void),
-        "int" | "int32" | "int32_t" => Integer::Int,
-        "char" => Integer::Char,
-        "short" | "int16" | "int16_t" => Integer::Short,
-        "long" => Integer::Long,
-        "int8" | "int8_t" => Integer::Int8,
-        "int64" | "int64_t" => Integer::Int64,
-        "uint8" | "uint8_t" | "byte" | "uchar" => Integer::Uint8,
-        "uint16" | "uint16_t" | "ushort" => Integer::Uint16,
-        "uint32" | "uint32_t" | "uint" => Integer::Uint32,
-        "uint64" | "uint64_t" | "ulong" => Integer::Uint64,
-        "size_t" => Integer::Size,
-        _ => return None,
-    };
-    Some(Type::Integer(integer))
+    let mut all = LANGUAGE_TYPES.iter().chain(&C_TYPES);
+    all.find(|(known, _)| *known == name).map(|(_, ty)| ty.clone())
 }
 
-/// The names of [`built_in_type`] that are the language's own.
-pub(crate) const BUILT_IN: [&str; 6] = ["bool", "int", "double", "float", "string", "void"];
+/// The names of [`built_in_type`] that are the language's own, and what they mean.
+pub static LANGUAGE_TYPES: [(&str, Type); 6] = [
+    ("bool", Type::Bool),
+    ("int", Type::INT),
+    ("double", Type::Double),
+    ("float", Type::Float),
+    ("string", Type::String),
+    ("void", Type::Void),
+];
+
+/// The others: the scalars of C.
+pub static C_TYPES: [(&str, Type); 28] = [
+    ("int8", Type::Integer(Integer::Int8)),
+    ("int16", Type::Integer(Integer::Short)),
+    ("int32", Type::INT),
+    ("int64", Type::Integer(Integer::Int64)),
+    ("uint8", Type::Integer(Integer::Uint8)),
+    ("uint16", Type::Integer(Integer::Uint16)),
+    ("uint32", Type::Integer(Integer::Uint32)),
+    ("uint64", Type::Integer(Integer::Uint64)),
+    ("float32", Type::Float),
+    ("float64", Type::Double),
+    ("char", Type::Integer(Integer::Char)),
+    ("short", Type::Integer(Integer::Short)),
+    ("long", Type::Integer(Integer::Long)),
+    ("byte", Type::Integer(Integer::Uint8)),
+    ("size_t", Type::Integer(Integer::Size)),
+    ("int8_t", Type::Integer(Integer::Int8)),
+    ("int16_t", Type::Integer(Integer::Short)),
+    ("int32_t", Type::INT),
+    ("int64_t", Type::Integer(Integer::Int64)),
+    ("uint8_t", Type::Integer(Integer::Uint8)),
+    ("uint16_t", Type::Integer(Integer::Uint16)),
+    ("uint32_t", Type::Integer(Integer::Uint32)),
+    ("uint64_t", Type::Integer(Integer::Uint64)),
+    ("uint", Type::Integer(Integer::Uint32)),
+    ("uchar", Type::Integer(Integer::Uint8)),
+    ("ushort", Type::Integer(Integer::Uint16)),
+    ("ulong", Type::Integer(Integer::Uint64)),
+    ("boolean", Type::Bool),
+];
 
 impl Type {
     /// `int`

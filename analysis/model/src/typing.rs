@@ -82,6 +82,9 @@ pub enum Callee<'db> {
     Collect,
 }
 
+/// What every program can call; a codel of such a name comes first.
+pub const BUILT_IN_FUNCTIONS: [&str; 5] = ["read", "write", "status", "send", "collect"];
+
 /// What a codel or an operation takes and gives.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Signature {

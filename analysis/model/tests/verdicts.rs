@@ -790,13 +790,13 @@ fn a_background_activity_of_two_instances_may_be_real_time() {
 #[test]
 fn a_deployment_of_which_nothing_is_known_is_not_schedulable() {
     let schedulable = |text: &str| {
-        let db = mauve_model::Database::default();
-        let workspace = common::workspace(&db, text);
-        let project = mauve_model::projects(&db, workspace)[0];
-        let names = mauve_model::names_of(&db, project);
-        let deployment = names.anywhere(mauve_model::item_tree::Kind::Deployment, "D")[0];
-        let query = mauve_model::Query { level: LEVEL, method: Method::Psm, horizon: None };
-        mauve_model::response_times(&db, project, deployment, query).schedulable()
+        let db = Database::default();
+        let workspace = workspace(&db, text);
+        let project = projects(&db, workspace)[0];
+        let names = names_of(&db, project);
+        let deployment = names.anywhere(Kind::Deployment, "D")[0];
+        let query = Query { level: LEVEL, method: Method::Psm, horizon: None };
+        response_times(&db, project, deployment, query).schedulable()
     };
     assert!(schedulable("architecture A { } deployment D { architecture A }"));
     assert!(!schedulable("deployment D { architecture Missing }"));

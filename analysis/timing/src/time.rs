@@ -101,15 +101,23 @@ impl Time {
     }
 }
 
+impl Time {
+    /// The number of milliseconds, as short as is exact, without the unit: `83`, `0.25`, `0.000001`. A field or a table takes
+    /// it so.
+    pub fn number(self) -> String {
+        let (whole, rest) = (self.0 / 1_000_000, self.0 % 1_000_000);
+        if rest == 0 {
+            return whole.to_string();
+        }
+        let digits = format!("{rest:06}");
+        format!("{whole}.{}", digits.trim_end_matches('0'))
+    }
+}
+
 /// Milliseconds, as short as is exact, with the unit: `83 ms`, `0.25 ms`, `0.000001 ms`.
 impl fmt::Display for Time {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (whole, rest) = (self.0 / 1_000_000, self.0 % 1_000_000);
-        if rest == 0 {
-            return write!(f, "{whole} ms");
-        }
-        let digits = format!("{rest:06}");
-        write!(f, "{whole}.{} ms", digits.trim_end_matches('0'))
+        write!(f, "{} ms", self.number())
     }
 }
 

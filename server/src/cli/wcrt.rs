@@ -302,7 +302,7 @@ fn priority(priority: Priority) -> String {
 
 /// A time as a number of milliseconds.
 fn number(time: Option<Time>) -> String {
-    time.map_or_else(|| "—".to_owned(), |time| time.to_string().trim_end_matches(" ms").to_owned())
+    time.map_or_else(|| "—".to_owned(), Time::number)
 }
 
 fn verdict(activity: &ActivityReport<'_>) -> String {

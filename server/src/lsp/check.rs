@@ -36,8 +36,11 @@ pub(crate) fn result_id(diagnostics: &[Diagnostic]) -> ResultId {
     hasher.finish()
 }
 
-/// For each file, its version, where it is open, and what is wrong in it.
-pub(crate) type Found = BTreeMap<Url, (Option<i32>, Vec<Diagnostic>)>;
+/// The version of a file, where it is open, and what is wrong in it.
+pub(crate) type OfFile = (Option<i32>, Vec<Diagnostic>);
+
+/// That of several files.
+pub(crate) type Found = BTreeMap<Url, OfFile>;
 
 /// What is wrong in each file with a diagnostic, and in each open one.
 pub(crate) fn diagnostics(snapshot: &Snapshot) -> Found {
@@ -64,10 +67,7 @@ pub(crate) fn diagnostics(snapshot: &Snapshot) -> Found {
 }
 
 /// What is wrong in one file, in the same words; nothing where nobody knows it.
-pub(crate) fn diagnostics_of(
-    snapshot: &Snapshot,
-    url: &Url,
-) -> Option<(Url, (Option<i32>, Vec<Diagnostic>))> {
+pub(crate) fn diagnostics_of(snapshot: &Snapshot, url: &Url) -> Option<(Url, OfFile)> {
     let document = snapshot.documents.get(url);
     let mut found = document.map_or_else(Vec::new, |document| of_document(snapshot, document));
     if !snapshot.is_stopped && document.is_none_or(|document| document.is_analysed) {

@@ -420,6 +420,10 @@ impl MainLoop {
                 }
             }
         }
+        // Where a folder was taken away, the open texts in it are there only because they are open.
+        let is_stray = |document: &Document| !is_in_a_folder(&self.db, &self.workspaces, document.file);
+        let strays = self.shared_documents.iter().filter(|(_, document)| is_stray(document));
+        self.strays.extend(strays.map(|(uri, _)| uri.clone()));
         tracing::debug!("{} workspaces loaded in {:?}", self.workspaces.len(), begin.elapsed());
         Ok(())
     }
@@ -496,7 +500,7 @@ impl MainLoop {
     /// The check that is to come has the client ask again; if there is none to come, it is now. A text that is another one
     /// since, it asks about by itself.
     fn uncoloured(&mut self, uri: &Url, version: i32) {
-        if !self.documents.get(uri).is_some_and(|open| open.version == version) {
+        if self.documents.get(uri).is_none_or(|open| open.version != version) {
             return;
         }
         self.tokens.lost(uri, version);

@@ -1,6 +1,7 @@
 //! From our words to the protocol's.
 
 use std::collections::HashMap;
+use std::path::PathBuf;
 
 use mauve_ide::{Change, FileChange};
 use mauve_model::diagnostics::{Finding, Severity};
@@ -141,6 +142,12 @@ pub(crate) fn text_edits(snapshot: &Snapshot, file: File, edits: &[Replacement])
         TextEdit::new(lines.range(it.range, snapshot.capabilities.encoding), it.text.clone())
     };
     edits.iter().map(edit).collect()
+}
+
+/// The addresses of those files that are there. The others nobody can open: a codel that has not been written yet, a message
+/// of a package that is gone.
+pub(crate) fn files_there(paths: &[PathBuf]) -> impl Iterator<Item = Url> {
+    paths.iter().filter(|path| path.is_file()).filter_map(|path| Url::from_file_path(path).ok())
 }
 
 /// Where something stands.

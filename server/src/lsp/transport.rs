@@ -120,6 +120,11 @@ pub(crate) async fn serve(
                 }
                 service.inner().notice(&request);
                 let id = request.id().cloned();
+                // tower-lsp leaves these without an answer.
+                if let Some(id) = id.clone().filter(|_| request.method().starts_with("$/")) {
+                    send(&streams, &Response::from_error(id, Error::method_not_found()));
+                    continue;
+                }
                 let is_initialize = request.method() == "initialize";
                 let (method, begin) = (request.method().to_owned(), Instant::now());
                 let mut answer = AssertUnwindSafe(service.call(request)).catch_unwind().boxed();
@@ -214,6 +219,9 @@ fn waiting(streams: &Streams) -> usize {
     streams.backlog.waiting.load(Ordering::SeqCst)
 }
 
+/// Methods that take nothing.
+const WITHOUT_PARAMS: [&str; 2] = ["shutdown", "mauve/status"];
+
 enum Message {
     Request(Request),
     Response(Response),
@@ -221,8 +229,9 @@ enum Message {
 
 /// What a JSON value is; where it is neither, the answer that says so.
 fn understood(mut message: Value) -> Result<Message, Response> {
-    // Some clients say `null` where they have nothing to say.
-    if message.get("params").is_some_and(Value::is_null)
+    // Some clients say `null` where they have nothing to say, or name nothing.
+    let takes_none = message["method"].as_str().is_some_and(|it| WITHOUT_PARAMS.contains(&it));
+    if message.get("params").is_some_and(|params| params.is_null() || takes_none)
         && let Some(fields) = message.as_object_mut()
     {
         fields.remove("params");

@@ -3,8 +3,8 @@
 use mauve_model::diagnostics::Finding;
 use mauve_model::item_tree::{Feature, FeatureKind, Kind, Name};
 use mauve_model::{
-    Decl, FeatureOf, FlatInstance, ModelDb, Project, Type, declarations, deployment, features_of, flat_of,
-    names_of, shell_of, source_map, type_of,
+    Decl, FeatureOf, FlatInstance, ModelDb, Project, Type, declaration_at, deployment, features_of, flat_of,
+    names_of, shell_of, type_of,
 };
 use mauve_syntax::ast::{self, AstNode as _};
 
@@ -18,9 +18,7 @@ pub(super) fn offer<'db>(actions: &mut Actions<'_, 'db>, finding: &Finding<'db>)
     let at = finding.diagnostic.at.range(db);
     let activity = actions.root().covering_element(at).ancestors().find_map(ast::Activity::cast);
     let instance = activity.and_then(|it| it.name_ref()).filter(|it| it.syntax().text_range() == at);
-    let maps = &source_map(db, file).declarations;
-    let of = maps.iter().position(|map| map.range.contains_range(at));
-    let of = of.and_then(|index| declarations(db, file).all.get(index).copied());
+    let of = declaration_at(db, file, at);
     let project = finding.only_in.or_else(|| actions.projects.first().copied());
     let (Some(instance), Some(of), Some(project)) = (instance, of, project) else { return };
     let target = deployment(db, of).and_then(|it| it.targets.first());

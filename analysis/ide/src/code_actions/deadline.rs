@@ -2,9 +2,9 @@
 
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::format::Replacement;
-use mauve_syntax::{TextRange, is_whole};
+use mauve_syntax::is_whole;
 
-use super::{ActionKind, Actions, has_comment, with_line};
+use super::{ActionKind, Actions, has_comment, put, with_line};
 use crate::Change;
 
 pub(super) fn offer(actions: &mut Actions<'_, '_>) {
@@ -23,10 +23,7 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
         activity.fields().any(|it| it.name_ref().is_some_and(|it| it.syntax().text() == "deadline"));
     if !has_deadline && !is_background {
         actions.offer(ActionKind::Rewrite, format!("Write `deadline = {text}`"), || {
-            let mut change = Change::default();
-            let range = TextRange::empty(period.syntax().text_range().end());
-            change.replace(file, Replacement { range, text: format!(" deadline = {text}") });
-            change
+            put(file, period.syntax().text_range().end(), format!(" deadline = {text}"))
         });
     }
     let same =
@@ -38,9 +35,7 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
             if rest.starts_with(';') {
                 range = range.cover_offset(range.end() + mauve_syntax::TextSize::of(';'));
             }
-            let mut change = Change::default();
-            change.replace(file, Replacement { range: with_line(file.text(db), range), text: String::new() });
-            change
+            Change::of(file, [Replacement { range: with_line(file.text(db), range), text: String::new() }])
         });
     }
 }

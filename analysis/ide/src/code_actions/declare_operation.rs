@@ -2,7 +2,7 @@
 
 use mauve_model::diagnostics::Finding;
 use mauve_model::item_tree::Kind;
-use mauve_model::{core, declarations, names_of, source_map};
+use mauve_model::{core, declaration_at, names_of};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::is_whole;
 
@@ -15,10 +15,8 @@ pub(super) fn offer<'db>(actions: &mut Actions<'_, 'db>, finding: &Finding<'db>)
     let operation = element.ancestors().find_map(ast::OperationDefinition::cast);
     let (Some(operation), Some(&project)) = (operation, actions.projects.first()) else { return };
     let parts = operation.name().zip(operation.param_list()).filter(|(_, it)| is_whole(it.syntax()));
-    let maps = &source_map(db, file).declarations;
-    let of = maps.iter().position(|map| map.range.contains_range(at));
-    let of = of.and_then(|index| declarations(db, file).all.get(index));
-    let shell = of.and_then(|&of| {
+    let of = declaration_at(db, file, at);
+    let shell = of.and_then(|of| {
         let shell = core(db, of)?.shell.as_ref();
         names_of(db, project).resolve_type(db, of, Kind::Shell, shell).ok()
     });

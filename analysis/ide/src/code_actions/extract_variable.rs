@@ -56,11 +56,9 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
         let begins_line = text.get(..usize::from(range.start()))?.rsplit('\n').next()?.trim().is_empty();
         let gap =
             if begins_line { format!("\n{}", indentation(text, range.start())) } else { " ".to_owned() };
-        let mut change = Change::default();
         let declaration = format!("var {name}: {ty} = {value};{gap}");
-        change.replace(file, Replacement { range: TextRange::empty(range.start()), text: declaration });
-        change.replace(file, Replacement { range: selected, text: name });
-        Some(Ok(change))
+        let declaration = Replacement { range: TextRange::empty(range.start()), text: declaration };
+        Change::of(file, [declaration, Replacement { range: selected, text: name }]).map(Ok)
     });
 }
 

@@ -1,6 +1,6 @@
 //! The fixes of the diagnostics at a place; those of all others with the same code; and all that can be made unseen.
 
-use mauve_model::diagnostics::{Finding, Fix, diagnostics_of_file};
+use mauve_model::diagnostics::{Finding, Fix};
 
 use super::{
     ActionKind, Actions, CodeAction, connect, create_codel, create_state, create_variable, declare_operation,
@@ -10,20 +10,17 @@ use crate::Change;
 /// What an editor may mend by itself, when a file is saved: no guess at a name, and no other number.
 const CLEAR: &[&str] = &["connection-direction", "continued-line", "header-colon", "missing-else"];
 
+/// What is mended one by one: `plna` and `paln` may both be meant for `plan`, and a table that has a key twice loses all of
+/// its times.
+const ONE_BY_ONE: &[&str] = &["unknown-timing-key"];
+
 pub(super) fn offer(actions: &mut Actions<'_, '_>) {
     if !actions.wants(ActionKind::QuickFix) && !actions.wants(ActionKind::FixAll) {
         return;
     }
     let db = actions.db;
     let question = actions.question;
-    let mut findings: Vec<Finding<'_>> = Vec::new();
-    for &workspace in actions.workspaces {
-        for finding in diagnostics_of_file(db, workspace, question.file) {
-            if !findings.iter().any(|it| it.diagnostic == finding.diagnostic) {
-                findings.push(finding);
-            }
-        }
-    }
+    let findings = actions.findings();
     let is_meant = |finding: &Finding<'_>| {
         let (at, code) = (finding.diagnostic.at.range(db), finding.diagnostic.code.name);
         at.intersect(question.range).is_some()
@@ -36,8 +33,8 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
             let action = CodeAction {
                 title: fix.title.clone(),
                 kind: ActionKind::QuickFix,
-                // Where there are several ways, the choice is the user's.
-                preferred: fixes.len() == 1,
+                // An editor may do it unasked: so where there are several ways, or where it is a guess, none is.
+                preferred: fixes.len() == 1 && CLEAR.contains(&finding.diagnostic.code.name),
                 mends: vec![(*finding).clone()],
                 disabled: None,
                 change: None,
@@ -58,6 +55,7 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
     let mut codes: Vec<&str> = meant.iter().map(|it| it.diagnostic.code.name).collect();
     codes.sort_unstable();
     codes.dedup();
+    codes.retain(|code| !ONE_BY_ONE.contains(code));
     for code in codes {
         let alike: Vec<&Finding<'_>> =
             findings.iter().filter(|it| it.diagnostic.code.name == code && only_fix(it).is_some()).collect();
@@ -66,6 +64,9 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
             let title = format!("Fix all {} `{code}` in this file", alike.len());
             offer_all(actions, title, ActionKind::QuickFix, &alike);
         }
+    }
+    if !actions.wants(ActionKind::FixAll) {
+        return;
     }
     let is_clear = |it: &&Finding<'_>| only_fix(it).is_some() && CLEAR.contains(&it.diagnostic.code.name);
     let all: Vec<&Finding<'_>> = findings.iter().filter(is_clear).collect();
@@ -90,7 +91,10 @@ fn offer_all<'db>(actions: &mut Actions<'_, 'db>, title: String, kind: ActionKin
     actions.push(action, || {
         let mut change = Change::default();
         for fix in all.iter().filter_map(|it| only_fix(it)) {
-            change.join(Change::of_fix(db, fix));
+            // What overlaps another is mended next time.
+            if let Some(fix) = Change::of_fix(db, fix) {
+                change.join(fix);
+            }
         }
         change
     });
@@ -141,7 +145,7 @@ significane = 1e-4
             &[],
             quick,
             expect![[r#"
-            *Change to `plan` [unresolved-codel]
+            Change to `plan` [unresolved-codel]
             Create codel `plna(in value: int): void` [unresolved-codel]
         "#]],
         );
@@ -201,7 +205,16 @@ significane = 1e-4
             &[],
             &[ActionKind::QuickFix],
             expect![[r#"
-            *Change to `plan` [unknown-timing-key]
+            Change to `plan` [unknown-timing-key]
+        "#]],
+        );
+        // Both may be meant for the same: not together.
+        offered(
+            &format!("{table}paln = 4\n"),
+            &[],
+            &[ActionKind::QuickFix],
+            expect![[r#"
+            Change to `plan` [unknown-timing-key]
         "#]],
         );
     }

@@ -39,11 +39,8 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
         let programs = Programs::of(db, project, file, &core)?;
         let meaning = programs.names_in(range).next()?.meaning.clone();
         let variable = declaration(&core, &programs, &meaning)?;
-        Some(inlined(file.text(db), &programs, &variable, &meaning).map(|edits| {
-            let mut change = Change::default();
-            edits.into_iter().for_each(|edit| change.replace(file, edit));
-            change
-        }))
+        let edits = inlined(file.text(db), &programs, &variable, &meaning);
+        edits.map(|edits| Change::of(file, edits)).transpose()
     });
 }
 

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use mauve_model::item_tree::{Direction, Part};
 use mauve_model::{
-    Callee, Decl, Meaning, ModelDb, Project, Type, Typing, codel, declarations, source_map, typing_of,
+    Callee, Decl, Meaning, ModelDb, Project, Type, Typing, codel, declaration_at, declaration_map, typing_of,
 };
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{NodeOrToken, SyntaxKind, SyntaxNode, TextRange, is_whole};
@@ -41,11 +41,10 @@ impl<'db> Programs<'db> {
         file: mauve_model::File,
         node: &ast::Core,
     ) -> Option<Programs<'db>> {
-        let maps = &source_map(db, file).declarations;
-        let at = maps.iter().position(|map| map.range == node.syntax().text_range())?;
-        let core = *declarations(db, file).all.get(at)?;
+        let core = declaration_at(db, file, node.syntax().text_range())?;
         let typing = typing_of(db, project, core);
-        let parts = maps.get(at)?.parts().enumerate().map(|(part, range)| (range, Part(part as u32)));
+        let parts =
+            declaration_map(db, core)?.parts().enumerate().map(|(part, range)| (range, Part(part as u32)));
         let parts = parts.collect();
         Some(Programs { db, project, core, typing, names: in_declaration(db, project, core), parts })
     }

@@ -1,7 +1,7 @@
 //! `library.Name` as `Name`, with a `use` of the library where it needs one; and back.
 
 use mauve_model::item_tree::{Kind, Name, Part, TypeRef};
-use mauve_model::{Decl, File, ModelDb, Project, Unresolved, declarations, names_of, source_map};
+use mauve_model::{BUILT_IN_FUNCTIONS, Decl, File, ModelDb, Project, Unresolved, declaration_at, names_of};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::format::Replacement;
 use mauve_syntax::{TextRange, is_whole};
@@ -35,10 +35,9 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
                 if decl.library(db) == of.library(db) || found != Ok(decl) {
                     return None;
                 }
-                let mut change = Change::default();
                 let range = ty.syntax().text_range();
-                change.replace(file, Replacement { range, text: format!("{library}.{name}") });
-                Some(Ok(change))
+                let text = format!("{library}.{name}");
+                Change::of(file, [Replacement { range, text }]).map(Ok)
             });
         }
         _ => {}
@@ -58,9 +57,7 @@ fn meaning<'db>(
         Meaning::Declaration(decl) if it.range == last => Some(decl),
         _ => None,
     })?;
-    let maps = &source_map(db, file).declarations;
-    let of = maps.iter().position(|map| map.range.contains_range(last))?;
-    Some((*declarations(db, file).all.get(of)?, decl))
+    Some((declaration_at(db, file, last)?, decl))
 }
 
 fn shortened(
@@ -74,10 +71,9 @@ fn shortened(
     let (of, decl) = meaning(db, project, file, ty)?;
     let (names, own) = (names_of(db, project), of.library(db).as_ref());
     let short = TypeRef { path: vec![name.into()], part: Part(0) };
-    let mut change = Change::default();
-    change.replace(file, Replacement { range: ty.syntax().text_range(), text: name.to_owned() });
+    let short_name = Replacement { range: ty.syntax().text_range(), text: name.to_owned() };
     match names.resolve_type(db, of, decl.kind(db), Some(&short)) {
-        Ok(found) if found == decl => return Some(Ok(change)),
+        Ok(found) if found == decl => return Change::of(file, [short_name]).map(Ok),
         Ok(_) => return Some(Err(format!("`{name}` is another {} here", decl.kind(db)))),
         Err(Unresolved::Unknown) => {}
         Err(_) => return None,
@@ -85,8 +81,8 @@ fn shortened(
     // With the library in use, all of its names mean something: none of them may mean something else now, nor be that of
     // a built-in function.
     for other in names.all.iter().filter(|it| it.library(db).as_deref() == Some(library)) {
-        let is_built_in = other.kind(db) == Kind::Codel
-            && ["read", "write", "status", "send", "collect"].contains(&other.name(db).as_str());
+        let is_built_in =
+            other.kind(db) == Kind::Codel && BUILT_IN_FUNCTIONS.contains(&other.name(db).as_str());
         let found = names.resolve(db, own, other.kind(db), std::slice::from_ref(other.name(db)));
         let is_taken = found.as_ref().is_ok_and(|found| found.library(db).as_ref() != own);
         if is_built_in || is_taken || found == Err(Unresolved::Ambiguous) {
@@ -103,8 +99,8 @@ fn shortened(
         None => (block.l_curly_token()?.text_range(), "  "),
     };
     let text = format!("\n{indent}use {library}");
-    change.replace(file, Replacement { range: TextRange::empty(behind.end()), text });
-    Some(Ok(change))
+    let to_use = Replacement { range: TextRange::empty(behind.end()), text };
+    Change::of(file, [short_name, to_use]).map(Ok)
 }
 
 #[cfg(test)]

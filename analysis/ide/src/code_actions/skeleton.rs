@@ -1,13 +1,13 @@
 //! What is still to be written: a core for a shell, a component of a core and its shell.
 
-use mauve_model::diagnostics::operation_skeleton;
 use mauve_model::item_tree::{FeatureKind, Kind, Name};
-use mauve_model::{Decl, File, ModelDb, Project, core_of, declarations, features_of, names_of, source_map};
+use mauve_model::{
+    Decl, File, ModelDb, Project, core_of, declaration_at, features_of, names_of, operation_skeleton,
+};
 use mauve_syntax::ast::{self, AstNode as _};
-use mauve_syntax::format::Replacement;
 use mauve_syntax::{SyntaxNode, TextRange, is_whole};
 
-use super::{ActionKind, Actions, indentation};
+use super::{ActionKind, Actions, indentation, put};
 use crate::Change;
 
 pub(super) fn offer(actions: &mut Actions<'_, '_>) {
@@ -81,8 +81,7 @@ fn component_of(
 }
 
 fn decl_of<'db>(db: &'db dyn ModelDb, file: File, node: &SyntaxNode) -> Option<Decl<'db>> {
-    let at = source_map(db, file).declarations.iter().position(|map| map.range == node.text_range())?;
-    declarations(db, file).all.get(at).copied().filter(|it| !it.name(db).is_empty())
+    declaration_at(db, file, node.text_range()).filter(|it| !it.name(db).is_empty())
 }
 
 /// The name of `of` with another ending, or with a number behind, that no declaration of that kind has.
@@ -114,9 +113,7 @@ fn behind(db: &dyn ModelDb, file: File, node: &SyntaxNode, declaration: &str) ->
         line => format!("\n{indent}{line}"),
     });
     let text = format!("\n{}", lines.collect::<String>());
-    let mut change = Change::default();
-    change.replace(file, Replacement { range: TextRange::empty(node.text_range().end()), text });
-    change
+    put(file, node.text_range().end(), text)
 }
 
 #[cfg(test)]

@@ -1,16 +1,18 @@
-//! The fields of an activity in the usual order: priority, period, deadline, affinity.
+//! The fields of an activity in the usual order: affinity, priority, period, deadline.
 
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::format::Replacement;
 
-use super::{ActionKind, Actions};
+use super::{ActionKind, Actions, has_comment};
 use crate::Change;
 
-const ORDER: [&str; 4] = ["priority", "period", "deadline", "affinity"];
+const ORDER: [&str; 4] = ["affinity", "priority", "period", "deadline"];
 
 pub(super) fn offer(actions: &mut Actions<'_, '_>) {
     let (file, activity) = (actions.question.file, actions.node::<ast::Activity>());
-    let Some(activity) = activity.filter(|it| mauve_syntax::is_whole(it.syntax())) else { return };
+    // A comment is about the field that it stands beside.
+    let is_plain = |it: &ast::Activity| mauve_syntax::is_whole(it.syntax()) && !has_comment(it.syntax());
+    let Some(activity) = activity.filter(is_plain) else { return };
     let fields: Vec<ast::Field> = activity.fields().collect();
     let rank = |field: &ast::Field| {
         let name = field.name_ref().map(|name| name.syntax().text().to_string());
@@ -24,12 +26,11 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
         return;
     }
     actions.offer(ActionKind::Rewrite, "Sort the fields", || {
-        let mut change = Change::default();
-        for (place, field) in fields.iter().zip(sorted) {
-            let text = field.syntax().text().to_string();
-            change.replace(file, Replacement { range: place.syntax().text_range(), text });
-        }
-        change
+        let edits = fields.iter().zip(sorted).map(|(place, field)| Replacement {
+            range: place.syntax().text_range(),
+            text: field.syntax().text().to_string(),
+        });
+        Change::of(file, edits)
     });
 }
 
@@ -39,15 +40,21 @@ mod tests {
     use expect_test::expect;
 
     #[test]
-    fn comments_stay_where_they_are() {
+    fn only_what_is_clear_is_sorted() {
         check(
-            "deployment D {\n  architecture A\n  activity a$0 {\n    period = 10;  // often\n    priority = 2\n    deadline = 5\n  }\n}\n",
+            "deployment D {\n  architecture A\n  activity a$0 { period = 10; priority = 2  deadline = 5 affinity = 1 }\n}\n",
             "Sort the fields",
             expect![[r#"
                 --- /model.mal
-                    priority = 2;  // often
-                    period = 10
+                  activity a { affinity = 1; priority = 2  period = 10 deadline = 5 }
             "#]],
+        );
+        check(
+            "deployment D { architecture A activity a$0 {\n period = 10 // often\n priority = 2\n} }",
+            "Sort the fields",
+            expect![[r#"
+            not offered
+        "#]],
         );
         check(
             "deployment D { architecture A activity a$0 { priority = 2 period = 10 } }",

@@ -6,39 +6,41 @@
 
 use mauve_model::item_tree::Kind;
 use mauve_model::{
-    Decl, File, ModelDb, Project, core_of, declarations, names_of, source_map, table, table_files,
+    Decl, File, ModelDb, Project, Workspace, core_of, declaration_at, names_of, projects, table, table_files,
 };
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::format::Replacement;
 use mauve_syntax::{NodeOrToken, SyntaxKind, SyntaxNode, TextRange, is_whole};
+use rustc_hash::FxHashSet;
 
 use super::{ActionKind, Actions, has_comment, indentation};
 use crate::Change;
+use crate::project::name_of_root;
 
 /// What the one state is called.
 const STATE: &str = "Running";
 
 pub(super) fn offer(actions: &mut Actions<'_, '_>) {
-    let (db, file) = (actions.db, actions.question.file);
+    let (db, workspaces, file) = (actions.db, actions.workspaces, actions.question.file);
     let Some(core) = actions.node::<ast::Core>().filter(|it| is_whole(it.syntax())) else { return };
     let Some(word) = actions.selected_name() else { return };
     let Some(parent) = word.parent() else { return };
     if let Some(hook) = ast::Hook::cast(parent.clone()).filter(|it| it.update_token().as_ref() == Some(&word))
     {
-        actions.refactor(ActionKind::Rewrite, "Convert to a state machine", |project| {
-            to_machine(db, project, file, &core, &hook)
+        actions.refactor(ActionKind::Rewrite, "Convert to a state machine", |_| {
+            to_machine(db, workspaces, file, &core, &hook)
         });
     }
     if let Some(machine) = ast::StateMachine::cast(parent) {
-        actions.refactor(ActionKind::Rewrite, "Convert to `update`", |project| {
-            to_update(db, project, file, &core, &machine)
+        actions.refactor(ActionKind::Rewrite, "Convert to `update`", |_| {
+            to_update(db, workspaces, file, &core, &machine)
         });
     }
 }
 
 fn to_machine(
     db: &dyn ModelDb,
-    project: Project<'_>,
+    workspaces: &[Workspace],
     file: File,
     core: &ast::Core,
     hook: &ast::Hook,
@@ -54,25 +56,30 @@ fn to_machine(
     let (text, block) = (file.text(db), hook.block()?);
     let indent = indentation(text, hook.syntax().text_range().start());
     let head = TextRange::new(hook.syntax().text_range().start(), block.syntax().text_range().start());
-    let mut change = Change::default();
     let opening = format!("statemachine {{\n{indent}  initial state {STATE} {{\n{indent}    run = ");
     let comments = comments_in(hook.syntax(), head);
-    change.replace(file, Replacement { range: head, text: comments + &opening });
+    let mut edits = vec![Replacement { range: head, text: comments + &opening }];
     // The lines of the program move with it.
     for (line, at) in lines_within(text, block.syntax()) {
         if !line.trim().is_empty() {
-            change.replace(file, Replacement { range: TextRange::empty(at), text: "    ".to_owned() });
+            edits.push(Replacement { range: TextRange::empty(at), text: "    ".to_owned() });
         }
     }
     let end = TextRange::empty(block.syntax().text_range().end());
-    change.replace(file, Replacement { range: end, text: format!("\n{indent}  }}\n{indent}}}") });
-    rename_keys(db, project, decl_of(db, file, core)?, "update", &format!("{STATE}.run"), &mut change);
-    Some(Ok(change))
+    edits.push(Replacement { range: end, text: format!("\n{indent}  }}\n{indent}}}") });
+    let keys = renamed_keys(
+        db,
+        workspaces,
+        declaration_at(db, file, core.syntax().text_range())?,
+        "update",
+        &format!("{STATE}.run"),
+    );
+    keys.map(|keys| with_keys(file, edits, keys)).transpose()
 }
 
 fn to_update(
     db: &dyn ModelDb,
-    project: Project<'_>,
+    workspaces: &[Workspace],
     file: File,
     core: &ast::Core,
     machine: &ast::StateMachine,
@@ -119,9 +126,8 @@ fn to_update(
     {
         return refused("there are comments round its program, which would be lost");
     }
-    let mut change = Change::default();
     let head = TextRange::new(all.start(), inside.start());
-    change.replace(file, Replacement { range: head, text: "update = ".to_owned() });
+    let mut edits = vec![Replacement { range: head, text: "update = ".to_owned() }];
     // Its lines go to the left by as much as the last one, the brace, has to.
     let outer = indentation(text, all.start()).len();
     let inner = indentation(text, method.syntax().text_range().start()).len();
@@ -130,20 +136,15 @@ fn to_update(
         let less = inner.saturating_sub(outer).min(blanks);
         if less > 0 {
             let range = TextRange::at(at, (less as u32).into());
-            change.replace(file, Replacement { range, text: String::new() });
+            edits.push(Replacement { range, text: String::new() });
         }
     }
-    change.replace(file, Replacement { range: TextRange::new(inside.end(), all.end()), text: String::new() });
+    edits.push(Replacement { range: TextRange::new(inside.end(), all.end()), text: String::new() });
     let keyword = method.keyword()?.text().to_owned();
     let from = format!("{}.{keyword}", state.name()?.syntax().text());
-    rename_keys(db, project, decl_of(db, file, core)?, &from, "update", &mut change);
-    Some(Ok(change))
-}
-
-fn decl_of<'db>(db: &'db dyn ModelDb, file: File, core: &ast::Core) -> Option<Decl<'db>> {
-    let range = core.syntax().text_range();
-    let at = source_map(db, file).declarations.iter().position(|map| map.range == range)?;
-    declarations(db, file).all.get(at).copied()
+    let keys =
+        renamed_keys(db, workspaces, declaration_at(db, file, core.syntax().text_range())?, &from, "update");
+    keys.map(|keys| with_keys(file, edits, keys)).transpose()
 }
 
 /// The comments of `node` that lie in `range`, each with the line break behind it.
@@ -181,31 +182,83 @@ fn lines_within<'a>(text: &'a str, node: &SyntaxNode) -> Vec<(&'a str, mauve_syn
     lines
 }
 
-/// Has the tables say `to` where they say `from` of a program of `core`.
-fn rename_keys(
+fn with_keys(file: File, edits: Vec<Replacement>, keys: Change) -> Option<Change> {
+    let mut change = Change::of(file, edits)?;
+    change.join(keys).then_some(change)
+}
+
+/// What has the tables say `to` where they say `from` of a program of `core`.
+///
+/// # Errors
+///
+/// Why a time would be lost, or would become that of something else. Tables are shared: every project that reads one must
+/// understand the key alike.
+fn renamed_keys(
     db: &dyn ModelDb,
-    project: Project<'_>,
+    workspaces: &[Workspace],
     core: Decl<'_>,
     from: &str,
     to: &str,
-    change: &mut Change,
-) {
-    for &file in &table_files(db, project.workspace(db)).files {
+) -> Result<Change, String> {
+    let mut change = Change::default();
+    let mut seen = FxHashSet::default();
+    for &file in workspaces.iter().flat_map(|&it| &table_files(db, it).files) {
+        if !seen.insert(file) {
+            continue;
+        }
+        let path = file.path(db).file_name().unwrap_or_default().display().to_string();
+        let readers = workspaces.iter().filter(|it| table_files(db, **it).files.contains(&file));
+        let readers: Vec<Project<'_>> = readers.flat_map(|&it| projects(db, it)).copied().collect();
+        let is_of_core = |project: Project<'_>, it: Decl<'_>| core_of(db, project, it) == Some(core);
+        let has_component = |&project: &Project<'_>| {
+            let mut all = names_of(db, project).all.iter().filter(|it| it.kind(db) == Kind::Component);
+            all.any(|&it| is_of_core(project, it))
+        };
+        if (table(db, file).lost || file.problem(db).is_some()) && readers.iter().any(has_component) {
+            return Err(format!("{path} cannot be read, and may have a time of this program"));
+        }
         for entry in &table(db, file).programs {
             let Some((component, program)) = entry.key.split_once('/') else { continue };
-            let found = names_of(db, project).by_key(Kind::Component, component);
-            let is_of_it = found.iter().any(|&it| core_of(db, project, it) == Some(core));
-            let Some(written) = file.text(db).get(entry.key_span.clone()) else { continue };
-            if program != from || !is_of_it {
+            if program != from && program != to {
                 continue;
             }
-            if let Some(at) = written.rfind(from) {
-                let start = (entry.key_span.start + at) as u32;
-                let range = TextRange::at(start.into(), (from.len() as u32).into());
-                change.replace(file, Replacement { range, text: to.to_owned() });
+            let (mut is_of_it, mut other) = (false, None);
+            for &project in &readers {
+                let names = names_of(db, project);
+                let found = names.by_key(Kind::Component, component);
+                is_of_it |= found.iter().any(|&it| is_of_core(project, it));
+                let is_unsure = found.is_empty() && (names.missing || names.scope_lost.is_some());
+                if is_unsure || found.iter().any(|&it| !is_of_core(project, it)) {
+                    other.get_or_insert(project);
+                }
+            }
+            if !is_of_it {
+                continue;
+            }
+            let key = &entry.key;
+            if program == to {
+                return Err(format!("`{key}` stands in {path} already"));
+            }
+            if let Some(project) = other {
+                let root = name_of_root(db, project);
+                return Err(format!(
+                    "`{key}` in {path} may be a time of something else in the project of {root}"
+                ));
+            }
+            // Quoted, as every key with a `/` is; what is written in pieces or with escapes, nobody can replace.
+            let written = file.text(db).get(entry.key_span.clone()).unwrap_or_default();
+            let inner = written.strip_suffix(['"', '\'']).unwrap_or(written);
+            let Some(before) = inner.strip_suffix(from).filter(|before| before.ends_with('/')) else {
+                return Err(format!("`{key}` is written in another way in {path}, which nobody can replace"));
+            };
+            let start = (entry.key_span.start + before.len()) as u32;
+            let range = TextRange::at(start.into(), (from.len() as u32).into());
+            if !change.replace(file, Replacement { range, text: to.to_owned() }) {
+                return Err(format!("`{key}` stands in {path} twice"));
             }
         }
     }
+    Ok(change)
 }
 
 #[cfg(test)]
@@ -319,6 +372,75 @@ mod tests {
             expect![[r#"
             refused: it has several states
         "#]],
+        );
+    }
+
+    /// A machine with one state, that two roots have, with `other` in the second.
+    fn shared(other: &str, table: &str, expected: expect_test::Expect) {
+        let text = format!(
+            "include \"parts.mal\"\ncomponent K(S, C)\n//- /parts.mal\nshell S {{ }}\ncore C(S) {{ statemachine {{ initial state A {{ run = {{ }} }} }} }}\n\
+             //- /other.mal\n{other}\n//- /mauve.toml\n[project]\nroots = [\"model.mal\", \"other.mal\"]\n[timing]\ntables = [\"times.toml\"]\n\
+             //- /times.toml\n{table}\n"
+        );
+        check(&text.replacen("statemachine", "$0statemachine", 1), "Convert to `update`", expected);
+    }
+
+    #[test]
+    fn no_time_is_lost() {
+        let key = "[program]\n\"K/A.run\" = 3";
+        for other in ["shell T { }", "include \"parts.mal\"\ncomponent K(S, C)"] {
+            shared(
+                other,
+                key,
+                expect![[r#"
+                    --- /parts.mal
+                    core C(S) { update = { } }
+                    --- /times.toml
+                    "K/update" = 3
+                "#]],
+            );
+        }
+        shared(
+            "shell T { }\ncore D(T) { statemachine { initial state A { run = { } } } }\ncomponent K(T, D)",
+            key,
+            expect![[r#"
+                refused: `K/A.run` in times.toml may be a time of something else in the project of other.mal
+            "#]],
+        );
+        shared(
+            "include \"lost.mal\"",
+            key,
+            expect![[r#"
+                refused: `K/A.run` in times.toml may be a time of something else in the project of other.mal
+            "#]],
+        );
+        shared(
+            "shell T { }",
+            "[program]\n\"K/A.ru\\u006e\" = 3",
+            expect![[r#"
+                refused: `K/A.run` is written in another way in times.toml, which nobody can replace
+            "#]],
+        );
+        shared(
+            "shell T { }",
+            "[program.\"K/A\"]\nrun = 3",
+            expect![[r#"
+                refused: `K/A.run` is written in another way in times.toml, which nobody can replace
+            "#]],
+        );
+        shared(
+            "shell T { }",
+            &format!("{key}\n\"K/update\" = 4"),
+            expect![[r#"
+                refused: `K/update` stands in times.toml already
+            "#]],
+        );
+        shared(
+            "shell T { }",
+            "[program\n",
+            expect![[r#"
+                refused: times.toml cannot be read, and may have a time of this program
+            "#]],
         );
     }
 }

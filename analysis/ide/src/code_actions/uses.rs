@@ -17,17 +17,25 @@ use crate::occurrences::{Meaning, occurrences_of};
 
 pub(super) fn offer(actions: &mut Actions<'_, '_>) {
     let (db, file) = (actions.db, actions.question.file);
-    if !actions.wants(ActionKind::OrganizeUses) || !mauve_model::is_model(file.path(db)) {
+    // Unless somebody asks for it: only where the cursor is at one, since all that the library names has to be looked at.
+    let kind = if actions.wants(ActionKind::OrganizeUses) {
+        ActionKind::OrganizeUses
+    } else if actions.wants(ActionKind::Rewrite) && actions.node::<ast::Use>().is_some() {
+        ActionKind::Rewrite
+    } else {
+        return;
+    };
+    if !mauve_model::is_model(file.path(db)) {
         return;
     }
     let parse = parse(db, file);
     if !parse.errors().is_empty() {
         return;
     }
-    let mut change = Change::default();
+    let mut edits = Vec::new();
     let source = parse.file();
     let outer: Vec<ast::Use> = source.items().filter_map(as_use).collect();
-    organise(file.text(db), &outer, |_| false).into_iter().for_each(|edit| change.replace(file, edit));
+    edits.extend(organise(file.text(db), &outer, |_| false));
     for item in source.items() {
         let ast::Item::Library(library) = item else { continue };
         let uses: Vec<ast::Use> = library.items().filter_map(as_use).collect();
@@ -44,12 +52,10 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
             let is_checked = is_known && !actions.projects.is_empty();
             is_checked && needed.as_ref().is_some_and(|all| all.iter().all(|needed| !needed.contains(of)))
         };
-        organise(file.text(db), &uses, is_for_nothing)
-            .into_iter()
-            .for_each(|edit| change.replace(file, edit));
+        edits.extend(organise(file.text(db), &uses, is_for_nothing));
     }
-    if !change.files.is_empty() {
-        actions.offer(ActionKind::OrganizeUses, "Organise the `use`s", || change);
+    if !edits.is_empty() {
+        actions.offer(kind, "Organise the `use`s", || Change::of(file, edits));
     }
 }
 
@@ -147,7 +153,10 @@ fn follows(one: &SyntaxNode, next: &SyntaxNode) -> bool {
 #[cfg(test)]
 mod tests {
     use super::super::tests::check;
+    use super::super::{ActionKind, ActionQuestion, Changes, code_actions};
+    use crate::fixture::Fixture;
     use expect_test::{Expect, expect};
+    use mauve_syntax::TextRange;
 
     fn organised(uses: &str, expected: Expect) {
         let text = format!(
@@ -188,5 +197,22 @@ mod tests {
         );
         organised("  use parts\n  // For poses.\n  use geometry_msgs", expect!["not offered\n"]);
         organised("  use parts\n  use geometry_msgs\n  codel g(", expect!["not offered\n"]);
+    }
+
+    #[test]
+    fn unasked_only_at_a_use() {
+        let text = "library own {\n  use std_msgs\n  shell S { }\n}\n";
+        for (cursor, is_offered) in [("use $0std_msgs", true), ("sh$0ell", false)] {
+            let text = text.replacen(&cursor.replace("$0", ""), cursor, 1);
+            let Fixture { db, workspace, file, offset } = Fixture::new(&text);
+            let range = TextRange::empty(offset);
+            let kinds = &[ActionKind::QuickFix, ActionKind::Rewrite];
+            let question = ActionQuestion { file, range, diagnostics: &[], kinds, changes: Changes::All };
+            let actions = code_actions(&db, &[workspace], question);
+            let action = actions.iter().find(|it| it.title.starts_with("Organise"));
+            assert_eq!(action.is_some(), is_offered, "{text}");
+            let after = action.map(|it| it.change.as_ref().unwrap().applied(&db, file));
+            assert_eq!(after, is_offered.then(|| "library own {\n  shell S { }\n}\n".to_owned()));
+        }
     }
 }

@@ -3,7 +3,9 @@
 use std::collections::BTreeSet;
 
 use mauve_model::item_tree::{Data, Kind, Name};
-use mauve_model::{Decl, Package, config_of, data, names_of, package, used_packages};
+use mauve_model::{
+    C_TYPES, Decl, LANGUAGE_TYPES, Package, Type, config_of, data, names_of, package, used_packages,
+};
 use mauve_syntax::SyntaxKind::*;
 use mauve_syntax::format::Replacement;
 use mauve_syntax::{SyntaxNode, TextRange, TextSize};
@@ -14,16 +16,6 @@ use crate::program::{parameters_text, result_text};
 
 /// Of what needs a `use`, no more is shown.
 const MOST_TO_USE: usize = 50;
-
-/// The types of the language.
-const TYPES: [&str; 5] = ["bool", "int", "double", "float", "string"];
-
-/// The scalars of C.
-const SCALARS: [&str; 25] = [
-    "int8", "int16", "int32", "int64", "uint8", "uint16", "uint32", "uint64", "float32", "float64", "char",
-    "short", "long", "byte", "size_t", "int8_t", "int16_t", "int32_t", "int64_t", "uint8_t", "uint16_t",
-    "uint32_t", "uint64_t", "uint", "boolean",
-];
 
 impl<'db> Completer<'_, 'db> {
     /// The type of a value, behind `path`; where it is what something gives, also `void`.
@@ -41,9 +33,8 @@ impl<'db> Completer<'_, 'db> {
             }
             return;
         }
-        let built_in = TYPES.iter().copied().chain(is_result.then_some("void"));
-        for name in built_in {
-            self.add(Completion::new(CompletionKind::BuiltInType, name));
+        for (name, _) in LANGUAGE_TYPES.iter().filter(|(_, ty)| is_result || *ty != Type::Void) {
+            self.add(Completion::new(CompletionKind::BuiltInType, *name));
         }
         for (name, cpp) in &config_of(self.db, workspace).types {
             self.add(Completion::new(CompletionKind::BuiltInType, name.as_str()).note(cpp.as_str()));
@@ -70,8 +61,8 @@ impl<'db> Completer<'_, 'db> {
     }
 
     fn scalars(&mut self) {
-        for name in SCALARS {
-            self.add(Completion::new(CompletionKind::BuiltInType, name).note("ctypes").rank(3));
+        for (name, _) in &C_TYPES {
+            self.add(Completion::new(CompletionKind::BuiltInType, *name).note("ctypes").rank(3));
         }
     }
 

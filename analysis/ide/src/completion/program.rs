@@ -1,15 +1,12 @@
 //! Statements, and the operands of expressions.
 
 use mauve_model::item_tree::{Direction, FeatureKind, Kind};
-use mauve_model::{Type, VariableKind};
+use mauve_model::{BUILT_IN_FUNCTIONS, Type, VariableKind};
 use mauve_syntax::SyntaxKind::*;
 
 use super::position::{ends_operand, without_path};
 use super::{Completer, Completion, CompletionKind, Subject};
 use crate::program::{Callable, Expected, Scope, Variable, subject};
-
-/// What the language itself can be asked to do.
-const BUILT_IN: [&str; 5] = ["read", "write", "status", "send", "collect"];
 
 impl<'db> Completer<'_, 'db> {
     pub(super) fn statement(&mut self) {
@@ -167,7 +164,7 @@ impl<'db> Completer<'_, 'db> {
             }
         }
         let has = |kind| scope.features.values().any(|(_, feature)| feature.kind == kind);
-        for name in BUILT_IN {
+        for name in BUILT_IN_FUNCTIONS {
             let takes = self.at.first_argument.as_ref().is_none_or(|first| match name {
                 _ if !first.kind().is_word() => true,
                 "collect" => scope

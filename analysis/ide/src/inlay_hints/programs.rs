@@ -2,7 +2,8 @@
 
 use mauve_model::item_tree::{Kind, Name, Part};
 use mauve_model::{Decl, ModelDb, Place, Project, Query, core, core_of, names_of, parse, psm_of};
-use mauve_syntax::{SyntaxKind, SyntaxNode, TextRange, TextSize};
+use mauve_syntax::ast::{self, AstNode as _};
+use mauve_syntax::{SyntaxNode, SyntaxToken, TextRange, TextSize};
 use mauve_timing::{Level, Time};
 use rustc_hash::FxHashMap;
 
@@ -25,12 +26,10 @@ pub(super) fn of_core<'db>(
         let Some(costs) = costs_of(db, project, component, level) else { return };
         all.push((component, costs));
     }
-    let root = parse(db, of.file(db)).syntax();
+    let heads = heads(db, of, range);
     let mut add = |part: Part, before: &str, after: &str, time: &dyn Fn(&Costs) -> Option<&Time>| {
-        let node = node_of(&root, Place::Part(of, part).range(db));
-        let node = node.filter(|node| node.text_range().intersect(range).is_some());
-        let offset = node.and_then(|node| behind_head(&node)).filter(|it| range.contains_inclusive(*it));
-        let Some(offset) = offset else { return };
+        let offset = heads.get(&Place::Part(of, part).range(db).start());
+        let Some(&offset) = offset.filter(|offset| range.contains_inclusive(**offset)) else { return };
         if let Some(label) = label(db, &all, time) {
             hints.push(InlayHint { offset, label: format!("{before}{label}{after}"), explained_at: None });
         }
@@ -144,18 +143,55 @@ fn label(
     Some(each.join(", ") + assumed)
 }
 
-/// What has this name, or begins with this keyword.
-fn node_of(root: &SyntaxNode, place: TextRange) -> Option<SyntaxNode> {
-    use SyntaxKind::{HOOK, METHOD, STATE, TRANSITION};
-    let token = root.token_at_offset(place.start()).right_biased()?;
-    token.parent_ancestors().find(|node| matches!(node.kind(), HOOK | METHOD | STATE | TRANSITION))
-}
-
-/// Behind what stands on one line; otherwise behind the first brace in it.
-fn behind_head(node: &SyntaxNode) -> Option<TextSize> {
-    if !node.text().contains_char('\n') {
-        return Some(node.text_range().end());
+/// Where the hints of a core's programs, states and transitions stand, those that touch `range`, by where their names or
+/// keywords begin: behind what stands on one line, otherwise behind the first brace in it. One pass over the core: a node is
+/// far from its neighbours in a tree.
+fn heads(db: &dyn ModelDb, of: Decl<'_>, range: TextRange) -> FxHashMap<TextSize, TextSize> {
+    let mut heads = FxHashMap::default();
+    let root = parse(db, of.file(db)).syntax();
+    let name = root.token_at_offset(Place::name_of(of).range(db).start()).right_biased();
+    let Some(core) = name.and_then(|name| name.parent_ancestors().find_map(ast::Core::cast)) else {
+        return heads;
+    };
+    let text = of.file(db).text(db);
+    let mut add = |node: &SyntaxNode, begins: Option<TextRange>, brace: &dyn Fn() -> Option<SyntaxToken>| {
+        let whole = node.text_range();
+        let Some(begins) = begins.filter(|_| whole.intersect(range).is_some()) else { return };
+        let is_one_line =
+            text.get(std::ops::Range::<usize>::from(whole)).is_some_and(|it| !it.contains('\n'));
+        let offset =
+            if is_one_line { Some(whole.end()) } else { brace().map(|brace| brace.text_range().end()) };
+        heads.extend(offset.map(|offset| (begins.start(), offset)));
+    };
+    let brace_of = |block: Option<ast::Block>| block.and_then(|block| block.l_curly_token());
+    let of_name = |name: Option<ast::Name>| name.map(|name| name.syntax().text_range());
+    let of_keyword = |keyword: Option<SyntaxToken>| keyword.map(|keyword| keyword.text_range());
+    for item in core.core_items() {
+        match item {
+            ast::CoreItem::Hook(hook) => {
+                add(hook.syntax(), of_keyword(hook.keyword()), &|| brace_of(hook.block()));
+            }
+            ast::CoreItem::StateMachine(machine) => {
+                for item in machine.state_machine_items() {
+                    let ast::StateMachineItem::State(state) = item else { continue };
+                    add(state.syntax(), of_name(state.name()), &|| state.l_curly_token());
+                    if state.syntax().text_range().intersect(range).is_none() {
+                        continue;
+                    }
+                    for item in state.state_items() {
+                        match item {
+                            ast::StateItem::Method(it) => {
+                                add(it.syntax(), of_keyword(it.keyword()), &|| brace_of(it.block()));
+                            }
+                            ast::StateItem::Transition(it) => {
+                                add(it.syntax(), of_name(it.name()), &|| brace_of(it.block()));
+                            }
+                        }
+                    }
+                }
+            }
+            _ => {}
+        }
     }
-    let mut tokens = node.descendants_with_tokens().filter_map(mauve_syntax::NodeOrToken::into_token);
-    Some(tokens.find(|token| token.kind() == SyntaxKind::L_CURLY)?.text_range().end())
+    heads
 }

@@ -7,6 +7,7 @@ use crate::diagnostics;
 use crate::item_tree::{Expr, FeatureKind, Kind, Name, NameRef, Part, Program, Statement, Variable};
 use crate::names::{Unresolved, similar};
 use crate::source::{Decl, Place};
+use crate::typing::BUILT_IN_FUNCTIONS;
 
 /// The variables in scope, innermost last.
 #[derive(Default)]
@@ -227,7 +228,7 @@ impl<'db> Reader<'_, 'db> {
     /// Something that hides the codel, or the built-in function, of its name.
     fn not_callable(&mut self, at: Place<'db>, name: &Name, what: &str) {
         let hides = match (self.codel(name), name.as_str()) {
-            (Err(Unresolved::Unknown), "read" | "write" | "status" | "send" | "collect") => {
+            (Err(Unresolved::Unknown), name) if BUILT_IN_FUNCTIONS.contains(&name) => {
                 Some("built-in function")
             }
             (Err(Unresolved::Unknown), _) => None,

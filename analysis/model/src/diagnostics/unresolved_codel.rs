@@ -18,6 +18,7 @@
 //! ```
 
 use super::*;
+use crate::typing::BUILT_IN_FUNCTIONS;
 
 code!(UNRESOLVED_CODEL, Error, "unresolved-codel");
 
@@ -29,7 +30,7 @@ pub(crate) fn report<'db>(
     name: &Name,
 ) -> Diagnostic<'db> {
     let diagnostic = Diagnostic::new(&UNRESOLVED_CODEL, at.clone(), format!("no codel or operation `{name}`"));
-    let built_in = ["read", "write", "status", "send", "collect"].map(Name::from);
+    let built_in = BUILT_IN_FUNCTIONS.map(Name::from);
     if let near @ Some(_) = similar(name, &built_in) {
         return diagnostic.did_you_mean(at, near);
     }

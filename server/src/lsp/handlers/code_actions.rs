@@ -64,7 +64,11 @@ pub(crate) fn code_actions(
         return Ok(Some(Vec::new()));
     }
     let context = &params.context;
-    let is_wanted = |it: &ActionKind| context.only.as_ref().is_none_or(|only| is_among(only, &kind(*it)));
+    let is_wanted = |it: &ActionKind| match &context.only {
+        Some(only) => is_among(only, &kind(*it)),
+        // At every move of a cursor, nobody looks for what concerns the whole file.
+        None => !matches!(it, ActionKind::OrganizeUses | ActionKind::FixAll),
+    };
     let kinds: Vec<ActionKind> = ALL_KINDS.iter().copied().filter(is_wanted).collect();
     let known = context.diagnostics.iter().filter_map(|it| match &it.code {
         Some(NumberOrString::String(code)) => Some((lines.text_range(it.range, encoding), code.clone())),

@@ -16,6 +16,7 @@ use tower_lsp::lsp_types::{
 use super::execute_command::SET_SIGNIFICANCE;
 use crate::lsp::position::line_index;
 use crate::lsp::snapshot::Snapshot;
+use crate::lsp::to_proto;
 
 /// The client's command that shows places.
 pub(crate) const SHOW_REFERENCES: &str = "mauve.showReferences";
@@ -61,7 +62,10 @@ pub(crate) fn code_lenses(
             LensKind::Instances => later(Kind::Instances),
             LensKind::AtLevel(_) | LensKind::Implementation => {
                 let lens = resolve_code_lens(&snapshot.db, &snapshot.workspaces, file, lens)?;
-                let is_there = !matches!(&lens.action, Some(LensAction::Open(path)) if !path.is_file());
+                let is_there = match &lens.action {
+                    Some(LensAction::Open(paths)) => to_proto::files_there(paths).next().is_some(),
+                    _ => true,
+                };
                 let command = is_there.then(|| command(snapshot, &params.text_document.uri, range, lens))?;
                 Some(lsp_types::CodeLens { range, command: Some(command), data: None })
             }
@@ -108,9 +112,9 @@ fn command(snapshot: &Snapshot, uri: &Url, range: Range, lens: Lens) -> Command 
             };
             show(places.into_iter().filter_map(location).collect())
         }
-        LensAction::Open(path) => {
-            let uri = Url::from_file_path(path).ok();
-            show(uri.into_iter().map(|uri| Location { uri, range: Range::default() }).collect())
+        LensAction::Open(paths) => {
+            let all = to_proto::files_there(&paths);
+            show(all.map(|uri| Location { uri, range: Range::default() }).collect())
         }
     });
     let (command, arguments) =

@@ -11,6 +11,7 @@ use tower_lsp::lsp_types::{
 
 use crate::lsp::position::line_index;
 use crate::lsp::snapshot::Snapshot;
+use crate::lsp::to_proto;
 
 /// One of the questions.
 type Ask = fn(&dyn ModelDb, &[Workspace], File, TextSize) -> Option<Definition>;
@@ -66,10 +67,8 @@ fn go_to(
         let (all, name) = (lines.range(target.range, encoding), lines.range(target.name, encoding));
         targets.extend(snapshot.url(target.file).map(|url| (url, all, name)));
     }
-    // What is not there, nobody can open: a codel that has not been written yet, a message of a package that is gone.
-    let files = found.files.iter().filter(|path| path.is_file());
     let start = Range::default();
-    targets.extend(files.filter_map(|path| Some((Url::from_file_path(path).ok()?, start, start))));
+    targets.extend(to_proto::files_there(&found.files).map(|url| (url, start, start)));
     let targets = targets.into_iter();
     Ok(Some(match links {
         true => GotoDefinitionResponse::Link(

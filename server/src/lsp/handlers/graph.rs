@@ -11,9 +11,8 @@
 //! Of the result, `source` and `target` are numbers of nodes, as are `data-instance`, `data-source` and `data-target` in the SVG.
 //! `load` is the share of a CPU, 1 being all of it; `status` is that of `mauve wcrt --format json`.
 
-use mauve_ide::{GraphEdge, GraphNode, draw_graph, graph as graph_of};
-use mauve_model::item_tree::Kind;
-use mauve_model::{Decl, Project, Query, declarations, names_of, project_files, projects, source_map};
+use mauve_ide::{GraphEdge, GraphNode, GraphOf, draw_graph, graph as graph_of, graph_meant};
+use mauve_model::{Decl, Project, Query};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use tower_lsp::jsonrpc::{Error, Result};
@@ -141,38 +140,11 @@ pub(crate) fn graph(snapshot: &Snapshot, params: &GraphParams) -> Result<GraphDo
 
 /// The deployment or architecture that is meant.
 fn meant<'db>(snapshot: &'db Snapshot, params: &GraphParams) -> Result<(Project<'db>, Decl<'db>)> {
-    let db = &snapshot.db;
     let (file, lines) = snapshot.file(&params.text_document)?;
-    let all = snapshot.workspaces.iter().flat_map(|&workspace| projects(db, workspace));
-    let having: Vec<Project<'db>> =
-        all.copied().filter(|project| project_files(db, *project).contains(&file)).collect();
-    let Some(&first) = having.first() else {
-        return Err(Error::invalid_params("this file is part of no project"));
+    let meant = match (&params.name, params.position) {
+        (Some(name), _) => GraphOf::Name(name),
+        (None, Some(position)) => GraphOf::At(lines.offset(position, snapshot.capabilities.encoding)),
+        (None, None) => GraphOf::First,
     };
-    let kinds = [Kind::Deployment, Kind::Architecture];
-    let is_graph = |decl: &Decl<'db>| kinds.contains(&decl.kind(db));
-    if let Some(name) = &params.name {
-        for &project in &having {
-            let is_it = |decl: &&Decl<'db>| {
-                is_graph(decl) && (*decl.name(db) == *name.as_str() || decl.qualified(db) == *name)
-            };
-            if let Some(&of) = names_of(db, project).all.iter().find(is_it) {
-                return Ok((project, of));
-            }
-        }
-        let message = format!("no deployment and no architecture `{name}` in the projects of this file");
-        return Err(Error::invalid_params(message));
-    }
-    let declared = &declarations(db, file).all;
-    let found = match params.position {
-        Some(position) => {
-            let offset = lines.offset(position, snapshot.capabilities.encoding);
-            let mut all = declared.iter().zip(&source_map(db, file).declarations);
-            let found = all.find(|(decl, map)| is_graph(decl) && map.range.contains_inclusive(offset));
-            found.map(|(decl, _)| *decl)
-        }
-        None => kinds.iter().find_map(|kind| declared.iter().find(|decl| decl.kind(db) == *kind).copied()),
-    };
-    let of = found.ok_or_else(|| Error::invalid_params("no deployment and no architecture here"))?;
-    Ok((first, of))
+    graph_meant(&snapshot.db, &snapshot.workspaces, file, meant).map_err(Error::invalid_params)
 }
