@@ -153,7 +153,10 @@ fn a_graph_has_what_is_connected_and_what_is_known_of_it() {
     let mut client = robot();
     let text = client.open_file(&models().join("p3dx/deployment.mal"));
     let document = json!({"uri": text.uri});
-    let found = client.call("mauve/graph", json!({"textDocument": document})).unwrap();
+    let graphs = client.call("mauve/graph", json!({"textDocument": document})).unwrap();
+    assert_eq!(graphs.as_array().unwrap().len(), 1);
+    let found = &graphs[0];
+    assert_eq!(found["root"], json!(models().join("p3dx/deployment.mal")));
     assert_eq!((&found["name"], &found["significance"]), (&json!("P3dxDeployment"), &json!(1e-4)));
     let nodes = found["nodes"].as_array().unwrap();
     let number = |name: &str| nodes.iter().position(|node| node["instance"] == name).unwrap();
@@ -167,10 +170,45 @@ fn a_graph_has_what_is_connected_and_what_is_known_of_it() {
     assert!(found["edges"].as_array().unwrap().iter().any(|edge| is_link(&edge)), "{}", found["edges"]);
     assert!(found["drawing"].as_str().unwrap().contains("R 997 ≤ 1000"));
     let params = json!({"textDocument": document, "name": "ExplorationP3dxArchitecture", "drawing": "dot"});
-    let found = client.call("mauve/graph", params).unwrap();
+    let found = &client.call("mauve/graph", params).unwrap()[0];
     assert_eq!((&found["significance"], &found["nodes"][0]["status"]), (&Value::Null, &Value::Null));
     let error = client.call("mauve/graph", json!({"textDocument": document, "name": "Nothing"})).unwrap_err();
     assert!(error["message"].as_str().unwrap().contains("no architecture `Nothing`"), "{error}");
+}
+
+#[test]
+fn each_project_of_a_file_has_its_graphs() {
+    let folder = mauve_tests::scratch(env!("CARGO_TARGET_TMPDIR"), "lsp_requests_graphs");
+    let root = |name: &str| {
+        format!(
+            "include \"lib.mal\"\narchitecture {name} {{ import Base }}\ndeployment D {{ architecture {name} }}\n"
+        )
+    };
+    let (a, b) = (root("A"), root("B"));
+    mauve_tests::write(
+        &folder,
+        &[
+            ("a.mal", &a),
+            ("b.mal", &b),
+            ("lib.mal", "architecture Base { }\n"),
+            ("mauve.toml", "[project]\nroots = [\"a.mal\", \"b.mal\"]\n[timing]\ntables = \"t.toml\"\n"),
+            ("t.toml", ""),
+        ],
+    );
+    let mut client = Client::of_folder(MAUVE, &folder);
+    let mut graphs = |file: &str| {
+        let document = json!({"uri": format!("file://{}", folder.join(file).display())});
+        let found = client.call("mauve/graph", json!({"textDocument": document})).unwrap();
+        let shown = |it: &Value| {
+            let root = std::path::Path::new(it["root"].as_str().unwrap());
+            format!("{} of {}", it["name"].as_str().unwrap(), root.file_name().unwrap().display())
+        };
+        found.as_array().unwrap().iter().map(shown).collect::<Vec<_>>()
+    };
+    assert_eq!(graphs("lib.mal"), ["Base of a.mal", "Base of b.mal"]);
+    assert_eq!(graphs("b.mal"), ["D of b.mal"]);
+    assert_eq!(graphs("t.toml"), ["D of a.mal", "D of b.mal"]);
+    assert_eq!(graphs("mauve.toml"), ["D of a.mal", "D of b.mal"]);
 }
 
 #[test]

@@ -7,7 +7,8 @@ use std::fmt::Write as _;
 use mauve_model::item_tree::{Kind, Name};
 use mauve_model::{
     ActivityReport, Decl, File, FlatInstance, ModelDb, Place, Project, Query, Report, Verdict, Workspace,
-    architecture, declaration_at, declarations, deployment, flat_of, names_of, psm_of, response_times,
+    architecture, declaration_at, declarations, deployment, flat_of, is_model, names_of, psm_of,
+    response_times,
 };
 use mauve_syntax::{TextRange, TextSize};
 use mauve_timing::{Status, Time, Utilisation};
@@ -58,48 +59,67 @@ pub struct GraphEdge<'db> {
     pub at: Place<'db>,
 }
 
-/// Which deployment or architecture of a file's projects somebody means.
+/// Which deployments or architectures of a file's projects somebody means.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum GraphOf<'a> {
-    /// The one of this name, `library.Name` or `Name`.
+pub enum GraphsOf<'a> {
+    /// Those of this name, `library.Name` or `Name`.
     Name(&'a str),
     /// The one that this place of the file is in.
     At(TextSize),
-    /// The first deployment of the file, else its first architecture.
-    First,
+    /// The deployments of the file, else its architectures. A file that has neither, such as a timing table, stands for its
+    /// projects.
+    File,
 }
 
-/// The deployment or architecture that is meant, with a project that has it.
+/// The deployments or architectures that are meant, each in each project that has it; at least one.
 ///
 /// # Errors
 ///
 /// Why there is none, for the user.
-pub fn graph_meant<'db>(
+pub fn graphs_meant<'db>(
     db: &'db dyn ModelDb,
     workspaces: &[Workspace],
     file: File,
-    meant: GraphOf<'_>,
-) -> Result<(Project<'db>, Decl<'db>), String> {
+    meant: GraphsOf<'_>,
+) -> Result<Vec<(Project<'db>, Decl<'db>)>, String> {
     let projects = projects_with(db, workspaces, file);
-    let Some(&first) = projects.first() else { return Err("this file is part of no project".to_owned()) };
+    if projects.is_empty() {
+        return Err("this file is part of no project".to_owned());
+    }
     let kinds = [Kind::Deployment, Kind::Architecture];
     let is_graph = |decl: &Decl<'db>| kinds.contains(&decl.kind(db));
+    let of_projects = |is_it: &dyn Fn(&Decl<'db>) -> bool| -> Vec<(Project<'db>, Decl<'db>)> {
+        let all = |&project: &Project<'db>| names_of(db, project).all.iter().map(move |&of| (project, of));
+        projects.iter().flat_map(all).filter(|(_, of)| is_it(of)).collect()
+    };
+    // No place in a table or in `mauve.toml` is one of a model.
+    let own = if is_model(file.path(db)) { declarations(db, file).all.as_slice() } else { &[] };
     let found = match meant {
-        GraphOf::Name(name) => {
-            let is_it = |it: &Decl<'db>| is_graph(it) && (*it.name(db) == *name || it.qualified(db) == name);
-            let mut all = projects.iter().map(|&project| (project, &names_of(db, project).all));
-            let found = all.find_map(|(project, all)| Some((project, all.iter().copied().find(is_it)?)));
-            return found.ok_or_else(|| {
-                format!("no deployment and no architecture `{name}` in the projects of this file")
-            });
+        GraphsOf::Name(name) => {
+            let found =
+                of_projects(&|of| is_graph(of) && (*of.name(db) == *name || of.qualified(db) == name));
+            if found.is_empty() {
+                let what = format!("no deployment and no architecture `{name}`");
+                return Err(format!("{what} in the projects of this file"));
+            }
+            found
         }
-        GraphOf::At(offset) => declaration_at(db, file, TextRange::empty(offset)).filter(is_graph),
-        GraphOf::First => {
-            let of_kind = |kind: Kind| declarations(db, file).all.iter().find(move |it| it.kind(db) == kind);
-            kinds.into_iter().find_map(of_kind).copied()
+        GraphsOf::At(offset) if is_model(file.path(db)) => {
+            let at = declaration_at(db, file, TextRange::empty(offset)).filter(is_graph);
+            of_projects(&|of| Some(*of) == at)
+        }
+        GraphsOf::At(_) | GraphsOf::File => {
+            let has = |kind| own.iter().any(|of| of.kind(db) == kind);
+            match kinds.into_iter().find(|&kind| has(kind)) {
+                Some(kind) => of_projects(&|of| of.kind(db) == kind && of.file(db) == file),
+                None => {
+                    let all = kinds.into_iter().map(|kind| of_projects(&|of| of.kind(db) == kind));
+                    all.into_iter().find(|all| !all.is_empty()).unwrap_or_default()
+                }
+            }
         }
     };
-    found.map(|of| (first, of)).ok_or_else(|| "no deployment and no architecture here".to_owned())
+    if found.is_empty() { Err("no deployment and no architecture here".to_owned()) } else { Ok(found) }
 }
 
 /// The graph of an architecture, or of what a deployment runs with its response times; nothing of other declarations, and of a
@@ -442,6 +462,41 @@ codel.plan = 30
     }
 
     #[test]
+    fn each_project_has_its_own() {
+        let Fixture { db, workspace, .. } = Fixture::new(
+            "//- /a.mal\ninclude \"lib.mal\" architecture A { } deployment D { architecture A }\n\
+             //- /b.mal\ninclude \"lib.mal\" architecture B { import Shared }\n\
+             //- /lib.mal\nlibrary l { architecture Shared { } }\n\
+             //- /mauve.toml\ntiming.tables = ['t.toml']\n//- /t.toml\ncodel.deployment = 1\n//- /other.toml\n",
+        );
+        let meant = |path: &str, of: GraphsOf<'_>| {
+            let file = workspace.file(&db, path.as_ref()).unwrap();
+            graphs_meant(&db, &[workspace], file, of).map(|found| {
+                let shown = |(project, of): (Project<'_>, Decl<'_>)| {
+                    format!("{} in {}", of.qualified(&db), project.root(&db).path(&db).display())
+                };
+                found.into_iter().map(shown).collect::<Vec<_>>().join(", ")
+            })
+        };
+        let ok = |text: &str| Ok(text.to_owned());
+        let both = ok("l.Shared in /a.mal, l.Shared in /b.mal");
+        assert_eq!(meant("/lib.mal", GraphsOf::File), both);
+        assert_eq!(meant("/lib.mal", GraphsOf::At(20.into())), both);
+        assert_eq!(meant("/lib.mal", GraphsOf::Name("Shared")), both);
+        assert_eq!(meant("/lib.mal", GraphsOf::Name("B")), ok("B in /b.mal"));
+        assert_eq!(meant("/a.mal", GraphsOf::File), ok("D in /a.mal"));
+        assert_eq!(meant("/a.mal", GraphsOf::At(30.into())), ok("A in /a.mal"));
+        for of in [GraphsOf::File, GraphsOf::At(8.into())] {
+            assert_eq!(meant("/t.toml", of), ok("D in /a.mal"));
+        }
+        let why = |path: &str, of| meant(path, of).unwrap_err();
+        assert_eq!(why("/lib.mal", GraphsOf::At(2.into())), "no deployment and no architecture here");
+        assert_eq!(why("/other.toml", GraphsOf::File), "this file is part of no project");
+        let none = "no deployment and no architecture `C` in the projects of this file";
+        assert_eq!(why("/a.mal", GraphsOf::Name("C")), none);
+    }
+
+    #[test]
     fn as_svg() {
         let svg = drawn("D", Drawing::Svg);
         assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n"));
@@ -468,24 +523,24 @@ codel.plan = 30
         );
         let Fixture { db, workspace, file, .. } = Fixture::new(&text);
         let more = workspace.file(&db, "/more.mal".as_ref()).unwrap();
-        let ask = |file: File, of: GraphOf<'_>| match graph_meant(&db, &[workspace], file, of) {
-            Ok((_, of)) => of.name(&db).to_string(),
+        let ask = |file: File, of: GraphsOf<'_>| match graphs_meant(&db, &[workspace], file, of) {
+            Ok(all) => all.iter().map(|(_, of)| of.name(&db).as_str()).collect::<Vec<_>>().join(", "),
             Err(why) => why,
         };
-        let at = |text: &str| GraphOf::At((file.text(&db).find(text).unwrap() as u32).into());
-        assert_eq!(ask(file, GraphOf::First), "D");
+        let at = |text: &str| GraphsOf::At((file.text(&db).find(text).unwrap() as u32).into());
+        assert_eq!(ask(file, GraphsOf::File), "D");
         assert_eq!([ask(file, at("spare: U")), ask(file, at("pilot { pr"))], ["A", "D"]);
         assert_eq!(ask(file, at("core CL")), "no deployment and no architecture here");
         // At the end of one; and where another begins.
-        let ends = [GraphOf::At(30.into()), GraphOf::At(32.into()), GraphOf::At(48.into())];
+        let ends = [GraphsOf::At(30.into()), GraphsOf::At(32.into()), GraphsOf::At(48.into())];
         assert_eq!(ends.map(|of| ask(more, of)), ["M", "N", "N"]);
-        assert_eq!(["M", "l.M", "N"].map(|name| ask(file, GraphOf::Name(name))), ["M", "M", "N"]);
+        assert_eq!(["M", "l.M", "N"].map(|name| ask(file, GraphsOf::Name(name))), ["M", "M", "N"]);
         assert_eq!(
-            ask(file, GraphOf::Name("K")),
+            ask(file, GraphsOf::Name("K")),
             "no deployment and no architecture `K` in the projects of this file"
         );
         assert_eq!(
-            graph_meant(&db, &[], file, GraphOf::First),
+            graphs_meant(&db, &[], file, GraphsOf::File),
             Err("this file is part of no project".to_owned())
         );
     }

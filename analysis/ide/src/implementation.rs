@@ -117,7 +117,7 @@ pub(crate) fn codel_file<'db>(
 ) -> Option<std::path::PathBuf> {
     let library = decl.library(db).as_ref().filter(|_| decl.kind(db) == Kind::Codel)?;
     let workspace = project.workspace(db);
-    let out = config_of(db, workspace).out.as_deref().unwrap_or("generated");
+    let out = config_of(db, workspace).out.as_ref().map_or("generated", |(out, _)| out);
     let package = workspace.folder(db).join(out).join(library.as_str());
     Some(mauve_model::normalised(&package.join("src/codels").join(format!("{}.cpp", decl.name(db)))))
 }

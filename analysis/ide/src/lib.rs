@@ -81,7 +81,7 @@ pub use document_symbols::{Symbol, SymbolKind, document_symbols};
 pub use explanation::explain_response;
 pub use folding_ranges::{FoldingKind, FoldingRange, folding_ranges};
 pub use formatting::{formatting, formatting_on_type};
-pub use graph::{Graph, GraphEdge, GraphNode, GraphOf, draw_graph, graph, graph_meant};
+pub use graph::{Graph, GraphEdge, GraphNode, GraphsOf, draw_graph, graph, graphs_meant};
 pub use hierarchy::HierarchyItem;
 pub use hover::{Hover, hover};
 pub use implementation::implementation;

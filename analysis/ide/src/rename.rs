@@ -5,11 +5,11 @@
 //! refused with the place that it hangs on.
 
 use mauve_model::diagnostics::{Diagnostic, Severity, declaration_diagnostics};
-use mauve_model::item_tree::{Core, Data, Kind, NameRef, Part, Statement};
+use mauve_model::item_tree::{Core, Data, Endpoint, Kind, NameRef, Part, Statement};
 use mauve_model::{
     Database, Decl, File, ModelDb, Place, Project, Workspace, behaviour_of, config_file, config_of, data,
-    declarations, features_of, flat_of, includes, is_model, names_of, parse, project_files, projects, table,
-    typing_of,
+    declaration_at, declarations, features_of, flat_of, includes, is_model, names_of, parse, project_files,
+    projects, shell_of, table, typing_of,
 };
 use mauve_syntax::format::Replacement;
 use mauve_syntax::{SyntaxKind, SyntaxToken, TextRange, TextSize};
@@ -332,7 +332,7 @@ impl<'db> Renaming<'_, 'db> {
                     known.extend(names_in(db, project, file).into_iter().map(|it| it.range));
                 }
             }
-            if may_be && !known.contains(&range) {
+            if may_be && !known.contains(&range) && !self.is_error(file, range) {
                 let line = self.line(file, range);
                 return Err(format!("{line}: it is unknown whether this `{word}` is meant too"));
             }
@@ -385,6 +385,71 @@ impl<'db> Renaming<'_, 'db> {
             )
         });
         !of_value || matches!(self.thing.meaning, Meaning::Library(_))
+    }
+
+    /// Does a word of a model stand for nothing, whoever reads it? All that it could stand for is known there, and what is
+    /// renamed is none of it.
+    fn is_error(&self, file: File, range: TextRange) -> bool {
+        let db = self.db;
+        if !is_model(file.path(db)) {
+            return false;
+        }
+        let Some(of) = declaration_at(db, file, range) else { return false };
+        let around = parse(db, file).syntax().covering_element(range);
+        let is_broken = around.ancestors().any(|node| node.kind() == SyntaxKind::ERROR);
+        let mut projects = projects_with(db, self.workspaces, file).into_iter();
+        !is_broken && projects.all(|project| self.is_error_in(project, of, range))
+    }
+
+    fn is_error_in(&self, project: Project<'db>, of: Decl<'db>, range: TextRange) -> bool {
+        let (db, thing) = (self.db, self.thing);
+        let names = names_of(db, project);
+        let resolved = |kind, ty| names.resolve_type(db, of, kind, ty).ok();
+        let is_feature = match &thing.meaning {
+            Meaning::Part(Place::Part(shell, _)) => {
+                shell.kind(db) == Kind::Shell && thing.kind != SymbolKind::Parameter
+            }
+            _ => false,
+        };
+        let lacks = |shell: Decl<'db>| {
+            let features = features_of(db, project, shell);
+            !features.lost && features.get(self.old_name).is_none()
+        };
+        let mut ends: Vec<&Endpoint> = Vec::new();
+        let mut instances: Vec<&NameRef> = Vec::new();
+        let target = match data(db, of).as_deref() {
+            Some(Data::Shell(_)) => return is_feature && lacks(of),
+            Some(Data::Core(core)) => {
+                return is_feature && resolved(Kind::Shell, core.shell.as_ref()).is_some_and(lacks);
+            }
+            Some(Data::Architecture(data)) => {
+                let links = data.connections.iter().chain(&data.operations);
+                ends.extend(links.flat_map(|link| [&link.source, &link.target]).flatten());
+                ends.extend(data.settings.iter().filter_map(|it| it.endpoint.as_ref()));
+                of
+            }
+            Some(Data::Deployment(data)) => {
+                let [target] = data.targets.as_slice() else { return false };
+                let Some(target) = resolved(Kind::Architecture, Some(target)) else { return false };
+                ends.extend(data.settings.iter().filter_map(|it| it.endpoint.as_ref()));
+                instances.extend(data.activities.iter().map(|activity| &activity.instance));
+                target
+            }
+            _ => return false,
+        };
+        let flat = flat_of(db, project, target);
+        let is_here = |name: &NameRef| Place::Part(of, name.part).range(db) == range;
+        instances.extend(ends.iter().map(|end| &end.instance));
+        if instances.into_iter().any(is_here) {
+            let is_whole = flat.lost.is_empty() && flat.instance(self.old_name).is_none();
+            return thing.kind != SymbolKind::Instance || is_whole;
+        }
+        let Some(end) = ends.into_iter().find(|end| end.feature.as_ref().is_some_and(is_here)) else {
+            return false;
+        };
+        let instance = flat.instance(&end.instance.name).filter(|instance| !instance.repeated);
+        let shell = instance.and_then(|it| shell_of(db, project, it.component?));
+        !is_feature || shell.is_some_and(lacks)
     }
 
     /// Do all names stand for what they stood for, once it is renamed?
@@ -1158,6 +1223,48 @@ parts.Laser = 9
             "h",
             expect![[r#"
                 t.toml, line 1: `f` would stand for something else
+            "#]],
+        );
+    }
+
+    #[test]
+    fn what_is_an_error_is_not_meant() {
+        const MODEL: &str = "shell S { property $0force: int }\nshell T { property gain: int }\ncore C(T) { }\n\
+             component M(T, C)\n";
+        let expected = || {
+            expect![[r#"
+                /model.mal: shell S { property power: int }
+            "#]]
+        };
+        let with = |text: &str| check(&format!("{MODEL}{text}"), "power", expected());
+        with("architecture A { instance m: M  property m.force = 2 }");
+        with("architecture A { instance m: M } deployment D { architecture A property m.force = 2 }");
+        with("architecture A { instance m: M instance n: M connection m.force -> n.force }");
+        with("architecture A { instance force: M property fore.gain = 2 }");
+        with("architecture A { instance m: M property force.gain = 2 }");
+        with("core D(T) { update = { var n: int; n = force; } }");
+        with("shell U extends T { constant c: int = force }");
+        let refused = |text: &str| {
+            let Fixture { db, workspace, file, offset } = Fixture::new(&format!("{MODEL}{text}"));
+            let why = rename(&db, &[workspace], file, offset, "power").unwrap_err();
+            assert!(why.ends_with("it is unknown whether this `force` is meant too"), "{text}: {why}");
+        };
+        // Whoever mends one of these may make it mean the renamed one.
+        refused("architecture A { instance m: Unknown property m.force = 2 }");
+        refused("architecture A { property m.force = 2 }");
+        refused("architecture A { instance m: M instance m: M property m.force = 2 }");
+        refused(
+            "component N(U, C) shell U extends V { } architecture A { instance m: N property m.force = 2 }",
+        );
+        refused("core D(Unknown) { update = { var n: int; n = force; } }");
+        let instance =
+            "architecture B { instance $0b: M } architecture A { instance a: M property b.gain = 2 }";
+        let text = format!("{}{instance}", MODEL.replace("$0", ""));
+        check(
+            &text,
+            "d",
+            expect![[r#"
+                /model.mal: architecture B { instance d: M } architecture A { instance a: M property b.gain = 2 }
             "#]],
         );
     }

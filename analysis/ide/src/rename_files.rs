@@ -1,11 +1,13 @@
-//! What is written about files that get other names: `include` lines, and the roots and tables of `mauve.toml`.
+//! What is written about files that get other names: `include` lines, and the roots, tables and generated packages of
+//! `mauve.toml`.
 
+use std::ops::Range;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
 use mauve_model::{
     CONFIG_FILE, File, ModelDb, Workspace, config_file, config_of, include_candidates, includes, is_model,
-    normalised, source_map,
+    normalised, pattern_of_path, source_map, table_pattern,
 };
 use mauve_syntax::TextRange;
 use mauve_syntax::format::Replacement;
@@ -15,8 +17,8 @@ use crate::change::Change;
 
 /// What must be changed before these files, or folders, get other names: each an old path and a new one, absolute.
 ///
-/// A pattern of `[timing] tables` that names a moved table by `*` is left as it is: whether it should follow, only its
-/// author knows.
+/// No table is lost: a pattern of `[timing] tables` follows its folder; and where that does not do, a table that no pattern
+/// would name is named by its path.
 ///
 /// ```
 /// use mauve_model::{Database, Workspace};
@@ -109,32 +111,113 @@ impl Moving<'_> {
             let below = in_folder.and_then(|folder| new_target.strip_prefix(folder).ok());
             let below = below.map(slashed).filter(|path| leads_to(path).as_ref() == Some(&new_target));
             let new = below.unwrap_or_else(|| relative(&folder(&new_place), &new_target));
-            let text = format!("\"{}\"", new.replace('\\', "\\\\").replace('"', "\\\""));
-            change.replace(file, Replacement { range, text });
+            change.replace(file, Replacement { range, text: quoted(&new) });
         }
     }
 
     fn config(&self, workspace: Workspace, change: &mut Change) {
         let db = self.db;
         let Some(file) = config_file(db, workspace) else { return };
-        let folder = workspace.folder(db);
-        // Where all of it moves, its paths stay.
-        let new_folder = self.moved(folder);
         let config = config_of(db, workspace);
-        let is_pattern = |path: &str| path.contains(['*', '?', '[', '{']);
-        let tables = config.tables.iter().filter(|(path, _)| !is_pattern(path));
-        for (path, span) in config.roots.iter().chain(tables) {
-            let old = normalised(&folder.join(path));
-            let new = self.moved(&old);
-            let is_there = workspace.files(db).contains_key(&old);
-            if !is_there || new == normalised(&new_folder.join(path)) {
-                continue;
+        for (path, span) in config.roots.iter().chain(&config.out) {
+            if let Some(path) = self.path_in_config(workspace, path) {
+                change.replace(file, Replacement { range: range_of(span), text: quoted(&path) });
             }
-            let path = relative(&new_folder, &new);
-            let text = format!("\"{}\"", path.replace('\\', "\\\\").replace('"', "\\\""));
-            let range = TextRange::new((span.start as u32).into(), (span.end.max(span.start) as u32).into());
-            change.replace(file, Replacement { range, text });
         }
+        self.tables(workspace, file, change);
+    }
+
+    /// How a path of the configuration is written afterwards; nothing where it can stay. Where its folder moves with all
+    /// that it names, it can.
+    fn path_in_config(&self, workspace: Workspace, path: &str) -> Option<String> {
+        let folder = workspace.folder(self.db);
+        let new_folder = self.moved(folder);
+        let new = self.moved(&normalised(&folder.join(path)));
+        (new != normalised(&new_folder.join(path))).then(|| relative(&new_folder, &new))
+    }
+
+    /// `[timing] tables`: what is a table stays one, and what is none becomes none.
+    fn tables(&self, workspace: Workspace, config: File, change: &mut Change) {
+        let db = self.db;
+        let (folder, written) = (workspace.folder(db), &config_of(db, workspace).tables);
+        let new_folder = self.moved(folder);
+        let known = || workspace.files(db).iter().filter(|(_, file)| **file != config);
+        let names = |folder: &Path, patterns: &[&str]| {
+            let globs: Vec<_> = patterns.iter().filter_map(|it| table_pattern(folder, it).ok()).collect();
+            move |path: &Path| globs.iter().any(|glob| glob.is_match(path))
+        };
+        let all: Vec<&str> = written.iter().map(|(pattern, _)| pattern.as_str()).collect();
+        let is_table = names(folder, &all);
+        let followed = |pattern: &str| {
+            let (fixed, rest) = split(pattern);
+            let path = pattern_of_path(&self.path_in_config(workspace, fixed)?);
+            let new = if rest.is_empty() { path } else { format!("{path}/{rest}") };
+            let (is_old, is_new) = (names(folder, &[pattern]), names(&new_folder, &[&new]));
+            let is_right = |path: &Path| match is_new(&self.moved(path)) {
+                true => is_table(path),
+                false => !is_old(path),
+            };
+            known().all(|(path, _)| is_right(path)).then_some(new)
+        };
+        let new: Vec<String> =
+            all.iter().map(|&pattern| followed(pattern).unwrap_or_else(|| pattern.to_owned())).collect();
+        let is_named = names(&new_folder, &new.iter().map(String::as_str).collect::<Vec<_>>());
+        // A file may have several paths.
+        let kept: FxHashSet<File> =
+            known().filter(|(path, _)| is_named(&self.moved(path))).map(|(_, file)| *file).collect();
+        let mut added: FxHashSet<File> = FxHashSet::default();
+        for ((pattern, span), new) in written.iter().zip(&new) {
+            let is_old = names(folder, &[pattern]);
+            let mut patterns = Vec::new();
+            for (path, &file) in known().filter(|(path, _)| is_old(path)) {
+                let path = self.moved(path);
+                if !kept.contains(&file) && !is_model(&path) && added.insert(file) {
+                    patterns.push(pattern_of_path(&relative(&new_folder, &path)));
+                }
+            }
+            // One that names nothing any more would be an error.
+            let is_new = names(&new_folder, &[new]);
+            if patterns.is_empty() || known().any(|(path, _)| is_new(&self.moved(path))) {
+                patterns.insert(0, new.clone());
+            }
+            if patterns != [pattern.as_str()] {
+                let text = listed(config.text(db), span, &patterns);
+                change.replace(config, Replacement { range: range_of(span), text });
+            }
+        }
+    }
+}
+
+fn range_of(span: &Range<usize>) -> TextRange {
+    TextRange::new((span.start as u32).into(), (span.end.max(span.start) as u32).into())
+}
+
+fn quoted(path: &str) -> String {
+    format!("\"{}\"", path.replace('\\', "\\\\").replace('"', "\\\""))
+}
+
+/// The folders of a pattern that are named as they are, and what follows them; of a path, all of it.
+fn split(pattern: &str) -> (&str, &str) {
+    match pattern.find(['*', '?', '[', '{']).and_then(|special| pattern.get(..special)) {
+        None => (pattern, ""),
+        Some(before) => {
+            let fixed = before.rfind('/').and_then(|slash| pattern.split_at_checked(slash));
+            fixed.map_or(("", pattern), |(fixed, rest)| (fixed, rest.trim_start_matches('/')))
+        }
+    }
+}
+
+/// What stands for the string at `span` in place of one pattern: a string that is no member of a list becomes one.
+fn listed(text: &str, span: &Range<usize>, patterns: &[String]) -> String {
+    let quoted: Vec<String> = patterns.iter().map(|pattern| quoted(pattern)).collect();
+    let before = text.get(..span.start).unwrap_or_default();
+    if before.trim_end_matches([' ', '\t']).ends_with('=') && quoted.len() > 1 {
+        return format!("[{}]", quoted.join(", "));
+    }
+    let line = before.rsplit_once('\n').map_or(before, |(_, line)| line);
+    match line.trim().is_empty() {
+        true => quoted.join(&format!(",\n{line}")),
+        false => quoted.join(", "),
     }
 }
 
@@ -155,7 +238,7 @@ mod tests {
     use super::*;
     use crate::fixture::Fixture;
     use expect_test::{Expect, expect};
-    use mauve_model::{Database, project_files, projects};
+    use mauve_model::{Database, project_files, projects, table_files};
 
     const ROBOT: &str = r#"
 //- /w/robot.mal
@@ -276,6 +359,82 @@ codel.f = 1
                 /w/mauve.toml: project.roots = ["robot.mal", "parts/map.mal"]
             "#]],
         );
+    }
+
+    /// What `mauve.toml` says then; and the tables and roots are those that were ones.
+    fn configured(config: &str, moves: &[(&str, &str)], expected: &str) {
+        let fixture = format!(
+            "//- /w/app/robot.mal\ncodel f(): int\n//- /w/timing/p3dx.toml\n//- /w/timing/arm.toml\n\
+             //- /w/timing/old/p3dx.toml\n//- /w/notes/a.toml\n//- /w/mauve.toml\n{config}\n"
+        );
+        let (db, before) = workspace(&fixture);
+        let moves: Vec<(PathBuf, PathBuf)> =
+            moves.iter().map(|(old, new)| (old.into(), new.into())).collect();
+        let change = rename_files(&db, &[before], &moves);
+        let file = config_file(&db, before).unwrap();
+        assert_eq!(change.applied(&db, file).trim_end(), expected);
+        let moving = Moving { db: &db, moves: &moves };
+        let files = before.files(&db).iter().map(|(path, &it)| (moving.moved(path), change.applied(&db, it)));
+        let new_db = Database::default();
+        let after = Workspace::of_texts(&new_db, moving.moved(Path::new("/w")), files.collect::<Vec<_>>());
+        let (old, new) = (table_files(&db, before), table_files(&new_db, after));
+        let mut paths: Vec<PathBuf> = old.files.iter().map(|file| moving.moved(file.path(&db))).collect();
+        paths.sort();
+        assert_eq!(new.files.iter().map(|file| file.path(&new_db).clone()).collect::<Vec<_>>(), paths);
+        assert_eq!(new.errors.len(), old.errors.len(), "{:?}", new.errors);
+    }
+
+    #[test]
+    fn no_table_is_lost() {
+        let list = "timing.tables = [\"timing/*.toml\"]";
+        let moved = |new: &str, expected: &str| configured(list, &[("/w/timing/p3dx.toml", new)], expected);
+        configured(list, &[("/w/timing", "/w/times")], "timing.tables = [\"times/*.toml\"]");
+        configured(list, &[("/w/timing", "/w/a/[b]*")], "timing.tables = [\"a/[[]b[]][*]/*.toml\"]");
+        configured(list, &[("/w", "/v/x")], list);
+        moved("/w/timing/p4.toml", list);
+        moved("/w/p3dx_times.toml", "timing.tables = [\"timing/*.toml\", \"p3dx_times.toml\"]");
+        moved("/w/timing/sub/p3dx.toml", "timing.tables = [\"timing/*.toml\", \"timing/sub/p3dx.toml\"]");
+        moved("/w/timing/p3dx.tml", "timing.tables = [\"timing/*.toml\", \"timing/p3dx.tml\"]");
+        moved("/w/timing/p*.tml", "timing.tables = [\"timing/*.toml\", \"timing/p[*].tml\"]");
+        // A string becomes a list; and a list has its own lines.
+        let string = "[timing]\ntables = 'timing/*.toml' # all";
+        let out = [("/w/timing/arm.toml", "/w/arm.toml")];
+        configured(string, &out, "[timing]\ntables = [\"timing/*.toml\", \"arm.toml\"] # all");
+        configured(
+            "[timing]\ntables = [ # = a\n  'timing/*.toml',\n]",
+            &out,
+            "[timing]\ntables = [ # = a\n  \"timing/*.toml\",\n  \"arm.toml\",\n]",
+        );
+        // Of a pattern that would name nothing, the paths are left.
+        let both = [out[0], ("/w/timing/p3dx.toml", "/w/p3dx.toml")];
+        configured(list, &both, "timing.tables = [\"arm.toml\", \"p3dx.toml\"]");
+        configured("timing.tables = 'timing/ar?.toml'", &out, "timing.tables = \"arm.toml\"");
+        // A pattern that would name others in its new folder does not follow.
+        configured(
+            list,
+            &[("/w/timing", "/w/notes")],
+            "timing.tables = [\"notes/arm.toml\", \"notes/p3dx.toml\"]",
+        );
+        configured(
+            "timing.tables = '**/p3*.toml'",
+            &[("/w/timing", "/w/times")],
+            "timing.tables = '**/p3*.toml'",
+        );
+        let list = "timing.tables = [\"timing/*/*.toml\", \"none/*.toml\"]";
+        configured(
+            list,
+            &[("/w/timing/old", "/w/old")],
+            "timing.tables = [\"old/p3dx.toml\", \"none/*.toml\"]",
+        );
+    }
+
+    #[test]
+    fn roots_and_generated_packages_follow() {
+        let config = "project.root = \"app/robot.mal\"\ngenerate.out = \"app/cpp\"";
+        let expected = "project.root = \"apps/r/robot.mal\"\ngenerate.out = \"apps/r/cpp\"";
+        configured(config, &[("/w/app", "/w/apps/r")], expected);
+        configured(config, &[("/w", "/v")], config);
+        configured("generate.out = '../cpp'", &[("/w", "/v/w")], "generate.out = \"../../cpp\"");
     }
 
     #[test]

@@ -33,7 +33,7 @@ pub struct Config {
     /// `[types.…]`: types that no message package declares, and what they are in C++, where that is said.
     pub types: BTreeMap<Name, String>,
     /// `[generate] out`: the folder of the generated packages, from the configuration's folder.
-    pub out: Option<String>,
+    pub out: Option<(String, Range<usize>)>,
     /// `[lints]`: how bad a diagnostic is here; nothing where it is not shown.
     pub lints: BTreeMap<&'static str, Option<Severity>>,
     /// `[chains]`: named, and not analysed yet.
@@ -243,7 +243,7 @@ impl Reader {
     fn generate(&mut self, name: &str, key: &Key<'_>, value: &Value<'_>) {
         let text = value.get_ref().as_str();
         match name {
-            "out" if text.is_some() => self.config.out = text.map(str::to_owned),
+            "out" if text.is_some() => self.config.out = text.map(|text| (text.to_owned(), value.span())),
             "out" => self.lost("`out` is the path of a folder".to_owned(), value.span()),
             _ => {
                 let message = format!("unknown key `{name}` in [generate]: expected out");

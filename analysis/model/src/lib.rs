@@ -92,7 +92,9 @@ pub use source::{
 };
 pub use supposed::SupposedField;
 pub use system::{Priority, Row, System, cpu_names, system_of};
-pub use timetable::{Lookup, TableFiles, Timetable, table, table_files, table_pattern, timetable_of};
+pub use timetable::{
+    Lookup, TableFiles, Timetable, pattern_of_path, table, table_files, table_pattern, timetable_of,
+};
 pub use types::{C_TYPES, Integer, LANGUAGE_TYPES, Type, built_in_type, type_of};
 pub use typing::{BUILT_IN_FUNCTIONS, Callee, Meaning, Typing, VariableKind, VariableOf, typing_of};
 pub use values::Value;

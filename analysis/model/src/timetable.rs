@@ -80,6 +80,11 @@ pub fn table_pattern(folder: &Path, pattern: &str) -> Result<GlobMatcher, globse
     Ok(glob.compile_matcher())
 }
 
+/// The pattern of `[timing] tables` that names one path and no other.
+pub fn pattern_of_path(path: &str) -> String {
+    globset::escape(path)
+}
+
 /// What an entry of a table is for.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
 enum Of<'db> {

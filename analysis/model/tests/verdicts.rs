@@ -80,7 +80,7 @@ fn deadlines_are_counted() {
     let [met, missed] = ["priority = 1 period = 10", "priority = 1 period = 10 deadline = 6"];
     assert_eq!(deadlines(&activities(FINE.0, FINE.1, met)), [3, 0, 3]);
     assert_eq!(deadlines(&activities(FINE.0, FINE.1, missed)), [2, 0, 3]);
-    assert_eq!(deadlines(&activities("priority = background", FINE.1, missed)), [1, 0, 2]);
+    assert_eq!(deadlines(&activities("priority = background", FINE.1, missed)), [2, 0, 2]);
     // What is less urgent may be delayed by what is not known.
     assert_eq!(deadlines(&activities(FINE.0, "priority = 2 period = 0", met)), [1, 2, 3]);
     // Where an activity may be missing, nothing is known of the others.

@@ -125,7 +125,7 @@ impl Backend {
         self.answer(move |snapshot| handlers::analysis::analysis(snapshot, &params)).await
     }
 
-    async fn graph(&self, params: GraphParams) -> Result<GraphDocument> {
+    async fn graph(&self, params: GraphParams) -> Result<Vec<GraphDocument>> {
         self.answer(move |snapshot| handlers::graph::graph(snapshot, &params)).await
     }
 

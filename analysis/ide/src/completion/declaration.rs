@@ -191,7 +191,6 @@ library b { shell Far {} }
                 0 Quick(Fast) (a)
                 3 Slow(Base) (a)
                 4 a (library)
-                4 b (library)
             "#]],
             ),
             (

@@ -130,7 +130,9 @@ impl<'db> Completer<'_, 'db> {
             }
         }
         if kind != Kind::Codel {
-            let libraries: BTreeSet<&Name> = names.libraries().collect();
+            // Those that have something of this kind: all of it, but what is meant nowhere here.
+            let fitting = names.all.iter().filter(|it| it.kind(self.db) == kind && Some(**it) != self.decl);
+            let libraries: BTreeSet<&Name> = fitting.filter_map(|it| it.library(self.db).as_ref()).collect();
             for name in libraries.into_iter().filter(|&name| Some(name) != own.as_ref()) {
                 let item = Completion::new(CompletionKind::Library, name.as_str()).note("library");
                 self.add(item.rank(4));
@@ -307,6 +309,28 @@ mod tests {
         "#]]
         .assert_eq(&offered(text, 3));
         assert!(!labels("codel f(in a: $0)").contains(&"void".to_owned()));
+    }
+
+    #[test]
+    fn libraries_that_have_what_fits() {
+        let libraries = "library shells { shell S { } } library cores { core C(S) { } }\n\
+             library components { component M(S, C) } library architectures { architecture A { } } library none { }\n";
+        let offered = |text: &str| {
+            let known = ["shells", "cores", "components", "architectures", "none"];
+            let all = labels(&format!("{libraries}{text}"));
+            all.into_iter().filter(|label| known.contains(&label.as_str())).collect::<Vec<_>>()
+        };
+        for (text, expected) in [
+            ("library own { shell T extends $0 }", "shells"),
+            ("library own { core C($0) { } }", "shells"),
+            ("library own { component N($0, C) }", "shells"),
+            ("library own { component N(S, $0) }", "cores"),
+            ("library own { architecture B { instance m: $0 } }", "components"),
+            ("library own { architecture B { import $0 } }", "architectures"),
+            ("library own { deployment D { architecture $0 } }", "architectures"),
+        ] {
+            assert_eq!(offered(text), [expected], "{text}");
+        }
     }
 
     #[test]

@@ -2,17 +2,24 @@
 //!
 //! | parameter | is |
 //! |---|---|
-//! | `textDocument` | a file |
-//! | `position` | a place in the deployment or architecture that is meant; if left out, the first deployment of the file, else its first architecture |
+//! | `textDocument` | a file: a model, a timing table or `mauve.toml` |
+//! | `position` | a place in the deployment or architecture that is meant; if left out, the deployments of the file, else its architectures, else those of its projects |
 //! | `name` | instead of `position`: the name of a deployment or architecture of the file's projects |
 //! | `significance` | a level; if left out, the one that is shown |
 //! | `drawing` | `"svg"` (if left out) or `"dot"` |
 //!
-//! Of the result, `source` and `target` are numbers of nodes, as are `data-instance`, `data-source` and `data-target` in the SVG.
-//! `load` is the share of a CPU, 1 being all of it; `status` is that of `mauve wcrt --format json`.
+//! The result is a list, with a document for each that is meant in each project that has it, at least one. `root` is the path
+//! of the project's root and `name` that of the deployment or architecture, as in `mauve/analysis`.
+//!
+//! Of each, `source` and `target` are numbers of nodes, as are `data-instance`, `data-source` and `data-target` in the SVG.
+//! `load` is the share of a CPU, 1 being all of it; `status` is that of `mauve wcrt --format json`. Only deployments have a
+//! `significance`, `cpus` and what concerns times; a deployment whose architecture is unknown has no graph.
 
-use mauve_ide::{GraphEdge, GraphNode, GraphOf, draw_graph, graph as graph_of, graph_meant};
+use std::path::PathBuf;
+
+use mauve_ide::{GraphEdge, GraphNode, GraphsOf, draw_graph, graph as graph_of, graphs_meant};
 use mauve_model::{Decl, Project, Query};
+use mauve_timing::Level;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use tower_lsp::jsonrpc::{Error, Result};
@@ -41,6 +48,8 @@ pub(crate) struct GraphParams {
 #[serde(rename_all = "camelCase")]
 pub(crate) struct GraphDocument {
     name: String,
+    /// The root of its project.
+    root: PathBuf,
     unit: &'static str,
     /// Of a deployment, the level of its response times.
     significance: Option<f64>,
@@ -86,17 +95,34 @@ struct CpuDocument {
     complete: bool,
 }
 
-/// The graph of an architecture or a deployment.
-pub(crate) fn graph(snapshot: &Snapshot, params: &GraphParams) -> Result<GraphDocument> {
+/// The graphs of the architectures or deployments that are meant.
+pub(crate) fn graph(snapshot: &Snapshot, params: &GraphParams) -> Result<Vec<GraphDocument>> {
     snapshot.complete()?;
     let db = &snapshot.db;
-    let (project, of) = meant(snapshot, params)?;
-    let mut query = Query::shown(db, project);
-    if let Some(level) = params.significance {
-        query.level = read_level(level)?;
+    let level = params.significance.map(read_level).transpose()?;
+    let meant = meant(snapshot, params)?;
+    let graphs =
+        meant.iter().filter_map(|&(project, of)| document(snapshot, project, of, level, params.drawing));
+    let graphs: Vec<GraphDocument> = graphs.collect();
+    match meant.first() {
+        Some((_, of)) if graphs.is_empty() => {
+            Err(Error::invalid_params(format!("the architecture of {} is unknown", of.name(db))))
+        }
+        _ => Ok(graphs),
     }
-    let graph = graph_of(db, project, of, query)
-        .ok_or_else(|| Error::invalid_params(format!("the architecture of {} is unknown", of.name(db))))?;
+}
+
+fn document(
+    snapshot: &Snapshot,
+    project: Project<'_>,
+    of: Decl<'_>,
+    level: Option<Level>,
+    drawing: AskedDrawing,
+) -> Option<GraphDocument> {
+    let db = &snapshot.db;
+    let mut query = Query::shown(db, project);
+    query.level = level.unwrap_or(query.level);
+    let graph = graph_of(db, project, of, query)?;
     let node = |node: &GraphNode<'_>| {
         let activity = node.activity;
         NodeDocument {
@@ -126,25 +152,26 @@ pub(crate) fn graph(snapshot: &Snapshot, params: &GraphParams) -> Result<GraphDo
     });
     let mut lost = graph.lost.clone();
     lost.extend(graph.report.into_iter().flat_map(|report| &report.lost).map(|lost| lost.message.clone()));
-    Ok(GraphDocument {
+    Some(GraphDocument {
         name: of.name(db).to_string(),
+        root: project.root(db).path(db).clone(),
         unit: "ms",
         significance: graph.report.map(|_| query.level.as_f64()),
         nodes: graph.nodes.iter().map(node).collect(),
         edges: graph.edges.iter().map(edge).collect(),
         cpus: cpus.collect(),
         lost,
-        drawing: draw_graph(&graph, params.drawing.into()),
+        drawing: draw_graph(&graph, drawing.into()),
     })
 }
 
-/// The deployment or architecture that is meant.
-fn meant<'db>(snapshot: &'db Snapshot, params: &GraphParams) -> Result<(Project<'db>, Decl<'db>)> {
+/// The deployments or architectures that are meant, in their projects.
+fn meant<'db>(snapshot: &'db Snapshot, params: &GraphParams) -> Result<Vec<(Project<'db>, Decl<'db>)>> {
     let (file, lines) = snapshot.file(&params.text_document)?;
     let meant = match (&params.name, params.position) {
-        (Some(name), _) => GraphOf::Name(name),
-        (None, Some(position)) => GraphOf::At(lines.offset(position, snapshot.capabilities.encoding)),
-        (None, None) => GraphOf::First,
+        (Some(name), _) => GraphsOf::Name(name),
+        (None, Some(position)) => GraphsOf::At(lines.offset(position, snapshot.capabilities.encoding)),
+        (None, None) => GraphsOf::File,
     };
-    graph_meant(&snapshot.db, &snapshot.workspaces, file, meant).map_err(Error::invalid_params)
+    graphs_meant(&snapshot.db, &snapshot.workspaces, file, meant).map_err(Error::invalid_params)
 }
