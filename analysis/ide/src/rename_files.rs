@@ -373,7 +373,8 @@ codel.f = 1
         let change = rename_files(&db, &[before], &moves);
         let file = config_file(&db, before).unwrap();
         assert_eq!(change.applied(&db, file).trim_end(), expected);
-        let moving = Moving { db: &db, moves: &moves };
+        let moves = moves.iter().map(|(old, new)| (old.as_path(), new.as_path())).collect();
+        let moving = Moving { db: &db, moves };
         let files = before.files(&db).iter().map(|(path, &it)| (moving.moved(path), change.applied(&db, it)));
         let new_db = Database::default();
         let after = Workspace::of_texts(&new_db, moving.moved(Path::new("/w")), files.collect::<Vec<_>>());
