@@ -156,7 +156,7 @@ fn a_graph_has_what_is_connected_and_what_is_known_of_it() {
     let graphs = client.call("mauve/graph", json!({"textDocument": document})).unwrap();
     assert_eq!(graphs.as_array().unwrap().len(), 1);
     let found = &graphs[0];
-    assert_eq!(found["root"], json!(models().join("p3dx/deployment.mal")));
+    assert_eq!(found["root"], json!(models().join("p3dx/exploration.mal")));
     assert_eq!((&found["name"], &found["significance"]), (&json!("P3dxDeployment"), &json!(1e-4)));
     let nodes = found["nodes"].as_array().unwrap();
     let number = |name: &str| nodes.iter().position(|node| node["instance"] == name).unwrap();

@@ -493,7 +493,7 @@ fn connected_operations<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Con
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixture::Fixture;
+    use crate::fixture::{Fixture, with_cursor};
     use expect_test::{Expect, expect};
 
     /// Each item at the cursor, who calls it and what it calls.
@@ -563,9 +563,7 @@ timing.tables = ["t.toml"]
 "#;
 
     fn at(from: &str, expected: Expect) {
-        let cursor = from.replace("$0", "");
-        assert!(ROBOT.contains(&cursor), "{cursor}");
-        check(&ROBOT.replacen(&cursor, from, 1), expected);
+        check(&with_cursor(ROBOT, from), expected);
     }
 
     #[test]

@@ -42,6 +42,13 @@ impl Fixture {
     }
 }
 
+/// A text with the cursor put where it first has what `at` has around the `$0` in it.
+pub(crate) fn with_cursor(text: &str, at: &str) -> String {
+    let found = at.replace("$0", "");
+    assert!(text.contains(&found), "{found}");
+    text.replacen(&found, at, 1)
+}
+
 /// The texts of the sample models, by their paths.
 pub(crate) fn sample_models() -> Vec<(PathBuf, String)> {
     let mut found = Vec::new();

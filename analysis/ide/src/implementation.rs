@@ -125,7 +125,7 @@ pub(crate) fn codel_file<'db>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixture::{Fixture, shown};
+    use crate::fixture::{Fixture, shown, with_cursor};
     use expect_test::{Expect, expect};
 
     fn check(fixture: &str, expected: Expect) {
@@ -159,9 +159,7 @@ parts.shoot = 1
 "#;
 
     fn at(from: &str, expected: Expect) {
-        let cursor = from.replace("$0", "");
-        assert!(ROBOT.contains(&cursor), "{cursor}");
-        check(&ROBOT.replacen(&cursor, from, 1), expected);
+        check(&with_cursor(ROBOT, from), expected);
     }
 
     #[test]

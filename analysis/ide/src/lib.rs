@@ -11,7 +11,7 @@
 //! | `call_hierarchy.rs`, `type_hierarchy.rs` | who calls whom, and which shells extend which |
 //! | `hierarchy.rs` | how what is in them is found again after an edit |
 //! | `references.rs` | where a name is used |
-//! | `rename.rs`, `rename_files.rs` | what another name for something, or for a file, changes |
+//! | `rename.rs`, `rename/`, `rename_files.rs` | what another name for something, or for a file, changes |
 //! | `document_symbols.rs` | what a file declares |
 //! | `workspace_symbols.rs` | the declarations of all files that a few letters may mean |
 //! | `document_links.rs` | the files that a file names |

@@ -182,7 +182,7 @@ fn word_at(db: &dyn ModelDb, place: &Place<'_>) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixture::Fixture;
+    use crate::fixture::{Fixture, with_cursor};
     use expect_test::{Expect, expect};
 
     /// Each place, with its line's text.
@@ -245,9 +245,7 @@ parts.Laser = 9
 "#;
 
     fn at(from: &str, expected: Expect) {
-        let cursor = from.replace("$0", "");
-        assert!(ROBOT.contains(&cursor), "{cursor}");
-        check(&ROBOT.replacen(&cursor, from, 1), expected);
+        check(&with_cursor(ROBOT, from), expected);
     }
 
     #[test]

@@ -108,7 +108,7 @@ fn type_part(db: &dyn ModelDb, decl: Decl<'_>, part: Part) -> Option<Part> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixture::{Fixture, shown};
+    use crate::fixture::{Fixture, shown, with_cursor};
     use expect_test::{Expect, expect};
 
     fn check(fixture: &str, expected: Expect) {
@@ -127,9 +127,7 @@ deployment D { architecture A activity laser { priority = 1 period = 100 } }
 "#;
 
     fn at(from: &str, expected: Expect) {
-        let cursor = from.replace("$0", "");
-        assert!(ROBOT.contains(&cursor), "{cursor}");
-        check(&ROBOT.replacen(&cursor, from, 1), expected);
+        check(&with_cursor(ROBOT, from), expected);
     }
 
     #[test]

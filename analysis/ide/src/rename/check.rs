@@ -1,0 +1,593 @@
+//! The proof that a rename keeps all meanings: it is known what all names what is renamed, and once the texts are read as they
+//! would be, every name stands for what it stood for.
+
+use mauve_model::diagnostics::{Diagnostic, Severity, declaration_diagnostics};
+use mauve_model::item_tree::{Data, Endpoint, Kind, NameRef};
+use mauve_model::{
+    Database, Decl, File, ModelDb, Place, Project, Workspace, behaviour_of, config_file, config_of, data,
+    declaration_at, declarations, features_of, flat_of, includes, is_model, names_of, parse, project_files,
+    projects, shell_of, table, typing_of,
+};
+use mauve_syntax::format::Replacement;
+use mauve_syntax::{SyntaxKind, SyntaxToken, TextRange, TextSize};
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use super::{FUNCTIONS, Renaming, shown, text_of};
+use crate::change::Change;
+use crate::document_symbols::SymbolKind;
+use crate::occurrences::{Found, Meaning, escaped_in, names_in};
+use crate::project::projects_with;
+use crate::references::files_of;
+
+impl<'db> Renaming<'_, 'db> {
+    /// Is it known what all must be changed?
+    pub(super) fn check_known(&self, all: &[(Project<'db>, Found<'db>)]) -> Result<(), String> {
+        let (db, old) = (self.db, self.old_name);
+        let home = self.home();
+        let mut seen: FxHashSet<File> = FxHashSet::default();
+        for &project in self.concerned {
+            let workspace = project.workspace(db);
+            let doubtful = project_files(db, project).iter().find(|&&file| {
+                file.problem(db).is_some() || includes(db, workspace, file).iter().any(Option::is_none)
+            });
+            if let Some(&file) = doubtful.filter(|_| home.is_none()) {
+                let why = match file.problem(db) {
+                    Some(problem) => problem.message().to_owned(),
+                    None => "it includes a file that is not found".to_owned(),
+                };
+                return Err(format!("`{old}` may be used where nobody can look: {}: {why}", shown(db, file)));
+            }
+            let is_lost = names_of(db, project).scope_lost.is_some() || names_of(db, project).missing;
+            for file in files_of(db, project) {
+                db.unwind_if_revision_cancelled();
+                // What is written with escapes does not have the word in it.
+                let escaped = escaped_in(db, project, file);
+                if let Some((range, _)) = escaped.iter().find(|(_, it)| *it == self.thing.meaning) {
+                    let line = self.line(file, *range);
+                    return Err(format!("{line}: `{old}` is written with escapes, which nobody can replace"));
+                }
+                if file.text(db).contains(old) && seen.insert(file) {
+                    self.check_words(file, all, is_lost)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Is each word in a file that may mean it known to do so, or to mean something else?
+    fn check_words(
+        &self,
+        file: File,
+        all: &[(Project<'db>, Found<'db>)],
+        is_lost: bool,
+    ) -> Result<(), String> {
+        let (db, text) = (self.db, file.text(self.db));
+        let is_model = is_model(file.path(db));
+        if !is_model && !self.is_doubtful(file, is_lost) {
+            return Ok(());
+        }
+        let around = match self.home() {
+            Some(home) if is_model && home.file(db) != file => return Ok(()),
+            Some(home) if is_model => {
+                let name = Place::name_of(home).range(db);
+                let maps = &mauve_model::source_map(db, file).declarations;
+                maps.iter().find(|map| map.range.contains_range(name)).map(|map| map.range)
+            }
+            _ => None,
+        };
+        let mut known: FxHashSet<TextRange> =
+            all.iter().filter(|(_, it)| it.file == file).map(|(_, it)| it.range).collect();
+        let mut all_known = false;
+        for (start, word) in text.match_indices(self.old_name) {
+            let range = TextRange::at(TextSize::new(start as u32), TextSize::of(word));
+            let is_part = |letter: char| letter.is_ascii_alphanumeric() || letter == '_';
+            let is_cut = text[..start].ends_with(is_part) || text[start + word.len()..].starts_with(is_part);
+            let is_here = around.is_none_or(|around| around.contains_range(range));
+            if is_cut || !is_here || known.contains(&range) {
+                continue;
+            }
+            let may_be = if is_model { self.may_be_meant(file, range) } else { in_key(text, start) };
+            if may_be && !all_known {
+                all_known = true;
+                for project in projects_with(db, self.workspaces, file) {
+                    known.extend(names_in(db, project, file).into_iter().map(|it| it.range));
+                }
+            }
+            if may_be && !known.contains(&range) && !self.is_error(file, range) {
+                let line = self.line(file, range);
+                return Err(format!("{line}: it is unknown whether this `{word}` is meant too"));
+            }
+        }
+        Ok(())
+    }
+
+    /// May a table or `mauve.toml` have names that were not read?
+    fn is_doubtful(&self, file: File, is_lost: bool) -> bool {
+        let db = self.db;
+        let of = self.concerned.iter().map(|project| project.workspace(db));
+        let mut of = of.filter(|&workspace| config_file(db, workspace) == Some(file));
+        match of.next() {
+            Some(workspace) => is_lost || config_of(db, workspace).lost,
+            None => is_lost || table(db, file).lost,
+        }
+    }
+
+    /// May a word of a model that nobody knows the meaning of be this name?
+    fn may_be_meant(&self, file: File, range: TextRange) -> bool {
+        let tokens = parse(self.db, file).syntax().token_at_offset(range.start());
+        let Some(token) = tokens.into_iter().find(|token| token.text_range() == range) else { return false };
+        let Some(parent) = token.parent() else { return false };
+        if !token.kind().is_word() {
+            return false;
+        }
+        if token.kind() != SyntaxKind::IDENT {
+            return parent.ancestors().any(|node| node.kind() == SyntaxKind::ERROR);
+        }
+        let next = |token: &SyntaxToken| {
+            std::iter::successors(token.next_token(), SyntaxToken::next_token)
+                .find(|it| !it.kind().is_trivia())
+        };
+        let is_call = || next(&token).is_some_and(|next| next.kind() == SyntaxKind::L_PAREN);
+        if FUNCTIONS.contains(&token.text()) && is_call() {
+            return false;
+        }
+        // The types of values are none of ours.
+        let ty = parent.parent().filter(|node| node.kind() == SyntaxKind::TYPE);
+        let of_value = ty.and_then(|ty| ty.parent()).is_some_and(|of| {
+            matches!(
+                of.kind(),
+                SyntaxKind::CODEL
+                    | SyntaxKind::PARAM
+                    | SyntaxKind::PROPERTY
+                    | SyntaxKind::PORT
+                    | SyntaxKind::OPERATION_DECLARATION
+                    | SyntaxKind::VAR
+                    | SyntaxKind::RESULT_TYPE
+            )
+        });
+        !of_value || matches!(self.thing.meaning, Meaning::Library(_))
+    }
+
+    /// Does a word of a model stand for nothing, whoever reads it? All that it could stand for is known there, and what is
+    /// renamed is none of it.
+    fn is_error(&self, file: File, range: TextRange) -> bool {
+        let db = self.db;
+        if !is_model(file.path(db)) {
+            return false;
+        }
+        let Some(of) = declaration_at(db, file, range) else { return false };
+        let around = parse(db, file).syntax().covering_element(range);
+        let is_broken = around.ancestors().any(|node| node.kind() == SyntaxKind::ERROR);
+        let mut projects = projects_with(db, self.workspaces, file).into_iter();
+        !is_broken && projects.all(|project| self.is_error_in(project, of, range))
+    }
+
+    fn is_error_in(&self, project: Project<'db>, of: Decl<'db>, range: TextRange) -> bool {
+        let (db, thing) = (self.db, self.thing);
+        let names = names_of(db, project);
+        let resolved = |kind, ty| names.resolve_type(db, of, kind, ty).ok();
+        let is_feature = match &thing.meaning {
+            Meaning::Part(Place::Part(shell, _)) => {
+                shell.kind(db) == Kind::Shell && thing.kind != SymbolKind::Parameter
+            }
+            _ => false,
+        };
+        let lacks = |shell: Decl<'db>| {
+            let features = features_of(db, project, shell);
+            !features.lost && features.get(self.old_name).is_none()
+        };
+        let mut ends: Vec<&Endpoint> = Vec::new();
+        let mut instances: Vec<&NameRef> = Vec::new();
+        let target = match data(db, of).as_deref() {
+            Some(Data::Shell(_)) => return is_feature && lacks(of),
+            Some(Data::Core(core)) => {
+                return is_feature && resolved(Kind::Shell, core.shell.as_ref()).is_some_and(lacks);
+            }
+            Some(Data::Architecture(data)) => {
+                let links = data.connections.iter().chain(&data.operations);
+                ends.extend(links.flat_map(|link| [&link.source, &link.target]).flatten());
+                ends.extend(data.settings.iter().filter_map(|it| it.endpoint.as_ref()));
+                of
+            }
+            Some(Data::Deployment(data)) => {
+                let [target] = data.targets.as_slice() else { return false };
+                let Some(target) = resolved(Kind::Architecture, Some(target)) else { return false };
+                ends.extend(data.settings.iter().filter_map(|it| it.endpoint.as_ref()));
+                instances.extend(data.activities.iter().map(|activity| &activity.instance));
+                target
+            }
+            _ => return false,
+        };
+        let flat = flat_of(db, project, target);
+        let is_here = |name: &NameRef| Place::Part(of, name.part).range(db) == range;
+        instances.extend(ends.iter().map(|end| &end.instance));
+        if instances.into_iter().any(is_here) {
+            let is_whole = flat.lost.is_empty() && flat.instance(self.old_name).is_none();
+            return thing.kind != SymbolKind::Instance || is_whole;
+        }
+        let Some(end) = ends.into_iter().find(|end| end.feature.as_ref().is_some_and(is_here)) else {
+            return false;
+        };
+        let instance = flat.instance(&end.instance.name).filter(|instance| !instance.repeated);
+        let shell = instance.and_then(|it| shell_of(db, project, it.component?));
+        !is_feature || shell.is_some_and(lacks)
+    }
+
+    /// Do all names stand for what they stood for, once it is renamed?
+    pub(super) fn check_meanings(&self, change: &Change) -> Result<(), String> {
+        let db = self.db;
+        let (scratch, pairs) = applied(db, self.workspaces, change);
+        let home = self.home().map(|home| home.file(db));
+        for (workspace, changed) in pairs {
+            for (&before, &after) in projects(db, workspace).iter().zip(projects(&scratch, changed)) {
+                let files = files_of(db, before).into_iter().zip(files_of(&scratch, after));
+                for (file, changed) in files {
+                    db.unwind_if_revision_cancelled();
+                    let text = file.text(db);
+                    let has_one = text.contains(self.old_name) || text.contains(self.new_name);
+                    // Other models do not see what stands in a declaration.
+                    if has_one && home.is_none_or(|home| home == file || !is_model(file.path(db))) {
+                        self.check_file((before, file), (&scratch, after, changed), change)?;
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn check_file<'new>(
+        &self,
+        (project, file): (Project<'db>, File),
+        (scratch, new_project, new_file): (&'new Database, Project<'new>, File),
+        change: &Change,
+    ) -> Result<(), String> {
+        let (db, shift) = (self.db, Shift::of(change));
+        let mut before: Vec<(Seen, TextRange)> = Vec::new();
+        for name in names_in(db, project, file) {
+            let mut means = Means::of(db, &name.meaning, &|file, at| shift.moved(file, at));
+            if name.meaning == self.thing.meaning
+                && let Means::Library(library) = &mut means
+            {
+                *library = self.new_name.to_owned();
+            }
+            let seen = (shift.moved(file, name.range.start()), means, format!("{:?}", name.role));
+            before.push((seen, name.range));
+        }
+        let after = names_in(scratch, new_project, new_file).into_iter().map(|name| {
+            let means = Means::of(scratch, &name.meaning, &|_, at| at);
+            ((name.range.start(), means, format!("{:?}", name.role)), name.range)
+        });
+        let after: Vec<(Seen, TextRange)> = after.collect();
+        let of =
+            |all: &[(Seen, TextRange)]| all.iter().map(|(seen, _)| seen.clone()).collect::<FxHashSet<_>>();
+        let (old, new) = (of(&before), of(&after));
+        let says = |db: &dyn ModelDb, file: File, range: TextRange| {
+            let word = text_of(db, file, range).to_owned();
+            format!("{}: `{word}` would stand for something else", self.line(file, range))
+        };
+        if let Some((_, range)) = before.iter().find(|(seen, _)| !new.contains(seen)) {
+            return Err(says(db, file, *range));
+        }
+        if let Some((_, range)) = after.iter().find(|(seen, _)| !old.contains(seen)) {
+            let line = scratch_line(scratch, new_file, *range);
+            let word = text_of(scratch, new_file, *range);
+            return Err(format!("{}, line {line}: `{word}` would come to mean something", shown(db, file)));
+        }
+        self.check_errors((project, file), (scratch, new_project, new_file), &shift)?;
+        let errors = |db: &dyn ModelDb, file: File| match is_model(file.path(db)) {
+            true => parse(db, file).errors().len(),
+            false => table(db, file).errors.len(),
+        };
+        let is_config = config_file(db, project.workspace(db)) == Some(file);
+        if !is_config && errors(db, file) != errors(scratch, new_file) {
+            return Err(format!("{} would have other errors", shown(db, file)));
+        }
+        Ok(())
+    }
+
+    /// Is nothing wrong in the declarations of a file that is right now? Response times are what they are.
+    fn check_errors<'new>(
+        &self,
+        (project, file): (Project<'db>, File),
+        (scratch, new_project, new_file): (&'new Database, Project<'new>, File),
+        shift: &Shift<'_>,
+    ) -> Result<(), String> {
+        let db = self.db;
+        let old: FxHashSet<(&str, File, TextSize)> = errors(db, project, file)
+            .map(|it| {
+                let (file, start) = (it.at.file(db), it.at.range(db).start());
+                (it.code.name, file, shift.moved(file, start))
+            })
+            .collect();
+        for error in errors(scratch, new_project, new_file) {
+            let (at, range) = (error.at.file(scratch), error.at.range(scratch));
+            let place = (error.code.name, range.start());
+            if at == new_file && !old.contains(&(place.0, file, place.1)) {
+                let line = scratch_line(scratch, new_file, range);
+                return Err(format!("{}, line {line}: {}", shown(db, file), error.message));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What is wrong in the declarations of a file. Deployments have no names of their own, and response times take long; how
+/// values flow through the states of a core is no error.
+fn errors<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    file: File,
+) -> impl Iterator<Item = &'db Diagnostic<'db>> {
+    let found = declarations(db, file).all.iter().flat_map(move |&decl| match decl.kind(db) {
+        Kind::Deployment => [&[][..], &[]],
+        Kind::Core => {
+            [&behaviour_of(db, project, decl).diagnostics[..], &typing_of(db, project, decl).diagnostics]
+        }
+        _ => [&declaration_diagnostics(db, project, decl)[..], &[]],
+    });
+    found.flatten().filter(|it| it.code.severity == Severity::Error)
+}
+
+/// A name, wherever it stands in the new text: what it stands for, and what it does.
+type Seen = (TextSize, Means, String);
+
+/// What a name stands for, in words that mean the same in two databases.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+enum Means {
+    Place(std::path::PathBuf, TextSize),
+    Library(String),
+    Other(String),
+}
+
+impl Means {
+    fn of(db: &dyn ModelDb, meaning: &Meaning<'_>, moved: &dyn Fn(File, TextSize) -> TextSize) -> Means {
+        let at = |place: &Place<'_>| {
+            let file = place.file(db);
+            Means::Place(file.path(db).clone(), moved(file, place.range(db).start()))
+        };
+        match meaning {
+            Meaning::Declaration(decl) => at(&Place::name_of(*decl)),
+            Meaning::Part(place) => at(place),
+            Meaning::Library(name) => Means::Library(name.to_string()),
+            Meaning::File(file) => Means::Place(file.path(db).clone(), 0.into()),
+            other => Means::Other(format!("{other:?}")),
+        }
+    }
+}
+
+/// Where things move to by a change.
+struct Shift<'a>(FxHashMap<File, &'a [Replacement]>);
+
+impl Shift<'_> {
+    fn of(change: &Change) -> Shift<'_> {
+        Shift(change.files.iter().map(|it| (it.file, it.edits.as_slice())).collect())
+    }
+
+    fn moved(&self, file: File, at: TextSize) -> TextSize {
+        let edits = self.0.get(&file).copied().unwrap_or_default();
+        let mut moved = at;
+        for edit in edits.iter().take_while(|edit| edit.range.end() <= at) {
+            moved = moved + TextSize::of(&edit.text) - edit.range.len();
+        }
+        moved
+    }
+}
+
+/// The workspaces that have a changed file, as they would be; each beside what it is now.
+fn applied(
+    db: &dyn ModelDb,
+    workspaces: &[Workspace],
+    change: &Change,
+) -> (Database, Vec<(Workspace, Workspace)>) {
+    let scratch = Database::default();
+    let mut files: FxHashMap<File, File> = FxHashMap::default();
+    let mut pairs = Vec::new();
+    for &workspace in workspaces {
+        let known = workspace.files(db);
+        if !change.files.iter().any(|changed| known.values().any(|&file| file == changed.file)) {
+            continue;
+        }
+        let mut copy = |file: File| {
+            *files.entry(file).or_insert_with(|| {
+                let is_changed = change.files.iter().any(|changed| changed.file == file);
+                let text = if is_changed { change.applied(db, file).into() } else { file.text(db).clone() };
+                File::new(&scratch, file.path(db).clone(), text, file.problem(db).clone())
+            })
+        };
+        let copies = known.iter().map(|(path, &file)| (path.clone(), copy(file))).collect();
+        let only = workspace.only(db).iter().map(|&file| copy(file)).collect();
+        let changed = Workspace::new(
+            &scratch,
+            workspace.folder(db).clone(),
+            std::sync::Arc::new(copies),
+            workspace.model_path(db).clone(),
+            only,
+            workspace.unreadable(db).clone(),
+            workspace.packages(db).clone(),
+        );
+        pairs.push((workspace, changed));
+    }
+    (scratch, pairs)
+}
+
+/// Does this stand in a key of TOML, or in a text, and not in a comment?
+fn in_key(text: &str, start: usize) -> bool {
+    const WORDS: [&str; 10] =
+        ["codel", "program", "component", "overhead", "clocks", "chains", "project", "timing", "ms", "us"];
+    let before = text.get(..start).unwrap_or_default();
+    let line = before.rsplit('\n').next().unwrap_or_default();
+    let rest = text.get(start..).unwrap_or_default();
+    let is_header = line.trim_start() == "[" && WORDS.iter().any(|word| rest.starts_with(word));
+    !line.contains('#') && !is_header
+}
+
+fn scratch_line(db: &dyn ModelDb, file: File, range: TextRange) -> usize {
+    let before = file.text(db).get(..usize::from(range.start())).unwrap_or_default();
+    before.matches('\n').count() + 1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::rename;
+    use super::super::tests::check;
+    use crate::fixture::Fixture;
+    use expect_test::expect;
+
+    #[test]
+    fn what_nobody_can_know() {
+        const MODEL: &str = "//- /a.mal\ncodel $0f(): int codel g(): int\n\
+             //- /mauve.toml\nproject.root = 'a.mal'\ntiming.tables = ['t.toml']\n//- /t.toml\n";
+        check(
+            &format!("{MODEL}codel.\"\\u0066\" = 1\n"),
+            "h",
+            expect![[r#"
+            t.toml, line 1: `f` is written with escapes, which nobody can replace
+        "#]],
+        );
+        check(
+            &format!("{MODEL}[codel]\nf = 1\n[program\n"),
+            "h",
+            expect![[r#"
+            /a.mal: codel h(): int codel g(): int
+            /t.toml: h = 1
+        "#]],
+        );
+        check(
+            &format!("{MODEL}[codel]\ng = 1 # f\n[program\n"),
+            "h",
+            expect![[r#"
+            /a.mal: codel h(): int codel g(): int
+        "#]],
+        );
+        check(
+            &format!("include \"no.mal\"\n{}", "codel $0f(): int"),
+            "h",
+            expect![[r#"
+            `f` may be used where nobody can look: model.mal: it includes a file that is not found
+        "#]],
+        );
+        check(
+            "include \"no.mal\" core C(S) { var $0f: int update = { f = 1; } }",
+            "h",
+            expect![[r#"
+            /model.mal: include "no.mal" core C(S) { var h: int update = { h = 1; } }
+        "#]],
+        );
+        check(
+            "codel $0f(): int codel f(): int core C(S) { update = { f(); } }",
+            "h",
+            expect![[r#"
+            model.mal, line 1: it is unknown whether this `f` is meant too
+        "#]],
+        );
+        check(
+            &format!("{MODEL}[codel\nf = 1\n"),
+            "h",
+            expect![[r#"
+            t.toml, line 2: it is unknown whether this `f` is meant too
+        "#]],
+        );
+        check(
+            &format!("{MODEL}[codel]\nf = [\n"),
+            "h",
+            expect![[r#"
+            /a.mal: codel h(): int codel g(): int
+            /t.toml: h = [
+        "#]],
+        );
+        // A key that is one for several things.
+        check(
+            "//- /a.mal\nlibrary a { codel $0f(): int } library b { codel f(): int }\n\
+             //- /mauve.toml\ntiming.tables = ['t.toml']\n//- /t.toml\ncodel.f = 1\n",
+            "h",
+            expect![[r#"
+                t.toml, line 1: `f` would stand for something else
+            "#]],
+        );
+    }
+
+    #[test]
+    fn what_is_an_error_is_not_meant() {
+        const MODEL: &str = "shell S { property $0force: int }\nshell T { property gain: int }\ncore C(T) { }\n\
+             component M(T, C)\n";
+        let expected = || {
+            expect![[r#"
+                /model.mal: shell S { property power: int }
+            "#]]
+        };
+        let with = |text: &str| check(&format!("{MODEL}{text}"), "power", expected());
+        with("architecture A { instance m: M  property m.force = 2 }");
+        with("architecture A { instance m: M } deployment D { architecture A property m.force = 2 }");
+        with("architecture A { instance m: M instance n: M connection m.force -> n.force }");
+        with("architecture A { instance force: M property fore.gain = 2 }");
+        with("architecture A { instance m: M property force.gain = 2 }");
+        with("core D(T) { update = { var n: int; n = force; } }");
+        with("shell U extends T { constant c: int = force }");
+        let refused = |text: &str| {
+            let Fixture { db, workspace, file, offset } = Fixture::new(&format!("{MODEL}{text}"));
+            let why = rename(&db, &[workspace], file, offset, "power").unwrap_err();
+            assert!(why.ends_with("it is unknown whether this `force` is meant too"), "{text}: {why}");
+        };
+        // Whoever mends one of these may make it mean the renamed one.
+        refused("architecture A { instance m: Unknown property m.force = 2 }");
+        refused("architecture A { property m.force = 2 }");
+        refused("architecture A { instance m: M instance m: M property m.force = 2 }");
+        refused(
+            "component N(U, C) shell U extends V { } architecture A { instance m: N property m.force = 2 }",
+        );
+        refused("core D(Unknown) { update = { var n: int; n = force; } }");
+        let instance =
+            "architecture B { instance $0b: M } architecture A { instance a: M property b.gain = 2 }";
+        let text = format!("{}{instance}", MODEL.replace("$0", ""));
+        check(
+            &text,
+            "d",
+            expect![[r#"
+                /model.mal: architecture B { instance d: M } architecture A { instance a: M property b.gain = 2 }
+            "#]],
+        );
+    }
+
+    #[test]
+    fn while_the_text_is_broken() {
+        let shell = "shell S { output port p: int }\n/* 🦀 é */ core C(S) { update = { write($0p, 1); } }\n";
+        check(
+            &format!("{shell}core D(S) {{ update = {{ if (x  }}"),
+            "q",
+            expect![[r#"
+            /model.mal: shell S { output port q: int }
+            /model.mal: /* 🦀 é */ core C(S) { update = { write(q, 1); } }
+        "#]],
+        );
+        check(
+            &format!("{shell}core D(S) {{ update = {{ write(p"),
+            "q",
+            expect![[r#"
+            /model.mal: shell S { output port q: int }
+            /model.mal: /* 🦀 é */ core C(S) { update = { write(q, 1); } }
+            /model.mal: core D(S) { update = { write(q
+        "#]],
+        );
+        check(
+            &format!("{shell}core D(S) {{ wri p"),
+            "q",
+            expect![[r#"
+            model.mal, line 3: it is unknown whether this `p` is meant too
+        "#]],
+        );
+        check(
+            &format!("{shell}core D(T) {{ update = {{ write(p, 2); }} }}"),
+            "q",
+            expect![[r#"
+            model.mal, line 3: it is unknown whether this `p` is meant too
+        "#]],
+        );
+        check(
+            "$0",
+            "q",
+            expect![[r#"
+            there is no name here, or nobody knows what it stands for
+        "#]],
+        );
+    }
+}
