@@ -220,7 +220,7 @@ fn definitions_in<'db>(
     project: Project<'db>,
     of: Decl<'db>,
 ) -> Vec<(Meaning<'db>, Part)> {
-    if !core(db, of).is_some_and(|data| !data.operations.is_empty()) {
+    if core(db, of).is_none_or(|data| data.operations.is_empty()) {
         return Vec::new();
     }
     let all = occurrences_of(db, project, of).iter();
