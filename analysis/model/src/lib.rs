@@ -80,7 +80,7 @@ pub use project::{
 pub use psm::{Psm, PsmEdge, Refused, core_of, psm_of, shell_of, worst_path};
 pub use response::{
     ActivityReport, Budget, CpuReport, Deadlines, InterferenceReport, MissingTime, Query, Report, Verdict,
-    budgets, level_shown, missing_times, response_times, response_times_if,
+    budgets, diagnostics_if, level_shown, missing_times, response_times, response_times_if,
 };
 pub use settings::{ValueInEffect, values_in_effect};
 pub use source::{
@@ -92,4 +92,5 @@ pub use system::{Priority, Row, System, cpu_names, system_of};
 pub use timetable::{Lookup, TableFiles, Timetable, table, table_files, table_pattern, timetable_of};
 pub use types::{Integer, Type, built_in_type, type_of};
 pub use typing::{Callee, Meaning, Typing, VariableKind, VariableOf, typing_of};
+pub use urgency::before_its_time;
 pub use values::Value;

@@ -8,6 +8,7 @@ use mauve_timing::{
 };
 
 use crate::behaviour::Refusal;
+use crate::diagnostics::Diagnostic;
 use crate::item_tree::Name;
 use crate::names::names_of;
 use crate::project::{Project, config_of, platform_of};
@@ -16,6 +17,7 @@ use crate::source::{Decl, Place, deployment as declared_deployment};
 use crate::supposed::{SupposedField, with_fields};
 use crate::system::{Priority, Row, System, read, system_of};
 use crate::timetable::timetable_of;
+use crate::urgency::check_rows;
 use crate::{ModelDb, Workspace, cpu_names};
 
 /// What is asked of the analysis.
@@ -190,6 +192,19 @@ pub fn response_times_if<'db>(
     let system = read(db, project, deployment, &with_fields(data, supposed));
     let lost = lost_of(db, project, &system);
     report(db, project, &system, &lost, query)
+}
+
+/// What is wrong with the activities of a deployment with other values in them; with none, with what it has.
+pub fn diagnostics_if<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployment: Decl<'db>,
+    supposed: &[SupposedField],
+) -> Vec<Diagnostic<'db>> {
+    let Some(data) = declared_deployment(db, deployment) else { return Vec::new() };
+    let system = read(db, project, deployment, &with_fields(data, supposed));
+    let urgency = check_rows(db, project, deployment, &system.rows);
+    system.diagnostics.into_iter().chain(urgency).collect()
 }
 
 type Psms<'a, 'db> = [Option<&'a Result<Psm, Refused<'db>>>];
