@@ -8,8 +8,8 @@ use std::path::PathBuf;
 
 use mauve_model::item_tree::Kind;
 use mauve_model::{
-    Deadlines, Decl, File, ModelDb, Place, Project, Query, Workspace, architecture, declarations, is_model,
-    names_of, response_times, source_map,
+    Deadlines, Decl, File, ModelDb, Place, Project, Query, Workspace, architecture, config_of, declarations,
+    is_model, names_of, response_times, source_map,
 };
 use mauve_syntax::{TextRange, TextSize};
 use mauve_timing::Level;
@@ -156,6 +156,9 @@ fn deadlines(db: &dyn ModelDb, workspaces: &[Workspace], of: Decl<'_>) -> Option
         if report.activities.iter().any(|it| !it.assumed.is_empty()) {
             title += ", times assumed";
         }
+        if met > 0 && config_of(db, project.workspace(db)).rt_throttling.is_none() {
+            title += ", assumes real-time throttling off";
+        }
         match titles.iter_mut().find(|(known, _)| *known == title) {
             Some((_, having)) => having.push(project),
             None => titles.push((title, vec![project])),
@@ -285,7 +288,7 @@ architecture B { import A  instance c: P }
             P: used in 2 instances -> /robot.mal 56..57 c -> /model.mal 223..224 a
             Q: used in 1 instance -> /model.mal 238..239 b
             Unused: not used in any instance
-            D: 1 of 2 activities meet their deadlines at 1e-4
+            D: 1 of 2 activities meet their deadlines at 1e-4, assumes real-time throttling off
             D: at 1e-3 -> set 1e-3
             D: at 1e-5 -> set 1e-5
         "#]],

@@ -3,9 +3,9 @@
 use std::fmt::Write as _;
 
 use mauve_model::{
-    ActivityReport, ModelDb, Priority, Project, Psm, Query, Report, Verdict, psm_of, worst_path,
+    ActivityReport, ModelDb, Priority, Project, Psm, Query, Report, Verdict, config_of, psm_of, worst_path,
 };
-use mauve_timing::{Method, Time, worst_trace};
+use mauve_timing::{Method, Status, Time, worst_trace};
 
 /// How many periods of the worst trace are shown.
 const SHOWN_PERIODS: usize = 12;
@@ -42,6 +42,10 @@ pub fn explain_response<'db>(
     );
     for reason in &activity.reasons {
         let _ = writeln!(out, "  because {}", reason.message);
+    }
+    let is_analysed = activity.verdict != Verdict::RealTime(Status::NotAnalysed);
+    if is_analysed && config_of(db, project.workspace(db)).rt_throttling.is_none() {
+        out += "  assumes real-time throttling off\n";
     }
     match &activity.window {
         Some(window) if window.job > 1 => {

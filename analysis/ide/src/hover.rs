@@ -311,6 +311,21 @@ deployment D {
     }
 
     #[test]
+    fn what_is_assumed_of_the_platform_is_said_where_it_counts() {
+        let assumed = "assumes real-time throttling off";
+        let fixture = robot("$2");
+        let text = |fixture: &str| {
+            let Fixture { db, workspace, file, offset } = Fixture::new(fixture);
+            hover(&db, &[workspace], file, offset).unwrap().markdown
+        };
+        assert!(!text(&fixture).contains(assumed));
+        let unset = fixture.replace("rt_throttling = false", "");
+        assert_eq!(text(&unset).matches(assumed).count(), 1);
+        // Of what is not analysed, nothing is claimed that would rest on it.
+        assert!(!text(&unset.replace("plan = [60, 70]", "")).contains(assumed));
+    }
+
+    #[test]
     fn a_codel_shows_its_comment_and_its_times() {
         check(
             &robot("$1"),

@@ -464,7 +464,7 @@ deployment D { architecture A
 codel = \"5 ms\"
 ",
             expect![[r#"
-                core Planning(S) { update = { plan(); }⟨5 ms · times assumed at 1e-4⟩ }
+                core Planning(S) { update = { plan(); }⟨5 ms at 1e-4 · times assumed⟩ }
                 deployment D {⟨1 of 1 deadlines met at 1e-4 · CPU 1 5.0 % · times assumed · assumes real-time throttling off⟩ architecture A
                 activity planner { priority = 2 period = 100 deadline = 100 }⟨R 5 ms ≤ 100 ms · slack 95 ms · times assumed⟩
             "#]],
@@ -500,12 +500,12 @@ program.\"Quick/update\" = 5
         check(
             MACHINE,
             expect![[r#"
-            initial state Waiting {⟨a period ≤ 2 ms at 1e-4⟩
-            transition go if (look() > 0) to Moving⟨a period 2 ms⟩
-            state Moving {⟨a period ≤ 21 ms at 1e-4⟩ entry = { look(); }⟨1 ms⟩  run = {⟨20 ms⟩
-            } exit = { }  transition done to Waiting { look(); }⟨a period 21 ms⟩ }
-            core U(S) { update = { plan(); }⟨5 ms (Quick), 20 ms (Slow) at 1e-4⟩ }
-        "#]],
+                initial state Waiting {⟨takes ≤ 2 ms a period at 1e-4⟩
+                transition go if (look() > 0) to Moving⟨takes 2 ms a period⟩
+                state Moving {⟨takes ≤ 21 ms a period at 1e-4⟩ entry = { look(); }⟨1 ms⟩  run = {⟨20 ms⟩
+                } exit = { }  transition done to Waiting { look(); }⟨takes 21 ms a period⟩ }
+                core U(S) { update = { plan(); }⟨5 ms (Quick), 20 ms (Slow) at 1e-4⟩ }
+            "#]],
         );
         // Where the time of one component is unknown, nothing is said that may be taken for it.
         check(&MACHINE.replace("codel.plan = 20\n", ""), expect!["\n\n"]);

@@ -2,10 +2,15 @@
 //! that it gives.
 //!
 //! Those are no guess: the deployment is analysed with the new values as if they stood in the text (see
-//! [`mauve_model::response_times_if`]), and what is not analysed so is not offered.
+//! [`mauve_model::response_times_if`]), and what is not analysed so is not offered. A file may be part of several projects,
+//! in which other times count: what is found in one of them is analysed in every one. Nothing is offered with which a
+//! deadline is lost that is proved now, in any of them; where they differ, the title says what comes out of each. It says
+//! also which warnings there are then that there are not now.
 //!
 //! | offered | where | if |
 //! |---|---|---|
+//! | the priorities of two swapped | at an activity | it has a later deadline before it |
+//! | the deadline as period | at an activity | it is later than the period |
 //! | priorities by deadline | in a deployment | a later deadline goes before an earlier one on the same CPU |
 //! | optimal priorities, or why there are none | in a deployment | a deadline is not proved, nor would be by the former |
 //! | each other CPU, the best first | at an activity | no deadline is lost that is proved now |
@@ -16,12 +21,12 @@
 use std::cmp::Reverse;
 use std::collections::BTreeSet;
 
-use mauve_model::diagnostics::{Finding, diagnostics_of_file};
-use mauve_model::item_tree::{Kind, Name};
+use mauve_model::diagnostics::{Diagnostic, Finding, diagnostics_of_file};
+use mauve_model::item_tree::{Expr, Kind, Literal, Name};
 use mauve_model::{
     ActivityReport, Deadlines, Decl, ModelDb, Place, Priority, Project, Query, Report, Row, SupposedField,
-    System, Verdict, cpu_names, declarations, deployment, response_times, response_times_if, source_map,
-    system_of,
+    System, Verdict, before_its_time, cpu_names, declarations, deployment, diagnostics_if, response_times,
+    response_times_if, source_map, system_of,
 };
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::format::Replacement;
@@ -41,7 +46,7 @@ const MOST_STEPS: usize = 2048;
 /// So many other CPUs are offered.
 const MOST_MOVES: usize = 4;
 
-/// So many projects are asked; a deployment is rarely part of more than one.
+/// In so many projects something better is looked for; a deployment is rarely part of more than one.
 const MOST_PROJECTS: usize = 4;
 
 /// A period is at most so many times longer than it is now.
@@ -57,43 +62,54 @@ pub(crate) fn offer(actions: &mut Actions<'_, '_>) {
     }
     let Some(node) = actions.node::<ast::Deployment>() else { return };
     let Some(deployment) = deployment_of(actions, node.syntax().text_range().start()) else { return };
-    let activity = actions.node::<ast::Activity>().and_then(|it| it.name_ref());
-    let activity = activity.map(|name| name.syntax().text_range());
+    let activity = actions.node::<ast::Activity>();
+    let name = activity.as_ref().and_then(|it| it.name_ref()).map(|name| name.syntax().text_range());
     let db = actions.db;
-    let projects: Vec<Project<'_>> = actions.projects.iter().copied().take(MOST_PROJECTS).collect();
+    let projects = actions.projects.clone();
     let mut found: Vec<(&Offer, Vec<Project<'_>>)> = Vec::new();
-    let mut mended: Vec<&Offer> = Vec::new();
-    for &project in &projects {
+    for &project in projects.iter().take(MOST_PROJECTS) {
         let (query, rows) = (Query::shown(db, project), &system_of(db, project, deployment).rows);
-        let row = activity.and_then(|at| rows.iter().position(|row| row.at.range(db) == at));
+        let row = name.and_then(|at| rows.iter().position(|row| row.at.range(db) == at));
         let of_row = row.map(|row| offers_of_activity(db, project, deployment, row, query));
         let offers = offers_of_deployment(db, project, deployment, query).iter();
         for offer in offers.chain(of_row.into_iter().flatten()) {
-            if row.is_some_and(|row| offer.meets(row)) {
-                mended.push(offer);
-            }
             match found.iter_mut().find(|(known, _)| known.is_same(offer)) {
                 Some((_, having)) => having.push(project),
                 None => found.push((offer, vec![project])),
             }
         }
     }
-    let missed = activity.map_or_else(Vec::new, |activity| missed_at(actions, activity));
+    let wrong = activity.map_or_else(Vec::new, |it| wrong_in(actions, it.syntax().text_range()));
     for (offer, having) in found {
-        let mut title = offer.title().to_owned();
-        if having.len() < actions.projects.len() {
-            let roots: Vec<String> = having.iter().map(|&project| name_of_root(db, project)).collect();
-            title += &format!(" (in the project of {})", roots.join(", "));
-        }
         match offer {
-            Offer::Refused { reason, .. } => actions.refuse(ActionKind::Rewrite, title, reason.clone()),
-            Offer::Proposed { fields, .. } => {
-                let is_mended = !missed.is_empty() && mended.iter().any(|it| std::ptr::eq(*it, offer));
+            Offer::Refused { title, reason } => {
+                let title = match having.len() < projects.len() {
+                    true => format!("{title} {}", in_projects(db, &having)),
+                    false => title.clone(),
+                };
+                actions.refuse(ActionKind::Rewrite, title, reason.clone());
+            }
+            Offer::Proposed { what, fields } => {
+                let outcomes: Vec<(Project<'_>, &Outcome<'_>)> = projects
+                    .iter()
+                    .map(|&project| {
+                        let query = Query::shown(db, project);
+                        (project, outcome_of(db, project, deployment, query, fields.clone()))
+                    })
+                    .collect();
+                if outcomes.iter().any(|(_, outcome)| outcome.loses) {
+                    continue;
+                }
+                let is_left = |it: &&Finding<'_>| {
+                    let what = (it.diagnostic.code.name, it.diagnostic.at.clone());
+                    outcomes.iter().any(|(_, outcome)| outcome.wrong.contains(&what))
+                };
+                let mends: Vec<Finding<'_>> = wrong.iter().filter(|it| !is_left(it)).cloned().collect();
                 let action = CodeAction {
-                    title,
-                    kind: if is_mended { ActionKind::QuickFix } else { ActionKind::Rewrite },
+                    title: format!("{what}: {}", said(db, &outcomes)),
+                    kind: if mends.is_empty() { ActionKind::Rewrite } else { ActionKind::QuickFix },
                     preferred: false,
-                    mends: if is_mended { missed.clone() } else { Vec::new() },
+                    mends,
                     disabled: None,
                     change: None,
                 };
@@ -101,6 +117,28 @@ pub(crate) fn offer(actions: &mut Actions<'_, '_>) {
             }
         }
     }
+}
+
+/// What comes out in all projects, or where they differ, in each.
+fn said(db: &dyn ModelDb, outcomes: &[(Project<'_>, &Outcome<'_>)]) -> String {
+    let mut said: Vec<(&str, Vec<Project<'_>>)> = Vec::new();
+    for (project, outcome) in outcomes {
+        match said.iter_mut().find(|(known, _)| *known == outcome.said) {
+            Some((_, having)) => having.push(*project),
+            None => said.push((&outcome.said, vec![*project])),
+        }
+    }
+    let differ = said.len() > 1;
+    let each = said.into_iter().map(|(said, having)| match differ {
+        true => format!("{said} {}", in_projects(db, &having)),
+        false => said.to_owned(),
+    });
+    each.collect::<Vec<_>>().join("; ")
+}
+
+fn in_projects(db: &dyn ModelDb, projects: &[Project<'_>]) -> String {
+    let roots: Vec<String> = projects.iter().map(|&project| name_of_root(db, project)).collect();
+    format!("(in the project of {})", roots.join(", "))
 }
 
 /// The deployment that begins there.
@@ -113,58 +151,84 @@ fn deployment_of<'db>(actions: &Actions<'_, 'db>, start: TextSize) -> Option<Dec
     all.find(|(decl, map)| is_it(**decl, map.range)).map(|(decl, _)| *decl)
 }
 
-/// The deadlines that are missed at an activity, as they are shown.
-fn missed_at<'db>(actions: &Actions<'_, 'db>, activity: TextRange) -> Vec<Finding<'db>> {
+/// What is wrong with the timing of an activity, as it is shown.
+fn wrong_in<'db>(actions: &Actions<'_, 'db>, activity: TextRange) -> Vec<Finding<'db>> {
+    const CODES: [&str; 4] =
+        ["deadline-missed", "priority-inversion", "equal-priorities", "deadline-exceeds-period"];
     let (db, file) = (actions.db, actions.question.file);
     if !actions.wants(ActionKind::QuickFix) {
         return Vec::new();
     }
-    let mut missed: Vec<Finding<'db>> = Vec::new();
+    let mut wrong: Vec<Finding<'db>> = Vec::new();
     for &workspace in actions.workspaces {
         for finding in diagnostics_of_file(db, workspace, file) {
             let diagnostic = &finding.diagnostic;
-            if diagnostic.code.name == "deadline-missed"
-                && diagnostic.at.range(db) == activity
-                && !missed.iter().any(|it| it.diagnostic == *diagnostic)
+            if CODES.contains(&diagnostic.code.name)
+                && activity.contains_range(diagnostic.at.range(db))
+                && !wrong.iter().any(|it| it.diagnostic == *diagnostic)
             {
-                missed.push(finding);
+                wrong.push(finding);
             }
         }
     }
-    missed
+    wrong
 }
 
-/// Something that is offered. What would come out is kept as far as it is shown.
+/// Something that is offered.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 enum Offer {
-    /// What it is called with what it gives, the values, and which activities meet their deadlines then, by their rows.
-    Proposed { title: String, fields: Vec<SupposedField>, met: Vec<bool> },
+    /// What it is called, and the values.
+    Proposed { what: String, fields: Vec<SupposedField> },
     /// What may be expected, and why it cannot be.
     Refused { title: String, reason: String },
 }
 
 impl Offer {
-    /// Would the user not see a difference?
+    /// Would it do the same?
     fn is_same(&self, other: &Self) -> bool {
         match (self, other) {
-            (Offer::Proposed { fields: one, .. }, Offer::Proposed { fields: other_fields, .. }) => {
-                one == other_fields && self.title() == other.title()
+            (Offer::Proposed { fields: one, .. }, Offer::Proposed { fields: other, .. }) => {
+                one.len() == other.len() && one.iter().all(|field| other.contains(field))
             }
             (Offer::Refused { .. }, Offer::Refused { .. }) => self == other,
             _ => false,
         }
     }
+}
 
-    fn title(&self) -> &str {
-        match self {
-            Offer::Proposed { title, .. } | Offer::Refused { title, .. } => title,
-        }
-    }
+/// What some values give in one project, as far as it is shown.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+struct Outcome<'db> {
+    /// In words.
+    said: String,
+    /// Is a deadline not proved then that is now, or a response time without a bound?
+    loses: bool,
+    /// What is wrong then.
+    wrong: Vec<(&'static str, Place<'db>)>,
+}
 
-    /// Does the activity of that row meet its deadline then?
-    fn meets(&self, row: usize) -> bool {
-        matches!(self, Offer::Proposed { met, .. } if met.get(row) == Some(&true))
+#[salsa::tracked(returns(ref))]
+fn outcome_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    query: Query,
+    fields: Vec<SupposedField>,
+) -> Outcome<'db> {
+    let now = response_times(db, project, of, query);
+    let then = response_times_if(db, project, of, query, &fields);
+    let code = |it: Diagnostic<'db>| (it.code.name, it.at);
+    let wrong_now: Vec<_> = diagnostics_if(db, project, of, &[]).into_iter().map(code).collect();
+    let mut wrong: Vec<_> = diagnostics_if(db, project, of, &fields).into_iter().map(code).collect();
+    let new: BTreeSet<&str> =
+        wrong.iter().filter(|it| !wrong_now.contains(it)).map(|(code, _)| *code).collect();
+    let mut said = outcome(&then, query.level);
+    if !new.is_empty() {
+        said += &format!(", with a new warning, {}", new.into_iter().collect::<Vec<_>>().join(", "));
     }
+    let late = then.activities.iter().filter(|it| !it.verdict.is_met());
+    wrong.extend(late.map(|it| ("deadline-missed", it.row.at.clone())));
+    Outcome { said, loses: !is_no_worse(now, &then), wrong }
 }
 
 /// Everything that is offered of a deployment as a whole. Editors ask at every movement of the cursor, and again when an
@@ -193,6 +257,8 @@ fn offers_of_activity<'db>(
     if let Some(row) = row.filter(|row| matches!(row.priority, Priority::RealTime(_)))
         && let Some(mut search) = Search::new(db, project, of, query)
     {
+        offers.extend(search.swap(row));
+        offers.extend(search.late_deadline(row));
         offers.extend(search.deadline(row));
         offers.extend(search.period(row));
         offers.extend(search.moves(row));
@@ -228,10 +294,23 @@ impl<'db> Search<'db> {
         Some(response_times_if(self.db, self.project, self.of, self.query, fields))
     }
 
-    fn proposed(&self, what: &str, fields: Vec<SupposedField>, report: &Report<'db>) -> Offer {
-        let title = format!("{what}: {}", outcome(report, self.query.level));
-        let is_met = |it: &ActivityReport<'_>| it.verdict == Verdict::RealTime(Status::Met);
-        Offer::Proposed { title, fields, met: report.activities.iter().map(is_met).collect() }
+    /// The priorities of an activity and of the least urgent that goes before it although it may end later.
+    fn swap(&mut self, row: &Row<'db>) -> Option<Offer> {
+        let other = before_its_time(&self.system.rows, row)?;
+        let fields = vec![priority_of(row, priority(other)), priority_of(other, priority(row))];
+        Some(proposed(&format!("Swap the priorities of {} and {}", row.instance, other.instance), fields))
+    }
+
+    /// A deadline that is later than the period, as the period.
+    fn late_deadline(&mut self, row: &Row<'db>) -> Option<Offer> {
+        let data = deployment(self.db, self.of).filter(|_| row.is_late)?;
+        let activity = data.activities.iter().find(|it| it.instance.name == row.instance)?;
+        let deadline = activity.fields.iter().find(|field| field.name.name == "deadline")?;
+        let Expr::Literal(Literal::Int(text) | Literal::Float(text), _) = &deadline.value else {
+            return None;
+        };
+        let fields = vec![field(row, "period", text.to_string())];
+        Some(proposed(&format!("Period {text} ms, as the deadline"), fields))
     }
 
     /// Other priorities.
@@ -246,7 +325,7 @@ impl<'db> Search<'db> {
         {
             is_solved |= is_proved(&report);
             let what = "Priorities by deadline (deadline-monotonic)";
-            offers.push(self.proposed(what, ordered, &report));
+            offers.push(proposed(what, ordered));
         }
         let is_analysed = |it: &ActivityReport<'_>| it.verdict != Verdict::RealTime(Status::NotAnalysed);
         if !is_solved && self.now.activities.iter().all(is_analysed) {
@@ -274,8 +353,8 @@ impl<'db> Search<'db> {
                 }
             }
         }
-        let report = self.ask(&fields).filter(is_proved)?;
-        Some(self.proposed(what, fields, &report))
+        self.ask(&fields).filter(is_proved)?;
+        Some(proposed(what, fields))
     }
 
     /// The priorities of a group, or those of it that cannot be ordered.
@@ -323,7 +402,7 @@ impl<'db> Search<'db> {
                 it.row.instance == row.instance && it.verdict != Verdict::RealTime(Status::NotAnalysed)
             });
             if is_analysed && is_no_worse(self.now, &report) {
-                let offer = self.proposed(&format!("Move to {}", cpu_names(cpu)), fields, &report);
+                let offer = proposed(&format!("Move to {}", cpu_names(cpu)), fields);
                 found.push((offer, report));
             }
         }
@@ -345,8 +424,8 @@ impl<'db> Search<'db> {
         if is_proved(self.now) {
             let greatest = if now * step == period { now.checked_sub(1)? } else { now };
             let report = self.ask(&fields(self, greatest)).filter(|it| greatest > 0 && is_proved(it))?;
-            let (number, report) = self.least(0, (greatest, report), &fields, &is_proved)?;
-            return Some(self.with(row, "Shorter", number * step, step, report));
+            let (number, _) = self.least(0, (greatest, report), &fields, &is_proved)?;
+            return Some(self.with(row, "Shorter", number * step, step));
         }
         let is_row_met = |report: &Report<'db>| {
             report.activities.iter().any(|it| it.row.instance == row.instance && it.verdict.is_met())
@@ -361,8 +440,8 @@ impl<'db> Search<'db> {
                 let Some(number) = number else { break };
                 let report = self.ask(&fields(self, number))?;
                 if goal(&report) {
-                    let (number, report) = self.least(bad, (number, report), &fields, goal)?;
-                    return Some(self.with(row, "Longer", number * step, step, report));
+                    let (number, _) = self.least(bad, (number, report), &fields, goal)?;
+                    return Some(self.with(row, "Longer", number * step, step));
                 }
                 bad = number;
                 factor *= 2;
@@ -392,13 +471,13 @@ impl<'db> Search<'db> {
         Some(good)
     }
 
-    fn with(&self, row: &Row<'db>, which: &str, period: u64, step: u64, report: Report<'db>) -> Offer {
+    fn with(&self, row: &Row<'db>, which: &str, period: u64, step: u64) -> Offer {
         let (period, step) = (Time::from_nanos(period), Time::from_nanos(step));
         let fields = self.with_period(row, period);
         let and = if fields.len() > 1 { " and deadline" } else { "" };
         // The search halves an interval: it knows that one step less is too short, and nothing of what is shorter still.
         let what = format!("{which} period{and}, {period} (the shortest found, in steps of {step})");
-        self.proposed(&what, fields, &report)
+        proposed(&what, fields)
     }
 
     /// A period, and the deadline with it where it is written and is the period now, or would be later.
@@ -417,9 +496,12 @@ impl<'db> Search<'db> {
     fn deadline(&mut self, row: &Row<'db>) -> Option<Offer> {
         let period = row.period.filter(|period| row.deadline < Some(*period))?;
         let fields = vec![field(row, "deadline", written(period))];
-        let report = self.ask(&fields)?;
-        Some(self.proposed(&format!("Deadline {period}, as the period"), fields, &report))
+        Some(proposed(&format!("Deadline {period}, as the period"), fields))
     }
+}
+
+fn proposed(what: &str, fields: Vec<SupposedField>) -> Offer {
+    Offer::Proposed { what: what.to_owned(), fields }
 }
 
 /// Activities that may delay each other, and the priorities that they have among them.
@@ -500,11 +582,13 @@ fn is_proved(report: &Report<'_>) -> bool {
     report.schedulable()
 }
 
-/// Is every deadline proved that is now?
+/// Is every deadline proved that is now, and is there a bound of all of which there is one?
 fn is_no_worse(now: &Report<'_>, then: &Report<'_>) -> bool {
     now.activities.len() == then.activities.len()
         && now.activities.iter().zip(&then.activities).all(|(now, then)| {
-            now.row.instance == then.row.instance && (!now.verdict.is_met() || then.verdict.is_met())
+            now.row.instance == then.row.instance
+                && (!now.verdict.is_met() || then.verdict.is_met())
+                && (now.response.is_none() || then.response.is_some())
         })
 }
 
@@ -591,6 +675,7 @@ mod tests {
     use crate::fixture::Fixture;
     use crate::{ActionQuestion, Changes, code_actions};
     use expect_test::{Expect, expect};
+    use mauve_model::diagnostics::workspace_diagnostics;
     use mauve_model::{Database, Workspace, names_of, projects};
     use mauve_tests::Random;
     use salsa::Setter as _;
@@ -630,6 +715,10 @@ mod tests {
         out
     }
 
+    fn codes(db: &Database, workspace: Workspace) -> Vec<&'static str> {
+        workspace_diagnostics(db, workspace).iter().map(|it| it.diagnostic.code.name).collect()
+    }
+
     /// Every offer at the cursor, each applied to the text and analysed anew: it gives what was said.
     fn offered(fixture: &str) -> Vec<String> {
         let Fixture { db, workspace, file, offset } = Fixture::new(fixture);
@@ -649,12 +738,26 @@ mod tests {
             changes: Changes::All,
         };
         let actions = code_actions(&db, &[workspace], question);
+        let met =
+            |report: &Report<'_>| report.activities.iter().map(|it| it.verdict.is_met()).collect::<Vec<_>>();
+        let is_no_worse_than =
+            |now: &[bool], then: &[bool]| now.iter().zip(then).all(|(now, then)| !now || *then);
+        let now = met(response_times(&db, project, deployment, query));
+        let before = codes(&db, workspace);
         let mut said = Vec::new();
-        for offer in offers {
-            let title = offer.title().to_owned();
-            let action = actions.iter().find(|action| action.title == title).unwrap();
-            let Offer::Proposed { fields, .. } = &offer else {
-                said.push(format!("{title} ✗ {}", action.disabled.as_ref().unwrap()));
+        for offer in offers.clone() {
+            let Offer::Proposed { what, fields } = &offer else {
+                let Offer::Refused { title, reason } = offer else { continue };
+                assert!(actions.iter().any(|action| action.title == title), "{title}");
+                said.push(format!("{title} ✗ {reason}"));
+                continue;
+            };
+            let outcome_now = outcome_of(&db, project, deployment, query, fields.clone());
+            let title = format!("{what}: {}", outcome_now.said);
+            let Some(action) = actions.iter().find(|action| action.title == title) else {
+                // Two may do the same, and some would cost a deadline.
+                let is_twin = |it: &&Offer| it.is_same(&offer);
+                assert!(outcome_now.loses || offers.iter().filter(is_twin).count() > 1, "{title}\n{fixture}");
                 continue;
             };
             let report = response_times_if(&db, project, deployment, query, fields);
@@ -669,7 +772,15 @@ mod tests {
             let query = Query::shown(&new, project);
             let applied = response_times(&new, project, deployment, query);
             assert_eq!(figures(applied), figures(&report), "{title}\n{fixture}");
-            assert!(title.ends_with(&outcome(applied, query.level)), "{title}\n{fixture}");
+            assert!(title.contains(&outcome(applied, query.level)), "{title}\n{fixture}");
+            // No deadline is lost, and no warning comes unsaid.
+            assert!(is_no_worse_than(&now, &met(applied)), "{title}\n{fixture}");
+            let after = codes(&new, workspace);
+            for code in ["priority-inversion", "equal-priorities", "stale-data", "deadline-exceeds-period"] {
+                let is_new = after.iter().filter(|it| **it == code).count()
+                    > before.iter().filter(|it| **it == code).count();
+                assert!(!is_new || title.contains(code), "{code}: {title}\n{fixture}");
+            }
             let kind = if action.kind == ActionKind::QuickFix { " (mends)" } else { "" };
             said.push(format!("{title}{kind}"));
         }
@@ -693,6 +804,107 @@ mod tests {
                 Priorities by deadline (deadline-monotonic): all 2 meet their deadlines at 1e-4, worst slack 20 ms (laser)
             "#]],
         );
+    }
+
+    #[test]
+    fn priorities_are_swapped_where_no_deadline_is_lost() {
+        let costs = [("a", "5"), ("b", "10"), ("c", "20")];
+        let deployment = "deployment D { architecture A
+            activity a { affinity = 1 priority = 3 period = 100 deadline = 50 }
+            activity b { priority = 2 period = 100 deadline = 20 }
+            activity c { priority = 1 period = 100 deadline = 40 }
+        }";
+        let at = |name: &str| {
+            robot(&costs, &deployment.replace(&format!("activity {name}"), &format!("activity $0{name}")), "")
+        };
+        // With the most urgent below, b would miss its deadline: 30 > 20.
+        check(
+            &at("c"),
+            expect![[r#"
+            Priorities by deadline (deadline-monotonic): all 3 meet their deadlines at 1e-4, worst slack 10 ms (b) (mends)
+            Deadline 100 ms, as the period: all 3 meet their deadlines at 1e-4, worst slack 5 ms (b) (mends)
+            Shorter period and deadline, 35 ms (the shortest found, in steps of 1 ms): all 3 meet their deadlines at 1e-4, worst slack 0 ms (c)
+        "#]],
+        );
+        check(
+            &at("b"),
+            expect![[r#"
+            Priorities by deadline (deadline-monotonic): all 3 meet their deadlines at 1e-4, worst slack 10 ms (b) (mends)
+            Swap the priorities of b and a: all 3 meet their deadlines at 1e-4, worst slack 5 ms (c) (mends)
+            Deadline 100 ms, as the period: all 3 meet their deadlines at 1e-4, worst slack 5 ms (c) (mends)
+            Shorter period, 35 ms (the shortest found, in steps of 1 ms): all 3 meet their deadlines at 1e-4, worst slack 5 ms (b)
+        "#]],
+        );
+        check(
+            &at("a"),
+            expect![[r#"
+            Priorities by deadline (deadline-monotonic): all 3 meet their deadlines at 1e-4, worst slack 10 ms (b)
+            Deadline 100 ms, as the period: all 3 meet their deadlines at 1e-4, worst slack 5 ms (b)
+            Shorter period and deadline, 20 ms (the shortest found, in steps of 1 ms): all 3 meet their deadlines at 1e-4, worst slack 0 ms (c)
+        "#]],
+        );
+    }
+
+    #[test]
+    fn a_deadline_later_than_the_period_may_be_the_period() {
+        let deployment = "deployment D { architecture A
+            activity $0laser { priority = 2 period = 50 deadline = 80 }
+            activity pilot { priority = 1 period = 200 deadline = 150 }
+        }";
+        check(
+            &robot(&[("laser", "40"), ("pilot", "30")], deployment, ""),
+            expect![[r#"
+            Period 80 ms, as the deadline: all 2 meet their deadlines at 1e-4, worst slack 40 ms (laser) (mends)
+        "#]],
+        );
+    }
+
+    /// What is offered at `$0` of a file that two projects have, in which other times count.
+    fn offered_in_two(deployment: &str, one: [&str; 2], two: [&str; 2]) -> String {
+        let shared = "shell S { }\ncomponent Laser(S, C)  component Pilot(S, E)\n\
+                      architecture A { instance laser: Laser  instance pilot: Pilot }\n";
+        let root = |[laser, pilot]: [&str; 2]| {
+            format!(
+                "include \"shared.mal\"\ncodel short(): int  codel long(): int\ncore C(S) {{ update = {{ {laser}(); }} }}\n\
+                 core E(S) {{ update = {{ {pilot}(); }} }}"
+            )
+        };
+        let fixture = format!(
+            "//- /shared.mal\n{shared}{deployment}\n//- /one.mal\n{}\n//- /two.mal\n{}\n//- /mauve.toml\n[project]\n\
+             roots = [\"one.mal\", \"two.mal\"]\n[timing]\ntables = [\"times.toml\"]\n[platform]\n\
+             rt_throttling = false\ncpus = 2\n//- /times.toml\n[codel]\nshort = 10\nlong = 60\n",
+            root(one),
+            root(two),
+        );
+        let Fixture { db, workspace, file, offset } = Fixture::new(&fixture);
+        let kinds = &[ActionKind::Rewrite, ActionKind::QuickFix];
+        let range = TextRange::empty(offset);
+        let question = ActionQuestion { file, range, diagnostics: &[], kinds, changes: Changes::None };
+        let actions = code_actions(&db, &[workspace], question);
+        let titles = actions.into_iter().map(|action| action.title).filter(|title| title.contains("1e-4"));
+        titles.map(|title| title + "\n").collect()
+    }
+
+    #[test]
+    fn what_is_offered_is_known_of_every_project_that_has_the_file() {
+        let deployment = "deployment D { architecture A
+            activity $0laser { affinity = 1 priority = 2 period = 100 }
+            activity pilot { affinity = 2 priority = 1 period = 100 } }";
+        // On one CPU, the two of the second project ask for more than it has; 10 ms are too short in it.
+        expect![[r#"
+            Shorter period, 60 ms (the shortest found, in steps of 1 ms): all 2 meet their deadlines at 1e-4, worst slack 50 ms (laser) (in the project of one.mal); all 2 meet their deadlines at 1e-4, worst slack 0 ms (laser) (in the project of two.mal)
+        "#]].assert_eq(&offered_in_two(deployment, ["short", "short"], ["long", "long"]));
+        let alike = offered_in_two(deployment, ["short", "long"], ["short", "long"]);
+        assert!(alike.contains("Move to CPU 2") && !alike.contains("in the project"), "{alike}");
+        // What is missed in one of them may be mended where nothing is lost in the other.
+        let deployment = "deployment D { architecture A
+            activity laser { affinity = 1 priority = 2 period = 100 }
+            activity $0pilot { affinity = 1 priority = 1 period = 100 deadline = 50 } }";
+        expect![[r#"
+            Priorities by deadline (deadline-monotonic): all 2 meet their deadlines at 1e-4, worst slack 40 ms (pilot) (in the project of one.mal); all 2 meet their deadlines at 1e-4, worst slack 30 ms (laser) (in the project of two.mal)
+            Deadline 100 ms, as the period: all 2 meet their deadlines at 1e-4, worst slack 80 ms (pilot) (in the project of one.mal); all 2 meet their deadlines at 1e-4, worst slack 30 ms (pilot) (in the project of two.mal)
+            Move to CPU 2: all 2 meet their deadlines at 1e-4, worst slack 40 ms (pilot) (in the project of one.mal); all 2 meet their deadlines at 1e-4, worst slack 40 ms (laser) (in the project of two.mal)
+        "#]].assert_eq(&offered_in_two(deployment, ["short", "short"], ["long", "short"]));
     }
 
     #[test]
@@ -755,9 +967,9 @@ mod tests {
         check(
             &robot(&costs, deployment, ""),
             expect![[r#"
-            Deadline 200 ms, as the period: all 2 meet their deadlines at 1e-4, worst slack 60 ms (laser)
-            Shorter period and deadline, 60 ms (the shortest found, in steps of 1 ms): all 2 meet their deadlines at 1e-4, worst slack 0 ms (pilot)
-        "#]],
+                Deadline 200 ms, as the period: all 2 meet their deadlines at 1e-4, worst slack 60 ms (laser)
+                Shorter period and deadline, 60 ms (the shortest found, in steps of 1 ms): all 2 meet their deadlines at 1e-4, worst slack 0 ms (pilot), with a new warning, priority-inversion
+            "#]],
         );
     }
 
@@ -797,8 +1009,9 @@ mod tests {
         let (now, system) = (search.now, search.system);
         assert!(!is_proved(now));
         let offer = search.optimal(&groups(system).unwrap()).unwrap();
+        let Offer::Proposed { what, fields } = offer else { panic!("refused") };
         assert_eq!(
-            offer.title(),
+            format!("{what}: {}", outcome_of(&db, project, of, Query::shown(&db, project), fields).said),
             "Optimal priorities (Audsley's): all 3 meet their deadlines at 1e-4, worst slack 7 ms (a)"
         );
         // Too many steps: nothing rather than half an answer.

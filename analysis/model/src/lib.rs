@@ -82,7 +82,7 @@ pub use project::{
 pub use psm::{Psm, PsmEdge, Refused, core_of, psm_of, shell_of, worst_path};
 pub use response::{
     ActivityReport, Budget, CpuReport, Deadlines, InterferenceReport, MissingTime, Query, Report, Verdict,
-    budgets, level_shown, missing_times, response_times, response_times_if,
+    budgets, diagnostics_if, level_shown, missing_times, response_times, response_times_if,
 };
 pub use settings::{ValueInEffect, values_in_effect};
 pub use skeleton::operation_skeleton;
@@ -97,4 +97,5 @@ pub use timetable::{
 };
 pub use types::{C_TYPES, Integer, LANGUAGE_TYPES, Type, built_in_type, type_of};
 pub use typing::{BUILT_IN_FUNCTIONS, Callee, Meaning, Typing, VariableKind, VariableOf, typing_of};
+pub use urgency::before_its_time;
 pub use values::Value;

@@ -8,6 +8,7 @@ use mauve_timing::{
 };
 
 use crate::behaviour::Refusal;
+use crate::diagnostics::Diagnostic;
 use crate::item_tree::Name;
 use crate::names::names_of;
 use crate::project::{Project, config_of, platform_of};
@@ -16,6 +17,7 @@ use crate::source::{Decl, Place, deployment as declared_deployment};
 use crate::supposed::{SupposedField, with_fields};
 use crate::system::{Priority, Row, System, read, system_of};
 use crate::timetable::timetable_of;
+use crate::urgency::check_rows;
 use crate::{ModelDb, Workspace, cpu_names};
 
 /// What is asked of the analysis.
@@ -192,6 +194,19 @@ pub fn response_times_if<'db>(
     report(db, project, &system, &lost, query)
 }
 
+/// What is wrong with the activities of a deployment with other values in them; with none, with what it has.
+pub fn diagnostics_if<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployment: Decl<'db>,
+    supposed: &[SupposedField],
+) -> Vec<Diagnostic<'db>> {
+    let Some(data) = declared_deployment(db, deployment) else { return Vec::new() };
+    let system = read(db, project, deployment, &with_fields(data, supposed));
+    let urgency = check_rows(db, project, deployment, &system.rows);
+    system.diagnostics.into_iter().chain(urgency).collect()
+}
+
 type Psms<'a, 'db> = [Option<&'a Result<Psm, Refused<'db>>>];
 
 fn report<'db>(
@@ -236,12 +251,7 @@ fn report<'db>(
             let mut seen = FxHashSet::default();
             names.retain(|name| seen.insert(*name));
             let verb = if names.len() == 1 { "is" } else { "are" };
-            // It may seem to be the less urgent one.
-            let unknown = match others.iter().all(|other| other.priority == Priority::Unknown) {
-                true if names.len() == 1 => ", whose priority is unknown,",
-                true => ", whose priorities are unknown,",
-                false => "",
-            };
+            let unknown = unknown_of(&others);
             let why = format!("{}{unknown} may delay it, and {verb} not analysed", enumerated(&names));
             activity.reasons.push(Refusal::reported(why, first.at.clone()));
         }
@@ -290,6 +300,22 @@ fn report<'db>(
         })
         .collect();
     Report { activities, cpus, lost: lost.to_vec() }
+}
+
+/// What is unknown of those that may delay an activity, in a clause behind their names: they may seem to be less urgent.
+fn unknown_of(others: &[&Row<'_>]) -> String {
+    let is_one = others.iter().all(|other| Some(&other.instance) == others.first().map(|it| &it.instance));
+    let have = |is_it: &dyn Fn(&Row<'_>) -> bool| others.iter().all(|other| is_it(other));
+    let no_priority = |row: &Row<'_>| row.priority == Priority::Unknown && row.doubt.is_none();
+    let doubt = others.first().and_then(|other| other.doubt).filter(|_| is_one);
+    let what = match doubt {
+        Some(doubt) => doubt,
+        None if have(&no_priority) && is_one => "whose priority is unknown",
+        None if have(&no_priority) => "whose priorities are unknown",
+        None if have(&|row| row.priority == Priority::Unknown) => "whose priorities or CPUs are unknown",
+        None => return String::new(),
+    };
+    format!(", {what},")
 }
 
 /// The rows of a system as tasks, and what comes out.

@@ -6,7 +6,7 @@
 use crate::item_tree::{Deployment, Expr, Field, Literal, Name, NameRef};
 
 /// A value that a field of an activity is supposed to have.
-#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
 pub struct SupposedField {
     /// The activity, by its instance; of a name that two have, both are meant.
     pub instance: Name,

@@ -50,6 +50,8 @@ pub struct Row<'db> {
     pub is_late: bool,
     /// Why it is not analysed.
     pub refusals: Vec<Refusal<'db>>,
+    /// Why its priority counts as unknown although one is written: what may be a mistake, said of it behind its name.
+    pub doubt: Option<&'static str>,
 }
 
 impl<'db> Row<'db> {
@@ -58,8 +60,12 @@ impl<'db> Row<'db> {
         self.component.filter(|_| self.priority != Priority::Background)
     }
 
-    /// It may be as urgent as anything, on any CPU.
-    fn forget(&mut self) {
+    /// It may be as urgent as anything, on any CPU. What may be wrong is kept where a priority is written: otherwise that is
+    /// what is unknown.
+    fn forget(&mut self, doubt: &'static str) {
+        if matches!(self.priority, Priority::RealTime(_)) {
+            self.doubt = Some(doubt);
+        }
         (self.priority, self.cpus) = (Priority::Unknown, None);
     }
 }
@@ -178,7 +184,7 @@ impl<'db> Reader<'db> {
                 // Which one counts is unknown: both may be as urgent as anything.
                 for row in self.found.rows.iter_mut().filter(|row| row.instance == *name) {
                     row.refusals.push(refusal.clone());
-                    row.forget();
+                    row.forget("which has two activities");
                 }
             }
         }
@@ -210,6 +216,7 @@ impl<'db> Reader<'db> {
                 deadline: None,
                 is_late: false,
                 refusals: vec![refusal],
+                doubt: None,
             });
         }
         self.served(flat);
@@ -236,6 +243,7 @@ impl<'db> Reader<'db> {
             deadline: None,
             is_late: false,
             refusals: Vec::new(),
+            doubt: None,
         };
         let mut repeated = false;
         match instance {
@@ -271,7 +279,7 @@ impl<'db> Reader<'db> {
         // Where something is lost, it may be the priority of a real-time activity; of two instances of one name, one has
         // lost its own activity, which may be any.
         if lost && row.priority == Priority::Background || repeated {
-            row.forget();
+            row.forget("whose name several instances have");
         }
         if row.priority == Priority::Unknown {
             if fields.priority.is_none() && !lost {
@@ -298,7 +306,11 @@ impl<'db> Reader<'db> {
             }
         }
         if doubtful {
-            row.forget();
+            row.forget(match (instance, missing) {
+                (None, _) => "whose instance is unknown",
+                (_, true) => "whose priority may be meant as its period",
+                _ => "whose affinity may be meant as its priority",
+            });
         }
         match (fields.deadline, row.deadline) {
             (None, _) => row.deadline = row.period,
@@ -488,7 +500,7 @@ impl<'db> Reader<'db> {
                 self.found.diagnostics.push(diagnostics::invalid_field::no_such_cpu(affinity, &why));
                 row.refusals.push(Refusal::reported(why, at));
                 // It may be meant for any other, or be another field's.
-                row.forget();
+                row.forget("whose CPU is unknown, and whose affinity may be meant as its priority");
             } else if cpus.count_ones() > 1 {
                 let may = if given { "it may run on" } else { "it has no affinity: it may run on" };
                 let why = format!("{may} {}, which is not analysed yet: give it one CPU", cpu_names(cpus));

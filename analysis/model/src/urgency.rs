@@ -12,7 +12,16 @@ use crate::system::{Priority, Row, system_of};
 
 /// What may be better about the priorities of a deployment.
 pub(crate) fn check<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<Diagnostic<'db>> {
-    let rows = &system_of(db, project, of).rows;
+    check_rows(db, project, of, &system_of(db, project, of).rows)
+}
+
+/// The same of rows that it has, or is supposed to have.
+pub(crate) fn check_rows<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    rows: &[Row<'db>],
+) -> Vec<Diagnostic<'db>> {
     let ranked: Vec<(u32, &Row<'db>)> = rows
         .iter()
         .filter_map(|row| match row.priority {
@@ -20,7 +29,6 @@ pub(crate) fn check<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'
             Priority::Background | Priority::Unknown => None,
         })
         .collect();
-    let share = |one: &Row<'db>, other: &Row<'db>| matches!((one.cpus, other.cpus), (Some(one), Some(other)) if one & other != 0);
     let priority_at = |instance: &Name| {
         let activity = deployment(db, of)?.activities.iter().find(|it| it.instance.name == *instance)?;
         let field = activity.fields.iter().find(|field| field.name.name == "priority")?;
@@ -42,23 +50,34 @@ pub(crate) fn check<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'
             said.insert(row.instance.clone());
             found.push(diagnostics::equal_priorities::report(at.clone(), &row.instance, priority, &others));
         }
-        // Of those that are more urgent and have longer deadlines, the one that is so least.
-        let inverted = ranked.iter().filter(|(other, it)| {
-            *other > priority
-                && share(row, it)
-                && matches!((row.deadline, it.deadline), (Some(own), Some(other)) if own < other)
-        });
-        if let Some((other_priority, other)) = inverted.min_by_key(|(priority, _)| *priority)
+        if let Some(other) = before_its_time(rows, row)
+            && let Priority::RealTime(other_priority) = other.priority
             && let (Some(other_at), Some(short), Some(long)) =
                 (priority_at(&other.instance), row.deadline, other.deadline)
         {
             let late = (row.instance.as_str(), (priority, at), short);
-            let early = (other.instance.as_str(), (*other_priority, other_at), long);
+            let early = (other.instance.as_str(), (other_priority, other_at), long);
             found.push(diagnostics::priority_inversion::report(late, early));
         }
     }
-    found.extend(stale(db, project, of, &ranked, share));
+    found.extend(stale(db, project, of, &ranked));
     found
+}
+
+/// Who goes before an activity on its CPU although he may end later: of those, the least urgent.
+pub fn before_its_time<'a, 'db>(rows: &'a [Row<'db>], of: &Row<'db>) -> Option<&'a Row<'db>> {
+    let Priority::RealTime(own) = of.priority else { return None };
+    let inverted = rows.iter().filter_map(|it| match it.priority {
+        Priority::RealTime(priority) if priority > own && share(of, it) => Some((priority, it)),
+        _ => None,
+    });
+    let is_later =
+        |it: &Row<'db>| matches!((of.deadline, it.deadline), (Some(own), Some(other)) if own < other);
+    inverted.filter(|(_, it)| is_later(it)).min_by_key(|(priority, _)| *priority).map(|(_, it)| it)
+}
+
+fn share(one: &Row<'_>, other: &Row<'_>) -> bool {
+    matches!((one.cpus, other.cpus), (Some(one), Some(other)) if one & other != 0)
 }
 
 /// Components that run before those of the same period whose values they read.
@@ -67,7 +86,6 @@ fn stale<'db>(
     project: Project<'db>,
     of: Decl<'db>,
     ranked: &[(u32, &Row<'db>)],
-    share: impl Fn(&Row<'db>, &Row<'db>) -> bool,
 ) -> Vec<Diagnostic<'db>> {
     let Some((flat, _)) = deployed(db, project, of) else { return Vec::new() };
     let find = |name: &Name| ranked.iter().find(|(_, row)| row.instance == *name);

@@ -257,9 +257,9 @@ fn instances_and_activities_that_do_not_match() {
         &(activities(FINE.0, FINE.1, FINE.2).replace("} }", "}")
             + " activity d { priority = 2 period = 10 } }"),
         expect![[r#"
-            a not-analysed: d, whose priority is unknown, may delay it, and is not analysed
-            b not-analysed: d, whose priority is unknown, may delay it, and is not analysed
-            c not-analysed: d, whose priority is unknown, may delay it, and is not analysed
+            a not-analysed: d, whose instance is unknown, may delay it, and is not analysed
+            b not-analysed: d, whose instance is unknown, may delay it, and is not analysed
+            c not-analysed: d, whose instance is unknown, may delay it, and is not analysed
             d not-analysed: its instance is unknown
         "#]],
     );
@@ -267,10 +267,10 @@ fn instances_and_activities_that_do_not_match() {
         &(activities(FINE.0, FINE.1, FINE.2).replace("} }", "}")
             + " activity b { priority = 1 period = 10 } }"),
         expect![[r#"
-            a not-analysed: b, whose priority is unknown, may delay it, and is not analysed
-            b not-analysed: a second activity for `b`: remove one; b, whose priority is unknown, may delay it, and is not analysed
-            c not-analysed: b, whose priority is unknown, may delay it, and is not analysed
-            b not-analysed: a second activity for `b`: remove one; b, whose priority is unknown, may delay it, and is not analysed
+            a not-analysed: b, which has two activities, may delay it, and is not analysed
+            b not-analysed: a second activity for `b`: remove one; b, which has two activities, may delay it, and is not analysed
+            c not-analysed: b, which has two activities, may delay it, and is not analysed
+            b not-analysed: a second activity for `b`: remove one; b, which has two activities, may delay it, and is not analysed
         "#]],
     );
     check(
@@ -327,11 +327,23 @@ fn cpus() {
         "affinity = 2 priority = 1 period = 10",
     );
     expect![[r#"
-        a not-analysed: b, whose priority is unknown, may delay it, and is not analysed
+        a not-analysed: b, whose CPU is unknown, and whose affinity may be meant as its priority, may delay it, and is not analysed
         b not-analysed: affinity names CPU 3, and mauve.toml has CPUs 1 and 2
-        c not-analysed: b, whose priority is unknown, may delay it, and is not analysed
+        c not-analysed: b, whose CPU is unknown, and whose affinity may be meant as its priority, may delay it, and is not analysed
     "#]]
     .assert_eq(&verdicts(&format!("{ROBOT}{on_four}{platform}")));
+    // Whether it is the more urgent one is not certain of any: each value may be another field's.
+    let deployed = activities(
+        "affinity = 1 priority = 3 period = 10",
+        "affinity = 2 priority = 2 period = 10",
+        "affinity = 2 priority = 1 period = 10",
+    );
+    expect![[r#"
+        a not-analysed: b and c, whose priorities or CPUs are unknown, may delay it, and are not analysed
+        b not-analysed: affinity names CPU 2, and mauve.toml has CPU 1; c, whose CPU is unknown, and whose affinity may be meant as its priority, may delay it, and is not analysed
+        c not-analysed: affinity names CPU 2, and mauve.toml has CPU 1; b, whose CPU is unknown, and whose affinity may be meant as its priority, may delay it, and is not analysed
+    "#]]
+    .assert_eq(&verdicts(&format!("{ROBOT}{deployed}{}", TIMES.replace("timing.", "platform.cpus = 1\ntiming."))));
     // Without any affinity: as many CPUs as the platform has.
     let nowhere = activities(FINE.0, FINE.1, FINE.2);
     assert_eq!(verdicts(&format!("{ROBOT}{nowhere}{platform}")).matches("not-analysed").count(), 3);
@@ -406,9 +418,9 @@ fn architectures() {
     "#]]
     .assert_eq(&with("architecture A { instance a: C1  instance b: Nothing  instance c: C4 }"));
     expect![[r#"
-        a not-analysed: b, whose priority is unknown, may delay it, and is not analysed
+        a not-analysed: b, whose name several instances have, may delay it, and is not analysed
         b not-analysed: several instances have its name
-        c not-analysed: b, whose priority is unknown, may delay it, and is not analysed
+        c not-analysed: b, whose name several instances have, may delay it, and is not analysed
     "#]]
     .assert_eq(&with("architecture A { instance a: C1  instance b: C2  instance b: C1  instance c: C4 }"));
 }

@@ -30,8 +30,9 @@ pub(super) fn of_core<'db>(
     let mut add = |part: Part, before: &str, after: &str, time: &dyn Fn(&Costs) -> Option<&Time>| {
         let offset = heads.get(&Place::Part(of, part).range(db).start());
         let Some(&offset) = offset.filter(|offset| range.contains_inclusive(**offset)) else { return };
-        if let Some(label) = label(db, &all, time) {
-            hints.push(InlayHint { offset, label: format!("{before}{label}{after}"), explained_at: None });
+        if let Some((times, assumed)) = label(db, &all, time) {
+            let label = format!("{before}{times}{after}{assumed}");
+            hints.push(InlayHint { offset, label, explained_at: None });
         }
     };
     let at = format!(" at {level}");
@@ -40,14 +41,14 @@ pub(super) fn of_core<'db>(
     }
     for state in data.machines.iter().flat_map(|machine| &machine.states) {
         let name = &state.name.name;
-        add(state.name.part, "a period ≤ ", &at, &|costs| costs.states.get(name));
+        add(state.name.part, "takes ≤ ", &format!(" a period{at}"), &|costs| costs.states.get(name));
         for method in &state.methods {
             let key = format!("{name}.{}", method.kind.keyword());
             add(method.part, "", "", &|costs| costs.programs.get(&key));
         }
         for transition in &state.transitions {
             let of = (name.clone(), transition.name.name.clone());
-            add(transition.name.part, "a period ", "", &|costs| costs.transitions.get(&of));
+            add(transition.name.part, "takes ", " a period", &|costs| costs.transitions.get(&of));
         }
     }
 }
@@ -123,12 +124,12 @@ fn components_by_core<'db>(
     found
 }
 
-/// The time in every component, or where they differ, in each.
+/// The time in every component, or where they differ, in each; and what is to be said behind it.
 fn label(
     db: &dyn ModelDb,
     all: &[(Decl<'_>, &Costs)],
     time: &dyn Fn(&Costs) -> Option<&Time>,
-) -> Option<String> {
+) -> Option<(String, &'static str)> {
     let times: Option<Vec<(&str, Time, bool)>> = all
         .iter()
         .map(|(component, costs)| Some((component.name(db).as_str(), *time(costs)?, costs.assumed)))
@@ -137,10 +138,10 @@ fn label(
     let (_, first, _) = *times.first()?;
     let assumed = if times.iter().any(|(_, _, assumed)| *assumed) { " · times assumed" } else { "" };
     if times.iter().all(|(_, time, _)| *time == first) {
-        return Some(format!("{first}{assumed}"));
+        return Some((first.to_string(), assumed));
     }
     let each: Vec<String> = times.iter().map(|(name, time, _)| format!("{time} ({name})")).collect();
-    Some(each.join(", ") + assumed)
+    Some((each.join(", "), assumed))
 }
 
 /// Where the hints of a core's programs, states and transitions stand, those that touch `range`, by where their names or

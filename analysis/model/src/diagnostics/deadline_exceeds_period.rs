@@ -15,7 +15,8 @@
 //! }
 //! ```
 //!
-//! Fixes: make the deadline the period; make the period the deadline.
+//! Fix: make the deadline the period, which changes no response time. What the deadline gives as a period is worked out where
+//! that is offered, in an editor.
 
 use super::*;
 
@@ -26,9 +27,8 @@ pub(crate) fn report<'db>(of: Decl<'db>, deadline: (&Field, Time), period: (&Fie
     let at = Place::Part(of, deadline.0.value_part);
     let other = Place::Part(of, period.0.value_part);
     Diagnostic::new(&DEADLINE_EXCEEDS_PERIOD, at.clone(), message)
-        .related(other.clone(), "the period")
-        .fix("Set the deadline to the period", at, text_of(period.0))
-        .fix("Set the period to the deadline", other, text_of(deadline.0))
+        .related(other, "the period")
+        .fix("Set the deadline to the period, which counts already", at, text_of(period.0))
 }
 
 fn text_of(field: &Field) -> String {

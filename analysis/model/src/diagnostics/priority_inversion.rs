@@ -16,7 +16,8 @@
 //! }
 //! ```
 //!
-//! Fix: swap the two priorities.
+//! What other priorities give is worked out where they are offered, in an editor: two that are swapped may make a third
+//! activity late.
 
 use super::*;
 
@@ -30,12 +31,5 @@ pub(crate) fn report<'db>(late: Urgency<'_, 'db>, early: Urgency<'_, 'db>) -> Di
     let message = format!(
         "{one} must end within {short}, {other} within {long}, and {other} is more urgent: {high} > {low}"
     );
-    let title = format!("Swap the priorities of {one} and {other}");
-    let mut found = Diagnostic::new(&PRIORITY_INVERSION, at.clone(), message)
-        .related(other_at.clone(), format!("the priority of {other}"))
-        .fix(title, at, high.to_string());
-    if let Some(fix) = found.fixes.last_mut() {
-        fix.edits.push((other_at, low.to_string()));
-    }
-    found
+    Diagnostic::new(&PRIORITY_INVERSION, at, message).related(other_at, format!("the priority of {other}"))
 }
