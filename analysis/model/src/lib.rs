@@ -64,7 +64,7 @@ mod values;
 mod wiring;
 
 pub use behaviour::{Behaviour, Cost, Edge, Refusal, TimedProgram, behaviour_of};
-pub use config::{Chain, Config};
+pub use config::{Chain, Config, Mistake};
 pub use db::{Database, File, ModelDb, Problem, Trees, Workspace, normalised};
 pub use flat::{Flat, FlatInstance, Link, flat_of};
 pub use lower::{DeclarationMap, SourceMap};
