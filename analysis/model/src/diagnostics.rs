@@ -694,5 +694,6 @@ fn config_diagnostics<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Di
     for crate::Chain { name, span, .. } in &config.chains {
         found.push(not_analysed::chain(at(span), name));
     }
+    found.extend(crate::configured::check(db, workspace));
     found
 }

@@ -40,6 +40,7 @@
 
 mod behaviour;
 mod config;
+mod configured;
 mod db;
 mod declared;
 pub mod diagnostics;
