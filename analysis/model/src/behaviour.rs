@@ -336,16 +336,15 @@ impl<'db> Reader<'_, 'db> {
             [one] => *one,
             [] => {
                 if machine.whole {
-                    let at = self.at(machine.part);
-                    self.refuse(diagnostics::initial_state::none(at));
+                    self.refuse(diagnostics::initial_state::none(self.of, machine));
                 }
                 return;
             }
             [first, second, ..] => {
                 let (first, second) = (&machine.states[*first], &machine.states[*second]);
-                let first = (self.at(first.name.part), &first.name.name);
-                let second = (self.at(second.name.part), &second.name.name);
-                self.refuse(diagnostics::initial_state::several(first, second));
+                let initial: Vec<&State> =
+                    machine.states.iter().map(|state| &**state).filter(|it| it.initial).collect();
+                self.refuse(diagnostics::initial_state::several(self.of, first, second, &initial));
                 return;
             }
         };

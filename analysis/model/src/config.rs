@@ -38,10 +38,21 @@ pub struct Config {
     pub lints: BTreeMap<&'static str, Option<Severity>>,
     /// `[chains]`: named, and not analysed yet.
     pub chains: Vec<Chain>,
-    /// What is wrong, and where.
-    pub errors: Vec<(String, Range<usize>)>,
+    /// What is wrong.
+    pub errors: Vec<Mistake>,
     /// Was something lost that response times may rest on? Whatever is in the wrong place says that a header was lost.
     pub lost: bool,
+}
+
+/// Something wrong in a `mauve.toml`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Mistake {
+    /// What is wrong.
+    pub message: String,
+    /// Where.
+    pub span: Range<usize>,
+    /// What may have been meant there.
+    pub near: Option<Name>,
 }
 
 /// `scan-to-wheels = ["hokuyo.scan", "guidance.command"]`
@@ -84,13 +95,25 @@ type Value<'a> = Spanned<DeValue<'a>>;
 
 impl Reader {
     fn error(&mut self, message: String, at: Range<usize>) {
-        self.config.errors.push((message, at));
+        self.config.errors.push(Mistake { message, span: at, near: None });
     }
 
     /// An error that may hide something that makes response times longer.
     fn lost(&mut self, message: String, at: Range<usize>) {
         self.config.lost = true;
         self.error(message, at);
+    }
+
+    /// A key or a section that is none of those that are `known`.
+    fn unknown(&mut self, what: String, key: &Key<'_>, known: &[&str]) {
+        let near = mauve_syntax::similar(key.get_ref(), known.iter().copied()).map(Name::from);
+        let expected = match known {
+            [rest @ .., last] if !rest.is_empty() => format!("{} or {last}", rest.join(", ")),
+            _ => known.concat(),
+        };
+        let message = format!("unknown {what}: expected {expected}");
+        self.config.errors.push(Mistake { message, span: key.span(), near });
+        self.config.lost = true;
     }
 
     fn document(&mut self, document: &DeTable<'_>) {
@@ -113,8 +136,11 @@ impl Reader {
                 "generate" => self.each(section, Reader::generate),
                 "lints" => self.each(section, Reader::lint),
                 name => {
-                    let known = "project, timing, types, generate, lints, assume, platform, clocks or chains";
-                    self.lost(format!("unknown section `[{name}]`: expected {known}"), key.span());
+                    let known = [
+                        "project", "timing", "types", "generate", "lints", "assume", "platform", "clocks",
+                        "chains",
+                    ];
+                    self.unknown(format!("section `[{name}]`"), key, &known);
                 }
             }
         }
@@ -133,8 +159,7 @@ impl Reader {
                 None => self.error(format!("`{name}` is a path, or a list of paths"), value.span()),
             },
             _ => {
-                let message = format!("unknown key `{name}` in [project]: expected root or roots");
-                self.lost(message, key.span());
+                self.unknown(format!("key `{name}` in [project]"), key, &["root", "roots"]);
             }
         }
     }
@@ -158,15 +183,14 @@ impl Reader {
                 }
             },
             _ => {
-                let message = format!("unknown key `{name}` in [timing]: expected tables or significance");
-                self.lost(message, key.span());
+                self.unknown(format!("key `{name}` in [timing]"), key, &["tables", "significance"]);
             }
         }
     }
 
     fn assume(&mut self, name: &str, key: &Key<'_>, value: &Value<'_>) {
         if name != "codel" {
-            self.lost(format!("unknown key `{name}` in [assume]: expected codel"), key.span());
+            self.unknown(format!("key `{name}` in [assume]"), key, &["codel"]);
             return;
         }
         let time = value.get_ref().as_str().map(|text| Time::parse_with_unit(text, Rounding::Up));
@@ -194,8 +218,7 @@ impl Reader {
                 None => self.lost("`rt_throttling` is true or false".to_owned(), value.span()),
             },
             _ => {
-                let message = format!("unknown key `{name}` in [platform]: expected cpus or rt_throttling");
-                self.lost(message, key.span());
+                self.unknown(format!("key `{name}` in [platform]"), key, &["cpus", "rt_throttling"]);
             }
         }
     }
@@ -229,9 +252,7 @@ impl Reader {
         for (key, value) in entries {
             let known = matches!(key.get_ref().as_ref(), "cpp" | "header");
             if !known {
-                let message =
-                    format!("unknown key `{}` in [types.{name}]: expected cpp or header", key.get_ref());
-                self.lost(message, key.span());
+                self.unknown(format!("key `{}` in [types.{name}]", key.get_ref()), key, &["cpp", "header"]);
             } else if !value.get_ref().is_str() {
                 self.lost(format!("`{}` is a text", key.get_ref()), value.span());
             }
@@ -246,8 +267,7 @@ impl Reader {
             "out" if text.is_some() => self.config.out = text.map(|text| (text.to_owned(), value.span())),
             "out" => self.lost("`out` is the path of a folder".to_owned(), value.span()),
             _ => {
-                let message = format!("unknown key `{name}` in [generate]: expected out");
-                self.lost(message, key.span());
+                self.unknown(format!("key `{name}` in [generate]"), key, &["out"]);
             }
         }
     }
@@ -270,12 +290,9 @@ impl Reader {
                 self.config.lints.insert(code.name, severity);
             }
             None => {
-                let near = mauve_syntax::similar(name, codes().map(|code| code.name));
-                let near = near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
-                self.error(
-                    format!("no diagnostic `{name}`{near} (`mauve explain all` lists them)"),
-                    key.span(),
-                );
+                let near = mauve_syntax::similar(name, codes().map(|code| code.name)).map(Name::from);
+                let message = format!("no diagnostic `{name}` (`mauve explain all` lists them)");
+                self.config.errors.push(Mistake { message, span: key.span(), near });
             }
         }
     }
@@ -288,7 +305,7 @@ impl Reader {
             ("synchronised", None) => {
                 self.lost("`synchronised` is a list of instances".to_owned(), value.span())
             }
-            _ => self.lost(format!("unknown key `{name}` in [clocks]: expected synchronised"), key.span()),
+            _ => self.unknown(format!("key `{name}` in [clocks]"), key, &["synchronised"]),
         }
     }
 }
@@ -317,7 +334,7 @@ mod tests {
 
     fn messages(text: &str) -> (Vec<String>, bool) {
         let config = read(text);
-        let show = |(message, at): &(String, Range<usize>)| format!("{:?}: {message}", &text[at.clone()]);
+        let show = |it: &Mistake| format!("{:?}: {}", &text[it.span.clone()], it.message);
         (config.errors.iter().map(show).collect(), config.lost)
     }
 

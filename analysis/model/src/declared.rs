@@ -273,7 +273,7 @@ fn unused<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Op
     }
     let at = Place::name_of(of);
     Some(match of.kind(db) {
-        Kind::Codel => diagnostics::unused_codel::report(at, name),
+        Kind::Codel => diagnostics::unused_codel::report(of, name),
         kind => diagnostics::unused_declaration::report(at, kind, name),
     })
 }

@@ -3,6 +3,8 @@
 //! The header of such a file is the page of `mauve explain CODE`, and the models in it are tests: a line that ends with
 //! `// error` (or `warning`, `hint`) has that diagnostic, and no other line has.
 
+use std::path::{Component, Path};
+
 use mauve_timing::{Status, Time};
 use rustc_hash::FxHashMap;
 
@@ -113,15 +115,19 @@ impl<'db> Diagnostic<'db> {
         let names = names_of(db, project);
         let Some(name) = path.last() else { return self };
         let library = of.library(db).as_ref();
+        let mut outside = None;
         let advice = names.advice(db, library, kind, path).or_else(|| {
             let file = file_outside(db, project, kind, name)?;
-            Some((format!("{file} declares one, and is not included"), None))
+            let shown = file.path(db).strip_prefix(project.workspace(db).folder(db)).unwrap_or(file.path(db));
+            outside = Some(file);
+            Some((format!("{} declares one, and is not included", shown.display()), None))
         });
         if let Some((advice, to_use)) = advice {
             self.message += &format!("; {advice}");
-            return match to_use {
-                Some(library) => self.add_use(of, &library),
-                None => self,
+            return match (to_use, outside) {
+                (Some(library), _) => self.add_use(of, &library),
+                (None, Some(file)) => self.add_include(db, of.file(db), file),
+                (None, None) => self,
             };
         }
         let at = self.at.clone();
@@ -131,6 +137,20 @@ impl<'db> Diagnostic<'db> {
     /// Offers to write that the library of `of` uses another one, or a message package.
     fn add_use(self, of: Decl<'db>, name: &str) -> Diagnostic<'db> {
         self.fix(format!("Add `use {name}`"), Place::Above(of), format!("use {name}\n  "))
+    }
+
+    /// Offers to include `file` in `into`.
+    fn add_include(self, db: &'db dyn ModelDb, into: File, file: File) -> Diagnostic<'db> {
+        let Some(path) = path_from(into.path(db), file.path(db)).filter(|path| !path.contains(['"', '\\']))
+        else {
+            return self;
+        };
+        let line = format!("include \"{path}\"");
+        let text = match item_tree_of(db, into).includes.is_empty() {
+            true => format!("{line}\n"),
+            false => format!("\n{line}"),
+        };
+        self.fix(format!("Add `{line}`"), Place::Includes(into), text)
     }
 
     /// Offers to put an item at the end of `of`, on a line of its own.
@@ -146,12 +166,28 @@ impl<'db> Diagnostic<'db> {
         self.fix(title, Place::End(of), lines.concat())
     }
 
+    /// Offers to remove what `part` of `of` is part of.
+    fn remove(self, title: impl Into<String>, of: Decl<'db>, part: Part) -> Diagnostic<'db> {
+        self.fix(title, Place::Item(of, part), String::new())
+    }
+
     /// Asks whether `near` was meant, and offers to write it.
     fn did_you_mean(mut self, at: Place<'db>, near: Option<Name>) -> Diagnostic<'db> {
         let Some(near) = near else { return self };
         self.message += &format!("; did you mean `{near}`?");
         self.fix(format!("Change to `{near}`"), at, near.to_string())
     }
+}
+
+/// The path of a file as the file `from` writes it.
+fn path_from(from: &Path, to: &Path) -> Option<String> {
+    let (from, to): (Vec<Component<'_>>, Vec<Component<'_>>) =
+        (from.parent()?.components().collect(), to.components().collect());
+    let same = from.iter().zip(&to).take_while(|(from, to)| from == to).count();
+    let up = from.iter().skip(same).map(|_| Some(".."));
+    let down = to.iter().skip(same).map(|part| part.as_os_str().to_str());
+    let parts: Option<Vec<&str>> = up.chain(down).collect();
+    Some(parts?.join("/"))
 }
 
 macro_rules! code {
@@ -641,7 +677,11 @@ fn config_diagnostics<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Di
     let config = config_of(db, workspace);
     let at = |span: &std::ops::Range<usize>| Place::Range(file, span.start as u32, span.end as u32);
     let mut found: Vec<Diagnostic<'db>> = Vec::new();
-    for (message, span) in config.errors.iter().chain(&crate::table_files(db, workspace).errors) {
+    for crate::config::Mistake { message, span, near } in &config.errors {
+        let report = invalid_configuration::report(at(span), message.clone());
+        found.push(report.did_you_mean(at(span), near.clone()));
+    }
+    for (message, span) in &crate::table_files(db, workspace).errors {
         found.push(invalid_configuration::report(at(span), message.clone()));
     }
     for (path, span) in &config.roots {
@@ -652,5 +692,6 @@ fn config_diagnostics<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Di
     for crate::Chain { name, span, .. } in &config.chains {
         found.push(not_analysed::chain(at(span), name));
     }
+    found.extend(crate::configured::check(db, workspace));
     found
 }

@@ -12,8 +12,8 @@ use crate::behaviour::{behaviour_of, ordered, reachable};
 use crate::diagnostics::{self, Diagnostic};
 use crate::flat::flat_of;
 use crate::item_tree::{
-    BinaryOperator, Core, Direction, Expr, HookKind, Kind, Machine, MethodKind, Name, Operation, Part,
-    Program, State, Statement, Transition,
+    BinaryOperator, Core, Direction, Expr, HookKind, Kind, Machine, MethodKind, Name, NameRef, Operation,
+    Part, Program, State, Statement, Transition,
 };
 use crate::names::names_of;
 use crate::project::Project;
@@ -464,6 +464,15 @@ impl<'db> Flow<'_, 'db> {
 
     /// What no program reads.
     fn unused(&mut self) {
+        let values = self.typing.values.values();
+        let named = values.filter_map(|meaning| match meaning {
+            Meaning::Variable(index) => Some(*index),
+            Meaning::Feature(..) => None,
+        });
+        let named: FxHashSet<usize> = named.collect();
+        let with_value =
+            self.core.all_variables().into_iter().filter(|it| it.value.as_ref().is_some_and(has_call));
+        let calls: FxHashSet<Part> = with_value.map(|variable| variable.name.part).collect();
         for (index, variable) in self.typing.variables.iter().enumerate() {
             let what = match variable.kind {
                 VariableKind::Parameter(_) => continue,
@@ -472,8 +481,10 @@ impl<'db> Flow<'_, 'db> {
             };
             let is_used = self.read.contains(&index) || self.given.contains(&index);
             if !is_used && !variable.name.name.is_empty() {
-                let at = self.at(variable.name.part);
-                self.found.push(diagnostics::unused_variable::report(at, what, &variable.name.name));
+                let NameRef { name, part } = &variable.name;
+                let is_removable = !named.contains(&index) && !calls.contains(part);
+                let report = diagnostics::unused_variable::report(self.of, *part, what, name, is_removable);
+                self.found.push(report);
             }
         }
     }
@@ -674,4 +685,14 @@ fn has_return(statements: &[Statement]) -> bool {
         }
         _ => false,
     })
+}
+
+/// Does an expression call something? What is half typed may.
+fn has_call(expr: &Expr) -> bool {
+    match expr {
+        Expr::Missing | Expr::Lost(_) | Expr::Call { .. } => true,
+        Expr::Literal(..) | Expr::Name(_) => false,
+        Expr::Unary(_, inner, _) => has_call(inner),
+        Expr::Binary(_, lhs, rhs, _) => has_call(lhs) || has_call(rhs),
+    }
 }

@@ -405,6 +405,8 @@ pub struct Operation {
     pub parameters: Vec<Parameter>,
     /// What it gives.
     pub result: Option<TypeRef>,
+    /// Its parameters and what it gives: all between its name and the `=`.
+    pub signature: Part,
     /// What it does.
     pub program: Program,
 }
@@ -464,6 +466,8 @@ pub struct State {
     pub name: NameRef,
     /// Is it where the machine starts?
     pub initial: bool,
+    /// What says so, up to the keyword; nothing, right before that, where it does not.
+    pub start: Part,
     /// `entry`, `run`, `handle`, `exit`.
     pub methods: Vec<Method>,
     /// In the order of the text, which is that of their guards.

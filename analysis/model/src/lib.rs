@@ -41,6 +41,7 @@
 
 mod behaviour;
 mod config;
+mod configured;
 mod db;
 mod declared;
 pub mod diagnostics;
@@ -66,7 +67,7 @@ mod values;
 mod wiring;
 
 pub use behaviour::{Behaviour, Cost, Edge, Refusal, TimedProgram, behaviour_of};
-pub use config::{Chain, Config};
+pub use config::{Chain, Config, Mistake};
 pub use db::{Database, File, ModelDb, Problem, Trees, Workspace, normalised};
 pub use flat::{Flat, FlatInstance, Link, flat_of};
 pub use lower::{DeclarationMap, SourceMap};

@@ -503,8 +503,15 @@ impl Lowering<'_> {
                     let name = self.name(it.name(), it.syntax());
                     let parameters = self.parameters(it.param_list());
                     let result = it.result_type().and_then(|it| it.ty()).map(|ty| self.type_ref(&ty));
+                    let lists = [
+                        it.param_list().map(|it| it.syntax().text_range()),
+                        it.result_type().map(|it| it.syntax().text_range()),
+                    ];
+                    let lists = lists.into_iter().flatten().reduce(TextRange::cover);
+                    let signature =
+                        self.part(lists.unwrap_or(TextRange::empty(it.syntax().text_range().end())));
                     let program = self.program(it.block(), it.syntax());
-                    lowered.operations.push(Operation { name, parameters, result, program });
+                    lowered.operations.push(Operation { name, parameters, result, signature, program });
                 }
                 ast::CoreItem::Hook(it) => {
                     let Some(keyword) = it.keyword() else { continue };
@@ -575,6 +582,9 @@ impl Lowering<'_> {
     }
 
     fn state(&mut self, state: &ast::State) -> State {
+        let begin = state.syntax().text_range().start();
+        let keyword = state.state_token().map_or(begin, |keyword| keyword.text_range().start());
+        let start = self.part(TextRange::new(begin, keyword.max(begin)));
         let name = self.name(state.name(), state.syntax());
         let mut methods = Vec::new();
         let mut transitions = Vec::new();
@@ -595,7 +605,7 @@ impl Lowering<'_> {
             }
         }
         let initial = state.initial_token().is_some();
-        State { name, initial, methods, transitions, whole: !loses_an_item(state.syntax()) }
+        State { name, initial, start, methods, transitions, whole: !loses_an_item(state.syntax()) }
     }
 
     fn transition(&mut self, transition: &ast::Transition) -> Transition {

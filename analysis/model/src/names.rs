@@ -367,15 +367,12 @@ fn declared_outside<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> FxHashM
     outside
 }
 
-/// The path, from the workspace's folder, of a file that declares `name` and is not included.
+/// A file that declares `name` and is not included.
 pub(crate) fn file_outside<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     kind: Kind,
     name: &Name,
-) -> Option<String> {
-    let file = declared_outside(db, project).get(&(kind, name.clone()))?;
-    let path = file.path(db);
-    let path = path.strip_prefix(project.workspace(db).folder(db)).unwrap_or(path);
-    Some(path.display().to_string())
+) -> Option<File> {
+    declared_outside(db, project).get(&(kind, name.clone())).copied()
 }

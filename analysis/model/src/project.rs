@@ -38,7 +38,8 @@ pub fn config_of(db: &dyn ModelDb, workspace: Workspace) -> Config {
     let Some(file) = config_file(db, workspace) else { return Config::default() };
     let mut config = config::read(file.text(db));
     if let Some(problem) = file.problem(db) {
-        config.errors.push((problem.message().to_owned(), 0..0));
+        let message = problem.message().to_owned();
+        config.errors.push(config::Mistake { message, span: 0..0, near: None });
         config.lost = true;
     }
     config

@@ -4,7 +4,7 @@
 
 use std::sync::Arc;
 
-use mauve_syntax::{Parse, TextRange, TextSize};
+use mauve_syntax::{Parse, SyntaxKind, SyntaxNode, SyntaxToken, TextRange, TextSize};
 use rustc_hash::FxHashMap;
 
 use crate::item_tree::{Data, Declaration, ItemTree, Kind, Name, Part, TypeRef};
@@ -152,8 +152,14 @@ pub enum Place<'db> {
     Above(Decl<'db>),
     /// Behind the last thing within the braces of a declaration, where another one may be put, on a line of its own.
     End(Decl<'db>),
+    /// Behind the first brace that follows something in a declaration.
+    Inside(Decl<'db>, Part),
+    /// All of what something in a declaration is part of, where that is to be removed: see [`whole_item`].
+    Item(Decl<'db>, Part),
     /// The include of that number.
     Include(File, u32),
+    /// Behind the last include of a file, or where there is none, its beginning.
+    Includes(File),
     /// A file that has no tree of its own here, such as a table: these bytes.
     Range(File, u32, u32),
 }
@@ -171,8 +177,10 @@ impl<'db> Place<'db> {
             | Place::Before(decl, _)
             | Place::Behind(decl, _)
             | Place::Above(decl)
-            | Place::End(decl) => decl.file(db),
-            Place::Include(file, _) | Place::Range(file, ..) => file,
+            | Place::End(decl)
+            | Place::Inside(decl, _)
+            | Place::Item(decl, _) => decl.file(db),
+            Place::Include(file, _) | Place::Includes(file) | Place::Range(file, ..) => file,
         }
     }
 
@@ -194,11 +202,113 @@ impl<'db> Place<'db> {
                 let inner = text.strip_suffix('}').unwrap_or(text).trim_end();
                 Some(TextRange::empty(map.range.start() + TextSize::of(inner)))
             }),
+            Place::Inside(decl, it) => part(decl, it).map(|range| {
+                let root = parse(db, decl.file(db)).syntax();
+                let behind = root.token_at_offset(range.end()).right_biased();
+                let brace = tokens_from(&root, behind).find(|token| token.kind() == SyntaxKind::L_CURLY);
+                TextRange::empty(brace.map_or(range.end(), |brace| brace.text_range().end()))
+            }),
+            Place::Item(decl, it) => {
+                part(decl, it).map(|range| whole_item(&parse(db, decl.file(db)).syntax(), range))
+            }
+            Place::Includes(file) => {
+                let last = source_map(db, file).includes.last();
+                let begin =
+                    if file.text(db).starts_with('\u{feff}') { '\u{feff}'.len_utf8() as u32 } else { 0 };
+                Some(TextRange::empty(last.map_or(begin.into(), |last| last.end())))
+            }
             Place::Include(file, index) => source_map(db, file).includes.get(index as usize).copied(),
             Place::Range(_, start, end) => Some(TextRange::new(start.into(), end.max(start).into())),
         };
         found.unwrap_or_default()
     }
+}
+
+/// The token before `token`: one that an empty node stands before has one too.
+pub(crate) fn token_before(root: &SyntaxNode, token: &SyntaxToken) -> Option<SyntaxToken> {
+    let start = token.text_range().start();
+    root.token_at_offset(start).left_biased().filter(|before| before.text_range().end() <= start)
+}
+
+/// The token behind `token`, as [`token_before`].
+fn token_behind(root: &SyntaxNode, token: &SyntaxToken) -> Option<SyntaxToken> {
+    let end = token.text_range().end();
+    root.token_at_offset(end).right_biased().filter(|behind| behind.text_range().start() >= end)
+}
+
+fn tokens_from(root: &SyntaxNode, first: Option<SyntaxToken>) -> impl Iterator<Item = SyntaxToken> {
+    std::iter::successors(first, |token| token_behind(root, token))
+}
+
+/// The declaration, variable, connection or field around `part`, with the comment above it and all that leaves a gap where
+/// it is removed: its lines, where nothing else stands on them, otherwise the white space before it.
+fn whole_item(root: &SyntaxNode, part: TextRange) -> TextRange {
+    let is_item = |node: &SyntaxNode| {
+        matches!(
+            node.kind(),
+            SyntaxKind::CODEL
+                | SyntaxKind::VAR
+                | SyntaxKind::HANDLER
+                | SyntaxKind::CONNECTION
+                | SyntaxKind::OPERATION_CONNECTION
+                | SyntaxKind::FIELD
+        )
+    };
+    let token = root.token_at_offset(part.start()).right_biased();
+    let Some(node) = token.and_then(|token| token.parent_ancestors().find(is_item)) else { return part };
+    let is_white = |token: &SyntaxToken| token.kind() == SyntaxKind::WHITESPACE;
+    let is_comment = |token: &SyntaxToken| token.kind().is_trivia() && !is_white(token);
+    let ends_line = |token: &SyntaxToken| token.text().contains(['\n', '\r']);
+    let (Some(first), Some(last)) = (node.first_token(), node.last_token()) else { return part };
+
+    // The list around it takes the `;`.
+    let mut end = last.text_range().end();
+    let mut behind = token_behind(root, &last);
+    if let Some(sign) = tokens_from(root, behind.clone()).find(|token| !token.kind().is_trivia())
+        && sign.kind() == SyntaxKind::SEMICOLON
+    {
+        end = sign.text_range().end();
+        behind = token_behind(root, &sign);
+    }
+    // What is left of its line: nothing, or a comment on it.
+    let rest = tokens_from(root, behind)
+        .take_while(|token| token.kind().is_trivia() && !(is_white(token) && ends_line(token)));
+    let rest: Vec<SyntaxToken> = rest.collect();
+    let line_end = rest.last().map_or(end, |token| token.text_range().end());
+    let next =
+        root.token_at_offset(line_end).right_biased().filter(|token| token.text_range().start() >= line_end);
+    let is_last = next.as_ref().is_none_or(|next| is_white(next) && ends_line(next));
+
+    // The comments above it, each on lines of its own, with no empty line between.
+    let mut start = first;
+    let mut begins = token_before(root, &start).is_none_or(|white| is_white(&white) && ends_line(&white));
+    while begins
+        && let Some(white) =
+            token_before(root, &start).filter(|white| white.text().matches('\n').count() == 1)
+        && let Some(comment) = token_before(root, &white).filter(is_comment)
+    {
+        begins = token_before(root, &comment).is_none_or(|white| is_white(&white) && ends_line(&white));
+        if !begins {
+            begins = true;
+            break;
+        }
+        start = comment;
+    }
+    let white = token_before(root, &start).filter(is_white);
+    let blanks = white.as_ref().map_or(0, |white| {
+        let text = white.text();
+        text.len() - text.rfind(['\n', '\r']).map_or(0, |at| at + 1)
+    });
+    let start = start.text_range().start() - TextSize::from(blanks as u32);
+    if begins && !is_last && rest.iter().all(is_white) {
+        // What follows takes its place.
+        return TextRange::new(start + TextSize::from(blanks as u32), line_end);
+    }
+    if !(begins && is_last) {
+        return TextRange::new(start, end);
+    }
+    let line = next.map_or(0, |white| white.text().find('\n').map_or(white.text().len(), |at| at + 1));
+    TextRange::new(start, line_end + TextSize::from(line as u32))
 }
 
 /// What others read of a core: its programs may change without them.

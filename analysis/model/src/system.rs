@@ -283,10 +283,10 @@ impl<'db> Reader<'db> {
         }
         if row.priority == Priority::Unknown {
             if fields.priority.is_none() && !lost {
-                self.found.diagnostics.push(diagnostics::missing_field::report(
-                    at.clone(),
-                    &row.instance,
-                    "priority",
+                self.found.diagnostics.push(diagnostics::missing_field::priority(
+                    self.of,
+                    activity,
+                    self.free_priority(activity),
                 ));
             }
             // Where it has one, why that cannot be used is said already.
@@ -295,11 +295,7 @@ impl<'db> Reader<'db> {
             }
         } else if row.priority != Priority::Background && row.period.is_none() {
             if fields.period.is_none() && !lost {
-                self.found.diagnostics.push(diagnostics::missing_field::report(
-                    at.clone(),
-                    &row.instance,
-                    "period",
-                ));
+                self.found.diagnostics.push(diagnostics::missing_field::period(self.of, activity));
             }
             if fields.period.is_none() || row.refusals.is_empty() {
                 row.refusals.push(Refusal::reported("it has no period", at.clone()));
@@ -351,7 +347,8 @@ impl<'db> Reader<'db> {
         };
         if let Some(first) = slot.replace(field) {
             let first = Place::Part(self.of, first.name.part);
-            let report = diagnostics::duplicate_field::report(at.clone(), name, &row.instance, first);
+            let report =
+                diagnostics::duplicate_field::report(self.of, field.name.part, name, &row.instance, first);
             row.refusals.push(Refusal::reported(report.message.clone(), at));
             self.found.diagnostics.push(report);
             match name {
@@ -407,6 +404,19 @@ impl<'db> Reader<'db> {
         let report = diagnostics::invalid_field::report(value.clone(), name, &expected);
         row.refusals.push(Refusal::reported(format!("its {name} cannot be used"), value));
         self.found.diagnostics.push(report);
+    }
+
+    /// A priority below those of all other activities that may run where `activity` does; 1, where one has that already.
+    fn free_priority(&self, activity: &Activity) -> u32 {
+        let value = |of: &Activity, name: &str| {
+            let field = of.fields.iter().find(|field| field.name.name == name)?;
+            whole_number(&field.value)
+        };
+        let cpus = |of: &Activity| value(of, "affinity").filter(|cpus| *cpus != 0).unwrap_or(u32::MAX);
+        let others = deployment(self.db, self.of).into_iter().flat_map(|data| &data.activities);
+        let others = others.filter(|other| cpus(other) & cpus(activity) != 0);
+        let least = others.filter_map(|other| value(other, "priority")).min();
+        least.map_or(1, |least| least.saturating_sub(1)).clamp(1, 99)
     }
 
     /// Operations are served in the time of their owner, which this analysis does not count yet.

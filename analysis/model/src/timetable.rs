@@ -10,6 +10,7 @@ use mauve_timing::{Entry, Level, Overhead, Table, Time, Times};
 use rustc_hash::FxHashMap;
 
 use crate::behaviour::behaviour_of;
+use crate::config::Mistake;
 use crate::diagnostics::{Diagnostic, invalid_table, unknown_timing_key};
 use crate::item_tree::{FeatureKind, Kind, Name};
 use crate::names::{features_of, names_of, similar};
@@ -164,7 +165,7 @@ fn joined<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> (Timetable<'db>, 
     let mut joining = Joining { db, project, times, diagnostics: Vec::new(), places: FxHashMap::default() };
     if let Some(file) = config_file(db, workspace) {
         if config.lost
-            && let Some((message, _)) = config.errors.first()
+            && let Some(Mistake { message, .. }) = config.errors.first()
         {
             joining.lost(file, message);
         }

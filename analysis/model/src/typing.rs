@@ -372,7 +372,8 @@ impl<'db> Typer<'_, 'db> {
             if !defined.is(&declared) {
                 let report = diagnostics::operation_definition::report;
                 let here = self.at(operation.name.part);
-                self.report(report(here, &declared.show(name), &defined.show(name), at));
+                let mended = self.as_declared(operation).map(|text| (self.at(operation.signature), text));
+                self.report(report(here, &declared.show(name), &defined.show(name), at, mended));
             }
         }
         let depth = self.scope.all.len();
@@ -389,6 +390,37 @@ impl<'db> Typer<'_, 'db> {
         let gives = if result == Type::Void { Gives::Nothing } else { Gives::Value(result) };
         self.program(&operation.program, &format!("`{name}`"), &gives);
         self.scope.truncate(depth);
+    }
+
+    /// `(in far: double): bool`, as the shell declares it, where it means the same in this core; its own parameters keep
+    /// their names, which its program has.
+    fn as_declared(&self, operation: &Operation) -> Option<String> {
+        let feature = self.features.get(&operation.name.name)?;
+        let data = feature.data(self.db)?;
+        let of = |decl| signature(self.db, self.project, decl, &data.parameters, data.ty.as_ref());
+        let missing = data.parameters.len().checked_sub(operation.parameters.len())?;
+        if !of(self.of).is(&of(feature.shell))
+            || operation.parameters.iter().any(|it| it.name.name.is_empty())
+        {
+            return None;
+        }
+        let own = operation.parameters.iter().map(|it| &it.name.name);
+        let more = data.parameters.iter().skip(data.parameters.len() - missing).map(|it| &it.name.name);
+        let names: Vec<&Name> = own.chain(more).collect();
+        let is_repeated = |(index, name): (usize, &&Name)| names.iter().take(index).any(|it| it == name);
+        if names.iter().enumerate().any(is_repeated) {
+            return None;
+        }
+        let parameters = data.parameters.iter().zip(names).map(|(declared, name)| {
+            let direction = match declared.direction {
+                Direction::In => "in",
+                Direction::Out => "out",
+                Direction::InOut => "inout",
+            };
+            Some(format!("{direction} {name}: {}", declared.ty.as_ref()?))
+        });
+        let parameters: Option<Vec<String>> = parameters.collect();
+        Some(format!("({}): {}", parameters?.join(", "), data.ty.as_ref()?))
     }
 
     /// What the shell declares of an operation, and where.

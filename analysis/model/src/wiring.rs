@@ -99,7 +99,7 @@ fn two_writers<'db>(
     of: Decl<'db>,
     flat: &Flat<'db>,
 ) -> Vec<Diagnostic<'db>> {
-    let mut first: FxHashMap<&(Name, Name), &Place<'db>> = FxHashMap::default();
+    let mut first: FxHashMap<&(Name, Name), &Link<'db>> = FxHashMap::default();
     let mut found = Vec::new();
     let is_input = |(instance, port): &(Name, Name)| {
         let feature = flat.features(db, project, instance).and_then(|features| features.get(port));
@@ -118,19 +118,12 @@ fn two_writers<'db>(
     let has = |flat: &Flat<'db>, at: &Place<'db>| flat.links.iter().any(|link| link.at == *at);
     for link in others.into_iter().chain(mine) {
         let Some(earlier) = first.get(&link.target).copied() else {
-            first.insert(&link.target, &link.at);
+            first.insert(&link.target, link);
             continue;
         };
-        let is_known = imports.iter().any(|import| has(import, earlier) && has(import, &link.at));
+        let is_known = imports.iter().any(|import| has(import, &earlier.at) && has(import, &link.at));
         if !is_known && is_input(&link.target) {
-            let (instance, port) = &link.target;
-            let at = if own(&link.at) { link.at.clone() } else { Place::name_of(of) };
-            let report = diagnostics::two_writers::report(at, instance, port, earlier.clone());
-            found.push(if own(&link.at) {
-                report
-            } else {
-                report.related(link.at.clone(), "the second is here")
-            });
+            found.push(diagnostics::two_writers::report(of, earlier, link));
         }
     }
     found

@@ -18,6 +18,8 @@
 //!   }
 //! }
 //! ```
+//!
+//! Fix: compare a number with 0, a status with the one that says that it went well.
 
 use super::*;
 
@@ -27,7 +29,7 @@ pub(crate) fn report<'db>(of: Decl<'db>, part: Part, found: &Type) -> Diagnostic
     let comparison = match found {
         Type::PortStatus => Some("== new_data"),
         Type::CallStatus => Some("== success"),
-        found if found.is_number() => Some("> 0"),
+        found if found.is_number() => Some("!= 0"),
         _ => None,
     };
     let is = match found {
@@ -37,11 +39,11 @@ pub(crate) fn report<'db>(of: Decl<'db>, part: Part, found: &Type) -> Diagnostic
     let advice = comparison.map_or_else(String::new, |it| format!(": compare it, as in `{it}`"));
     let message = format!("a condition is true or false, and {is}{advice}");
     let report = Diagnostic::new(&CONDITION_TYPE, Place::Part(of, part), message);
-    // Behind brackets of its own, it would be part of them.
-    match (comparison, found) {
-        (Some(comparison), Type::PortStatus | Type::CallStatus) => {
+    // Whatever is a number or a status binds closer than a comparison.
+    match comparison {
+        Some(comparison) => {
             report.fix(format!("Write `{comparison}`"), Place::Behind(of, part), format!(" {comparison}"))
         }
-        _ => report,
+        None => report,
     }
 }

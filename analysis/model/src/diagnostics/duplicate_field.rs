@@ -13,12 +13,15 @@
 //!   activity back { priority = 2 period = 10 }
 //! }
 //! ```
+//!
+//! Fix: remove the second one.
 
 use super::*;
 
 code!(DUPLICATE_FIELD, Error, "duplicate-field");
 
-pub(crate) fn report<'db>(at: Place<'db>, name: &str, instance: &str, first: Place<'db>) -> Diagnostic<'db> {
+pub(crate) fn report<'db>(of: Decl<'db>, at: Part, name: &str, instance: &str, first: Place<'db>) -> Diagnostic<'db> {
     let message = format!("a second {name} for `{instance}`: remove one");
-    Diagnostic::new(&DUPLICATE_FIELD, at, message).related(first, "the first is here")
+    let found = Diagnostic::new(&DUPLICATE_FIELD, Place::Part(of, at), message).related(first, "the first is here");
+    found.remove(format!("Remove the second {name}"), of, at)
 }

@@ -14,17 +14,36 @@
 //!   }
 //! }
 //! ```
+//!
+//! Fixes: mark the first state; leave one of several marked.
 
 use super::*;
+use crate::item_tree::{Machine, State};
 
 code!(INITIAL_STATE, Error, "initial-state");
 
-pub(crate) fn none<'db>(at: Place<'db>) -> Diagnostic<'db> {
+pub(crate) fn none<'db>(of: Decl<'db>, machine: &Machine) -> Diagnostic<'db> {
     let message = "no state of this machine is `initial`: mark the one in which it starts";
-    Diagnostic::new(&INITIAL_STATE, at, message.to_owned())
+    let found = Diagnostic::new(&INITIAL_STATE, Place::Part(of, machine.part), message.to_owned());
+    match machine.states.first() {
+        Some(first) => {
+            let title = format!("Start in `{}`, the first", first.name.name);
+            found.fix(title, Place::Part(of, first.start), "initial ".to_owned())
+        }
+        None => found,
+    }
 }
 
-pub(crate) fn several<'db>(first: (Place<'db>, &Name), second: (Place<'db>, &Name)) -> Diagnostic<'db> {
-    let message = format!("`{}` is initial, and so is `{}`: a machine starts in one state", second.1, first.1);
-    Diagnostic::new(&INITIAL_STATE, second.0, message).related(first.0, "the first is here")
+/// `initial` are the states that are, two or more.
+pub(crate) fn several<'db>(of: Decl<'db>, first: &State, second: &State, initial: &[&State]) -> Diagnostic<'db> {
+    let (one, other) = (&first.name, &second.name);
+    let message = format!("`{}` is initial, and so is `{}`: a machine starts in one state", other.name, one.name);
+    let found = Diagnostic::new(&INITIAL_STATE, Place::Part(of, other.part), message);
+    let mut found = found.related(Place::Part(of, one.part), "the first is here");
+    for state in initial {
+        let others = initial.iter().filter(|other| other.start != state.start);
+        let edits = others.map(|other| (Place::Part(of, other.start), String::new()));
+        found.fixes.push(Fix { title: format!("Start in `{}`", state.name.name), edits: edits.collect() });
+    }
+    found
 }

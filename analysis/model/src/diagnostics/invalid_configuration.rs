@@ -9,7 +9,11 @@
 //! //- /mauve.toml
 //! [platfrom]   # error
 //! rt_throttling = true
+//! [timing]
+//! significanse = 1e-4   # error
 //! ```
+//!
+//! Fix: write the section or the key that is nearly so.
 
 use super::*;
 

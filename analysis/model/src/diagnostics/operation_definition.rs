@@ -11,12 +11,24 @@
 //!   update = { }
 //! }
 //! ```
+//!
+//! Fix: define it as the shell declares it, where that has as many parameters or more; those that it has keep their names.
 
 use super::*;
 
 code!(OPERATION_DEFINITION, Error, "operation-definition");
 
-pub(crate) fn report<'db>(at: Place<'db>, declared: &str, defined: &str, declared_at: Place<'db>) -> Diagnostic<'db> {
+pub(crate) fn report<'db>(
+    at: Place<'db>,
+    declared: &str,
+    defined: &str,
+    declared_at: Place<'db>,
+    mended: Option<(Place<'db>, String)>,
+) -> Diagnostic<'db> {
     let message = format!("this is `{defined}`, and the shell declares `{declared}`");
-    Diagnostic::new(&OPERATION_DEFINITION, at, message).related(declared_at, "declared here")
+    let found = Diagnostic::new(&OPERATION_DEFINITION, at, message).related(declared_at, "declared here");
+    match mended {
+        Some((signature, text)) => found.fix("Define it as the shell declares it", signature, text),
+        None => found,
+    }
 }

@@ -1,11 +1,19 @@
 //! # syntax-error
 //!
 //! Text that the grammar does not allow. The message says what was expected there. Where that is a sign or a keyword that is
-//! always the same, the fix writes it.
+//! always the same, the fix writes it; for a `=` in a condition, `==`.
 //!
 //! ```mauve
 //! codel plan(in goal Pose): Path   // error
 //! codel land(): bool
+//! shell S { }
+//! core C(S) {
+//!   var n: int = 0
+//!   update = {
+//!     if (n = 10) then { } else { }   // error
+//!     if n = 10 then { } else { }   // error
+//!   }
+//! }
 //! ```
 //!
 //! A half-typed line costs that line and nothing else: the declarations around it mean what they say. But nothing is
@@ -14,9 +22,10 @@
 //! program uses: a name that its own library lacks is not looked for in others meanwhile.
 
 use mauve_syntax::ast::{AstNode as _, BinaryExpr, Expr};
-use mauve_syntax::{NodeOrToken, Parse, SyntaxError, SyntaxKind, SyntaxNode, SyntaxToken, TextSize};
+use mauve_syntax::{NodeOrToken, Parse, SyntaxError, SyntaxKind, SyntaxNode, SyntaxToken, TextRange, TextSize};
 
 use super::*;
+use crate::source::token_before;
 
 code!(SYNTAX_ERROR, Error, "syntax-error");
 
@@ -26,6 +35,10 @@ pub(super) fn report<'db>(parse: &Parse, file: File, error: &SyntaxError, at: Pl
         Some((end, middle)) => {
             let place = Place::Range(file, end.into(), end.into());
             found.fix(format!("Write `&& {middle}`"), place, format!(" && {middle}"))
+        }
+        None if let Some(sign) = single_equals(parse, error) => {
+            let place = Place::Range(file, sign.start().into(), sign.end().into());
+            found.fix("Write `==`", place, "==".to_owned())
         }
         None => match forgotten(parse, error) {
             Some((end, sign)) => {
@@ -54,7 +67,7 @@ fn forgotten(parse: &Parse, error: &SyntaxError) -> Option<(TextSize, String)> {
     let is_there = |token: &SyntaxToken| !token.kind().is_trivia();
     let next = next.and_then(|token| following(token, is_there));
     let before = match is_found {
-        true => std::iter::successors(next.as_ref()?.prev_token(), SyntaxToken::prev_token).find(is_there)?.text_range().end(),
+        true => tokens_before(&root, next.as_ref()?).find(is_there)?.text_range().end(),
         false => error.range.end(),
     };
     let text = match sign {
@@ -87,6 +100,23 @@ fn forgotten(parse: &Parse, error: &SyntaxError) -> Option<(TextSize, String)> {
         _ => return None,
     };
     Some((before, text))
+}
+
+/// The `=` in a condition, where `==` is meant.
+fn single_equals(parse: &Parse, error: &SyntaxError) -> Option<TextRange> {
+    if !error.message.ends_with(", found `=`") {
+        return None;
+    }
+    let root = parse.syntax();
+    let sign = root.token_at_offset(error.range.start()).right_biased()?;
+    let ends = [SyntaxKind::IF_KW, SyntaxKind::SEMICOLON, SyntaxKind::L_CURLY, SyntaxKind::R_CURLY];
+    let end = tokens_before(&root, &sign).find(|token| ends.contains(&token.kind()))?;
+    (sign.kind() == SyntaxKind::EQ && end.kind() == SyntaxKind::IF_KW).then(|| sign.text_range())
+}
+
+/// The tokens before `token`, backwards.
+fn tokens_before(root: &SyntaxNode, token: &SyntaxToken) -> impl Iterator<Item = SyntaxToken> {
+    std::iter::successors(token_before(root, token), |token| token_before(root, token))
 }
 
 fn following(token: SyntaxToken, is_it: impl Fn(&SyntaxToken) -> bool) -> Option<SyntaxToken> {

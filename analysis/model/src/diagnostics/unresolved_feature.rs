@@ -17,7 +17,7 @@
 //! }
 //! ```
 //!
-//! Ports are connected by `connection`, operations by `operation`; values are given by `property` and `constant`.
+//! So is a port that a chain in `mauve.toml` names. Ports are connected by `connection`, operations by `operation`; values are given by `property` and `constant`.
 
 use super::*;
 

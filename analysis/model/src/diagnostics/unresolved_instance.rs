@@ -16,6 +16,21 @@
 //!
 //! Where an activity names an unknown instance, the architecture may have lost it, and another instance may have its
 //! component: nothing on any CPU is analysed.
+//!
+//! So is one that `mauve.toml` names, in `[clocks]` or `[chains]`, where no deployment of the workspace has it:
+//!
+//! ```mauve
+//! shell S { output port scan: int }
+//! core C(S) { update = { } }
+//! component Laser(S, C)
+//! architecture A { instance front: Laser }
+//! deployment D { architecture A  activity front { priority = 1 period = 10 } }
+//! //- /mauve.toml
+//! [clocks]
+//! synchronised = ["front", "frnot"]   # error
+//! [chains]
+//! seeing = ["frnt.scan"]   # error
+//! ```
 
 use super::*;
 
@@ -23,5 +38,11 @@ code!(UNRESOLVED_INSTANCE, Error, "unresolved-instance");
 
 pub(crate) fn report<'db>(at: Place<'db>, name: &str, architecture: &str, near: Option<Name>) -> Diagnostic<'db> {
     let message = format!("no instance `{name}` in {architecture}");
+    Diagnostic::new(&UNRESOLVED_INSTANCE, at.clone(), message).did_you_mean(at, near)
+}
+
+/// For a name in `mauve.toml`.
+pub(crate) fn not_deployed<'db>(at: Place<'db>, name: &str, near: Option<Name>) -> Diagnostic<'db> {
+    let message = format!("no deployment has an instance `{name}`");
     Diagnostic::new(&UNRESOLVED_INSTANCE, at.clone(), message).did_you_mean(at, near)
 }

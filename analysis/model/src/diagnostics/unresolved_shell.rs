@@ -8,6 +8,16 @@
 //! core Good(LaserShell) { update = { } }
 //! ```
 //!
+//! Where a file declares it that is not included, the fix includes it:
+//!
+//! ```mauve
+//! core Reading(SonarShell) { update = { } }   // error
+//! //- /sonar/shell.mal
+//! shell SonarShell { }
+//! //- /mauve.toml
+//! project.root = "model.mal"
+//! ```
+//!
 //! A name is looked up in its own library, then in the libraries that it uses (`use nav`). What stands outside any
 //! library sees everything.
 

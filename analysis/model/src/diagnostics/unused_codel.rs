@@ -8,11 +8,14 @@
 //! shell S { }
 //! core C(S) { update = { drive(); } }
 //! ```
+//!
+//! Fix: remove it, with the comment above it.
 
 use super::*;
 
 code!(UNUSED_CODEL, Hint, "unused-codel", Unused);
 
-pub(crate) fn report<'db>(at: Place<'db>, name: &str) -> Diagnostic<'db> {
-    Diagnostic::new(&UNUSED_CODEL, at, format!("no program calls `{name}`"))
+pub(crate) fn report<'db>(of: Decl<'db>, name: &str) -> Diagnostic<'db> {
+    let found = Diagnostic::new(&UNUSED_CODEL, Place::name_of(of), format!("no program calls `{name}`"));
+    found.remove(format!("Remove `{name}`"), of, Part(0))
 }
