@@ -1,7 +1,9 @@
 //! What stands under the cursor: on an activity, where its response time comes from; on a name, what it stands for; on the
-//! type of a value, the fields of the message. What is known beyond a declaration is in `hover/details.rs`.
+//! type of a value, the fields of the message. What is known beyond a declaration is in `hover/details.rs`,
+//! what the words of the language mean in `hover/words.rs`.
 
 mod details;
+mod words;
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -34,7 +36,9 @@ pub struct Hover {
 /// What is known of what stands at `offset`.
 pub fn hover(db: &dyn ModelDb, workspaces: &[Workspace], file: File, offset: TextSize) -> Option<Hover> {
     let projects = projects_with(db, workspaces, file);
-    let of_name = of_name(db, workspaces, file, offset).or_else(|| of_message(db, &projects, file, offset));
+    let of_name = of_name(db, workspaces, file, offset)
+        .or_else(|| of_message(db, &projects, file, offset))
+        .or_else(|| words::of_word(db, file, offset));
     let Some((range, explanations)) = of_activity(db, &projects, file, offset) else { return of_name };
     let mut markdown = String::new();
     for explanation in explanations {

@@ -71,6 +71,8 @@ fn forgotten(parse: &Parse, error: &SyntaxError) -> Option<(TextSize, String)> {
         false => error.range.end(),
     };
     let text = match sign {
+        // Before a value, it is rather an operator or a comma that is missing.
+        ")" | "]" if is_found && next.as_ref().is_some_and(begins_value) => return None,
         ";" | ")" | "]" => sign.to_owned(),
         "}" => {
             // The brace goes where the line begins that opened it.
@@ -117,6 +119,16 @@ fn single_equals(parse: &Parse, error: &SyntaxError) -> Option<TextRange> {
 /// The tokens before `token`, backwards.
 fn tokens_before(root: &SyntaxNode, token: &SyntaxToken) -> impl Iterator<Item = SyntaxToken> {
     std::iter::successors(token_before(root, token), |token| token_before(root, token))
+}
+
+/// May a value begin with it?
+fn begins_value(token: &SyntaxToken) -> bool {
+    use SyntaxKind::*;
+    match token.kind() {
+        THEN_KW | TO_KW => false,
+        INT_NUMBER | FLOAT_NUMBER | STRING | L_PAREN | BANG => true,
+        kind => kind.is_word(),
+    }
 }
 
 fn following(token: SyntaxToken, is_it: impl Fn(&SyntaxToken) -> bool) -> Option<SyntaxToken> {

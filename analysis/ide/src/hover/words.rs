@@ -1,0 +1,216 @@
+//! What the words of the language mean that no model declares: built-in functions, the statuses that they give, the programs
+//! of cores and states, the fields of an activity, and the buffer of a connection.
+
+use mauve_model::{File, ModelDb, is_model, parse};
+use mauve_syntax::SyntaxKind::{self, *};
+use mauve_syntax::ast::{self, AstNode as _};
+use mauve_syntax::{SyntaxToken, TextSize};
+
+use super::Hover;
+
+/// Functions that programs call as codels are called, with their shape.
+const FUNCTIONS: [(&str, &str, &str); 5] = [
+    (
+        "read",
+        "read(port, variable)",
+        "Gives the variable the value of an input port, if it has one. The result is the port status: `no_data`, `old_data` or \
+         `new_data`. It never waits.",
+    ),
+    (
+        "write",
+        "write(port, value)",
+        "Publishes the value on an output port. It never waits, and gives nothing.",
+    ),
+    (
+        "status",
+        "status(port)",
+        "The port status that the last `read` of this port gave; `no_data` before the first. It reads nothing.",
+    ),
+    (
+        "send",
+        "handler = send(operation, argument, …)",
+        "Starts a call of a required operation, with its `in` and `inout` arguments. It never waits: the handler stands for \
+         the call, for a later `collect`.",
+    ),
+    (
+        "collect",
+        "collect(handler, variable, …)",
+        "Gives the variables what a call has given, if it is finished: its result, if there is one, then its `out` and \
+         `inout` parameters. The result is the call status: `not_ready`, `success` or `failure`. It never waits.",
+    ),
+];
+
+/// Words of a program that stand for values.
+const STATUSES: [(SyntaxKind, &str); 6] = [
+    (NO_DATA_KW, "Port status: the port never had a value."),
+    (OLD_DATA_KW, "Port status: the value of the port is that of an earlier read."),
+    (NEW_DATA_KW, "Port status: the port had a value that was not read before."),
+    (NOT_READY_KW, "Call status: the call is under way."),
+    (SUCCESS_KW, "Call status: the call is finished, and has given its results."),
+    (FAILURE_KW, "Call status: the call has failed."),
+];
+
+/// The programs of a core and the methods of a state, by their keywords.
+const PROGRAMS: [(SyntaxKind, &str); 9] = [
+    (
+        CONFIGURE_KW,
+        "Executed once, before all other programs. Gives whether the component may be started: without `return`, it may.",
+    ),
+    (
+        START_KW,
+        "Executed when the component is started, if `configure` gave true. Gives whether it runs: without `return`, it does.",
+    ),
+    (UPDATE_KW, "Executed each period, while the component runs. A core has this, or a state machine."),
+    (STOP_KW, "Executed when the component is stopped. Gives nothing."),
+    (CLEANUP_KW, "Executed last. Gives nothing."),
+    (
+        ENTRY_KW,
+        "Executed when the state is entered: by a transition, also from the state to itself, or when the machine starts in it.",
+    ),
+    (RUN_KW, "Executed each period that begins in the state, before the guards of its transitions."),
+    (HANDLE_KW, "Executed each period after `run`, when no transition fires."),
+    (EXIT_KW, "Executed when a transition leaves the state, before the program of the transition."),
+];
+
+/// The fields of an activity.
+const FIELDS: [(&str, &str); 4] = [
+    (
+        "affinity",
+        "The CPUs that the activity may use, a bit for each: 1 is CPU 1, 2 is CPU 2, 3 is both. With 0, or left out: any.",
+    ),
+    ("priority", "How urgent the activity is, from 1 to 99: greater is more urgent. Or `background`."),
+    ("period", "The time between two releases of the activity, in milliseconds, such as `100` or `2.5`."),
+    (
+        "deadline",
+        "The time after its release at which the activity has to be done, in milliseconds. Not later than the period; left \
+         out, it is the period.",
+    ),
+];
+
+const BACKGROUND: &str =
+    "Runs when no activity with a priority does, and so delays none of them. It needs no period.";
+
+const BUFFERED: &str = "A circular buffer: the connection keeps so many of the last values, and each read takes the oldest. Without it, \
+                      an input has the last value that was written.";
+
+/// What the word at `offset` means.
+pub(super) fn of_word(db: &dyn ModelDb, file: File, offset: TextSize) -> Option<Hover> {
+    if !is_model(file.path(db)) {
+        return None;
+    }
+    let tokens = parse(db, file).syntax().token_at_offset(offset);
+    tokens.into_iter().find_map(|token| Some(Hover { range: token.text_range(), markdown: meaning(&token)? }))
+}
+
+fn meaning(token: &SyntaxToken) -> Option<String> {
+    let text = token.text();
+    let parent = token.parent()?;
+    let kind_of_owner = parent.parent().map(|owner| owner.kind());
+    // A name may be any word; what it stands for is shown then.
+    let keyword = |words: &[(SyntaxKind, &str)]| {
+        words
+            .iter()
+            .find(|(kind, _)| *kind == token.kind())
+            .map(|(_, meaning)| format!("`{text}`: {meaning}\n"))
+    };
+    match (parent.kind(), kind_of_owner) {
+        (LITERAL, _) => keyword(&STATUSES),
+        (HOOK | METHOD, _) => keyword(&PROGRAMS),
+        (BUFFER, _) => Some(format!("`{}`: {}\n", parent.text().to_string().trim(), BUFFERED)),
+        (NAME_REF, Some(CALL_EXPR)) => {
+            let (_, shape, meaning) = FUNCTIONS.iter().find(|(name, ..)| *name == text)?;
+            Some(format!("```mauve\n{shape}\n```\n\n{meaning}\n"))
+        }
+        (NAME_REF, Some(FIELD)) => {
+            let (_, meaning) = FIELDS.iter().find(|(name, _)| *name == text)?;
+            Some(format!("`{text}`: {meaning}\n"))
+        }
+        (NAME_REF, Some(NAME_EXPR)) if text == "background" => {
+            let field = token.parent_ancestors().find_map(ast::Field::cast)?;
+            let is_priority = field.name_ref()?.syntax().text() == "priority";
+            is_priority.then(|| format!("`{text}`: {BACKGROUND}\n"))
+        }
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::fixture::Fixture;
+    use crate::hover::hover;
+
+    const MODEL: &str = "shell S { input port goal: int  output port next: int  require plan(): int }
+core C(S) {
+  var g: int = 0
+  handler h: plan
+  configure = { } start = { } stop = { } cleanup = { }
+  statemachine {
+    initial state A {
+      entry = { } run = { } handle = { } exit = { }
+      transition t if read(goal, g) == new_data && status(goal) != old_data to A { write(next, g); h = send(plan); }
+      transition u if collect(h, g) == success to A
+    }
+  }
+}
+core D(S) {
+  handler h: plan
+  var none: bool = false
+  update = { none = collect(h) == failure || collect(h) == not_ready || status(goal) == no_data; }
+}
+component K(S, C)
+architecture X { instance a: K  instance b: K  connection a.next -> [4] b.goal }
+deployment Y { architecture X
+  activity a { affinity = 1 priority = 3 period = 10 deadline = 10 }
+  activity b { priority = background }
+}
+";
+
+    fn shown(at: usize) -> String {
+        let Fixture { db, workspace, file, offset } =
+            Fixture::new(&format!("{}$0{}", &MODEL[..at], &MODEL[at..]));
+        hover(&db, &[workspace], file, offset).map_or_else(String::new, |it| it.markdown)
+    }
+
+    #[test]
+    fn every_word_says_what_it_means() {
+        for word in [
+            "read(",
+            "write(",
+            "status(",
+            "send(",
+            "collect(",
+            "no_data",
+            "old_data",
+            "new_data",
+            "not_ready",
+            "success",
+            "failure",
+            "configure",
+            "start ",
+            "update",
+            "stop",
+            "cleanup",
+            "entry",
+            "run",
+            "handle ",
+            "exit",
+            "affinity",
+            "priority",
+            "period",
+            "deadline",
+            "background",
+            "4]",
+        ] {
+            let shown = shown(MODEL.find(word).unwrap() + 1);
+            assert!(shown.contains(word.trim_end_matches(['(', ' '])), "{word}: {shown:?}");
+        }
+    }
+
+    #[test]
+    fn a_name_is_what_the_model_declares() {
+        let Fixture { db, workspace, file, offset } =
+            Fixture::new("codel read(): int\nshell S { }\ncore C(S) { update = { re$0ad(); } }\n");
+        let shown = hover(&db, &[workspace], file, offset).unwrap().markdown;
+        assert!(shown.contains("codel read(): int") && !shown.contains("variable"), "{shown}");
+    }
+}
