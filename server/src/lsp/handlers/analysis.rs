@@ -61,7 +61,9 @@ pub(crate) fn analysis(snapshot: &Snapshot, params: &AnalysisParams) -> Result<V
         Some(Levels::All(All::All)) => Some(Significance::All),
         Some(Levels::One(level)) => Some(Significance::These(vec![read_level(*level)?])),
         Some(Levels::Several(levels)) if levels.is_empty() => {
-            return Err(Error::invalid_params("`significance` is an empty list: leave it out, or name a level such as 1e-4"));
+            return Err(Error::invalid_params(
+                "`significance` is an empty list: leave it out, or name a level such as 1e-4",
+            ));
         }
         Some(Levels::Several(levels)) => {
             Some(Significance::These(levels.iter().map(|it| read_level(*it)).collect::<Result<_>>()?))
