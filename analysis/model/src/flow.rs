@@ -5,6 +5,8 @@
 //! `entry` of a transition, or `handle`. What a path may assign counts as assigned, since guards tell which branch was
 //! taken; what it must write counts as written.
 
+use std::cell::LazyCell;
+
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
@@ -464,15 +466,19 @@ impl<'db> Flow<'_, 'db> {
 
     /// What no program reads.
     fn unused(&mut self) {
-        let values = self.typing.values.values();
-        let named = values.filter_map(|meaning| match meaning {
-            Meaning::Variable(index) => Some(*index),
-            Meaning::Feature(..) => None,
+        // Few variables are unused.
+        let named = LazyCell::new(|| {
+            let index = |meaning: &Meaning<'_>| match meaning {
+                Meaning::Variable(index) => Some(*index),
+                Meaning::Feature(..) => None,
+            };
+            self.typing.values.values().filter_map(index).collect::<FxHashSet<usize>>()
         });
-        let named: FxHashSet<usize> = named.collect();
-        let with_value =
-            self.core.all_variables().into_iter().filter(|it| it.value.as_ref().is_some_and(has_call));
-        let calls: FxHashSet<Part> = with_value.map(|variable| variable.name.part).collect();
+        let calls = LazyCell::new(|| {
+            let all = self.core.all_variables().into_iter();
+            let with_value = all.filter(|it| it.value.as_ref().is_some_and(has_call));
+            with_value.map(|variable| variable.name.part).collect::<FxHashSet<Part>>()
+        });
         for (index, variable) in self.typing.variables.iter().enumerate() {
             let what = match variable.kind {
                 VariableKind::Parameter(_) => continue,

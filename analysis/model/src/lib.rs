@@ -97,6 +97,8 @@ pub use timetable::{
     Lookup, TableFiles, Timetable, pattern_of_path, table, table_files, table_pattern, timetable_of,
 };
 pub use types::{C_TYPES, Integer, LANGUAGE_TYPES, Type, built_in_type, type_of};
-pub use typing::{BUILT_IN_FUNCTIONS, Callee, Meaning, Typing, VariableKind, VariableOf, typing_of};
+pub use typing::{
+    BUILT_IN_FUNCTIONS, Callee, Meaning, Typing, VariableKind, VariableOf, expression_types, typing_of,
+};
 pub use urgency::before_its_time;
 pub use values::Value;

@@ -27,8 +27,6 @@ pub struct Typing<'db> {
     pub values: FxHashMap<Part, Meaning<'db>>,
     /// What is called, by where its name stands.
     pub callees: FxHashMap<Part, Callee<'db>>,
-    /// What expressions give, by where they stand.
-    pub types: FxHashMap<Part, Type>,
     /// Is there a name of a value or of what is called that means nothing?
     pub unresolved: bool,
     /// What is wrong.
@@ -133,7 +131,26 @@ pub(crate) fn signature<'db>(
 /// The types of a core.
 #[salsa::tracked(returns(ref))]
 pub fn typing_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Typing<'db> {
-    let Some(data) = core(db, of) else { return Typing::default() };
+    typed(db, project, of, false).0
+}
+
+/// What the expressions of a core give, by where they stand: for whoever asks, which no check does.
+#[salsa::tracked(returns(ref))]
+pub fn expression_types<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+) -> FxHashMap<Part, Type> {
+    typed(db, project, of, true).1.unwrap_or_default()
+}
+
+fn typed<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    all_types: bool,
+) -> (Typing<'db>, Option<FxHashMap<Part, Type>>) {
+    let Some(data) = core(db, of) else { return Default::default() };
     let shell = names_of(db, project).resolve_type(db, of, Kind::Shell, data.shell.as_ref()).ok();
     let none = Features { lost: true, ..Features::default() };
     let features = shell.map_or(&none, |shell| features_of(db, project, shell));
@@ -148,9 +165,10 @@ pub fn typing_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>
         machine: Scope::default(),
         whole: true,
         found: Typing::default(),
+        types: all_types.then(FxHashMap::default),
     };
     typer.core();
-    typer.found
+    (typer.found, typer.types)
 }
 
 /// What others ask of a core's programs: whether a change in them matters to anybody else.
@@ -241,6 +259,8 @@ struct Typer<'a, 'db> {
     /// Was nothing lost in the program that is being read?
     whole: bool,
     found: Typing<'db>,
+    /// What expressions give, where that is asked for.
+    types: Option<FxHashMap<Part, Type>>,
 }
 
 impl<'db> Typer<'_, 'db> {
@@ -588,8 +608,8 @@ impl<'db> Typer<'_, 'db> {
 
     fn expr(&mut self, expr: &Expr) -> Typed {
         let typed = self.typed(expr);
-        if let Some(part) = expr.part() {
-            self.found.types.insert(part, typed.ty.clone());
+        if let (Some(types), Some(part)) = (&mut self.types, expr.part()) {
+            types.insert(part, typed.ty.clone());
         }
         typed
     }

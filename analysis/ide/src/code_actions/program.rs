@@ -4,7 +4,8 @@ use std::collections::HashMap;
 
 use mauve_model::item_tree::{Direction, Part};
 use mauve_model::{
-    Callee, Decl, Meaning, ModelDb, Project, Type, Typing, codel, declaration_at, declaration_map, typing_of,
+    Callee, Decl, Meaning, ModelDb, Project, Type, Typing, codel, declaration_at, declaration_map,
+    expression_types, typing_of,
 };
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{NodeOrToken, SyntaxKind, SyntaxNode, TextRange, is_whole};
@@ -52,7 +53,7 @@ impl<'db> Programs<'db> {
     /// The type of an expression, brackets or not.
     pub(super) fn type_of(&self, expr: &ast::Expr) -> Option<&Type> {
         let part = self.parts.get(&bare(expr)?.syntax().text_range())?;
-        self.typing.types.get(part).or_else(|| self.type_at(*part))
+        expression_types(self.db, self.project, self.core).get(part).or_else(|| self.type_at(*part))
     }
 
     /// The type of a variable, by a name of it.
