@@ -87,6 +87,7 @@ impl Publisher {
             if all && !self.pulls_all {
                 self.pulls_all = true;
                 let told: Found = std::mem::take(&mut self.published);
+                pulls.found_before(told.iter().map(|(url, (_, found))| (url.clone(), result_id(found))));
                 self.outbox.put(|waiting| {
                     waiting.diagnostics.extend(told.into_keys().map(|url| (url, (None, Vec::new()))));
                 });

@@ -41,6 +41,11 @@ impl Pulls {
         self.asked.extend(about);
     }
 
+    /// These were found in files that it has not asked about until now.
+    pub(crate) fn found_before(&mut self, found: impl IntoIterator<Item = (Url, ResultId)>) {
+        self.found.extend(found.into_iter().map(|(url, id)| (url, (None, Some(id)))));
+    }
+
     /// It was given these. Should it ask again?
     pub(crate) fn answered(&mut self, given: BTreeMap<Url, Given>) -> bool {
         self.waiting = self.waiting.saturating_sub(1);
@@ -57,6 +62,9 @@ impl Pulls {
     /// A check has found these in the files that the client asks about. Should it ask again?
     pub(crate) fn checked(&mut self, found: BTreeMap<Url, Given>) -> bool {
         self.found = found;
+        // What was told and holds no longer may be told again.
+        let (found, nothing) = (&self.found, self.nothing);
+        self.told.retain(|url, told| *told == found.get(url).copied().unwrap_or(nothing));
         let is_outdated = self.is_outdated();
         // Nothing is remembered of what is not there any more, once the client knows.
         let (found, nothing) = (&self.found, self.nothing);
