@@ -30,10 +30,16 @@ pub struct Config {
     pub rt_throttling: Option<bool>,
     /// `[clocks] synchronised`: instances that are released together, and where that is said.
     pub synchronised: Vec<(String, Range<usize>)>,
-    /// `[types.…]`: types that no message package declares, and what they are in C++, where that is said.
-    pub types: BTreeMap<Name, String>,
+    /// `[types.…]`: types that no message package declares.
+    pub types: BTreeMap<Name, ExternalType>,
     /// `[generate] out`: the folder of the generated packages, from the configuration's folder.
     pub out: Option<(String, Range<usize>)>,
+    /// `[generate] ros_streams`: is every port of a generated system a ROS topic too? Where it is not said, it is.
+    pub ros_streams: Option<bool>,
+    /// `[generate] maintainer`: whom the generated packages name, and how to reach them.
+    pub maintainer: Option<Maintainer>,
+    /// `[generate] license` of the generated packages.
+    pub license: Option<String>,
     /// `[lints]`: how bad a diagnostic is here; nothing where it is not shown.
     pub lints: BTreeMap<&'static str, Option<Severity>>,
     /// `[chains]`: named, and not analysed yet.
@@ -42,6 +48,23 @@ pub struct Config {
     pub errors: Vec<Mistake>,
     /// Was something lost that response times may rest on? Whatever is in the wrong place says that a header was lost.
     pub lost: bool,
+}
+
+/// A type of C++ that no message package declares.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct ExternalType {
+    /// What it is called in C++, such as `ArRobot*`; empty where that is not said, or is no type's name.
+    pub cpp: String,
+    /// The header that declares it, as an `#include` names it.
+    pub header: Option<String>,
+}
+
+/// `Ada Lovelace <ada@example.org>`
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub struct Maintainer {
+    pub name: String,
+    pub email: String,
 }
 
 /// Something wrong in a `mauve.toml`.
@@ -257,8 +280,18 @@ impl Reader {
                 self.lost(format!("`{}` is a text", key.get_ref()), value.span());
             }
         }
-        let cpp = entries.get("cpp").and_then(|cpp| cpp.get_ref().as_str());
-        self.config.types.insert(name.into(), cpp.unwrap_or_default().to_owned());
+        let mut text = |key: &str, fits: fn(&str) -> bool, what: &str| {
+            let value = entries.get(key)?;
+            let text = value.get_ref().as_str()?;
+            if fits(text) {
+                return Some(text.to_owned());
+            }
+            self.error(format!("`{key}` is {what}"), value.span());
+            None
+        };
+        let cpp = text("cpp", is_cpp_type, "the name of a type in C++, such as \"ArRobot*\"");
+        let header = text("header", is_header, "a header as an #include names it, such as \"Aria/Aria.h\"");
+        self.config.types.insert(name.into(), ExternalType { cpp: cpp.unwrap_or_default(), header });
     }
 
     fn generate(&mut self, name: &str, key: &Key<'_>, value: &Value<'_>) {
@@ -266,8 +299,27 @@ impl Reader {
         match name {
             "out" if text.is_some() => self.config.out = text.map(|text| (text.to_owned(), value.span())),
             "out" => self.lost("`out` is the path of a folder".to_owned(), value.span()),
+            "ros_streams" => match value.get_ref().as_bool() {
+                Some(streams) => self.config.ros_streams = Some(streams),
+                None => self.lost("`ros_streams` is true or false".to_owned(), value.span()),
+            },
+            "maintainer" => match text.map(maintainer_of) {
+                Some(Some(maintainer)) => self.config.maintainer = Some(maintainer),
+                Some(None) => self.error(
+                    "`maintainer` is a name and an address, such as \"Ada Lovelace <ada@example.org>\""
+                        .to_owned(),
+                    value.span(),
+                ),
+                None => self.lost("`maintainer` is a text".to_owned(), value.span()),
+            },
+            "license" => match text {
+                Some(license) if !license.trim().is_empty() => self.config.license = Some(license.to_owned()),
+                Some(_) => self.error("`license` names a licence, such as \"BSD\"".to_owned(), value.span()),
+                None => self.lost("`license` is a text".to_owned(), value.span()),
+            },
             _ => {
-                self.unknown(format!("key `{name}` in [generate]"), key, &["out"]);
+                let known = ["out", "ros_streams", "maintainer", "license"];
+                self.unknown(format!("key `{name}` in [generate]"), key, &known);
             }
         }
     }
@@ -328,6 +380,40 @@ fn number(value: &Value<'_>) -> Option<f64> {
     text.replace('_', "").parse().ok()
 }
 
+/// May this stand where C++ wants the name of a type, and be nothing else? It goes into generated code as it is.
+fn is_cpp_type(text: &str) -> bool {
+    let is_part = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | ':' | '<' | '>' | ',' | ' ' | '*');
+    let mut depth = 0_i32;
+    let nests = text.chars().all(|c| {
+        depth += i32::from(c == '<') - i32::from(c == '>');
+        depth >= 0
+    });
+    nests
+        && depth == 0
+        && text.starts_with(|c: char| c.is_ascii_alphabetic() || c == ':')
+        && text.chars().all(is_part)
+}
+
+/// May this stand between the brackets of an `#include`?
+fn is_header(text: &str) -> bool {
+    let is_part = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '+' | '.' | '/');
+    !text.is_empty() && text.chars().all(is_part)
+}
+
+/// `Ada Lovelace <ada@example.org>`
+fn maintainer_of(text: &str) -> Option<Maintainer> {
+    let (name, rest) = text.trim().split_once('<')?;
+    let (name, email) = (name.trim(), rest.strip_suffix('>')?.trim());
+    let (user, host) = email.split_once('@')?;
+    let is_part = |text: &str, signs: &str| {
+        !text.is_empty() && text.chars().all(|c| c.is_ascii_alphanumeric() || signs.contains(c))
+    };
+    let (_, end) = host.rsplit_once('.')?;
+    let is_address = is_part(user, "-_%+.") && is_part(host, "-.") && end.len() > 1 && is_part(end, "");
+    let is_good = is_address && !name.is_empty() && !name.contains(char::is_control);
+    is_good.then(|| Maintainer { name: name.to_owned(), email: email.to_owned() })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -342,7 +428,8 @@ mod tests {
     fn everything_that_is_known() {
         let config = read(
             "[project]\nroot = \"a.mal\"\n[timing]\ntables = [\"t/*.toml\"]\nsignificance = 1e-6\n\
-             [types.X]\ncpp = \"X*\"\n[assume]\ncodel = \"5 ms\"\n[platform]\ncpus = 2\nrt_throttling = true\n\
+             [types.X]\ncpp = \"X*\"\nheader = \"x/X.h\"\n[generate]\nout = \"g\"\nros_streams = false\nlicense = \"BSD\"\n\
+             maintainer = \"A B <a@b.org>\"\n[assume]\ncodel = \"5 ms\"\n[platform]\ncpus = 2\nrt_throttling = true\n\
              [clocks]\nsynchronised = [\"a\", \"b\"]\n[chains]\nc = [\"a.x\"]\n[lints]\nlost-write = \"warn\"\n",
         );
         assert_eq!(config.errors, []);
@@ -351,7 +438,36 @@ mod tests {
         assert_eq!(config.level().to_string(), "1e-6");
         assert_eq!(config.assume, Some(Time::from_nanos(5_000_000)));
         assert_eq!((config.cpus, config.rt_throttling), (Some(2), Some(true)));
+        let ExternalType { cpp, header } = &config.types["X"];
+        assert_eq!((cpp.as_str(), header.as_deref()), ("X*", Some("x/X.h")));
+        assert_eq!((config.ros_streams, config.license.as_deref()), (Some(false), Some("BSD")));
+        assert_eq!(
+            config.maintainer,
+            Some(Maintainer { name: "A B".to_owned(), email: "a@b.org".to_owned() })
+        );
         assert_eq!(config.synchronised.iter().map(|(name, _)| name).collect::<Vec<_>>(), ["a", "b"]);
+    }
+
+    #[test]
+    fn what_goes_into_generated_code_is_what_it_says_it_is() {
+        for cpp in ["int; } evil", "X\n#include", "std::vector<int", "a>b<", "", "*", "x(\"y\")"] {
+            let text = format!("[types.X]\ncpp = {cpp:?}\n");
+            assert_eq!((messages(&text).0.len(), read(&text).types["X"].cpp.as_str()), (1, ""), "{cpp}");
+        }
+        for header in ["a.h>\n#error", "\"", "", "a b.h"] {
+            let text = format!("[types.X]\nheader = {header:?}\n");
+            assert_eq!(
+                (messages(&text).0.len(), read(&text).types["X"].header.is_none()),
+                (1, true),
+                "{header}"
+            );
+        }
+        for maintainer in ["", "a@b.org", "A <a@b>", "A <a@b.c>", "A <a<b@c.org>", "A\n<a@b.org>B"] {
+            let (found, lost) = messages(&format!("[generate]\nmaintainer = {maintainer:?}\n"));
+            assert!(found.len() == 1 && !lost, "{maintainer:?}: {found:?}");
+        }
+        let text = "[types.X]\ncpp = \"std::map<int, const ns::T *>\"\n";
+        assert_eq!(messages(text), (Vec::new(), false));
     }
 
     #[test]

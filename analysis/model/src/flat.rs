@@ -11,6 +11,7 @@ use crate::project::Project;
 use crate::psm::shell_of;
 use crate::settings::deployed;
 use crate::source::{Decl, Place, architecture, deployment};
+use crate::values::whole_number;
 
 /// An architecture with what it imports.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
@@ -60,6 +61,8 @@ pub struct Link<'db> {
     pub source: (Name, Name),
     /// To where.
     pub target: (Name, Name),
+    /// How many values its circular buffer holds; none where it holds the last one.
+    pub buffer: Option<u32>,
     /// Where the feature that it leads to stands.
     pub at: Place<'db>,
 }
@@ -117,7 +120,10 @@ pub fn flat_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) 
                 });
                 match source.zip(target) {
                     Some(((source, _), (target, part))) => {
-                        flat.links.push(Link { operation, source, target, at: Place::Part(current, part) });
+                        let buffer = link.buffer.as_ref().and_then(|(size, _)| whole_number(size));
+                        let buffer = buffer.and_then(|size| u32::try_from(size).ok());
+                        let at = Place::Part(current, part);
+                        flat.links.push(Link { operation, source, target, buffer, at });
                     }
                     None => flat.links_lost = true,
                 }

@@ -67,7 +67,7 @@ mod values;
 mod wiring;
 
 pub use behaviour::{Behaviour, Cost, Edge, Refusal, TimedProgram, behaviour_of};
-pub use config::{Chain, Config, Mistake};
+pub use config::{Chain, Config, ExternalType, Maintainer, Mistake};
 pub use db::{Database, File, ModelDb, Problem, Trees, Workspace, normalised};
 pub use flat::{Flat, FlatInstance, Link, flat_of};
 pub use lower::{DeclarationMap, SourceMap};
@@ -77,8 +77,8 @@ pub use messages::{
 };
 pub use names::{FeatureOf, Features, Names, Unresolved, features_of, names_of, similar};
 pub use project::{
-    CONFIG_FILE, Project, config_file, config_of, include_candidates, includes, is_model, project_files,
-    projects,
+    CONFIG_FILE, Project, config_file, config_of, external_types, include_candidates, includes, is_model,
+    project_files, projects,
 };
 pub use psm::{Psm, PsmEdge, Refused, core_of, psm_of, shell_of, worst_path};
 pub use response::{

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use crate::config::{self, Config};
+use crate::config::{self, Config, ExternalType};
 use crate::item_tree::Name;
 use crate::names::names_of;
 use crate::source::item_tree_of;
@@ -45,9 +45,9 @@ pub fn config_of(db: &dyn ModelDb, workspace: Workspace) -> Config {
     config
 }
 
-/// The types that `mauve.toml` declares, and what they are in C++, without places.
+/// The types that `mauve.toml` declares, without places.
 #[salsa::tracked(returns(ref))]
-pub(crate) fn external_types(db: &dyn ModelDb, workspace: Workspace) -> BTreeMap<Name, String> {
+pub fn external_types(db: &dyn ModelDb, workspace: Workspace) -> BTreeMap<Name, ExternalType> {
     config_of(db, workspace).types.clone()
 }
 

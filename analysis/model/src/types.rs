@@ -383,7 +383,8 @@ pub(crate) fn resolved<'db>(
     if let [name] = path {
         if let Some(external) = external_types(db, workspace).get(name) {
             // A type that is a number in C++ is that number here too.
-            let scalar = built_in_type(external.trim_start_matches("std::")).filter(|ty| *ty != Type::Void);
+            let scalar =
+                built_in_type(external.cpp.trim_start_matches("std::")).filter(|ty| *ty != Type::Void);
             return Some(scalar.unwrap_or_else(|| Type::External(name.clone())));
         }
         if let Some(built_in) = built_in_type(name) {

@@ -18,7 +18,7 @@ const CONFIG: [(&str, &str, &[&str]); 9] = [
     ("project", "the roots of the models", &["root", "roots"]),
     ("timing", "where execution times stand", &["tables", "significance"]),
     ("types", "types that no message package declares", &["cpp", "header"]),
-    ("generate", "where generated sources go", &["out"]),
+    ("generate", "where generated sources go", &["out", "ros_streams", "maintainer", "license"]),
     ("lints", "how bad a diagnostic is", &[]),
     ("assume", "times that the tables lack", &["codel"]),
     ("platform", "what the programs run on", &["cpus", "rt_throttling"]),
@@ -295,10 +295,14 @@ impl Toml<'_, '_> {
                 let levels: BTreeSet<String> = levels.map(ToString::to_string).collect();
                 levels.into_iter().map(|level| Completion::new(CompletionKind::Value, level)).collect()
             }
-            ("platform", "rt_throttling") => ["true", "false"].map(value).into(),
+            ("platform", "rt_throttling") | ("generate", "ros_streams") => {
+                ["true", "false"].map(value).into()
+            }
             ("lints", _) => ["allow", "hint", "warn", "error"].map(text).into(),
             ("assume", "codel") => vec![text("5 ms")],
             ("generate", "out") => vec![text("generated")],
+            ("generate", "license") => ["Apache-2.0", "BSD-3-Clause", "MIT"].map(text).into(),
+            ("generate", "maintainer") => vec![text("Name <name@example.org>")],
             ("clocks", "synchronised") => self.instances(false),
             ("chains", _) => self.instances(true),
             _ => Vec::new(),

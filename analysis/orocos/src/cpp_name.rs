@@ -1,0 +1,402 @@
+//! Names that C++, RTT and its scripts can have: those of the model wherever they may be used there.
+
+use rustc_hash::FxHashSet;
+
+/// Names that nothing of a model can have in C++: its keywords, those of later standards too, and macros of common headers.
+const CPP_WORDS: [&str; 139] = [
+    "alignas",
+    "alignof",
+    "and",
+    "and_eq",
+    "asm",
+    "assert",
+    "auto",
+    "bitand",
+    "bitor",
+    "bool",
+    "break",
+    "case",
+    "catch",
+    "char",
+    "char8_t",
+    "char16_t",
+    "char32_t",
+    "class",
+    "co_await",
+    "co_return",
+    "co_yield",
+    "compl",
+    "concept",
+    "const",
+    "const_cast",
+    "consteval",
+    "constexpr",
+    "constinit",
+    "continue",
+    "decltype",
+    "default",
+    "delete",
+    "do",
+    "double",
+    "dynamic_cast",
+    "else",
+    "enum",
+    "explicit",
+    "export",
+    "extern",
+    "false",
+    "float",
+    "for",
+    "friend",
+    "goto",
+    "if",
+    "inline",
+    "int",
+    "long",
+    "mutable",
+    "namespace",
+    "new",
+    "noexcept",
+    "not",
+    "not_eq",
+    "nullptr",
+    "operator",
+    "or",
+    "or_eq",
+    "private",
+    "protected",
+    "public",
+    "register",
+    "reinterpret_cast",
+    "requires",
+    "return",
+    "short",
+    "signed",
+    "sizeof",
+    "static",
+    "static_assert",
+    "static_cast",
+    "struct",
+    "switch",
+    "template",
+    "this",
+    "thread_local",
+    "throw",
+    "true",
+    "try",
+    "typedef",
+    "typeid",
+    "typename",
+    "union",
+    "unsigned",
+    "using",
+    "virtual",
+    "void",
+    "volatile",
+    "wchar_t",
+    "while",
+    "xor",
+    "xor_eq",
+    "main",
+    "linux",
+    "unix",
+    "i386",
+    "errno",
+    "stdin",
+    "stdout",
+    "stderr",
+    "offsetof",
+    "isnan",
+    "isinf",
+    "signbit",
+    "major",
+    "minor",
+    "makedev",
+    "NULL",
+    "EOF",
+    "BUFSIZ",
+    "DEBUG",
+    "NDEBUG",
+    "ERROR",
+    "INFINITY",
+    "NAN",
+    "RAND_MAX",
+    "EXIT_SUCCESS",
+    "EXIT_FAILURE",
+    "INT_MAX",
+    "INT_MIN",
+    "UINT_MAX",
+    "LONG_MAX",
+    "LONG_MIN",
+    "CHAR_MAX",
+    "CHAR_MIN",
+    "SHRT_MAX",
+    "SHRT_MIN",
+    "CHAR_BIT",
+    "SIZE_MAX",
+    "HUGE_VAL",
+    "DOMAIN",
+    "OVERFLOW",
+    "UNDERFLOW",
+    "SING",
+    "PLOSS",
+    "TLOSS",
+    "CLOCKS_PER_SEC",
+    "TIME_UTC",
+];
+
+/// Namespaces and functions that generated code names, which nothing in the namespace of a package may hide.
+const OUTER_WORDS: [&str; 10] =
+    ["std", "RTT", "ros", "boost", "mauve", "log", "endlog", "trace", "size_t", "catkin"];
+
+/// Members of `RTT::TaskContext` and its bases, and what generated classes have beside what the model names.
+const TASK_CONTEXT_MEMBERS: [&str; 87] = [
+    "activate",
+    "addAlias",
+    "addAttribute",
+    "addConstant",
+    "addEventPort",
+    "addLocalPort",
+    "addLocalEventPort",
+    "addOperation",
+    "addOperationCaller",
+    "addPeer",
+    "addPort",
+    "addProperty",
+    "addSynchronousOperation",
+    "alias",
+    "attributes",
+    "checkOperations",
+    "cleanup",
+    "cleanupHook",
+    "clear",
+    "configure",
+    "configureHook",
+    "connectPeers",
+    "connectPorts",
+    "connectServices",
+    "dataOnPort",
+    "dataOnPortCallback",
+    "dataOnPortHook",
+    "dataOnPortRemoved",
+    "dataOnPortSize",
+    "disconnect",
+    "disconnectPeers",
+    "doc",
+    "ee",
+    "engine",
+    "error",
+    "errorHook",
+    "exception",
+    "exceptionHook",
+    "fatal",
+    "forceActivity",
+    "getActivity",
+    "getConfiguration",
+    "getCpuAffinity",
+    "getName",
+    "getOperation",
+    "getPeer",
+    "getPeerList",
+    "getPeriod",
+    "getPort",
+    "getProperty",
+    "getProvider",
+    "getTargetState",
+    "getTaskState",
+    "getThread",
+    "hasPeer",
+    "inException",
+    "inFatalError",
+    "inRunTimeError",
+    "isActive",
+    "isConfigured",
+    "isRunning",
+    "localGet",
+    "mTaskState",
+    "operations",
+    "our_act",
+    "peers",
+    "ports",
+    "prepareProvide",
+    "properties",
+    "provides",
+    "ready",
+    "recover",
+    "removePeer",
+    "requires",
+    "setActivity",
+    "setCpuAffinity",
+    "setPeriod",
+    "start",
+    "startHook",
+    "stop",
+    "stopHook",
+    "tcservice",
+    "trigger",
+    "tcrequests",
+    "update",
+    "updateHook",
+    "writeable",
+];
+
+/// Operations that every task has, functions and keywords of RTT's scripts, and of Lua: in scripts nothing is called so.
+const SCRIPT_WORDS: [&str; 94] = [
+    "activate",
+    "cleanup",
+    "configure",
+    "error",
+    "getCpuAffinity",
+    "getPeriod",
+    "inException",
+    "inFatalError",
+    "inRunTimeError",
+    "isActive",
+    "isConfigured",
+    "isRunning",
+    "loadService",
+    "setCpuAffinity",
+    "setPeriod",
+    "start",
+    "stop",
+    "trigger",
+    "update",
+    "recover",
+    "getName",
+    "alias",
+    "and",
+    "any",
+    "bool",
+    "break",
+    "call",
+    "catch",
+    "char",
+    "const",
+    "const_cast",
+    "continue",
+    "delete",
+    "do",
+    "double",
+    "else",
+    "end",
+    "entry",
+    "exit",
+    "export",
+    "false",
+    "float",
+    "for",
+    "foreach",
+    "function",
+    "global",
+    "handle",
+    "if",
+    "import",
+    "in",
+    "initial",
+    "final",
+    "int",
+    "intended",
+    "local",
+    "nil",
+    "not",
+    "nothing",
+    "or",
+    "param",
+    "preconditions",
+    "program",
+    "public",
+    "private",
+    "repeat",
+    "require",
+    "requires",
+    "return",
+    "RootMachine",
+    "run",
+    "select",
+    "set",
+    "StateMachine",
+    "state",
+    "SubMachine",
+    "string",
+    "task",
+    "then",
+    "this",
+    "time",
+    "to",
+    "transition",
+    "transitions",
+    "true",
+    "try",
+    "uint",
+    "until",
+    "var",
+    "void",
+    "while",
+    "with",
+    "yield",
+    "Deployer",
+    "scripting",
+];
+
+/// The names of one place in C++, such as a class or a function: no two are the same.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct CppNames {
+    taken: FxHashSet<String>,
+}
+
+impl CppNames {
+    /// Of what stands in the namespace of a package.
+    pub(crate) fn of_namespace() -> CppNames {
+        CppNames { taken: OUTER_WORDS.map(str::to_owned).into_iter().collect() }
+    }
+
+    /// Of a class that derives from `RTT::TaskContext`.
+    pub(crate) fn of_component() -> CppNames {
+        let mut names = CppNames::of_namespace();
+        names.taken.extend(TASK_CONTEXT_MEMBERS.map(str::to_owned));
+        names
+    }
+
+    /// `name` as it can be declared here, which is then taken: itself, or with as many `_` behind it as it needs.
+    pub(crate) fn declare(&mut self, name: &str) -> String {
+        let mut name = as_identifier(name);
+        while CPP_WORDS.contains(&name.as_str()) || self.taken.contains(&name) {
+            // Two of them in a row are the compiler's own.
+            name += if name.ends_with('_') { "0_" } else { "_" };
+        }
+        self.taken.insert(name.clone());
+        name
+    }
+}
+
+/// The identifiers with two `_` in a row, or with one and a capital at their beginning, are the compiler's own.
+fn as_identifier(name: &str) -> String {
+    let mut name = name.to_owned();
+    while name.contains("__") {
+        name = name.replace("__", "_0_");
+    }
+    if name.starts_with('_') { format!("m{name}") } else { name }
+}
+
+/// What a task, a port, a property or an operation is called at run time: its own name, unless scripts use the word themselves.
+pub(crate) fn script_name(name: &str) -> String {
+    if SCRIPT_WORDS.contains(&name) { format!("{name}_") } else { name.to_owned() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_stay_what_they_are_where_they_can() {
+        let mut names = CppNames::of_component();
+        let declared = ["scan", "start", "class", "scan", "scan", "_", "__x", "RTT", "a__b"]
+            .map(|name| names.declare(name));
+        assert_eq!(
+            declared,
+            ["scan", "start_", "class_", "scan_", "scan_0_", "m_", "m_0_x", "RTT_", "a_0_b"]
+        );
+        assert_eq!(script_name("scan"), "scan");
+        assert_eq!(script_name("start"), "start_");
+    }
+}

@@ -1,0 +1,90 @@
+//! C++ types and the headers that declare them.
+
+use std::collections::BTreeSet;
+
+use mauve_model::item_tree::{Direction, Name};
+use mauve_model::{Integer, ModelDb, Type, Workspace, external_types};
+
+/// How a type is written in C++, from any namespace; nothing where it cannot be: see [`crate::problems`].
+pub(crate) fn cpp_type(db: &dyn ModelDb, workspace: Workspace, ty: &Type) -> Option<String> {
+    Some(match ty {
+        Type::Bool => "bool".to_owned(),
+        Type::Integer(integer) => integer_type(*integer).to_owned(),
+        Type::Float => "float".to_owned(),
+        Type::Double => "double".to_owned(),
+        Type::String => "std::string".to_owned(),
+        Type::Void => "void".to_owned(),
+        Type::PortStatus => "RTT::FlowStatus".to_owned(),
+        Type::CallStatus => "RTT::SendStatus".to_owned(),
+        Type::Message(package, name) => format!("::{package}::{name}"),
+        Type::External(name) => {
+            let external = external_types(db, workspace).get(name)?;
+            Some(external.cpp.clone()).filter(|cpp| !cpp.is_empty())?
+        }
+        Type::Handle(_) | Type::Unknown => return None,
+    })
+}
+
+fn integer_type(integer: Integer) -> &'static str {
+    match integer {
+        Integer::Int => "int",
+        Integer::Char => "char",
+        Integer::Short => "short",
+        Integer::Long => "long",
+        Integer::Int8 => "std::int8_t",
+        Integer::Int64 => "std::int64_t",
+        Integer::Uint8 => "std::uint8_t",
+        Integer::Uint16 => "std::uint16_t",
+        Integer::Uint32 => "std::uint32_t",
+        Integer::Uint64 => "std::uint64_t",
+        Integer::Size => "std::size_t",
+    }
+}
+
+/// Does C++ copy it without a thought? Others go by reference.
+fn is_small(ty: &Type) -> bool {
+    matches!(
+        ty,
+        Type::Bool | Type::Integer(_) | Type::Float | Type::Double | Type::PortStatus | Type::CallStatus
+    )
+}
+
+/// The type of a parameter: `in` by value, or as a reference to what nobody changes; `out` and `inout` as a reference.
+pub(crate) fn parameter_type(cpp: &str, ty: &Type, direction: Direction) -> String {
+    match direction {
+        Direction::In if is_small(ty) || cpp.ends_with('*') => cpp.to_owned(),
+        Direction::In => format!("const {cpp}&"),
+        Direction::Out | Direction::InOut => format!("{cpp}&"),
+    }
+}
+
+/// What generated code includes for these types.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub(crate) struct Headers {
+    /// As they stand between the brackets of an `#include`.
+    pub(crate) paths: BTreeSet<String>,
+    /// The message packages that they come from.
+    pub(crate) packages: BTreeSet<Name>,
+}
+
+impl Headers {
+    /// Adds those of a type.
+    pub(crate) fn add(&mut self, db: &dyn ModelDb, workspace: Workspace, ty: &Type) {
+        match ty {
+            Type::Integer(Integer::Size) => drop(self.paths.insert("cstddef".to_owned())),
+            Type::Integer(_) => drop(self.paths.insert("cstdint".to_owned())),
+            Type::String => drop(self.paths.insert("string".to_owned())),
+            Type::PortStatus => drop(self.paths.insert("rtt/FlowStatus.hpp".to_owned())),
+            Type::CallStatus => drop(self.paths.insert("rtt/SendStatus.hpp".to_owned())),
+            Type::Message(package, name) => {
+                self.paths.insert(format!("{package}/{name}.h"));
+                self.packages.insert(package.clone());
+            }
+            Type::External(name) => {
+                let external = external_types(db, workspace).get(name);
+                self.paths.extend(external.and_then(|it| it.header.clone()));
+            }
+            Type::Bool | Type::Float | Type::Double | Type::Void | Type::Handle(_) | Type::Unknown => {}
+        }
+    }
+}

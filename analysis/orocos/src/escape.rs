@@ -1,0 +1,70 @@
+//! Texts of a model, as literals of the languages that are generated. A text may hold anything.
+
+/// A text as a literal of C++, of the scripts of RTT, and of nothing else.
+///
+/// Octal escapes end after three digits, wherever the text goes on; `?` may begin a trigraph.
+pub(crate) fn cpp_string(text: &str) -> String {
+    let mut out = String::from("\"");
+    for byte in text.bytes() {
+        match byte {
+            b'"' | b'\\' => out.extend(['\\', byte as char]),
+            b'\n' => out += "\\n",
+            b'\t' => out += "\\t",
+            b' '..=b'~' if byte != b'?' => out.push(byte as char),
+            _ => out += &format!("\\{byte:03o}"),
+        }
+    }
+    out + "\""
+}
+
+/// A text as a literal of Lua 5.1: what is no printable ASCII by its decimal code, which ends after three digits.
+pub(crate) fn lua_string(text: &str) -> String {
+    let mut out = String::from("\"");
+    for byte in text.bytes() {
+        match byte {
+            b'"' | b'\\' => out.extend(['\\', byte as char]),
+            b' '..=b'~' => out.push(byte as char),
+            _ => out += &format!("\\{byte:03}"),
+        }
+    }
+    out + "\""
+}
+
+/// A text in XML, in an attribute or between tags. What no XML 1.0 document can hold becomes U+FFFD.
+pub(crate) fn xml(text: &str) -> String {
+    let mut out = String::new();
+    for c in text.chars() {
+        match c {
+            '&' => out += "&amp;",
+            '<' => out += "&lt;",
+            '>' => out += "&gt;",
+            '"' => out += "&quot;",
+            '\'' => out += "&apos;",
+            '\n' | '\t' | '\r' => out += &format!("&#{};", u32::from(c)),
+            '\0'..='\x1f' | '\u{fffe}' | '\u{ffff}' => out.push('\u{fffd}'),
+            c => out.push(c),
+        }
+    }
+    out
+}
+
+/// A text in a comment: on one line, and never the end of one that `*/` or `-->` ends.
+pub(crate) fn comment(text: &str) -> String {
+    let line: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+    // A backslash at the end of a line would join the next one to it.
+    line.replace("*/", "* /").replace("--", "- -").trim_end_matches(['\\', ' ']).to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_breaks_out_of_a_literal() {
+        let hostile = "a\"; evil(\"\\\n\r\0??/é1";
+        assert_eq!(cpp_string(hostile), r#""a\"; evil(\"\\\n\015\000\077\077/\303\2511""#);
+        assert_eq!(lua_string(hostile), r#""a\"; evil(\"\\\010\013\000??/\195\1691""#);
+        assert_eq!(xml("<a b='\"'>&\u{1}\n"), "&lt;a b=&apos;&quot;&apos;&gt;&amp;\u{fffd}&#10;");
+        assert_eq!(comment("a\n*/ --> b \\ \\"), "a * / - -> b");
+    }
+}

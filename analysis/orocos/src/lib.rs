@@ -1,0 +1,29 @@
+//! From models to Orocos packages: C++ components with their tracing, scripts, launch files, exported analyses.
+//!
+//! Everything here is pure: [`packages`] gives the files of each package and writes none. A package is made for each
+//! library of a project, in the order in which they are built:
+//!
+//! | file | makes |
+//! |---|---|
+//! | `package.rs` | a package's files, from the modules below |
+//! | `library.rs` | which packages there are, what is in each, what each needs |
+//! | `cpp_name.rs` | names that C++, RTT and its scripts can have |
+//! | `cpp_type.rs` | C++ types and the headers that declare them |
+//! | `escape.rs` | texts of a model, as literals of the languages that are generated |
+//! | `plan.rs` | what is written, changed and removed, and what is the user's |
+//!
+//! Nothing is generated from a model with errors ([`problems`]): what is generated from the others compiles. Names and texts
+//! of a model go through `cpp_name.rs` and `escape.rs` on their way out, so that no model can break out of its place.
+//!
+//! This crate knows no file system, no editor and no protocol.
+
+mod cpp_name;
+mod cpp_type;
+mod escape;
+mod library;
+mod package;
+mod plan;
+
+pub use library::{Problem, problems};
+pub use package::{GeneratedFile, Owner, Package, packages};
+pub use plan::{Action, ChangedCodel, Plan, Step, plan};

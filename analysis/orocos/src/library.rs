@@ -1,0 +1,306 @@
+//! Which packages there are: one for each library that has something to generate, and what each needs of the others.
+
+use std::collections::BTreeSet;
+
+use mauve_model::diagnostics::{Severity, diagnostics_of_file, project_diagnostics};
+use mauve_model::item_tree::{Kind, Name, TypeRef};
+use mauve_model::{
+    Callee, Decl, ModelDb, Place, Project, Type, catalogue, codel, component, config_file, config_of, core,
+    core_of, deployment, features_of, flat_of, names_of, shell_of, type_of, typing_of,
+};
+use rustc_hash::FxHashMap;
+
+use crate::cpp_name::CppNames;
+use crate::cpp_type::cpp_type;
+
+/// Something that must be put right before anything is generated.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub struct Problem<'db> {
+    /// What is wrong, and what to do.
+    pub message: String,
+    /// Where.
+    pub at: Place<'db>,
+}
+
+/// What one package is made of.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub(crate) struct Library<'db> {
+    /// Its name in C++ and on the disk: namespace, folder, package.
+    pub(crate) package: String,
+    /// In the order of the texts, each with its name in the namespace.
+    pub(crate) codels: Vec<(Decl<'db>, String)>,
+    /// Likewise.
+    pub(crate) components: Vec<(Decl<'db>, String)>,
+    /// In the order of the texts.
+    pub(crate) deployments: Vec<Decl<'db>>,
+    /// The numbers of the other libraries whose codels its components call.
+    pub(crate) calls: BTreeSet<usize>,
+    /// The numbers of the other libraries whose components its deployments run.
+    pub(crate) runs: BTreeSet<usize>,
+}
+
+/// The libraries of a project that something is generated for.
+#[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
+pub(crate) struct Libraries<'db> {
+    /// Those that others call come first.
+    pub(crate) all: Vec<Library<'db>>,
+    /// Where each codel and component is: the number of its library, and its name there.
+    places: FxHashMap<Decl<'db>, (usize, String)>,
+}
+
+impl<'db> Libraries<'db> {
+    /// The library that makes a codel or a component, and its name there.
+    pub(crate) fn of(&self, decl: Decl<'db>) -> Option<(&Library<'db>, &str)> {
+        let (index, name) = self.places.get(&decl)?;
+        Some((self.all.get(*index)?, name))
+    }
+
+    /// A codel or a component as C++ names it from anywhere: `::motion::clearance`.
+    pub(crate) fn qualified(&self, decl: Decl<'db>) -> Option<String> {
+        self.of(decl).map(|(library, name)| format!("::{}::{name}", library.package))
+    }
+
+    /// The numbers of the libraries that a deployment needs.
+    pub(crate) fn needed_by(&self, deployment: Decl<'db>) -> BTreeSet<usize> {
+        let own = self.all.iter().position(|library| library.deployments.contains(&deployment));
+        let mut needed: BTreeSet<usize> = own.into_iter().collect();
+        let mut open: Vec<usize> = own.into_iter().collect();
+        while let Some(library) = open.pop().and_then(|index| self.all.get(index)) {
+            let new: Vec<usize> =
+                library.calls.union(&library.runs).copied().filter(|it| needed.insert(*it)).collect();
+            open.extend(new);
+        }
+        needed
+    }
+}
+
+/// What must be put right before anything is generated from a project: the errors in its models and its `mauve.toml`, and
+/// types that C++ does not know. A missed deadline is none of these, nor is a missing time: times are measured in what is
+/// generated.
+pub fn problems<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<Problem<'db>> {
+    let workspace = project.workspace(db);
+    let lints = &config_of(db, workspace).lints;
+    let own = project_diagnostics(db, project).iter().cloned();
+    let configured = config_file(db, workspace).into_iter();
+    let configured =
+        configured.flat_map(|file| diagnostics_of_file(db, workspace, file)).map(|it| it.diagnostic);
+    let mut found: Vec<Problem<'db>> = Vec::new();
+    for diagnostic in own.chain(configured) {
+        let here = lints.get(diagnostic.code.name).copied().flatten();
+        let is_error = diagnostic.code.severity == Severity::Error || here == Some(Severity::Error);
+        let problem = Problem { message: diagnostic.message, at: diagnostic.at };
+        if is_error && diagnostic.code.name != "deadline-missed" && !found.contains(&problem) {
+            found.push(problem);
+        }
+    }
+    if found.is_empty() {
+        found = libraries(db, project).1.clone();
+    }
+    found
+}
+
+/// The libraries of a project, and why they cannot be generated.
+#[salsa::tracked(returns(ref))]
+pub(crate) fn libraries<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+) -> (Libraries<'db>, Vec<Problem<'db>>) {
+    let mut reader = Reader { db, project, problems: Vec::new() };
+    let libraries = reader.libraries();
+    (libraries, reader.problems)
+}
+
+struct Reader<'db> {
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    problems: Vec<Problem<'db>>,
+}
+
+impl<'db> Reader<'db> {
+    fn libraries(&mut self) -> Libraries<'db> {
+        let (db, project) = (self.db, self.project);
+        let mut order: Vec<Option<Name>> = Vec::new();
+        let mut declared: FxHashMap<Option<Name>, Vec<Decl<'db>>> = FxHashMap::default();
+        for &decl in &names_of(db, project).all {
+            if matches!(decl.kind(db), Kind::Codel | Kind::Component | Kind::Deployment) {
+                let library = decl.library(db);
+                let all = declared.entry(library.clone()).or_default();
+                if all.is_empty() {
+                    order.push(library.clone());
+                }
+                all.push(decl);
+            }
+        }
+        // What stands outside libraries takes the name that they leave.
+        order.sort_by_key(Option::is_none);
+        let mut names = CppNames::of_namespace();
+        catalogue().keys().for_each(|package| drop(names.declare(package)));
+        let mut all: Vec<Library<'db>> = Vec::new();
+        for library in &order {
+            let name = library.as_ref().map_or_else(|| root_name(db, project), ToString::to_string);
+            let package = names.declare(&name);
+            let mut inner = CppNames::of_namespace();
+            inner.declare(&package);
+            let mut of_kind = |kind: Kind| -> Vec<(Decl<'db>, String)> {
+                let all = declared.get(library).into_iter().flatten().filter(|decl| decl.kind(db) == kind);
+                all.map(|&decl| (decl, inner.declare(decl.name(db)))).collect()
+            };
+            let (codels, components) = (of_kind(Kind::Codel), of_kind(Kind::Component));
+            let deployments = of_kind(Kind::Deployment).into_iter().map(|(decl, _)| decl).collect();
+            let (calls, runs) = (BTreeSet::new(), BTreeSet::new());
+            all.push(Library { package, codels, components, deployments, calls, runs });
+        }
+        let place = |all: &[Library<'db>]| -> FxHashMap<Decl<'db>, (usize, String)> {
+            let all = all.iter().enumerate();
+            let named =
+                all.flat_map(|(index, it)| it.codels.iter().chain(&it.components).map(move |it| (index, it)));
+            named.map(|(index, (decl, name))| (*decl, (index, name.clone()))).collect()
+        };
+        let places = place(&all);
+        for (index, library) in all.iter_mut().enumerate() {
+            let number = |decl: Decl<'db>| Some(places.get(&decl)?.0).filter(|other| *other != index);
+            for &(component, _) in &library.components {
+                library.calls.extend(self.codels_of(component).into_iter().filter_map(number));
+            }
+            for &deployment in &library.deployments {
+                library.runs.extend(self.components_of(deployment).into_iter().filter_map(number));
+            }
+        }
+        all.iter().for_each(|library| self.check_types(library));
+        let all = self.ordered(all);
+        Libraries { places: place(&all), all }
+    }
+
+    /// The codels that a component may call.
+    fn codels_of(&self, component: Decl<'db>) -> Vec<Decl<'db>> {
+        let core = core_of(self.db, self.project, component);
+        let callees =
+            core.into_iter().flat_map(|core| typing_of(self.db, self.project, core).callees.values());
+        callees
+            .filter_map(|callee| if let Callee::Codel(codel) = callee { Some(*codel) } else { None })
+            .collect()
+    }
+
+    fn components_of(&self, of: Decl<'db>) -> Vec<Decl<'db>> {
+        let (db, project) = (self.db, self.project);
+        let target = deployment(db, of).and_then(|data| data.targets.first());
+        let target = names_of(db, project).resolve_type(db, of, Kind::Architecture, target).ok();
+        let instances = target.into_iter().flat_map(|target| &flat_of(db, project, target).instances);
+        instances.filter_map(|instance| instance.component).collect()
+    }
+
+    /// Reports the types that C++ does not know.
+    fn check_types(&mut self, library: &Library<'db>) {
+        let (db, project) = (self.db, self.project);
+        for &(of, _) in &library.codels {
+            if let Some(data) = codel(db, of) {
+                let parameters = data.parameters.iter().filter_map(|it| it.ty.as_ref());
+                parameters.chain(&data.result).for_each(|ty| self.check_type(of, ty));
+            }
+        }
+        for &(component, _) in &library.components {
+            let shell = shell_of(db, project, component);
+            let features = shell
+                .into_iter()
+                .flat_map(|shell| features_of(db, project, shell).by_name.values().flatten());
+            for feature in features {
+                if let Some(data) = feature.data(db) {
+                    let parameters = data.parameters.iter().filter_map(|it| it.ty.as_ref());
+                    parameters.chain(&data.ty).for_each(|ty| self.check_type(feature.shell, ty));
+                }
+            }
+            if let Some((of, data)) = core_of(db, project, component).and_then(|of| Some((of, core(db, of)?)))
+            {
+                let variables = data.all_variables().into_iter().filter_map(|it| it.ty.as_ref());
+                variables.for_each(|ty| self.check_type(of, ty));
+                for operation in &data.operations {
+                    let parameters = operation.parameters.iter().filter_map(|it| it.ty.as_ref());
+                    parameters.chain(&operation.result).for_each(|ty| self.check_type(of, ty));
+                }
+            }
+            if component_is_broken(db, component) {
+                self.report("this component is not complete".to_owned(), Place::name_of(component));
+            }
+        }
+    }
+
+    fn check_type(&mut self, of: Decl<'db>, ty: &TypeRef) {
+        let found = type_of(self.db, self.project, of, Some(ty));
+        if cpp_type(self.db, self.project.workspace(self.db), &found).is_some() {
+            return;
+        }
+        let say = match found {
+            Type::External(name) => {
+                format!("`[types.{name}]` in mauve.toml does not say what `{name}` is in C++: add `cpp`")
+            }
+            _ => format!(
+                "nobody knows type `{ty}` in C++: add `[types.{ty}]` with `cpp` and `header` to mauve.toml, or `use` its \
+                 message package"
+            ),
+        };
+        self.report(say, Place::Part(of, ty.part));
+    }
+
+    fn report(&mut self, message: String, at: Place<'db>) {
+        let problem = Problem { message, at };
+        if !self.problems.contains(&problem) {
+            self.problems.push(problem);
+        }
+    }
+
+    /// Those that others call first; and no two that call each other, which no build system can build.
+    fn ordered(&mut self, all: Vec<Library<'db>>) -> Vec<Library<'db>> {
+        let mut numbers: Vec<usize> = Vec::new();
+        while numbers.len() < all.len() {
+            let is_left = |index: &usize| !numbers.contains(index);
+            let is_ready = |index: &usize| all.get(*index).is_some_and(|it| !it.calls.iter().any(is_left));
+            let next = (0..all.len()).filter(is_left).find(is_ready);
+            match next.or_else(|| (0..all.len()).find(is_left)) {
+                Some(next) => {
+                    if !is_ready(&next) {
+                        self.report_cycle(&all, next, &numbers);
+                    }
+                    numbers.push(next);
+                }
+                None => break,
+            }
+        }
+        let new = |old: &usize| numbers.iter().position(|it| it == old);
+        let renumbered = |library: &Library<'db>| {
+            let [calls, runs] =
+                [&library.calls, &library.runs].map(|all| all.iter().filter_map(new).collect());
+            Library { calls, runs, ..library.clone() }
+        };
+        numbers.iter().filter_map(|&index| all.get(index)).map(renumbered).collect()
+    }
+
+    fn report_cycle(&mut self, all: &[Library<'db>], index: usize, done: &[usize]) {
+        let Some(library) = all.get(index) else { return };
+        let name = |index: &usize| all.get(*index).map(|it| format!("`{}`", it.package));
+        let others: Vec<String> =
+            library.calls.iter().filter(|it| !done.contains(it)).filter_map(name).collect();
+        let at = library.components.first().map(|(component, _)| Place::name_of(*component));
+        if let Some(at) = at {
+            let message = format!(
+                "components of library `{}` call codels of {}, whose components call codels of it, over others or \
+                 directly: none of these packages could be built before the other; move the codels that both call to a \
+                 library of their own",
+                library.package,
+                others.join(" and "),
+            );
+            self.report(message, at);
+        }
+    }
+}
+
+fn component_is_broken(db: &dyn ModelDb, of: Decl<'_>) -> bool {
+    component(db, of).is_none_or(|data| !data.whole || data.shell.is_none() || data.core.is_none())
+}
+
+/// What stands outside libraries is named after the root of the project.
+fn root_name(db: &dyn ModelDb, project: Project<'_>) -> String {
+    let stem = project.root(db).path(db).file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
+    let name: String = stem.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
+    let name = name.trim_matches('_').to_ascii_lowercase();
+    if name.starts_with(|c: char| c.is_ascii_alphabetic()) { name } else { format!("robot_{name}") }
+}
