@@ -267,7 +267,7 @@ fn default_deadline(activity: &ActivityReport<'_>, node: &ast::Activity) -> Opti
     let deadline: Time = activity.row.deadline?;
     let offset = fields.last()?.syntax().text_range().end();
     // Without the unit, as it would be written.
-    let label = format!(" deadline = {}", deadline.to_string().trim_end_matches(" ms"));
+    let label = format!(" deadline = {}", deadline.number());
     Some(InlayHint { offset, label, explained_at: None })
 }
 

@@ -8,7 +8,8 @@ mod check;
 
 use mauve_model::item_tree::{Core, Data, Kind, NameRef, Part, Statement};
 use mauve_model::{
-    Decl, File, ModelDb, Place, Project, Workspace, data, features_of, flat_of, is_model, names_of,
+    BUILT_IN_FUNCTIONS, Decl, File, ModelDb, Place, Project, Workspace, data, features_of, flat_of, is_model,
+    names_of,
 };
 use mauve_syntax::format::Replacement;
 use mauve_syntax::{TextRange, TextSize};
@@ -141,9 +142,6 @@ fn the_one<'a, 'db>(
 const VALUES: [&str; 8] =
     ["true", "false", "no_data", "old_data", "new_data", "failure", "success", "not_ready"];
 
-/// What every program can call.
-const FUNCTIONS: [&str; 5] = ["read", "write", "status", "send", "collect"];
-
 fn check_name(kind: SymbolKind, name: &str) -> Result<(), String> {
     let mut letters = name.chars();
     let begins = letters.next().is_some_and(|first| first.is_ascii_alphabetic() || first == '_');
@@ -167,7 +165,7 @@ fn check_name(kind: SymbolKind, name: &str) -> Result<(), String> {
     if in_programs && VALUES.contains(&name) {
         return Err(format!("`{name}` is a value of the language"));
     }
-    if matches!(kind, SymbolKind::Codel | SymbolKind::Operation) && FUNCTIONS.contains(&name) {
+    if matches!(kind, SymbolKind::Codel | SymbolKind::Operation) && BUILT_IN_FUNCTIONS.contains(&name) {
         return Err(format!("`{name}` is a function of the language"));
     }
     Ok(())

@@ -21,12 +21,12 @@
 use std::cmp::Reverse;
 use std::collections::BTreeSet;
 
-use mauve_model::diagnostics::{Diagnostic, Finding, diagnostics_of_file};
-use mauve_model::item_tree::{Expr, Kind, Literal, Name};
+use mauve_model::diagnostics::{Diagnostic, Finding};
+use mauve_model::item_tree::{Expr, Literal, Name};
 use mauve_model::{
     ActivityReport, Deadlines, Decl, ModelDb, Place, Priority, Project, Query, Report, Row, SupposedField,
-    System, Verdict, before_its_time, cpu_names, declarations, deployment, diagnostics_if, response_times,
-    response_times_if, source_map, system_of,
+    System, Verdict, before_its_time, cpu_names, declaration_at, deployment, diagnostics_if, response_times,
+    response_times_if, system_of,
 };
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::format::Replacement;
@@ -143,35 +143,21 @@ fn in_projects(db: &dyn ModelDb, projects: &[Project<'_>]) -> String {
 
 /// The deployment that begins there.
 fn deployment_of<'db>(actions: &Actions<'_, 'db>, start: TextSize) -> Option<Decl<'db>> {
-    let (db, file) = (actions.db, actions.question.file);
-    let mut all = declarations(db, file).all.iter().zip(&source_map(db, file).declarations);
-    let is_it = |decl: Decl<'db>, of: TextRange| {
-        decl.kind(db) == Kind::Deployment && of.contains(start) && deployment(db, decl).is_some()
-    };
-    all.find(|(decl, map)| is_it(**decl, map.range)).map(|(decl, _)| *decl)
+    let found = declaration_at(actions.db, actions.question.file, TextRange::empty(start))?;
+    deployment(actions.db, found).map(|_| found)
 }
 
 /// What is wrong with the timing of an activity, as it is shown.
 fn wrong_in<'db>(actions: &Actions<'_, 'db>, activity: TextRange) -> Vec<Finding<'db>> {
     const CODES: [&str; 4] =
         ["deadline-missed", "priority-inversion", "equal-priorities", "deadline-exceeds-period"];
-    let (db, file) = (actions.db, actions.question.file);
     if !actions.wants(ActionKind::QuickFix) {
         return Vec::new();
     }
-    let mut wrong: Vec<Finding<'db>> = Vec::new();
-    for &workspace in actions.workspaces {
-        for finding in diagnostics_of_file(db, workspace, file) {
-            let diagnostic = &finding.diagnostic;
-            if CODES.contains(&diagnostic.code.name)
-                && activity.contains_range(diagnostic.at.range(db))
-                && !wrong.iter().any(|it| it.diagnostic == *diagnostic)
-            {
-                wrong.push(finding);
-            }
-        }
-    }
-    wrong
+    let is_it = |diagnostic: &Diagnostic<'db>| {
+        CODES.contains(&diagnostic.code.name) && activity.contains_range(diagnostic.at.range(actions.db))
+    };
+    actions.findings().iter().filter(|it| is_it(&it.diagnostic)).cloned().collect()
 }
 
 /// Something that is offered.
@@ -482,12 +468,12 @@ impl<'db> Search<'db> {
 
     /// A period, and the deadline with it where it is written and is the period now, or would be later.
     fn with_period(&self, row: &Row<'db>, period: Time) -> Vec<SupposedField> {
-        let mut fields = vec![field(row, "period", written(period))];
+        let mut fields = vec![field(row, "period", period.number())];
         let is_written = deployment(self.db, self.of)
             .and_then(|data| data.activities.iter().find(|it| it.instance.name == row.instance))
             .is_some_and(|it| it.fields.iter().any(|field| field.name.name == "deadline"));
         if is_written && (row.deadline == row.period || row.deadline > Some(period)) {
-            fields.push(field(row, "deadline", written(period)));
+            fields.push(field(row, "deadline", period.number()));
         }
         fields
     }
@@ -495,7 +481,7 @@ impl<'db> Search<'db> {
     /// The latest deadline that there is.
     fn deadline(&mut self, row: &Row<'db>) -> Option<Offer> {
         let period = row.period.filter(|period| row.deadline < Some(*period))?;
-        let fields = vec![field(row, "deadline", written(period))];
+        let fields = vec![field(row, "deadline", period.number())];
         Some(proposed(&format!("Deadline {period}, as the period"), fields))
     }
 }
@@ -571,11 +557,6 @@ fn priority_of(row: &Row<'_>, number: u32) -> SupposedField {
 
 fn field(row: &Row<'_>, field: &'static str, value: String) -> SupposedField {
     SupposedField { instance: row.instance.clone(), field, value: value.into() }
-}
-
-/// A time as a field has it.
-fn written(time: Time) -> String {
-    time.to_string().trim_end_matches(" ms").to_owned()
 }
 
 fn is_proved(report: &Report<'_>) -> bool {
@@ -676,6 +657,7 @@ mod tests {
     use crate::{ActionQuestion, Changes, code_actions};
     use expect_test::{Expect, expect};
     use mauve_model::diagnostics::workspace_diagnostics;
+    use mauve_model::item_tree::Kind;
     use mauve_model::{Database, Workspace, names_of, projects};
     use mauve_tests::Random;
     use salsa::Setter as _;

@@ -7,15 +7,12 @@ use std::sync::{Arc, Mutex, PoisonError};
 use tokio::sync::Notify;
 use tokio::time::timeout;
 use tower_lsp::Client;
-use tower_lsp::lsp_types::{Diagnostic, MessageType, Url};
+use tower_lsp::lsp_types::{MessageType, Url};
 
 use super::PATIENCE;
-use super::check::result_id;
+use super::check::{Found, result_id};
 use super::pulls::{Pulls, ResultId};
 use super::to_proto;
-
-/// For each file, the version that was checked, if it is open, and what was found.
-type Found = BTreeMap<Url, (Option<i32>, Vec<Diagnostic>)>;
 
 /// What was published, and what is to be.
 pub(crate) struct Publisher {

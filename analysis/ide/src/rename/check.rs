@@ -4,15 +4,15 @@
 use mauve_model::diagnostics::{Diagnostic, Severity, declaration_diagnostics};
 use mauve_model::item_tree::{Data, Endpoint, Kind, NameRef};
 use mauve_model::{
-    Database, Decl, File, ModelDb, Place, Project, Workspace, behaviour_of, config_file, config_of, data,
-    declaration_at, declarations, features_of, flat_of, includes, is_model, names_of, parse, project_files,
-    projects, shell_of, table, typing_of,
+    BUILT_IN_FUNCTIONS, Database, Decl, File, ModelDb, Place, Project, Workspace, behaviour_of, config_file,
+    config_of, data, declaration_at, declarations, features_of, flat_of, includes, is_model, names_of, parse,
+    project_files, projects, shell_of, table, typing_of,
 };
 use mauve_syntax::format::Replacement;
 use mauve_syntax::{SyntaxKind, SyntaxToken, TextRange, TextSize};
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::{FUNCTIONS, Renaming, shown, text_of};
+use super::{Renaming, shown, text_of};
 use crate::change::Change;
 use crate::document_symbols::SymbolKind;
 use crate::occurrences::{Found, Meaning, escaped_in, names_in};
@@ -128,7 +128,7 @@ impl<'db> Renaming<'_, 'db> {
                 .find(|it| !it.kind().is_trivia())
         };
         let is_call = || next(&token).is_some_and(|next| next.kind() == SyntaxKind::L_PAREN);
-        if FUNCTIONS.contains(&token.text()) && is_call() {
+        if BUILT_IN_FUNCTIONS.contains(&token.text()) && is_call() {
             return false;
         }
         // The types of values are none of ours.
