@@ -177,7 +177,9 @@ impl Build<'_, '_> {
         if self.has_codels() || self.has_components() {
             self.settings(&mut out);
         }
-        out += "\n# A package of catkin where there is catkin, otherwise one of CMake alone.\nfind_package(catkin QUIET)\n";
+        out += "\n# A package of catkin where there is catkin; otherwise, or with ORO_USE_CATKIN off, one of CMake alone.\n\
+                find_package(catkin QUIET)\nif(NOT DEFINED ORO_USE_CATKIN)\n  \
+                set(ORO_USE_CATKIN ${catkin_FOUND})\nendif()\n";
         self.dependencies(&mut out);
         self.catkin_package(&mut out);
         if self.uses_rtt() {
@@ -211,7 +213,7 @@ impl Build<'_, '_> {
         if self.has_components() {
             *out += "\noption(MAUVE_TRACING \"Record programs, states and codels with LTTng: when, and how long\" OFF)\n";
         }
-        *out += "\n# The headers of RTT are no C++20: `requires` is a word of it.\n\
+        *out += "\n# C++20 cannot read the headers of RTT: `requires`, a word of it, is a method there.\n\
                  if(NOT CMAKE_CXX_STANDARD)\n  set(CMAKE_CXX_STANDARD 14)\nendif()\n\
                  set(CMAKE_CXX_STANDARD_REQUIRED ON)\nset(CMAKE_CXX_EXTENSIONS OFF)\n";
     }
@@ -219,16 +221,19 @@ impl Build<'_, '_> {
     /// What the code includes and links, each as a variable of this file: a build of several packages in one has them too.
     fn dependencies(&self, out: &mut String) {
         if self.uses_rtt() {
-            *out += "find_package(OROCOS-RTT REQUIRED)\n";
+            *out += "\nif(NOT OROCOS_TARGET AND \"$ENV{OROCOS_TARGET}\" STREQUAL \"\")\n  \
+                     set(OROCOS_TARGET gnulinux CACHE STRING \"What RTT was built for\")\nendif()\n\
+                     find_package(OROCOS-RTT REQUIRED)\n";
         }
-        if !self.headers.packages.is_empty() {
+        if self.has_messages() {
             let all: Vec<&str> = self.headers.packages.iter().map(Name::as_str).collect();
             *out += &format!(
-                "\nset(message_libraries)\nset(message_targets)\nforeach(package {})\n  \
-                 find_package(${{package}} REQUIRED CONFIG)\n  \
-                 include_directories(SYSTEM ${{${{package}}_INCLUDE_DIRS}})\n  \
+                "\nset(message_include_dirs)\nset(message_libraries)\nset(message_targets)\n\
+                 foreach(package {})\n  find_package(${{package}} REQUIRED CONFIG)\n  \
+                 list(APPEND message_include_dirs ${{${{package}}_INCLUDE_DIRS}})\n  \
                  list(APPEND message_libraries ${{${{package}}_LIBRARIES}})\n  \
-                 list(APPEND message_targets ${{${{package}}_EXPORTED_TARGETS}})\nendforeach()\n",
+                 list(APPEND message_targets ${{${{package}}_EXPORTED_TARGETS}})\nendforeach()\n\
+                 include_directories(SYSTEM ${{message_include_dirs}})\n",
                 all.join(" ")
             );
         }
@@ -247,7 +252,7 @@ impl Build<'_, '_> {
 
     fn catkin_package(&self, out: &mut String) {
         let package = &self.library.package;
-        *out += "\nif(catkin_FOUND)\n";
+        *out += "\nif(ORO_USE_CATKIN)\n";
         if self.has_codels() {
             let all: Vec<&str> = self.headers.packages.iter().map(Name::as_str).collect();
             let messages =
@@ -266,11 +271,8 @@ impl Build<'_, '_> {
                  include_directories(SYSTEM ${OROCOS-RTT_INCLUDE_DIRS})\n";
     }
 
-    /// What a target links beside codels.
-    fn libraries(&self) -> String {
-        let messages = if self.headers.packages.is_empty() { "" } else { " ${message_libraries}" };
-        let rtt = if self.uses_rtt() { " ${OROCOS-RTT_LIBRARIES}" } else { "" };
-        format!("{messages}{rtt}")
+    fn has_messages(&self) -> bool {
+        !self.headers.packages.is_empty()
     }
 
     /// The messages of a workspace must be there before what includes them.
@@ -289,9 +291,14 @@ impl Build<'_, '_> {
             ")\ntarget_include_directories({package}-codels PUBLIC\n  \
              $<BUILD_INTERFACE:${{CMAKE_CURRENT_SOURCE_DIR}}/include>\n  $<INSTALL_INTERFACE:include>\n)\n"
         );
-        let libraries = self.libraries();
-        if !libraries.is_empty() {
-            *out += &format!("target_link_libraries({package}-codels{libraries})\n");
+        if self.has_messages() {
+            *out += &format!(
+                "target_include_directories({package}-codels SYSTEM PUBLIC ${{message_include_dirs}})\n\
+                 target_link_libraries({package}-codels PUBLIC ${{message_libraries}})\n"
+            );
+        }
+        if self.uses_rtt() {
+            *out += &format!("target_link_libraries({package}-codels PRIVATE ${{OROCOS-RTT_LIBRARIES}})\n");
         }
         *out += &format!(
             "if(UNIX AND NOT APPLE)\n  # A codel that is not written is an error here, and not when the robot starts.\n  \
@@ -301,7 +308,7 @@ impl Build<'_, '_> {
         *out += &format!(
             "install(TARGETS {package}-codels EXPORT {package}-codels\n  \
              ARCHIVE DESTINATION lib LIBRARY DESTINATION lib RUNTIME DESTINATION bin\n)\n\
-             if(NOT catkin_FOUND)\n  install(EXPORT {package}-codels FILE {package}Config.cmake\n    \
+             if(NOT ORO_USE_CATKIN)\n  install(EXPORT {package}-codels FILE {package}Config.cmake\n    \
              DESTINATION share/${{PROJECT_NAME}}/cmake\n  )\nendif()\n"
         );
     }
@@ -317,11 +324,11 @@ impl Build<'_, '_> {
         }
         let own = if self.has_codels() { format!(" {package}-codels") } else { String::new() };
         let called = if self.calls.is_empty() { "" } else { " ${called_codels}" };
+        let messages = if self.has_messages() { " ${message_libraries}" } else { "" };
         // RTT's own macros link without a keyword, and CMake does not let the two be mixed.
         *out += &format!(
             ")\ntarget_include_directories({package}-components PRIVATE include .)\n\
-             target_link_libraries({package}-components{own}{called}{})\n",
-            self.libraries()
+             target_link_libraries({package}-components{own}{called}{messages})\n"
         );
         self.after_messages(out, &format!("{package}-components"));
         if self.has("tracing") {
@@ -342,7 +349,7 @@ impl Build<'_, '_> {
             let headers = ["types", "codels"].map(|it| format!("  include/{package}/{package}-{it}.hpp\n"));
             let headers = headers.concat();
             *out += &match self.uses_rtt() {
-                true => format!("orocos_install_headers(FILES\n{headers}  INSTALL include/{package}\n)\n"),
+                true => format!("orocos_install_headers(\n{headers}  INSTALL include/{package}\n)\n"),
                 false => format!("install(FILES\n{headers}  DESTINATION include/{package}\n)\n"),
             };
         }

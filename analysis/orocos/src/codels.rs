@@ -208,7 +208,7 @@ fn codels_header<'db>(
             out += "///\n";
         }
         let origin = origin(db, project.workspace(db), &Place::name_of(signature.codel));
-        out += &format!("/// `{}`, {origin}\n", signature.codel.qualified(db));
+        out += &line_comment("///", &format!("`{}`, {origin}", signature.codel.qualified(db)));
         out += &format!("{}\n\n", signature.lines(";"));
     }
     out + &format!("}}  // namespace {package}\n")
@@ -222,19 +222,18 @@ fn stub<'db>(
 ) -> String {
     let codel = signature.codel;
     let file = origin_file(db, project.workspace(db), &Place::name_of(codel));
+    let words = words_of(db, codel);
     let mut out = format!(
-        "// This file is yours: `mauve generate` wrote it once, and never overwrites it.\n//\n// Codel `{}` of {file}:\n",
-        codel.qualified(db)
+        "// This file is yours: `mauve generate` wrote it once, and never overwrites it.\n//\n// Codel `{}` of {file}{}\n",
+        codel.qualified(db),
+        if words.is_empty() { "." } else { ":" },
     );
-    match words_of(db, codel).as_slice() {
-        [] => out += "// the model does not say what it is for.\n",
-        words => words.iter().for_each(|line| out += &line_comment("//", line)),
-    }
+    words.iter().for_each(|line| out += &line_comment("//", line));
     out += &format!(
         "\n#include <{package}/{package}-codels.hpp>\n\nnamespace {package} {{\n\n{}\n",
         signature.lines(" {")
     );
-    out += "  // TODO: write this codel. Until then it does nothing.\n";
+    out += "  // TODO: write this codel. Until then, what it gives is zero or empty.\n";
     for parameter in &signature.parameters {
         match parameter.direction {
             Direction::Out => out += &format!("  {} = {{}};\n", parameter.name),
@@ -247,6 +246,18 @@ fn stub<'db>(
     out + &format!("}}\n\n}}  // namespace {package}\n")
 }
 
-fn line_comment(mark: &str, line: &str) -> String {
-    if line.is_empty() { format!("{mark}\n") } else { format!("{mark} {line}\n") }
+/// A line of a comment, or several where it is too long for one.
+fn line_comment(mark: &str, text: &str) -> String {
+    let mut out = mark.to_owned();
+    let mut column = mark.len();
+    for word in text.split_whitespace() {
+        let width = 1 + word.chars().count();
+        if column > mark.len() && column + width > WIDTH {
+            out += &format!("\n{mark}");
+            column = mark.len();
+        }
+        out += &format!(" {word}");
+        column += width;
+    }
+    out + "\n"
 }
