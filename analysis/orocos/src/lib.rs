@@ -10,6 +10,7 @@
 //! | `cpp_name.rs` | names that C++, RTT and its scripts can have |
 //! | `cpp_type.rs` | C++ types and the headers that declare them |
 //! | `escape.rs` | texts of a model, as literals of the languages that are generated |
+//! | `trace.rs` | the tracing of what components execute, by LTTng-UST |
 //! | `plan.rs` | what is written, changed and removed, and what is the user's |
 //!
 //! Nothing is generated from a model with errors ([`problems`]): what is generated from the others compiles. Names and texts
@@ -23,6 +24,7 @@ mod escape;
 mod library;
 mod package;
 mod plan;
+mod trace;
 
 pub use library::{Problem, problems};
 pub use package::{GeneratedFile, Owner, Package, packages};

@@ -3,6 +3,7 @@
 use mauve_model::{Decl, ModelDb, Project};
 
 use crate::library::{Library, Problem, libraries, problems};
+use crate::trace::trace_files;
 
 /// A package that can be built.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -58,6 +59,7 @@ pub fn packages<'db>(
 }
 
 fn package<'db>(_db: &'db dyn ModelDb, _project: Project<'db>, library: &Library<'db>) -> Package {
-    let files = Vec::new();
+    let mut files = Vec::new();
+    files.extend(trace_files(library));
     Package { name: library.package.clone(), files }
 }

@@ -1,0 +1,257 @@
+//! The tracing of a package: spans around what its components execute, recorded by LTTng-UST.
+//!
+//! With the option `MAUVE_TRACING` every step of a component, every program and every codel is an event where it begins
+//! (`phase` 0) and one where it ends (`phase` 1), with the CPU time that its thread has used so far: the difference is an
+//! execution time that no preemption is in. Without the option the macros of the header leave nothing behind.
+//!
+//! **One provider per package**, `mauve_<package>`: several packages are loaded into one deployer, and LTTng-UST has no
+//! place for two providers of one name in a process. Up to 2.10 it aborts ("Duplicate registration"), and since 2.11 each
+//! package's events count as definitions of the same ones, and everything is recorded once for each of them (seen with
+//! 2.13). `lttng enable-event -u 'mauve*'` enables them all.
+//!
+//! **The header knows no LTTng**, whose headers define macros such as `tracepoint`, which a model may use as names. The
+//! functions of the provider also keep a span that nobody records cheap: a call and a branch, and no clock is read (1 ns,
+//! where a recorded event takes 500, 370 of them for the clock of a thread's CPU time).
+//!
+//! **What is counted.** The clock is the last thing that is read before a beginning is recorded, and the first when it
+//! ends: a span counts about 500 ns of its own tracing, and 1 µs for each span inside of it. So times are rather too long
+//! than too short.
+//!
+//! **Balance.** A span whose beginning nobody recorded does not record its end, and one that an exception leaves does: so
+//! begins and ends are brackets in each thread. Two things break them: a session that ends before a span does leaves a
+//! beginning without an end at the end of its trace, and one that starts within a span that another session already
+//! records sees an end without a beginning at its start. (Lost events do too; `babeltrace2` says where.)
+//!
+//! Works with LTTng-UST 2.7 and later: it had no enumerations, so a phase is a number, and no macros with `LTTNG_UST_`, and
+//! later versions still know those without.
+
+use crate::library::Library;
+use crate::package::{GeneratedFile, Owner};
+
+/// The header, the events and their provider. A library without components executes nothing, and has none.
+pub(crate) fn trace_files(library: &Library<'_>) -> Vec<GeneratedFile> {
+    if library.components.is_empty() {
+        return Vec::new();
+    }
+    let files = [
+        ("include/{lib}/{lib}-trace.hpp", HEADER),
+        ("tracing/{lib}-tp.h", EVENTS),
+        ("tracing/{lib}-tp.c", PROVIDER),
+    ];
+    let of_library = |text: &str| text.replace("{lib}", &library.package);
+    let file = |(path, text)| GeneratedFile {
+        path: of_library(path),
+        text: of_library(text),
+        owner: Owner::Generator,
+    };
+    files.map(file).into()
+}
+
+const HEADER: &str = r#"// Spans around what the components of {lib} execute, recorded by LTTng-UST where MAUVE_TRACING is
+// defined. Otherwise nothing is left of them.
+
+#pragma once
+
+#ifdef MAUVE_TRACING
+
+#include <string>
+
+extern "C" {
+// Each records a beginning (phase 0) or an end (phase 1); false where no session wants it.
+bool mauve_{lib}_component(const char* instance, int phase);
+bool mauve_{lib}_program(const char* instance, const char* component, const char* state,
+                         const char* transition, const char* program, int phase);
+bool mauve_{lib}_codel(const char* instance, const char* codel, int phase);
+}
+
+namespace {lib} {
+namespace trace {
+
+// A span begins where it is constructed, and ends where it is destroyed: at the end of its block, by
+// an exception too. It ends only in traces that it began in.
+
+class ComponentSpan {
+ public:
+  explicit ComponentSpan(const std::string& instance) : instance_(instance.c_str()) {
+    is_recorded_ = mauve_{lib}_component(instance_, 0);
+  }
+  ~ComponentSpan() {
+    if (is_recorded_) mauve_{lib}_component(instance_, 1);
+  }
+  ComponentSpan(const ComponentSpan&) = delete;
+  ComponentSpan& operator=(const ComponentSpan&) = delete;
+
+ private:
+  const char* instance_;
+  bool is_recorded_;
+};
+
+class ProgramSpan {
+ public:
+  ProgramSpan(const std::string& instance, const char* component, const char* state,
+              const char* transition, const char* program)
+      : instance_(instance.c_str()),
+        component_(component),
+        state_(state),
+        transition_(transition),
+        program_(program) {
+    is_recorded_ = record(0);
+  }
+  ~ProgramSpan() {
+    if (is_recorded_) record(1);
+  }
+  ProgramSpan(const ProgramSpan&) = delete;
+  ProgramSpan& operator=(const ProgramSpan&) = delete;
+
+ private:
+  bool record(int phase) const {
+    return mauve_{lib}_program(instance_, component_, state_, transition_, program_, phase);
+  }
+
+  const char* instance_;
+  const char* component_;
+  const char* state_;
+  const char* transition_;
+  const char* program_;
+  bool is_recorded_;
+};
+
+class CodelSpan {
+ public:
+  CodelSpan(const std::string& instance, const char* codel)
+      : instance_(instance.c_str()), codel_(codel) {
+    is_recorded_ = mauve_{lib}_codel(instance_, codel_, 0);
+  }
+  ~CodelSpan() {
+    if (is_recorded_) mauve_{lib}_codel(instance_, codel_, 1);
+  }
+  CodelSpan(const CodelSpan&) = delete;
+  CodelSpan& operator=(const CodelSpan&) = delete;
+
+ private:
+  const char* instance_;
+  const char* codel_;
+  bool is_recorded_;
+};
+
+// What the call gives; its span ends with it.
+template <typename Call>
+auto traced(const std::string& instance, const char* codel, Call call) -> decltype(call()) {
+  const CodelSpan span(instance, codel);
+  return call();
+}
+
+}  // namespace trace
+}  // namespace {lib}
+
+// The name of the package is no word of a macro, which a parameter of the same name would replace.
+namespace mauve_trace = ::{lib}::trace;
+
+#define MAUVE_TRACE_COMPONENT(instance) \
+  const ::mauve_trace::ComponentSpan mauve_component_span(instance)
+#define MAUVE_TRACE_PROGRAM(instance, component, state, transition, program) \
+  const ::mauve_trace::ProgramSpan mauve_program_span(instance, component, state, transition, program)
+#define MAUVE_TRACE_CODEL(instance, codel, ...) \
+  ::mauve_trace::traced(instance, codel, [&] { return __VA_ARGS__; })
+
+#else
+
+#define MAUVE_TRACE_COMPONENT(instance) static_cast<void>(0)
+#define MAUVE_TRACE_PROGRAM(instance, component, state, transition, program) static_cast<void>(0)
+#define MAUVE_TRACE_CODEL(instance, codel, ...) (__VA_ARGS__)
+
+#endif
+"#;
+
+const EVENTS: &str = r#"// The events of {lib} for LTTng-UST, each where something begins (phase 0) and where it ends (phase 1).
+// cpu_ns is the CPU time that the thread has used so far, without the time in which it was preempted.
+
+#undef TRACEPOINT_PROVIDER
+#define TRACEPOINT_PROVIDER mauve_{lib}
+
+#undef TRACEPOINT_INCLUDE
+#define TRACEPOINT_INCLUDE "./{lib}-tp.h"
+
+#if !defined(MAUVE_{lib}_TP_H) || defined(TRACEPOINT_HEADER_MULTI_READ)
+#define MAUVE_{lib}_TP_H
+
+#include <lttng/tracepoint.h>
+#include <stdint.h>
+
+// A step of a component.
+TRACEPOINT_EVENT(
+    mauve_{lib}, component,
+    TP_ARGS(const char*, instance, int, phase, uint64_t, cpu_ns),
+    TP_FIELDS(
+        ctf_string(instance, instance)
+        ctf_integer(uint8_t, phase, phase)
+        ctf_integer(uint64_t, cpu_ns, cpu_ns)))
+
+// A program of a component: of a state, of a transition, of an operation, or of the component itself.
+TRACEPOINT_EVENT(
+    mauve_{lib}, program,
+    TP_ARGS(const char*, instance, const char*, component, const char*, state,
+            const char*, transition, const char*, program, int, phase, uint64_t, cpu_ns),
+    TP_FIELDS(
+        ctf_string(instance, instance)
+        ctf_string(component, component)
+        ctf_string(state, state)
+        ctf_string(transition, transition)
+        ctf_string(program, program)
+        ctf_integer(uint8_t, phase, phase)
+        ctf_integer(uint64_t, cpu_ns, cpu_ns)))
+
+// A call of a codel.
+TRACEPOINT_EVENT(
+    mauve_{lib}, codel,
+    TP_ARGS(const char*, instance, const char*, codel, int, phase, uint64_t, cpu_ns),
+    TP_FIELDS(
+        ctf_string(instance, instance)
+        ctf_string(codel, codel)
+        ctf_integer(uint8_t, phase, phase)
+        ctf_integer(uint64_t, cpu_ns, cpu_ns)))
+
+#endif
+
+#include <lttng/tracepoint-event.h>
+"#;
+
+const PROVIDER: &str = r#"// The LTTng-UST provider of {lib}: all that include/{lib}/{lib}-trace.hpp needs of it.
+
+#define TRACEPOINT_CREATE_PROBES
+#define TRACEPOINT_DEFINE
+#include "{lib}-tp.h"
+
+#include <stdbool.h>
+#include <time.h>
+
+// The CPU time that this thread has used so far.
+static uint64_t cpu_ns(void) {
+  struct timespec used;
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
+  return (uint64_t)used.tv_sec * 1000000000u + (uint64_t)used.tv_nsec;
+}
+
+// The clock is read last where something begins, and first where it ends, and not at all where no
+// session records the event.
+
+bool mauve_{lib}_component(const char* instance, int phase) {
+  if (!tracepoint_enabled(mauve_{lib}, component)) return false;
+  do_tracepoint(mauve_{lib}, component, instance, phase, cpu_ns());
+  return true;
+}
+
+bool mauve_{lib}_program(const char* instance, const char* component, const char* state,
+                         const char* transition, const char* program, int phase) {
+  if (!tracepoint_enabled(mauve_{lib}, program)) return false;
+  do_tracepoint(mauve_{lib}, program, instance, component, state, transition, program, phase,
+                cpu_ns());
+  return true;
+}
+
+bool mauve_{lib}_codel(const char* instance, const char* codel, int phase) {
+  if (!tracepoint_enabled(mauve_{lib}, codel)) return false;
+  do_tracepoint(mauve_{lib}, codel, instance, codel, phase, cpu_ns());
+  return true;
+}
+"#;
