@@ -22,6 +22,9 @@
 //! beginning without an end at the end of its trace, and one that starts within a span that another session already
 //! records sees an end without a beginning at its start. (Lost events do too; `babeltrace2` says where.)
 //!
+//! **No text is empty**: babeltrace2 up to 2.0.4 shows the text of an earlier event in its place. A program that has no
+//! state or no transition has `-` there.
+//!
 //! Works with LTTng-UST 2.7 and later: it had no enumerations, so a phase is a number, and no macros with `LTTNG_UST_`, and
 //! later versions still know those without.
 
@@ -187,7 +190,8 @@ TRACEPOINT_EVENT(
         ctf_integer(uint8_t, phase, phase)
         ctf_integer(uint64_t, cpu_ns, cpu_ns)))
 
-// A program of a component: of a state, of a transition, of an operation, or of the component itself.
+// A program of a component: of a state, of a transition, of an operation, or of the component itself;
+// "-" where it has no state or no transition. The name of an operation is its transition.
 TRACEPOINT_EVENT(
     mauve_{lib}, program,
     TP_ARGS(const char*, instance, const char*, component, const char*, state,
@@ -232,6 +236,9 @@ static uint64_t cpu_ns(void) {
   return (uint64_t)used.tv_sec * 1000000000u + (uint64_t)used.tv_nsec;
 }
 
+// babeltrace2 up to 2.0.4 reads an empty text as one of an earlier event.
+static const char* or_dash(const char* name) { return *name ? name : "-"; }
+
 // The clock is read last where something begins, and first where it ends, and not at all where no
 // session records the event.
 
@@ -244,8 +251,8 @@ bool mauve_{lib}_component(const char* instance, int phase) {
 bool mauve_{lib}_program(const char* instance, const char* component, const char* state,
                          const char* transition, const char* program, int phase) {
   if (!tracepoint_enabled(mauve_{lib}, program)) return false;
-  do_tracepoint(mauve_{lib}, program, instance, component, state, transition, program, phase,
-                cpu_ns());
+  do_tracepoint(mauve_{lib}, program, instance, component, or_dash(state), or_dash(transition),
+                program, phase, cpu_ns());
   return true;
 }
 
