@@ -10,6 +10,7 @@
 //! | `cpp_name.rs` | names that C++, RTT and its scripts can have |
 //! | `cpp_type.rs` | C++ types and the headers that declare them |
 //! | `escape.rs` | texts of a model, as literals of the languages that are generated |
+//! | `trace.rs` | the tracing of what components execute, by LTTng-UST |
 //! | `origin.rs` | what generated comments say of the model |
 //! | `codels.rs` | the headers of types and codels, and the stubs that the user completes |
 //! | `build.rs` | `package.xml`, `CMakeLists.txt`, and what the components of a library have in common |
@@ -29,6 +30,7 @@ mod library;
 mod origin;
 mod package;
 mod plan;
+mod trace;
 
 pub use library::{Problem, problems};
 pub use package::{GeneratedFile, Owner, Package, packages};

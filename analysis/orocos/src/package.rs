@@ -5,6 +5,7 @@ use mauve_model::{Decl, ModelDb, Project};
 use crate::build::build_files;
 use crate::codels::codel_files;
 use crate::library::{Libraries, Library, Problem, libraries, problems};
+use crate::trace::trace_files;
 
 /// A package that can be built.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -67,6 +68,7 @@ fn package<'db>(
 ) -> Package {
     let mut files = Vec::new();
     files.extend(codel_files(db, project, library));
+    files.extend(trace_files(library));
     // The last one: what is installed is what the others make.
     let build = build_files(db, project, libraries, library, &files);
     files.extend(build);
