@@ -10,6 +10,7 @@
 //! | `cpp_name.rs` | names that C++, RTT and its scripts can have |
 //! | `cpp_type.rs` | C++ types and the headers that declare them |
 //! | `escape.rs` | texts of a model, as literals of the languages that are generated |
+//! | `deployment.rs` | what a deployment is, for its scripts: `ops.rs`, `lua.rs`, `launch.rs` |
 //! | `plan.rs` | what is written, changed and removed, and what is the user's |
 //!
 //! Nothing is generated from a model with errors ([`problems`]): what is generated from the others compiles. Names and texts
@@ -19,8 +20,12 @@
 
 mod cpp_name;
 mod cpp_type;
+mod deployment;
 mod escape;
+mod launch;
 mod library;
+mod lua;
+mod ops;
 mod package;
 mod plan;
 
