@@ -9,6 +9,7 @@ mod client;
 mod command;
 pub mod methods;
 pub mod model;
+pub mod ops;
 mod random_model;
 mod times;
 

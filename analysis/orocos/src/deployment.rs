@@ -325,7 +325,45 @@ fn position<'db>(db: &'db dyn ModelDb, project: Project<'db>, place: &Place<'db>
 
 #[cfg(test)]
 mod tests {
+    use expect_test::expect_file;
+    use mauve_model::{Database, Workspace, projects};
+
     use super::*;
+
+    /// The files of the sample's deployment: as they are, because they are what people read first.
+    #[test]
+    fn the_sample() {
+        let folder = mauve_tests::models().join("p3dx");
+        let mut texts = Vec::new();
+        let mut open = vec![folder.clone()];
+        while let Some(folder) = open.pop() {
+            for entry in std::fs::read_dir(folder).unwrap() {
+                let path = entry.unwrap().path();
+                if path.is_dir() {
+                    open.push(path);
+                } else {
+                    texts.push((path.clone(), std::fs::read_to_string(&path).unwrap()));
+                }
+            }
+        }
+        for file in generated(folder, texts) {
+            println!("==== {}\n{}", file.path, file.text);
+        }
+    }
+
+    fn generated(folder: std::path::PathBuf, texts: Vec<(std::path::PathBuf, String)>) -> Vec<GeneratedFile> {
+        let db = Database::default();
+        let workspace = Workspace::of_texts(&db, folder, texts);
+        let mut files = Vec::new();
+        for &project in projects(&db, workspace) {
+            let (libraries, problems) = crate::library::libraries(&db, project);
+            assert_eq!(problems, &[]);
+            for library in &libraries.all {
+                files.extend(deployment_files(&db, project, libraries, library));
+            }
+        }
+        files
+    }
 
     #[test]
     fn periods_are_exact() {
