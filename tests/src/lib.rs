@@ -11,6 +11,7 @@ mod command;
 mod lttng;
 pub mod methods;
 pub mod model;
+pub mod ops;
 pub mod orocos;
 mod random_model;
 mod times;

@@ -254,7 +254,7 @@ const TASK_CONTEXT_MEMBERS: [&str; 87] = [
 ];
 
 /// Operations that every task has, functions and keywords of RTT's scripts, and of Lua: in scripts nothing is called so.
-const SCRIPT_WORDS: [&str; 94] = [
+const SCRIPT_WORDS: [&str; 101] = [
     "activate",
     "cleanup",
     "configure",
@@ -349,7 +349,32 @@ const SCRIPT_WORDS: [&str; 94] = [
     "yield",
     "Deployer",
     "scripting",
+    "collect",
+    "collectIfDone",
+    "define",
+    "done",
+    "elseif",
+    "include",
+    "send",
 ];
+
+/// What the parser of RTT's scripts takes for a word of its own wherever a statement begins so, whatever follows.
+const STATEMENT_PREFIXES: [&str; 11] = [
+    "true",
+    "false",
+    "done",
+    "yield",
+    "nothing",
+    "program",
+    "function",
+    "export",
+    "RootMachine",
+    "StateMachine",
+    "SubMachine",
+];
+
+/// Services that every script finds where no task has their name.
+const GLOBAL_SERVICES: [&str; 1] = ["ros"];
 
 /// The names of one place in C++, such as a class or a function: no two are the same.
 #[derive(Debug, Clone, Default)]
@@ -396,9 +421,30 @@ fn as_identifier(name: &str) -> String {
     if name.starts_with('_') { format!("m{name}") } else { name }
 }
 
-/// What a task, a port, a property or an operation is called at run time: its own name, unless scripts use the word themselves.
+/// What a port, a property or an operation is called at run time: its own name, unless scripts use the word themselves, or
+/// know no name that begins with `_`. Two names never become one.
 pub(crate) fn script_name(name: &str) -> String {
-    if SCRIPT_WORDS.contains(&name) { format!("{name}_") } else { name.to_owned() }
+    with_prefix(name, |bare| bare.starts_with('_')) + with_suffix(name)
+}
+
+/// What a task is called at run time, where also statements begin with its name.
+pub(crate) fn task_name(name: &str) -> String {
+    let is_taken = |bare: &str| {
+        let begins_as_a_word = STATEMENT_PREFIXES.iter().any(|word| bare.starts_with(word));
+        bare.starts_with('_') || begins_as_a_word || GLOBAL_SERVICES.contains(&bare)
+    };
+    with_prefix(name, is_taken) + with_suffix(name)
+}
+
+/// `name` with one more `mal_` before it, where it cannot be used without.
+fn with_prefix(name: &str, is_taken: impl Fn(&str) -> bool) -> String {
+    let bare = name.trim_start_matches("mal_");
+    if is_taken(bare) { format!("mal_{name}") } else { name.to_owned() }
+}
+
+/// `_`, where `name` is a word of scripts with as many of them as it has behind it already.
+fn with_suffix(name: &str) -> &'static str {
+    if SCRIPT_WORDS.contains(&name.trim_end_matches('_')) { "_" } else { "" }
 }
 
 #[cfg(test)]
@@ -416,5 +462,25 @@ mod tests {
         );
         assert_eq!(script_name("scan"), "scan");
         assert_eq!(script_name("start"), "start_");
+        assert_eq!(script_name("true_heading"), "true_heading");
+        assert_eq!(script_name("_x"), "mal__x");
+        assert_eq!(task_name("laser"), "laser");
+        assert_eq!(task_name("true_heading"), "mal_true_heading");
+        assert_eq!(task_name("ros"), "mal_ros");
+    }
+
+    #[test]
+    fn no_two_names_are_one_in_scripts() {
+        let parts = ["start", "_", "mal_", "ros", "done", "x", "true", "end"];
+        let mut names: Vec<String> = vec![String::new()];
+        for _ in 0..4 {
+            let longer = names.iter().flat_map(|name| parts.map(|part| format!("{name}{part}")));
+            names = longer.chain(names.clone()).collect();
+        }
+        let names: FxHashSet<String> = names.into_iter().filter(|name| !name.is_empty()).collect();
+        for mangle in [script_name, task_name] {
+            let mangled: FxHashSet<String> = names.iter().map(|name| mangle(name)).collect();
+            assert_eq!(mangled.len(), names.len());
+        }
     }
 }

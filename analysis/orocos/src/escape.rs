@@ -1,6 +1,6 @@
 //! Texts of a model, as literals of the languages that are generated. A text may hold anything.
 
-/// A text as a literal of C++, of the scripts of RTT, and of nothing else.
+/// A text as a literal of C++, and of nothing else.
 ///
 /// Octal escapes end after three digits, wherever the text goes on; `?` may begin a trigraph.
 pub(crate) fn cpp_string(text: &str) -> String {
@@ -12,6 +12,24 @@ pub(crate) fn cpp_string(text: &str) -> String {
             b'\t' => out += "\\t",
             b' '..=b'~' if byte != b'?' => out.push(byte as char),
             _ => out += &format!("\\{byte:03o}"),
+        }
+    }
+    out + "\""
+}
+
+/// A text as a literal of the scripts of RTT. Their numeric escapes have no end but a character that is no digit, and none
+/// that gives a byte above 127: what has no escape of its own stands there as it is.
+pub(crate) fn ops_string(text: &str) -> String {
+    let mut out = String::from("\"");
+    for c in text.chars() {
+        match c {
+            '"' | '\\' => out.extend(['\\', c]),
+            '\n' => out += "\\n",
+            '\t' => out += "\\t",
+            '\r' => out += "\\r",
+            '\u{8}' => out += "\\b",
+            '\u{c}' => out += "\\f",
+            c => out.push(c),
         }
     }
     out + "\""
@@ -71,6 +89,7 @@ mod tests {
     fn nothing_breaks_out_of_a_literal() {
         let hostile = "a\"; evil(\"\\\n\r\0??/é1";
         assert_eq!(cpp_string(hostile), r#""a\"; evil(\"\\\n\015\000\077\077/\303\2511""#);
+        assert_eq!(ops_string(hostile), "\"a\\\"; evil(\\\"\\\\\\n\\r\0??/é1\"");
         assert_eq!(lua_string(hostile), r#""a\"; evil(\"\\\010\013\000??/\195\1691""#);
         assert_eq!(xml("<a b='\"'>&\u{1}\n"), "&lt;a b=&apos;&quot;&apos;&gt;&amp;\u{fffd}&#10;");
         assert_eq!(comment("a\n*/ --> b \\ \\"), "a * / - -> b");

@@ -14,6 +14,7 @@
 //! | `origin.rs` | what generated comments say of the model |
 //! | `codels.rs` | the headers of types and codels, and the stubs that the user completes |
 //! | `build.rs` | `package.xml`, `CMakeLists.txt`, and what the components of a library have in common |
+//! | `deployment.rs` | what a deployment is, for its scripts: `ops.rs`, `lua.rs`, `launch.rs` |
 //! | `plan.rs` | what is written, changed and removed, and what is the user's |
 //! | `manifest.rs` | what the generator wrote into a package the last time |
 //! | `prototype.rs` | whether a file of the user's defines what a codel is declared as |
@@ -27,9 +28,13 @@ mod build;
 mod codels;
 mod cpp_name;
 mod cpp_type;
+mod deployment;
 mod escape;
+mod launch;
 mod library;
+mod lua;
 mod manifest;
+mod ops;
 mod origin;
 mod package;
 mod plan;

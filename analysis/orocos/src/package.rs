@@ -4,6 +4,8 @@ use mauve_model::{Decl, ModelDb, Project};
 
 use crate::build::build_files;
 use crate::codels::codel_files;
+use crate::deployment::deployment_files;
+use crate::library::{Libraries, Library, Problem, libraries, problems};
 use crate::library::{Libraries, Library, Problem, libraries, problems};
 use crate::trace::trace_files;
 
@@ -72,5 +74,6 @@ fn package<'db>(
     // The last one: what is installed is what the others make.
     let build = build_files(db, project, libraries, library, &files);
     files.extend(build);
+    files.extend(deployment_files(db, project, libraries, library));
     Package { name: library.package.clone(), files }
 }

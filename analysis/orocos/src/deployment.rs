@@ -1,0 +1,388 @@
+//! What a deployment is once everything is known of it, for all scripts: `ops.rs`, `lua.rs`, `launch.rs` write it down.
+
+use std::collections::BTreeSet;
+
+use mauve_model::item_tree::{Expr, Literal, Name};
+use mauve_model::{
+    Decl, Features, FlatInstance, ModelDb, Place, Priority, Project, Row, Type, Value, ValueInEffect,
+    config_of, deployment, features_of, flat_of, names_of, shell_of, system_of, type_of, values_in_effect,
+};
+use mauve_timing::Time;
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use crate::cpp_name::{script_name, task_name};
+use crate::library::{Libraries, Library};
+use crate::package::{GeneratedFile, Owner};
+use crate::{launch, lua, ops};
+
+/// How often an instance runs in the background where its model does not say.
+///
+/// RTT runs what has no period once when it starts, and then only when something triggers it, which nothing does: a state
+/// machine would never leave its initial state. Ten times a second is what most activities of such robots do, and in the
+/// background it costs no other activity anything.
+const BACKGROUND_PERIOD: Time = Time::from_nanos(100_000_000);
+
+/// What is said of that where it is supposed.
+pub(crate) const BACKGROUND: [&str; 2] = [
+    "In the background, and the model gives no period. Without one RTT would run it only once: 0.1 s is",
+    "supposed. Give its activity a `period` in the model for another.",
+];
+
+/// The scripts and launch files of the deployments in a library.
+pub(crate) fn deployment_files<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    libraries: &Libraries<'db>,
+    library: &Library<'db>,
+) -> Vec<GeneratedFile> {
+    let mut files = Vec::new();
+    for &decl in &library.deployments {
+        let Some(deployed) = deployed(db, project, libraries, decl) else { continue };
+        let name = decl.name(db);
+        let texts = [
+            (format!("scripts/{name}.ops"), ops::script(&deployed)),
+            (format!("scripts/{name}.lua"), lua::script(&deployed)),
+            (format!("launch/{name}.launch"), launch::launch_file(&deployed, &library.package)),
+        ];
+        files.extend(texts.map(|(path, text)| GeneratedFile { path, text, owner: Owner::Generator }));
+    }
+    files
+}
+
+/// A deployment, by the names that everything has at run time.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Deployed {
+    /// The name of the deployment.
+    pub(crate) name: String,
+    /// What it is, and where it stands.
+    pub(crate) description: String,
+    /// The packages of its components, those that others call first.
+    pub(crate) packages: Vec<String>,
+    /// The instances, in the order of the text.
+    pub(crate) tasks: Vec<Task>,
+    /// Between ports, in the order of the text: from, to, how many values it holds; none where that is the last one.
+    pub(crate) connections: Vec<([String; 2], Option<u32>)>,
+    /// Required and provided operation.
+    pub(crate) operations: Vec<[String; 2]>,
+    /// The names of the tasks, those that provide operations before those that require them.
+    pub(crate) order: Vec<String>,
+    /// The topics, where ports are topics.
+    pub(crate) streams: Option<Streams>,
+}
+
+/// An instance.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Task {
+    /// What it is called.
+    pub(crate) name: String,
+    /// The class: `motion::Guidance`.
+    pub(crate) class: String,
+    /// The properties that have other values here than their class gives them.
+    pub(crate) values: Vec<(String, Value)>,
+    /// How it runs.
+    pub(crate) activity: Activity,
+}
+
+/// How an instance runs.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Activity {
+    /// In seconds, exact.
+    pub(crate) period: String,
+    /// Is that period none of the model's?
+    pub(crate) supposed: bool,
+    /// 1 to 99; none in the background.
+    pub(crate) priority: Option<u32>,
+    /// A bit for each CPU that it may use; none where it may use all.
+    pub(crate) affinity: Option<u32>,
+}
+
+impl Activity {
+    /// The words of RTT for how urgent it is: priority and scheduler.
+    pub(crate) fn scheduling(&self) -> (u32, &'static str) {
+        self.priority.map_or((0, "ORO_SCHED_OTHER"), |priority| (priority, "ORO_SCHED_RT"))
+    }
+}
+
+/// Ports that are topics of ROS.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub(crate) struct Streams {
+    /// What has to be imported for their types.
+    pub(crate) packages: BTreeSet<String>,
+    /// Port and topic.
+    pub(crate) topics: Vec<[String; 2]>,
+    /// Ports whose types no message has.
+    pub(crate) left_out: Vec<String>,
+}
+
+fn deployed<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    libraries: &Libraries<'db>,
+    of: Decl<'db>,
+) -> Option<Deployed> {
+    let target = deployment(db, of)?.targets.first()?;
+    let kind = mauve_model::item_tree::Kind::Architecture;
+    let target = names_of(db, project).resolve_type(db, of, kind, Some(target)).ok()?;
+    let flat = flat_of(db, project, target);
+    let tasks: Vec<Task> =
+        flat.instances.iter().filter_map(|it| task(db, project, libraries, of, it)).collect();
+    let end =
+        |(instance, feature): &(Name, Name)| format!("{}.{}", task_name(instance), script_name(feature));
+    let connections = flat.links.iter().filter(|link| !link.operation);
+    let operations = flat.links.iter().filter(|link| link.operation);
+    let used: FxHashSet<&str> =
+        tasks.iter().filter_map(|task| Some(task.class.split_once("::")?.0)).collect();
+    let packages = libraries.all.iter().map(|library| library.package.clone());
+    let with_streams = config_of(db, project.workspace(db)).ros_streams != Some(false);
+    let providers = |task: &Task| -> FxHashSet<String> {
+        let required = operations.clone().filter(|link| task_name(&link.target.0) == task.name);
+        required.map(|link| task_name(&link.source.0)).collect()
+    };
+    Some(Deployed {
+        name: of.name(db).to_string(),
+        description: format!(
+            "Deployment `{}` of architecture `{}` ({}).",
+            of.qualified(db),
+            target.qualified(db),
+            position(db, project, &Place::name_of(of)),
+        ),
+        packages: packages.filter(|package| used.contains(package.as_str())).collect(),
+        order: ordered(tasks.iter().map(|task| (task.name.clone(), providers(task))).collect()),
+        connections: connections.map(|link| ([end(&link.source), end(&link.target)], link.buffer)).collect(),
+        operations: operations.clone().map(|link| [end(&link.target), end(&link.source)]).collect(),
+        streams: with_streams.then(|| streams(db, project, &flat.instances)),
+        tasks,
+    })
+}
+
+fn task<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    libraries: &Libraries<'db>,
+    of: Decl<'db>,
+    instance: &FlatInstance<'db>,
+) -> Option<Task> {
+    let component = instance.component?;
+    let class = libraries.qualified(component)?.trim_start_matches("::").to_owned();
+    let features = features_of(db, project, shell_of(db, project, component)?);
+    let in_effect = values_in_effect(db, project, of).get(&instance.name)?;
+    let set = set_values(db, project, of, &instance.name, in_effect);
+    let mut values: Vec<&ValueInEffect<'db>> = in_effect.iter().filter(|it| set.contains(&it.name)).collect();
+    values.sort_by_key(|it| place_in(features, it.declared.shell, it.declared.index));
+    let values = values.into_iter();
+    let row = system_of(db, project, of).rows.iter().find(|row| row.instance == instance.name)?;
+    Some(Task {
+        name: task_name(&instance.name),
+        class,
+        values: values.filter_map(|it| Some((script_name(&it.name), it.value.clone()?))).collect(),
+        activity: activity(db, of, row),
+    })
+}
+
+/// The order of the text among the features of a shell, those of the shells that it extends first.
+fn place_in<'db>(features: &Features<'db>, shell: Decl<'db>, index: usize) -> (usize, usize) {
+    let number = features.shells.iter().rev().position(|it| *it == shell);
+    (number.unwrap_or(usize::MAX), index)
+}
+
+/// The properties and constants of an instance that are set, and those whose default rests on one of them: the class has
+/// worked these out before anything was set.
+fn set_values<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    instance: &Name,
+    values: &[ValueInEffect<'db>],
+) -> FxHashSet<Name> {
+    let mut set: FxHashSet<Name> = FxHashSet::default();
+    let data = deployment(db, of);
+    let own = data.into_iter().flat_map(|data| &data.settings).filter_map(|it| it.endpoint.as_ref());
+    set.extend(
+        own.filter(|it| it.instance.name == *instance)
+            .filter_map(|it| Some(it.feature.as_ref()?.name.clone())),
+    );
+    let kind = mauve_model::item_tree::Kind::Architecture;
+    let target = data.and_then(|data| data.targets.first());
+    if let Ok(target) = names_of(db, project).resolve_type(db, of, kind, target) {
+        let settings = flat_of(db, project, target).settings.iter();
+        set.extend(settings.filter(|(of, _)| of == instance).map(|(_, name)| name.clone()));
+    }
+    let names: FxHashMap<&Name, Vec<&Name>> = values
+        .iter()
+        .map(|it| {
+            (&it.name, it.declared.data(db).and_then(|data| data.value.as_ref()).map_or(Vec::new(), names_in))
+        })
+        .collect();
+    loop {
+        let rests = |it: &&ValueInEffect<'db>| {
+            !set.contains(&it.name)
+                && names.get(&it.name).is_some_and(|names| names.iter().any(|it| set.contains(*it)))
+        };
+        let new: Vec<Name> = values.iter().filter(rests).map(|it| it.name.clone()).collect();
+        if new.is_empty() {
+            return set;
+        }
+        set.extend(new);
+    }
+}
+
+fn names_in(expr: &Expr) -> Vec<&Name> {
+    let (mut names, mut open) = (Vec::new(), vec![expr]);
+    while let Some(expr) = open.pop() {
+        match expr {
+            Expr::Name(name) => names.push(&name.name),
+            Expr::Lost(inner) | Expr::Unary(_, inner, _) => open.push(inner),
+            Expr::Binary(_, left, right, _) => open.extend([left.as_ref(), right.as_ref()]),
+            Expr::Missing | Expr::Literal(..) | Expr::Call { .. } => {}
+        }
+    }
+    names
+}
+
+fn activity<'db>(db: &'db dyn ModelDb, of: Decl<'db>, row: &Row<'db>) -> Activity {
+    let activities = deployment(db, of).into_iter().flat_map(|data| &data.activities);
+    let mut fields = activities.filter(|it| it.instance.name == row.instance).flat_map(|it| &it.fields);
+    let affinity = fields.find(|field| field.name.name == "affinity").and_then(|field| match &field.value {
+        Expr::Literal(literal @ Literal::Int(_), _) => Value::of_literal(literal).ok()?,
+        _ => None,
+    });
+    let affinity = match affinity {
+        Some(Value::Int(mask)) => u32::try_from(mask).ok().filter(|mask| *mask != 0),
+        _ => None,
+    };
+    let priority = match row.priority {
+        Priority::RealTime(priority) => Some(priority),
+        Priority::Background | Priority::Unknown => None,
+    };
+    let period = seconds(row.period.unwrap_or(BACKGROUND_PERIOD));
+    Activity { period, supposed: row.period.is_none(), priority, affinity }
+}
+
+/// `0.1` for 100 ms: exact, always with a point, as what is a floating-point number in every script.
+fn seconds(time: Time) -> String {
+    let nanos = time.as_nanos();
+    let text = format!("{}.{:09}", nanos / 1_000_000_000, nanos % 1_000_000_000);
+    let short = text.trim_end_matches('0');
+    if short.ends_with('.') { format!("{short}0") } else { short.to_owned() }
+}
+
+/// Names and who must come before each: in the order given, unless that is needed. Where they wait for each other, the first
+/// of them goes first.
+fn ordered(all: Vec<(String, FxHashSet<String>)>) -> Vec<String> {
+    let mut left = all;
+    let mut order: Vec<String> = Vec::new();
+    while !left.is_empty() {
+        let waits = |before: &FxHashSet<String>, own: &str| {
+            left.iter().any(|(name, _)| name != own && before.contains(name))
+        };
+        let next = left.iter().position(|(name, before)| !waits(before, name)).unwrap_or(0);
+        order.push(left.remove(next).0);
+    }
+    order
+}
+
+fn streams<'db>(db: &'db dyn ModelDb, project: Project<'db>, instances: &[FlatInstance<'db>]) -> Streams {
+    let mut streams = Streams::default();
+    for instance in instances {
+        let shell = instance.component.and_then(|component| shell_of(db, project, component));
+        let Some(features) = shell.map(|shell| features_of(db, project, shell)) else { continue };
+        let ports = features.by_name.iter().filter_map(|(name, found)| Some((name, found.first()?)));
+        let mut ports: Vec<_> = ports.filter(|(_, port)| port.kind.is_port()).collect();
+        ports.sort_by_key(|(_, port)| place_in(features, port.shell, port.index));
+        for (name, port) in ports {
+            let ty = port.data(db).map(|data| type_of(db, project, port.shell, data.ty.as_ref()));
+            let end = format!("{}.{}", task_name(&instance.name), script_name(name));
+            let package = match ty {
+                Some(Type::Message(package, _)) => package.to_string(),
+                // The wrappers of its messages carry plain numbers, texts and truth values.
+                Some(Type::Bool | Type::Integer(_) | Type::Float | Type::Double | Type::String) => {
+                    "std_msgs".to_owned()
+                }
+                _ => {
+                    streams.left_out.push(end);
+                    continue;
+                }
+            };
+            streams.packages.insert(format!("rtt_{package}"));
+            streams.topics.push([end, format!("/{}/{name}", instance.name)]);
+        }
+    }
+    streams
+}
+
+/// Where something stands in the model, for a reader: `robot/deployment.mal:4`.
+fn position<'db>(db: &'db dyn ModelDb, project: Project<'db>, place: &Place<'db>) -> String {
+    let file = place.file(db);
+    let path = file.path(db);
+    let path = path
+        .strip_prefix(project.workspace(db).folder(db))
+        .ok()
+        .or(path.file_name().map(std::path::Path::new));
+    let before = file.text(db).get(..usize::from(place.range(db).start())).unwrap_or_default();
+    let line = before.matches('\n').count() + 1;
+    format!("{}:{line}", path.map(|path| path.display().to_string()).unwrap_or_default())
+}
+
+#[cfg(test)]
+mod tests {
+    use expect_test::expect_file;
+    use mauve_model::{Database, Workspace, projects};
+
+    use super::*;
+
+    /// The files of the sample's deployment: as they are, because they are what people read first.
+    #[test]
+    fn the_sample() {
+        let folder = mauve_tests::models().join("p3dx");
+        let mut texts = Vec::new();
+        let mut open = vec![folder.clone()];
+        while let Some(folder) = open.pop() {
+            for entry in std::fs::read_dir(folder).unwrap() {
+                let path = entry.unwrap().path();
+                if path.is_dir() {
+                    open.push(path);
+                } else {
+                    texts.push((path.clone(), std::fs::read_to_string(&path).unwrap()));
+                }
+            }
+        }
+        for file in generated(folder, texts) {
+            println!("==== {}\n{}", file.path, file.text);
+        }
+    }
+
+    fn generated(folder: std::path::PathBuf, texts: Vec<(std::path::PathBuf, String)>) -> Vec<GeneratedFile> {
+        let db = Database::default();
+        let workspace = Workspace::of_texts(&db, folder, texts);
+        let mut files = Vec::new();
+        for &project in projects(&db, workspace) {
+            let (libraries, problems) = crate::library::libraries(&db, project);
+            assert_eq!(problems, &[]);
+            for library in &libraries.all {
+                files.extend(deployment_files(&db, project, libraries, library));
+            }
+        }
+        files
+    }
+
+    #[test]
+    fn periods_are_exact() {
+        let of = |nanos| seconds(Time::from_nanos(nanos));
+        assert_eq!([of(100_000_000), of(1), of(1_000_000_000)], ["0.1", "0.000000001", "1.0"]);
+        assert_eq!(of(33_333_333), "0.033333333");
+        assert_eq!(of(u64::MAX), "18446744073.709551615");
+    }
+
+    #[test]
+    fn who_provides_comes_before_who_requires() {
+        let order = |all: &[(&str, &[&str])]| {
+            let of = |(name, before): &(&str, &[&str])| {
+                ((*name).to_owned(), before.iter().map(|it| (*it).to_owned()).collect())
+            };
+            ordered(all.iter().map(of).collect()).join(" ")
+        };
+        assert_eq!(order(&[("a", &[]), ("b", &[]), ("c", &[])]), "a b c");
+        assert_eq!(order(&[("a", &["c"]), ("b", &[]), ("c", &["d"]), ("d", &[])]), "b d c a");
+        assert_eq!(order(&[("a", &["b"]), ("b", &["a"]), ("c", &["c"])]), "c a b");
+    }
+}

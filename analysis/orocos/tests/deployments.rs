@@ -1,0 +1,341 @@
+//! Deployments of random models: their scripts are read by a strict reader, and say what the models say.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::PathBuf;
+
+use mauve_model::item_tree::BinaryOperator;
+use mauve_model::{Database, Value, Workspace, projects};
+use mauve_orocos::{Package, packages};
+use mauve_tests::model::{Architecture, Declaration, Deployment, Expr, Form, Model, Shell};
+use mauve_tests::ops::{Call, Literal, run};
+use mauve_tests::{Random, plain, random_model};
+
+/// The packages of a model that has nothing wrong.
+fn generated(model: &Model) -> Vec<Package> {
+    let texts = model.written().files.into_iter().map(|(path, text)| (PathBuf::from(path), text));
+    let db = Database::default();
+    let workspace = Workspace::of_texts(&db, "/".into(), texts);
+    let [project] = projects(&db, workspace).as_slice() else { panic!("several projects") };
+    packages(&db, *project, None).unwrap_or_else(|problems| panic!("{problems:#?}"))
+}
+
+fn script(model: &Model) -> String {
+    let packages = generated(model);
+    let mut files = packages.iter().flat_map(|package| &package.files);
+    let file = files.find(|file| file.path == "scripts/Deployed.ops").expect("a script");
+    file.text.clone()
+}
+
+/// What a model says of its deployment.
+struct System<'a> {
+    /// By their names as they are written, with the libraries that they stand in.
+    shells: BTreeMap<String, &'a Shell>,
+    components: BTreeMap<String, (Option<&'a str>, &'a str)>,
+    architectures: BTreeMap<&'a str, &'a Architecture>,
+    deployment: &'a Deployment,
+}
+
+impl<'a> System<'a> {
+    fn of(model: &'a Model) -> System<'a> {
+        let all = model.files.iter().flat_map(|file| &file.libraries);
+        let all: Vec<_> =
+            all.flat_map(|(library, all)| all.iter().map(move |it| (library.as_deref(), it))).collect();
+        let found = all.iter().find_map(|(_, it)| match it {
+            Declaration::Deployment(deployment) => Some(deployment),
+            _ => None,
+        });
+        let mut system = System {
+            shells: BTreeMap::new(),
+            components: BTreeMap::new(),
+            architectures: BTreeMap::new(),
+            deployment: found.expect("a deployment"),
+        };
+        for (library, declaration) in all {
+            let whole = |name: &str| library.map_or(name.to_owned(), |library| format!("{library}.{name}"));
+            match declaration {
+                Declaration::Shell(shell) => drop(system.shells.insert(whole(&shell.name), shell)),
+                Declaration::Component(name, shell, _) => {
+                    system.components.insert(whole(name), (library, shell));
+                }
+                Declaration::Architecture(it) => drop(system.architectures.insert(&it.name, it)),
+                _ => {}
+            }
+        }
+        system
+    }
+
+    /// The architecture that is deployed, and what it imports.
+    fn architectures(&self) -> Vec<&'a Architecture> {
+        let mut found = vec![self.architectures[plain(&self.deployment.targets[0])]];
+        let mut next = 0;
+        while let Some(&architecture) = found.get(next) {
+            found.extend(architecture.imports.iter().map(|it| self.architectures[plain(it)]));
+            next += 1;
+        }
+        found
+    }
+
+    /// Library and name of a component, by the name that an architecture has for it; and its shell.
+    fn component(&self, name: &str) -> (String, String) {
+        let (whole, (library, shell)) = resolved(&self.components, None, name);
+        (whole.clone(), resolved(&self.shells, *library, shell).0.clone())
+    }
+
+    /// A shell with what it extends.
+    fn shells_of(&self, shell: &str) -> Vec<&'a Shell> {
+        let mut found = vec![self.shells[shell]];
+        for base in &self.shells[shell].bases {
+            let library = shell.split_once('.').map(|(library, _)| library);
+            found.extend(self.shells_of(resolved(&self.shells, library, base).0));
+        }
+        found
+    }
+
+    /// What must be executed, by function, in any order.
+    fn calls(&self) -> BTreeSet<String> {
+        let mut calls = BTreeSet::new();
+        let mut add = |function: &str, arguments: &[Literal]| {
+            calls.insert(format!("{function} {arguments:?}"));
+        };
+        let text = |text: &str| Literal::Text(text.to_owned());
+        let architectures = self.architectures();
+        let instances = architectures.iter().flat_map(|it| &it.instances);
+        for (name, component) in instances {
+            let (component, shell) = self.component(component);
+            add("load", &[text(&called(name)), text(&component.replace('.', "::"))]);
+            let shells = self.shells_of(&shell);
+            for port in shells.iter().flat_map(|it| &it.ports) {
+                if !["Device", "Grid"].contains(&plain(&port.ty)) {
+                    let topic = format!("/{name}/{}", port.name);
+                    add("stream", &[text(&end(&(name.clone(), port.name.clone()))), text(&topic)]);
+                }
+            }
+            for (feature, value) in self.values(name, &shells) {
+                add("set", &[text(&called(name)), text(&called(&feature)), value]);
+            }
+            add("configure", &[text(&called(name))]);
+            add("start", &[text(&called(name))]);
+        }
+        for link in architectures.iter().flat_map(|it| &it.connections) {
+            let size = link.buffer.as_ref().map_or(0, |size| size.parse().unwrap());
+            let ty = if size == 0 { "DATA" } else { "CIRCULAR_BUFFER" };
+            add(
+                "connect",
+                &[text(&end(&link.source)), text(&end(&link.target)), text(ty), Literal::Int(size)],
+            );
+        }
+        for link in architectures.iter().flat_map(|it| &it.operations) {
+            add("connectOperations", &[text(&end(&link.target)), text(&end(&link.source))]);
+        }
+        for activity in &self.deployment.activities {
+            let field = |name: &str| Some(activity.fields.iter().find(|(it, _)| it == name)?.1.as_str());
+            let seconds = field("period").map_or(0.1, |period| period.parse::<f64>().unwrap() / 1000.0);
+            let (priority, scheduler) = match field("priority").unwrap() {
+                "background" => (0, "ORO_SCHED_OTHER"),
+                priority => (priority.parse().unwrap(), "ORO_SCHED_RT"),
+            };
+            let name = text(&called(&activity.instance));
+            add(
+                "setActivity",
+                &[name.clone(), Literal::Double(seconds), Literal::Int(priority), text(scheduler)],
+            );
+            if let Some(mask) = field("affinity") {
+                let mask = match mask.strip_prefix("0x") {
+                    Some(digits) => i32::from_str_radix(digits, 16).unwrap(),
+                    None => mask.parse().unwrap(),
+                };
+                add("setCpuAffinity", &[name, Literal::Int(mask)]);
+            }
+        }
+        calls
+    }
+
+    /// The values that are not those of the class: what is set, and what rests on that.
+    fn values(&self, instance: &str, shells: &[&'a Shell]) -> Vec<(String, Literal)> {
+        let mut set: BTreeMap<&str, &Expr> = BTreeMap::new();
+        let architectures = self.architectures();
+        let settings =
+            architectures.iter().rev().flat_map(|it| &it.settings).chain(&self.deployment.settings);
+        for setting in settings.filter(|it| it.instance == instance) {
+            set.insert(&setting.feature, &setting.value);
+        }
+        let values: Vec<_> = shells.iter().flat_map(|it| &it.values).collect();
+        let by_name = |name: &str| values.iter().find(|it| it.name == name).and_then(|it| it.value.as_ref());
+        let mut found = Vec::new();
+        for value in &values {
+            // Random values name a constant alone, or none.
+            let mut expr = value.value.as_ref();
+            let mut is_set = false;
+            let mut name = value.name.as_str();
+            loop {
+                if let Some(own) = set.get(name) {
+                    (expr, is_set) = (Some(*own), true);
+                    break;
+                }
+                match expr.map(|it| &it.form) {
+                    Some(Form::Name(other)) => (name, expr) = (other, by_name(other)),
+                    _ => break,
+                }
+            }
+            if let Some(known) = expr.filter(|_| is_set).and_then(literal) {
+                found.push((value.name.clone(), as_kept(known, plain(&value.ty))));
+            }
+        }
+        found
+    }
+}
+
+/// What a name means in a library: what is there, or what only one other has.
+fn resolved<'s, T>(all: &'s BTreeMap<String, T>, library: Option<&str>, name: &str) -> (&'s String, &'s T) {
+    let name = name.replace("::", ".");
+    let own = library.map(|library| format!("{library}.{name}"));
+    let found = own.and_then(|own| all.get_key_value(&own)).or_else(|| all.get_key_value(&name));
+    found.or_else(|| all.iter().find(|(whole, _)| plain(whole) == name)).expect(&name)
+}
+
+/// As it is called in a script: the words that models of the generator use and scripts have a use of their own for.
+fn called(name: &str) -> String {
+    let words = ["to", "entry", "start", "initial", "state"];
+    if words.contains(&name) { format!("{name}_") } else { name.to_owned() }
+}
+
+fn end((instance, feature): &(String, String)) -> String {
+    format!("{}.{}", called(instance), called(feature))
+}
+
+fn as_kept(value: Literal, ty: &str) -> Literal {
+    match (value, ty) {
+        (Literal::Int(value), "double" | "float") => Literal::Double(value.into()),
+        (value, _) => value,
+    }
+}
+
+/// The value of an expression; none where the model does not work it out.
+fn literal(expr: &Expr) -> Option<Literal> {
+    use Literal::{Bool, Double, Int, Text};
+    Some(match &expr.form {
+        Form::Literal(text) if text.starts_with('"') => {
+            let inner = &text[1..text.len() - 1];
+            let mut found = String::new();
+            let mut letters = inner.chars();
+            while let Some(letter) = letters.next() {
+                found.push(match letter {
+                    '\\' => match letters.next() {
+                        Some('n') => '\n',
+                        Some('t') => '\t',
+                        other => other?,
+                    },
+                    letter => letter,
+                });
+            }
+            Text(found)
+        }
+        Form::Literal(text) if text == "true" || text == "false" => Bool(text == "true"),
+        Form::Literal(text) => match text.strip_prefix("0x") {
+            Some(digits) => Int(i32::from_str_radix(digits, 16).unwrap()),
+            None => text.parse().map(Int).unwrap_or_else(|_| Double(text.parse().unwrap())),
+        },
+        Form::Parens(inner) => literal(inner)?,
+        Form::Unary(operator, inner) => match (*operator, literal(inner)?) {
+            ("-", Int(value)) => Int(-value),
+            ("-", Double(value)) => Double(-value),
+            ("!", Bool(value)) => Bool(!value),
+            _ => panic!("{expr}"),
+        },
+        Form::Binary(left, operator, right) => match (literal(left)?, *operator, literal(right)?) {
+            (Int(left), "+", Int(right)) => Int(left + right),
+            (Int(left), "*", Int(right)) => Int(left * right),
+            (Int(left), "<", Int(right)) => Bool(left < right),
+            (Double(left), "+", Double(right)) => Double(left + right),
+            (Double(left), "/", Int(right)) => Double(left / f64::from(right)),
+            (Text(left), "+", Text(right)) => {
+                let joins =
+                    Value::String(String::new()).binary(BinaryOperator::Add, &Value::String(String::new()));
+                joins.unwrap()?;
+                Text(left + &right)
+            }
+            _ => panic!("{expr}"),
+        },
+        Form::Name(_) | Form::Call(..) => panic!("{expr}"),
+    })
+}
+
+fn shown(call: &Call) -> String {
+    format!("{} {:?}", call.function, call.arguments)
+}
+
+const MODELS: u64 = 300;
+
+#[test]
+fn scripts_say_what_their_models_say() {
+    let mut seen: BTreeMap<String, usize> = BTreeMap::new();
+    for seed in 0..MODELS {
+        let model = random_model(seed);
+        let script = script(&model);
+        let calls = run(&script, |_| false).unwrap_or_else(|why| panic!("seed {seed}: {why}\n{script}"));
+        for call in &calls {
+            *seen.entry(call.function.clone()).or_default() += 1;
+        }
+        let imports = calls.iter().filter(|call| call.function == "import").count();
+        let executed: BTreeSet<String> =
+            calls.iter().filter(|call| call.function != "import").map(shown).collect();
+        assert_eq!(executed.len(), calls.len() - imports, "seed {seed}: something is done twice\n{script}");
+        let expected = System::of(&model).calls();
+        let missing: Vec<_> = expected.difference(&executed).collect();
+        let more: Vec<_> = executed.difference(&expected).collect();
+        assert!(missing.is_empty() && more.is_empty(), "seed {seed}: {missing:#?} {more:#?}\n{script}");
+    }
+    // Nothing of it is rare.
+    let rare: Vec<_> = seen.iter().filter(|(_, count)| **count < 40).collect();
+    assert!(rare.is_empty() && seen.len() == 10, "{seen:?}");
+}
+
+#[test]
+fn nothing_starts_where_something_failed() {
+    let mut random = Random(7);
+    for seed in 0..MODELS / 3 {
+        let script = script(&random_model(seed));
+        let calls = run(&script, |_| false).unwrap();
+        let failing: Vec<&Call> = calls
+            .iter()
+            .filter(|call| ["connect", "connectOperations", "configure"].contains(&call.function.as_str()))
+            .collect();
+        let failing = *random.of(&failing);
+        let calls_then = run(&script, |call| call == failing).unwrap();
+        let (started, others): (Vec<&Call>, Vec<&Call>) =
+            calls_then.iter().partition(|call| call.function == "start");
+        assert!(started.is_empty(), "seed {seed}: {started:?} after {failing:?} failed");
+        // All the others are tried, so that all that is wrong is seen at once.
+        let tried: Vec<&Call> = calls.iter().filter(|call| call.function != "start").collect();
+        assert_eq!(others, tried);
+    }
+}
+
+#[test]
+fn who_provides_is_configured_and_started_first() {
+    let mut links = 0;
+    for seed in 0..MODELS {
+        let calls = run(&script(&random_model(seed)), |_| false).unwrap();
+        let place = |function: &str, task: &str| {
+            let found = calls.iter().position(|call| call.function == function && call.text(0) == task);
+            found.expect(task)
+        };
+        for call in calls.iter().filter(|call| call.function == "connectOperations") {
+            let [required, provided] = [0, 1].map(|it| call.text(it).split_once('.').unwrap().0);
+            for function in ["configure", "start"] {
+                assert!(
+                    required == provided || place(function, provided) < place(function, required),
+                    "seed {seed}"
+                );
+            }
+            links += 1;
+        }
+        assert!(
+            calls.iter().rposition(|it| it.function == "configure")
+                < calls.iter().position(|it| it.function == "start")
+        );
+    }
+    assert!(links > 40, "{links}");
+}

@@ -1,0 +1,531 @@
+//! The scripts of Orocos' deployer, read strictly, and executed as far as a test can see.
+//!
+//! It takes what a generated script may have and nothing else, and knows the traps of RTT's parser: statements end with their
+//! line, so that a comment behind one is a mistake; each is parsed when those before it have been executed, and may only name
+//! what is there then; texts have the escapes of C but for numbers, which have no end there; words of the parser are no
+//! names, and some of them are taken for themselves wherever a statement begins so.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+/// An argument, or a value.
+#[derive(Clone, Debug, PartialEq)]
+#[allow(missing_docs, reason = "the types of the scripts")]
+pub enum Literal {
+    Text(String),
+    Int(i32),
+    Double(f64),
+    Bool(bool),
+}
+
+/// What a script does, in the order in which it does it: a function of the deployer or of a task, `load`, or `set` for a
+/// property; the connection policy is its type and its size.
+#[derive(Clone, Debug, PartialEq)]
+#[allow(missing_docs, reason = "a call")]
+pub struct Call {
+    pub function: String,
+    pub arguments: Vec<Literal>,
+}
+
+impl Call {
+    fn new(function: &str, arguments: impl IntoIterator<Item = Literal>) -> Call {
+        Call { function: function.to_owned(), arguments: arguments.into_iter().collect() }
+    }
+
+    /// The argument of that number, where it is a text.
+    pub fn text(&self, number: usize) -> &str {
+        match self.arguments.get(number) {
+            Some(Literal::Text(text)) => text,
+            _ => "",
+        }
+    }
+}
+
+/// Words that the parser keeps for itself, and operations that every task has.
+const WORDS: [&str; 50] = [
+    "do",
+    "until",
+    "done",
+    "or",
+    "and",
+    "not",
+    "include",
+    "if",
+    "define",
+    "then",
+    "else",
+    "for",
+    "foreach",
+    "while",
+    "true",
+    "false",
+    "const",
+    "nothing",
+    "yield",
+    "var",
+    "set",
+    "alias",
+    "send",
+    "collect",
+    "collectIfDone",
+    "return",
+    "call",
+    "try",
+    "catch",
+    "activate",
+    "cleanup",
+    "configure",
+    "error",
+    "getCpuAffinity",
+    "getPeriod",
+    "inException",
+    "inFatalError",
+    "inRunTimeError",
+    "isActive",
+    "isConfigured",
+    "isRunning",
+    "loadService",
+    "setCpuAffinity",
+    "setPeriod",
+    "start",
+    "stop",
+    "trigger",
+    "update",
+    "this",
+    "Deployer",
+];
+
+/// Read as themselves at the beginning of a statement, whatever follows.
+const PREFIXES: [&str; 10] = [
+    "true",
+    "false",
+    "done",
+    "yield",
+    "nothing",
+    "program",
+    "function",
+    "export",
+    "StateMachine",
+    "RootMachine",
+];
+
+/// Executes a script; `fails` says which calls do, which are executed all the same.
+///
+/// # Errors
+///
+/// What is wrong, after the number of the line.
+pub fn run(script: &str, fails: impl Fn(&Call) -> bool) -> Result<Vec<Call>, String> {
+    let mut machine = Machine {
+        fails: &fails,
+        calls: Vec::new(),
+        packages: BTreeSet::new(),
+        tasks: BTreeSet::new(),
+        flags: BTreeMap::new(),
+        policies: BTreeMap::new(),
+        block: None,
+    };
+    if !script.ends_with('\n') {
+        return Err("the last statement has no end".to_owned());
+    }
+    for (number, line) in script.lines().enumerate() {
+        machine.line(line).map_err(|why| format!("line {}: {why}: {line}", number + 1))?;
+    }
+    if machine.block.is_some() { Err("a block has no end".to_owned()) } else { Ok(machine.calls) }
+}
+
+struct Machine<'a> {
+    fails: &'a dyn Fn(&Call) -> bool,
+    calls: Vec<Call>,
+    packages: BTreeSet<String>,
+    tasks: BTreeSet<String>,
+    flags: BTreeMap<String, bool>,
+    /// Type and size.
+    policies: BTreeMap<String, (Option<String>, i32)>,
+    /// Is there a block around, and is it still executed?
+    block: Option<bool>,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum Token {
+    Name(String),
+    Literal(Literal),
+    Sign(&'static str),
+}
+
+const SIGNS: [&str; 9] = ["&&", "(", ")", "{", "}", ",", ".", "=", "-"];
+
+fn tokens(line: &str) -> Result<Vec<Token>, String> {
+    let mut found = Vec::new();
+    let mut rest = line;
+    loop {
+        rest = rest.trim_start_matches(' ');
+        let Some(first) = rest.chars().next() else { return Ok(found) };
+        let of = |is_part: &dyn Fn(char) -> bool| rest.find(|c| !is_part(c)).unwrap_or(rest.len());
+        if first == '"' {
+            let (text, length) = quoted(rest)?;
+            found.push(Token::Literal(Literal::Text(text)));
+            rest = &rest[length..];
+        } else if first.is_ascii_digit() {
+            let mut length = of(&|c| c.is_ascii_alphanumeric() || c == '.');
+            if rest[..length].ends_with('e') && rest[length..].starts_with('-') {
+                length += 1 + rest[length + 1..]
+                    .find(|c: char| !c.is_ascii_digit())
+                    .unwrap_or(rest.len() - length - 1);
+            }
+            found.push(Token::Literal(number(&rest[..length])?));
+            rest = &rest[length..];
+        } else if first.is_ascii_alphabetic() {
+            let length = of(&|c| c.is_ascii_alphanumeric() || c == '_');
+            found.push(match &rest[..length] {
+                "true" => Token::Literal(Literal::Bool(true)),
+                "false" => Token::Literal(Literal::Bool(false)),
+                name => Token::Name(name.to_owned()),
+            });
+            rest = &rest[length..];
+        } else {
+            let sign = SIGNS.into_iter().find(|sign| rest.starts_with(sign));
+            let sign = sign.ok_or_else(|| format!("`{first}` has no meaning here"))?;
+            found.push(Token::Sign(sign));
+            rest = &rest[sign.len()..];
+        }
+    }
+}
+
+/// The text at the beginning, and how long it is with its quotes.
+fn quoted(text: &str) -> Result<(String, usize), String> {
+    let mut found = String::new();
+    let mut letters = text.char_indices().skip(1);
+    while let Some((at, letter)) = letters.next() {
+        match letter {
+            '"' => return Ok((found, at + 1)),
+            '\\' => found.push(match letters.next().map(|(_, letter)| letter) {
+                Some('n') => '\n',
+                Some('t') => '\t',
+                Some('r') => '\r',
+                Some('b') => '\u{8}',
+                Some('f') => '\u{c}',
+                Some(letter @ ('"' | '\'' | '\\')) => letter,
+                other => return Err(format!("an escape that has another meaning, or none: {other:?}")),
+            }),
+            letter => found.push(letter),
+        }
+    }
+    Err("a text has no end".to_owned())
+}
+
+fn number(text: &str) -> Result<Literal, String> {
+    let digits = |part: &str| !part.is_empty() && part.bytes().all(|byte| byte.is_ascii_digit());
+    if digits(text) {
+        return text.parse().map(Literal::Int).map_err(|_| format!("{text} is too great"));
+    }
+    let (mantissa, exponent) =
+        text.split_once('e').map_or((text, None), |(mantissa, rest)| (mantissa, Some(rest)));
+    let (whole, fraction) = mantissa.split_once('.').unwrap_or((mantissa, "0"));
+    let is_right = digits(whole)
+        && digits(fraction)
+        && exponent.is_none_or(|exponent| digits(exponent.strip_prefix('-').unwrap_or(exponent)));
+    match text.parse() {
+        Ok(number) if is_right => Ok(Literal::Double(number)),
+        _ => Err(format!("`{text}` is no number")),
+    }
+}
+
+/// A name that may stand behind a point, or in a text.
+fn checked(name: &str) -> Result<&str, String> {
+    let is_name = name.starts_with(|c: char| c.is_ascii_alphabetic())
+        && name.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_');
+    match WORDS.contains(&name) {
+        true => Err(format!("`{name}` is a word of the scripts")),
+        false if is_name => Ok(name),
+        false => Err(format!("`{name}` is no name")),
+    }
+}
+
+impl Machine<'_> {
+    fn line(&mut self, line: &str) -> Result<(), String> {
+        let trimmed = line.trim_start_matches(' ');
+        if trimmed.is_empty() || trimmed.starts_with("//") {
+            return Ok(());
+        }
+        let tokens = tokens(line)?;
+        use Token::{Name, Sign};
+        if tokens == [Sign("}")] {
+            return self.block.take().map(|_| ()).ok_or("no block ends here".to_owned());
+        }
+        if let [Name(word), Sign("("), condition @ .., Sign(")"), Name(then), Sign("{")] = tokens.as_slice()
+            && word == "if"
+            && then == "then"
+        {
+            if self.block.is_some() {
+                return Err("a block in a block".to_owned());
+            }
+            self.block = Some(self.condition(condition)?);
+            return Ok(());
+        }
+        self.statement(&tokens)
+    }
+
+    fn condition(&self, tokens: &[Token]) -> Result<bool, String> {
+        let mut all = true;
+        for part in tokens.split(|token| *token == Token::Sign("&&")) {
+            let [Token::Name(flag)] = part else { return Err("expected a variable".to_owned()) };
+            all &= *self.flags.get(flag).ok_or_else(|| format!("nothing is called {flag}"))?;
+        }
+        Ok(all)
+    }
+
+    fn statement(&mut self, tokens: &[Token]) -> Result<(), String> {
+        use Token::{Name, Sign};
+        match tokens {
+            [Name(var), Name(ty), Name(name), Sign("="), value @ ..] if var == "var" => {
+                checked(name)?;
+                if self.block.is_some() || self.flags.contains_key(name) || self.policies.contains_key(name) {
+                    return Err(format!("{name} is declared twice, or in a block"));
+                }
+                match (ty.as_str(), value) {
+                    ("bool", [Token::Literal(Literal::Bool(value))]) => {
+                        self.flags.insert(name.clone(), *value);
+                    }
+                    ("ConnPolicy", [Name(ty), Sign("("), Sign(")")]) if ty == "ConnPolicy" => {
+                        // A member of it would be a property of the task.
+                        if self.tasks.contains(name) {
+                            return Err(format!("{name} is a task"));
+                        }
+                        self.policies.insert(name.clone(), (None, 0));
+                    }
+                    _ => return Err("a declaration that has another type than its value".to_owned()),
+                }
+                Ok(())
+            }
+            [Name(flag), Sign("="), call @ .., Sign("&&"), Name(same)] if flag == same => {
+                let succeeds = self.call(call)?;
+                let flag = self.flags.get_mut(flag).ok_or("an unknown variable")?;
+                *flag &= succeeds;
+                Ok(())
+            }
+            [Name(policy), Sign("."), Name(member), Sign("="), value]
+                if self.policies.contains_key(policy) =>
+            {
+                let policy = self.policies.get_mut(policy).ok_or("an unknown policy")?;
+                match (member.as_str(), value) {
+                    ("type", Name(ty)) if ty == "DATA" || ty == "CIRCULAR_BUFFER" => {
+                        policy.0 = Some(ty.clone())
+                    }
+                    ("size", Token::Literal(Literal::Int(size @ 1..))) => policy.1 = *size,
+                    _ => return Err("no value of a connection policy".to_owned()),
+                }
+                Ok(())
+            }
+            [Name(task), Sign("."), Name(property), Sign("="), value @ ..] => {
+                let value = match value {
+                    [Token::Literal(value)] => value.clone(),
+                    [Sign("-"), Token::Literal(Literal::Int(value))] => Literal::Int(-value),
+                    [Sign("-"), Token::Literal(Literal::Double(value))] => Literal::Double(-value),
+                    // The least number, which has no literal.
+                    [
+                        Sign("-"),
+                        Token::Literal(Literal::Int(i32::MAX)),
+                        Sign("-"),
+                        Token::Literal(Literal::Int(1)),
+                    ] => Literal::Int(i32::MIN),
+                    _ => return Err("no value".to_owned()),
+                };
+                let task = Literal::Text(self.task(task)?.to_owned());
+                self.execute(Call::new("set", [task, Literal::Text(checked(property)?.to_owned()), value]));
+                Ok(())
+            }
+            call => {
+                // One that fails in a block ends that.
+                if !self.call(call)? && self.block.is_some() {
+                    self.block = Some(false);
+                }
+                Ok(())
+            }
+        }
+    }
+
+    /// A task with which a statement begins.
+    fn task<'a>(&self, name: &'a str) -> Result<&'a str, String> {
+        if let Some(word) = PREFIXES.into_iter().find(|word| name.starts_with(word)) {
+            return Err(format!("`{name}` is read as `{word}`"));
+        }
+        if self.tasks.contains(name) { Ok(name) } else { Err(format!("there is no task `{name}`")) }
+    }
+
+    /// `task.name` in a text.
+    fn end(&self, text: &str) -> Result<Literal, String> {
+        let (task, name) = text.split_once('.').ok_or_else(|| format!("{text} has no point"))?;
+        checked(name)?;
+        match self.tasks.contains(task) {
+            true => Ok(Literal::Text(text.to_owned())),
+            false => Err(format!("there is no task `{task}`")),
+        }
+    }
+
+    /// Does what is called succeed?
+    fn call(&mut self, tokens: &[Token]) -> Result<bool, String> {
+        use Literal::{Double, Int, Text};
+        use Token::{Literal as Value, Name, Sign};
+        let comma = Sign(",");
+        let call = match tokens {
+            [Name(task), Sign("."), Name(operation), Sign("("), arguments @ .., Sign(")")] => {
+                let task = Text(self.task(task)?.to_owned());
+                match (operation.as_str(), arguments) {
+                    ("configure" | "start", []) => Call::new(operation, [task]),
+                    ("setCpuAffinity", [Value(Int(mask @ 1..))]) => Call::new(operation, [task, Int(*mask)]),
+                    _ => return Err(format!("no task has an operation `{operation}` with such arguments")),
+                }
+            }
+            [Name(function), Sign("("), arguments @ .., Sign(")")] => {
+                let arguments: Vec<&[Token]> = arguments.split(|token| *token == comma).collect();
+                match (function.as_str(), arguments.as_slice()) {
+                    ("import", [[Value(Text(package))]]) => Call::new("import", [Text(package.clone())]),
+                    ("loadComponent", [[Value(Text(name))], [Value(Text(class))]]) => {
+                        checked(name)?;
+                        let (package, short) = class.split_once("::").ok_or("a class without a namespace")?;
+                        if short.contains(':') {
+                            return Err("a class in two namespaces".to_owned());
+                        }
+                        if !self.packages.contains(package) {
+                            return Err(format!("nothing has been imported from {package}"));
+                        }
+                        if self.tasks.contains(name) {
+                            return Err(format!("there is a task `{name}` already"));
+                        }
+                        Call::new("load", [Text(name.clone()), Text(class.clone())])
+                    }
+                    ("connect", [[Value(Text(from))], [Value(Text(to))], [Name(policy)]]) => {
+                        let policy =
+                            self.policies.get(policy).ok_or_else(|| format!("no policy `{policy}`"))?;
+                        let (Some(ty), size) = policy else {
+                            return Err("a policy without a type".to_owned());
+                        };
+                        if (ty == "DATA") != (*size == 0) {
+                            return Err(format!("{ty} with a size of {size}"));
+                        }
+                        Call::new("connect", [self.end(from)?, self.end(to)?, Text(ty.clone()), Int(*size)])
+                    }
+                    ("connectOperations", [[Value(Text(required))], [Value(Text(provided))]]) => {
+                        Call::new(function, [self.end(required)?, self.end(provided)?])
+                    }
+                    (
+                        "setActivity",
+                        [
+                            [Value(Text(name))],
+                            [Value(period @ Double(_))],
+                            [Value(Int(priority))],
+                            [Name(of)],
+                        ],
+                    ) => {
+                        let is_right = match of.as_str() {
+                            "ORO_SCHED_RT" => (1..=99).contains(priority),
+                            "ORO_SCHED_OTHER" => *priority == 0,
+                            _ => false,
+                        };
+                        if !is_right || *period == Double(0.0) || !self.tasks.contains(name) {
+                            return Err("no such activity".to_owned());
+                        }
+                        let scheduler = Text(of.clone());
+                        Call::new(function, [Text(name.clone()), period.clone(), Int(*priority), scheduler])
+                    }
+                    (
+                        "stream",
+                        [
+                            [Value(Text(port))],
+                            [
+                                Name(ros),
+                                Sign("."),
+                                Name(comm),
+                                Sign("."),
+                                Name(topic),
+                                Sign("("),
+                                Value(Text(name)),
+                                Sign(")"),
+                            ],
+                        ],
+                    ) => {
+                        let of_topics = ["rtt_ros", "rtt_rosnode", "rtt_roscomm"];
+                        if [ros, comm, topic] != ["ros", "comm", "topic"] || self.tasks.contains("ros") {
+                            return Err("no topic".to_owned());
+                        }
+                        if !of_topics.into_iter().all(|package| self.packages.contains(package)) {
+                            return Err("ROS has not been imported".to_owned());
+                        }
+                        Call::new("stream", [self.end(port)?, Text(name.clone())])
+                    }
+                    _ => return Err(format!("no function `{function}` with such arguments")),
+                }
+            }
+            _ => return Err("no statement".to_owned()),
+        };
+        Ok(self.execute(call))
+    }
+
+    fn execute(&mut self, call: Call) -> bool {
+        if self.block == Some(false) {
+            return true;
+        }
+        let succeeds = !(self.fails)(&call);
+        match call.function.as_str() {
+            "import" if succeeds => drop(self.packages.insert(call.text(0).to_owned())),
+            "load" if succeeds => drop(self.tasks.insert(call.text(0).to_owned())),
+            _ => {}
+        }
+        self.calls.push(call);
+        succeeds
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn wrong(script: &str) -> String {
+        let script = format!("import(\"p\")\nloadComponent(\"a\", \"p::A\")\n{script}\n");
+        run(&script, |_| false).expect_err(&script)
+    }
+
+    #[test]
+    fn what_the_parser_of_rtt_does_not_take_is_wrong() {
+        for (script, why) in [
+            ("a.configure() // now", "`/` has no meaning"),
+            ("a.configure() a.start()", "no task has an operation `configure` with"),
+            ("b.configure()", "no task `b`"),
+            ("a.start = 1", "a word of the scripts"),
+            ("a.x = \"\\101\"", "an escape"),
+            ("a.x = \"b", "a text has no end"),
+            ("a.x = 2147483648", "too great"),
+            ("a.x = 1.", "no number"),
+            ("a.stop()", "no task has an operation `stop`"),
+            ("var ConnPolicy a = ConnPolicy()", "a is a task"),
+            ("connect(\"a.x\", \"a.y\", cp)", "no policy"),
+            ("connect(\"a.x\", \"b.y\", cp)", "no policy"),
+            ("setActivity(\"a\", 1, 10, ORO_SCHED_RT)", "no function `setActivity`"),
+            ("setActivity(\"a\", 0.0, 10, ORO_SCHED_RT)", "no such activity"),
+            ("setActivity(\"a\", 0.1, 0, ORO_SCHED_RT)", "no such activity"),
+            ("stream(\"a.x\", ros.comm.topic(\"/a/x\"))", "ROS has not been imported"),
+            ("loadComponent(\"done\", \"p::B\")", "a word of the scripts"),
+            ("loadComponent(\"_x\", \"p::B\")", "is no name"),
+            ("loadComponent(\"b\", \"q::B\")", "imported from q"),
+            ("loadComponent(\"b\", \"::p::B\")", "imported from "),
+            ("loadComponent(\"donee\", \"p::B\")\ndonee.start()", "is read as `done`"),
+            ("if ( ok ) then {\n}", "nothing is called ok"),
+            ("var bool ok = true\nif ( ok ) then {", "has no end"),
+        ] {
+            assert!(wrong(script).contains(why), "{}", wrong(script));
+        }
+    }
+
+    #[test]
+    fn what_fails_in_a_block_ends_it() {
+        let script = "import(\"p\")\nloadComponent(\"a\", \"p::A\")\nvar bool ok = true\nok = a.configure() && ok\n\
+                      a.x = -2147483647 - 1\nif ( ok ) then {\n  a.start()\n  a.setCpuAffinity(1)\n}\n";
+        let done = |failing: &str| {
+            let calls = run(script, |call| call.function == failing).unwrap();
+            calls.into_iter().map(|call| call.function).collect::<Vec<_>>().join(" ")
+        };
+        assert_eq!(done(""), "import load configure set start setCpuAffinity");
+        assert_eq!(done("start"), "import load configure set start");
+        assert_eq!(done("configure"), "import load configure set");
+        assert!(run(script, |call| call.function == "load").is_err());
+    }
+}
