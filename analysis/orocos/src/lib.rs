@@ -10,6 +10,7 @@
 //! | `cpp_name.rs` | names that C++, RTT and its scripts can have |
 //! | `cpp_type.rs` | C++ types and the headers that declare them |
 //! | `escape.rs` | texts of a model, as literals of the languages that are generated |
+//! | `export.rs` | what the analysis reads, as JSON: state machines and task sets |
 //! | `plan.rs` | what is written, changed and removed, and what is the user's |
 //!
 //! Nothing is generated from a model with errors ([`problems`]): what is generated from the others compiles. Names and texts
@@ -20,6 +21,7 @@
 mod cpp_name;
 mod cpp_type;
 mod escape;
+mod export;
 mod library;
 mod package;
 mod plan;

@@ -2,6 +2,7 @@
 
 use mauve_model::{Decl, ModelDb, Project};
 
+use crate::export::export_files;
 use crate::library::{Library, Problem, libraries, problems};
 
 /// A package that can be built.
@@ -57,7 +58,8 @@ pub fn packages<'db>(
     Ok(all.map(|(_, library)| package(db, project, library)).collect())
 }
 
-fn package<'db>(_db: &'db dyn ModelDb, _project: Project<'db>, library: &Library<'db>) -> Package {
-    let files = Vec::new();
+fn package<'db>(db: &'db dyn ModelDb, project: Project<'db>, library: &Library<'db>) -> Package {
+    let mut files = Vec::new();
+    files.extend(export_files(db, project, library));
     Package { name: library.package.clone(), files }
 }
