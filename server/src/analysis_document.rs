@@ -2,25 +2,64 @@
 //! `mauve/analysis`.
 
 use std::collections::BTreeSet;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use mauve_model::item_tree::Kind;
 use mauve_model::{
     ActivityReport, CpuReport, Database, Decl, Priority, Project, Query, Report, Workspace, config_of,
-    names_of, projects, timetable_of,
+    names_of, projects, response_times, timetable_of,
 };
+use mauve_timing::task_set::TaskSet;
 use mauve_timing::{Level, Time, Unit};
 use serde::Serialize;
 use serde_json::Value;
 
 /// The reports of one deployment, a level each.
 pub(crate) struct Deployed<'db> {
-    pub(crate) project: Project<'db>,
-    pub(crate) deployment: Decl<'db>,
+    pub(crate) name: &'db str,
+    /// Where it comes from.
+    pub(crate) origin: Origin<'db>,
     pub(crate) reports: Vec<(Query, &'db Report<'db>)>,
 }
 
-impl Deployed<'_> {
+/// What was analysed.
+#[derive(Clone, Copy)]
+pub(crate) enum Origin<'db> {
+    /// A deployment of a project.
+    Model(&'db Database, Project<'db>),
+    /// A file at this path.
+    File(&'db Path, &'db TaskSet),
+}
+
+impl<'db> Deployed<'db> {
+    /// The reports of a deployment of a project.
+    pub(crate) fn of_model(
+        db: &'db Database,
+        project: Project<'db>,
+        deployment: Decl<'db>,
+        queries: impl Iterator<Item = Query>,
+    ) -> Deployed<'db> {
+        let reports = queries.map(|query| (query, response_times(db, project, deployment, query)));
+        let origin = Origin::Model(db, project);
+        Deployed { name: deployment.name(db), origin, reports: reports.collect() }
+    }
+
+    /// The root of its project, or the file that it comes from.
+    pub(crate) fn root(&self) -> &'db Path {
+        match self.origin {
+            Origin::Model(db, project) => project.root(db).path(db),
+            Origin::File(path, _) => path,
+        }
+    }
+
+    /// Does Linux keep some time from real-time tasks? `None` where nobody said so.
+    pub(crate) fn rt_throttling(&self) -> Option<bool> {
+        match self.origin {
+            Origin::Model(db, project) => config_of(db, project.workspace(db)).rt_throttling,
+            Origin::File(_, set) => set.rt_throttling,
+        }
+    }
+
     /// Is every deadline proved, at every level?
     pub(crate) fn schedulable(&self) -> bool {
         self.reports.iter().all(|(_, report)| report.schedulable())
@@ -42,7 +81,7 @@ impl Deployed<'_> {
 #[derive(Serialize)]
 pub(crate) struct AnalysisDocument {
     deployment: String,
-    /// The root of its project.
+    /// The root of its project, or the file that it comes from.
     root: PathBuf,
     unit: &'static str,
     method: String,
@@ -114,15 +153,15 @@ struct InterferenceDocument {
     time: Value,
 }
 
-pub(crate) fn analysis_document(db: &Database, it: &Deployed<'_>) -> AnalysisDocument {
+pub(crate) fn analysis_document(it: &Deployed<'_>) -> AnalysisDocument {
     let query = it.reports.first().map(|(query, _)| query);
     let horizon = query.and_then(|query| query.horizon);
     AnalysisDocument {
-        deployment: it.deployment.name(db).to_string(),
-        root: it.project.root(db).path(db).clone(),
+        deployment: it.name.to_owned(),
+        root: it.root().to_owned(),
         unit: "ms",
         method: query.map_or_else(String::new, |query| query.method.to_string()),
-        rt_throttling: config_of(db, it.project.workspace(db)).rt_throttling,
+        rt_throttling: it.rt_throttling(),
         unsafe_horizon: horizon.map(milliseconds),
         results: it
             .reports

@@ -3,8 +3,10 @@
 use std::fmt::Write as _;
 
 use mauve_model::{
-    ActivityReport, ModelDb, Priority, Project, Psm, Query, Report, Verdict, config_of, psm_of, worst_path,
+    ActivityReport, ModelDb, Priority, Project, Psm, Query, Report, Verdict, config_of, psm_at, psm_of,
+    worst_path,
 };
+use mauve_timing::task_set::TaskSet;
 use mauve_timing::{Method, Status, Time, worst_trace};
 
 /// How many periods of the worst trace are shown.
@@ -21,6 +23,39 @@ pub fn explain_response<'db>(
     activity: &ActivityReport<'db>,
     query: Query,
 ) -> String {
+    let component = activity.row.component;
+    let psm = component.and_then(|component| psm_of(db, project, component, query.level).as_ref().ok());
+    let path = |program: &str| {
+        component.map_or_else(Vec::new, |of| worst_path(db, project, of, query.level, program))
+    };
+    let throttling = config_of(db, project.workspace(db)).rt_throttling;
+    explain(report, activity, query, &Origin { throttling, psm, worst_path: &path })
+}
+
+/// Explains the response time of an activity of a task set, which knows programs, and nothing of what they call.
+pub fn explain_response_of(
+    set: &TaskSet,
+    report: &Report<'_>,
+    activity: &ActivityReport<'_>,
+    query: Query,
+) -> String {
+    let index = report.activities.iter().position(|it| it.row.at == activity.row.at);
+    let machine = index.and_then(|index| set.activities.get(index)?.machine.as_ref());
+    let psm = machine.zip(set.column(query.level)).and_then(|(machine, column)| psm_at(machine, column));
+    let throttling = set.rt_throttling;
+    explain(report, activity, query, &Origin { throttling, psm: psm.as_ref(), worst_path: &|_| Vec::new() })
+}
+
+/// Where a report comes from.
+struct Origin<'a> {
+    /// Is real-time throttling on, where somebody said so?
+    throttling: Option<bool>,
+    psm: Option<&'a Psm>,
+    /// The codels of a program along its worst path, with their times.
+    worst_path: &'a dyn Fn(&str) -> Vec<(String, Time)>,
+}
+
+fn explain(report: &Report<'_>, activity: &ActivityReport<'_>, query: Query, origin: &Origin<'_>) -> String {
     let row = &activity.row;
     let mut out = String::new();
     let time = |time: Option<Time>| time.map_or_else(|| "—".to_owned(), |time| time.to_string());
@@ -44,7 +79,7 @@ pub fn explain_response<'db>(
         let _ = writeln!(out, "  because {}", reason.message);
     }
     let is_analysed = activity.verdict != Verdict::RealTime(Status::NotAnalysed);
-    if is_analysed && config_of(db, project.workspace(db)).rt_throttling.is_none() {
+    if is_analysed && origin.throttling.is_none() {
         out += "  assumes real-time throttling off\n";
     }
     match &activity.window {
@@ -93,11 +128,8 @@ pub fn explain_response<'db>(
         }
         let _ = writeln!(out, "  {}", shown.join(" → "));
     }
-    let component = activity.row.component;
-    let psm = component.and_then(|component| psm_of(db, project, component, query.level).as_ref().ok());
-    if let Some((component, psm)) = component.zip(psm) {
-        let path = |program: &str| worst_path(db, project, component, query.level, program);
-        own_time(&mut out, psm, query.method, &path);
+    if let Some(psm) = origin.psm {
+        own_time(&mut out, psm, query.method, origin.worst_path);
     }
     if let Some(first_job) = activity.first_job {
         let _ = writeln!(out, "\nfirst job after a release of all together: {first_job}");
@@ -114,7 +146,7 @@ pub fn explain_response<'db>(
         let (own, others) = (row.cpus.unwrap_or(u64::MAX), other.row.cpus.unwrap_or(u64::MAX));
         other.row.at != row.at && is_as_urgent && own & others != 0
     };
-    let psm = psm.filter(|psm| query.method != Method::Classic && psm.states.len() > 1);
+    let psm = origin.psm.filter(|psm| query.method != Method::Classic && psm.states.len() > 1);
     if let Some(psm) = psm.filter(|_| report.activities.iter().any(delays)) {
         trace(&mut out, psm);
     }

@@ -78,7 +78,7 @@ pub use declaration::declaration;
 pub use definition::{Definition, Target, definition};
 pub use document_links::{DocumentLink, document_links};
 pub use document_symbols::{Symbol, SymbolKind, document_symbols};
-pub use explanation::explain_response;
+pub use explanation::{explain_response, explain_response_of};
 pub use folding_ranges::{FoldingKind, FoldingRange, folding_ranges};
 pub use formatting::{formatting, formatting_on_type};
 pub use graph::{Graph, GraphEdge, GraphNode, GraphsOf, draw_graph, graph, graphs_meant};

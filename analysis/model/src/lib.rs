@@ -31,6 +31,7 @@
 //! | `declared.rs` | names and types as they are declared, and what nothing uses |
 //! | `skeleton.rs` | the definition of an operation that is still to be written |
 //! | `response.rs` | response times, and what a codel without a time may take |
+//! | `exported.rs` | task sets and state machines that stand alone, made of models and analysed as these are |
 //! | `diagnostics/` | a file for each diagnostic: its page, its message, its fixes |
 //!
 //! Nothing is analysed that rests on what was lost: a syntax error in a program, a name that means nothing, a table
@@ -45,6 +46,7 @@ mod configured;
 mod db;
 mod declared;
 pub mod diagnostics;
+mod exported;
 mod flat;
 mod flow;
 pub mod item_tree;
@@ -69,6 +71,7 @@ mod wiring;
 pub use behaviour::{Behaviour, Cost, Edge, Refusal, TimedProgram, behaviour_of};
 pub use config::{Chain, Config, ExternalType, Maintainer, Mistake};
 pub use db::{Database, File, ModelDb, Problem, Trees, Workspace, normalised};
+pub use exported::{exported_component, psm_at, response_times_of, task_set_of};
 pub use flat::{Flat, FlatInstance, Link, flat_of};
 pub use lower::{DeclarationMap, SourceMap};
 pub use messages::{

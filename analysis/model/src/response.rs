@@ -173,7 +173,8 @@ pub fn response_times<'db>(
     deployment: Decl<'db>,
     query: Query,
 ) -> Report<'db> {
-    report(db, project, system_of(db, project, deployment), lost_in(db, project, deployment), query)
+    let system = system_of(db, project, deployment);
+    report_of(db, project, system, lost_in(db, project, deployment), query)
 }
 
 /// The response times of a deployment with other values in its activities: what [`response_times`] would give if the text
@@ -191,7 +192,7 @@ pub fn response_times_if<'db>(
     db.unwind_if_revision_cancelled();
     let system = read(db, project, deployment, &with_fields(data, supposed));
     let lost = lost_of(db, project, &system);
-    report(db, project, &system, &lost, query)
+    report_of(db, project, &system, &lost, query)
 }
 
 /// What is wrong with the activities of a deployment with other values in them; with none, with what it has.
@@ -207,28 +208,50 @@ pub fn diagnostics_if<'db>(
     system.diagnostics.into_iter().chain(urgency).collect()
 }
 
-type Psms<'a, 'db> = [Option<&'a Result<Psm, Refused<'db>>>];
-
-fn report<'db>(
+fn report_of<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     system: &System<'db>,
     lost: &[Refusal<'db>],
     query: Query,
 ) -> Report<'db> {
+    let psms = &psms_of(db, project, system, query.level);
+    let throttled = platform_of(db, project.workspace(db)).rt_throttling == Some(true);
+    report(db, &Asked { rows: &system.rows, psms, lost, throttled }, query)
+}
+
+/// What is analysed: a deployment, or what a file says of one.
+pub(crate) struct Asked<'a, 'db> {
+    pub(crate) rows: &'a [Row<'db>],
+    /// What each row executes; none in the background, and where that is not known.
+    pub(crate) psms: &'a [Option<&'a Result<Psm, Refused<'db>>>],
+    /// Why nothing at all is analysed.
+    pub(crate) lost: &'a [Refusal<'db>],
+    /// Does Linux keep some time from real-time tasks?
+    pub(crate) throttled: bool,
+}
+
+/// What each activity of a deployment executes.
+pub(crate) fn psms_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    system: &System<'db>,
+    level: Level,
+) -> Vec<Option<&'db Result<Psm, Refused<'db>>>> {
     // Of lost tables no time is right: what is left is that of `[assume]`.
     let timed = is_timed(db, project);
-    let mut psms = Vec::new();
-    for row in &system.rows {
-        let component = row.executed().filter(|_| timed);
-        psms.push(component.map(|component| psm_of(db, project, component, query.level)));
-    }
-    let psms = psms.as_slice();
-    let Analysed { reasons, row_of, tasks, analysis } = analysed(db, project, system, query, psms);
-    let mut activities: Vec<ActivityReport<'db>> = system.rows.iter().map(background).collect();
+    let executed = |row: &Row<'db>| row.executed().filter(|_| timed);
+    system.rows.iter().map(|row| Some(psm_of(db, project, executed(row)?, level))).collect()
+}
+
+/// Analyses the activities, and says of each what comes out, and why.
+pub(crate) fn report<'db>(db: &'db dyn ModelDb, asked: &Asked<'_, 'db>, query: Query) -> Report<'db> {
+    let Analysed { reasons, row_of, tasks, analysis } = analysed(db, asked, query);
+    let Asked { rows, psms, lost, .. } = *asked;
+    let mut activities: Vec<ActivityReport<'db>> = rows.iter().map(background).collect();
     let mut shares = None;
     for ((&index, response), task) in row_of.iter().zip(&analysis.responses).zip(&tasks) {
-        let (Some(activity), Some(row)) = (activities.get_mut(index), system.rows.get(index)) else {
+        let (Some(activity), Some(row)) = (activities.get_mut(index), rows.get(index)) else {
             continue;
         };
         let psm = psms.get(index).copied().flatten().and_then(|psm| psm.as_ref().ok());
@@ -244,7 +267,7 @@ fn report<'db>(
         let others = because.iter().filter_map(|&other| row_of.get(other)).filter(|&&other| other != index);
         // Where nothing at all is analysed, that is the reason.
         let others = others.filter(|_| lost.is_empty());
-        let others: Vec<&Row<'db>> = others.filter_map(|&other| system.rows.get(other)).collect();
+        let others: Vec<&Row<'db>> = others.filter_map(|&other| rows.get(other)).collect();
         if let Some(first) = others.first() {
             let mut names: Vec<&str> = others.iter().map(|other| other.instance.as_str()).collect();
             // Two activities of one instance have one name.
@@ -262,7 +285,7 @@ fn report<'db>(
         activity.first_job = response.first_job;
         activity.verdict = Verdict::RealTime(response.status(task.deadline));
         activity.window = response.window.clone();
-        let instance = |task: usize| match row_of.get(task).and_then(|&row| system.rows.get(row)) {
+        let instance = |task: usize| match row_of.get(task).and_then(|&row| rows.get(row)) {
             Some(row) => row.instance.clone(),
             None => THROTTLING.into(),
         };
@@ -292,7 +315,6 @@ fn report<'db>(
     let cpus = analysis
         .cpus
         .iter()
-        .filter(|_| is_timed(db, project))
         .map(|load| CpuReport {
             mask: 1 << load.cpu,
             utilisation: load.utilisation.clone(),
@@ -307,7 +329,7 @@ fn unknown_of(others: &[&Row<'_>]) -> String {
     let is_one = others.iter().all(|other| Some(&other.instance) == others.first().map(|it| &it.instance));
     let have = |is_it: &dyn Fn(&Row<'_>) -> bool| others.iter().all(|other| is_it(other));
     let no_priority = |row: &Row<'_>| row.priority == Priority::Unknown && row.doubt.is_none();
-    let doubt = others.first().and_then(|other| other.doubt).filter(|_| is_one);
+    let doubt = others.first().and_then(|other| other.doubt.as_deref()).filter(|_| is_one);
     let what = match doubt {
         Some(doubt) => doubt,
         None if have(&no_priority) && is_one => "whose priority is unknown",
@@ -328,26 +350,20 @@ struct Analysed<'db> {
     analysis: Analysis,
 }
 
-fn analysed<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    system: &System<'db>,
-    query: Query,
-    psms: &Psms<'_, 'db>,
-) -> Analysed<'db> {
-    let throttled = platform_of(db, project.workspace(db)).rt_throttling == Some(true);
+fn analysed<'db>(db: &'db dyn ModelDb, asked: &Asked<'_, 'db>, query: Query) -> Analysed<'db> {
+    let Asked { rows, psms, .. } = *asked;
     let reasons: Vec<Vec<Refusal<'db>>> =
-        system.rows.iter().zip(psms).map(|(row, psm)| own_reasons(query, row, *psm)).collect();
+        rows.iter().zip(psms).map(|(row, psm)| own_reasons(query, row, *psm)).collect();
     let mut tasks = Vec::new();
     let mut row_of = Vec::new();
-    for (index, ((row, psm), reasons)) in system.rows.iter().zip(psms).zip(&reasons).enumerate() {
+    for (index, ((row, psm), reasons)) in rows.iter().zip(psms).zip(&reasons).enumerate() {
         if row.priority == Priority::Background {
             continue;
         }
         row_of.push(index);
         tasks.push(task(row, *psm, reasons));
     }
-    if throttled {
+    if asked.throttled {
         tasks.extend(throttling(&tasks));
     }
     let options = Options { method: query.method, horizon: query.horizon };
@@ -374,7 +390,11 @@ pub(crate) fn is_timed<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> bool
 
 /// Why nothing at all can be analysed: an activity may be missing, or a time that makes every bound longer.
 #[salsa::tracked(returns(ref))]
-fn lost_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, deployment: Decl<'db>) -> Vec<Refusal<'db>> {
+pub(crate) fn lost_in<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployment: Decl<'db>,
+) -> Vec<Refusal<'db>> {
     lost_of(db, project, system_of(db, project, deployment))
 }
 
@@ -523,6 +543,7 @@ pub fn budgets<'db>(
     if missing.len() > MOST_BUDGETS || !lost_in(db, project, deployment).is_empty() {
         return Vec::new();
     }
+    let throttled = platform_of(db, project.workspace(db)).rt_throttling == Some(true);
     let holds = |codel: Decl<'db>, time: Time| -> Option<bool> {
         let suppose = |of: Decl<'db>| {
             let supposed = if of == codel { time } else { Time::ZERO };
@@ -540,7 +561,8 @@ pub fn budgets<'db>(
             supposed.get(&component).or_else(|| Some(psm_of(db, project, component, query.level)))
         };
         let psms: Vec<_> = system.rows.iter().map(psm).collect();
-        let Analysed { tasks, analysis, .. } = analysed(db, project, system, query, &psms);
+        let asked = Asked { rows: &system.rows, psms: &psms, lost: &[], throttled };
+        let Analysed { tasks, analysis, .. } = analysed(db, &asked, query);
         let statuses =
             || tasks.iter().zip(&analysis.responses).map(|(task, response)| response.status(task.deadline));
         (!statuses().any(|status| status == Status::NotAnalysed))

@@ -2,6 +2,7 @@
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
+pub use mauve_timing::task_set::Priority;
 use mauve_timing::{Rounding, Time, TimeError, Unit};
 
 use crate::behaviour::Refusal;
@@ -51,7 +52,7 @@ pub struct Row<'db> {
     /// Why it is not analysed.
     pub refusals: Vec<Refusal<'db>>,
     /// Why its priority counts as unknown although one is written: what may be a mistake, said of it behind its name.
-    pub doubt: Option<&'static str>,
+    pub doubt: Option<Name>,
 }
 
 impl<'db> Row<'db> {
@@ -64,21 +65,10 @@ impl<'db> Row<'db> {
     /// what is unknown.
     fn forget(&mut self, doubt: &'static str) {
         if matches!(self.priority, Priority::RealTime(_)) {
-            self.doubt = Some(doubt);
+            self.doubt = Some(doubt.into());
         }
         (self.priority, self.cpus) = (Priority::Unknown, None);
     }
-}
-
-/// How urgent an activity is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Priority {
-    /// Greater is more urgent, 1 to 99.
-    RealTime(u32),
-    /// Not real-time.
-    Background,
-    /// It has none, or none that can be used: it may be the most urgent.
-    Unknown,
 }
 
 /// Reads a deployment.

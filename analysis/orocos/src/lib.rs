@@ -15,6 +15,7 @@
 //! | `codels.rs` | the headers of types and codels, and the stubs that the user completes |
 //! | `build.rs` | `package.xml`, `CMakeLists.txt`, and what the components of a library have in common |
 //! | `deployment.rs` | what a deployment is, for its scripts: `ops.rs`, `lua.rs`, `launch.rs` |
+//! | `export.rs` | what the analysis reads, as JSON: state machines and task sets |
 //! | `plan.rs` | what is written, changed and removed, and what is the user's |
 //! | `manifest.rs` | what the generator wrote into a package the last time |
 //! | `prototype.rs` | whether a file of the user's defines what a codel is declared as |
@@ -31,6 +32,7 @@ mod cpp_type;
 mod deployment;
 mod escape;
 mod launch;
+mod export;
 mod library;
 mod lua;
 mod manifest;

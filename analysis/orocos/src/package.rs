@@ -8,6 +8,8 @@ use crate::deployment::deployment_files;
 use crate::library::{Libraries, Library, Problem, libraries, problems};
 use crate::library::{Libraries, Library, Problem, libraries, problems};
 use crate::trace::trace_files;
+use crate::export::export_files;
+use crate::library::{Library, Problem, libraries, problems};
 
 /// A package that can be built.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -75,5 +77,8 @@ fn package<'db>(
     let build = build_files(db, project, libraries, library, &files);
     files.extend(build);
     files.extend(deployment_files(db, project, libraries, library));
+fn package<'db>(db: &'db dyn ModelDb, project: Project<'db>, library: &Library<'db>) -> Package {
+    let mut files = Vec::new();
+    files.extend(export_files(db, project, library));
     Package { name: library.package.clone(), files }
 }

@@ -23,6 +23,7 @@
 //! | `cycle_mean.rs` | λ, what a machine asks for in the long run |
 //! | `trace_bound.rs` | [`TraceBound`]: M(n), what n consecutive periods ask for at most |
 //! | `utilisation.rs` | [`Utilisation`]: Σ λ/T, compared with 1 exactly |
+//! | `task_set.rs` | [`task_set`]: what a deployment runs, as a file in JSON |
 //! | `task.rs` | [`Task`] and [`Response`]: what the analysis is asked and answers |
 //! | `response_time.rs` | [`response_times`]: the analysis |
 //!
@@ -35,6 +36,7 @@ mod machine;
 mod response_time;
 mod table;
 mod task;
+pub mod task_set;
 #[cfg(test)]
 mod testing;
 mod time;

@@ -90,7 +90,7 @@ impl Check {
             Format::Json => {
                 let mut lines = Lines::new(|text| text.chars().count());
                 let diagnostics = findings.iter().map(|it| document(&db, &mut lines, it)).collect();
-                let deployments = deployed.iter().map(|it| analysis_document(&db, it)).collect();
+                let deployments = deployed.iter().map(analysis_document).collect();
                 super::json(&Document { diagnostics, errors, warnings, hints, deployments })?
             }
             Format::Human => {
@@ -99,7 +99,7 @@ impl Check {
                 if let Some(more) = findings.len().checked_sub(MOST_EXCERPTS).filter(|more| *more > 0) {
                     parts.push(format!("… and {more} more: `--format json` shows all\n"));
                 }
-                parts.extend(wcrt::tables(&db, &deployed));
+                parts.extend(wcrt::tables(&deployed));
                 let mut found = format!("{}, {}", counted(errors, "error"), counted(warnings, "warning"));
                 if hints > 0 {
                     found += &format!(", {}", counted(hints, "hint"));

@@ -1,22 +1,24 @@
-//! `mauve wcrt [PATH]`: the worst-case response times of deployments.
+//! `mauve wcrt [PATH]`: the worst-case response times of deployments, of models or of the task sets in generated packages.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
-use mauve_ide::explain_response;
+use mauve_ide::{explain_response, explain_response_of};
 use mauve_model::diagnostics::{Severity, workspace_diagnostics};
 use mauve_model::item_tree::Name;
 use mauve_model::{
-    ActivityReport, Database, Decl, Priority, Project, Query, Report, Verdict, Workspace, config_of,
-    cpu_names, response_times, timetable_of,
+    ActivityReport, Database, Decl, File, Priority, Project, Query, Report, Verdict, Workspace, cpu_names,
+    response_times_of, timetable_of,
 };
+use mauve_timing::task_set::{Exported, Parsed, TaskSet};
 use mauve_timing::{Level, Rounding, Status, Time};
 
 use super::{Method, Paths, columns, say, shown};
 use crate::Output;
 use crate::analysis_document::{
-    AnalysisDocument, Deployed, Significance, analysis_document, deployments, levels,
+    AnalysisDocument, Deployed, Origin, Significance, analysis_document, deployments, levels,
 };
 use crate::load::load;
 
@@ -65,7 +67,18 @@ impl Wcrt {
             }
             None => None,
         };
+        let query = |level| Query { level, method: self.method.into(), horizon };
         let mut db = Database::default();
+        let is_task_set = |path: &PathBuf| path.extension().is_some_and(|extension| extension == "json");
+        if self.paths.paths.iter().any(is_task_set) {
+            if let Some(other) = self.paths.paths.iter().find(|path| !is_task_set(path)) {
+                return Err(format!(
+                    "`{}` is no task set (*.json) as the others are: analyse files and models one after the other",
+                    other.display()
+                ));
+            }
+            return self.task_sets(&db, &query);
+        }
         let workspaces = load(&mut db, &self.paths.paths)?;
         let found = deployments(&db, &workspaces, self.deployment.as_deref())?;
         if found.is_empty() {
@@ -80,33 +93,99 @@ impl Wcrt {
                 say(&format!("{level} is left out: {without} does not have it"));
             }
         }
-        let mut all = Vec::new();
-        for (project, deployment) in found {
-            let queries = levels(&db, project, self.significance.as_ref()).into_iter().map(|level| Query {
-                level,
-                method: self.method.into(),
-                horizon,
-            });
-            let reports =
-                queries.map(|query| (query, response_times(&db, project, deployment, query))).collect();
-            all.push(Deployed { project, deployment, reports });
+        let deployed = |(project, deployment)| {
+            let queries = levels(&db, project, self.significance.as_ref()).into_iter().map(query);
+            Deployed::of_model(&db, project, deployment, queries)
+        };
+        let all: Vec<Deployed<'_>> = found.into_iter().map(deployed).collect();
+        let text = self.text(&all)?;
+        let errors = report_errors(&db, &workspaces);
+        let proved = all.iter().all(Deployed::schedulable);
+        Ok(Output { text, code: u8::from(!proved || errors > 0) })
+    }
+
+    /// The response times of task sets that were written to files.
+    fn task_sets(&self, db: &Database, query: &dyn Fn(Level) -> Query) -> Result<Output, String> {
+        let mut read = Vec::new();
+        for path in &self.paths.paths {
+            let (path, set) = task_set(path)?;
+            if self.deployment.as_ref().is_none_or(|only| *only == set.name) {
+                read.push((path, set));
+            }
         }
-        let text = match (&self.explain, self.format) {
-            (Some(instance), _) => explain(&db, &all, instance)?,
-            (None, Format::Table) => tables(&db, &all).join("\n"),
-            (None, Format::Csv) => csv(&db, &all),
+        if let (Some(only), []) = (&self.deployment, read.as_slice()) {
+            return Err(format!("no deployment `{only}` in these files"));
+        }
+        let mut reports = Vec::new();
+        for (path, set) in &read {
+            let levels = match &self.significance {
+                Some(Significance::These(levels)) => levels.as_slice(),
+                Some(Significance::All) => set.levels.as_slice(),
+                None => &[set.significance],
+            };
+            let file = File::new(db, path.clone(), "".into(), None);
+            let mut of_file = Vec::new();
+            for query in levels.iter().map(|level| query(*level)) {
+                let report = response_times_of(db, file, set, query).ok_or_else(|| {
+                    let known: Vec<String> = set.levels.iter().map(Level::to_string).collect();
+                    format!(
+                        "`{}` has no times at {}: it has {}",
+                        path.display(),
+                        query.level,
+                        known.join(", ")
+                    )
+                })?;
+                of_file.push((query, report));
+            }
+            reports.push(of_file);
+        }
+        let all: Vec<Deployed<'_>> = read
+            .iter()
+            .zip(&reports)
+            .map(|((path, set), reports)| Deployed {
+                name: &set.name,
+                origin: Origin::File(path, set),
+                reports: reports.iter().map(|(query, report)| (*query, report)).collect(),
+            })
+            .collect();
+        let text = self.text(&all)?;
+        Ok(Output { text, code: u8::from(!all.iter().all(Deployed::schedulable)) })
+    }
+
+    fn text(&self, all: &[Deployed<'_>]) -> Result<String, String> {
+        Ok(match (&self.explain, self.format) {
+            (Some(instance), _) => explain(all, instance)?,
+            (None, Format::Table) => tables(all).join("\n"),
+            (None, Format::Csv) => csv(all),
             (None, Format::Json) => {
-                let documents: Vec<AnalysisDocument> =
-                    all.iter().map(|it| analysis_document(&db, it)).collect();
+                let documents: Vec<AnalysisDocument> = all.iter().map(analysis_document).collect();
                 match documents.as_slice() {
                     [one] => super::json(one)?,
                     several => super::json(&several)?,
                 }
             }
-        };
-        let errors = report_errors(&db, &workspaces);
-        let proved = all.iter().all(Deployed::schedulable);
-        Ok(Output { text, code: u8::from(!proved || errors > 0) })
+        })
+    }
+}
+
+/// Reads a task set, and gives it with its path behind all links.
+fn task_set(path: &Path) -> Result<(PathBuf, TaskSet), String> {
+    let shown = path.display();
+    let read = path.canonicalize().and_then(|path| Ok((std::fs::read_to_string(&path)?, path)));
+    let (text, path) = read.map_err(|error| format!("cannot read `{shown}`: {error}"))?;
+    let Parsed { content, is_sealed } = Exported::parse(&text).map_err(|why| format!("`{shown}`: {why}"))?;
+    match content {
+        Exported::Deployment(set) => {
+            if !is_sealed {
+                say(&format!("`{shown}` has no digest: its figures are those of whoever wrote it"));
+            }
+            Ok((path, set))
+        }
+        Exported::Component(component) => Err(format!(
+            "`{shown}` is the state machine of component {}: response times are those of a deployment, whose file \
+             stands beside it",
+            component.name
+        )),
     }
 }
 
@@ -126,14 +205,15 @@ fn report_errors(db: &Database, workspaces: &[Workspace]) -> usize {
     errors
 }
 
-fn explain(db: &Database, all: &[Deployed<'_>], instance: &str) -> Result<String, String> {
+fn explain(all: &[Deployed<'_>], instance: &str) -> Result<String, String> {
     let mut texts = Vec::new();
     for it in all {
         for (query, report) in &it.reports {
             let activities = report.activities.iter().filter(|activity| activity.row.instance == *instance);
-            texts.extend(
-                activities.map(|activity| explain_response(db, it.project, report, activity, *query)),
-            );
+            texts.extend(activities.map(|activity| match it.origin {
+                Origin::Model(db, project) => explain_response(db, project, report, activity, *query),
+                Origin::File(_, set) => explain_response_of(set, report, activity, *query),
+            }));
         }
     }
     if texts.is_empty() {
@@ -152,25 +232,24 @@ fn explain(db: &Database, all: &[Deployed<'_>], instance: &str) -> Result<String
 }
 
 /// The root of a deployment's project, for a user.
-fn root(db: &Database, of: &Deployed<'_>) -> String {
+fn root(of: &Deployed<'_>) -> String {
     let here = std::env::current_dir().unwrap_or_default();
-    shown(of.project.root(db).path(db), &here)
+    shown(of.root(), &here)
 }
 
 /// The response times of deployments for people.
-pub(super) fn tables(db: &Database, all: &[Deployed<'_>]) -> Vec<String> {
+pub(super) fn tables(all: &[Deployed<'_>]) -> Vec<String> {
     // Where there are several projects, names do not say which.
-    let several = all.iter().any(|it| Some(it.project) != all.first().map(|first| first.project));
+    let several = all.iter().any(|it| Some(it.root()) != all.first().map(Deployed::root));
     let heading = |it: &Deployed<'_>| match several {
-        true => format!("{} of {}", it.deployment.name(db), root(db, it)),
-        false => it.deployment.name(db).to_string(),
+        true => format!("{} of {}", it.name, root(it)),
+        false => it.name.to_owned(),
     };
-    let throttling = |it: &Deployed<'_>| config_of(db, it.project.workspace(db)).rt_throttling;
-    all.iter().map(|it| table(&heading(it), it, throttling(it))).collect()
+    all.iter().map(|it| table(&heading(it), it)).collect()
 }
 
 /// All figures at one level, or the responses at several.
-fn table(name: &str, it: &Deployed<'_>, throttling: Option<bool>) -> String {
+fn table(name: &str, it: &Deployed<'_>) -> String {
     let mut out = String::new();
     match it.reports.as_slice() {
         [(query, report)] => {
@@ -213,7 +292,7 @@ fn table(name: &str, it: &Deployed<'_>, throttling: Option<bool>) -> String {
             }
         }
     }
-    if throttling.is_none() {
+    if it.rt_throttling().is_none() {
         out += "  assumes real-time throttling off: say whether it is, in mauve.toml, [platform] rt_throttling\n";
     }
     out.extend(notes);
@@ -313,22 +392,22 @@ fn verdict(activity: &ActivityReport<'_>) -> String {
     }
 }
 
-fn csv(db: &Database, all: &[Deployed<'_>]) -> String {
+fn csv(all: &[Deployed<'_>]) -> String {
     let mut out = String::from(
         "deployment,significance,method,instance,component,affinity,priority,period_ms,deadline_ms,own_ms,first_job_ms,response_ms,status,assumed,root\n",
     );
     for it in all {
-        let root = quoted(&root(db, it));
+        let root = quoted(&root(it));
         for (query, report) in &it.reports {
             for activity in &report.activities {
                 let row = &activity.row;
                 let cell = |time: Option<Time>| time.map_or_else(String::new, |time| number(Some(time)));
                 let cells = [
-                    it.deployment.name(db).to_string(),
+                    quoted(it.name),
                     query.level.to_string(),
                     query.method.to_string(),
-                    row.instance.to_string(),
-                    row.component_name.to_string(),
+                    quoted(&row.instance),
+                    quoted(&row.component_name),
                     row.cpus.map_or_else(String::new, |cpus| cpus.to_string()),
                     if let Priority::RealTime(priority) = row.priority {
                         priority.to_string()
@@ -341,7 +420,14 @@ fn csv(db: &Database, all: &[Deployed<'_>]) -> String {
                     cell(activity.first_job),
                     cell(activity.response),
                     activity.verdict.name().to_owned(),
-                    activity.assumed.iter().map(|(codel, _)| codel.as_str()).collect::<Vec<_>>().join(" "),
+                    quoted(
+                        &activity
+                            .assumed
+                            .iter()
+                            .map(|(codel, _)| codel.as_str())
+                            .collect::<Vec<_>>()
+                            .join(" "),
+                    ),
                     root.clone(),
                 ];
                 let _ = writeln!(out, "{}", cells.join(","));
@@ -366,12 +452,7 @@ pub(super) fn at_shown_level<'db>(
     workspaces: &[Workspace],
 ) -> Result<Vec<Deployed<'db>>, String> {
     let deployed = |(project, deployment)| {
-        let query = Query::shown(db, project);
-        Deployed {
-            project,
-            deployment,
-            reports: vec![(query, response_times(db, project, deployment, query))],
-        }
+        Deployed::of_model(db, project, deployment, std::iter::once(Query::shown(db, project)))
     };
     Ok(deployments(db, workspaces, None)?.into_iter().map(deployed).collect())
 }

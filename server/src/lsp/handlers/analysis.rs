@@ -9,7 +9,7 @@
 //!
 //! The result is a list, with a document for each deployment in each project that has it.
 
-use mauve_model::{Query, response_times};
+use mauve_model::Query;
 use mauve_timing::{Level, Method};
 use serde::Deserialize;
 use tower_lsp::jsonrpc::{Error, Result};
@@ -82,8 +82,7 @@ pub(crate) fn analysis(snapshot: &Snapshot, params: &AnalysisParams) -> Result<V
     let documents = found.into_iter().map(|(project, deployment)| {
         let queries = levels(db, project, significance.as_ref()).into_iter();
         let queries = queries.map(|level| Query { level, method, horizon: None });
-        let reports = queries.map(|query| (query, response_times(db, project, deployment, query)));
-        analysis_document(db, &Deployed { project, deployment, reports: reports.collect() })
+        analysis_document(&Deployed::of_model(db, project, deployment, queries))
     });
     Ok(documents.collect())
 }

@@ -1,0 +1,236 @@
+//! What the analysis reads of a model, as files of a package: `models/<Component>.psm.json`, a state machine with its times,
+//! and `models/<Deployment>.json`, a task set. `mauve wcrt` computes the same response times from it as from the model;
+//! [`mauve_timing::task_set`] says what stands there.
+
+use mauve_model::{ModelDb, Project, exported_component, task_set_of};
+use mauve_timing::task_set::Exported;
+
+use crate::library::Library;
+use crate::package::{GeneratedFile, Owner};
+
+/// The files of a package that tell what was analysed, at all levels of the timing tables.
+pub(crate) fn export_files<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    library: &Library<'db>,
+) -> Vec<GeneratedFile> {
+    let components = library.components.iter().map(|&(component, _)| {
+        let content = Exported::Component(exported_component(db, project, component));
+        (format!("models/{}.psm.json", component.name(db)), content)
+    });
+    let deployments = library.deployments.iter().map(|&deployment| {
+        let content = Exported::Deployment(task_set_of(db, project, deployment));
+        (format!("models/{}.json", deployment.name(db)), content)
+    });
+    let file = |(path, content): (String, Exported)| GeneratedFile {
+        path,
+        text: content.to_json(),
+        owner: Owner::Generator,
+    };
+    components.chain(deployments).map(file).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use expect_test::{Expect, expect};
+    use mauve_model::{Database, Workspace, projects};
+
+    use super::*;
+    use crate::packages;
+
+    /// The exported files of the only package of a project.
+    fn check(fixture: &str, expected: Expect) {
+        let db = Database::default();
+        let texts = mauve_tests::fixture(fixture).into_iter().map(|(path, text)| (path.into(), text));
+        let workspace = Workspace::of_texts(&db, "/".into(), texts);
+        let [project] = projects(&db, workspace)[..] else { panic!("one project") };
+        let packages = packages(&db, project, None).unwrap();
+        let files = packages
+            .iter()
+            .flat_map(|package| &package.files)
+            .filter(|file| file.path.starts_with("models/"));
+        let shown: String = files
+            .map(|file| {
+                assert_eq!(Exported::parse(&file.text).unwrap().content.to_json(), file.text);
+                format!("//- {}\n{}", file.path, file.text)
+            })
+            .collect();
+        expected.assert_eq(&shown);
+    }
+
+    #[test]
+    fn a_machine_and_the_task_set_that_runs_it() {
+        check(
+            r#"
+codel look(): int
+codel turn(): int
+shell S { }
+core K(S) {
+  statemachine {
+    initial state Idle { run = { look(); } transition go if look() > 0 to Busy }
+    state Busy { entry = { turn(); } transition back to Idle }
+  }
+}
+component C(S, K)
+architecture A { instance front: C  instance rear: C }
+deployment D {
+  architecture A
+  activity front { affinity = 1 priority = 2 period = 100 deadline = 50.5 }
+  activity rear { priority = background }
+}
+//- /mauve.toml
+timing = { tables = "times.toml", significance = 1e-6 }
+platform = { cpus = 2, rt_throttling = false }
+//- /times.toml
+levels = [1e-3, 1e-6]
+codel = { look = [1.25, 2], turn = 7 }
+overhead.dispatch = 0.001
+component.C = [9, 12]
+"#,
+            expect![[r#"
+                //- models/C.psm.json
+                {
+                  "format": "mauve-1",
+                  "unit": "ns",
+                  "digest": "47007891094be87d",
+                  "component": {
+                    "name": "C",
+                    "levels": [0.001, 1e-6],
+                    "not_analysed": [],
+                    "machine": {
+                      "states": ["Idle", "Busy"],
+                      "initial": "Idle",
+                      "overhead": [1000, 1000],
+                      "component_time": [9000000, 12000000],
+                      "assumed": [],
+                      "programs": [
+                        { "program": "Idle.run", "time": [1250000, 2000000] },
+                        { "program": "Idle.go.guard", "time": [1250000, 2000000] },
+                        { "program": "Busy.entry", "time": [7000000, 7000000] }
+                      ],
+                      "edges": [
+                        { "source": "Idle", "target": "Busy", "transition": "go", "programs": ["Idle.run", "Idle.go.guard", "Busy.entry"], "cost": [9501000, 11001000] },
+                        { "source": "Idle", "target": "Idle", "transition": null, "programs": ["Idle.run", "Idle.go.guard"], "cost": [2501000, 4001000] },
+                        { "source": "Busy", "target": "Idle", "transition": "back", "programs": [], "cost": [1000, 1000] }
+                      ]
+                    }
+                  }
+                }
+                //- models/D.json
+                {
+                  "format": "mauve-1",
+                  "unit": "ns",
+                  "digest": "59e522eebf06ce84",
+                  "deployment": {
+                    "name": "D",
+                    "levels": [0.001, 1e-6],
+                    "significance": 1e-6,
+                    "cpus": 3,
+                    "rt_throttling": false,
+                    "not_analysed": [],
+                    "activities": [
+                      {
+                        "instance": "front",
+                        "component": "C",
+                        "affinity": 1,
+                        "priority": 2,
+                        "period": 100000000,
+                        "deadline": 50500000,
+                        "not_analysed": [],
+                        "doubt": null,
+                        "machine": {
+                          "states": ["Idle", "Busy"],
+                          "initial": "Idle",
+                          "overhead": [1000, 1000],
+                          "component_time": [9000000, 12000000],
+                          "assumed": [],
+                          "programs": [
+                            { "program": "Idle.run", "time": [1250000, 2000000] },
+                            { "program": "Idle.go.guard", "time": [1250000, 2000000] },
+                            { "program": "Busy.entry", "time": [7000000, 7000000] }
+                          ],
+                          "edges": [
+                            { "source": "Idle", "target": "Busy", "transition": "go", "programs": ["Idle.run", "Idle.go.guard", "Busy.entry"], "cost": [9501000, 11001000] },
+                            { "source": "Idle", "target": "Idle", "transition": null, "programs": ["Idle.run", "Idle.go.guard"], "cost": [2501000, 4001000] },
+                            { "source": "Busy", "target": "Idle", "transition": "back", "programs": [], "cost": [1000, 1000] }
+                          ]
+                        }
+                      },
+                      {
+                        "instance": "rear",
+                        "component": "C",
+                        "affinity": 3,
+                        "priority": "background",
+                        "period": null,
+                        "deadline": null,
+                        "not_analysed": [],
+                        "doubt": null,
+                        "machine": null
+                      }
+                    ]
+                  }
+                }
+            "#]],
+        );
+    }
+
+    #[test]
+    fn what_is_not_analysed_is_there_with_its_reason() {
+        check(
+            r#"
+codel look(): int
+shell S { }
+core K(S) { update = { look(); } }
+component C(S, K)
+architecture A { instance front: C }
+deployment D { architecture A  activity front { affinity = 3 priority = 2 period = 100 } }
+"#,
+            expect![[r#"
+                //- models/C.psm.json
+                {
+                  "format": "mauve-1",
+                  "unit": "ns",
+                  "digest": "93250697a3f29dca",
+                  "component": {
+                    "name": "C",
+                    "levels": [0.0001],
+                    "not_analysed": [
+                      { "reason": "no time for codel `look`", "levels": null, "classic_only": false }
+                    ],
+                    "machine": null
+                  }
+                }
+                //- models/D.json
+                {
+                  "format": "mauve-1",
+                  "unit": "ns",
+                  "digest": "e87da77cae763a9d",
+                  "deployment": {
+                    "name": "D",
+                    "levels": [0.0001],
+                    "significance": 0.0001,
+                    "cpus": 3,
+                    "rt_throttling": null,
+                    "not_analysed": [],
+                    "activities": [
+                      {
+                        "instance": "front",
+                        "component": "C",
+                        "affinity": 3,
+                        "priority": 2,
+                        "period": 100000000,
+                        "deadline": 100000000,
+                        "not_analysed": [
+                          { "reason": "it may run on CPUs 1 and 2, which is not analysed yet: give it one CPU", "levels": null, "classic_only": false },
+                          { "reason": "no time for codel `look`", "levels": null, "classic_only": false }
+                        ],
+                        "doubt": null,
+                        "machine": null
+                      }
+                    ]
+                  }
+                }
+            "#]],
+        );
+    }
+}

@@ -1,0 +1,768 @@
+//! Task sets as files, in JSON: what a deployment runs, or what one component may execute, with everything that the
+//! analysis reads of it. Response times are computed from such a file as from the model that it was made of.
+//!
+//! ```json
+//! {
+//!   "format": "mauve-1",
+//!   "unit": "ns",
+//!   "digest": "6f0c8d0a1b2c3d4e",
+//!   "deployment": {
+//!     "name": "Robot",
+//!     "levels": [0.001, 0.0001],
+//!     "significance": 0.0001,
+//!     "cpus": 1,
+//!     "rt_throttling": null,
+//!     "not_analysed": [],
+//!     "activities": [
+//!       {
+//!         "instance": "laser",
+//!         "component": "Laser",
+//!         "affinity": 1,
+//!         "priority": 10,
+//!         "period": 100000000,
+//!         "deadline": 100000000,
+//!         "not_analysed": [],
+//!         "doubt": null,
+//!         "machine": {
+//!           "states": ["update"],
+//!           "initial": "update",
+//!           "overhead": [0, 0],
+//!           "component_time": [null, null],
+//!           "assumed": [],
+//!           "programs": [{ "program": "update", "time": [40000000, 43000000] }],
+//!           "edges": [
+//!             {
+//!               "source": "update", "target": "update", "transition": null,
+//!               "programs": ["update"], "cost": [40000000, 43000000]
+//!             }
+//!           ]
+//!         }
+//!       }
+//!     ]
+//!   }
+//! }
+//! ```
+//!
+//! A response time is a safety claim, and a file may be damaged. So what could not be analysed is in it with its reason,
+//! never left out; every key must be there, and no other; times are whole nanoseconds; whatever does not fit together is
+//! refused ([`Exported::parse`]). The digest is that of the meaning of the rest: what was changed since is refused too. A file
+//! that somebody wrote himself has none ([`Parsed::is_sealed`]).
+
+use std::collections::{HashMap, HashSet};
+use std::fmt;
+
+use serde::Deserialize;
+use serde::de::{Deserializer, Error as _, Unexpected, Visitor};
+
+use crate::{Edge as Period, Level, Method, StateMachine, Time};
+
+/// What stands in a file.
+#[derive(Clone, PartialEq, Debug)]
+pub enum Exported {
+    /// What a deployment runs.
+    Deployment(TaskSet),
+    /// What a component may execute.
+    Component(Component),
+}
+
+/// A file that was read.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Parsed {
+    /// What stands in it.
+    pub content: Exported,
+    /// Has it a digest? Then it is as MAUVE wrote it.
+    pub is_sealed: bool,
+}
+
+/// What a deployment runs, at each of its levels.
+#[derive(Clone, PartialEq, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TaskSet {
+    /// The name of the deployment.
+    pub name: String,
+    /// The significance levels; every array of times has one for each, in their order.
+    pub levels: Vec<Level>,
+    /// The level that is shown when none is asked for.
+    pub significance: Level,
+    /// The CPUs that there are, a bit each.
+    pub cpus: u64,
+    /// Does Linux keep 50 ms of each second from real-time tasks? Nobody said so where it is `None`, and it counts as no.
+    #[serde(deserialize_with = "nullable")]
+    pub rt_throttling: Option<bool>,
+    /// Why nothing of it can be analysed: an activity or a time may be missing.
+    pub not_analysed: Vec<String>,
+    /// In the order of the deployment.
+    pub activities: Vec<Activity>,
+}
+
+/// What a component may execute, at each of its levels.
+#[derive(Clone, PartialEq, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Component {
+    /// Its library and its name: `motion.Navigation`.
+    pub name: String,
+    /// The significance levels; every array of times has one for each, in their order.
+    pub levels: Vec<Level>,
+    /// Why it cannot be analysed.
+    pub not_analysed: Vec<NotAnalysed>,
+    /// Its state machine; none where it cannot be analysed at any level.
+    #[serde(deserialize_with = "nullable")]
+    pub machine: Option<Machine>,
+}
+
+/// An activity of a deployment.
+#[derive(Clone, PartialEq, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Activity {
+    /// The instance.
+    pub instance: String,
+    /// The name of its component.
+    pub component: String,
+    /// The CPUs that it may use, a bit each; unknown where it is `None`.
+    #[serde(deserialize_with = "nullable")]
+    pub affinity: Option<u64>,
+    /// How urgent it is.
+    pub priority: Priority,
+    /// T.
+    #[serde(deserialize_with = "nullable")]
+    pub period: Option<Time>,
+    /// D.
+    #[serde(deserialize_with = "nullable")]
+    pub deadline: Option<Time>,
+    /// Why it cannot be analysed.
+    pub not_analysed: Vec<NotAnalysed>,
+    /// Why its priority counts as unknown although one is written, in words that follow its name.
+    #[serde(deserialize_with = "nullable")]
+    pub doubt: Option<String>,
+    /// What its jobs execute; none where that is not known at any level, and in the background.
+    #[serde(deserialize_with = "nullable")]
+    pub machine: Option<Machine>,
+}
+
+/// How urgent an activity is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Priority {
+    /// Greater is more urgent, 1 to 99.
+    RealTime(u32),
+    /// Not real-time.
+    Background,
+    /// It has none, or none that can be used: it may be the most urgent.
+    Unknown,
+}
+
+/// Why something cannot be analysed.
+#[derive(Clone, PartialEq, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct NotAnalysed {
+    /// In words for the user.
+    pub reason: String,
+    /// Where that is so: `None` is at every level.
+    #[serde(deserialize_with = "nullable")]
+    pub levels: Option<Vec<Level>>,
+    /// Is that so for [`Method::Classic`] only?
+    pub classic_only: bool,
+}
+
+impl NotAnalysed {
+    /// Does it hold at this level, by this method?
+    pub fn holds(&self, level: Level, method: Method) -> bool {
+        self.levels.as_ref().is_none_or(|levels| levels.contains(&level))
+            && (!self.classic_only || method == Method::Classic)
+    }
+}
+
+/// A periodic state machine, with its times at each level: no time where it cannot be analysed.
+#[derive(Clone, PartialEq, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Machine {
+    /// The names of the states; no two are the same.
+    pub states: Vec<String>,
+    /// The initial one.
+    pub initial: String,
+    /// Dispatch and context switches, which every edge has.
+    pub overhead: Vec<Option<Time>>,
+    /// A time of the whole component, for [`Method::Classic`] only, where one is declared.
+    pub component_time: Vec<Option<Time>>,
+    /// The codels whose time is assumed.
+    pub assumed: Vec<Assumed>,
+    /// The programs that edges execute.
+    pub programs: Vec<Program>,
+    /// What one period may execute.
+    pub edges: Vec<Edge>,
+}
+
+/// A codel that no timing table has, and the time that it is assumed to take.
+#[derive(Clone, PartialEq, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Assumed {
+    /// `library.name`.
+    pub codel: String,
+    /// Its time, at every level.
+    pub time: Time,
+}
+
+/// A program of a component.
+#[derive(Clone, PartialEq, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Program {
+    /// Its key: `update`, `Idle.run`, `Idle.go.guard`.
+    pub program: String,
+    /// What it takes.
+    pub time: Vec<Option<Time>>,
+}
+
+/// One period of a machine.
+#[derive(Clone, PartialEq, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Edge {
+    /// The state at its start.
+    pub source: String,
+    /// The state at its end.
+    pub target: String,
+    /// The transition that fires; none where the machine stays.
+    #[serde(deserialize_with = "nullable")]
+    pub transition: Option<String>,
+    /// What it executes, in that order.
+    pub programs: Vec<String>,
+    /// What all of it takes, the overhead with it.
+    pub cost: Vec<Option<Time>>,
+}
+
+/// What a file is, as it stands there.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Document {
+    #[serde(rename = "format")]
+    _format: String,
+    unit: String,
+    digest: Option<String>,
+    deployment: Option<TaskSet>,
+    component: Option<Component>,
+}
+
+const FORMAT: &str = "mauve-1";
+
+impl Exported {
+    /// Reads a file.
+    ///
+    /// # Errors
+    ///
+    /// What is wrong with it, and where: it is no JSON, a key is missing or unknown, a value cannot be used, something does
+    /// not fit together, or it was changed since it was written.
+    pub fn parse(text: &str) -> Result<Parsed, String> {
+        // A terminal obeys control characters, and messages quote the file.
+        let harmless = |c: char| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c };
+        Exported::read(text).map_err(|why| why.chars().map(harmless).collect())
+    }
+
+    fn read(text: &str) -> Result<Parsed, String> {
+        #[derive(Deserialize)]
+        struct Head {
+            format: Option<String>,
+        }
+        let document: Document = match (serde_json::from_str(text), serde_json::from_str(text)) {
+            (Ok(Head { format: None }), _) => {
+                return Err("it is no task set of MAUVE: it has no `format`".to_owned());
+            }
+            (Ok(Head { format: Some(format) }), _) if format != FORMAT => {
+                return Err(format!("its format is `{format}`: this version reads `{FORMAT}`"));
+            }
+            (_, document) => document.map_err(|error| error.to_string())?,
+        };
+        if document.unit != "ns" {
+            return Err(format!("its unit is `{}`: expected `ns`", document.unit));
+        }
+        let content = match (document.deployment, document.component) {
+            (Some(set), None) => Exported::Deployment(set),
+            (None, Some(component)) => Exported::Component(component),
+            _ => return Err("expected either `deployment` or `component` in it".to_owned()),
+        };
+        if document.digest.as_ref().is_some_and(|digest| *digest != content.digest()) {
+            return Err(
+                "it was changed since it was written: its digest is another. Generate it again, or remove `digest` where \
+                 the change is meant"
+                    .to_owned(),
+            );
+        }
+        match &content {
+            Exported::Deployment(set) => set.check()?,
+            Exported::Component(component) => component.check()?,
+        }
+        Ok(Parsed { content, is_sealed: document.digest.is_some() })
+    }
+
+    /// The text of the file, which ends with a line break: the same for the same content.
+    pub fn to_json(&self) -> String {
+        self.write(Some(&self.digest()))
+    }
+
+    fn digest(&self) -> String {
+        // Of the meaning, whatever the white space and the order of the keys. FNV-1a: it is to find damage, and no forgery.
+        let meaning =
+            serde_json::from_str::<serde_json::Value>(&self.write(None)).unwrap_or_default().to_string();
+        let hash = meaning.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
+            (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3)
+        });
+        format!("{hash:016x}")
+    }
+
+    fn write(&self, digest: Option<&str>) -> String {
+        let mut fields = vec![("format", text(FORMAT)), ("unit", text("ns"))];
+        fields.extend(digest.map(|digest| ("digest", text(digest))));
+        fields.push(match self {
+            Exported::Deployment(set) => ("deployment", set.write()),
+            Exported::Component(component) => ("component", component.write()),
+        });
+        lines(0, &fields) + "\n"
+    }
+}
+
+impl TaskSet {
+    /// The number of a level, which is that of its time in every array.
+    pub fn column(&self, level: Level) -> Option<usize> {
+        self.levels.iter().position(|&it| it == level)
+    }
+
+    fn check(&self) -> Result<(), String> {
+        self.not_analysed.iter().chain([&self.name]).try_for_each(|text| is_one_line(text))?;
+        check_levels(&self.levels)?;
+        if self.cpus == 0 {
+            return Err("`cpus` is 0: there is one at least".to_owned());
+        }
+        let mut known: HashMap<&str, &Activity> = HashMap::new();
+        for activity in &self.activities {
+            let name = &activity.instance;
+            let within = |why: String| format!("activity `{name}`: {why}");
+            activity.check(self).map_err(within)?;
+            if let Some(first) = known.insert(name, activity)
+                && !(self.is_excused(first) && self.is_excused(activity))
+            {
+                return Err(format!("activity `{name}` is there twice"));
+            }
+        }
+        Ok(())
+    }
+
+    /// Is it said of every level why an activity is not analysed?
+    fn is_excused(&self, activity: &Activity) -> bool {
+        !self.not_analysed.is_empty()
+            || self.levels.iter().all(|level| has_reason(&activity.not_analysed, *level))
+    }
+
+    fn write(&self) -> String {
+        lines(
+            1,
+            &[
+                ("name", text(&self.name)),
+                ("levels", list(self.levels.iter().map(level_text))),
+                ("significance", level_text(&self.significance)),
+                ("cpus", self.cpus.to_string()),
+                ("rt_throttling", or_null(self.rt_throttling)),
+                ("not_analysed", list(self.not_analysed.iter().map(|reason| text(reason)))),
+                ("activities", items(2, self.activities.iter().map(Activity::write))),
+            ],
+        )
+    }
+}
+
+impl Component {
+    fn check(&self) -> Result<(), String> {
+        is_one_line(&self.name)?;
+        check_levels(&self.levels)?;
+        check_reasons(&self.not_analysed, &self.levels)?;
+        if let Some(machine) = &self.machine {
+            machine.check(&self.levels)?;
+        }
+        for (column, level) in self.levels.iter().enumerate() {
+            let is_known = self.machine.as_ref().is_some_and(|machine| machine.is_known(column));
+            if !is_known && !has_reason(&self.not_analysed, *level) {
+                return Err(format!(
+                    "there are no times at {level}, and no reason for that in `not_analysed`"
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    fn write(&self) -> String {
+        lines(
+            1,
+            &[
+                ("name", text(&self.name)),
+                ("levels", list(self.levels.iter().map(level_text))),
+                ("not_analysed", items(2, self.not_analysed.iter().map(NotAnalysed::write))),
+                ("machine", self.machine.as_ref().map_or_else(null, |machine| machine.write(2))),
+            ],
+        )
+    }
+}
+
+impl Activity {
+    fn check(&self, set: &TaskSet) -> Result<(), String> {
+        [&self.instance, &self.component]
+            .into_iter()
+            .chain(&self.doubt)
+            .try_for_each(|text| is_one_line(text))?;
+        check_reasons(&self.not_analysed, &set.levels)?;
+        if self.period == Some(Time::ZERO) || self.deadline == Some(Time::ZERO) {
+            return Err("a period and a deadline are greater than 0".to_owned());
+        }
+        if self.period.zip(self.deadline).is_some_and(|(period, deadline)| deadline > period) {
+            return Err("its deadline is later than its period".to_owned());
+        }
+        if let Some(machine) = &self.machine {
+            if self.priority == Priority::Background {
+                return Err("it is in the background, and has a state machine".to_owned());
+            }
+            machine.check(&set.levels)?;
+        }
+        if self.priority == Priority::Background || !set.not_analysed.is_empty() {
+            return Ok(());
+        }
+        for (column, level) in set.levels.iter().enumerate() {
+            if has_reason(&self.not_analysed, *level) {
+                continue;
+            }
+            let unknown = if !self.machine.as_ref().is_some_and(|machine| machine.is_known(column)) {
+                "there are no times"
+            } else if self.priority == Priority::Unknown {
+                "its priority is unknown"
+            } else if self.period.is_none() || self.deadline.is_none() {
+                "its period or its deadline is unknown"
+            } else if !self.affinity.is_some_and(|cpus| cpus.is_power_of_two() && cpus & set.cpus != 0) {
+                "its affinity is not one of the CPUs that there are"
+            } else {
+                continue;
+            };
+            return Err(format!("{unknown} at {level}, and no reason for that is in `not_analysed`"));
+        }
+        Ok(())
+    }
+
+    fn write(&self) -> String {
+        lines(
+            3,
+            &[
+                ("instance", text(&self.instance)),
+                ("component", text(&self.component)),
+                ("affinity", or_null(self.affinity)),
+                (
+                    "priority",
+                    match self.priority {
+                        Priority::RealTime(priority) => priority.to_string(),
+                        Priority::Background => text("background"),
+                        Priority::Unknown => null(),
+                    },
+                ),
+                ("period", time_text(&self.period)),
+                ("deadline", time_text(&self.deadline)),
+                ("not_analysed", items(4, self.not_analysed.iter().map(NotAnalysed::write))),
+                ("doubt", self.doubt.as_deref().map_or_else(null, text)),
+                ("machine", self.machine.as_ref().map_or_else(null, |machine| machine.write(4))),
+            ],
+        )
+    }
+}
+
+impl NotAnalysed {
+    fn write(&self) -> String {
+        line(&[
+            ("reason", text(&self.reason)),
+            ("levels", self.levels.as_ref().map_or_else(null, |levels| list(levels.iter().map(level_text)))),
+            ("classic_only", self.classic_only.to_string()),
+        ])
+    }
+}
+
+impl Machine {
+    /// Has it times at the level of this number?
+    pub fn is_known(&self, column: usize) -> bool {
+        self.overhead.get(column).is_some_and(Option::is_some)
+    }
+
+    /// The machine that the analysis reads, at the level of this number; its edges are those of this one, in their order.
+    /// None where it has no times there.
+    pub fn state_machine(&self, column: usize) -> Option<StateMachine> {
+        self.machine_at(&self.numbers(), column).ok().flatten()
+    }
+
+    /// The states by their names.
+    fn numbers(&self) -> HashMap<&str, u32> {
+        self.states.iter().zip(0..).map(|(name, number)| (name.as_str(), number)).collect()
+    }
+
+    fn machine_at(
+        &self,
+        numbers: &HashMap<&str, u32>,
+        column: usize,
+    ) -> Result<Option<StateMachine>, String> {
+        if !self.is_known(column) {
+            return Ok(None);
+        }
+        let number = |edge: usize, name: &String| {
+            numbers
+                .get(name.as_str())
+                .copied()
+                .ok_or_else(|| format!("edge {edge}: there is no state `{name}`"))
+        };
+        let mut edges = Vec::with_capacity(self.edges.len());
+        for (index, edge) in self.edges.iter().enumerate() {
+            let (source, target) = (number(index, &edge.source)?, number(index, &edge.target)?);
+            let cost = edge.cost.get(column).copied().flatten();
+            edges.push(Period {
+                source,
+                target,
+                cost: cost.ok_or_else(|| format!("edge {index} has no cost"))?,
+            });
+        }
+        let states = u32::try_from(self.states.len()).unwrap_or(u32::MAX);
+        StateMachine::new(states, edges).map(Some).map_err(|error| error.to_string())
+    }
+
+    fn check(&self, levels: &[Level]) -> Result<(), String> {
+        let transitions = self.edges.iter().filter_map(|edge| edge.transition.as_ref());
+        let assumed = self.assumed.iter().map(|it| &it.codel);
+        let programs = self.programs.iter().map(|it| &it.program);
+        let texts = self.states.iter().chain(transitions).chain(assumed).chain(programs);
+        texts.into_iter().try_for_each(|text| is_one_line(text))?;
+        let numbers = self.numbers();
+        if numbers.len() < self.states.len() {
+            return Err("two of its states have one name".to_owned());
+        }
+        if !numbers.contains_key(self.initial.as_str()) {
+            return Err(format!("there is no state `{}`, which is to be the initial one", self.initial));
+        }
+        let all: HashMap<&str, &Program> = self.programs.iter().map(|it| (it.program.as_str(), it)).collect();
+        if all.len() < self.programs.len() {
+            return Err("two of its programs have one name".to_owned());
+        }
+        check_times("overhead", &self.overhead, levels)?;
+        check_times("component_time", &self.component_time, levels)?;
+        for program in &self.programs {
+            self.check_column(&format!("program `{}`", program.program), &program.time, levels)?;
+        }
+        for (index, edge) in self.edges.iter().enumerate() {
+            self.check_column(&format!("edge {index}"), &edge.cost, levels)?;
+            for (column, cost) in edge.cost.iter().enumerate() {
+                let mut sum = self.overhead.get(column).copied().flatten();
+                for name in &edge.programs {
+                    let Some(program) = all.get(name.as_str()) else {
+                        return Err(format!("edge {index}: there is no program `{name}`"));
+                    };
+                    let time = program.time.get(column).copied().flatten();
+                    sum = sum.zip(time).and_then(|(sum, time)| sum.checked_add(time));
+                }
+                if cost.is_some() && sum.is_none_or(|sum| Some(sum) > *cost) {
+                    return Err(format!("edge {index} costs less than what it executes"));
+                }
+            }
+        }
+        for column in 0..levels.len() {
+            self.machine_at(&numbers, column)?;
+        }
+        Ok(())
+    }
+
+    /// A time wherever the machine has any, and nowhere else.
+    fn check_column(&self, what: &str, times: &[Option<Time>], levels: &[Level]) -> Result<(), String> {
+        check_times(what, times, levels)?;
+        match times
+            .iter()
+            .zip(&self.overhead)
+            .position(|(time, overhead)| time.is_some() != overhead.is_some())
+        {
+            Some(column) => Err(format!(
+                "{what}: `overhead` has times at other levels than this{}",
+                levels.get(column).map_or_else(String::new, |level| format!(": see {level}"))
+            )),
+            None => Ok(()),
+        }
+    }
+
+    fn write(&self, depth: usize) -> String {
+        let assumed = self.assumed.iter();
+        let assumed =
+            assumed.map(|it| line(&[("codel", text(&it.codel)), ("time", it.time.as_nanos().to_string())]));
+        let programs = self.programs.iter();
+        let programs =
+            programs.map(|it| line(&[("program", text(&it.program)), ("time", times_text(&it.time))]));
+        let edges = self.edges.iter().map(|edge| {
+            line(&[
+                ("source", text(&edge.source)),
+                ("target", text(&edge.target)),
+                ("transition", edge.transition.as_deref().map_or_else(null, text)),
+                ("programs", list(edge.programs.iter().map(|it| text(it)))),
+                ("cost", times_text(&edge.cost)),
+            ])
+        });
+        lines(
+            depth,
+            &[
+                ("states", list(self.states.iter().map(|it| text(it)))),
+                ("initial", text(&self.initial)),
+                ("overhead", times_text(&self.overhead)),
+                ("component_time", times_text(&self.component_time)),
+                ("assumed", items(depth + 1, assumed)),
+                ("programs", items(depth + 1, programs)),
+                ("edges", items(depth + 1, edges)),
+            ],
+        )
+    }
+}
+
+/// Is there a reason why it is not analysed at this level by any method?
+fn has_reason(reasons: &[NotAnalysed], level: Level) -> bool {
+    reasons.iter().any(|it| it.holds(level, Method::Psm))
+}
+
+/// A terminal obeys control characters.
+fn is_one_line(text: &str) -> Result<(), String> {
+    if text.chars().any(char::is_control) {
+        return Err(format!("a control character stands in {text:?}"));
+    }
+    Ok(())
+}
+
+fn check_levels(levels: &[Level]) -> Result<(), String> {
+    let mut seen = HashSet::new();
+    match levels.iter().find(|level| !seen.insert(**level)) {
+        Some(level) => Err(format!("the level {level} is there twice")),
+        None if levels.is_empty() => Err("it has no levels".to_owned()),
+        None => Ok(()),
+    }
+}
+
+fn check_reasons(reasons: &[NotAnalysed], levels: &[Level]) -> Result<(), String> {
+    for it in reasons {
+        is_one_line(&it.reason)?;
+        if let Some(level) = it.levels.iter().flatten().find(|level| !levels.contains(level)) {
+            return Err(format!("a reason is for {level}, which is not one of the levels"));
+        }
+    }
+    Ok(())
+}
+
+/// A time for each level; what is exceeded more rarely is not shorter.
+fn check_times(what: &str, times: &[Option<Time>], levels: &[Level]) -> Result<(), String> {
+    if times.len() != levels.len() {
+        return Err(format!("{what}: {} for {} levels: expected one for each", times.len(), levels.len()));
+    }
+    let mut known: Vec<(Level, Time)> =
+        levels.iter().zip(times).filter_map(|(level, time)| Some((*level, (*time)?))).collect();
+    known.sort_by_key(|(level, _)| std::cmp::Reverse(*level));
+    match known.is_sorted_by_key(|(_, time)| *time) {
+        true => Ok(()),
+        false => Err(format!(
+            "{what}: its times fall from level to level: what is exceeded more rarely is not shorter"
+        )),
+    }
+}
+
+/// A value that may be null, and that must be there.
+fn nullable<'de, T: Deserialize<'de>, D: Deserializer<'de>>(from: D) -> Result<Option<T>, D::Error> {
+    Option::deserialize(from)
+}
+
+impl<'de> Deserialize<'de> for Level {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Level, D::Error> {
+        let number = f64::deserialize(from)?;
+        let expected = &"a probability between 0 and 1, such as 1e-4";
+        Level::from_f64(number).ok_or_else(|| D::Error::invalid_value(Unexpected::Float(number), expected))
+    }
+}
+
+impl<'de> Deserialize<'de> for Time {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Time, D::Error> {
+        struct Nanoseconds;
+        impl Visitor<'_> for Nanoseconds {
+            type Value = Time;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a whole number of nanoseconds")
+            }
+            fn visit_u64<E>(self, nanos: u64) -> Result<Time, E> {
+                Ok(Time::from_nanos(nanos))
+            }
+        }
+        from.deserialize_u64(Nanoseconds)
+    }
+}
+
+impl<'de> Deserialize<'de> for Priority {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Priority, D::Error> {
+        struct Urgency;
+        impl Visitor<'_> for Urgency {
+            type Value = Priority;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a priority from 1 to 99, \"background\", or null where it is unknown")
+            }
+            fn visit_u64<E: serde::de::Error>(self, number: u64) -> Result<Priority, E> {
+                let priority = u32::try_from(number).ok().filter(|it| (1..=99).contains(it));
+                priority
+                    .map(Priority::RealTime)
+                    .ok_or_else(|| E::invalid_value(Unexpected::Unsigned(number), &self))
+            }
+            fn visit_str<E: serde::de::Error>(self, text: &str) -> Result<Priority, E> {
+                match text {
+                    "background" => Ok(Priority::Background),
+                    _ => Err(E::invalid_value(Unexpected::Str(text), &self)),
+                }
+            }
+            fn visit_unit<E>(self) -> Result<Priority, E> {
+                Ok(Priority::Unknown)
+            }
+        }
+        from.deserialize_any(Urgency)
+    }
+}
+
+fn null() -> String {
+    "null".to_owned()
+}
+
+fn or_null(value: Option<impl fmt::Display>) -> String {
+    value.map_or_else(null, |value| value.to_string())
+}
+
+fn text(text: &str) -> String {
+    serde_json::Value::from(text).to_string()
+}
+
+fn level_text(level: &Level) -> String {
+    serde_json::Value::from(level.as_f64()).to_string()
+}
+
+fn time_text(time: &Option<Time>) -> String {
+    or_null(time.map(Time::as_nanos))
+}
+
+fn times_text(times: &[Option<Time>]) -> String {
+    list(times.iter().map(time_text))
+}
+
+/// An array on one line.
+fn list(values: impl Iterator<Item = String>) -> String {
+    format!("[{}]", values.collect::<Vec<_>>().join(", "))
+}
+
+/// An object on one line.
+fn line(fields: &[(&str, String)]) -> String {
+    let fields: Vec<String> = fields.iter().map(|(key, value)| format!("\"{key}\": {value}")).collect();
+    format!("{{ {} }}", fields.join(", "))
+}
+
+/// An array with a line for each value, within `depth` others.
+fn items(depth: usize, values: impl Iterator<Item = String>) -> String {
+    let values: Vec<String> = values.map(|value| format!("\n{}{value}", "  ".repeat(depth + 1))).collect();
+    match values.as_slice() {
+        [] => "[]".to_owned(),
+        values => format!("[{}\n{}]", values.join(","), "  ".repeat(depth)),
+    }
+}
+
+/// An object with a line for each key, within `depth` others.
+fn lines(depth: usize, fields: &[(&str, String)]) -> String {
+    let indent = "  ".repeat(depth);
+    let fields: Vec<String> =
+        fields.iter().map(|(key, value)| format!("\n{indent}  \"{key}\": {value}")).collect();
+    format!("{{{}\n{indent}}}", fields.join(","))
+}
