@@ -5,11 +5,9 @@ use mauve_model::{Decl, ModelDb, Project};
 use crate::build::build_files;
 use crate::codels::codel_files;
 use crate::deployment::deployment_files;
-use crate::library::{Libraries, Library, Problem, libraries, problems};
+use crate::export::export_files;
 use crate::library::{Libraries, Library, Problem, libraries, problems};
 use crate::trace::trace_files;
-use crate::export::export_files;
-use crate::library::{Library, Problem, libraries, problems};
 
 /// A package that can be built.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -70,15 +68,12 @@ fn package<'db>(
     libraries: &Libraries<'db>,
     library: &Library<'db>,
 ) -> Package {
-    let mut files = Vec::new();
-    files.extend(codel_files(db, project, library));
+    let mut files = codel_files(db, project, library);
     files.extend(trace_files(library));
+    files.extend(deployment_files(db, project, libraries, library));
+    files.extend(export_files(db, project, library));
     // The last one: what is installed is what the others make.
     let build = build_files(db, project, libraries, library, &files);
     files.extend(build);
-    files.extend(deployment_files(db, project, libraries, library));
-fn package<'db>(db: &'db dyn ModelDb, project: Project<'db>, library: &Library<'db>) -> Package {
-    let mut files = Vec::new();
-    files.extend(export_files(db, project, library));
     Package { name: library.package.clone(), files }
 }
