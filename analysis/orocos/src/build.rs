@@ -65,7 +65,11 @@ fn package_xml<'db>(
     let config = config_of(db, project.workspace(db));
     // What stands there until the user says more is what the tools of catkin write themselves.
     let maintainer = match &config.maintainer {
-        Some(it) => format!("<maintainer email=\"{}\">{}</maintainer>", xml(&it.email), xml(&it.name)),
+        Some(it) => {
+            // catkin puts the name into a text of CMake as it is, where these signs end it or run something.
+            let name = it.name.replace('"', "'").replace(['$', '\\'], "/");
+            format!("<maintainer email=\"{}\">{}</maintainer>", xml(&it.email), xml(&name))
+        }
         None => "<maintainer email=\"user@todo.todo\">user</maintainer>".to_owned(),
     };
     let license = xml(config.license.as_deref().unwrap_or("TODO"));

@@ -109,8 +109,7 @@ impl<'db> Signature<'db> {
             if let Type::External(ty) = type_of(db, project, of, parameter.ty.as_ref())
                 && let Some(external) = external_types(db, workspace).get(&ty)
             {
-                let words = external.cpp.split(|c: char| !c.is_ascii_alphanumeric() && c != '_');
-                words.filter(|word| !word.is_empty()).for_each(|word| names.take(word));
+                names.take_type(&external.cpp);
             }
         }
         let mut parameters = Vec::new();
