@@ -151,12 +151,12 @@ fn robot_builds_one_by_one(name: &str, compilers: (&str, &str)) {
     }
     assert_installed(
         &build,
+        &packages,
         &[
             "include/motion/motion-codels.hpp",
             "include/motion/motion-types.hpp",
             "lib/libmotion-codels.so",
             "lib/orocos/gnulinux/motion/libmotion-components-gnulinux.so",
-            "share/motion/package.xml",
             "share/motion/cmake/motionConfig.cmake",
             "lib/libkinematics-codels.so",
         ],
@@ -211,17 +211,23 @@ fn all_at_once(folder: &Path, packages: &[Package]) -> PathBuf {
     folder.join("packages")
 }
 
-const SMALL_INSTALLED: [&str; 4] = [
+const SMALL_INSTALLED: [&str; 3] = [
     "include/kinematics/kinematics-codels.hpp",
     "lib/libkinematics-codels.so",
     "lib/orocos/gnulinux/motion/libmotion-components-gnulinux.so",
-    "share/robot/package.xml",
 ];
 
-fn assert_installed(build: &Build<'_>, expected: &[&str]) {
+/// These are installed, and what deployments and analyses are made of.
+fn assert_installed(build: &Build<'_>, packages: &[Package], expected: &[&str]) {
     let installed = build.installed();
-    for path in expected {
-        assert!(installed.iter().any(|it| it == path), "no {path} in {installed:#?}");
+    let is_installed =
+        |path: &str| assert!(installed.iter().any(|it| it == path), "no {path} in {installed:#?}");
+    expected.iter().for_each(|path| is_installed(path));
+    for package in packages {
+        is_installed(&format!("share/{}/package.xml", package.name));
+        let folders = ["launch/", "models/", "scripts/"];
+        let files = package.files.iter().filter(|file| folders.iter().any(|it| file.path.starts_with(it)));
+        files.for_each(|file| is_installed(&format!("share/{}/{}", package.name, file.path)));
     }
 }
 
@@ -240,8 +246,8 @@ fn orocos_packages_build_without_ros() {
             true => names.iter().for_each(|name| drop(build.install(&folder.join("packages").join(name)))),
             false => drop(build.install(&all_at_once(&folder, &packages))),
         }
-        assert_installed(&build, &SMALL_INSTALLED);
-        assert_installed(&build, &["share/kinematics/cmake/kinematicsConfig.cmake"]);
+        assert_installed(&build, &packages, &SMALL_INSTALLED);
+        assert_installed(&build, &packages, &["share/kinematics/cmake/kinematicsConfig.cmake"]);
     }
 }
 
@@ -266,7 +272,7 @@ fn orocos_packages_build_as_packages_of_catkin() {
             _ => build.install(&all_at_once(&folder, &packages)),
         };
         assert!(said.contains("Using CATKIN_DEVEL_PREFIX"), "{said}");
-        assert_installed(&build, &SMALL_INSTALLED);
+        assert_installed(&build, &packages, &SMALL_INSTALLED);
         // What catkin says of a package is not what CMake alone would.
         let config = folder.join("prefix/share/kinematics/cmake/kinematicsConfig.cmake");
         let config = std::fs::read_to_string(config).unwrap();
