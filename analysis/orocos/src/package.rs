@@ -4,6 +4,7 @@ use mauve_model::{Decl, ModelDb, Project};
 
 use crate::build::build_files;
 use crate::codels::codel_files;
+use crate::component::component_files;
 use crate::deployment::deployment_files;
 use crate::export::export_files;
 use crate::library::{Libraries, Library, Problem, libraries, problems};
@@ -69,6 +70,7 @@ fn package<'db>(
     library: &Library<'db>,
 ) -> Package {
     let mut files = codel_files(db, project, library);
+    files.extend(component_files(db, project, libraries, library));
     files.extend(trace_files(library));
     files.extend(deployment_files(db, project, libraries, library));
     files.extend(export_files(db, project, library));
