@@ -4,6 +4,7 @@ use mauve_model::{Decl, ModelDb, Project};
 
 use crate::build::build_files;
 use crate::codels::codel_files;
+use crate::component::component_files;
 use crate::library::{Libraries, Library, Problem, libraries, problems};
 use crate::trace::trace_files;
 
@@ -67,6 +68,7 @@ fn package<'db>(
     library: &Library<'db>,
 ) -> Package {
     let mut files = Vec::new();
+    files.extend(component_files(db, project, libraries, library));
     files.extend(codel_files(db, project, library));
     files.extend(trace_files(library));
     // The last one: what is installed is what the others make.
