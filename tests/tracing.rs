@@ -1,0 +1,209 @@
+//! A robot that is traced: its packages are generated and built, it runs with real threads, LTTng records it, babeltrace2
+//! reads that. What its codels say of themselves is compared with it.
+//!
+//! `tests/run` installs what is needed; without it these tests fail, and say so.
+
+#![cfg(target_os = "linux")]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::io::{BufRead as _, BufReader, Write as _};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use mauve_model::{Database, Workspace, projects};
+use mauve_orocos::packages;
+use mauve_tests::orocos::{COMPILERS, build, configure, run};
+use mauve_tests::{Recorder, Span, scratch, spans};
+
+/// Which program says that it has which number: its component, state, transition and kind.
+const PROGRAMS: [(u64, &str); 19] = [
+    (1, "sensors.Source - - configure"),
+    (2, "sensors.Source - - start"),
+    (3, "sensors.Source - - update"),
+    (4, "sensors.Source - - stop"),
+    (5, "sensors.Source - - cleanup"),
+    (6, "sensors.Source - reset operation"),
+    (10, "motion.Pilot Waiting - entry"),
+    (11, "motion.Pilot Waiting - run"),
+    (12, "motion.Pilot Waiting got guard"),
+    (13, "motion.Pilot Waiting got effect"),
+    (14, "motion.Pilot Waiting - handle"),
+    (15, "motion.Pilot Waiting - exit"),
+    (20, "motion.Pilot Moving - entry"),
+    (21, "motion.Pilot Moving - run"),
+    (22, "motion.Pilot Moving lost guard"),
+    (23, "motion.Pilot Moving done guard"),
+    (24, "motion.Pilot Moving done effect"),
+    (25, "motion.Pilot Moving - handle"),
+    (26, "motion.Pilot Moving - exit"),
+];
+
+/// Of the robot's own folder.
+fn source(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/tracing").join(name)
+}
+
+/// Generates the packages, puts the codels into them, and builds and installs one after the other.
+fn build_robot(folder: &Path, options: &[&str]) {
+    let model = std::fs::read_to_string(source("robot.mal")).unwrap();
+    let db = Database::default();
+    let workspace = Workspace::of_texts(&db, "/".into(), [(PathBuf::from("/robot.mal"), model)]);
+    let prefix = folder.join("prefix");
+    for package in packages(&db, projects(&db, workspace)[0], None).expect("a model without mistakes") {
+        let codel = |path: &str| {
+            let name = path.strip_prefix("src/codels/")?;
+            Some(std::fs::read_to_string(source(name)).unwrap())
+        };
+        let file = |path: String, text| (format!("{}/{path}", package.name), codel(&path).unwrap_or(text));
+        let files = package.files.iter().map(|it| file(it.path.clone(), it.text.clone()));
+        mauve_tests::write(folder, &files.collect::<Vec<_>>());
+        let built = folder.join("build").join(&package.name);
+        let mut configuration = configure(&folder.join(&package.name), &built, COMPILERS[0], &[&prefix]);
+        configuration.arg(format!("-DCMAKE_INSTALL_PREFIX={}", prefix.display()));
+        configuration
+            .args(["-DCMAKE_CXX_FLAGS=-Wall -Wextra -Werror", "-DCMAKE_C_FLAGS=-Wall -Wextra -Werror"]);
+        run(configuration.arg("-DCMAKE_DISABLE_FIND_PACKAGE_catkin=ON").args(options));
+        run(build(&built).args(["--target", "install"]));
+    }
+}
+
+/// What a codel says of itself: the thread that called it, its name, its argument or CPU time.
+type Call = (u64, String, u64);
+
+/// Runs the robot, on one CPU with a program that wants it too, until all of its programs have run.
+fn run_robot(recorder: &Recorder) -> Vec<Call> {
+    let folder = recorder.folder();
+    let built = folder.join("build/deployer");
+    run(&mut configure(&source(""), &built, COMPILERS[0], &[]));
+    run(&mut build(&built));
+
+    let status = std::fs::read_to_string("/proc/self/status").unwrap();
+    let allowed = status.lines().find_map(|line| line.strip_prefix("Cpus_allowed_list:")).unwrap().trim();
+    let cpu = allowed.split([',', '-']).next().unwrap();
+    let mut competitor = recorder.command("taskset");
+    competitor.args(["-c", cpu, "sh", "-c", "while :; do :; done"]);
+    let mut competitor = competitor.spawn().unwrap();
+
+    let library =
+        |it: &str| folder.join(format!("prefix/lib/orocos/gnulinux/{it}/lib{it}-components-gnulinux.so"));
+    let mut robot = recorder.command("taskset");
+    robot
+        .args(["-c", cpu, "timeout", "120", "build/deployer/deployer"])
+        .arg(library("sensors"))
+        .arg(library("motion"));
+    let mut robot = robot.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
+    let mut calls: Vec<Call> = Vec::new();
+    // Two of them run when it is stopped.
+    let mut left: BTreeSet<u64> = PROGRAMS.iter().map(|(number, _)| *number).collect();
+    for line in BufReader::new(robot.stdout.take().unwrap()).lines() {
+        let line = line.unwrap();
+        let words: Vec<&str> = line.split(' ').collect();
+        let [thread, codel, value] = words[..] else { panic!("the robot says {line}") };
+        let value = value.parse().unwrap();
+        if codel == "mark" && left.remove(&value) && left == BTreeSet::from([4, 5]) {
+            robot.stdin.take().unwrap().write_all(b"stop\n").unwrap();
+        }
+        calls.push((thread.parse().unwrap(), codel.to_owned(), value));
+    }
+    let ended = robot.wait().unwrap();
+    competitor.kill().unwrap();
+    competitor.wait().unwrap();
+    assert!(ended.success() && left.is_empty(), "{ended}, and {left:?} did not run");
+    calls
+}
+
+/// What a program span is of, as in [`PROGRAMS`].
+fn program(span: &Span) -> String {
+    ["component", "state", "transition", "program"].map(|field| span.begin.field(field)).join(" ")
+}
+
+#[test]
+fn orocos_trace_of_a_robot_has_all_that_ran_and_how_long() {
+    let mut recorder = Recorder::start();
+    build_robot(recorder.folder(), &["-DMAUVE_TRACING=ON"]);
+    recorder.record();
+    let calls = run_robot(&recorder);
+    let all = spans(&recorder.stop()).unwrap_or_else(|error| panic!("{error}"));
+
+    let threads: BTreeSet<u64> = calls.iter().map(|(thread, ..)| *thread).collect();
+    // That of each component, and that of the deployer, which configures and starts them.
+    assert_eq!(threads.len(), 3);
+    let programs: BTreeMap<u64, &str> = PROGRAMS.into();
+    // The longest execution of each program and codel.
+    let mut longest: BTreeMap<String, u64> = BTreeMap::new();
+    for thread in threads {
+        let called = calls.iter().filter(|(of, ..)| *of == thread);
+        let mut called = called.map(|(_, codel, value)| (codel.as_str(), *value));
+        let mut open: Vec<&Span> = Vec::new();
+        for span in all.iter().filter(|span| span.begin.thread == thread) {
+            open.truncate(span.depth);
+            let around = open.last();
+            match span.begin.name.as_str() {
+                "component" => assert!(around.is_none(), "{span:?}"),
+                "program" => {
+                    let instance = if program(span).starts_with("motion.Pilot") { "pilot" } else { "source" };
+                    assert_eq!(span.begin.field("instance"), instance);
+                    assert!(around.is_none_or(|it| it.begin.name == "component"), "{span:?} in {around:?}");
+                    let time = longest.entry(program(span)).or_default();
+                    *time = span.cpu.max(*time);
+                }
+                // In the order in which the codels themselves say that they ran, each in its own program.
+                _ => {
+                    let program = program(around.expect("it is called in a program"));
+                    let codel = span.begin.field("codel");
+                    match called.next().unwrap_or_else(|| panic!("no codel says {span:?}")) {
+                        ("mark", number) => {
+                            assert_eq!((codel, program.as_str()), ("probe.mark", programs[&number]));
+                        }
+                        (_, cpu) => {
+                            assert_eq!((codel, program.as_str()), ("probe.work", programs[&21]));
+                            // Not the time in which it was preempted: that is 10 ms at least.
+                            assert!((cpu..cpu + 5_000_000).contains(&span.cpu), "{span:?} used {cpu}");
+                            assert!(span.elapsed > span.cpu + 9_000_000, "{span:?}");
+                        }
+                    }
+                    let time = longest.entry(codel.to_owned()).or_default();
+                    *time = span.cpu.max(*time);
+                }
+            }
+            open.push(span);
+        }
+        assert_eq!(called.next(), None, "not all codels that ran are in the trace");
+    }
+    let measured: BTreeSet<&str> = longest.keys().map(String::as_str).collect();
+    let expected: BTreeSet<&str> = programs.into_values().chain(["probe.mark", "probe.work"]).collect();
+    assert_eq!(measured, expected);
+    // The program that works takes as long as its work, and the others next to nothing.
+    let work = longest["probe.work"];
+    assert!(longest["motion.Pilot Moving - run"] >= work && work >= 10_000_000, "{longest:?}");
+    assert!(longest["motion.Pilot Moving - handle"] < 5_000_000, "{longest:?}");
+    // Each period of a component is one span around all of its programs.
+    let periods = all.iter().filter(|span| span.begin.name == "component").count();
+    let runs =
+        calls.iter().filter(|(_, codel, value)| codel == "mark" && [3, 11, 21].contains(value)).count();
+    assert!(periods >= runs, "{periods} of {runs}");
+    assert!(all.iter().filter(|span| span.begin.name == "program").all(|span| {
+        let is_periodic =
+            ["update", "run", "handle", "exit", "guard", "effect"].contains(&span.begin.field("program"));
+        !is_periodic || span.depth == 1
+    }));
+}
+
+#[test]
+fn orocos_packages_without_tracing_know_nothing_of_it() {
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "tracing_off");
+    build_robot(&folder, &["-DCMAKE_BUILD_TYPE=Debug"]);
+    let mut objects = Command::new("find");
+    objects.arg(folder.join("build")).args(["-name", "*.o", "-o", "-name", "*.so"]);
+    let objects = run(&mut objects);
+    // Two codels, two components, and the three libraries of them.
+    assert_eq!(objects.lines().count(), 7, "{objects}");
+    for object in objects.lines() {
+        let symbols = run(Command::new("nm").arg("-a").arg(object)).to_lowercase();
+        assert!(symbols.lines().count() > 5, "{object}: {symbols}");
+        for word in ["mauve", "trac", "span", "lttng"] {
+            assert!(!symbols.contains(word), "{object}: {symbols}");
+        }
+    }
+}
