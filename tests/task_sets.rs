@@ -61,6 +61,22 @@ fn robot() -> (PathBuf, String) {
     (folder, set)
 }
 
+/// Its variant, whose models are those of the other.
+#[test]
+fn nor_does_its_variant() {
+    let (variant, folder) = (models().join("p3dx_entry"), folder());
+    let texts = sample(&variant).into_iter().chain(sample(&models().join("p3dx")));
+    let files = exported(&variant, texts);
+    write(&folder, &files);
+    let (set, _) = files.iter().find(|(path, _)| path.ends_with("Deployment.json")).unwrap();
+    for method in ["psm", "classic"] {
+        let arguments = ["--format", "json", "--significance", "all", "--method", method];
+        let of_model = run(&folder, &[&["wcrt", variant.to_str().unwrap()], &arguments[..]].concat());
+        let of_file = run(&folder, &[&["wcrt", set.as_str()], &arguments[..]].concat());
+        assert_eq!(document(&of_file), document(&of_model), "{method}");
+    }
+}
+
 /// A document without what says where it comes from.
 fn document(run: &Run) -> Value {
     let mut document: Value = serde_json::from_str(&run.out).unwrap_or_else(|why| panic!("{why}: {run:?}"));
@@ -157,7 +173,7 @@ fn several_files_and_what_goes_with_none() {
     // Whoever means it says so.
     let meant: String =
         changed.lines().filter(|line| !line.contains("\"digest\"")).map(|line| format!("{line}\n")).collect();
-    write(&folder, &[("meant.json", meant)]);
+    write(&folder, &[("meant.json", meant.as_str())]);
     let meant = run(&folder, &["wcrt", "meant.json"]);
     assert!(meant.err.contains("`meant.json` has no digest"), "{}", meant.err);
     assert!(meant.out.contains("  200  "), "{}", meant.out);
