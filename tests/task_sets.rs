@@ -61,9 +61,9 @@ fn robot() -> (PathBuf, String) {
     (folder, set)
 }
 
-/// Its variant, whose models are those of the other.
+/// Its models are those of the other, and planning stands in an `entry`.
 #[test]
-fn nor_does_its_variant() {
+fn its_variant_gives_the_same_document() {
     let (variant, folder) = (models().join("p3dx_entry"), folder());
     let texts = sample(&variant).into_iter().chain(sample(&models().join("p3dx")));
     let files = exported(&variant, texts);
@@ -156,6 +156,8 @@ fn several_files_and_what_goes_with_none() {
     says(&[&set, "--significance", "1e-2"], 2, "has no times at 1e-2: it has 1e-3, 1e-4,");
     says(&[&set, "--deployment", "Other"], 2, "no deployment `Other` in these files");
     says(&["nowhere.json"], 2, "cannot read `nowhere.json`");
+    std::fs::create_dir(folder.join("folder.json")).unwrap();
+    says(&["folder.json"], 2, "cannot read `folder.json`: it is no file");
     let machine = set.replace("P3dxDeployment.json", "Navigation.psm.json");
     let machines =
         walk(&folder).into_iter().find(|path| path.ends_with("Navigation.psm.json")).unwrap_or(machine);

@@ -4,7 +4,7 @@
 //!
 //! `MAUVE_EXPORTS=20000 cargo test --release -p mauve-model --test exported` tries more.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use std::path::{Path, PathBuf};
 
