@@ -427,7 +427,11 @@ fn pages_completions_and_measurements() {
     for shell in ["bash", "zsh", "fish"] {
         assert!(run(&["completions", shell]).out.contains("wcrt"), "{shell}");
     }
-    for (of, title) in [("mauve.toml", "mauve.toml"), ("table", "A timing table")] {
+    for (of, title) in [
+        ("mauve.toml", "mauve.toml"),
+        ("table", "A timing table"),
+        ("task-set", "A task set or a state machine of MAUVE"),
+    ] {
         let schema: Value = serde_json::from_str(&run(&["schema", of]).out).unwrap();
         assert_eq!(schema["title"], title);
     }

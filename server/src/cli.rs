@@ -57,7 +57,7 @@ enum Command {
     Fmt(fmt::Fmt),
     /// Show the syntax tree of a file.
     Parse(parse::Parse),
-    /// Print the JSON schema of `mauve.toml` or of timing tables, for editors.
+    /// Print the JSON schema of `mauve.toml`, of timing tables or of task sets, for editors.
     Schema(schema::Schema),
     /// Measure how long the parts of the analysis take, and what an edit costs.
     AnalysisStats(analysis_stats::AnalysisStats),

@@ -23,7 +23,7 @@ use surroundings::Surroundings;
 const MADE_BY_TOOLS: [&str; 4] = ["build", "devel", "install", "log"];
 
 /// A file that is longer is not read.
-const LONGEST: u64 = 1 << 28;
+pub(crate) const LONGEST: u64 = 1 << 28;
 
 /// The texts that were read, and the workspaces that they make up.
 ///

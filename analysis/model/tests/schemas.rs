@@ -1,4 +1,4 @@
-//! The schemas that editors check `mauve.toml` and timing tables with say what the readers say.
+//! The schemas that editors check `mauve.toml`, timing tables and task sets with say what the readers say.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
 
@@ -8,11 +8,14 @@ use std::path::PathBuf;
 use mauve_model::diagnostics::{Severity, codes, page};
 use mauve_model::{Database, Workspace, config_of};
 use mauve_timing::Table;
+use mauve_timing::task_set::Exported;
 use serde_json::{Value, json};
 use toml::de::{DeTable, DeValue};
 
 const CONFIGURATION: &str = include_str!("../../../editors/schemas/mauve.schema.json");
 const TABLE: &str = include_str!("../../../editors/schemas/timing-table.schema.json");
+
+const TASK_SET: &str = include_str!("../../../editors/schemas/task-set.schema.json");
 
 /// `UPDATE_EXPECT=1 cargo test -p mauve-model --test schemas` writes them.
 #[test]
@@ -54,12 +57,16 @@ fn table(text: &str) -> (bool, bool) {
 }
 
 fn is_valid(schema: &str, text: &str) -> bool {
+    let document = DeTable::parse(text).expect("the documents of this test are TOML");
+    is_valid_json(schema, &as_json(document.get_ref()))
+}
+
+fn is_valid_json(schema: &str, document: &Value) -> bool {
     let mut compiler = boon::Compiler::new();
     compiler.add_resource("schema.json", serde_json::from_str(schema).unwrap()).unwrap();
     let mut schemas = boon::Schemas::new();
     let schema = compiler.compile("schema.json", &mut schemas).unwrap();
-    let document = DeTable::parse(text).expect("the documents of this test are TOML");
-    schemas.validate(&as_json(document.get_ref()), schema).is_ok()
+    schemas.validate(document, schema).is_ok()
 }
 
 /// As editors show TOML to a schema: what JSON does not have is null, and a date is a text.
@@ -84,7 +91,7 @@ fn value_as_json(value: &DeValue<'_>) -> Value {
 
 #[test]
 fn the_schemas_are_draft_7() {
-    for schema in [CONFIGURATION, TABLE] {
+    for schema in [CONFIGURATION, TABLE, TASK_SET] {
         let mut compiler = boon::Compiler::new();
         compiler.add_resource("schema.json", serde_json::from_str(schema).unwrap()).unwrap();
         // Checked against the schema of schemas, which `$schema` names.
@@ -262,4 +269,134 @@ fn schema_and_reader_agree_on_tables() {
     ] {
         assert_eq!(table(text), (true, false), "{text}");
     }
+}
+
+/// A task set with one activity, which is analysed, and one that is not.
+fn example() -> Value {
+    let machine = json!({
+        "states": ["update"], "initial": "update", "overhead": [1, 2], "component_time": [null, 99],
+        "assumed": [{ "codel": "a.b", "time": 5 }],
+        "programs": [{ "program": "update", "time": [7, 8] }],
+        "edges": [
+            { "source": "update", "target": "update", "transition": null, "programs": ["update"], "cost": [8, 10] },
+        ],
+    });
+    let reason = json!({ "reason": "no time", "levels": [1e-3, 1e-6], "classic_only": false });
+    json!({
+        "format": "mauve-1", "unit": "ns", "digest": null,
+        "deployment": {
+            "name": "D", "levels": [1e-3, 1e-6], "significance": 1e-6, "cpus": 3, "rt_throttling": true, "not_analysed": [],
+            "activities": [
+                {
+                    "instance": "a", "component": "C", "affinity": 2, "priority": 99, "period": 100, "deadline": 50,
+                    "not_analysed": [], "doubt": null, "machine": machine,
+                },
+                {
+                    "instance": "b", "component": "C", "affinity": null, "priority": null, "period": null,
+                    "deadline": null, "not_analysed": [reason], "doubt": "which is doubted", "machine": null,
+                },
+            ],
+        },
+    })
+}
+
+#[test]
+fn schema_and_reader_agree_on_task_sets() {
+    let agree = |document: &Value| {
+        let by_schema = is_valid_json(TASK_SET, document);
+        (by_schema, Exported::parse(&document.to_string()).is_ok())
+    };
+    let whole = example();
+    assert_eq!(agree(&whole), (true, true));
+    let machine = &whole["deployment"]["activities"][0]["machine"];
+    let component = json!({ "name": "m.C", "levels": [1e-3, 1e-6], "not_analysed": [], "machine": machine });
+    assert_eq!(agree(&json!({ "format": "mauve-1", "unit": "ns", "component": component })), (true, true));
+    let of_first = "/deployment/activities/0";
+    for (path, value) in [
+        ("/format", json!("mauve-2")),
+        ("/unit", json!("us")),
+        ("/digest", json!(5)),
+        ("/component", json!({})),
+        ("/deployment", json!(null)),
+        ("/deployment/name", json!("a\u{1b}b")),
+        ("/deployment/levels", json!([])),
+        ("/deployment/levels/0", json!(1)),
+        ("/deployment/levels/0", json!(1e-6)),
+        ("/deployment/significance", json!(0)),
+        ("/deployment/cpus", json!(0)),
+        ("/deployment/cpus", json!(1.5)),
+        ("/deployment/rt_throttling", json!("on")),
+        ("/deployment/not_analysed", json!([1])),
+        ("/deployment/activities", json!({})),
+        ("front/affinity", json!(-1)),
+        ("front/priority", json!(0)),
+        ("front/priority", json!(100)),
+        ("front/priority", json!("Background")),
+        ("front/period", json!(0)),
+        ("front/deadline", json!(0)),
+        ("front/period", json!("5 ms")),
+        ("front/doubt", json!(1)),
+        ("front/machine/states", json!(["update", "update"])),
+        ("front/machine/states", json!([])),
+        ("front/machine/edges", json!([])),
+        ("front/machine/overhead/0", json!(0.5)),
+        ("front/machine/edges/0/cost/0", json!(-8)),
+        ("front/machine/assumed/0/time", json!(null)),
+        ("front/machine/programs/0", json!(["update", 7, 8])),
+        ("/deployment/activities/1/not_analysed/0", json!("no time")),
+        ("/deployment/activities/1/not_analysed/0/classic_only", json!(null)),
+    ] {
+        let mut document = whole.clone();
+        let (parent, key) = path.rsplit_once('/').unwrap();
+        let parent = document.pointer_mut(&parent.replace("front", of_first)).unwrap();
+        match key.parse::<usize>() {
+            Ok(index) => parent[index] = value,
+            Err(_) => parent[key] = value,
+        }
+        assert_eq!(agree(&document), (false, false), "{path}: {document}");
+    }
+    // Every key is needed, and no other known.
+    for (path, keys) in objects(&whole) {
+        for key in keys.iter().filter(|key| *key != "digest") {
+            let mut document = whole.clone();
+            document.pointer_mut(&path).unwrap().as_object_mut().unwrap().remove(key);
+            assert_eq!(agree(&document), (false, false), "no {key} in {path}");
+        }
+        let mut document = whole.clone();
+        document.pointer_mut(&path).unwrap()["more"] = json!(null);
+        assert_eq!(agree(&document), (false, false), "more in {path}");
+    }
+    // A schema does not follow names, compare times, or count one array by another.
+    for (path, value) in [
+        ("/machine/initial", json!("other")),
+        ("/machine/edges/0/target", json!("other")),
+        ("/machine/edges/0/cost", json!([8, 9])),
+        ("/machine/edges/0/cost", json!([8])),
+        ("/deadline", json!(101)),
+        ("/affinity", json!(4)),
+        ("/machine", json!(null)),
+    ] {
+        let mut document = whole.clone();
+        *document.pointer_mut(&format!("{of_first}{path}")).unwrap() = value;
+        assert_eq!(agree(&document), (true, false), "{path}");
+    }
+}
+
+/// Where the objects of a document stand, and their keys.
+fn objects(document: &Value) -> Vec<(String, Vec<String>)> {
+    let mut found = Vec::new();
+    let mut open = vec![(String::new(), document)];
+    while let Some((path, value)) = open.pop() {
+        match value {
+            Value::Array(values) => {
+                open.extend(values.iter().enumerate().map(|(index, it)| (format!("{path}/{index}"), it)));
+            }
+            Value::Object(values) => {
+                open.extend(values.iter().map(|(key, it)| (format!("{path}/{key}"), it)));
+                found.push((path, values.keys().cloned().collect()));
+            }
+            _ => {}
+        }
+    }
+    found
 }

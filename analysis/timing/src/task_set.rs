@@ -766,3 +766,357 @@ fn lines(depth: usize, fields: &[(&str, String)]) -> String {
         fields.iter().map(|(key, value)| format!("\n{indent}  \"{key}\": {value}")).collect();
     format!("{{{}\n{indent}}}", fields.join(","))
 }
+
+#[cfg(test)]
+mod tests {
+    use expect_test::{Expect, expect};
+    use proptest::prelude::*;
+    use serde_json::Value;
+
+    use super::*;
+
+    fn level(probability: f64) -> Level {
+        Level::from_f64(probability).unwrap()
+    }
+
+    fn times(nanos: [u64; 2]) -> Vec<Option<Time>> {
+        nanos.map(|nanos| Some(Time::from_nanos(nanos))).to_vec()
+    }
+
+    /// One activity of two states that is analysed by `psm`, one of which a time is missing at 1e-9, one in the background.
+    fn example() -> Exported {
+        let edge = |source: &str, target: &str, transition: Option<&str>, programs: &[&str], cost| Edge {
+            source: source.to_owned(),
+            target: target.to_owned(),
+            transition: transition.map(str::to_owned),
+            programs: programs.iter().map(|it| (*it).to_owned()).collect(),
+            cost: times(cost),
+        };
+        let program = |name: &str, time| Program { program: name.to_owned(), time: times(time) };
+        let machine = Machine {
+            states: vec!["Idle".to_owned(), "Busy".to_owned()],
+            initial: "Idle".to_owned(),
+            overhead: times([3, 4]),
+            component_time: vec![Some(Time::from_nanos(900)), None],
+            assumed: vec![Assumed { codel: "pilot.turn".to_owned(), time: Time::from_nanos(5) }],
+            programs: vec![program("Idle.run", [10, 20]), program("Busy.entry", [70, 70])],
+            edges: vec![
+                edge("Idle", "Idle", None, &["Idle.run"], [13, 24]),
+                edge("Idle", "Busy", Some("go"), &["Idle.run", "Busy.entry"], [83, 94]),
+                edge("Busy", "Idle", Some("back"), &[], [3, 4]),
+            ],
+        };
+        let always = Time::from_nanos(1000);
+        let activity = |instance: &str, priority| Activity {
+            instance: instance.to_owned(),
+            component: "Pilot".to_owned(),
+            affinity: Some(1),
+            priority,
+            period: Some(always),
+            deadline: Some(always),
+            not_analysed: Vec::new(),
+            doubt: None,
+            machine: None,
+        };
+        let reason = |reason: &str, at: f64, classic_only| NotAnalysed {
+            reason: reason.to_owned(),
+            levels: Some(vec![level(at)]),
+            classic_only,
+        };
+        let front = Activity {
+            not_analysed: vec![reason("no time for component `Pilot`", 1e-9, true)],
+            machine: Some(machine.clone()),
+            ..activity("front", Priority::RealTime(2))
+        };
+        let mut partial = machine;
+        let without = |times: &mut Vec<Option<Time>>| times[1] = None;
+        partial.programs.iter_mut().for_each(|it| without(&mut it.time));
+        partial.edges.iter_mut().for_each(|it| without(&mut it.cost));
+        without(&mut partial.overhead);
+        let rear = Activity {
+            not_analysed: vec![reason("no time for codel `pilot.look`", 1e-9, false)],
+            doubt: Some("whose priority may be \"meant\"".to_owned()),
+            machine: Some(partial),
+            ..activity("rear", Priority::RealTime(1))
+        };
+        let idle = Activity { period: None, deadline: None, ..activity("idle", Priority::Background) };
+        Exported::Deployment(TaskSet {
+            name: "D".to_owned(),
+            levels: vec![level(1e-3), level(1e-9)],
+            significance: level(1e-3),
+            cpus: 1,
+            rt_throttling: Some(true),
+            not_analysed: Vec::new(),
+            activities: vec![front, rear, idle],
+        })
+    }
+
+    /// The example as somebody wrote it himself.
+    fn unsealed() -> Value {
+        let mut document: Value = serde_json::from_str(&example().to_json()).unwrap();
+        document.as_object_mut().unwrap().remove("digest");
+        document
+    }
+
+    /// Where every value of a document stands.
+    fn pointers(document: &Value) -> Vec<String> {
+        let mut found = Vec::new();
+        let mut open = vec![(String::new(), document)];
+        while let Some((path, value)) = open.pop() {
+            match value {
+                Value::Array(values) => {
+                    open.extend(values.iter().enumerate().map(|(index, it)| (format!("{path}/{index}"), it)));
+                }
+                Value::Object(values) => {
+                    open.extend(values.iter().map(|(key, it)| (format!("{path}/{key}"), it)));
+                }
+                _ => {}
+            }
+            found.push(path);
+        }
+        found
+    }
+
+    /// Removes what stands at a path.
+    fn remove(document: &mut Value, path: &str) {
+        let (parent, key) = path.rsplit_once('/').unwrap();
+        match document.pointer_mut(parent).unwrap() {
+            Value::Object(values) => drop(values.remove(key)),
+            Value::Array(values) => drop(values.remove(key.parse().unwrap())),
+            _ => unreachable!("a path goes through arrays and objects"),
+        }
+    }
+
+    #[test]
+    fn what_is_written_is_read() {
+        let text = example().to_json();
+        assert!(text.ends_with("}\n") && !text.contains(" \n"));
+        assert_eq!(Exported::parse(&text), Ok(Parsed { content: example(), is_sealed: true }));
+        // White space and the order of keys mean nothing.
+        let sorted: Value = serde_json::from_str(&text).unwrap();
+        assert_eq!(Exported::parse(&sorted.to_string()), Ok(Parsed { content: example(), is_sealed: true }));
+        let unsealed = Exported::parse(&unsealed().to_string());
+        assert_eq!(unsealed, Ok(Parsed { content: example(), is_sealed: false }));
+        let Exported::Deployment(set) = example() else { unreachable!() };
+        let machine = set.activities[1].machine.as_ref().unwrap();
+        assert_eq!(machine.state_machine(0).unwrap().greatest_cost(), Time::from_nanos(83));
+        assert_eq!(machine.state_machine(1), None);
+    }
+
+    #[test]
+    fn nothing_may_be_missing() {
+        let whole = unsealed();
+        let is_key = |path: &String| path.rsplit('/').next().is_some_and(|key| key.parse::<usize>().is_err());
+        let keys: Vec<String> =
+            pointers(&whole).into_iter().filter(|path| !path.is_empty() && is_key(path)).collect();
+        assert!(keys.len() > 70);
+        for path in keys {
+            let mut document = whole.clone();
+            remove(&mut document, &path);
+            assert!(Exported::parse(&document.to_string()).is_err(), "without {path}");
+            // Nor may there be what nobody knows.
+            let mut document = whole.clone();
+            let (parent, _) = path.rsplit_once('/').unwrap();
+            document.pointer_mut(parent).unwrap()["wcet"] = 5.into();
+            assert!(Exported::parse(&document.to_string()).is_err(), "more in {parent}");
+        }
+    }
+
+    #[test]
+    fn a_sealed_file_is_what_it_was_or_refused() {
+        let sealed: Value = serde_json::from_str(&example().to_json()).unwrap();
+        let all = pointers(&sealed);
+        for path in &all {
+            let old = sealed.pointer(path).unwrap();
+            let others = all.iter().map(|path| sealed.pointer(path).unwrap().clone());
+            for other in others.chain([0.into(), 1.into(), Value::Null, u64::MAX.into(), (-1).into()]) {
+                if other == *old {
+                    continue;
+                }
+                let mut document = sealed.clone();
+                *document.pointer_mut(path).unwrap() = other;
+                // Without the digest, it is no longer said to be what was written.
+                let is_sealed = document.get("digest").is_some_and(|digest| !digest.is_null());
+                assert!(!is_sealed || Exported::parse(&document.to_string()).is_err(), "{path}: {document}");
+            }
+            if !["", "/digest"].contains(&path.as_str()) {
+                let mut document = sealed.clone();
+                remove(&mut document, path);
+                assert!(Exported::parse(&document.to_string()).is_err(), "without {path}");
+            }
+        }
+    }
+
+    fn check(changes: &[(&str, Value)], expected: Expect) {
+        let mut found = String::new();
+        for (path, value) in changes {
+            let mut document = unsealed();
+            let path =
+                path.replace("front", "/deployment/activities/0").replace("rear", "/deployment/activities/1");
+            *document.pointer_mut(&path).unwrap() = value.clone();
+            // On several lines, so that a place is one.
+            let text = serde_json::to_string_pretty(&document).unwrap();
+            found += &match Exported::parse(&text) {
+                Ok(_) => "fine\n".to_owned(),
+                Err(why) => why + "\n",
+            };
+        }
+        expected.assert_eq(&found);
+    }
+
+    #[test]
+    fn what_is_refused() {
+        use serde_json::json;
+        check(
+            &[
+                ("/format", json!("mauve-2")),
+                ("/unit", json!("ms")),
+                ("/deployment/levels", json!([1e-3, 1e-3])),
+                ("/deployment/levels", json!([1e-3, 2])),
+                ("/deployment/levels", json!([])),
+                ("/deployment/cpus", json!(0)),
+                ("/deployment/name", json!("a\nb")),
+                ("/deployment/rt_throttling", json!(1)),
+                ("front/affinity", json!(2)),
+                ("front/affinity", json!(3)),
+                ("front/affinity", json!(null)),
+                ("front/priority", json!(0)),
+                ("front/priority", json!(100)),
+                ("front/priority", json!("idle")),
+                ("front/priority", json!(null)),
+                ("front/priority", json!("background")),
+                ("front/period", json!(0)),
+                ("front/period", json!(-5)),
+                ("front/period", json!(1.5)),
+                ("front/period", json!(1e30)),
+                ("front/period", json!("5 ms")),
+                ("front/period", json!(null)),
+                ("front/deadline", json!(1001)),
+                ("front/machine", json!(null)),
+                ("front/instance", json!("rear")),
+                ("front/machine/states", json!(["Idle", "Idle"])),
+                ("front/machine/states", json!(["Idle", "Busy", "Lost"])),
+                ("front/machine/initial", json!("Lost")),
+                ("front/machine/edges/0/source", json!("Lost")),
+                ("front/machine/edges/0/programs", json!(["Idle.walk"])),
+                ("front/machine/edges/0/cost", json!([12, 24])),
+                ("front/machine/edges/0/cost", json!([13])),
+                ("front/machine/edges/0/cost", json!([13, null])),
+                ("front/machine/edges/1/cost", json!([100, 94])),
+                ("front/machine/edges/1/cost", json!([83, u64::MAX])),
+                ("front/machine/programs/0/program", json!("Busy.entry")),
+                ("front/machine/programs/0/time", json!([10, 19])),
+                ("front/machine/programs/0/time", json!([10, 21])),
+                ("front/machine/overhead", json!([null, 4])),
+                ("rear/not_analysed", json!([])),
+                ("rear/not_analysed/0/levels", json!([1e-3])),
+                ("rear/not_analysed/0/levels", json!([1e-5])),
+                ("rear/not_analysed/0/classic_only", json!(true)),
+                ("rear/machine/overhead", json!([null, null])),
+            ],
+            expect![[r#"
+                its format is `mauve-2`: this version reads `mauve-1`
+                its unit is `ms`: expected `ns`
+                the level 1e-3 is there twice
+                invalid value: floating point `2.0`, expected a probability between 0 and 1, such as 1e-4 at line 204 column 5
+                it has no levels
+                `cpus` is 0: there is one at least
+                a control character stands in "a\nb"
+                invalid type: integer `1`, expected a boolean at line 207 column 22
+                activity `front`: its affinity is not one of the CPUs that there are at 1e-3, and no reason for that is in `not_analysed`
+                activity `front`: its affinity is not one of the CPUs that there are at 1e-3, and no reason for that is in `not_analysed`
+                activity `front`: its affinity is not one of the CPUs that there are at 1e-3, and no reason for that is in `not_analysed`
+                invalid value: integer `0`, expected a priority from 1 to 99, "background", or null where it is unknown at line 94 column 21
+                invalid value: integer `100`, expected a priority from 1 to 99, "background", or null where it is unknown at line 94 column 23
+                invalid value: string "idle", expected a priority from 1 to 99, "background", or null where it is unknown at line 94 column 26
+                activity `front`: its priority is unknown at 1e-3, and no reason for that is in `not_analysed`
+                activity `front`: it is in the background, and has a state machine
+                activity `front`: a period and a deadline are greater than 0
+                invalid type: integer `-5`, expected a whole number of nanoseconds at line 93 column 20
+                invalid type: floating point `1.5`, expected a whole number of nanoseconds at line 93 column 21
+                invalid type: floating point `1e+30`, expected a whole number of nanoseconds at line 93 column 23
+                invalid type: string "5 ms", expected a whole number of nanoseconds at line 93 column 24
+                activity `front`: its period or its deadline is unknown at 1e-3, and no reason for that is in `not_analysed`
+                activity `front`: its deadline is later than its period
+                activity `front`: there are no times at 1e-3, and no reason for that is in `not_analysed`
+                activity `rear` is there twice
+                activity `front`: two of its states have one name
+                activity `front`: state 2 has no outgoing edge
+                activity `front`: there is no state `Lost`, which is to be the initial one
+                activity `front`: edge 0: there is no state `Lost`
+                activity `front`: edge 0: there is no program `Idle.walk`
+                activity `front`: edge 0 costs less than what it executes
+                activity `front`: edge 0: 1 for 2 levels: expected one for each
+                activity `front`: edge 0: `overhead` has times at other levels than this: see 1e-9
+                activity `front`: edge 1: its times fall from level to level: what is exceeded more rarely is not shorter
+                activity `front`: the state machine is too large, or its times are too long
+                activity `front`: two of its programs have one name
+                fine
+                activity `front`: edge 0 costs less than what it executes
+                activity `front`: program `Idle.run`: `overhead` has times at other levels than this: see 1e-3
+                activity `rear`: there are no times at 1e-9, and no reason for that is in `not_analysed`
+                activity `rear`: there are no times at 1e-9, and no reason for that is in `not_analysed`
+                activity `rear`: a reason is for 1e-5, which is not one of the levels
+                activity `rear`: there are no times at 1e-9, and no reason for that is in `not_analysed`
+                activity `rear`: program `Idle.run`: `overhead` has times at other levels than this: see 1e-3
+            "#]],
+        );
+        for text in [
+            "",
+            "[]",
+            "null",
+            "{}",
+            "{\"name\": \"a\"}",
+            "{\"format\": \"mauve-1\"}",
+            "{\"format\": \"\u{7}\"}",
+        ] {
+            assert!(Exported::parse(text).is_err(), "{text}");
+        }
+        let twice = example().to_json().replace("\"cpus\": 1,", "\"cpus\": 1, \"cpus\": 3,");
+        assert!(Exported::parse(&twice).unwrap_err().starts_with("duplicate field `cpus`"));
+        let nan = example().to_json().replace("\"cpus\": 1,", "\"cpus\": NaN,");
+        assert!(Exported::parse(&nan).unwrap_err().starts_with("expected value"));
+    }
+
+    #[test]
+    fn many_states() {
+        let states: Vec<String> = (0..20_000).map(|number| format!("S{number}")).collect();
+        let edge = |(source, target): (&String, &String)| Edge {
+            source: source.clone(),
+            target: target.clone(),
+            transition: None,
+            programs: Vec::new(),
+            cost: vec![Some(Time::from_nanos(1))],
+        };
+        let edges = states.iter().zip(states.iter().cycle().skip(1)).map(edge).collect();
+        let none = || vec![Some(Time::ZERO)];
+        let (initial, assumed, programs) = (states[0].clone(), Vec::new(), Vec::new());
+        let machine =
+            Machine { states, initial, overhead: none(), component_time: none(), assumed, programs, edges };
+        let levels = vec![level(1e-4)];
+        let component =
+            Component { name: "C".to_owned(), levels, not_analysed: Vec::new(), machine: Some(machine) };
+        let content = Exported::Component(component);
+        assert_eq!(Exported::parse(&content.to_json()), Ok(Parsed { content, is_sealed: true }));
+    }
+
+    proptest! {
+        /// Bytes that are lost or come in: the file is what it was, or refused.
+        #[test]
+        fn damage_is_seen(at in 0_usize..4000, length in 0_usize..60, put in "[0-9a-z{}\\[\\],:\"\\n -]{0,4}") {
+            let text = example().to_json();
+            let start = at % text.len();
+            let end = (start + length).min(text.len());
+            let damaged = format!("{}{put}{}", &text[..start], &text[end..]);
+            if let Ok(parsed) = Exported::parse(&damaged) {
+                prop_assert_eq!(parsed.content, example(), "{}", damaged);
+            }
+            prop_assert!(Exported::parse(&text[..start]).is_err(), "its end is missing");
+        }
+
+        #[test]
+        fn no_text_fails(text in "(\\{|\\}|\\[|\\]|\"(format|unit|deployment|machine|cost)\"|:|,|null|1e400|-1|\\PC){0,40}") {
+            let _ = Exported::parse(&text);
+        }
+    }
+}

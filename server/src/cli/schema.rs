@@ -1,4 +1,5 @@
-//! `mauve schema mauve.toml|table`: what may stand in a configuration and in a timing table, as a JSON schema.
+//! `mauve schema mauve.toml|table|task-set`: what may stand in a configuration, a timing table and a task set, as a JSON
+//! schema.
 
 use clap::ValueEnum;
 
@@ -17,6 +18,8 @@ enum Of {
     Configuration,
     /// A timing table.
     Table,
+    /// A task set, or a state machine, of a generated package.
+    TaskSet,
 }
 
 impl Schema {
@@ -24,6 +27,7 @@ impl Schema {
         Output::fine(match self.of {
             Of::Configuration => include_str!("../../../editors/schemas/mauve.schema.json"),
             Of::Table => include_str!("../../../editors/schemas/timing-table.schema.json"),
+            Of::TaskSet => include_str!("../../../editors/schemas/task-set.schema.json"),
         })
     }
 }

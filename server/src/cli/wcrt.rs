@@ -20,7 +20,7 @@ use crate::Output;
 use crate::analysis_document::{
     AnalysisDocument, Deployed, Origin, Significance, analysis_document, deployments, levels,
 };
-use crate::load::load;
+use crate::load::{LONGEST, load};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Wcrt {
@@ -171,8 +171,15 @@ impl Wcrt {
 /// Reads a task set, and gives it with its path behind all links.
 fn task_set(path: &Path) -> Result<(PathBuf, TaskSet), String> {
     let shown = path.display();
-    let read = path.canonicalize().and_then(|path| Ok((std::fs::read_to_string(&path)?, path)));
-    let (text, path) = read.map_err(|error| format!("cannot read `{shown}`: {error}"))?;
+    let read = || {
+        let path = path.canonicalize()?;
+        let data = std::fs::metadata(&path)?;
+        if !data.is_file() || data.len() > LONGEST {
+            return Err(std::io::Error::other("it is no file, or too long"));
+        }
+        Ok((std::fs::read_to_string(&path)?, path))
+    };
+    let (text, path) = read().map_err(|error| format!("cannot read `{shown}`: {error}"))?;
     let Parsed { content, is_sealed } = Exported::parse(&text).map_err(|why| format!("`{shown}`: {why}"))?;
     match content {
         Exported::Deployment(set) => {

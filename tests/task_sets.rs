@@ -1,0 +1,238 @@
+//! Task sets in files: `mauve wcrt` says of one what it says of the model that it was made of.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
+use std::path::{Path, PathBuf};
+
+use mauve_model::{Database, Workspace, projects};
+use mauve_tests::{Run, mauve, models, scratch, write};
+use serde_json::Value;
+
+fn run(folder: &Path, arguments: &[&str]) -> Run {
+    mauve(env!("CARGO_BIN_EXE_mauve"), folder, arguments)
+}
+
+/// A folder of the test's own, since tests run at the same time, each in a thread of its name.
+fn folder() -> PathBuf {
+    let thread = std::thread::current();
+    scratch(env!("CARGO_TARGET_TMPDIR"), &format!("task-sets-{}", thread.name().unwrap_or_default()))
+}
+
+/// The exported files of a project, by their paths below the folder of the packages.
+fn exported(folder: &Path, texts: impl IntoIterator<Item = (PathBuf, String)>) -> Vec<(String, String)> {
+    let db = Database::default();
+    let workspace = Workspace::of_texts(&db, folder.to_owned(), texts);
+    let [project] = projects(&db, workspace)[..] else { panic!("one project") };
+    let packages = mauve_orocos::packages(&db, project, None).unwrap_or_else(|why| panic!("{why:?}"));
+    let files = packages.into_iter().flat_map(|package| {
+        let models = package.files.into_iter().filter(|file| file.path.starts_with("models/"));
+        models.map(move |file| (format!("{}/{}", package.name, file.path), file.text)).collect::<Vec<_>>()
+    });
+    files.collect()
+}
+
+/// The models and tables below a folder of the samples.
+fn sample(folder: &Path) -> Vec<(PathBuf, String)> {
+    let mut texts = Vec::new();
+    let mut open = vec![folder.to_owned()];
+    while let Some(next) = open.pop() {
+        for entry in std::fs::read_dir(next).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                open.push(path);
+            } else if path.extension().is_some_and(|it| it == "mal" || it == "toml") {
+                texts.push((path.clone(), std::fs::read_to_string(path).unwrap()));
+            }
+        }
+    }
+    texts.sort();
+    texts
+}
+
+/// The packages of the sample robot in a folder, and its task set in there.
+fn robot() -> (PathBuf, String) {
+    let folder = folder();
+    let robot = models().join("p3dx");
+    let files = exported(&robot, sample(&robot));
+    write(&folder, &files);
+    let mut sets = files.into_iter().map(|(path, _)| path).filter(|path| !path.ends_with(".psm.json"));
+    let set = sets.next().unwrap();
+    assert_eq!((set.rsplit('/').next(), sets.next()), (Some("P3dxDeployment.json"), None));
+    (folder, set)
+}
+
+/// Its models are those of the other, and planning stands in an `entry`.
+#[test]
+fn its_variant_gives_the_same_document() {
+    let (variant, folder) = (models().join("p3dx_entry"), folder());
+    let texts = sample(&variant).into_iter().chain(sample(&models().join("p3dx")));
+    let files = exported(&variant, texts);
+    write(&folder, &files);
+    let (set, _) = files.iter().find(|(path, _)| path.ends_with("Deployment.json")).unwrap();
+    for method in ["psm", "classic"] {
+        let arguments = ["--format", "json", "--significance", "all", "--method", method];
+        let of_model = run(&folder, &[&["wcrt", variant.to_str().unwrap()], &arguments[..]].concat());
+        let of_file = run(&folder, &[&["wcrt", set.as_str()], &arguments[..]].concat());
+        assert_eq!(document(&of_file), document(&of_model), "{method}");
+    }
+}
+
+/// A document without what says where it comes from.
+fn document(run: &Run) -> Value {
+    let mut document: Value = serde_json::from_str(&run.out).unwrap_or_else(|why| panic!("{why}: {run:?}"));
+    assert!(document.as_object_mut().unwrap().remove("root").is_some());
+    document
+}
+
+#[test]
+fn the_sample_robot_gives_the_same_document() {
+    let (folder, set) = robot();
+    let model = models().join("p3dx");
+    let model = model.to_str().unwrap();
+    let mut codes = Vec::new();
+    for arguments in [
+        &["--format", "json"] as &[&str],
+        &["--format", "json", "--significance", "all"],
+        &["--format", "json", "--significance", "all", "--method", "classic"],
+        &["--format", "json", "--significance", "all", "--horizon", "1000ms"],
+        &["--format", "json", "--significance", "1e-9,1e-3"],
+        &["--format", "json", "--deployment", "P3dxDeployment", "--method", "classic"],
+    ] {
+        let of_model = run(&folder, &[&["wcrt", model], arguments].concat());
+        let of_file = run(&folder, &[&["wcrt", set.as_str()], arguments].concat());
+        assert_eq!(document(&of_file), document(&of_model), "{arguments:?}");
+        assert_eq!((of_file.code, of_file.err.as_str()), (of_model.code, ""), "{arguments:?}");
+        codes.push(of_file.code);
+    }
+    assert_eq!(codes, [0, 1, 1, 1, 1, 1], "navigation is late at some level, and by the classic method");
+    // For people and for tables, where a root is a column, and codels are below a task set.
+    let table = |of: &str| run(&folder, &["wcrt", of, "--significance", "all"]).out;
+    assert_eq!(table(&set), table(model));
+    let one = |of: &str| run(&folder, &["wcrt", of]).out;
+    assert_eq!(one(&set), one(model));
+    let csv = |of: &str| -> Vec<String> {
+        let run = run(&folder, &["wcrt", of, "--format", "csv"]);
+        run.out.lines().map(|line| line.rsplit_once(',').unwrap().0.to_owned()).collect()
+    };
+    assert_eq!(csv(&set), csv(model));
+}
+
+#[test]
+fn it_is_explained_as_far_as_it_is_known() {
+    let (folder, set) = robot();
+    let model = models().join("p3dx");
+    let explained =
+        |of: &str| run(&folder, &["wcrt", of, "--explain", "navigation", "--significance", "1e-5"]);
+    let (of_file, of_model) = (explained(&set), explained(model.to_str().unwrap()));
+    assert_eq!(of_file.code, of_model.code);
+    let lines = |run: &Run| -> Vec<String> { run.out.lines().map(str::to_owned).collect() };
+    let (of_file, of_model) = (lines(&of_file), lines(&of_model));
+    // Codels stand below their program.
+    let is_codel = |line: &&String| line.starts_with(&" ".repeat(16)) && line.contains(" ms  ");
+    let without: Vec<&String> = of_model.iter().filter(|line| !is_codel(line)).collect();
+    assert_eq!(of_file.iter().collect::<Vec<_>>(), without);
+    assert!(without.len() < of_model.len() && without.len() > 10);
+    let unknown = run(&folder, &["wcrt", &set, "--explain", "navigatoin"]);
+    assert_eq!(
+        (unknown.code, unknown.err.as_str()),
+        (2, "mauve: no instance `navigatoin`; did you mean `navigation`?\n")
+    );
+}
+
+#[test]
+fn several_files_and_what_goes_with_none() {
+    let (folder, set) = robot();
+    let shown = run(&folder, &["wcrt", &set, &set, "--format", "json"]);
+    let both: Value = serde_json::from_str(&shown.out).unwrap();
+    assert_eq!(both.as_array().map(Vec::len), Some(2));
+    assert!(both[0]["root"].as_str().unwrap().ends_with("/models/P3dxDeployment.json"));
+    let says = |arguments: &[&str], code: i32, expected: &str| {
+        let run = run(&folder, &[&["wcrt"], arguments].concat());
+        assert_eq!((run.code, run.out.as_str()), (code, ""), "{arguments:?}");
+        assert!(run.err.contains(expected), "{arguments:?}: {}", run.err);
+    };
+    let model = models().join("p3dx");
+    says(&[&set, model.to_str().unwrap()], 2, "one after the other");
+    says(&[&set, "--significance", "1e-2"], 2, "has no times at 1e-2: it has 1e-3, 1e-4,");
+    says(&[&set, "--deployment", "Other"], 2, "no deployment `Other` in these files");
+    says(&["nowhere.json"], 2, "cannot read `nowhere.json`");
+    std::fs::create_dir(folder.join("folder.json")).unwrap();
+    says(&["folder.json"], 2, "cannot read `folder.json`: it is no file");
+    let machine = set.replace("P3dxDeployment.json", "Navigation.psm.json");
+    let machines =
+        walk(&folder).into_iter().find(|path| path.ends_with("Navigation.psm.json")).unwrap_or(machine);
+    says(&[&machines], 2, "is the state machine of component ");
+    let text = std::fs::read_to_string(folder.join(&set)).unwrap();
+    let changed = text.replacen("100000000", "200000000", 1);
+    assert_ne!(changed, text);
+    write(
+        &folder,
+        &[("changed.json", changed.as_str()), ("torn.json", &text[..text.len() / 2]), ("other.json", "{}")],
+    );
+    says(&["changed.json"], 2, "it was changed since it was written");
+    says(&["torn.json"], 2, "EOF while parsing");
+    says(&["other.json"], 2, "it has no `format`");
+    // Whoever means it says so.
+    let meant: String =
+        changed.lines().filter(|line| !line.contains("\"digest\"")).map(|line| format!("{line}\n")).collect();
+    write(&folder, &[("meant.json", meant.as_str())]);
+    let meant = run(&folder, &["wcrt", "meant.json"]);
+    assert!(meant.err.contains("`meant.json` has no digest"), "{}", meant.err);
+    assert!(meant.out.contains("  200  "), "{}", meant.out);
+}
+
+/// The files below a folder, by their paths from there.
+fn walk(folder: &Path) -> Vec<String> {
+    let mut found = Vec::new();
+    let mut open = vec![folder.to_owned()];
+    while let Some(next) = open.pop() {
+        for entry in std::fs::read_dir(next).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                open.push(path);
+            } else {
+                found.push(path.strip_prefix(folder).unwrap().to_str().unwrap().to_owned());
+            }
+        }
+    }
+    found
+}
+
+#[test]
+fn nothing_in_them_tells_where_they_were_made() {
+    let robot = models().join("p3dx");
+    let files = exported(&robot, sample(&robot));
+    assert_eq!(files, exported(&robot, sample(&robot)), "the same each time");
+    assert_eq!(files.len(), 11, "ten components and a deployment");
+    for (path, text) in files {
+        assert!(text.ends_with("}\n"), "{path}");
+        assert!(!text.contains(robot.to_str().unwrap()) && !text.contains('/'), "{path}");
+    }
+}
+
+#[test]
+fn what_is_not_analysed_stays_so() {
+    let folder = folder();
+    let model = "codel work(): int\ncodel plan(): int\nshell S { }\ncore K(S) { update = { work(); } }\n\
+                 core L(S) { update = { plan(); } }\ncomponent C(S, K)\ncomponent P(S, L)\n\
+                 architecture A { instance front: C  instance back: C  instance above: P }\n\
+                 deployment D {\n  architecture A\n  activity above { priority = 3 period = 10 }\n  \
+                 activity front { priority = 2 period = 10 deadline = 9 }\n  \
+                 activity back { priority = 5 period = 10 deadline = 9 }\n}\n";
+    let table = "levels = [1e-3, 1e-6]\n[codel]\nwork = [1, 2]\n[component]\nC = [4, 6]\n";
+    let config = "[project]\nroot = \"robot.mal\"\n[timing]\ntables = \"times.toml\"\n[platform]\nrt_throttling = true\n";
+    let texts = [("robot.mal", model), ("times.toml", table), ("mauve.toml", config)];
+    write(&folder, &texts);
+    write(&folder, &exported(&folder, texts.map(|(path, text)| (folder.join(path), text.to_owned()))));
+    for method in ["psm", "classic"] {
+        let arguments = ["--format", "json", "--significance", "all", "--method", method];
+        let of_model = run(&folder, &[&["wcrt", "robot.mal"], &arguments[..]].concat());
+        let of_file = run(&folder, &[&["wcrt", "robot/models/D.json"], &arguments[..]].concat());
+        let (of_file, of_model) = (document(&of_file), document(&of_model));
+        assert_eq!(of_file, of_model);
+        let statuses: Vec<&Value> =
+            of_file["results"][0]["activities"].as_array().unwrap().iter().map(|it| &it["status"]).collect();
+        assert_eq!(statuses, ["not-analysed", "not-analysed", "missed"], "throttling takes 50 ms");
+        assert_eq!(of_file["rt_throttling"], true);
+    }
+}
