@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use annotate_snippets::{AnnotationKind, Level};
 use clap::ValueEnum;
 use mauve_model::diagnostics::{Finding, Severity, workspace_diagnostics};
-use mauve_model::{Database, Decl, Project, Query, Workspace, projects, response_times};
+use mauve_model::{Database, Decl, Project, Query, Workspace, projects};
 use mauve_orocos::{Package, Plan, Problem, packages, plan, problems};
 
 use super::check::{Lines, MOST_EXCERPTS, excerpt, with_excerpts};
@@ -214,8 +214,7 @@ fn warn_of_deadlines(
             continue;
         }
         let query = Query::shown(db, project);
-        let reports = vec![(query, response_times(db, project, deployment, query))];
-        let deployed = Deployed { project, deployment, reports };
+        let deployed = Deployed::of_model(db, project, deployment, std::iter::once(query));
         if !deployed.schedulable() {
             let (proved, all) = deployed.deadlines();
             let name = deployment.qualified(db);
