@@ -69,8 +69,12 @@ pub(crate) fn xml(text: &str) -> String {
 /// A text in a comment: on one line, and never the end of one that `*/` or `-->` ends.
 pub(crate) fn comment(text: &str) -> String {
     let line: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+    let mut line = line.replace("*/", "* /");
+    while line.contains("--") {
+        line = line.replace("--", "- -");
+    }
     // A backslash at the end of a line would join the next one to it.
-    line.replace("*/", "* /").replace("--", "- -").trim_end_matches(['\\', ' ']).to_owned()
+    line.trim_end_matches(['\\', ' ']).to_owned()
 }
 
 #[cfg(test)]
@@ -85,5 +89,6 @@ mod tests {
         assert_eq!(lua_string(hostile), r#""a\"; evil(\"\\\010\013\000??/\195\1691""#);
         assert_eq!(xml("<a b='\"'>&\u{1}\n"), "&lt;a b=&apos;&quot;&apos;&gt;&amp;\u{fffd}&#10;");
         assert_eq!(comment("a\n*/ --> b \\ \\"), "a * / - -> b");
+        assert_eq!(comment("a---b----"), "a- - -b- - - -");
     }
 }
