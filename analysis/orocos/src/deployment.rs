@@ -11,6 +11,7 @@ use mauve_timing::Time;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::cpp_name::{script_name, task_name};
+use crate::escape::comment;
 use crate::library::{Libraries, Library};
 use crate::package::{GeneratedFile, Owner};
 use crate::{launch, lua, ops};
@@ -22,11 +23,9 @@ use crate::{launch, lua, ops};
 /// background it costs no other activity anything.
 const BACKGROUND_PERIOD: Time = Time::from_nanos(100_000_000);
 
-/// What is said of that where it is supposed.
-pub(crate) const BACKGROUND: [&str; 2] = [
-    "In the background, and the model gives no period. Without one RTT would run it only once: 0.1 s is",
-    "supposed. Give its activity a `period` in the model for another.",
-];
+/// What is said of that where it is assumed.
+pub(crate) const BACKGROUND: &str = "In the background, and the model gives no period. Without one RTT would run it only \
+    once, so 100 ms are assumed: a `period` in its activity says another.";
 
 /// The scripts and launch files of the deployments in a library.
 pub(crate) fn deployment_files<'db>(
@@ -89,7 +88,7 @@ pub(crate) struct Activity {
     /// In seconds, exact.
     pub(crate) period: String,
     /// Is that period none of the model's?
-    pub(crate) supposed: bool,
+    pub(crate) assumed: bool,
     /// 1 to 99; none in the background.
     pub(crate) priority: Option<u32>,
     /// A bit for each CPU that it may use; none where it may use all.
@@ -255,7 +254,7 @@ fn activity<'db>(db: &'db dyn ModelDb, of: Decl<'db>, row: &Row<'db>) -> Activit
         Priority::Background | Priority::Unknown => None,
     };
     let period = seconds(row.period.unwrap_or(BACKGROUND_PERIOD));
-    Activity { period, supposed: row.period.is_none(), priority, affinity }
+    Activity { period, assumed: row.period.is_none(), priority, affinity }
 }
 
 /// `0.1` for 100 ms: exact, always with a point, as what is a floating-point number in every script.
@@ -310,6 +309,18 @@ fn streams<'db>(db: &'db dyn ModelDb, project: Project<'db>, instances: &[FlatIn
     streams
 }
 
+/// The lines of a comment, short enough to be read beside code.
+pub(crate) fn comment_lines(text: &str) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in comment(text).split(' ') {
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + word.chars().count() < 96 => *line += &format!(" {word}"),
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines
+}
+
 /// Where something stands in the model, for a reader: `robot/deployment.mal:4`.
 fn position<'db>(db: &'db dyn ModelDb, project: Project<'db>, place: &Place<'db>) -> String {
     let file = place.file(db);
@@ -325,45 +336,7 @@ fn position<'db>(db: &'db dyn ModelDb, project: Project<'db>, place: &Place<'db>
 
 #[cfg(test)]
 mod tests {
-    use expect_test::expect_file;
-    use mauve_model::{Database, Workspace, projects};
-
     use super::*;
-
-    /// The files of the sample's deployment: as they are, because they are what people read first.
-    #[test]
-    fn the_sample() {
-        let folder = mauve_tests::models().join("p3dx");
-        let mut texts = Vec::new();
-        let mut open = vec![folder.clone()];
-        while let Some(folder) = open.pop() {
-            for entry in std::fs::read_dir(folder).unwrap() {
-                let path = entry.unwrap().path();
-                if path.is_dir() {
-                    open.push(path);
-                } else {
-                    texts.push((path.clone(), std::fs::read_to_string(&path).unwrap()));
-                }
-            }
-        }
-        for file in generated(folder, texts) {
-            println!("==== {}\n{}", file.path, file.text);
-        }
-    }
-
-    fn generated(folder: std::path::PathBuf, texts: Vec<(std::path::PathBuf, String)>) -> Vec<GeneratedFile> {
-        let db = Database::default();
-        let workspace = Workspace::of_texts(&db, folder, texts);
-        let mut files = Vec::new();
-        for &project in projects(&db, workspace) {
-            let (libraries, problems) = crate::library::libraries(&db, project);
-            assert_eq!(problems, &[]);
-            for library in &libraries.all {
-                files.extend(deployment_files(&db, project, libraries, library));
-            }
-        }
-        files
-    }
 
     #[test]
     fn periods_are_exact() {

@@ -2,8 +2,8 @@
 
 use mauve_model::Value;
 
-use crate::deployment::{Activity, BACKGROUND, Deployed, Task};
-use crate::escape::{comment, lua_string};
+use crate::deployment::{Activity, BACKGROUND, Deployed, Task, comment_lines};
+use crate::escape::lua_string;
 
 /// What every script begins with.
 const PRELUDE: &str = r#"
@@ -58,13 +58,13 @@ impl Script {
     }
 
     fn comment(&mut self, text: &str) {
-        self.line(&format!("-- {}", comment(text)));
+        comment_lines(text).iter().for_each(|line| self.line(&format!("-- {line}")));
     }
 
     /// An empty line, and what the next ones are about.
-    fn section(&mut self, about: &[&str]) {
+    fn section(&mut self, about: &str) {
         self.text.push('\n');
-        about.iter().for_each(|line| self.comment(line));
+        self.comment(about);
     }
 
     fn call(&mut self, function: &str, arguments: &[&str]) {
@@ -73,23 +73,23 @@ impl Script {
 
     fn imports(&mut self, deployed: &Deployed) {
         if let Some(streams) = &deployed.streams {
-            self.section(&["ROS, and the types of the messages."]);
+            self.section("ROS, and the types of the messages.");
             for package in ["rtt_ros", "rtt_rosnode", "rtt_roscomm"] {
                 self.call("import", &[&lua_string(package)]);
             }
             streams.packages.iter().for_each(|it| self.call("import", &[&lua_string(it)]));
         }
-        self.section(&["The components."]);
+        self.section("The components.");
         deployed.packages.iter().for_each(|it| self.call("import", &[&lua_string(it)]));
     }
 
     fn tasks(&mut self, tasks: &[Task]) {
-        self.section(&["The instances."]);
+        self.section("The instances.");
         for Task { name, class, .. } in tasks {
             self.call("load", &[&lua_string(name), &lua_string(class)]);
         }
         if tasks.iter().any(|task| !task.values.is_empty()) {
-            self.section(&["Values that the model sets, and those that rest on them."]);
+            self.section("Values that the model sets, and those that rest on them.");
         }
         for task in tasks {
             for (property, value) in &task.values {
@@ -100,9 +100,9 @@ impl Script {
 
     fn connections(&mut self, deployed: &Deployed) {
         if !deployed.connections.is_empty() {
-            self.section(&[
+            self.section(
                 "The connections: from an output to an input, which keeps the last value or so many.",
-            ]);
+            );
             self.text += CONNECT;
         }
         for ([from, to], buffer) in &deployed.connections {
@@ -113,7 +113,7 @@ impl Script {
             }
         }
         if !deployed.operations.is_empty() {
-            self.section(&["The operations: who requires it, who provides it."]);
+            self.section("The operations: who requires it, who provides it.");
         }
         for ends in &deployed.operations {
             let [required, provided] = ends.each_ref().map(|end| lua_string(end));
@@ -122,13 +122,13 @@ impl Script {
     }
 
     fn activities(&mut self, tasks: &[Task]) {
-        self.section(&[
+        self.section(
             "How they run: period in seconds, priority, scheduler; and on which CPUs, a bit for each.",
-        ]);
+        );
         for Task { name, activity, .. } in tasks {
-            let Activity { period, supposed, affinity, .. } = activity;
-            if *supposed {
-                BACKGROUND.iter().for_each(|line| self.comment(line));
+            let Activity { period, assumed, affinity, .. } = activity;
+            if *assumed {
+                self.comment(BACKGROUND);
             }
             let (priority, scheduler) = activity.scheduling();
             let arguments = format!("{}, {period}, {priority}, rtt.globals.{scheduler}", lua_string(name));
@@ -142,7 +142,7 @@ impl Script {
     fn streams(&mut self, deployed: &Deployed) {
         let Some(streams) = &deployed.streams else { return };
         if !streams.topics.is_empty() || !streams.left_out.is_empty() {
-            self.section(&["Every port is a topic."]);
+            self.section("Every port is a topic.");
         }
         if !streams.topics.is_empty() {
             self.line("local ros = rtt.provides(\"ros\"):provides(\"comm\")");
@@ -156,10 +156,8 @@ impl Script {
     }
 
     fn start(&mut self, order: &[String]) {
-        self.section(&[
-            "All are configured, and only if that succeeds for all, they start: who provides operations before",
-            "who requires them.",
-        ]);
+        self.section("All are configured, and only if that succeeds for all, they start: who provides operations before \
+             who requires them.");
         self.line("local order = {");
         order.iter().for_each(|name| self.line(&format!("  {},", lua_string(name))));
         self.line("}");

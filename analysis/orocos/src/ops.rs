@@ -12,8 +12,8 @@
 
 use mauve_model::Value;
 
-use crate::deployment::{Activity, BACKGROUND, Deployed, Task};
-use crate::escape::{comment, ops_string};
+use crate::deployment::{Activity, BACKGROUND, Deployed, Task, comment_lines};
+use crate::escape::ops_string;
 
 /// The script of a deployment.
 pub(crate) fn script(deployed: &Deployed) -> String {
@@ -41,34 +41,34 @@ impl Script<'_> {
     }
 
     fn comment(&mut self, text: &str) {
-        self.line(&format!("// {}", comment(text)));
+        comment_lines(text).iter().for_each(|line| self.line(&format!("// {line}")));
     }
 
     /// An empty line, and what the next ones are about.
-    fn section(&mut self, about: &[&str]) {
+    fn section(&mut self, about: &str) {
         self.text.push('\n');
-        about.iter().for_each(|line| self.comment(line));
+        self.comment(about);
     }
 
     fn imports(&mut self, deployed: &Deployed) {
         if let Some(streams) = &deployed.streams {
-            self.section(&["ROS, and the types of the messages."]);
+            self.section("ROS, and the types of the messages.");
             self.line("import(\"rtt_ros\")");
             self.line("import(\"rtt_rosnode\")");
             self.line("import(\"rtt_roscomm\")");
             streams.packages.iter().for_each(|it| self.line(&format!("import({})", ops_string(it))));
         }
-        self.section(&["The components."]);
+        self.section("The components.");
         deployed.packages.iter().for_each(|it| self.line(&format!("import({})", ops_string(it))));
     }
 
     fn tasks(&mut self) {
-        self.section(&["The instances."]);
+        self.section("The instances.");
         for Task { name, class, .. } in self.tasks {
             self.line(&format!("loadComponent({}, {})", ops_string(name), ops_string(class)));
         }
         if self.tasks.iter().any(|task| !task.values.is_empty()) {
-            self.section(&["Values that the model sets, and those that rest on them."]);
+            self.section("Values that the model sets, and those that rest on them.");
         }
         for task in self.tasks {
             for (property, value) in &task.values {
@@ -84,9 +84,7 @@ impl Script<'_> {
         if buffers.is_empty() && deployed.operations.is_empty() {
             return;
         }
-        self.section(&[
-            "The connections: from an output to an input, which keeps the last value or so many.",
-        ]);
+        self.section("The connections: from an output to an input, which keeps the last value or so many.");
         for &buffer in &buffers {
             let policy = self.policy(buffer);
             self.line(&format!("var ConnPolicy {policy} = ConnPolicy()"));
@@ -105,7 +103,7 @@ impl Script<'_> {
             self.line(&format!("connected = connect({from}, {to}, {policy}) && connected"));
         }
         if !deployed.operations.is_empty() {
-            self.section(&["The operations: who requires it, who provides it."]);
+            self.section("The operations: who requires it, who provides it.");
         }
         for ends in &deployed.operations {
             let [required, provided] = ends.each_ref().map(|end| ops_string(end));
@@ -123,13 +121,13 @@ impl Script<'_> {
     }
 
     fn activities(&mut self) {
-        self.section(&[
+        self.section(
             "How they run: period in seconds, priority, scheduler; and on which CPUs, a bit for each.",
-        ]);
+        );
         for Task { name, activity, .. } in self.tasks {
-            let Activity { period, supposed, affinity, .. } = activity;
-            if *supposed {
-                BACKGROUND.iter().for_each(|line| self.comment(line));
+            let Activity { period, assumed, affinity, .. } = activity;
+            if *assumed {
+                self.comment(BACKGROUND);
             }
             let (priority, scheduler) = activity.scheduling();
             self.line(&format!("setActivity({}, {period}, {priority}, {scheduler})", ops_string(name)));
@@ -142,7 +140,7 @@ impl Script<'_> {
     fn streams(&mut self, deployed: &Deployed) {
         let Some(streams) = &deployed.streams else { return };
         if !streams.topics.is_empty() || !streams.left_out.is_empty() {
-            self.section(&["Every port is a topic."]);
+            self.section("Every port is a topic.");
         }
         for [port, topic] in &streams.topics {
             self.line(&format!("stream({}, ros.comm.topic({}))", ops_string(port), ops_string(topic)));
@@ -154,10 +152,8 @@ impl Script<'_> {
 
     fn start(&mut self, deployed: &Deployed) {
         let is_connected = !deployed.connections.is_empty() || !deployed.operations.is_empty();
-        self.section(&[
-            "All are configured, and only if that succeeds for all, they start: who provides operations before",
-            "who requires them. What fails says so in the log.",
-        ]);
+        self.section("All are configured, and only if that succeeds for all, they start: who provides operations before \
+             who requires them. What fails says so in the log.");
         self.line("var bool configured = true");
         for name in &deployed.order {
             self.line(&format!("configured = {name}.configure() && configured"));

@@ -3,29 +3,33 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use expect_test::expect_file;
 use mauve_model::item_tree::BinaryOperator;
 use mauve_model::{Database, Value, Workspace, projects};
 use mauve_orocos::{Package, packages};
 use mauve_tests::model::{Architecture, Declaration, Deployment, Expr, Form, Model, Shell};
 use mauve_tests::ops::{Call, Literal, run};
-use mauve_tests::{Random, plain, random_model};
+use mauve_tests::{Random, fixture, models, plain, random_model};
 
 /// The packages of a model that has nothing wrong.
-fn generated(model: &Model) -> Vec<Package> {
-    let texts = model.written().files.into_iter().map(|(path, text)| (PathBuf::from(path), text));
+fn generated(folder: PathBuf, texts: Vec<(String, String)>) -> Vec<Package> {
     let db = Database::default();
-    let workspace = Workspace::of_texts(&db, "/".into(), texts);
+    let texts = texts.into_iter().map(|(path, text)| (PathBuf::from(path), text));
+    let workspace = Workspace::of_texts(&db, folder, texts);
     let [project] = projects(&db, workspace).as_slice() else { panic!("several projects") };
     packages(&db, *project, None).unwrap_or_else(|problems| panic!("{problems:#?}"))
 }
 
-fn script(model: &Model) -> String {
-    let packages = generated(model);
+/// The text of a file in one of them.
+fn text(packages: &[Package], path: &str) -> String {
     let mut files = packages.iter().flat_map(|package| &package.files);
-    let file = files.find(|file| file.path == "scripts/Deployed.ops").expect("a script");
-    file.text.clone()
+    files.find(|file| file.path == path).expect(path).text.clone()
+}
+
+fn script(model: &Model) -> String {
+    text(&generated("/".into(), model.written().files), "scripts/Deployed.ops")
 }
 
 /// What a model says of its deployment.
@@ -264,6 +268,64 @@ fn literal(expr: &Expr) -> Option<Literal> {
 
 fn shown(call: &Call) -> String {
     format!("{} {:?}", call.function, call.arguments)
+}
+
+/// What is generated from the model in `tests/arm` stands beside it, and what is from the sample robot in `tests/p3dx`.
+#[test]
+fn scripts_as_people_read_them() {
+    let arm = generated(folder("arm"), files_in(&folder("arm")));
+    for path in ["scripts/D.ops", "scripts/D.lua", "launch/D.launch"] {
+        expect_file![format!("arm/{path}")].assert_eq(&text(&arm, path));
+    }
+    let p3dx = generated(models().join("p3dx"), files_in(&models().join("p3dx")));
+    for path in ["scripts/P3dxDeployment.ops", "scripts/P3dxDeployment.lua", "launch/P3dxDeployment.launch"] {
+        expect_file![format!("p3dx/{path}")].assert_eq(&text(&p3dx, path));
+    }
+    for (packages, path) in [(&arm, "scripts/D.ops"), (&p3dx, "scripts/P3dxDeployment.ops")] {
+        run(&text(packages, path), |_| false).unwrap();
+    }
+}
+
+#[test]
+fn without_ros_nothing_of_it_is_there() {
+    let with_streams = files_in(&folder("arm"));
+    let mut without = with_streams.clone();
+    let config = without.iter_mut().find(|(path, _)| path.ends_with("mauve.toml")).unwrap();
+    config.1 += "[generate]\nros_streams = false\n";
+    let script = text(&generated(folder("arm"), without), "scripts/D.ops");
+    assert!(!script.contains("ros"), "{script}");
+    let script_with = text(&generated(folder("arm"), with_streams), "scripts/D.ops");
+    let others = run(&script_with, |_| false).unwrap().into_iter();
+    let others = others.filter(|call| call.function != "stream" && !call.text(0).starts_with("rtt_"));
+    assert_eq!(run(&script, |_| false).unwrap(), others.collect::<Vec<_>>());
+}
+
+#[test]
+fn a_library_without_deployments_has_no_scripts() {
+    let packages = generated("/".into(), fixture("library a { codel f(): int }"));
+    assert_eq!(packages.len(), 1);
+    assert!(!packages[0].files.iter().any(|file| file.path.starts_with("scripts/")));
+}
+
+fn folder(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests").join(name)
+}
+
+/// The models and TOML files below a folder, by their paths.
+fn files_in(folder: &Path) -> Vec<(String, String)> {
+    let mut found = Vec::new();
+    let mut open = vec![folder.to_owned()];
+    while let Some(folder) = open.pop() {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                open.push(path);
+            } else if path.extension().is_some_and(|it| it == "mal" || it == "toml") {
+                found.push((path.display().to_string(), std::fs::read_to_string(&path).unwrap()));
+            }
+        }
+    }
+    found
 }
 
 const MODELS: u64 = 300;

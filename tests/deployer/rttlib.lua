@@ -1,0 +1,120 @@
+-- A stand-in for the Lua of Orocos, which only writes down what a script asks of it: a line for each call, its arguments
+-- behind tabs, texts in hexadecimal. Whatever a script must not do is an error.
+--
+-- The variable FAILING names a call that fails, such as `configure arm`.
+
+local failing = os.getenv("FAILING") or ""
+local imported, tasks = {}, {}
+
+local function shown(value)
+  if type(value) == "string" then
+    return "t" .. value:gsub(".", function(byte) return string.format("%02x", byte:byte()) end):gsub("\n", "0a")
+  elseif type(value) == "number" then
+    return "n" .. string.format("%.17g", value)
+  elseif type(value) == "boolean" then
+    return "b" .. tostring(value)
+  end
+  error("an argument that is a " .. type(value))
+end
+
+local function done(name, ...)
+  local line = { name }
+  for index = 1, select("#", ...) do
+    line[#line + 1] = shown((select(index, ...)))
+  end
+  print(table.concat(line, "\t"))
+  return failing ~= name .. " " .. tostring((...))
+end
+
+local function check(count, ...)
+  if select("#", ...) ~= count then
+    error("expected " .. count .. " arguments", 3)
+  end
+end
+
+-- A table that has these members, and no others.
+local function closed(members)
+  return setmetatable(members, { __index = function(_, name) error("there is no " .. tostring(name), 2) end })
+end
+
+local function of_task(path)
+  local name = path:match("^([%a][%w_]*)%.[%a][%w_]*$")
+  assert(name and rawget(tasks, name), path .. " is nothing of a task")
+end
+
+local function new_task(name)
+  return closed({
+    configure = function(_, ...) check(0, ...) return done("configure", name) end,
+    start = function(_, ...) check(0, ...) return done("start", name) end,
+    setCpuAffinity = function(_, ...) check(1, ...) return done("setCpuAffinity", name, ...) end,
+    getProperty = function(_, property)
+      return closed({ set = function(_, ...) check(1, ...) done("set", name, property, ...) end })
+    end,
+  })
+end
+
+local deployer = closed({
+  getName = function() return "Deployer" end,
+  getPeer = function(_, name) return rawget(tasks, name) end,
+  import = function(_, ...)
+    check(1, ...)
+    imported[(...)] = true
+    return done("import", ...)
+  end,
+  loadComponent = function(_, ...)
+    check(2, ...)
+    local name, class = ...
+    assert(not rawget(tasks, name), "there is a task " .. name)
+    assert(imported[class:match("^(.-)::[^:]+$")], "nothing is imported that has " .. class)
+    tasks[name] = new_task(name)
+    return done("load", ...)
+  end,
+  connect = function(_, ...)
+    check(3, ...)
+    local from, to, policy = ...
+    of_task(from)
+    of_task(to)
+    assert((policy.type == "DATA") == (policy.size == 0), "a policy of another size")
+    return done("connect", from, to, policy.type, policy.size)
+  end,
+  connectOperations = function(_, ...)
+    check(2, ...)
+    of_task((...))
+    of_task((select(2, ...)))
+    return done("connectOperations", ...)
+  end,
+  setActivity = function(_, ...)
+    check(4, ...)
+    assert(rawget(tasks, (...)), "no task for an activity")
+    return done("setActivity", ...)
+  end,
+  stream = function(_, ...)
+    check(2, ...)
+    local port, topic = ...
+    of_task(port)
+    return done("stream", port, topic.topic)
+  end,
+})
+
+rtt = closed({
+  getTC = function() return deployer end,
+  globals = closed({
+    DATA = "DATA",
+    CIRCULAR_BUFFER = "CIRCULAR_BUFFER",
+    ORO_SCHED_RT = "ORO_SCHED_RT",
+    ORO_SCHED_OTHER = "ORO_SCHED_OTHER",
+  }),
+  Variable = function(name)
+    assert(name == "ConnPolicy")
+    return { type = "BUFFER", size = 0 }
+  end,
+  provides = function(name)
+    assert(name == "ros" and imported.rtt_ros and imported.rtt_rosnode and imported.rtt_roscomm, "no ROS")
+    return closed({
+      provides = function(_, name)
+        assert(name == "comm")
+        return closed({ topic = function(_, topic) return { topic = topic } end })
+      end,
+    })
+  end,
+})
