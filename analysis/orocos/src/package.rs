@@ -68,8 +68,8 @@ fn package<'db>(
     library: &Library<'db>,
 ) -> Package {
     let mut files = Vec::new();
-    files.extend(component_files(db, project, libraries, library));
     files.extend(codel_files(db, project, library));
+    files.extend(component_files(db, project, libraries, library));
     files.extend(trace_files(library));
     // The last one: what is installed is what the others make.
     let build = build_files(db, project, libraries, library, &files);
