@@ -146,8 +146,21 @@ const CPP_WORDS: [&str; 139] = [
 ];
 
 /// Namespaces and functions that generated code names, which nothing in the namespace of a package may hide.
-const OUTER_WORDS: [&str; 10] =
-    ["std", "RTT", "ros", "boost", "mauve", "log", "endlog", "trace", "size_t", "catkin"];
+const OUTER_WORDS: [&str; 13] = [
+    "std",
+    "RTT",
+    "ros",
+    "boost",
+    "mauve",
+    "log",
+    "endlog",
+    "trace",
+    "mauve_trace",
+    "mauve_component_span",
+    "mauve_program_span",
+    "size_t",
+    "catkin",
+];
 
 /// Members of `RTT::TaskContext` and its bases, and what generated classes have beside what the model names.
 const TASK_CONTEXT_MEMBERS: [&str; 87] = [
@@ -355,6 +368,11 @@ impl CppNames {
         let mut names = CppNames::of_namespace();
         names.taken.extend(TASK_CONTEXT_MEMBERS.map(str::to_owned));
         names
+    }
+
+    /// Nothing can be declared with this name here, which means something already.
+    pub(crate) fn take(&mut self, name: &str) {
+        self.taken.insert(name.to_owned());
     }
 
     /// `name` as it can be declared here, which is then taken: itself, or with as many `_` behind it as it needs.

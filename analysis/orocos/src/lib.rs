@@ -11,6 +11,10 @@
 //! | `cpp_name.rs` | names that C++, RTT and its scripts can have |
 //! | `cpp_type.rs` | C++ types and the headers that declare them |
 //! | `escape.rs` | texts of a model, as literals of the languages that are generated |
+//! | `trace.rs` | the tracing of what components execute, by LTTng-UST |
+//! | `origin.rs` | what generated comments say of the model |
+//! | `codels.rs` | the headers of types and codels, and the stubs that the user completes |
+//! | `build.rs` | `package.xml`, `CMakeLists.txt`, and what the components of a library have in common |
 //! | `plan.rs` | what is written, changed and removed, and what is the user's |
 //!
 //! Nothing is generated from a model with errors ([`problems`]): what is generated from the others compiles. Names and texts
@@ -18,13 +22,17 @@
 //!
 //! This crate knows no file system, no editor and no protocol.
 
+mod build;
+mod codels;
 mod component;
 mod cpp_name;
 mod cpp_type;
 mod escape;
 mod library;
+mod origin;
 mod package;
 mod plan;
+mod trace;
 
 pub use library::{Problem, problems};
 pub use package::{GeneratedFile, Owner, Package, packages};

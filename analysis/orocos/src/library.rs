@@ -13,6 +13,11 @@ use rustc_hash::FxHashMap;
 use crate::cpp_name::CppNames;
 use crate::cpp_type::cpp_type;
 
+/// Packages that generated ones depend on, beside those of messages, and what CMake keeps for itself: `project(CMAKE)` would
+/// set `CMAKE_VERSION`.
+const OTHER_PACKAGES: [&str; 8] =
+    ["rtt", "ocl", "rtt_ros", "rtt_roscomm", "rtt_rosclock", "genmsg", "CMAKE", "PROJECT"];
+
 /// Something that must be put right before anything is generated.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub struct Problem<'db> {
@@ -134,7 +139,11 @@ impl<'db> Reader<'db> {
         // What stands outside libraries takes the name that they leave.
         order.sort_by_key(Option::is_none);
         let mut names = CppNames::of_namespace();
-        catalogue().keys().for_each(|package| drop(names.declare(package)));
+        catalogue().keys().for_each(|package| {
+            names.take(package);
+            names.take(&format!("rtt_{package}"));
+        });
+        OTHER_PACKAGES.iter().for_each(|package| names.take(package));
         let mut all: Vec<Library<'db>> = Vec::new();
         for library in &order {
             let name = library.as_ref().map_or_else(|| root_name(db, project), ToString::to_string);

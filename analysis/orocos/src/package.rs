@@ -2,8 +2,11 @@
 
 use mauve_model::{Decl, ModelDb, Project};
 
+use crate::build::build_files;
+use crate::codels::codel_files;
 use crate::component::component_files;
 use crate::library::{Libraries, Library, Problem, libraries, problems};
+use crate::trace::trace_files;
 
 /// A package that can be built.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -65,6 +68,11 @@ fn package<'db>(
     library: &Library<'db>,
 ) -> Package {
     let mut files = Vec::new();
+    files.extend(codel_files(db, project, library));
     files.extend(component_files(db, project, libraries, library));
+    files.extend(trace_files(library));
+    // The last one: what is installed is what the others make.
+    let build = build_files(db, project, libraries, library, &files);
+    files.extend(build);
     Package { name: library.package.clone(), files }
 }
