@@ -288,7 +288,10 @@ class Rig {
   // The value that it gets, and the one that it gets later.
   template <class T>
   void property(const std::string& name, const T& first, const T& later) {
-    RTT::Property<T>* const property = dynamic_cast<RTT::Property<T>*>(task_->getProperty(name));
+    // Names that scripts use otherwise have a `_` behind them.
+    RTT::base::PropertyBase* const plain = task_->getProperty(name);
+    RTT::base::PropertyBase* const found = plain == nullptr ? task_->getProperty(name + "_") : plain;
+    RTT::Property<T>* const property = dynamic_cast<RTT::Property<T>*>(found);
     if (property == nullptr) throw std::runtime_error("no property " + name);
     property->set(first);
     properties_.push_back([property, later] { property->set(later); });

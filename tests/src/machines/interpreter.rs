@@ -409,7 +409,7 @@ impl Run<'_> {
             what += ", ";
             what += part;
         }
-        self.line(format!("{sign} {name} {name}: {what}"));
+        self.line(format!("{sign} {name} machines.{name}: {what}"));
     }
 
     fn hook(&mut self, program: &Option<Program>, name: &str) -> Step<Option<Value>> {
@@ -494,8 +494,7 @@ impl Run<'_> {
                 });
             }
             Statement::If(condition, then, otherwise) => {
-                let branch =
-                    if self.expr(condition, frame)? == Value::Bool(true) { then } else { otherwise };
+                let branch = if self.expr(condition, frame)? == Value::Bool(true) { then } else { otherwise };
                 self.block(branch, frame)?;
             }
             Statement::Block(inner) => self.block(inner, frame)?,

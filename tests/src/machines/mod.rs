@@ -11,6 +11,8 @@
 //!
 //! None of it knows the analyser or the generator.
 
+#![allow(missing_docs, reason = "what the fields of a model are is said in the reference of the language")]
+
 mod interpreter;
 mod random;
 mod rig;

@@ -90,9 +90,10 @@ impl Texts<'_> {
         let _ = writeln!(out, "  shell {}Shell {{", it.name);
         for property in &it.properties {
             let keyword = if property.is_constant { "constant" } else { "property" };
-            let bounds = property.bounds.as_ref().map(|(low, high)| {
-                format!(" [{}; {}]", low.text(property.ty), high.text(property.ty))
-            });
+            let bounds = property
+                .bounds
+                .as_ref()
+                .map(|(low, high)| format!(" [{}; {}]", low.text(property.ty), high.text(property.ty)));
             let _ = writeln!(
                 out,
                 "    {keyword} {}: {}{} = {}",
