@@ -63,7 +63,7 @@ fn generate(library: &Library, folder: &Path) {
     codels[0].1 = codels_source(library, &prototype);
     write(&package_folder, &codels);
     write(&package_folder, &[("user.cmake", USER_CMAKE)]);
-    write(folder, &[("program.cpp".to_owned(), program_source(library, false))]);
+    write(folder, &[("program.cpp".to_owned(), program_source(library))]);
     write(folder, &[("trace/machines/machines-trace.hpp", "#include <trace.hpp>\n")]);
 }
 

@@ -13,7 +13,11 @@ std::uint64_t Random::below(std::uint64_t bound) {
   return (mixed ^ (mixed >> 31)) % bound;
 }
 
-void line(const std::string& text) { std::printf("%s\n", text.c_str()); }
+// Nothing is lost where a component crashes.
+void line(const std::string& text) {
+  std::printf("%s\n", text.c_str());
+  std::fflush(stdout);
+}
 
 Random& results() {
   static Random random(0);

@@ -476,6 +476,13 @@ impl Run<'_> {
             Statement::Send(handler, arguments) => {
                 let it = self.it;
                 let (_, required) = it.handlers[*handler];
+                // Two calls of one handler that are under way at once have one place for what goes both ways.
+                let is_under_way =
+                    self.handlers[*handler].is_some_and(|call| self.calls[call].results.is_none());
+                let parameters = &it.required[required].signature.parameters;
+                if is_under_way && parameters.iter().any(|(way, _)| *way == Way::InOut) {
+                    return Err(Stop::Undefined);
+                }
                 let mut given = Vec::new();
                 let mut arguments = arguments.iter();
                 for (way, ty) in &it.required[required].signature.parameters {

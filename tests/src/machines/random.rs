@@ -152,12 +152,23 @@ impl<'a> Maker<'a> {
         self.shell();
         let count = 3 + self.random.below(5);
         self.it.core = self.variables(count, &[Ty::Int, Ty::Double, Ty::Bool], Place::Core);
+        let mut machine = Vec::new();
         if !self.it.required.is_empty() {
             for index in 0..1 + self.random.below(2) {
                 let required = self.random.below(self.it.required.len());
                 self.it.handlers.push((format!("h{index}"), required));
             }
         }
+        let is_update = self.chance(25);
+        if !is_update {
+            let count = self.random.below(4);
+            let outer = self.scope.len();
+            self.it.machine = self.variables(count, &[], Place::Machine);
+            machine = self.scope.split_off(outer);
+        }
+        // Operations see the variables of the machine.
+        let outer = self.scope.len();
+        self.scope.extend(machine.iter().cloned());
         let shared = self.scope.len();
         for index in (0..self.it.provided.len()).rev() {
             self.operations = index + 1;
@@ -165,6 +176,7 @@ impl<'a> Maker<'a> {
             self.scope.truncate(shared);
         }
         self.operations = 0;
+        self.scope.truncate(outer);
         if self.chance(60) {
             self.it.configure = Some(self.program(Gives::Success));
         }
@@ -177,9 +189,10 @@ impl<'a> Maker<'a> {
         if self.chance(60) {
             self.it.cleanup = Some(self.program(Gives::Nothing));
         }
-        if self.chance(25) {
+        if is_update {
             self.it.update = Some(self.program(Gives::Nothing));
         } else {
+            self.scope.extend(machine);
             self.machine();
         }
         self.it.clone()
@@ -302,8 +315,6 @@ impl<'a> Maker<'a> {
     }
 
     fn machine(&mut self) {
-        let count = self.random.below(4);
-        self.it.machine = self.variables(count, &[], Place::Machine);
         let count = 1 + self.random.below(4);
         self.it.initial = self.random.below(count);
         for index in 0..count {
@@ -444,8 +455,13 @@ impl<'a> Maker<'a> {
 
     fn variable(&mut self, ty: Ty) -> Option<Variable> {
         let mut all = self.visible();
-        all.retain(|it| it.ty == ty);
+        all.retain(|it| it.ty == ty && !self.is_too_early(it));
         (!all.is_empty()).then(|| self.random.of(&all).clone())
+    }
+
+    /// The variables of the machine have no value before it is started, and an operation may be called before.
+    fn is_too_early(&self, variable: &Variable) -> bool {
+        self.operations > 0 && matches!(variable.place, Place::Machine(_))
     }
 
     /// A variable that is none of these, and can be assigned.
@@ -460,7 +476,7 @@ impl<'a> Maker<'a> {
                 }
                 _ => true,
             };
-            it.ty == ty && is_assigned && !others.contains(&it.place)
+            it.ty == ty && is_assigned && !self.is_too_early(it) && !others.contains(&it.place)
         });
         (!all.is_empty()).then(|| self.random.of(&all).clone())
     }

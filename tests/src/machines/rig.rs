@@ -79,12 +79,10 @@ pub fn codels_source(library: &Library, prototype: &dyn Fn(&str) -> String) -> S
     out + "\n}  // namespace machines\n"
 }
 
-/// How RTT sees it, and the ways of its parameters. Whether `in` goes by value or by reference is the generator's to choose:
-/// `by_value` says what it chose.
-fn signature(of: &Signature, by_value: bool) -> (String, String) {
+/// How RTT sees it, and the ways of its parameters.
+fn signature(of: &Signature) -> (String, String) {
     let parameters = of.parameters.iter().map(|(way, ty)| match way {
-        Way::In if by_value || *ty != Ty::Text => ty.cpp().to_owned(),
-        Way::In => format!("const {}&", ty.cpp()),
+        Way::In => ty.cpp().to_owned(),
         Way::Out | Way::InOut => format!("{}&", ty.cpp()),
     });
     let ways = of.parameters.iter().map(|(way, _)| match way {
@@ -97,7 +95,7 @@ fn signature(of: &Signature, by_value: bool) -> (String, String) {
 }
 
 /// A program that runs each component of a library that is given to it.
-pub fn program_source(library: &Library, operations_by_value: bool) -> String {
+pub fn program_source(library: &Library) -> String {
     let mut out = String::from(
         "#include <cstdint>\n#include <exception>\n#include <iostream>\n\n#include <rig.hpp>\n\nnamespace {\n",
     );
@@ -121,11 +119,11 @@ pub fn program_source(library: &Library, operations_by_value: bool) -> String {
             );
         }
         for (of, _, _) in &it.provided {
-            let (signature, ways) = signature(of, operations_by_value);
+            let (signature, ways) = signature(of);
             let _ = writeln!(out, "  rig.provided<{signature}>(\"{}\", \"{ways}\");", of.name);
         }
         for required in it.required.iter().filter(|it| it.is_connected) {
-            let (signature, ways) = signature(&required.signature, operations_by_value);
+            let (signature, ways) = signature(&required.signature);
             let _ =
                 writeln!(out, "  rig.required<{signature}>(\"{}\", \"{ways}\");", required.signature.name);
         }
