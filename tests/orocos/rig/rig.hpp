@@ -321,7 +321,10 @@ class Rig {
       }
       live();
       for (const auto& input : inputs_) input();
-      for (const auto& asked : asked_) asked->send_sometimes(random_);
+      // Before it is configured, its variables have no values.
+      if (task_->isConfigured()) {
+        for (const auto& asked : asked_) asked->send_sometimes(random_);
+      }
       if (random_.below(2) == 0) others_activity_->execute();
       activity_->execute();
       for (const auto& output : outputs_) output();

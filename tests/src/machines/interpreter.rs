@@ -204,6 +204,10 @@ impl Run<'_> {
             }
         }
         for (index, (signature, _, _)) in it.provided.iter().enumerate() {
+            // Before it is configured, its variables have no values.
+            if self.life == Life::Unconfigured {
+                break;
+            }
             if self.asked[index].is_none() && self.random.below(4) == 0 {
                 let draw = |(way, ty): &(Way, Ty)| {
                     if *way == Way::Out { nothing(*ty) } else { self.random.value(*ty) }

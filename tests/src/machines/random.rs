@@ -485,7 +485,10 @@ impl<'a> Maker<'a> {
     fn value(&mut self, ty: Ty, depth: usize) -> Expr {
         match ty {
             Ty::Double if self.chance(25) => self.expr(Ty::Int, depth),
-            Ty::Double if self.chance(10) => self.expr(Ty::Float, depth),
+            Ty::Double if self.chance(10) => match self.variable(Ty::Float) {
+                Some(variable) => Expr { ty: Ty::Float, form: Form::Variable(variable) },
+                None => self.expr(ty, depth),
+            },
             Ty::Float if self.chance(10) => match self.variable(Ty::Int) {
                 Some(variable) => Expr { ty: Ty::Int, form: Form::Variable(variable) },
                 None => self.expr(ty, depth),
