@@ -375,6 +375,17 @@ impl CppNames {
         self.taken.insert(name.to_owned());
     }
 
+    /// Nothing can be declared here that would hide what this type of the user's begins with: `ns` and `T` in
+    /// `ns::List<T*>`.
+    pub(crate) fn take_type(&mut self, cpp: &str) {
+        for name in cpp.split(|c: char| !c.is_ascii_alphanumeric() && c != '_' && c != ':') {
+            let first = name.split("::").next().unwrap_or_default();
+            if !first.is_empty() {
+                self.take(first);
+            }
+        }
+    }
+
     /// `name` as it can be declared here, which is then taken: itself, or with as many `_` behind it as it needs.
     pub(crate) fn declare(&mut self, name: &str) -> String {
         let mut name = as_identifier(name);
@@ -404,6 +415,14 @@ pub(crate) fn script_name(name: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn no_name_hides_a_type() {
+        let mut names = CppNames::of_namespace();
+        names.take_type("ns::List<T*, ::other::U>");
+        let declared = ["ns", "List", "T", "other", "U"].map(|name| names.declare(name));
+        assert_eq!(declared, ["ns_", "List", "T_", "other", "U"]);
+    }
 
     #[test]
     fn names_stay_what_they_are_where_they_can() {

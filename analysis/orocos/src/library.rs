@@ -6,7 +6,7 @@ use mauve_model::diagnostics::{Severity, diagnostics_of_file, project_diagnostic
 use mauve_model::item_tree::{Kind, Name, TypeRef};
 use mauve_model::{
     Callee, Decl, ModelDb, Place, Project, Type, catalogue, codel, component, config_file, config_of, core,
-    core_of, deployment, features_of, flat_of, names_of, shell_of, type_of, typing_of,
+    core_of, deployment, external_types, features_of, flat_of, names_of, shell_of, type_of, typing_of,
 };
 use rustc_hash::FxHashMap;
 
@@ -149,7 +149,8 @@ impl<'db> Reader<'db> {
             let name = library.as_ref().map_or_else(|| root_name(db, project), ToString::to_string);
             let package = names.declare(&name);
             let mut inner = CppNames::of_namespace();
-            inner.declare(&package);
+            inner.take(&package);
+            external_types(db, project.workspace(db)).values().for_each(|it| inner.take_type(&it.cpp));
             let mut of_kind = |kind: Kind| -> Vec<(Decl<'db>, String)> {
                 let all = declared.get(library).into_iter().flatten().filter(|decl| decl.kind(db) == kind);
                 all.map(|&decl| (decl, inner.declare(decl.name(db)))).collect()
