@@ -332,14 +332,14 @@ impl Run<'_> {
 
     fn start(&mut self) -> Step<bool> {
         let it = self.it;
-        if self.hook(&it.start, "start")? == Some(Value::Bool(false)) {
-            return Ok(false);
-        }
         for (index, (variable, first)) in it.machine.iter().enumerate() {
             self.machine[index] = match first {
                 Some(first) => convert(self.expr(first, &mut Frame::default())?, variable.ty),
                 None => nothing(variable.ty),
             };
+        }
+        if self.hook(&it.start, "start")? == Some(Value::Bool(false)) {
+            return Ok(false);
         }
         self.state = it.initial;
         if let Some(state) = it.states.get(self.state) {

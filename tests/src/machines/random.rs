@@ -92,13 +92,15 @@ struct Maker<'a> {
     it: Component,
     /// What can be named, the outermost first.
     scope: Vec<Variable>,
-    /// Parameters that only come out, and are not assigned yet.
+    /// How many variables the program has so far.
     locals: usize,
     /// Own operations from this one on may be called.
     operations: usize,
     gives: Gives,
     /// May calls stand in expressions?
     calls: bool,
+    /// Is what is made executed only while the component runs?
+    is_started: bool,
 }
 
 impl<'a> Maker<'a> {
@@ -123,7 +125,17 @@ impl<'a> Maker<'a> {
             seed: 0,
         };
         let gives = Gives::Nothing;
-        Maker { random, codels, it, scope: Vec::new(), locals: 0, operations: 0, gives, calls: false }
+        Maker {
+            random,
+            codels,
+            it,
+            scope: Vec::new(),
+            locals: 0,
+            operations: 0,
+            gives,
+            calls: false,
+            is_started: false,
+        }
     }
 
     fn chance(&mut self, percent: usize) -> bool {
@@ -150,25 +162,22 @@ impl<'a> Maker<'a> {
         self.it.name = name;
         self.it.seed = self.random.below(1 << 40) as u64;
         self.shell();
+        let is_update = self.chance(25);
+        let count = if is_update { 0 } else { self.random.below(4) };
+        let machine = self.names(count);
         let count = 3 + self.random.below(5);
-        self.it.core = self.variables(count, &[Ty::Int, Ty::Double, Ty::Bool], Place::Core);
-        let mut machine = Vec::new();
+        let core = self.names(count);
+        let first = [Ty::Int, Ty::Double, Ty::Bool];
+        self.it.core = self.variables(core, &machine, &first, Place::Core);
         if !self.it.required.is_empty() {
             for index in 0..1 + self.random.below(2) {
                 let required = self.random.below(self.it.required.len());
                 self.it.handlers.push((format!("h{index}"), required));
             }
         }
-        let is_update = self.chance(25);
-        if !is_update {
-            let count = self.random.below(4);
-            let outer = self.scope.len();
-            self.it.machine = self.variables(count, &[], Place::Machine);
-            machine = self.scope.split_off(outer);
-        }
-        // Operations see the variables of the machine.
-        let outer = self.scope.len();
-        self.scope.extend(machine.iter().cloned());
+        // Everything sees the variables of the machine.
+        self.it.machine = self.variables(machine, &[], &[], Place::Machine);
+        self.is_started = false;
         let shared = self.scope.len();
         for index in (0..self.it.provided.len()).rev() {
             self.operations = index + 1;
@@ -176,10 +185,10 @@ impl<'a> Maker<'a> {
             self.scope.truncate(shared);
         }
         self.operations = 0;
-        self.scope.truncate(outer);
         if self.chance(60) {
             self.it.configure = Some(self.program(Gives::Success));
         }
+        self.is_started = true;
         if self.chance(60) {
             self.it.start = Some(self.program(Gives::Success));
         }
@@ -192,34 +201,41 @@ impl<'a> Maker<'a> {
         if is_update {
             self.it.update = Some(self.program(Gives::Nothing));
         } else {
-            self.scope.extend(machine);
             self.machine();
         }
         self.it.clone()
     }
 
-    /// Variables with their first values, the first of them of these types. All of them hide what has their names, and each
-    /// sees those before it.
-    fn variables(
-        &mut self,
-        count: usize,
-        types: &[Ty],
-        place: fn(usize) -> Place,
-    ) -> Vec<(Variable, Option<Expr>)> {
+    /// So many, each once.
+    fn names(&mut self, count: usize) -> Vec<String> {
         let mut names = Vec::new();
         for _ in 0..count {
             names.push(self.name(&names));
         }
+        names
+    }
+
+    /// Variables with their first values, the first of them of these types. They and those that are `inner` hide what has
+    /// their names, and each sees those before it.
+    fn variables(
+        &mut self,
+        names: Vec<String>,
+        inner: &[String],
+        types: &[Ty],
+        place: fn(usize) -> Place,
+    ) -> Vec<(Variable, Option<Expr>)> {
         let outer = self.scope.clone();
-        self.scope.retain(|it| !names.contains(&it.name));
-        self.calls = false;
+        self.scope.retain(|it| !names.contains(&it.name) && !inner.contains(&it.name));
+        self.is_started = true;
         let mut all = Vec::new();
         for (index, name) in names.into_iter().enumerate() {
             let ty = types.get(index).copied().unwrap_or_else(|| *self.random.of(&TYPES));
             let first = self.value(ty, 2);
             let variable = Variable { place: place(index), name, ty };
             all.push((variable.clone(), Some(first)));
-            self.scope.push(variable);
+            if !inner.contains(&variable.name) {
+                self.scope.push(variable);
+            }
         }
         self.scope = outer;
         self.scope.extend(all.iter().map(|(variable, _)| variable.clone()));
@@ -345,18 +361,7 @@ impl<'a> Maker<'a> {
         self.gives = gives;
         self.calls = true;
         self.locals = 0;
-        let mut body = self.block(2);
-        match gives {
-            Gives::Value(_) if !matches!(body.last(), Some(Statement::Return(_))) => {
-                let depth = self.scope.len();
-                body.push(self.a_return());
-                self.scope.truncate(depth);
-            }
-            Gives::Success if self.chance(50) && !matches!(body.last(), Some(Statement::Return(_))) => {
-                body.push(self.a_return());
-            }
-            _ => {}
-        }
+        let body = self.block(2);
         Program { body, locals: self.locals }
     }
 
@@ -409,6 +414,16 @@ impl<'a> Maker<'a> {
                 _ => {}
             }
         }
+        // What a program has to give, it gives in its outermost block.
+        let is_open = depth == 2 && !matches!(out.last(), Some(Statement::Return(_)));
+        let gives_at_the_end = match self.gives {
+            Gives::Nothing => false,
+            Gives::Success => self.chance(50),
+            Gives::Value(_) => true,
+        };
+        if is_open && gives_at_the_end {
+            out.push(self.a_return());
+        }
         self.scope.truncate(outer);
         out
     }
@@ -459,9 +474,9 @@ impl<'a> Maker<'a> {
         (!all.is_empty()).then(|| self.random.of(&all).clone())
     }
 
-    /// The variables of the machine have no value before it is started, and an operation may be called before.
+    /// The variables of the machine have no value before it is started. `configure` and operations see them, and come earlier.
     fn is_too_early(&self, variable: &Variable) -> bool {
-        self.operations > 0 && matches!(variable.place, Place::Machine(_))
+        !self.is_started && matches!(variable.place, Place::Machine(_))
     }
 
     /// A variable that is none of these, and can be assigned.
