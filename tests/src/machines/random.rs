@@ -99,8 +99,8 @@ struct Maker<'a> {
     gives: Gives,
     /// May calls stand in expressions?
     calls: bool,
-    /// Is what is made executed only while the component runs?
-    is_started: bool,
+    /// Is what is made a part of the machine?
+    in_machine: bool,
 }
 
 impl<'a> Maker<'a> {
@@ -134,7 +134,7 @@ impl<'a> Maker<'a> {
             operations: 0,
             gives,
             calls: false,
-            is_started: false,
+            in_machine: false,
         }
     }
 
@@ -175,9 +175,8 @@ impl<'a> Maker<'a> {
                 self.it.handlers.push((format!("h{index}"), required));
             }
         }
-        // Everything sees the variables of the machine.
         self.it.machine = self.variables(machine, &[], &[], Place::Machine);
-        self.is_started = false;
+        self.in_machine = false;
         let shared = self.scope.len();
         for index in (0..self.it.provided.len()).rev() {
             self.operations = index + 1;
@@ -188,7 +187,6 @@ impl<'a> Maker<'a> {
         if self.chance(60) {
             self.it.configure = Some(self.program(Gives::Success));
         }
-        self.is_started = true;
         if self.chance(60) {
             self.it.start = Some(self.program(Gives::Success));
         }
@@ -198,6 +196,7 @@ impl<'a> Maker<'a> {
         if self.chance(60) {
             self.it.cleanup = Some(self.program(Gives::Nothing));
         }
+        self.in_machine = true;
         if is_update {
             self.it.update = Some(self.program(Gives::Nothing));
         } else {
@@ -226,7 +225,7 @@ impl<'a> Maker<'a> {
     ) -> Vec<(Variable, Option<Expr>)> {
         let outer = self.scope.clone();
         self.scope.retain(|it| !names.contains(&it.name) && !inner.contains(&it.name));
-        self.is_started = true;
+        self.in_machine = true;
         let mut all = Vec::new();
         for (index, name) in names.into_iter().enumerate() {
             let ty = types.get(index).copied().unwrap_or_else(|| *self.random.of(&TYPES));
@@ -464,19 +463,25 @@ impl<'a> Maker<'a> {
     fn visible(&self) -> Vec<Variable> {
         let hides =
             |index: usize, it: &Variable| self.scope[index + 1..].iter().any(|inner| inner.name == it.name);
-        let all = self.scope.iter().enumerate().filter(|(index, it)| !hides(*index, it));
+        let is_inner = |it: &Variable| matches!(it.place, Place::Local(_) | Place::Parameter(_));
+        let all = self
+            .scope
+            .iter()
+            .enumerate()
+            .filter(|(index, it)| !hides(*index, it) && (is_inner(it) || !self.is_of_machine(&it.name)));
         all.map(|(_, it)| it.clone()).collect()
     }
 
     fn variable(&mut self, ty: Ty) -> Option<Variable> {
         let mut all = self.visible();
-        all.retain(|it| it.ty == ty && !self.is_too_early(it));
+        all.retain(|it| it.ty == ty);
         (!all.is_empty()).then(|| self.random.of(&all).clone())
     }
 
-    /// The variables of the machine have no value before it is started. `configure` and operations see them, and come earlier.
-    fn is_too_early(&self, variable: &Variable) -> bool {
-        !self.is_started && matches!(variable.place, Place::Machine(_))
+    /// Outside of the machine, nothing is named that has the name of one of its variables: they have no values before it is
+    /// started.
+    fn is_of_machine(&self, name: &str) -> bool {
+        !self.in_machine && self.it.machine.iter().any(|(variable, _)| variable.name == name)
     }
 
     /// A variable that is none of these, and can be assigned.
@@ -491,7 +496,7 @@ impl<'a> Maker<'a> {
                 }
                 _ => true,
             };
-            it.ty == ty && is_assigned && !self.is_too_early(it) && !others.contains(&it.place)
+            it.ty == ty && is_assigned && !others.contains(&it.place)
         });
         (!all.is_empty()).then(|| self.random.of(&all).clone())
     }
@@ -707,6 +712,7 @@ impl<'a> Maker<'a> {
         let all: Vec<usize> = (0..self.codels.len())
             .filter(|index| fits(&self.codels[*index]))
             .filter(|index| visible.iter().all(|it| it.name != self.codels[*index].name))
+            .filter(|index| !self.is_of_machine(&self.codels[*index].name))
             .collect();
         if all.is_empty() {
             return None;
