@@ -9,6 +9,7 @@ mod client;
 mod command;
 #[cfg(unix)]
 mod lttng;
+pub mod machines;
 pub mod methods;
 pub mod model;
 pub mod ops;

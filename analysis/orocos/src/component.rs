@@ -34,7 +34,7 @@ use mauve_model::{
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::cpp_name::CppNames;
-use crate::cpp_type::{cpp_type, parameter_type};
+use crate::cpp_type::{cpp_type, operation_parameter_type};
 use crate::escape::comment;
 use crate::library::{Libraries, Library};
 use crate::package::{GeneratedFile, Owner};
@@ -471,7 +471,8 @@ impl<'a, 'db> Class<'a, 'db> {
 
     /// The type of an operation: `bool(double, ::nav_msgs::Path&)`.
     fn signature(&self, operation: &Member<'db>) -> String {
-        let parameter = |(direction, ty): &(Direction, Type)| parameter_type(&self.cpp(ty), ty, *direction);
+        let parameter =
+            |(direction, ty): &(Direction, Type)| operation_parameter_type(&self.cpp(ty), *direction);
         let parameters: Vec<String> = operation.parameters.iter().map(parameter).collect();
         format!("{}({})", self.cpp(&operation.ty), parameters.join(", "))
     }
@@ -481,7 +482,7 @@ impl<'a, 'db> Class<'a, 'db> {
         let Model { db, project, .. } = self.model;
         let mut parameter = |it: &Parameter| {
             let ty = type_of(db, project, self.core, it.ty.as_ref());
-            let cpp = parameter_type(&self.cpp(&ty), &ty, it.direction);
+            let cpp = operation_parameter_type(&self.cpp(&ty), it.direction);
             let index = self.variable_at(it.name.part).filter(|index| self.named.contains(index));
             let name = names.declare(&it.name.name);
             // Compilers warn of those that nothing uses.

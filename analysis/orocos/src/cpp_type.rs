@@ -59,6 +59,15 @@ pub(crate) fn parameter_type(cpp: &str, ty: &Type, direction: Direction) -> Stri
     }
 }
 
+/// The type of a parameter of an operation. What is sent by reference, RTT does not copy: it would have to live until the call
+/// is executed, in another component's time. So `in` goes by value.
+pub(crate) fn operation_parameter_type(cpp: &str, direction: Direction) -> String {
+    match direction {
+        Direction::In => cpp.to_owned(),
+        Direction::Out | Direction::InOut => format!("{cpp}&"),
+    }
+}
+
 /// What generated code includes for these types.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(crate) struct Headers {

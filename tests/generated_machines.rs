@@ -1,0 +1,126 @@
+//! Generated components do what their models say: random ones are built, run with random inputs, and compared line by line
+//! with an interpreter that knows neither the analyser nor the generator.
+//!
+//! `MAUVE_MACHINES_SEED` gives other components than the usual ones, `MAUVE_MACHINES_COUNT` more of them.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use mauve_model::{Database, Workspace, projects};
+use mauve_orocos::{Owner, packages};
+use mauve_tests::machines::{
+    Component, Library, codels_source, expected_run, library_text, program_source, random_library,
+};
+use mauve_tests::orocos::{build, configure, run};
+use mauve_tests::{scratch, write};
+
+fn setting(name: &str) -> Option<u64> {
+    let text = std::env::var(name).ok()?;
+    Some(text.parse().unwrap_or_else(|_| panic!("{name}={text} is no number")))
+}
+
+/// What CMake needs beside what is generated: codels and trace points write down what happens.
+const USER_CMAKE: &str = "\
+target_include_directories(machines-components BEFORE PRIVATE ${RIG_TRACE})
+target_link_libraries(machines-codels PRIVATE recorder)
+target_link_libraries(machines-components recorder)
+target_precompile_headers(machines-components PRIVATE <rtt/Component.hpp> <rtt/Logger.hpp>)
+";
+
+/// Generates the package into a folder, with codels of the test instead of the user's.
+fn generate(library: &Library, folder: &Path) {
+    let text = library_text(library);
+    write(folder, &[("machines.mal", text.as_str())]);
+    let db = Database::default();
+    let workspace =
+        Workspace::of_texts(&db, "/".into(), vec![(PathBuf::from("/machines.mal"), text.clone())]);
+    let project = projects(&db, workspace)[0];
+    let packages = packages(&db, project, None).unwrap_or_else(|problems| {
+        panic!("{:#?}\n{text}", problems.iter().map(|it| &it.message).collect::<Vec<_>>())
+    });
+    let [package] = packages.as_slice() else { panic!("{} packages", packages.len()) };
+    let (mut prototypes, mut codels) = (BTreeMap::new(), Vec::new());
+    let package_folder = folder.join("package");
+    for file in &package.files {
+        match &file.owner {
+            Owner::Generator => write(&package_folder, &[(&file.path, &file.text)]),
+            Owner::User { prototype } => {
+                let name = prototype.split('(').next().unwrap().rsplit(' ').next().unwrap();
+                prototypes.insert(name.to_owned(), prototype.clone());
+                codels.push((file.path.clone(), String::new()));
+            }
+        }
+    }
+    // A word of C++ has a `_` behind it.
+    let prototype = |name: &str| {
+        let found = prototypes.get(name).or_else(|| prototypes.get(&format!("{name}_")));
+        found.unwrap_or_else(|| panic!("no codel {name}")).clone()
+    };
+    // One file compiles faster than many.
+    codels[0].1 = codels_source(library, &prototype);
+    write(&package_folder, &codels);
+    write(&package_folder, &[("user.cmake", USER_CMAKE)]);
+    write(folder, &[("program.cpp".to_owned(), program_source(library))]);
+    write(folder, &[("trace/machines/machines-trace.hpp", "#include <trace.hpp>\n")]);
+}
+
+/// The lines of each component's run.
+fn runs(folder: &Path) -> BTreeMap<String, Vec<String>> {
+    let rig = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/orocos/rig"));
+    let built = folder.join("build");
+    run(configure(rig, &built, "g++", &[]).args([
+        format!("-DPACKAGE={}", folder.join("package").display()),
+        format!("-DPROGRAM={}", folder.join("program.cpp").display()),
+        format!("-DRIG_TRACE={};{}", folder.join("trace").display(), rig.display()),
+        "-DCMAKE_DISABLE_FIND_PACKAGE_catkin=ON".to_owned(),
+    ]));
+    run(&mut build(&built));
+    let library = built.join("libmachines-components-gnulinux.so");
+    let said = run(Command::new(built.join("rig")).arg(library));
+    let mut runs: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    let mut name = String::new();
+    for line in said.lines() {
+        if let Some(next) = line.strip_prefix("== ") {
+            name = next.to_owned();
+        }
+        runs.entry(name.clone()).or_default().push(line.to_owned());
+    }
+    runs
+}
+
+/// The text of one component, for a failure.
+fn text_of(library: &Library, component: &Component) -> String {
+    library_text(&Library { codels: library.codels.clone(), components: vec![component.clone()] })
+}
+
+#[test]
+fn orocos_components_do_what_their_models_say() {
+    let seed = setting("MAUVE_MACHINES_SEED").unwrap_or(1);
+    let count = setting("MAUVE_MACHINES_COUNT").unwrap_or(40);
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), &format!("machines_{seed}"));
+    let library = random_library(seed, count as usize);
+    generate(&library, &folder);
+    let mut runs = runs(&folder);
+    for component in &library.components {
+        let expected = expected_run(&library, component).unwrap();
+        let found = runs.remove(&component.name).unwrap_or_default();
+        let same = expected.iter().zip(&found).take_while(|(expected, found)| expected == found).count();
+        if same < expected.len().max(found.len()) {
+            let show = |lines: &[String]| {
+                let part = lines.iter().skip(same.saturating_sub(12)).take(16);
+                part.map(|line| format!("    {line}\n")).collect::<String>()
+            };
+            panic!(
+                "seed {seed}, {}, line {same}\nexpected\n{}found\n{}{}\nin {}",
+                component.name,
+                show(&expected),
+                show(&found),
+                text_of(&library, component),
+                folder.display()
+            );
+        }
+    }
+}
