@@ -3,11 +3,7 @@
 use mauve_model::{File, ModelDb, Project, Workspace, config_file, project_files, projects, table_files};
 
 /// The projects that have this model, table or configuration.
-pub(crate) fn projects_with<'db>(
-    db: &'db dyn ModelDb,
-    workspaces: &[Workspace],
-    file: File,
-) -> Vec<Project<'db>> {
+pub fn projects_with<'db>(db: &'db dyn ModelDb, workspaces: &[Workspace], file: File) -> Vec<Project<'db>> {
     let mut found = Vec::new();
     for &workspace in workspaces {
         let is_shared =
@@ -19,7 +15,7 @@ pub(crate) fn projects_with<'db>(
 }
 
 /// The root of a project as a user knows it: its path from the workspace's folder.
-pub(crate) fn name_of_root(db: &dyn ModelDb, project: Project<'_>) -> String {
+pub fn name_of_root(db: &dyn ModelDb, project: Project<'_>) -> String {
     let path = project.root(db).path(db);
     path.strip_prefix(project.workspace(db).folder(db)).unwrap_or(path).display().to_string()
 }

@@ -50,6 +50,13 @@ impl Encoding {
     }
 }
 
+/// The position of the end of `text`.
+pub(crate) fn end_of(text: &str, encoding: Encoding) -> Position {
+    let last = text.rsplit('\n').next().unwrap_or_default();
+    let column = last.chars().map(|letter| encoding.width(letter)).sum();
+    Position::new(text.matches('\n').count() as u32, column)
+}
+
 /// Where `position` is in `text`.
 pub(crate) fn offset(text: &str, position: Position, encoding: Encoding) -> usize {
     let mut start = 0;
