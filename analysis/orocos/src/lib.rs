@@ -11,6 +11,8 @@
 //! | `cpp_type.rs` | C++ types and the headers that declare them |
 //! | `escape.rs` | texts of a model, as literals of the languages that are generated |
 //! | `plan.rs` | what is written, changed and removed, and what is the user's |
+//! | `manifest.rs` | what the generator wrote into a package the last time |
+//! | `prototype.rs` | whether a file of the user's defines what a codel is declared as |
 //!
 //! Nothing is generated from a model with errors ([`problems`]): what is generated from the others compiles. Names and texts
 //! of a model go through `cpp_name.rs` and `escape.rs` on their way out, so that no model can break out of its place.
@@ -21,9 +23,12 @@ mod cpp_name;
 mod cpp_type;
 mod escape;
 mod library;
+mod manifest;
 mod package;
 mod plan;
+mod prototype;
 
 pub use library::{Problem, problems};
+pub use manifest::MANIFEST;
 pub use package::{GeneratedFile, Owner, Package, packages};
 pub use plan::{Action, ChangedCodel, Plan, Step, plan};

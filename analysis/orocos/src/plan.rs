@@ -1,6 +1,18 @@
 //! What has to be done to a folder so that it holds these packages, and nothing of the user's is lost.
+//!
+//! A generated file is written anew where its text is another, and removed where it is made no more, if it still has the
+//! hash that the manifest of its package has for it (`manifest.rs`). Otherwise somebody edited it, or it is not ours: that
+//! needs force. Line ends do not count, since checkouts change them.
+//!
+//! A codel's file is the user's, and is written only where there is none. When the prototype is another one, a stub of it
+//! is put beside: `clearance.cpp.new`. That is settled when the user's file defines what the model says now
+//! (`prototype.rs`), or when the user has removed the stub; then the stub goes, unless it was edited. No force changes that.
 
-use crate::package::Package;
+use std::collections::BTreeSet;
+
+use crate::manifest::{CodelFile, MANIFEST, Manifest, Offer, hash};
+use crate::package::{GeneratedFile, Owner, Package};
+use crate::prototype::Prototype;
 
 /// What has to be done, step by step.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -11,6 +23,15 @@ pub struct Plan {
     pub edited: Vec<String>,
     /// Codels whose prototype changed, and whose file was not yet written anew by the user.
     pub changed_codels: Vec<ChangedCodel>,
+    /// Files of codels that are in the model no more: their paths. They are the user's, and stay.
+    pub left_codels: Vec<String>,
+}
+
+impl Plan {
+    /// Is everything as it should be?
+    pub fn is_settled(&self) -> bool {
+        self.steps.is_empty() && self.edited.is_empty() && self.changed_codels.is_empty()
+    }
 }
 
 /// A file that is made, changed or removed.
@@ -38,7 +59,7 @@ pub enum Action {
 pub struct ChangedCodel {
     /// The user's file, from the folder of the packages.
     pub path: String,
-    /// What it was written for.
+    /// What it was written for; empty where nobody knows any more.
     pub before: String,
     /// What the model says now.
     pub now: String,
@@ -51,8 +72,616 @@ pub struct ChangedCodel {
 ///
 /// What `read` says of a file that cannot be read, or why a manifest cannot be understood.
 pub fn plan(
-    _packages: &[Package],
-    _read: &dyn Fn(&str) -> Result<Option<String>, String>,
+    packages: &[Package],
+    read: &dyn Fn(&str) -> Result<Option<String>, String>,
 ) -> Result<Plan, String> {
-    Ok(Plan::default())
+    let mut plan = Plan::default();
+    for package in packages {
+        let manifest = format!("{}/{MANIFEST}", package.name);
+        let text = read(&manifest)?;
+        let before = text.as_deref().map_or_else(|| Ok(Manifest::default()), Manifest::read).map_err(|why| {
+            format!(
+                "`{manifest}` cannot be understood: {why}; remove it and generate again: generated files that are not as \
+                 they would be made now then need --force, and your codels stay"
+            )
+        })?;
+        let mut planner =
+            Planner { package, read, before, now: Manifest::default(), steps: Vec::new(), plan: &mut plan };
+        planner.package()?;
+        let Planner { now, mut steps, .. } = planner;
+        let now = now.text()?;
+        match text {
+            None => steps.push((MANIFEST.to_owned(), Action::Create(now))),
+            Some(text) if is_same_text(&text, &now) => {}
+            Some(_) => steps.push((MANIFEST.to_owned(), Action::Change(now))),
+        }
+        steps.sort_by(|(a, _), (b, _)| a.cmp(b));
+        let of_folder =
+            |(path, action): (String, Action)| Step { path: format!("{}/{path}", package.name), action };
+        plan.steps.extend(steps.into_iter().map(of_folder));
+    }
+    Ok(plan)
+}
+
+/// Are two texts the same but for their line ends?
+fn is_same_text(a: &str, b: &str) -> bool {
+    a == b || hash(a) == hash(b)
+}
+
+/// Plans for one package; paths are from its folder.
+struct Planner<'a> {
+    package: &'a Package,
+    read: &'a dyn Fn(&str) -> Result<Option<String>, String>,
+    before: Manifest,
+    now: Manifest,
+    steps: Vec<(String, Action)>,
+    plan: &'a mut Plan,
+}
+
+impl Planner<'_> {
+    fn package(&mut self) -> Result<(), String> {
+        for file in &self.package.files {
+            match &file.owner {
+                Owner::Generator => self.generated(file)?,
+                Owner::User { prototype } => self.codel(file, prototype)?,
+            }
+        }
+        let paths: BTreeSet<&str> = self.package.files.iter().map(|file| file.path.as_str()).collect();
+        let before = std::mem::take(&mut self.before);
+        for (path, written) in before.files.iter().filter(|(path, _)| !paths.contains(path.as_str())) {
+            self.stale(path, written)?;
+        }
+        for (path, known) in before.codels.iter().filter(|(path, _)| !paths.contains(path.as_str())) {
+            if self.text(path)?.is_some() {
+                self.plan.left_codels.push(self.path(path));
+            }
+            self.withdraw(path, known.offered.as_ref())?;
+        }
+        Ok(())
+    }
+
+    fn path(&self, path: &str) -> String {
+        format!("{}/{path}", self.package.name)
+    }
+
+    fn text(&self, path: &str) -> Result<Option<String>, String> {
+        (self.read)(&self.path(path))
+    }
+
+    fn step(&mut self, path: &str, action: Action) {
+        self.steps.push((path.to_owned(), action));
+    }
+
+    /// A file that is the generator's.
+    fn generated(&mut self, file: &GeneratedFile) -> Result<(), String> {
+        let path = file.path.as_str();
+        match self.text(path)? {
+            None => self.step(path, Action::Create(file.text.clone())),
+            Some(text) if is_same_text(&text, &file.text) => {}
+            Some(text) => {
+                if self.before.files.get(path) != Some(&hash(&text)) {
+                    self.plan.edited.push(self.path(path));
+                }
+                self.step(path, Action::Change(file.text.clone()));
+            }
+        }
+        self.now.files.insert(path.to_owned(), hash(&file.text));
+        Ok(())
+    }
+
+    /// A file that the generator wrote, and makes no more.
+    fn stale(&mut self, path: &str, written: &str) -> Result<(), String> {
+        if let Some(text) = self.text(path)? {
+            if hash(&text) != written {
+                self.plan.edited.push(self.path(path));
+            }
+            self.step(path, Action::Remove);
+        }
+        Ok(())
+    }
+
+    /// A file that is the user's.
+    fn codel(&mut self, stub: &GeneratedFile, prototype: &str) -> Result<(), String> {
+        let path = stub.path.as_str();
+        let known = self.before.codels.remove(path).unwrap_or_default();
+        let now = match self.text(path)? {
+            Some(text) => self.written(stub, prototype, &text, known)?,
+            None => {
+                self.step(path, Action::Create(stub.text.clone()));
+                self.withdraw(path, known.offered.as_ref())?;
+                CodelFile { prototype: Some(prototype.to_owned()), offered: None }
+            }
+        };
+        self.now.codels.insert(path.to_owned(), now);
+        Ok(())
+    }
+
+    /// A file that the user has written: what is known of it now.
+    fn written(
+        &mut self,
+        stub: &GeneratedFile,
+        prototype: &str,
+        text: &str,
+        mut known: CodelFile,
+    ) -> Result<CodelFile, String> {
+        let path = stub.path.as_str();
+        let beside = offered_path(path);
+        let there = self.text(&beside)?;
+        // Whoever removes the stub has seen it.
+        if let Some(offer) = known.offered.take_if(|_| there.is_none()) {
+            known.prototype = Some(offer.prototype);
+        }
+        let is_for = |known: &CodelFile| {
+            known.prototype.as_ref().is_some_and(|before| Prototype::is_same(before, prototype))
+        };
+        if is_for(&known) || Prototype::read(prototype).is_some_and(|it| it.is_defined_in(text)) {
+            self.withdraw(path, known.offered.as_ref())?;
+            return Ok(CodelFile { prototype: Some(prototype.to_owned()), offered: None });
+        }
+        self.plan.changed_codels.push(ChangedCodel {
+            path: self.path(path),
+            before: known.prototype.clone().unwrap_or_default(),
+            now: prototype.to_owned(),
+        });
+        let offer = Offer { prototype: prototype.to_owned(), hash: hash(&stub.text) };
+        let is_ours = |text: &str| known.offered.as_ref().is_some_and(|it| it.hash == hash(text));
+        match there {
+            None => self.step(&beside, Action::Create(stub.text.clone())),
+            Some(text) if is_same_text(&text, &stub.text) => {}
+            Some(text) if is_ours(&text) => self.step(&beside, Action::Change(stub.text.clone())),
+            // The user is at work in it.
+            Some(_) => return Ok(known),
+        }
+        Ok(CodelFile { offered: Some(offer), ..known })
+    }
+
+    /// Removes the stub beside a file of the user's, unless the user has edited it.
+    fn withdraw(&mut self, path: &str, offered: Option<&Offer>) -> Result<(), String> {
+        let beside = offered_path(path);
+        if let Some(offer) = offered
+            && self.text(&beside)?.is_some_and(|text| hash(&text) == offer.hash)
+        {
+            self.step(&beside, Action::Remove);
+        }
+        Ok(())
+    }
+}
+
+/// Where the stub for a changed prototype is put.
+fn offered_path(path: &str) -> String {
+    format!("{path}.new")
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// The files of a folder.
+    #[derive(Debug, Clone, PartialEq, Eq, Default)]
+    struct Folder(BTreeMap<String, String>);
+
+    impl Folder {
+        fn plan(&self, packages: &[Package]) -> Plan {
+            plan(packages, &|path| Ok(self.0.get(path).cloned())).unwrap()
+        }
+
+        fn apply(&mut self, plan: &Plan) {
+            for Step { path, action } in &plan.steps {
+                let before = match action {
+                    Action::Create(text) => (self.0.insert(path.clone(), text.clone()), false),
+                    Action::Change(text) => (self.0.insert(path.clone(), text.clone()), true),
+                    Action::Remove => (self.0.remove(path), true),
+                };
+                assert_eq!(before.0.is_some(), before.1, "{path}: {action:?}");
+            }
+        }
+
+        /// The steps and findings of a plan, a line each, and what they lead to.
+        fn generate(&mut self, packages: &[Package]) -> String {
+            let plan = self.plan(packages);
+            if plan.edited.is_empty() {
+                self.apply(&plan);
+            }
+            shown(&plan)
+        }
+
+        fn text(&mut self, path: &str) -> &mut String {
+            self.0.get_mut(path).unwrap()
+        }
+    }
+
+    fn shown(plan: &Plan) -> String {
+        let mut out = String::new();
+        for Step { path, action } in plan.steps.iter().filter(|step| !step.path.ends_with(MANIFEST)) {
+            let (sign, text) = match action {
+                Action::Create(text) => ("+", text.trim()),
+                Action::Change(text) => ("~", text.trim()),
+                Action::Remove => ("-", ""),
+            };
+            out += format!("{sign} {path} {text}").trim();
+            out.push('\n');
+        }
+        plan.edited.iter().for_each(|path| out += &format!("edited {path}\n"));
+        plan.left_codels.iter().for_each(|path| out += &format!("left {path}\n"));
+        for ChangedCodel { path, before, now } in &plan.changed_codels {
+            out += &format!("changed {path}: {before:?} to {now:?}\n");
+        }
+        out
+    }
+
+    fn generated(path: &str, text: &str) -> GeneratedFile {
+        GeneratedFile { path: path.to_owned(), text: text.to_owned(), owner: Owner::Generator }
+    }
+
+    /// The stub of `f`, with this prototype.
+    fn codel(name: &str, prototype: &str) -> GeneratedFile {
+        GeneratedFile {
+            path: format!("src/codels/{name}.cpp"),
+            text: format!("{prototype} {{ }}\n"),
+            owner: Owner::User { prototype: prototype.to_owned() },
+        }
+    }
+
+    fn package(files: Vec<GeneratedFile>) -> [Package; 1] {
+        [Package { name: "p".to_owned(), files }]
+    }
+
+    const F: &str = "p/src/codels/f.cpp";
+    const NEW: &str = "p/src/codels/f.cpp.new";
+
+    #[test]
+    fn only_what_changes_is_written() {
+        let mut folder = Folder::default();
+        let first = package(vec![generated("a", "a 1\n"), generated("b/c", "c 1\n"), codel("f", "int f()")]);
+        assert_eq!(folder.generate(&first), "+ p/a a 1\n+ p/b/c c 1\n+ p/src/codels/f.cpp int f() { }\n");
+        assert!(folder.plan(&first).is_settled());
+        let second = package(vec![generated("a", "a 2\n"), generated("d", "d 1\n"), codel("f", "int f()")]);
+        assert_eq!(folder.generate(&second), "~ p/a a 2\n- p/b/c\n+ p/d d 1\n");
+        assert!(folder.plan(&second).is_settled());
+        // What was taken away comes again.
+        folder.0.remove("p/a");
+        assert_eq!(folder.generate(&second), "+ p/a a 2\n");
+    }
+
+    #[test]
+    fn a_generated_file_that_was_edited_is_for_force_alone() {
+        let mut folder = Folder::default();
+        let first = package(vec![generated("a", "a 1\n"), generated("b", "b 1\n")]);
+        folder.generate(&first);
+        *folder.text("p/a") += "mine\n";
+        let edited = "~ p/a a 1\nedited p/a\n";
+        assert_eq!(folder.generate(&first), edited);
+        assert_eq!(folder.generate(&first), edited);
+        assert_eq!(folder.generate(&package(Vec::new())), "- p/a\n- p/b\nedited p/a\n");
+        // What the edit made of it is what the model makes of it now.
+        assert_eq!(
+            folder.generate(&package(vec![generated("a", "a 1\nmine\n"), generated("b", "b 1\n")])),
+            ""
+        );
+        assert!(
+            folder.plan(&package(vec![generated("a", "a 1\nmine\n"), generated("b", "b 1\n")])).is_settled()
+        );
+    }
+
+    #[test]
+    fn a_file_that_no_manifest_knows_is_somebodys() {
+        let mut folder = Folder::default();
+        folder.0.insert("p/a".to_owned(), "mine\n".to_owned());
+        folder.0.insert("p/b".to_owned(), "b 1\r\n".to_owned());
+        let first = package(vec![generated("a", "a 1\n"), generated("b", "b 1\n")]);
+        assert_eq!(folder.generate(&first), "~ p/a a 1\nedited p/a\n");
+        // A manifest that was lost.
+        folder.0.insert("p/a".to_owned(), "a 1\n".to_owned());
+        assert_eq!(folder.generate(&first), "");
+        folder.0.remove("p/.mauve-manifest.json");
+        assert_eq!(folder.generate(&first), "");
+        assert!(folder.plan(&first).is_settled());
+    }
+
+    #[test]
+    fn line_ends_do_not_count() {
+        let mut folder = Folder::default();
+        let first = package(vec![generated("a", "a 1\n"), codel("f", "int f()"), generated("s", "s 1\n")]);
+        folder.generate(&first);
+        folder.0.values_mut().for_each(|text| *text = text.replace('\n', "\r\n"));
+        let checkout = folder.clone();
+        assert_eq!((folder.generate(&first), &folder), (String::new(), &checkout));
+        assert!(folder.plan(&first).is_settled());
+        let second = package(vec![generated("a", "a 2\n"), codel("f", "int f()")]);
+        assert_eq!(folder.generate(&second), "~ p/a a 2\n- p/s\n");
+    }
+
+    /// A package with `f` in the user's words.
+    fn with_codel(prototype: &str, text: &str) -> Folder {
+        let mut folder = Folder::default();
+        folder.generate(&package(vec![codel("f", prototype)]));
+        *folder.text(F) = text.to_owned();
+        folder
+    }
+
+    #[test]
+    fn a_codel_is_written_once() {
+        let first = package(vec![codel("f", "int f()")]);
+        let mut folder = with_codel("int f()", "// mine\n");
+        assert_eq!(folder.generate(&first), "");
+        // It left the model: that is said once.
+        assert_eq!(folder.generate(&package(Vec::new())), "left p/src/codels/f.cpp\n");
+        assert_eq!(folder.generate(&package(Vec::new())), "");
+        assert_eq!(folder.text(F), "// mine\n");
+        // Another one has its name.
+        assert_eq!(
+            folder.generate(&package(vec![codel("f", "void f()")])),
+            "+ p/src/codels/f.cpp.new void f() { }\nchanged p/src/codels/f.cpp: \"\" to \"void f()\"\n"
+        );
+        folder.0.remove(F);
+        assert_eq!(
+            folder.generate(&package(vec![codel("f", "void f()")])),
+            "+ p/src/codels/f.cpp void f() { }\n- p/src/codels/f.cpp.new\n"
+        );
+    }
+
+    #[test]
+    fn a_changed_prototype_is_settled_by_writing_it() {
+        let mut folder = with_codel("int f()", "int f() { return 7; }\n");
+        let second = package(vec![codel("f", "int f(double x)")]);
+        let changed = "changed p/src/codels/f.cpp: \"int f()\" to \"int f(double x)\"\n";
+        assert_eq!(
+            folder.generate(&second),
+            format!("+ p/src/codels/f.cpp.new int f(double x) {{ }}\n{changed}")
+        );
+        assert_eq!(folder.generate(&second), changed);
+        // It changes once more.
+        let third = package(vec![codel("f", "int f(int y)")]);
+        let changed = "changed p/src/codels/f.cpp: \"int f()\" to \"int f(int y)\"\n";
+        assert_eq!(
+            folder.generate(&third),
+            format!("~ p/src/codels/f.cpp.new int f(int y) {{ }}\n{changed}")
+        );
+        *folder.text(F) = "int f( int z ) // mine\n{ return z; }\n".to_owned();
+        assert_eq!(folder.generate(&third), "- p/src/codels/f.cpp.new\n");
+        assert!(folder.plan(&third).is_settled());
+        // The other way: the model takes it back.
+        folder.generate(&second);
+        assert!(folder.0.contains_key(NEW));
+        assert_eq!(folder.generate(&third), "- p/src/codels/f.cpp.new\n");
+    }
+
+    #[test]
+    fn a_changed_prototype_is_settled_by_removing_the_stub() {
+        let mut folder = with_codel("int f()", "DEFINE_F(int, f)\n");
+        let second = package(vec![codel("f", "int f(double x)")]);
+        folder.generate(&second);
+        folder.0.remove(NEW);
+        assert_eq!(folder.generate(&second), "");
+        assert!(folder.plan(&second).is_settled());
+        let third = package(vec![codel("f", "void f()")]);
+        let changed = "changed p/src/codels/f.cpp: \"int f(double x)\" to \"void f()\"\n";
+        assert_eq!(folder.generate(&third), format!("+ p/src/codels/f.cpp.new void f() {{ }}\n{changed}"));
+        // Removed at the same time as it changed again.
+        folder.0.remove(NEW);
+        assert!(folder.generate(&second).contains("changed p/src/codels/f.cpp: \"void f()\""));
+    }
+
+    #[test]
+    fn a_stub_that_the_user_works_in_stays() {
+        let mut folder = with_codel("int f()", "int f() { return 7; }\n");
+        let second = package(vec![codel("f", "int f(double x)")]);
+        folder.generate(&second);
+        *folder.text(NEW) += "// mine\n";
+        let text = folder.text(NEW).clone();
+        assert!(folder.generate(&second).starts_with("changed"));
+        assert!(folder.generate(&package(vec![codel("f", "void f()")])).starts_with("changed"));
+        assert_eq!(folder.generate(&package(vec![codel("f", "int f()")])), "");
+        assert_eq!(folder.text(NEW), &text);
+        // It takes the place of the old one.
+        folder.generate(&second);
+        folder.0.remove(NEW);
+        *folder.text(F) = text;
+        assert_eq!(folder.generate(&second), "");
+        assert!(folder.plan(&second).is_settled());
+    }
+
+    #[test]
+    fn what_is_no_manifest_is_not_guessed_at() {
+        let why = |text: &str| {
+            let read = |path: &str| Ok(path.ends_with(MANIFEST).then(|| text.to_owned()));
+            plan(&package(Vec::new()), &read).unwrap_err()
+        };
+        assert!(why("").starts_with("`p/.mauve-manifest.json` cannot be understood: EOF"));
+        assert!(why(r#"{"format":1,"files":{"../x":"0"},"codels":{}}"#).contains("\"../x\" is no path in"));
+        let read = |_: &str| Err("broken disk".to_owned());
+        assert_eq!(plan(&package(Vec::new()), &read), Err("broken disk".to_owned()));
+    }
+
+    /// What happens to a model or a folder; numbers choose among what is there.
+    #[derive(Debug, Clone)]
+    enum Event {
+        /// A generated file of the model, and its text; none where there is no such file any more.
+        File(u8, Option<u8>),
+        /// A codel of the model, and its prototype.
+        Codel(u8, Option<u8>),
+        /// The user adds to a file.
+        Edit(u8),
+        /// The user writes a file of his own, where one may be generated or not.
+        Write(u8),
+        /// The user writes a codel as the model has it.
+        Obey(u8),
+        /// The user removes a file, the manifest perhaps.
+        Remove(u8),
+        /// The user takes a stub for his codel.
+        Take(u8),
+        /// A checkout with other line ends.
+        Checkout(bool),
+        Generate {
+            force: bool,
+        },
+    }
+
+    fn events() -> impl Strategy<Value = Event> {
+        prop_oneof![
+            (0..3u8, proptest::option::weighted(0.8, 0..3u8))
+                .prop_map(|(file, text)| Event::File(file, text)),
+            (0..2u8, proptest::option::weighted(0.8, 0..3u8)).prop_map(|(codel, it)| Event::Codel(codel, it)),
+            any::<u8>().prop_map(Event::Edit),
+            any::<u8>().prop_map(Event::Write),
+            (0..2u8).prop_map(Event::Obey),
+            any::<u8>().prop_map(Event::Remove),
+            (0..2u8).prop_map(Event::Take),
+            any::<bool>().prop_map(Event::Checkout),
+            proptest::bool::weighted(0.2).prop_map(|force| Event::Generate { force }),
+            Just(Event::Generate { force: false }),
+        ]
+    }
+
+    const NAMES: [&str; 3] = ["a.hpp", "src/b.cpp", "package.xml"];
+    const CODELS: [&str; 2] = ["f", "g"];
+
+    /// A model, and a folder in which a user works.
+    #[derive(Debug, Default)]
+    struct World {
+        files: BTreeMap<u8, u8>,
+        codels: BTreeMap<u8, u8>,
+        folder: Folder,
+        edits: usize,
+        /// Files that were in the folder when its manifest was lost: whose they are, nobody knows.
+        unknown: BTreeSet<String>,
+    }
+
+    impl World {
+        fn prototype(&self, codel: u8) -> Option<String> {
+            let result = ["int", "double", "::std_msgs::Int8"][usize::from(*self.codels.get(&codel)?)];
+            Some(format!("{result} {}(const {result}& x)", CODELS[usize::from(codel)]))
+        }
+
+        fn packages(&self) -> [Package; 1] {
+            let text = |text: &u8| format!("text {text}\n");
+            let files = self.files.iter().map(|(at, it)| generated(NAMES[usize::from(*at)], &text(it)));
+            let codels = self
+                .codels
+                .keys()
+                .filter_map(|&at| Some(codel(CODELS[usize::from(at)], &self.prototype(at)?)));
+            package(files.chain(codels).collect())
+        }
+
+        fn mark(&mut self) -> String {
+            self.edits += 1;
+            format!("// user {}\n", self.edits)
+        }
+
+        fn happens(&mut self, event: &Event) {
+            let paths: Vec<String> = self.folder.0.keys().cloned().collect();
+            let chosen = |number: u8| paths.get(usize::from(number) % paths.len().max(1)).cloned();
+            let codel_path = |codel: u8| format!("p/src/codels/{}.cpp", CODELS[usize::from(codel)]);
+            match *event {
+                Event::File(file, Some(text)) => drop(self.files.insert(file, text)),
+                Event::File(file, None) => drop(self.files.remove(&file)),
+                Event::Codel(codel, Some(prototype)) => drop(self.codels.insert(codel, prototype)),
+                Event::Codel(codel, None) => drop(self.codels.remove(&codel)),
+                Event::Edit(number) => {
+                    if let Some(path) = chosen(number).filter(|path| !path.ends_with(MANIFEST)) {
+                        let mark = self.mark();
+                        *self.folder.text(&path) += &mark;
+                    }
+                }
+                Event::Write(number) => {
+                    let all = NAMES.map(|name| format!("p/{name}")).into_iter();
+                    let all = all.chain((0..2).map(codel_path));
+                    let all = all.chain((0..2).map(|codel| codel_path(codel) + ".new"));
+                    let all: Vec<String> = all.chain(["p/mine.txt".to_owned()]).collect();
+                    let mark = self.mark();
+                    self.folder.0.insert(all[usize::from(number) % all.len()].clone(), mark);
+                }
+                Event::Obey(codel) => {
+                    if let Some(prototype) = self.prototype(codel) {
+                        let text = format!("{}{} {{ }}\n", self.mark(), prototype.replace(" x)", " mine)"));
+                        self.folder.0.insert(codel_path(codel), text);
+                    }
+                }
+                Event::Remove(number) => {
+                    if let Some(path) = chosen(number) {
+                        self.folder.0.remove(&path);
+                        if path.ends_with(MANIFEST) {
+                            self.unknown.extend(paths);
+                        }
+                    }
+                }
+                Event::Take(codel) => {
+                    if let Some(text) = self.folder.0.remove(&(codel_path(codel) + ".new")) {
+                        let text = self.mark() + &text;
+                        self.folder.0.insert(codel_path(codel), text);
+                    }
+                }
+                Event::Checkout(crlf) => {
+                    for text in self.folder.0.values_mut() {
+                        *text = text.replace("\r\n", "\n");
+                        if crlf {
+                            *text = text.replace('\n', "\r\n");
+                        }
+                    }
+                }
+                Event::Generate { force } => self.generate(force),
+            }
+        }
+
+        fn generate(&mut self, force: bool) {
+            let packages = self.packages();
+            let plan = self.folder.plan(&packages);
+            let is_refused = !plan.edited.is_empty() && !force;
+            let before = self.folder.clone();
+            if !is_refused {
+                self.folder.apply(&plan);
+            }
+            // Nothing of the user's is lost, but what force is for.
+            for (path, text) in before.0.iter().filter(|(_, text)| text.contains("// user")) {
+                let is_forced = force && !path.contains("/codels/");
+                assert!(is_forced || self.folder.0.get(path) == Some(text), "{path} was {text:?}");
+            }
+            if is_refused {
+                return;
+            }
+            let again = self.folder.plan(&packages);
+            assert_eq!((&again.steps, &again.edited, &again.left_codels), (&vec![], &vec![], &vec![]));
+            assert_eq!(again.changed_codels, plan.changed_codels);
+            // All is there that a fresh folder would have.
+            let mut fresh = Folder::default();
+            fresh.apply(&fresh.plan(&packages));
+            for (path, text) in fresh.0.iter().filter(|(path, _)| !path.ends_with(MANIFEST)) {
+                let here = self.folder.text(path);
+                assert!(path.contains("/codels/") || is_same_text(here, text), "{path} is {here:?}");
+            }
+            // And nothing more, but what is the user's, and stubs for codels that changed.
+            for (path, text) in &self.folder.0 {
+                let is_open = plan.changed_codels.iter().any(|it| *path == format!("{}.new", it.path));
+                let is_users =
+                    text.contains("// user") || path.ends_with(".cpp") && path.contains("/codels/");
+                let is_known = fresh.0.contains_key(path) || self.unknown.contains(path);
+                assert!(is_open || is_users || is_known, "{path} is {text:?}");
+            }
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 2000, ..ProptestConfig::default() })]
+
+        #[test]
+        fn nothing_is_lost_and_all_is_made(events in proptest::collection::vec(events(), 0..40)) {
+            let mut world = World::default();
+            events.iter().for_each(|event| world.happens(event));
+            // Once the user has done everything, nothing tells the folder from a fresh one.
+            world.happens(&Event::Generate { force: true });
+            (0..2).for_each(|codel| world.happens(&Event::Obey(codel)));
+            world.folder.0.retain(|path, _| !path.ends_with(".new"));
+            world.happens(&Event::Generate { force: false });
+            let packages = world.packages();
+            prop_assert!(world.folder.plan(&packages).is_settled());
+            let mut fresh = Folder::default();
+            fresh.apply(&fresh.plan(&packages));
+            let manifest = format!("p/{MANIFEST}");
+            prop_assert!(is_same_text(&world.folder.0[&manifest], &fresh.0[&manifest]));
+        }
+    }
 }

@@ -1,0 +1,156 @@
+//! `.mauve-manifest.json`: what the generator wrote into a package, by which it knows later what others changed there.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use sha2::{Digest as _, Sha256};
+
+/// The file of a package that says what the generator wrote into it.
+pub const MANIFEST: &str = ".mauve-manifest.json";
+
+/// Goes up when an older generator would misunderstand what a newer one writes.
+const FORMAT: u32 = 1;
+
+/// What the generator wrote into a package; paths are from the package's folder.
+///
+/// ```json
+/// {
+///   "format": 1,
+///   "files": { "package.xml": "9f86d081884c7d65…" },
+///   "codels": { "src/codels/clearance.cpp": { "prototype": "double clearance(double width)" } }
+/// }
+/// ```
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Manifest {
+    format: u32,
+    /// The hash of each generated file.
+    pub(crate) files: BTreeMap<String, String>,
+    /// The user's files.
+    pub(crate) codels: BTreeMap<String, CodelFile>,
+}
+
+/// What is known of a file of the user's.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct CodelFile {
+    /// The prototype that it was written for; none where nobody knows.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) prototype: Option<String>,
+    /// The stub that was put beside it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) offered: Option<Offer>,
+}
+
+/// A stub beside a file of the user's, for a prototype that it was not written for.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Offer {
+    /// What it is a stub of.
+    pub(crate) prototype: String,
+    /// Its hash.
+    pub(crate) hash: String,
+}
+
+impl Default for Manifest {
+    fn default() -> Manifest {
+        Manifest { format: FORMAT, files: BTreeMap::new(), codels: BTreeMap::new() }
+    }
+}
+
+impl Manifest {
+    /// Reads a manifest. It may have come from anywhere: its paths stay in the package.
+    ///
+    /// # Errors
+    ///
+    /// Why it is none.
+    pub(crate) fn read(text: &str) -> Result<Manifest, String> {
+        #[derive(Deserialize)]
+        struct Version {
+            format: u32,
+        }
+        let version: Version = serde_json::from_str(text).map_err(|error| error.to_string())?;
+        if version.format != FORMAT {
+            return Err(format!("its format is {}, and this mauve knows {FORMAT}", version.format));
+        }
+        let manifest: Manifest = serde_json::from_str(text).map_err(|error| error.to_string())?;
+        match manifest.files.keys().chain(manifest.codels.keys()).find(|path| !is_inside(path)) {
+            Some(path) => Err(format!("{path:?} is no path in the package")),
+            None => Ok(manifest),
+        }
+    }
+
+    /// The text of the file.
+    pub(crate) fn text(&self) -> Result<String, String> {
+        let text = serde_json::to_string_pretty(self).map_err(|error| error.to_string())?;
+        Ok(text + "\n")
+    }
+}
+
+/// Does a path name a file in the folder that it starts from, other than its manifest?
+fn is_inside(path: &str) -> bool {
+    let is_name = |part: &str| !matches!(part, "" | "." | "..") && !part.contains(['\\', ':', '\0']);
+    path != MANIFEST && path.split('/').all(is_name)
+}
+
+/// The hash of a text, whichever line ends a checkout gave it.
+pub(crate) fn hash(text: &str) -> String {
+    let digest = Sha256::digest(text.replace("\r\n", "\n").as_bytes());
+    digest.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_hash_is_that_of_sha256sum_and_knows_no_line_ends() {
+        assert_eq!(hash("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+        assert_eq!(hash("a\r\nb\r\n"), hash("a\nb\n"));
+        assert_ne!(hash("a\rb"), hash("a\nb"));
+    }
+
+    #[test]
+    fn what_is_written_is_read() {
+        let offered = Some(Offer { prototype: "int f()".to_owned(), hash: hash("") });
+        let codel = CodelFile { prototype: Some("void f()".to_owned()), offered };
+        let manifest = Manifest {
+            files: BTreeMap::from([("a/b.hpp".to_owned(), hash("b"))]),
+            codels: BTreeMap::from([("f.cpp".to_owned(), codel), ("g.cpp".to_owned(), CodelFile::default())]),
+            ..Manifest::default()
+        };
+        assert_eq!(Manifest::read(&manifest.text().unwrap()), Ok(manifest));
+    }
+
+    #[test]
+    fn what_is_no_manifest_says_why() {
+        let why = |text: &str| Manifest::read(text).unwrap_err();
+        assert_eq!(why(""), "EOF while parsing a value at line 1 column 0");
+        assert_eq!(why("<<<<<<< HEAD\n{"), "expected value at line 1 column 1");
+        assert_eq!(
+            why(r#"{"format":2,"files":{},"packages":{}}"#),
+            "its format is 2, and this mauve knows 1"
+        );
+        assert_eq!(
+            why(r#"{"format":1,"files":{},"codels":{},"more":1}"#),
+            "unknown field `more`, expected one of `format`, `files`, `codels` at line 1 column 41"
+        );
+        for path in [
+            "../a",
+            "a/../../b",
+            "/etc/passwd",
+            "",
+            "a//b",
+            "./a",
+            "a/.",
+            "C:/a",
+            "a\\..\\b",
+            ".mauve-manifest.json",
+        ] {
+            let files = serde_json::json!({ "format": 1, "files": { path: "0" }, "codels": {} });
+            assert_eq!(why(&files.to_string()), format!("{path:?} is no path in the package"));
+            let codels = serde_json::json!({ "format": 1, "files": {}, "codels": { path: {} } });
+            assert_eq!(why(&codels.to_string()), format!("{path:?} is no path in the package"));
+        }
+    }
+}

@@ -1,0 +1,352 @@
+//! Whether a file of the user's defines what a codel is declared as: compared token by token, as far as that can be seen
+//! without a compiler.
+//!
+//! White space, comments and the names of parameters do not count, nor does what C++ reads as the same function: where a
+//! `const` stands, a namespace before the name, a leading `::`, `inline`, attributes. A definition that is hidden behind a
+//! macro or another name of a type is not found: then the user is asked once more than needed, and nothing is lost.
+
+/// A prototype, without what does not count.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) struct Prototype<'a> {
+    result: Vec<&'a str>,
+    name: &'a str,
+    parameters: Vec<Vec<&'a str>>,
+}
+
+impl<'a> Prototype<'a> {
+    /// Reads a prototype: `double clearance(const ::sensor_msgs::LaserScan& scan, double width)`.
+    pub(crate) fn read(text: &'a str) -> Option<Prototype<'a>> {
+        let tokens = tokens(text);
+        let open = tokens.iter().position(|token| *token == "(")?;
+        let (&name, result) = tokens.get(..open)?.split_last()?;
+        let (inner, _) = parenthesised(tokens.get(open + 1..)?)?;
+        let parameters = parameters(inner).into_iter().map(|parameter| {
+            let is_named = matches!(parameter, [.., before, last] if *before != "::" && may_be_a_name(last));
+            normalised(if is_named {
+                parameter.split_last().map_or(parameter, |(_, ty)| ty)
+            } else {
+                parameter
+            })
+        });
+        is_word(name).then(|| Prototype {
+            result: normalised(result),
+            name,
+            parameters: parameters.collect(),
+        })
+    }
+
+    /// Is this the prototype of the same function?
+    pub(crate) fn is_same(before: &str, now: &str) -> bool {
+        before == now || Prototype::read(before).is_some_and(|it| Some(it) == Prototype::read(now))
+    }
+
+    /// Does a text of C++ define this function?
+    pub(crate) fn is_defined_in(&self, text: &str) -> bool {
+        let tokens = tokens(text);
+        let calls = tokens.windows(2).enumerate().filter(|(_, pair)| *pair == [self.name, "("]);
+        let mut places = calls.map(|(at, _)| at);
+        places.any(|at| {
+            let (Some(before), Some(after)) = (tokens.get(..at), tokens.get(at + 2..)) else { return false };
+            let Some((inner, after)) = parenthesised(after) else { return false };
+            let found = parameters(inner);
+            matches!(after.first(), Some(&("{" | "noexcept" | "try")))
+                && found.len() == self.parameters.len()
+                && self.parameters.iter().zip(found).all(|(expected, found)| is_parameter(expected, found))
+                && self.is_result_of(before)
+        })
+    }
+
+    /// Does what stands before a function's name end with this result, and the namespaces of the name perhaps?
+    fn is_result_of(&self, before: &[&str]) -> bool {
+        let ends_a_declaration = |token: &&str| matches!(*token, ";" | "{" | "}" | ")" | ":");
+        let start = before.iter().rposition(ends_a_declaration).map_or(0, |at| at + 1);
+        let specifies = |token: &&str| *token == "inline" || *token == "extern" || token.starts_with('"');
+        let mut rest: Vec<&str> =
+            before.iter().skip(start).copied().filter(|token| !specifies(token)).collect();
+        let mut is_qualifier = false;
+        loop {
+            if normalised(&rest) == self.result {
+                return true;
+            }
+            match rest.pop() {
+                Some("::") => is_qualifier = true,
+                Some(word) if is_qualifier && is_word(word) => is_qualifier = false,
+                _ => return false,
+            }
+        }
+    }
+}
+
+/// Is this parameter, which may have a name, of this type?
+fn is_parameter(expected: &[&str], found: &[&str]) -> bool {
+    let unnamed = found.split_last().filter(|(name, _)| may_be_a_name(name)).map(|(_, ty)| ty);
+    normalised(found) == expected || unnamed.is_some_and(|ty| normalised(ty) == expected)
+}
+
+fn may_be_a_name(token: &str) -> bool {
+    const TYPES: [&str; 11] =
+        ["bool", "char", "const", "double", "float", "int", "long", "short", "signed", "unsigned", "void"];
+    is_word(token) && !TYPES.contains(&token)
+}
+
+fn is_word(token: &str) -> bool {
+    token.starts_with(|c: char| c.is_alphabetic() || c == '_')
+}
+
+/// What stands up to the parenthesis that closes, and what follows.
+fn parenthesised<'t, 'a>(tokens: &'t [&'a str]) -> Option<(&'t [&'a str], &'t [&'a str])> {
+    let mut depth = 0;
+    let closes = |token: &&str| {
+        match *token {
+            "(" => depth += 1,
+            ")" if depth == 0 => return true,
+            ")" => depth -= 1,
+            _ => {}
+        }
+        false
+    };
+    let at = tokens.iter().position(closes)?;
+    Some((tokens.get(..at)?, tokens.get(at + 1..)?))
+}
+
+/// What stands between the commas.
+fn parameters<'t, 'a>(tokens: &'t [&'a str]) -> Vec<&'t [&'a str]> {
+    if let [] | ["void"] = tokens {
+        return Vec::new();
+    }
+    let mut depth = 0;
+    let separates = |token: &&str| {
+        match *token {
+            "(" | "[" | "{" | "<" => depth += 1,
+            ")" | "]" | "}" | ">" => depth -= 1,
+            _ => {}
+        }
+        *token == "," && depth == 0
+    };
+    tokens.split(separates).collect()
+}
+
+/// A type without what does not count.
+fn normalised<'a>(tokens: &[&'a str]) -> Vec<&'a str> {
+    let mut out: Vec<&'a str> = Vec::new();
+    let mut rest = tokens;
+    while let [token, after @ ..] = rest {
+        rest = after;
+        if let ["[", ..] = after
+            && *token == "["
+            && let Some(end) = after.windows(2).position(|pair| pair == ["]", "]"])
+        {
+            rest = after.get(end + 2..).unwrap_or_default();
+            continue;
+        }
+        // From the root of all names, or from where we are: the compiler will know.
+        let qualifies = out.last().is_some_and(|last| *last == ">" || (is_word(last) && *last != "const"));
+        if *token != "::" || qualifies {
+            out.push(token);
+        }
+    }
+    let mut depth = 0;
+    let mut is_indirect = false;
+    let mut is_const = false;
+    let mut unqualified: Vec<&'a str> = Vec::new();
+    for token in out {
+        match token {
+            "<" => depth += 1,
+            ">" => depth -= 1,
+            "&" | "*" if depth == 0 => is_indirect = true,
+            "const" if depth == 0 && !is_indirect => {
+                is_const = true;
+                continue;
+            }
+            _ => {}
+        }
+        unqualified.push(token);
+    }
+    // What is passed by value is the function's own, whether it changes it or not.
+    if is_const && is_indirect {
+        unqualified.insert(0, "const");
+    }
+    unqualified
+}
+
+/// The tokens of C++, without comments and lines of the preprocessor.
+fn tokens(text: &str) -> Vec<&str> {
+    let mut out = Vec::new();
+    let mut rest = text;
+    let mut begins_line = true;
+    while let Some(first) = rest.chars().next() {
+        let length = match first {
+            '\n' => {
+                begins_line = true;
+                rest = rest.get(1..).unwrap_or_default();
+                continue;
+            }
+            c if c.is_whitespace() || c == '\\' => {
+                rest = rest.get(c.len_utf8()..).unwrap_or_default();
+                continue;
+            }
+            '#' if begins_line => {
+                rest = rest.get(directive(rest)..).unwrap_or_default();
+                continue;
+            }
+            '/' if rest.starts_with("//") => {
+                rest = rest.find('\n').and_then(|end| rest.get(end..)).unwrap_or_default();
+                continue;
+            }
+            '/' if rest.starts_with("/*") => {
+                rest = rest.get(2..).and_then(|it| it.split_once("*/")).map_or("", |(_, after)| after);
+                continue;
+            }
+            '"' | '\'' => quoted(rest, first),
+            c if c.is_ascii_digit() => number(rest),
+            c if c.is_alphabetic() || c == '_' => {
+                let word = rest.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(rest.len());
+                raw_string(rest, word).unwrap_or(word)
+            }
+            ':' if rest.starts_with("::") => 2,
+            c => c.len_utf8(),
+        };
+        begins_line = false;
+        let (token, after) = rest.split_at_checked(length).unwrap_or((rest, ""));
+        out.push(token);
+        rest = after;
+    }
+    out
+}
+
+/// How long a line of the preprocessor is, with those that it goes on in.
+fn directive(text: &str) -> usize {
+    let mut length = 0;
+    for line in text.split_inclusive('\n') {
+        length += line.len();
+        if !line.trim_end_matches(['\r', '\n']).ends_with('\\') {
+            break;
+        }
+    }
+    length
+}
+
+/// How long a literal in quotes is; it ends with its line at the latest.
+fn quoted(text: &str, quote: char) -> usize {
+    let mut is_escaped = false;
+    for (at, c) in text.char_indices().skip(1) {
+        match c {
+            '\n' => return at,
+            _ if is_escaped => is_escaped = false,
+            '\\' => is_escaped = true,
+            c if c == quote => return at + 1,
+            _ => {}
+        }
+    }
+    text.len()
+}
+
+/// How long a number is: `1'000.5e3`.
+fn number(text: &str) -> usize {
+    let mut all = text.char_indices().peekable();
+    while let Some((at, c)) = all.next() {
+        let goes_on = c.is_ascii_alphanumeric()
+            || matches!(c, '.' | '_')
+            || (c == '\'' && all.peek().is_some_and(|(_, next)| next.is_ascii_alphanumeric()));
+        if !goes_on {
+            return at;
+        }
+    }
+    text.len()
+}
+
+/// How long a raw string is, after a word of this length: `R"x(…)x"`.
+fn raw_string(text: &str, word: usize) -> Option<usize> {
+    let (prefix, literal) = text.split_at_checked(word)?;
+    if !matches!(prefix, "R" | "LR" | "uR" | "UR" | "u8R") {
+        return None;
+    }
+    let (delimiter, _) = literal.strip_prefix('"')?.split_once('(')?;
+    let end = format!("){delimiter}\"");
+    literal.find(&end).map(|at| word + at + end.len())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CLEARANCE: &str = "double clearance(const ::sensor_msgs::LaserScan& scan, double width)";
+
+    fn is_defined(prototype: &str, text: &str) -> bool {
+        Prototype::read(prototype).unwrap().is_defined_in(text)
+    }
+
+    #[test]
+    fn the_same_function_in_other_words() {
+        for text in [
+            "double clearance(const ::sensor_msgs::LaserScan& scan, double width) { return 0; }",
+            "double\nclearance( const sensor_msgs::LaserScan &echoes , double /* m */ )\n{ }",
+            "namespace motion {\nstatic int n; double clearance(sensor_msgs::LaserScan const& s, const double w) {",
+            "#include <x>\ndouble motion::clearance(const ::sensor_msgs::LaserScan&, double) noexcept {",
+            "double ::motion::clearance(const ::sensor_msgs::LaserScan&, double) {",
+            "[[nodiscard]] inline double clearance(const ::sensor_msgs::LaserScan& s, [[maybe_unused]] double w) try {",
+            "extern \"C\" double clearance(const ::sensor_msgs::LaserScan& s, double w) {",
+            "public: double clearance(const ::sensor_msgs::LaserScan& s, double w) {",
+            "double clearance(int);\ndouble clearance(const ::sensor_msgs::LaserScan& s, double w) {\r\n",
+            "#define A \\\n  \"\n/* ' */ char c = '\"'; // \"\nauto r = R\"x(\" // )\" )x\"; auto n = 1'0;\n\
+             double clearance(const ::sensor_msgs::LaserScan& s, double w) {",
+        ] {
+            assert!(is_defined(CLEARANCE, text), "{text}");
+        }
+        assert!(is_defined("void f()", "void f(void) {"));
+        assert!(is_defined("void f(::A<::B, C>& x)", "void f(A<B,C>& y){"));
+        assert!(is_defined("::ArRobot* f(unsigned long n)", "ArRobot* lib::f(unsigned long) {"));
+        assert!(is_defined("::A<::B> f()", "A<B> lib::f() {"));
+    }
+
+    #[test]
+    fn another_function() {
+        for text in [
+            "",
+            "double clearance(const ::sensor_msgs::LaserScan& scan, double width);",
+            "// double clearance(const ::sensor_msgs::LaserScan& scan, double width) {",
+            "/* double clearance(const ::sensor_msgs::LaserScan& scan, double width) { */",
+            "auto s = \"double clearance(const ::sensor_msgs::LaserScan& scan, double width) {\";",
+            "#define F double clearance(const ::sensor_msgs::LaserScan& scan, double width) {",
+            "float clearance(const ::sensor_msgs::LaserScan& scan, double width) {",
+            "long double clearance(const ::sensor_msgs::LaserScan& scan, double width) {",
+            "double clearance2(const ::sensor_msgs::LaserScan& scan, double width) {",
+            "double clearance(const ::sensor_msgs::LaserScan& scan) {",
+            "double clearance(const ::sensor_msgs::LaserScan& scan, double width, int) {",
+            "double clearance(const ::sensor_msgs::LaserScan& scan, float width) {",
+            "double clearance(const ::sensor_msgs::LaserScan& scan, double& width) {",
+            "double clearance(::sensor_msgs::LaserScan& scan, double width) {",
+            "double clearance(const ::sensor_msgs::PointCloud& scan, double width) {",
+            "double clearance(double width, const ::sensor_msgs::LaserScan& scan) {",
+            "int x = clearance(const ::sensor_msgs::LaserScan& scan, double width) {",
+            "double clearance(const ::sensor_msgs::LaserScan& scan, double",
+        ] {
+            assert!(!is_defined(CLEARANCE, text), "{text}");
+        }
+        assert!(!is_defined("void f(long n)", "void f(long long) {"));
+        assert!(!is_defined("void f(::A<::B>& x)", "void f(A<C>& x) {"));
+        assert!(!is_defined("void f(const ::A* x)", "void f(A* const x) {"));
+        assert!(!is_defined("void f()", "unsigned f() {"));
+    }
+
+    #[test]
+    fn names_of_parameters_do_not_count() {
+        assert!(Prototype::is_same("void f(int a, ::B& b)", "void f(int  x, ::B &y)"));
+        assert!(!Prototype::is_same("void f(int a)", "void f(double a)"));
+        assert!(!Prototype::is_same("void f(int a)", "int f(int a)"));
+        assert!(!Prototype::is_same("void f(int a)", "void g(int a)"));
+        // What is no prototype is itself.
+        assert!(Prototype::is_same("?", "?"));
+        assert!(!Prototype::is_same("?", "!"));
+    }
+
+    proptest::proptest! {
+        #[test]
+        fn any_text_has_tokens(text in r#"([a-z:(){}<>"'/*\\#\n 1é]|//|/\*|R"x\()*"#) {
+            let tokens = tokens(&text);
+            proptest::prop_assert!(tokens.iter().all(|token| !token.is_empty()));
+            let _ = Prototype::read(&text);
+            is_defined("a b(c d)", &text);
+        }
+    }
+}
