@@ -20,11 +20,13 @@
 //! | `reparse.rs` | an edit of a text → an edit of its tree |
 //! | `ast.rs` | the typed view |
 //! | `format.rs` | white space as it should be |
+//! | `comment.rs` | what is said of a declaration right above it |
 //! | `spelling.rs` | what a misspelt word may be |
 //!
 //! This crate knows no database, no editor protocol and no analysis of any kind.
 
 pub mod ast;
+mod comment;
 pub mod format;
 mod generated;
 mod grammar;
@@ -34,6 +36,7 @@ mod reparse;
 mod spelling;
 mod tree;
 
+pub use comment::comment_above;
 pub use generated::kinds::SyntaxKind;
 pub use lexer::{Lexed, lex};
 pub use reparse::Tier;

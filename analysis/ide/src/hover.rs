@@ -14,7 +14,7 @@ use mauve_model::{
     response_times, timetable_of,
 };
 use mauve_syntax::ast::{self, AstNode as _};
-use mauve_syntax::{SyntaxKind, SyntaxNode, SyntaxToken, TextRange, TextSize};
+use mauve_syntax::{SyntaxKind, SyntaxNode, TextRange, TextSize, comment_above};
 
 use crate::definition::{Target, definition_of, names};
 use crate::explanation::explain_response;
@@ -183,31 +183,6 @@ pub(crate) fn head(node: &SyntaxNode) -> String {
     let text = node.text().to_string();
     let head = text.split('{').next().unwrap_or_default();
     head.split_whitespace().collect::<Vec<_>>().join(" ")
-}
-
-/// The comment lines right above a declaration.
-pub(crate) fn comment_above(node: &SyntaxNode) -> String {
-    let mut lines = Vec::new();
-    let mut before = node.first_token().and_then(|token| token.prev_token());
-    while let Some(token) = before {
-        match token.kind() {
-            SyntaxKind::BLOCK_COMMENT | SyntaxKind::LINE_COMMENT if begins_line(&token) => {
-                let text = token.text().trim_start_matches('/').trim_matches('*').trim();
-                lines.push(text.trim_end_matches("*/").trim_end().to_owned());
-            }
-            // An empty line ends the comment, and one behind something else is that one's.
-            SyntaxKind::WHITESPACE if token.text().matches('\n').count() < 2 => {}
-            _ => break,
-        }
-        before = token.prev_token();
-    }
-    lines.reverse();
-    lines.join("\n")
-}
-
-fn begins_line(token: &SyntaxToken) -> bool {
-    let before = token.prev_token();
-    before.is_none_or(|before| before.kind() == SyntaxKind::WHITESPACE && before.text().contains('\n'))
 }
 
 /// What the tables say that a codel takes, level by level.

@@ -357,6 +357,11 @@ impl CppNames {
         names
     }
 
+    /// Nothing can be declared with this name here, which means something already.
+    pub(crate) fn take(&mut self, name: &str) {
+        self.taken.insert(name.to_owned());
+    }
+
     /// `name` as it can be declared here, which is then taken: itself, or with as many `_` behind it as it needs.
     pub(crate) fn declare(&mut self, name: &str) -> String {
         let mut name = as_identifier(name);

@@ -48,11 +48,19 @@ pub(crate) fn xml(text: &str) -> String {
     out
 }
 
-/// A text in a comment: on one line, and never the end of one that `*/` or `-->` ends.
+/// A text in a comment: on one line, and never the end of one that `*/` or `-->` ends, nor anything that compilers warn of.
 pub(crate) fn comment(text: &str) -> String {
-    let line: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
-    // A backslash at the end of a line would join the next one to it.
-    line.replace("*/", "* /").replace("--", "- -").trim_end_matches(['\\', ' ']).to_owned()
+    // Signs that turn the direction of what follows them show a reader another text than the compiler.
+    let is_turn =
+        |c: char| matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    let mut line: String = text.chars().map(|c| if c.is_control() || is_turn(c) { ' ' } else { c }).collect();
+    // `??/` is a backslash, and one at the end of a line would join the next one to it.
+    for (pair, apart) in [("*/", "* /"), ("/*", "/ *"), ("--", "- -"), ("??", "? ?")] {
+        while line.contains(pair) {
+            line = line.replace(pair, apart);
+        }
+    }
+    line.trim_end_matches(['\\', ' ']).to_owned()
 }
 
 #[cfg(test)]
@@ -66,5 +74,6 @@ mod tests {
         assert_eq!(lua_string(hostile), r#""a\"; evil(\"\\\010\013\000??/\195\1691""#);
         assert_eq!(xml("<a b='\"'>&\u{1}\n"), "&lt;a b=&apos;&quot;&apos;&gt;&amp;\u{fffd}&#10;");
         assert_eq!(comment("a\n*/ --> b \\ \\"), "a * / - -> b");
+        assert_eq!(comment("---- ???/ /*/ \u{202e}b??/"), "- - - - ? ? ?/ / * /  b? ?/");
     }
 }

@@ -10,6 +10,9 @@
 //! | `cpp_name.rs` | names that C++, RTT and its scripts can have |
 //! | `cpp_type.rs` | C++ types and the headers that declare them |
 //! | `escape.rs` | texts of a model, as literals of the languages that are generated |
+//! | `origin.rs` | what generated comments say of the model |
+//! | `codels.rs` | the headers of types and codels, and the stubs that the user completes |
+//! | `build.rs` | `package.xml`, `CMakeLists.txt`, and what the components of a library have in common |
 //! | `plan.rs` | what is written, changed and removed, and what is the user's |
 //! | `manifest.rs` | what the generator wrote into a package the last time |
 //! | `prototype.rs` | whether a file of the user's defines what a codel is declared as |
@@ -19,11 +22,14 @@
 //!
 //! This crate knows no file system, no editor and no protocol.
 
+mod build;
+mod codels;
 mod cpp_name;
 mod cpp_type;
 mod escape;
 mod library;
 mod manifest;
+mod origin;
 mod package;
 mod plan;
 mod prototype;

@@ -2,7 +2,9 @@
 
 use mauve_model::{Decl, ModelDb, Project};
 
-use crate::library::{Library, Problem, libraries, problems};
+use crate::build::build_files;
+use crate::codels::codel_files;
+use crate::library::{Libraries, Library, Problem, libraries, problems};
 
 /// A package that can be built.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -54,10 +56,19 @@ pub fn packages<'db>(
     let needed = deployment.map(|deployment| libraries.needed_by(deployment));
     let is_needed = |index: &usize| needed.as_ref().is_none_or(|needed| needed.contains(index));
     let all = libraries.all.iter().enumerate().filter(|(index, _)| is_needed(index));
-    Ok(all.map(|(_, library)| package(db, project, library)).collect())
+    Ok(all.map(|(_, library)| package(db, project, libraries, library)).collect())
 }
 
-fn package<'db>(_db: &'db dyn ModelDb, _project: Project<'db>, library: &Library<'db>) -> Package {
-    let files = Vec::new();
+fn package<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    libraries: &Libraries<'db>,
+    library: &Library<'db>,
+) -> Package {
+    let mut files = Vec::new();
+    files.extend(codel_files(db, project, library));
+    // The last one: what is installed is what the others make.
+    let build = build_files(db, project, libraries, library, &files);
+    files.extend(build);
     Package { name: library.package.clone(), files }
 }

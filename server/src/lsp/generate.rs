@@ -11,7 +11,7 @@ use std::path::{Component, Path, PathBuf};
 use mauve_ide::{name_of_root, projects_with};
 use mauve_model::item_tree::Kind;
 use mauve_model::{Decl, File, ModelDb, Project, Workspace, config_of, names_of, normalised};
-use mauve_orocos::{Package, Plan, Problem, Step, packages, plan, problems};
+use mauve_orocos::{MANIFEST, Package, Plan, Problem, Step, packages, plan, problems};
 use mauve_syntax::similar;
 use salsa::Database as _;
 use tower_lsp::lsp_types::Url;
@@ -268,7 +268,7 @@ impl<'db> Meant<'db> {
             inside(&folder, &step.path)?;
         }
         // A manifest says what was written: last, since whoever writes may be stopped.
-        plan.steps.sort_by_key(|step| step.path.rsplit('/').next().is_some_and(|name| name.starts_with('.')));
+        plan.steps.sort_by_key(|step| step.path.ends_with(MANIFEST));
         Ok(Generated { folder, shown_folder, plan, before: before.into_inner() })
     }
 }

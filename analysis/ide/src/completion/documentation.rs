@@ -7,9 +7,9 @@ use std::path::PathBuf;
 use mauve_model::item_tree::{Kind, Name};
 use mauve_model::{Decl, ModelDb, Workspace, declarations, package, parse, source_map};
 use mauve_syntax::SyntaxKind::*;
-use mauve_syntax::{SyntaxKind, SyntaxNode};
+use mauve_syntax::{SyntaxKind, SyntaxNode, comment_above};
 
-use crate::hover::{comment_above, fields, head};
+use crate::hover::{fields, head};
 
 /// What an item stands for.
 #[derive(Debug, Clone, PartialEq, Eq)]
