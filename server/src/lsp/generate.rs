@@ -51,18 +51,17 @@ impl Generated {
         self.folder.join(&step.path)
     }
 
-    /// What the user must know whatever else is done: codels whose prototype has changed.
+    /// What the user must know whatever else is done: files of his that the model has left behind.
     pub(crate) fn warning(&self) -> Option<String> {
-        let changed = self.plan.changed_codels.iter();
-        let changed: Vec<String> =
-            changed.map(|it| format!("{}: was `{}`, is `{}`", it.path, it.before, it.now)).collect();
-        (!changed.is_empty()).then(|| {
-            format!(
-                "The model has other prototypes than these files, which are yours and stay as they are; a `.new` file beside \
-                 each has the new stub. {}",
-                changed.join("; ")
-            )
-        })
+        let plan = &self.plan;
+        let changed = plan.changed_codels.iter().map(|it| match it.before.as_str() {
+            "" => format!("{} is to define `{}`", it.path, it.now),
+            before => format!("{} is to define `{}`, and was written for `{before}`", it.path, it.now),
+        });
+        let left = plan.left_codels.iter().map(|path| format!("{path} is of no codel of the model any more"));
+        let all: Vec<String> = changed.chain(left).collect();
+        (!all.is_empty())
+            .then(|| format!("Your own files in {} stay as they are: {}.", self.shown_folder, all.join("; ")))
     }
 
     /// That there is nothing to do, if there is not.

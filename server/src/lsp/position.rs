@@ -155,7 +155,10 @@ mod tests {
             let index = LineIndex { text: TEXT.into(), lines: line_index::LineIndex::new(TEXT) };
             assert_eq!(index.offset(position, encoding), TextSize::new(robot as u32));
             assert_eq!(index.position(TextSize::new(robot as u32), encoding), position);
+            assert_eq!(end_of(&TEXT[..robot], encoding), position);
         }
+        assert_eq!(end_of("a\r\n\n", Encoding::Utf16), Position::new(2, 0));
+        assert_eq!(end_of("", Encoding::Utf16), Position::new(0, 0));
     }
 
     #[test]

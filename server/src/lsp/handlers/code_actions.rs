@@ -96,10 +96,8 @@ pub(crate) fn code_actions(
         to_client(snapshot, action, &chosen).map(CodeActionOrCommand::CodeAction)
     }));
     if context.only.as_ref().is_none_or(|only| is_among(only, &generate::KIND)) {
-        let is_asked_for = context.only.is_some();
-        let all = generate::actions(snapshot, &params.text_document, file, range, is_asked_for);
-        let all = all.into_iter().filter(|action| action.disabled.is_none() || shows_disabled);
-        shown.extend(all.map(CodeActionOrCommand::CodeAction));
+        let all = generate::actions(snapshot, &params.text_document, file, range, context);
+        shown.extend(all.into_iter().map(CodeActionOrCommand::CodeAction));
     }
     Ok(Some(shown))
 }

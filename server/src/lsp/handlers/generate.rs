@@ -17,6 +17,7 @@
 
 use std::collections::HashMap;
 
+use mauve_model::item_tree::Kind;
 use mauve_model::{File, declarations, is_model, source_map};
 use mauve_orocos::Action;
 use mauve_syntax::TextRange;
@@ -24,10 +25,10 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use tower_lsp::jsonrpc::Result;
 use tower_lsp::lsp_types::{
-    AnnotatedTextEdit, ChangeAnnotation, CodeAction, CodeActionDisabled, CodeActionKind, Command, CreateFile,
-    CreateFileOptions, DeleteFile, DeleteFileOptions, DocumentChangeOperation, DocumentChanges, OneOf,
-    OptionalVersionedTextDocumentIdentifier, Position, Range, ResourceOp, TextDocumentEdit,
-    TextDocumentIdentifier, TextEdit, Url, WorkspaceEdit,
+    AnnotatedTextEdit, ChangeAnnotation, CodeAction, CodeActionContext, CodeActionDisabled, CodeActionKind,
+    CodeActionTriggerKind, Command, CreateFile, CreateFileOptions, DeleteFile, DeleteFileOptions,
+    DocumentChangeOperation, DocumentChanges, OneOf, OptionalVersionedTextDocumentIdentifier, Position,
+    Range, ResourceOp, TextDocumentEdit, TextDocumentIdentifier, TextEdit, Url, WorkspaceEdit,
 };
 
 use super::execute_command::GENERATE;
@@ -151,55 +152,60 @@ pub(crate) fn actions(
     document: &TextDocumentIdentifier,
     file: File,
     range: TextRange,
-    is_asked_for: bool,
+    context: &CodeActionContext,
 ) -> Vec<CodeAction> {
     let db = &snapshot.db;
     if !is_model(file.path(db)) {
         return Vec::new();
     }
     let all = declarations(db, file).all.iter().zip(&source_map(db, file).declarations);
-    let all = all.filter(|(decl, _)| decl.kind(db) == mauve_model::item_tree::Kind::Deployment);
-    let all: Vec<_> = all.filter(|(decl, _)| !decl.name(db).is_empty()).collect();
-    let touched = all.iter().filter(|(_, map)| map.range.intersect(range).is_some());
-    let mut of: Vec<Option<String>> = touched.map(|(decl, _)| Some(decl.qualified(db))).collect();
-    if is_asked_for {
+    let all = all.filter(|(decl, _)| decl.kind(db) == Kind::Deployment && !decl.name(db).is_empty());
+    let all: Vec<_> = all.map(|(decl, map)| (decl.qualified(db), map.range)).collect();
+    let touched = all.iter().filter(|(_, at)| at.intersect(range).is_some());
+    let mut of: Vec<Option<&str>> = touched.map(|(name, _)| Some(name.as_str())).collect();
+    if context.only.is_some() {
         if of.is_empty() {
-            of.extend(all.iter().map(|(decl, _)| Some(decl.qualified(db))));
+            of.extend(all.iter().map(|(name, _)| Some(name.as_str())));
         }
         of.push(None);
     }
-    of.dedup();
-    of.into_iter().filter_map(|deployment| action(snapshot, document, file, deployment)).collect()
+    let is_automatic = context.trigger_kind == Some(CodeActionTriggerKind::AUTOMATIC);
+    of.into_iter()
+        .filter_map(|deployment| action(snapshot, document, file, deployment, is_automatic))
+        .collect()
 }
 
+/// None where nobody asked for an action that cannot be done.
 fn action(
     snapshot: &Snapshot,
     document: &TextDocumentIdentifier,
     file: File,
-    deployment: Option<String>,
+    deployment: Option<&str>,
+    is_automatic: bool,
 ) -> Option<CodeAction> {
     let capabilities = snapshot.capabilities;
-    let meant = meant(snapshot, file, deployment.as_deref()).ok()?;
+    let meant = meant(snapshot, file, deployment).ok()?;
+    let refusal = meant.refusal(snapshot);
+    if is_automatic && (refusal.is_some() || !capabilities.resource_operations) {
+        return None;
+    }
     let title = meant.title(snapshot);
-    let mut action =
-        CodeAction { title: title.clone(), kind: Some(KIND), is_preferred: None, ..CodeAction::default() };
-    let command = command(title, &document.uri, deployment.as_deref());
-    match meant.refusal(snapshot) {
+    let mut action = CodeAction { title: title.clone(), kind: Some(KIND), ..CodeAction::default() };
+    match refusal {
         Some(reason) if capabilities.disabled_actions => {
             action.disabled = Some(CodeActionDisabled { reason });
         }
-        // The command says why not.
-        Some(_) => action.command = Some(command),
-        None if capabilities.generates || !capabilities.resource_operations => {
-            action.command = Some(command);
-        }
-        None if capabilities.resolves_edits => {
+        None if capabilities.resolves_edits
+            && capabilities.resource_operations
+            && !capabilities.generates =>
+        {
             let version = snapshot.documents.get(&document.uri).map(|document| document.version);
-            let chosen = Chosen { document: document.clone(), version, generate: Generate { deployment } };
+            let generate = Generate { deployment: deployment.map(str::to_owned) };
+            let chosen = Chosen { document: document.clone(), version, generate };
             action.data = serde_json::to_value(chosen).ok();
         }
-        // No disk is read wherever a cursor goes.
-        None => action.command = Some(command),
+        // It says why not, where that is so. Otherwise no disk is read before the user has chosen it.
+        _ => action.command = Some(command(title, &document.uri, deployment)),
     }
     Some(action)
 }
