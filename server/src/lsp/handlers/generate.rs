@@ -169,6 +169,10 @@ pub(crate) fn actions(
         }
         of.push(None);
     }
+    // What comes to nothing but a word is for those who ask for it.
+    if context.only.is_none() && !snapshot.capabilities.resource_operations {
+        return Vec::new();
+    }
     let is_automatic = context.trigger_kind == Some(CodeActionTriggerKind::AUTOMATIC);
     of.into_iter()
         .filter_map(|deployment| action(snapshot, document, file, deployment, is_automatic))
@@ -186,7 +190,7 @@ fn action(
     let capabilities = snapshot.capabilities;
     let meant = meant(snapshot, file, deployment).ok()?;
     let refusal = meant.refusal(snapshot);
-    if is_automatic && (refusal.is_some() || !capabilities.resource_operations) {
+    if is_automatic && refusal.is_some() {
         return None;
     }
     let title = meant.title(snapshot);
