@@ -4,6 +4,7 @@ mod analysis_stats;
 mod check;
 mod explain;
 mod fmt;
+mod generate;
 mod lsp;
 mod new;
 mod parse;
@@ -37,6 +38,19 @@ enum Command {
     Wcrt(wcrt::Wcrt),
     /// Show a component's periodic state machine with its times.
     Psm(psm::Psm),
+    /// Make Orocos packages: C++ components, scripts and launch files of the models.
+    ///
+    /// There is a package for each library. Only what changes is written. The files in src/codels are
+    /// yours: they are written once, as stubs, and never again. When the prototype of a codel changes,
+    /// the new stub is put beside your file, as CODEL.cpp.new: bring your file up to date, or remove the
+    /// .new file once you have seen it. Everything else is the generator's: while a generated file has
+    /// edits of yours, nothing is written without --force.
+    ///
+    /// Exit codes: 0 all is as it should be; 1 errors in the models, edits that only --force would
+    /// overwrite, or, with --check, anything that is not as it should be; 2 a path that cannot be read
+    /// or written: nothing was changed.
+    #[command(verbatim_doc_comment)]
+    Generate(generate::Generate),
     /// Explain a diagnostic.
     Explain(explain::Explain),
     /// Format models: their white space, and nothing else.
@@ -65,6 +79,7 @@ impl Arguments {
             Command::Check(it) => it.run(),
             Command::Wcrt(it) => it.run(),
             Command::Psm(it) => it.run(),
+            Command::Generate(it) => it.run(),
             Command::Explain(it) => it.run(),
             Command::Fmt(it) => it.run(),
             Command::Parse(it) => it.run(),

@@ -3,10 +3,12 @@
 //! Results go to standard output, messages to standard error. Exit codes: 0 fine; 1 findings (an error in a model, a
 //! deadline that is not proved, a file to be formatted); 2 usage, a path that cannot be read, or a result that cannot be written.
 //!
-//! Each command is a file in `cli/` with a function from its arguments to an [`Output`]; results are printed here alone. `load.rs` reads models from the disk for all of them.
+//! Each command is a file in `cli/` with a function from its arguments to an [`Output`]; results are printed here alone. `load.rs` reads models from the disk for all of them,
+//! `generate.rs` writes what is generated.
 
 mod analysis_document;
 mod cli;
+mod generate;
 mod load;
 mod lsp;
 

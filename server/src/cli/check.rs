@@ -6,7 +6,7 @@ use std::collections::{BTreeSet, HashMap};
 use std::io::IsTerminal as _;
 use std::path::{Path, PathBuf};
 
-use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
+use annotate_snippets::{AnnotationKind, Level, Message, Renderer, Snippet, Title};
 use clap::ValueEnum;
 use mauve_model::diagnostics::{Code, Diagnostic, Finding, Fix, Severity, codes, workspace_diagnostics};
 use mauve_model::{Database, File, Place};
@@ -137,30 +137,44 @@ fn deadlines(deployed: &[Deployed<'_>]) -> String {
 }
 
 /// Nobody reads more on a terminal.
-const MOST_EXCERPTS: usize = 500;
+pub(super) const MOST_EXCERPTS: usize = 500;
 
 /// A diagnostic as people read it.
-fn excerpt(db: &Database, here: &Path, finding: &Finding<'_>) -> String {
+pub(super) fn excerpt(db: &Database, here: &Path, finding: &Finding<'_>) -> String {
     let diagnostic = &finding.diagnostic;
     let level = match finding.severity {
         Severity::Error => Level::ERROR,
         Severity::Warning => Level::WARNING,
         Severity::Hint => Level::HELP.with_name(Severity::Hint.name()),
     };
-    // One snippet for each file, so that related places of one file stand in one excerpt.
-    let mut places: Vec<(&Place<'_>, &str, AnnotationKind)> =
-        vec![(&diagnostic.at, "", AnnotationKind::Primary)];
+    let title = level.primary_title(&diagnostic.message).id(diagnostic.code.name);
+    let mut places = vec![(&diagnostic.at, "", AnnotationKind::Primary)];
     let related = diagnostic.related.iter();
     places.extend(related.map(|(at, message)| (at, message.as_str(), AnnotationKind::Context)));
+    let fixes = diagnostic.fixes.iter().filter(|fix| !is_said(&diagnostic.message, fix));
+    let mut notes: Vec<_> = fixes.map(|fix| Level::HELP.message(&fix.title)).collect();
+    let only = finding.only_in.map(|project| shown(project.root(db).path(db), here));
+    notes.extend(only.map(|root| Level::NOTE.message(format!("in the project of {root}"))));
+    with_excerpts(db, here, title, &places, notes)
+}
+
+/// What stands at some places, under a title.
+pub(super) fn with_excerpts(
+    db: &Database,
+    here: &Path,
+    title: Title<'_>,
+    places: &[(&Place<'_>, &str, AnnotationKind)],
+    notes: Vec<Message<'_>>,
+) -> String {
+    // One snippet for each file, so that related places of one file stand in one excerpt.
     let mut files = Vec::new();
-    for (at, ..) in &places {
+    for (at, ..) in places {
         let file = at.file(db);
         if !files.contains(&file) {
             files.push(file);
         }
     }
     let paths: Vec<String> = files.iter().map(|file| shown(file.path(db), here)).collect();
-    let title = level.primary_title(&diagnostic.message).id(diagnostic.code.name);
     let mut group = annotate_snippets::Group::with_title(title);
     for (file, path) in files.iter().zip(&paths) {
         let text: &str = file.text(db);
@@ -174,13 +188,8 @@ fn excerpt(db: &Database, here: &Path, finding: &Finding<'_>) -> String {
         }
         group = group.element(snippet);
     }
-    for fix in diagnostic.fixes.iter().filter(|fix| !is_said(&diagnostic.message, fix)) {
-        group = group.element(Level::HELP.message(&fix.title));
-    }
-    let only = finding.only_in.map(|project| shown(project.root(db).path(db), here));
-    let only = only.map(|root| format!("in the project of {root}"));
-    if let Some(only) = &only {
-        group = group.element(Level::NOTE.message(only));
+    for note in notes {
+        group = group.element(note);
     }
     let renderer = if std::io::stdout().is_terminal() { Renderer::styled() } else { Renderer::plain() };
     renderer.render(&[group]) + "\n"
@@ -235,7 +244,7 @@ struct RelatedDocument {
 }
 
 #[derive(Serialize)]
-struct RangeDocument {
+pub(super) struct RangeDocument {
     start: PositionDocument,
     end: PositionDocument,
 }
@@ -268,17 +277,17 @@ fn document(db: &Database, lines: &mut Lines, finding: &Finding<'_>) -> Diagnost
 }
 
 /// Where the lines of the files begin, found once for each file; and how wide a text is in columns.
-struct Lines {
+pub(super) struct Lines {
     starts: HashMap<File, Vec<usize>>,
     width: fn(&str) -> usize,
 }
 
 impl Lines {
-    fn new(width: fn(&str) -> usize) -> Lines {
+    pub(super) fn new(width: fn(&str) -> usize) -> Lines {
         Lines { starts: HashMap::new(), width }
     }
 
-    fn range(&mut self, db: &Database, at: &Place<'_>) -> RangeDocument {
+    pub(super) fn range(&mut self, db: &Database, at: &Place<'_>) -> RangeDocument {
         let file = at.file(db);
         let text: &str = file.text(db);
         let starts = self.starts.entry(file).or_insert_with(|| {

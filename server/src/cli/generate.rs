@@ -1,0 +1,233 @@
+//! `mauve generate [PATH] --out DIR`: Orocos packages, of which only what changes is written, and nothing that is the user's.
+
+mod report;
+
+use std::path::{Path, PathBuf};
+
+use annotate_snippets::{AnnotationKind, Level};
+use clap::ValueEnum;
+use mauve_model::diagnostics::{Finding, Severity, workspace_diagnostics};
+use mauve_model::{Database, Decl, Project, Query, Workspace, projects, response_times};
+use mauve_orocos::{Package, Plan, Problem, packages, plan, problems};
+
+use super::check::{Lines, MOST_EXCERPTS, excerpt, with_excerpts};
+use super::{counted, say};
+use crate::Output;
+use crate::analysis_document::{Deployed, deployments};
+use crate::generate::{Made, Site, behind_links, configured_out, left_packages, merged, read};
+use crate::load::load;
+use report::{Document, Doing, ProblemDocument, document, report};
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Generate {
+    /// A model, a folder or a mauve.toml; the current folder when left out.
+    #[arg(value_name = "PATH")]
+    path: Option<PathBuf>,
+    /// Only the packages that this deployment needs.
+    #[arg(long, value_name = "NAME")]
+    deployment: Option<String>,
+    /// The folder of the packages; by default that which mauve.toml names: `[generate] out`.
+    #[arg(long, value_name = "DIR", value_hint = clap::ValueHint::DirPath)]
+    out: Option<PathBuf>,
+    /// Write nothing: list what is not as it should be, and exit with 1 if anything is.
+    #[arg(long, conflicts_with = "force")]
+    check: bool,
+    /// Overwrite generated files that were edited. Your codels are left alone all the same.
+    #[arg(long)]
+    force: bool,
+    /// How to show what was done.
+    #[arg(long, value_enum, default_value = "human")]
+    format: Format,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Format {
+    /// For people.
+    Human,
+    /// One document.
+    Json,
+}
+
+/// The packages of a folder, and what is to be done there.
+struct Planned {
+    out: PathBuf,
+    packages: Vec<Package>,
+    plan: Plan,
+    left_packages: Vec<String>,
+    /// For whoever writes there; nothing where nobody does.
+    site: Option<Site>,
+}
+
+impl Generate {
+    pub(crate) fn run(self) -> Result<Output, String> {
+        let mut db = Database::default();
+        let workspaces = load(&mut db, self.path.as_slice())?;
+        let asked: Vec<(Project<'_>, Option<Decl<'_>>)> = match &self.deployment {
+            Some(name) => {
+                let found = deployments(&db, &workspaces, Some(name))?;
+                found.into_iter().map(|(project, deployment)| (project, Some(deployment))).collect()
+            }
+            None => {
+                let all = workspaces.iter().flat_map(|&workspace| projects(&db, workspace));
+                all.map(|&project| (project, None)).collect()
+            }
+        };
+        let mut found: Vec<Problem<'_>> = Vec::new();
+        for problem in asked.iter().flat_map(|&(project, _)| problems(&db, project)) {
+            if !found.contains(&problem) {
+                found.push(problem);
+            }
+        }
+        if !found.is_empty() {
+            return self.refused(&db, &workspaces, &found);
+        }
+        let mut folders = Vec::new();
+        for (out, packages) in self.packages(&db, &asked)? {
+            folders.push(self.planned(&db, &workspaces, out, packages)?);
+        }
+        warn_of_deadlines(&db, &workspaces, &asked)?;
+        let is_refused = !self.force && folders.iter().any(|it| !it.plan.edited.is_empty());
+        let is_written = !self.check && !is_refused;
+        if is_written {
+            for Planned { site, plan, .. } in &folders {
+                site.iter().try_for_each(|site| site.write(&plan.steps))?;
+            }
+        }
+        let doing = match (self.check, is_refused) {
+            (true, _) => Doing::Checked,
+            (_, true) => Doing::Refused,
+            _ => Doing::Done,
+        };
+        let text = match self.format {
+            Format::Human => folders.iter().map(|it| report(it, doing)).collect(),
+            Format::Json => {
+                let folders = folders.iter().map(document).collect();
+                super::json(&Document { problems: Vec::new(), folders, written: is_written })?
+            }
+        };
+        let is_stale = self.check && folders.iter().any(|it| !it.plan.is_settled());
+        Ok(Output { text, code: u8::from(is_refused || is_stale) })
+    }
+
+    /// The packages that go to each folder.
+    fn packages<'db>(
+        &self,
+        db: &'db Database,
+        asked: &[(Project<'db>, Option<Decl<'db>>)],
+    ) -> Result<Vec<(PathBuf, Vec<Package>)>, String> {
+        let mut folders: Vec<(PathBuf, Made<'db>)> = Vec::new();
+        for &(project, deployment) in asked {
+            let out = match &self.out {
+                Some(out) if out.as_os_str().is_empty() => return Err("--out is the path of a folder".to_owned()),
+                Some(out) => out.clone(),
+                None => configured_out(db, project.workspace(db))?.ok_or(
+                    "where to? Say `--out DIR`, or in mauve.toml `[generate] out = \"generated\"`, from its folder",
+                )?,
+            };
+            // They have no problems: that was asked.
+            let made = packages(db, project, deployment).unwrap_or_default();
+            let is_same = |(known, _): &&mut (PathBuf, _)| behind_links(known) == behind_links(&out);
+            match folders.iter_mut().find(is_same) {
+                Some((_, all)) => all.push((project, made)),
+                None => folders.push((out, vec![(project, made)])),
+            }
+        }
+        folders.into_iter().map(|(out, made)| Ok((out, merged(db, made)?))).collect()
+    }
+
+    fn planned(
+        &self,
+        db: &Database,
+        workspaces: &[Workspace],
+        out: PathBuf,
+        packages: Vec<Package>,
+    ) -> Result<Planned, String> {
+        // From here on nobody else writes.
+        let site = if self.check { None } else { Some(Site::open(&out)?) };
+        let plan = plan(&packages, &|path| read(&out, path))?;
+        let is_whole =
+            self.deployment.is_none() && workspaces.iter().all(|workspace| workspace.only(db).is_empty());
+        let left_packages = if is_whole { left_packages(&out, &packages) } else { Vec::new() };
+        Ok(Planned { out, packages, plan, left_packages, site })
+    }
+
+    /// What is wrong in the models, and that nothing was generated from them.
+    fn refused(
+        &self,
+        db: &Database,
+        workspaces: &[Workspace],
+        problems: &[Problem<'_>],
+    ) -> Result<Output, String> {
+        let text = match self.format {
+            Format::Human => {
+                let here = std::env::current_dir().unwrap_or_default();
+                let findings: Vec<Finding<'_>> =
+                    workspaces.iter().flat_map(|&workspace| workspace_diagnostics(db, workspace)).collect();
+                let shown = problems.iter().take(MOST_EXCERPTS);
+                let mut parts: Vec<String> =
+                    shown.map(|problem| problem_excerpt(db, &here, problem, &findings)).collect();
+                if let Some(more) = problems.len().checked_sub(MOST_EXCERPTS).filter(|more| *more > 0) {
+                    parts.push(format!("… and {more} more: `--format json` shows all\n"));
+                }
+                let errors = counted(problems.len(), "error");
+                parts.push(format!("{errors} to be put right first: nothing was generated\n"));
+                parts.join("\n")
+            }
+            Format::Json => {
+                let mut lines = Lines::new(|text| text.chars().count());
+                let problems = problems.iter().map(|it| ProblemDocument::new(db, &mut lines, it));
+                let problems = problems.collect();
+                super::json(&Document { problems, folders: Vec::new(), written: false })?
+            }
+        };
+        Ok(Output { text, code: 1 })
+    }
+}
+
+/// A problem as `mauve check` shows it.
+fn problem_excerpt(db: &Database, here: &Path, problem: &Problem<'_>, findings: &[Finding<'_>]) -> String {
+    let is_this =
+        |it: &&Finding<'_>| it.diagnostic.at == problem.at && it.diagnostic.message == problem.message;
+    match findings.iter().find(is_this) {
+        Some(finding) => {
+            let diagnostic = finding.diagnostic.clone();
+            excerpt(db, here, &Finding { diagnostic, severity: Severity::Error, only_in: finding.only_in })
+        }
+        None => {
+            let title = Level::ERROR.primary_title(&problem.message);
+            with_excerpts(db, here, title, &[(&problem.at, "", AnnotationKind::Primary)], Vec::new())
+        }
+    }
+}
+
+/// Says on standard error that not all deadlines are proved: what is generated runs all the same.
+fn warn_of_deadlines(
+    db: &Database,
+    workspaces: &[Workspace],
+    asked: &[(Project<'_>, Option<Decl<'_>>)],
+) -> Result<(), String> {
+    for (project, deployment) in deployments(db, workspaces, None)? {
+        let is_asked = |it: &&(Project<'_>, Option<Decl<'_>>)| {
+            it.0 == project && it.1.is_none_or(|asked| asked == deployment)
+        };
+        if asked.iter().find(is_asked).is_none() {
+            continue;
+        }
+        let query = Query::shown(db, project);
+        let reports = vec![(query, response_times(db, project, deployment, query))];
+        let deployed = Deployed { project, deployment, reports };
+        if !deployed.schedulable() {
+            let (proved, all) = deployed.deadlines();
+            let name = deployment.qualified(db);
+            say(&format!(
+                "warning: {} of the {} of {name} not proved (`mauve wcrt` says why)",
+                match all - proved {
+                    1 => "1 is".to_owned(),
+                    several => format!("{several} are"),
+                },
+                counted(all, "deadline"),
+            ));
+        }
+    }
+    Ok(())
+}
