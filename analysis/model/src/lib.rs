@@ -85,7 +85,7 @@ pub use response::{
     ActivityReport, Budget, CpuReport, Deadlines, InterferenceReport, MissingTime, Query, Report, Verdict,
     budgets, diagnostics_if, level_shown, missing_times, response_times, response_times_if,
 };
-pub use settings::{ValueInEffect, values_in_effect};
+pub use settings::{ValueInEffect, values_in_effect, values_of_shell};
 pub use skeleton::operation_skeleton;
 pub use source::{
     Decl, Declarations, Place, architecture, codel, component, core, data, declaration_at, declaration_map,

@@ -171,6 +171,17 @@ pub fn values_in_effect<'db>(
     found
 }
 
+/// The values that the properties and constants of a shell have by themselves, its own and those of the shells that it
+/// extends; none for those that whoever deploys it must give one.
+pub fn values_of_shell<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+) -> BTreeMap<Name, Value> {
+    let constants = constants_of(db, project, of).values.iter();
+    constants.filter_map(|(name, found)| Some((name.clone(), found.as_ref()?.value.clone()?))).collect()
+}
+
 /// The architecture that a deployment runs, flattened; nothing where it is not known, or something in it is lost.
 pub(crate) fn deployed<'db>(
     db: &'db dyn ModelDb,

@@ -41,6 +41,9 @@ impl fmt::Display for Value {
     }
 }
 
+/// In bytes.
+const LONGEST_TEXT: usize = 1 << 16;
+const TOO_LONG: &str = "this text is longer than 65536 bytes";
 const TOO_GREAT: &str = "whole numbers end at 2147483647";
 
 impl Value {
@@ -103,8 +106,9 @@ impl Value {
                 _ => return Ok(None),
             }),
             (Value::String(a), Value::String(b)) => match operator {
-                // Nobody asks for it, and a text that is joined with itself again and again has no end.
-                Op::Add => return Ok(None),
+                // One that is joined with itself again and again has no end.
+                Op::Add if a.len() + b.len() > LONGEST_TEXT => return Err(TOO_LONG),
+                Op::Add => Value::String(format!("{a}{b}")),
                 Op::Equal => Value::Bool(a == b),
                 Op::NotEqual => Value::Bool(a != b),
                 _ => return Ok(None),
@@ -190,5 +194,14 @@ mod tests {
         assert_eq!(whole_number("0x7fffffff"), Some(i32::MAX));
         assert_eq!(whole_number("2147483648"), None);
         assert_eq!(whole_number("010"), Some(10));
+    }
+
+    #[test]
+    fn texts_are_joined_up_to_a_limit() {
+        let text = |text: &str| Value::String(text.to_owned());
+        assert_eq!(text("/dev").binary(Op::Add, &text("/tty0")), Ok(Some(text("/dev/tty0"))));
+        let half = text(&"a".repeat(LONGEST_TEXT / 2));
+        let whole = half.binary(Op::Add, &half).unwrap().unwrap();
+        assert_eq!(whole.binary(Op::Add, &text("a")), Err(TOO_LONG));
     }
 }

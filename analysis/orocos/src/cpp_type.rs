@@ -25,7 +25,8 @@ pub(crate) fn cpp_type(db: &dyn ModelDb, workspace: Workspace, ty: &Type) -> Opt
     })
 }
 
-fn integer_type(integer: Integer) -> &'static str {
+/// How a whole number is written in C++.
+pub(crate) fn integer_type(integer: Integer) -> &'static str {
     match integer {
         Integer::Int => "int",
         Integer::Char => "char",

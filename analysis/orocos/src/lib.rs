@@ -7,6 +7,7 @@
 //! |---|---|
 //! | `package.rs` | a package's files, from the modules below |
 //! | `library.rs` | which packages there are, what is in each, what each needs |
+//! | `component.rs`, `component/` | the class of each component |
 //! | `cpp_name.rs` | names that C++, RTT and its scripts can have |
 //! | `cpp_type.rs` | C++ types and the headers that declare them |
 //! | `escape.rs` | texts of a model, as literals of the languages that are generated |
@@ -24,6 +25,7 @@
 
 mod build;
 mod codels;
+mod component;
 mod cpp_name;
 mod cpp_type;
 mod escape;

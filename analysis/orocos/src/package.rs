@@ -4,6 +4,7 @@ use mauve_model::{Decl, ModelDb, Project};
 
 use crate::build::build_files;
 use crate::codels::codel_files;
+use crate::component::component_files;
 use crate::library::{Libraries, Library, Problem, libraries, problems};
 
 /// A package that can be built.
@@ -67,6 +68,7 @@ fn package<'db>(
 ) -> Package {
     let mut files = Vec::new();
     files.extend(codel_files(db, project, library));
+    files.extend(component_files(db, project, libraries, library));
     // The last one: what is installed is what the others make.
     let build = build_files(db, project, libraries, library, &files);
     files.extend(build);

@@ -1,0 +1,817 @@
+//! Expressions in C++, evaluated as MAUVE says: from left to right, and no further than `&&` and `||` need.
+//!
+//! C++ leaves the order of most operands and arguments open. What could tell is computed before, in the order of the model,
+//! and a call among the arguments of a codel always is:
+//!
+//! ```text
+//! ramp(pursue(ahead, reach), step, velocity)
+//!     → const auto pursue_result = MAUVE_TRACE_CODEL(getName(), "motion.pursue", ::motion::pursue(ahead, reach));
+//!       MAUVE_TRACE_CODEL(getName(), "motion.ramp", ::motion::ramp(pursue_result, step, velocity))
+//! ```
+
+use mauve_model::item_tree::{
+    BinaryOperator, Direction, Expr, Literal, NameRef, Part, TypeRef, UnaryOperator,
+};
+use mauve_model::{Callee, Decl, Integer, Meaning, Type, Value, VariableKind, codel, type_of};
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use super::{Class, Key, Member};
+use crate::cpp_name::CppNames;
+use crate::escape::cpp_string;
+
+/// How tight an expression binds, loosest first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Level {
+    Assignment,
+    Or,
+    And,
+    Equality,
+    Relation,
+    Sum,
+    Product,
+    Unary,
+    Primary,
+}
+
+/// An expression in C++.
+#[derive(Debug, Clone)]
+pub(super) struct Code {
+    pub(super) text: String,
+    pub(super) level: Level,
+    /// What it gives, here and there.
+    pub(super) ty: Type,
+    /// What it is, where that is known beforehand.
+    value: Option<Value>,
+    /// Is it nothing but a literal, perhaps with a sign?
+    is_literal: bool,
+}
+
+impl Code {
+    fn new(text: impl Into<String>, level: Level, ty: Type) -> Code {
+        Code { text: text.into(), level, ty, value: None, is_literal: false }
+    }
+
+    fn primary(text: impl Into<String>, ty: Type) -> Code {
+        Code::new(text, Level::Primary, ty)
+    }
+
+    fn literal(value: Value, ty: Type) -> Code {
+        let text = literal_text(&value, &ty);
+        let level = if text.starts_with('-') { Level::Unary } else { Level::Primary };
+        Code { text, level, ty, value: Some(value), is_literal: true }
+    }
+
+    /// In parentheses, unless it binds at least as tight.
+    fn at_least(&self, level: Level) -> String {
+        if self.level < level { format!("({})", self.text) } else { self.text.clone() }
+    }
+
+    /// As a `std::string`: two literals are joined and compared as arrays otherwise.
+    fn as_string(self) -> Code {
+        if self.is_literal { Code::primary(format!("std::string({})", self.text), self.ty) } else { self }
+    }
+
+    /// Is it known beforehand?
+    pub(super) fn is_constant(&self) -> bool {
+        self.value.is_some()
+    }
+
+    /// The whole number that it is, where that is known.
+    pub(super) fn whole(&self) -> Option<i128> {
+        match self.value {
+            Some(Value::Int(value)) => Some(value.into()),
+            _ => None,
+        }
+    }
+
+    /// As an operand of a comparison.
+    pub(super) fn operand(&self) -> String {
+        self.at_least(Level::Sum)
+    }
+
+    /// As a value of another type, which it fits.
+    pub(super) fn converted(self, to: &Type) -> Code {
+        if self.ty == *to || !self.ty.is_number() || !to.is_number() {
+            return self;
+        }
+        match self.value.clone().filter(|_| self.is_literal) {
+            Some(value) => Code::literal(value, to.clone()),
+            None if loses_nothing(&self.ty, to) => Code { ty: to.clone(), ..self },
+            None => self.cast(to),
+        }
+    }
+
+    fn cast(self, to: &Type) -> Code {
+        let text = format!("static_cast<{}>({})", number_type(to), self.text);
+        Code { text, level: Level::Primary, ty: to.clone(), value: self.value, is_literal: false }
+    }
+}
+
+/// Does C++ turn each value of the one type into the same one of the other?
+fn loses_nothing(from: &Type, to: &Type) -> bool {
+    match (from, to) {
+        (Type::Integer(Integer::Int64 | Integer::Uint64 | Integer::Long | Integer::Size), Type::Double) => {
+            false
+        }
+        (Type::Integer(_) | Type::Float, Type::Double) => true,
+        (Type::Integer(from), Type::Integer(to)) => {
+            let ((least, greatest), (low, high)) = (ends(*from), ends(*to));
+            low <= least && greatest <= high
+        }
+        _ => from == to,
+    }
+}
+
+/// The least and the greatest whole number of a type.
+pub(super) fn ends(integer: Integer) -> (i128, i128) {
+    match integer {
+        Integer::Char | Integer::Int8 => (i8::MIN.into(), i8::MAX.into()),
+        Integer::Short => (i16::MIN.into(), i16::MAX.into()),
+        Integer::Int => (i32::MIN.into(), i32::MAX.into()),
+        Integer::Long | Integer::Int64 => (i64::MIN.into(), i64::MAX.into()),
+        Integer::Uint8 => (0, u8::MAX.into()),
+        Integer::Uint16 => (0, u16::MAX.into()),
+        Integer::Uint32 => (0, u32::MAX.into()),
+        Integer::Uint64 | Integer::Size => (0, u64::MAX.into()),
+    }
+}
+
+fn number_type(ty: &Type) -> &'static str {
+    match ty {
+        Type::Double => "double",
+        Type::Float => "float",
+        Type::Integer(integer) => crate::cpp_type::integer_type(*integer),
+        _ => "bool",
+    }
+}
+
+/// Narrower than `int`: C++ calculates with them as `int`.
+fn is_narrow(ty: &Type) -> bool {
+    use Integer::{Char, Int8, Short, Uint8, Uint16};
+    matches!(ty, Type::Integer(Char | Int8 | Short | Uint8 | Uint16))
+}
+
+fn is_unsigned_64(ty: &Type) -> bool {
+    matches!(ty, Type::Integer(Integer::Uint64 | Integer::Size))
+}
+
+fn is_unsigned(ty: &Type) -> bool {
+    matches!(ty, Type::Integer(Integer::Uint8 | Integer::Uint16 | Integer::Uint32)) || is_unsigned_64(ty)
+}
+
+/// The type in which C++ itself would calculate with these two.
+fn usual(one: &Type, other: &Type) -> Type {
+    let promoted = |ty: &Type| if is_narrow(ty) { Type::INT } else { ty.clone() };
+    let (one, other) = (promoted(one), promoted(other));
+    let rank = |ty: &Type| match ty {
+        Type::Double => 6,
+        Type::Float => 5,
+        Type::Integer(Integer::Uint64 | Integer::Size) => 4,
+        Type::Integer(Integer::Int64 | Integer::Long) => 3,
+        Type::Integer(Integer::Uint32) => 2,
+        _ => 1,
+    };
+    if rank(&one) >= rank(&other) { one } else { other }
+}
+
+/// Are both the same to C++?
+fn is_same_in_cpp(one: &Type, other: &Type) -> bool {
+    let kind = |ty: &Type| match ty {
+        Type::Integer(Integer::Long) => Type::Integer(Integer::Int64),
+        Type::Integer(Integer::Size) => Type::Integer(Integer::Uint64),
+        ty => ty.clone(),
+    };
+    kind(one) == kind(other)
+}
+
+/// A value of a model as a literal of that type.
+pub(super) fn literal_text(value: &Value, ty: &Type) -> String {
+    let decimal = |value: f64| match ty {
+        Type::Float if (value as f32).is_infinite() => {
+            format!("{}std::numeric_limits<float>::infinity()", if value < 0.0 { "-" } else { "" })
+        }
+        Type::Float => format!("{:?}f", value as f32),
+        _ => format!("{value:?}"),
+    };
+    match value {
+        Value::Bool(value) => value.to_string(),
+        Value::String(text) if text.contains('\0') => {
+            format!("std::string({}, {})", cpp_string(text), text.len())
+        }
+        Value::String(text) => cpp_string(text),
+        Value::Double(value) => decimal(*value),
+        Value::Int(value) if matches!(ty, Type::Double | Type::Float) => decimal(f64::from(*value)),
+        // Its digits alone are no `int`.
+        Value::Int(i32::MIN) => "std::numeric_limits<int>::min()".to_owned(),
+        Value::Int(value) if matches!(ty, Type::Integer(Integer::Uint32)) || is_unsigned_64(ty) => {
+            format!("{value}u")
+        }
+        Value::Int(value) => value.to_string(),
+    }
+}
+
+/// A line of a program, and how deep it stands.
+#[derive(Debug, Clone)]
+pub(super) struct Line {
+    pub(super) depth: usize,
+    pub(super) text: String,
+    /// Does it only make place for something?
+    is_place: bool,
+}
+
+impl Line {
+    pub(super) fn new(depth: usize, text: impl Into<String>) -> Line {
+        Line { depth, text: text.into(), is_place: false }
+    }
+}
+
+/// What an expression may do beside giving a value.
+#[derive(Debug, Clone, Default)]
+struct Effects<'db> {
+    calls: bool,
+    /// Any variable of the core may change.
+    all: bool,
+    variables: Vec<usize>,
+    statuses: Vec<(Decl<'db>, usize)>,
+}
+
+impl<'db> Effects<'db> {
+    fn add(&mut self, other: &Effects<'db>) {
+        self.calls |= other.calls;
+        self.all |= other.all;
+        self.variables.extend(&other.variables);
+        self.statuses.extend(&other.statuses);
+    }
+}
+
+/// Writes a program.
+pub(super) struct Writer<'c, 'a, 'db> {
+    pub(super) class: &'c Class<'a, 'db>,
+    /// The names of the block that is being written, and of all around it.
+    pub(super) names: CppNames,
+    /// Local variables and parameters.
+    pub(super) locals: FxHashMap<usize, String>,
+    pub(super) lines: Vec<Line>,
+    pub(super) depth: usize,
+    /// Names of values that never change.
+    kept: FxHashSet<String>,
+    /// Does it write values of a shell, which name its properties?
+    of_shell: bool,
+}
+
+impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
+    pub(super) fn new(class: &'c Class<'a, 'db>) -> Writer<'c, 'a, 'db> {
+        let names = class.names.clone();
+        let (locals, kept) = (FxHashMap::default(), FxHashSet::default());
+        Writer { class, names, locals, lines: Vec::new(), depth: 1, kept, of_shell: false }
+    }
+
+    /// For what stands in a shell.
+    pub(super) fn of_shell(class: &'c Class<'a, 'db>) -> Writer<'c, 'a, 'db> {
+        Writer { of_shell: true, ..Writer::new(class) }
+    }
+
+    pub(super) fn line(&mut self, text: impl Into<String>) {
+        self.lines.push(Line::new(self.depth, text));
+    }
+
+    /// An expression, as it stands in `ty`'s place. What has to be computed before is written.
+    pub(super) fn value(&mut self, expr: &'db Expr, ty: &Type) -> Code {
+        self.expr(expr).converted(ty)
+    }
+
+    pub(super) fn expr(&mut self, expr: &'db Expr) -> Code {
+        match expr {
+            Expr::Missing => Code::primary("{}", Type::Unknown),
+            Expr::Lost(inner) => self.expr(inner),
+            Expr::Literal(literal, _) => self.literal(literal),
+            Expr::Name(name) => self.name(name),
+            Expr::Unary(operator, inner, _) => self.unary(*operator, inner),
+            Expr::Binary(operator @ (BinaryOperator::And | BinaryOperator::Or), lhs, rhs, _) => {
+                self.logical(*operator, lhs, rhs)
+            }
+            Expr::Binary(operator, lhs, rhs, _) => {
+                let mut operands = self.operands(&[lhs, rhs], false).into_iter();
+                match (operands.next(), operands.next()) {
+                    (Some(lhs), Some(rhs)) => self.binary(*operator, lhs, rhs),
+                    _ => Code::primary("{}", Type::Unknown),
+                }
+            }
+            Expr::Call { callee, arguments, .. } => self.call(callee, arguments),
+        }
+    }
+
+    fn literal(&self, literal: &Literal) -> Code {
+        if let Literal::Status(word) = literal {
+            let (text, ty) = match word.as_str() {
+                "no_data" => ("RTT::NoData", Type::PortStatus),
+                "old_data" => ("RTT::OldData", Type::PortStatus),
+                "new_data" => ("RTT::NewData", Type::PortStatus),
+                "failure" => ("RTT::SendFailure", Type::CallStatus),
+                "not_ready" => ("RTT::SendNotReady", Type::CallStatus),
+                _ => ("RTT::SendSuccess", Type::CallStatus),
+            };
+            return Code { is_literal: true, ..Code::primary(text, ty) };
+        }
+        let value = Value::of_literal(literal).ok().flatten().unwrap_or(Value::Bool(false));
+        let ty = match &value {
+            Value::Bool(_) => Type::Bool,
+            Value::Int(_) => Type::INT,
+            Value::Double(_) => Type::Double,
+            Value::String(_) => Type::String,
+        };
+        Code::literal(value, ty)
+    }
+
+    fn member(&self, part: Part) -> Option<&'c Member<'db>> {
+        match self.class.typing.values.get(&part) {
+            Some(Meaning::Feature(shell, index)) => self.class.member(*shell, *index),
+            _ => None,
+        }
+    }
+
+    /// The variable that a name stands for.
+    pub(super) fn variable(&self, part: Part) -> Option<usize> {
+        match self.class.typing.values.get(&part) {
+            Some(Meaning::Variable(index)) => Some(*index),
+            _ => None,
+        }
+    }
+
+    /// What a variable is called.
+    pub(super) fn variable_name(&self, index: usize) -> String {
+        let name = self.locals.get(&index).or_else(|| self.class.variables.get(&index));
+        name.cloned().unwrap_or_default()
+    }
+
+    fn name(&self, name: &NameRef) -> Code {
+        if self.of_shell {
+            let member = self.class.members().find(|member| member.data.name.name == name.name);
+            return member.map_or_else(
+                || Code::primary("{}", Type::Unknown),
+                |member| {
+                    let name = member.property.as_ref().unwrap_or(&member.name);
+                    Code::primary(name, member.ty.clone())
+                },
+            );
+        }
+        match (self.variable(name.part), self.member(name.part)) {
+            (Some(index), _) => Code::primary(self.variable_name(index), self.class.type_of_variable(index)),
+            (None, Some(member)) => Code::primary(&member.name, member.ty.clone()),
+            (None, None) => Code::primary("{}", Type::Unknown),
+        }
+    }
+
+    fn unary(&mut self, operator: UnaryOperator, inner: &'db Expr) -> Code {
+        if let (UnaryOperator::Minus, Expr::Literal(Literal::Int(text), _)) = (operator, inner)
+            && *text == "2147483648"
+        {
+            return Code::literal(Value::Int(i32::MIN), Type::INT);
+        }
+        let inner = self.expr(inner);
+        let value = inner.value.as_ref().and_then(|value| value.unary(operator).ok().flatten());
+        if let (UnaryOperator::Minus, Some(value), true) = (operator, &value, inner.is_literal)
+            && inner.level == Level::Primary
+        {
+            return Code::literal(value.clone(), inner.ty);
+        }
+        let text = match operator {
+            UnaryOperator::Not => format!("!{}", inner.at_least(Level::Unary)),
+            // `--` is another operator.
+            UnaryOperator::Minus => format!("-{}", inner.at_least(Level::Primary)),
+        };
+        let code = Code { text, level: Level::Unary, ty: inner.ty, value, is_literal: false };
+        if is_narrow(&code.ty) { code.clone().cast(&code.ty) } else { code }
+    }
+
+    fn binary(&mut self, operator: BinaryOperator, lhs: Code, rhs: Code) -> Code {
+        use BinaryOperator as Op;
+        let value = match (&lhs.value, &rhs.value) {
+            (Some(lhs), Some(rhs)) => lhs.binary(operator, rhs).ok().flatten(),
+            _ => None,
+        };
+        let level = match operator {
+            Op::Or => Level::Or,
+            Op::And => Level::And,
+            Op::Equal | Op::NotEqual => Level::Equality,
+            Op::Less | Op::LessOrEqual | Op::Greater | Op::GreaterOrEqual => Level::Relation,
+            Op::Add | Op::Subtract => Level::Sum,
+            Op::Multiply | Op::Divide | Op::Remainder => Level::Product,
+        };
+        let is_comparison = matches!(level, Level::Equality | Level::Relation);
+        if lhs.ty == Type::CallStatus && is_comparison {
+            return self.compare_calls(operator, lhs, rhs);
+        }
+        if !lhs.ty.is_number() || !rhs.ty.is_number() {
+            let both = lhs.is_literal && rhs.is_literal && lhs.ty == Type::String;
+            let lhs = if both || operator == Op::Add { lhs.as_string() } else { lhs };
+            let ty = if is_comparison { Type::Bool } else { lhs.ty.clone() };
+            return Code { value, ..joined(operator, level, &lhs, &rhs, ty) };
+        }
+        // A constant beside a variable that it fits is of that variable's type.
+        let beside = |one: &Code, other: &Code| {
+            let is_constant = one.value.is_some() && other.value.is_none() && !self.of_shell;
+            let fits = is_constant && one.ty.fits(one.value.as_ref(), &other.ty);
+            if fits { other.ty.clone() } else { one.ty.clone() }
+        };
+        let (left, right) = (beside(&lhs, &rhs), beside(&rhs, &lhs));
+        let ty = left.binary(Op::Add, &right).unwrap_or(Type::Unknown);
+        if is_comparison && is_unsigned_64(&ty) && is_unsigned(&left) != is_unsigned(&right) {
+            return self.compare_unsigned(operator, lhs, rhs, &ty);
+        }
+        let (mut lhs, mut rhs) = (in_type(lhs, &left), in_type(rhs, &right));
+        // C++ has other ideas about some pairs of types.
+        if !is_same_in_cpp(&usual(&lhs.ty, &rhs.ty), &usual(&ty, &ty)) {
+            (lhs, rhs) = (in_type(lhs, &ty), in_type(rhs, &ty));
+        }
+        if is_comparison {
+            return Code { value, ..joined(operator, level, &lhs, &rhs, Type::Bool) };
+        }
+        let code = Code { value, ..joined(operator, level, &lhs, &rhs, ty.clone()) };
+        if is_narrow(&ty) { code.cast(&ty) } else { code }
+    }
+
+    /// A call that fails in either way has failed.
+    fn compare_calls(&mut self, operator: BinaryOperator, lhs: Code, rhs: Code) -> Code {
+        let (lhs, rhs) = if lhs.is_literal { (rhs, lhs) } else { (lhs, rhs) };
+        if rhs.is_literal && rhs.text == "RTT::SendFailure" && !lhs.is_literal {
+            let (sign, level) = match operator {
+                BinaryOperator::Equal => ("<=", Level::Relation),
+                _ => (">", Level::Relation),
+            };
+            let text = format!("{} {sign} {}", lhs.at_least(Level::Sum), rhs.text);
+            return Code::new(text, level, Type::Bool);
+        }
+        let failed = |code: Code| {
+            if code.is_literal || rhs.is_literal {
+                return code;
+            }
+            Code::primary(format!("std::max({}, RTT::SendFailure)", code.text), code.ty)
+        };
+        let (lhs, rhs) = (failed(lhs), failed(rhs.clone()));
+        joined(operator, Level::Equality, &lhs, &rhs, Type::Bool)
+    }
+
+    /// A number below zero is less than any without a sign, which C++ denies.
+    fn compare_unsigned(&mut self, operator: BinaryOperator, lhs: Code, rhs: Code, ty: &Type) -> Code {
+        use BinaryOperator as Op;
+        let is_left = !is_unsigned(&lhs.ty);
+        let (lhs, rhs) = (self.keep(lhs, "left"), self.keep(rhs, "right"));
+        let signed = if is_left { lhs.text.clone() } else { rhs.text.clone() };
+        let (lhs, rhs) = if is_left { (lhs.cast(ty), rhs) } else { (lhs, rhs.cast(ty)) };
+        let compared = format!("{} {} {}", lhs.text, operator.text(), rhs.text);
+        let (text, level) = match (operator, is_left) {
+            (Op::Equal, _)
+            | (Op::Greater | Op::GreaterOrEqual, true)
+            | (Op::Less | Op::LessOrEqual, false) => (format!("{signed} >= 0 && {compared}"), Level::And),
+            _ => (format!("{signed} < 0 || {compared}"), Level::Or),
+        };
+        Code::new(text, level, Type::Bool)
+    }
+
+    /// `&&` and `||`: what the second operand needs is computed only where the first one leaves it open.
+    fn logical(&mut self, operator: BinaryOperator, lhs: &'db Expr, rhs: &'db Expr) -> Code {
+        let is_and = operator == BinaryOperator::And;
+        let (level, name) = if is_and { (Level::And, "both") } else { (Level::Or, "either") };
+        let lhs = self.expr(lhs);
+        let before = std::mem::take(&mut self.lines);
+        self.depth += 1;
+        let right = self.expr(rhs);
+        self.depth -= 1;
+        let mut inner = std::mem::replace(&mut self.lines, before);
+        if inner.iter().all(|line| line.is_place) {
+            inner.iter_mut().for_each(|line| line.depth -= 1);
+            self.lines.extend(inner);
+            let value = match (&lhs.value, &right.value) {
+                (Some(lhs), Some(rhs)) => lhs.binary(operator, rhs).ok().flatten(),
+                _ => None,
+            };
+            return Code { value, ..joined(operator, level, &lhs, &right, Type::Bool) };
+        }
+        let name = self.names.declare(name);
+        self.line(format!("bool {name} = {};", lhs.text));
+        self.line(format!("if ({}{name}) {{", if is_and { "" } else { "!" }));
+        self.lines.extend(inner);
+        self.depth += 1;
+        self.line(format!("{name} = {};", right.text));
+        self.depth -= 1;
+        self.line("}");
+        self.kept.insert(name.clone());
+        Code::primary(name, Type::Bool)
+    }
+
+    /// Operands or arguments, each evaluated after those before it. With `all_calls`, calls among them are computed before.
+    fn operands(&mut self, all: &[&'db Expr], all_calls: bool) -> Vec<Code> {
+        let effects: Vec<Effects<'db>> = all.iter().map(|expr| self.effects(expr)).collect();
+        let mut found = Vec::new();
+        for (index, expr) in all.iter().enumerate() {
+            let mut later = Effects::default();
+            effects.iter().skip(index + 1).for_each(|it| later.add(it));
+            let must = match effects.get(index).filter(|own| own.calls) {
+                Some(own) => {
+                    let mut rest = all.iter().skip(index + 1);
+                    all_calls || later.calls || rest.any(|expr| self.may_change(expr, own))
+                }
+                None => later.calls && self.may_change(expr, &later),
+            };
+            let code = self.expr(expr);
+            found.push(if must { self.keep(code, &base_of(expr)) } else { code });
+        }
+        found
+    }
+
+    /// Keeps a value as it is now.
+    fn keep(&mut self, code: Code, name: &str) -> Code {
+        if code.is_literal || self.kept.contains(&code.text) {
+            return code;
+        }
+        let name = self.names.declare(name);
+        self.line(format!("const auto {name} = {};", code.text));
+        self.kept.insert(name.clone());
+        Code { text: name, level: Level::Primary, ..code }
+    }
+
+    fn effects(&self, expr: &Expr) -> Effects<'db> {
+        let mut effects = Effects::default();
+        let mut open = vec![expr];
+        while let Some(expr) = open.pop() {
+            match expr {
+                Expr::Missing | Expr::Literal(..) | Expr::Name(_) => {}
+                Expr::Lost(inner) | Expr::Unary(_, inner, _) => open.push(inner),
+                Expr::Binary(_, lhs, rhs, _) => open.extend([lhs.as_ref(), rhs.as_ref()]),
+                Expr::Call { callee, arguments, .. } => {
+                    let found = self.class.typing.callees.get(&callee.part);
+                    open.extend(arguments);
+                    let first = arguments.first().and_then(Expr::part);
+                    match found {
+                        Some(Callee::Status) => continue,
+                        Some(Callee::Read) => {
+                            let port = first.and_then(|part| self.member(part));
+                            effects.statuses.extend(port.map(|port| (port.shell, port.index)));
+                        }
+                        Some(Callee::Operation(_)) => effects.all = true,
+                        _ => {}
+                    }
+                    effects.calls = true;
+                    let changed = self.changed_arguments(found, arguments);
+                    effects.variables.extend(changed.into_iter().filter_map(|part| self.variable(part)));
+                }
+            }
+        }
+        effects
+    }
+
+    /// The arguments that a call may change.
+    fn changed_arguments(&self, callee: Option<&Callee<'db>>, arguments: &[Expr]) -> Vec<Part> {
+        let directions: Vec<Direction> = match callee {
+            Some(Callee::Codel(of)) => codel(self.class.model.db, *of)
+                .map_or_else(Vec::new, |data| data.parameters.iter().map(|it| it.direction).collect()),
+            Some(Callee::Operation(index)) => {
+                let operation = self.class.data.operations.get(*index);
+                operation.map_or_else(Vec::new, |it| it.parameters.iter().map(|it| it.direction).collect())
+            }
+            Some(Callee::Read | Callee::Collect) => {
+                let out = std::iter::repeat_n(Direction::Out, arguments.len().saturating_sub(1));
+                std::iter::once(Direction::In).chain(out).collect()
+            }
+            _ => Vec::new(),
+        };
+        let changed = arguments.iter().zip(directions).filter(|(_, it)| *it != Direction::In);
+        changed.filter_map(|(argument, _)| argument.part()).collect()
+    }
+
+    /// May an expression that calls nothing give another value after these effects?
+    fn may_change(&self, expr: &Expr, effects: &Effects<'db>) -> bool {
+        let mut open = vec![expr];
+        while let Some(expr) = open.pop() {
+            match expr {
+                Expr::Missing | Expr::Literal(..) => {}
+                Expr::Name(name) => {
+                    let changes = |index: usize| {
+                        effects.variables.contains(&index) || effects.all && self.is_shared(index)
+                    };
+                    if self.variable(name.part).is_some_and(changes) {
+                        return true;
+                    }
+                }
+                Expr::Lost(inner) | Expr::Unary(_, inner, _) => open.push(inner),
+                Expr::Binary(_, lhs, rhs, _) => open.extend([lhs.as_ref(), rhs.as_ref()]),
+                Expr::Call { callee, arguments, .. } => match self.class.typing.callees.get(&callee.part) {
+                    Some(Callee::Status) => {
+                        let port = arguments.first().and_then(Expr::part).and_then(|part| self.member(part));
+                        let port = port.map(|port| (port.shell, port.index));
+                        if effects.all || port.is_some_and(|port| effects.statuses.contains(&port)) {
+                            return true;
+                        }
+                    }
+                    _ => open.extend(arguments),
+                },
+            }
+        }
+        false
+    }
+
+    /// May one's own operations change a variable? A parameter of theirs may be one of the core.
+    fn is_shared(&self, index: usize) -> bool {
+        let kind = self.class.typing.variables.get(index).map(|variable| variable.kind);
+        matches!(
+            kind,
+            Some(
+                VariableKind::Core
+                    | VariableKind::Machine
+                    | VariableKind::Parameter(Direction::Out | Direction::InOut)
+            )
+        )
+    }
+
+    // Calls.
+
+    fn call(&mut self, callee: &NameRef, arguments: &'db [Expr]) -> Code {
+        let Some(found) = self.class.typing.callees.get(&callee.part) else {
+            return Code::primary("{}", Type::Unknown);
+        };
+        let db = self.class.model.db;
+        match found {
+            Callee::Codel(of) => {
+                let Some(data) = codel(db, *of) else { return Code::primary("{}", Type::Unknown) };
+                let ty = |ty: Option<&TypeRef>| type_of(db, self.class.model.project, *of, ty);
+                let parameters = data.parameters.iter();
+                let parameters: Vec<(Direction, Type)> =
+                    parameters.map(|it| (it.direction, ty(it.ty.as_ref()))).collect();
+                let result = ty(data.result.as_ref());
+                let arguments = self.arguments(found, &parameters, arguments);
+                let function = self.class.model.libraries.qualified(*of).unwrap_or_default();
+                let call = format!("{function}({})", arguments.join(", "));
+                let key = cpp_string(&of.qualified(db));
+                Code::primary(format!("MAUVE_TRACE_CODEL(getName(), {key}, {call})"), result)
+            }
+            Callee::Operation(index) => {
+                let routine = self.class.program(Key::Operation(*index));
+                let Some(routine) = routine else { return Code::primary("{}", Type::Unknown) };
+                let (db, project, core) = (db, self.class.model.project, self.class.core);
+                let parameters = routine.parameters.iter();
+                let parameters: Vec<(Direction, Type)> =
+                    parameters.map(|it| (it.direction, type_of(db, project, core, it.ty.as_ref()))).collect();
+                let arguments = self.arguments(found, &parameters, arguments);
+                let text = format!("{}({})", routine.function, arguments.join(", "));
+                Code::primary(text, routine.gives.clone())
+            }
+            Callee::Read | Callee::Write | Callee::Status => self.port(*found, arguments),
+            Callee::Send => self.send(None, arguments),
+            Callee::Collect => self.collect(arguments),
+        }
+    }
+
+    /// The arguments of a codel, or of one's own operation.
+    fn arguments(
+        &mut self,
+        callee: &Callee<'db>,
+        parameters: &[(Direction, Type)],
+        arguments: &'db [Expr],
+    ) -> Vec<String> {
+        let is_input = |(_, (direction, _)): &(&Expr, &(Direction, Type))| *direction == Direction::In;
+        let inputs: Vec<&'db Expr> =
+            arguments.iter().zip(parameters).filter(is_input).map(|(argument, _)| argument).collect();
+        let mut effects = Effects { all: matches!(callee, Callee::Operation(_)), ..Effects::default() };
+        let changed = self.changed_arguments(Some(callee), arguments);
+        effects.variables.extend(changed.into_iter().filter_map(|part| self.variable(part)));
+        let mut values = self.operands(&inputs, true).into_iter();
+        let mut found = Vec::new();
+        for (argument, (direction, ty)) in arguments.iter().zip(parameters) {
+            if *direction != Direction::In {
+                found.push(self.expr(argument).text);
+                continue;
+            }
+            let Some(value) = values.next() else { continue };
+            // What goes in is a value: what the call changes meanwhile is another variable.
+            let is_reference = matches!(ty, Type::String | Type::Message(..) | Type::External(_));
+            let is_copied =
+                is_reference && matches!(argument, Expr::Name(_)) && self.may_change(argument, &effects);
+            let value = if is_copied { self.keep(value, &base_of(argument)) } else { value };
+            found.push(value.converted(ty).text);
+        }
+        found
+    }
+
+    /// `read(port, variable)`, `write(port, value)`, `status(port)`
+    fn port(&mut self, function: Callee<'db>, arguments: &'db [Expr]) -> Code {
+        let port = arguments.first().and_then(Expr::part).and_then(|part| self.member(part));
+        let Some(port) = port else { return Code::primary("{}", Type::Unknown) };
+        match (function, arguments.get(1)) {
+            (Callee::Write, Some(value)) => {
+                let value = self.value(value, &port.ty);
+                Code::primary(format!("{}.write({})", port.name, value.text), Type::Void)
+            }
+            (Callee::Read, Some(variable)) => {
+                let read = format!("{}.read({})", port.name, self.expr(variable).text);
+                match &port.status {
+                    Some(status) => {
+                        Code::new(format!("{status} = {read}"), Level::Assignment, Type::PortStatus)
+                    }
+                    None => Code::primary(read, Type::PortStatus),
+                }
+            }
+            _ => Code::primary(port.status.clone().unwrap_or_default(), Type::PortStatus),
+        }
+    }
+
+    /// `send(operation, in and inout arguments…)`, for a handler or for nobody.
+    pub(super) fn send(&mut self, handler: Option<usize>, arguments: &'db [Expr]) -> Code {
+        let operation = arguments.first().and_then(Expr::part).and_then(|part| self.member(part));
+        let Some(operation) = operation else { return Code::primary("{}", Type::Unknown) };
+        let given: Vec<&'db Expr> = arguments.iter().skip(1).collect();
+        let mut given = self.operands(&given, false).into_iter();
+        let mut texts = Vec::new();
+        for (number, (direction, ty)) in operation.parameters.iter().enumerate() {
+            let value = match direction {
+                Direction::Out => None,
+                Direction::In | Direction::InOut => given.next().map(|value| value.converted(ty)),
+            };
+            if *direction == Direction::In {
+                let value =
+                    value.map(|value| if value.ty == Type::String { value.as_string() } else { value });
+                texts.extend(value.map(|value| value.text));
+                continue;
+            }
+            let slot = self.class.slots.iter().find(|slot| {
+                let of = (slot.handler, slot.shell, slot.index, slot.parameter);
+                of == (handler, operation.shell, operation.index, number)
+            });
+            let Some(slot) = slot else { continue };
+            if let Some(value) = value {
+                self.line(format!("{} = {};", slot.name, value.text));
+            }
+            texts.push(slot.name.clone());
+        }
+        let text = format!("{}.send({})", operation.name, texts.join(", "));
+        Code::primary(text, Type::Handle(operation.data.name.name.clone()))
+    }
+
+    /// `collect(handler)`, `collect(handler, result and out variables…)`
+    fn collect(&mut self, arguments: &'db [Expr]) -> Code {
+        let handler = arguments.first().and_then(Expr::part).and_then(|part| self.variable(part));
+        let Some(handler) = handler else { return Code::primary("{}", Type::Unknown) };
+        let mut texts: Vec<String> =
+            arguments.iter().skip(1).map(|argument| self.expr(argument).text).collect();
+        if texts.is_empty() {
+            texts = self.nowhere(handler);
+        }
+        let name = self.variable_name(handler);
+        Code::primary(format!("{name}.collectIfDone({})", texts.join(", ")), Type::CallStatus)
+    }
+
+    /// Variables for what a call gives and nobody wants.
+    fn nowhere(&mut self, handler: usize) -> Vec<String> {
+        let Type::Handle(operation) = self.class.type_of_variable(handler) else { return Vec::new() };
+        let member = self.class.members().find(|it| it.data.name.name == operation);
+        let Some(member) = member else { return Vec::new() };
+        let result = (member.ty != Type::Void).then_some(&member.ty);
+        let back = member.parameters.iter().filter(|(direction, _)| *direction != Direction::In);
+        let types: Vec<&Type> = result.into_iter().chain(back.map(|(_, ty)| ty)).collect();
+        let mut texts = Vec::new();
+        for ty in types {
+            let name = self.names.declare("dropped");
+            let text = format!("{} {name}{{}};", self.class.cpp(ty));
+            self.lines.push(Line { depth: self.depth, text, is_place: true });
+            texts.push(name);
+        }
+        texts
+    }
+}
+
+/// The name of a value that is kept.
+fn base_of(expr: &Expr) -> String {
+    match expr {
+        Expr::Call { callee, .. } => format!("{}_result", callee.name),
+        Expr::Name(name) => format!("{}_before", name.name),
+        _ => "value".to_owned(),
+    }
+}
+
+/// In this type, and cast where C++ would take it for another one.
+fn in_type(code: Code, ty: &Type) -> Code {
+    match &code.value {
+        _ if code.ty == *ty => code,
+        Some(value) if code.is_literal => Code::literal(value.clone(), ty.clone()),
+        _ if is_same_in_cpp(&code.ty, ty) => Code { ty: ty.clone(), ..code },
+        _ => code.cast(ty),
+    }
+}
+
+/// Two operands, with the parentheses that they need, and those that compilers ask for.
+fn joined(operator: BinaryOperator, level: Level, lhs: &Code, rhs: &Code, ty: Type) -> Code {
+    let (left, right) = match level {
+        // `a && b || c`, `a == b == c`, `a < b == c` and `!a == b` are right, and look wrong.
+        Level::Or => (Level::Or, Level::Equality),
+        Level::And => (Level::And, Level::Equality),
+        Level::Equality | Level::Relation => (Level::Sum, Level::Sum),
+        Level::Sum => (Level::Sum, Level::Product),
+        _ => (Level::Product, Level::Unary),
+    };
+    let side = |code: &Code, least: Level| {
+        let hides = level == Level::Or && code.level == Level::And;
+        let negated = level == Level::Equality && code.text.starts_with('!');
+        if hides || negated { format!("({})", code.text) } else { code.at_least(least) }
+    };
+    Code::new(format!("{} {} {}", side(lhs, left), operator.text(), side(rhs, right)), level, ty)
+}

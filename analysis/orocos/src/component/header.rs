@@ -1,0 +1,229 @@
+//! The declaration of the class.
+
+use std::collections::BTreeSet;
+
+use mauve_model::Type;
+use mauve_model::item_tree::{Expr, FeatureKind, HookKind, Variable};
+
+use super::expression::{Writer, literal_text};
+use super::layout::Text;
+use super::{Class, Key, Member};
+
+/// `<Component>-component.hpp`
+pub(super) fn text(class: &Class<'_, '_>) -> String {
+    let mut text = Text::default();
+    text.line(0, &class.written_by());
+    text.gap();
+    text.line(0, "#pragma once");
+    text.gap();
+    text.line(0, "#include <string>");
+    text.gap();
+    for header in rtt_headers(class) {
+        text.line(0, &format!("#include <rtt/{header}.hpp>"));
+    }
+    text.gap();
+    let package = &class.library.package;
+    text.line(0, &format!("#include <{package}/{package}-types.hpp>"));
+    text.gap();
+    text.line(0, &format!("namespace {package} {{"));
+    text.gap();
+    text.line(0, &format!("// {}", class.declared(class.component)));
+    let name = &class.name;
+    text.line(0, &format!("class {name} : public RTT::TaskContext {{"));
+    text.line(0, " public:");
+    text.line(1, &format!("explicit {name}(const std::string& {});", class.instance));
+    text.gap();
+    text.line(0, " protected:");
+    for (result, hook) in class.hooks() {
+        text.line(1, &format!("{result} {hook}() override;"));
+    }
+    text.gap();
+    text.line(0, " private:");
+    shells(class, &mut text);
+    core(class, &mut text);
+    programs(class, &mut text);
+    text.line(0, "};");
+    text.gap();
+    text.line(0, &format!("}}  // namespace {package}"));
+    text.out
+}
+
+fn rtt_headers(class: &Class<'_, '_>) -> BTreeSet<&'static str> {
+    let mut headers = BTreeSet::from(["TaskContext"]);
+    for member in class.members() {
+        match member.data.kind {
+            FeatureKind::Input => headers.insert("InputPort"),
+            FeatureKind::Output => headers.insert("OutputPort"),
+            FeatureKind::Required => headers.insert("OperationCaller"),
+            FeatureKind::Provided => headers.insert("Operation"),
+            FeatureKind::Property | FeatureKind::Constant => headers.insert("Property"),
+        };
+        if member.status.is_some() {
+            headers.insert("FlowStatus");
+        }
+    }
+    if !class.data.handlers.is_empty() {
+        headers.extend(["SendHandle", "SendStatus"]);
+    }
+    headers
+}
+
+fn shells(class: &Class<'_, '_>, text: &mut Text) {
+    for (shell, members) in &class.shells {
+        let shown: Vec<&Member<'_>> =
+            members.iter().filter(|it| it.data.kind != FeatureKind::Provided).collect();
+        if shown.is_empty() {
+            continue;
+        }
+        text.line(1, &format!("// {}", class.declared(*shell)));
+        text.gap();
+        for member in shown {
+            feature(class, member, text);
+            text.gap();
+        }
+    }
+}
+
+fn feature(class: &Class<'_, '_>, member: &Member<'_>, text: &mut Text) {
+    text.line(1, &format!("// {}: {}", class.shown(member), class.at(member.shell, member.data.name.part)));
+    let (cpp, name) = (class.cpp(&member.ty), &member.name);
+    match member.data.kind {
+        FeatureKind::Property | FeatureKind::Constant => {
+            let value = member.value.as_ref().map(|value| literal_text(value, &member.ty));
+            let value = value.map_or_else(|| "{}".to_owned(), |value| format!(" = {value}"));
+            let property = member.property.as_ref().unwrap_or(name);
+            text.line(1, &format!("{cpp} {property}{value};"));
+            if member.property.is_some() {
+                text.line(1, &format!("{cpp} {name}{{}};  // as configureHook() found it"));
+            }
+        }
+        FeatureKind::Input => {
+            text.line(1, &format!("RTT::InputPort<{cpp}> {name};"));
+            if let Some(status) = &member.status {
+                text.line(1, &format!("RTT::FlowStatus {status} = RTT::NoData;  // of the last read"));
+            }
+        }
+        FeatureKind::Output => text.line(1, &format!("RTT::OutputPort<{cpp}> {name};")),
+        FeatureKind::Required => {
+            text.line(1, &format!("RTT::OperationCaller<{}> {name};", class.signature(member)));
+        }
+        FeatureKind::Provided => {}
+    }
+}
+
+fn core<'db>(class: &Class<'_, 'db>, text: &mut Text) {
+    text.line(1, &format!("// {}", class.declared(class.core)));
+    text.gap();
+    let before = text.out.len();
+    for (index, variable, name) in class.variables_of(&class.data.variables) {
+        variable_of(class, (index, variable, name), text);
+    }
+    for handler in &class.data.handlers {
+        let Some(index) = class.variable_at(handler.name.part) else { continue };
+        let Some(name) = class.variables.get(&index) else { continue };
+        let at = class.at(class.core, handler.name.part);
+        text.line(1, &format!("{} {name};  // {at}", class.cpp(&class.type_of_variable(index))));
+    }
+    if text.out.len() > before {
+        text.gap();
+    }
+    if !class.slots.is_empty() {
+        text.line(
+            1,
+            "// What the operations that are sent write their results to, as long as they are under way.",
+        );
+        for slot in &class.slots {
+            text.line(1, &format!("{} {}{{}};", class.cpp(&slot.ty), slot.name));
+        }
+        text.gap();
+    }
+    let (Some(machine), Some(data)) = (&class.machine, class.data.machines.first()) else { return };
+    text.line(1, &format!("// statemachine: {}", class.at(class.core, data.part)));
+    text.line(1, &format!("enum class {} {{ {} }};", machine.states, machine.values.join(", ")));
+    if let Some(initial) = machine.values.get(machine.initial) {
+        text.line(1, &format!("{0} {1} = {0}::{initial};", machine.states, machine.current));
+    }
+    for (index, variable, name) in class.variables_of(&data.variables) {
+        variable_of(class, (index, variable, name), text);
+    }
+    text.gap();
+}
+
+/// A variable of the core or its machine.
+fn variable_of<'db>(
+    class: &Class<'_, 'db>,
+    (index, variable, name): (usize, &'db Variable, &str),
+    text: &mut Text,
+) {
+    let at = class.at(class.core, variable.name.part);
+    if variable.value.is_none() && !class.named.contains(&index) {
+        text.line(1, &format!("// Nothing uses variable {}: {at}", variable.name.name));
+        return;
+    }
+    let ty = class.type_of_variable(index);
+    let value = variable.value.as_ref().and_then(|value| known(class, value, &ty));
+    let value = value.map_or_else(|| "{}".to_owned(), |value| format!(" = {value}"));
+    text.line(1, &format!("{} {name}{value};  // {at}", class.cpp(&ty)));
+}
+
+/// A first value that is known beforehand.
+fn known<'db>(class: &Class<'_, 'db>, value: &'db Expr, ty: &Type) -> Option<String> {
+    let code = Writer::new(class).value(value, ty);
+    code.is_constant().then_some(code.text)
+}
+
+fn programs(class: &Class<'_, '_>, text: &mut Text) {
+    for routine in &class.programs {
+        let mut names = class.names.clone();
+        let parameters: Vec<String> =
+            class.parameters(routine, &mut names).into_iter().map(|it| it.declared).collect();
+        let gives = class.cpp(&routine.gives);
+        text.line(1, &format!("{gives} {}({});", routine.function, parameters.join(", ")));
+    }
+}
+
+impl<'db> Class<'_, 'db> {
+    /// The hooks of RTT that it has, with what they give.
+    pub(super) fn hooks(&self) -> Vec<(&'static str, &'static str)> {
+        let has = |kind| self.program(Key::Hook(kind)).is_some();
+        let has_value = self.data.variables.iter().any(|variable| variable.value.is_some());
+        let checks = self
+            .members()
+            .any(|it| it.data.interval.is_some() || it.property.is_some() || it.status.is_some());
+        let all = [
+            (has(HookKind::Configure) || has_value || checks, ("bool", "configureHook")),
+            (has(HookKind::Start) || self.machine.is_some(), ("bool", "startHook")),
+            (true, ("void", "updateHook")),
+            (has(HookKind::Stop), ("void", "stopHook")),
+            (has(HookKind::Cleanup), ("void", "cleanupHook")),
+        ];
+        all.into_iter().filter(|(is_there, _)| *is_there).map(|(_, hook)| hook).collect()
+    }
+
+    /// The first line of each file.
+    pub(super) fn written_by(&self) -> String {
+        format!("// Generated by MAUVE: what is changed here is lost. {}", self.declared(self.component))
+    }
+
+    /// A feature as the model declares it: `property body_width: double [0.3; 1.0]`.
+    pub(super) fn shown(&self, member: &Member<'_>) -> String {
+        let word = match member.data.kind {
+            FeatureKind::Constant => "constant",
+            FeatureKind::Property => "property",
+            FeatureKind::Input => "input port",
+            FeatureKind::Output => "output port",
+            FeatureKind::Required => "require",
+            FeatureKind::Provided => "provide",
+        };
+        let data = member.data;
+        let ty = data.ty.as_ref().map_or_else(String::new, |ty| format!(": {ty}"));
+        let interval = data.interval.as_ref().map(|it| self.source(member.shell, it.part));
+        let interval = interval.map_or_else(String::new, |interval| format!(" {interval}"));
+        format!("{word} {}{ty}{interval}", data.name.name)
+    }
+
+    /// [`Class::shown`], for whoever looks at the running component.
+    pub(super) fn described(&self, member: &Member<'_>) -> String {
+        self.shown(member)
+    }
+}

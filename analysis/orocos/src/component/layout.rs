@@ -1,0 +1,165 @@
+//! Lines of at most 100 columns: longer ones go on below what they are part of.
+//!
+//! ```text
+//! found = MAUVE_TRACE_CODEL(getName(), "navigation.astar",
+//!                           ::navigation::astar(here, destination, grid, resolution, route));
+//! ```
+
+const WIDTH: usize = 100;
+
+/// A text that is written line by line.
+#[derive(Default)]
+pub(super) struct Text {
+    pub(super) out: String,
+}
+
+impl Text {
+    /// A line, as deep as it stands.
+    pub(super) fn line(&mut self, depth: usize, line: &str) {
+        let indent = 2 * depth;
+        if line.is_empty() {
+            self.out.push('\n');
+            return;
+        }
+        let mut lines = Lines { out: String::new(), column: 0 };
+        lines.pad(indent);
+        match line.strip_prefix("// ") {
+            Some(comment) => lines.comment(comment, indent),
+            None => lines.code(line, indent + 4, 0),
+        }
+        self.out += &lines.out;
+        self.out.push('\n');
+    }
+
+    /// An empty line.
+    pub(super) fn gap(&mut self) {
+        self.out.push('\n');
+    }
+}
+
+struct Lines {
+    out: String,
+    column: usize,
+}
+
+impl Lines {
+    fn push(&mut self, text: &str) {
+        self.out += text;
+        self.column += text.chars().count();
+    }
+
+    fn pad(&mut self, columns: usize) {
+        self.push(&" ".repeat(columns));
+    }
+
+    fn next(&mut self, column: usize) {
+        self.out.truncate(self.out.trim_end_matches(' ').len());
+        self.out.push('\n');
+        self.column = 0;
+        self.pad(column);
+    }
+
+    fn comment(&mut self, text: &str, indent: usize) {
+        self.push("//");
+        for word in text.split(' ') {
+            if self.column + 1 + word.chars().count() > WIDTH && self.column > indent + 2 {
+                self.next(indent);
+                self.push("//");
+            }
+            self.push(" ");
+            self.push(word);
+        }
+    }
+
+    /// `text`, of which later lines begin at `base`, with `tail` more columns behind it.
+    fn code(&mut self, text: &str, base: usize, tail: usize) {
+        let width = text.chars().count();
+        if self.column + width + tail <= WIDTH {
+            self.push(text);
+            return;
+        }
+        let pieces = pieces(text);
+        let count = pieces.len();
+        for (index, piece) in pieces.into_iter().enumerate() {
+            let tail = if index + 1 == count { tail } else { 0 };
+            let width = piece.trim_end().chars().count() + tail;
+            if self.column + width <= WIDTH {
+                self.push(piece);
+                continue;
+            }
+            if index > 0 && self.column > base {
+                self.next(base);
+            }
+            match split(piece).filter(|_| self.column + width > WIDTH) {
+                Some((head, inner, rest)) => {
+                    self.push(head);
+                    let column = self.column;
+                    self.code(inner, column, rest.trim_end().chars().count() + tail);
+                    self.push(rest);
+                }
+                None => self.push(piece),
+            }
+        }
+    }
+}
+
+/// The parts of an expression or a list, between which a line may end, each with what ends it.
+fn pieces(text: &str) -> Vec<&str> {
+    let mut cuts = Vec::new();
+    scan(text, |at, depth| {
+        if depth > 0 {
+            return;
+        }
+        let rest = text.get(at..).unwrap_or_default();
+        let behind = [", ", "&& ", "|| ", " + "].into_iter().find(|it| rest.starts_with(it));
+        if let Some(found) = behind {
+            cuts.push(at + found.len());
+        }
+        if rest.starts_with("<< ") || rest.starts_with(".doc(") || rest.starts_with(".arg(") {
+            cuts.push(at);
+        }
+    });
+    let mut found = Vec::new();
+    let mut start = 0;
+    for cut in cuts.into_iter().chain([text.len()]) {
+        found.extend(text.get(start..cut).filter(|piece| !piece.is_empty()));
+        start = cut;
+    }
+    found
+}
+
+/// `f(`, what stands in the last parentheses, and `)` with what follows.
+fn split(text: &str) -> Option<(&str, &str, &str)> {
+    let (mut open, mut close) = (None, None);
+    let mut was = 0;
+    scan(text, |at, depth| {
+        if depth > was && was == 0 {
+            (open, close) = (Some(at), None);
+        }
+        if depth == 0 && was > 0 {
+            close = Some(at.saturating_sub(1));
+        }
+        was = depth;
+    });
+    let (open, close) = (open?, close.unwrap_or(text.len()));
+    Some((text.get(..open)?, text.get(open..close)?, text.get(close..)?))
+}
+
+/// Calls `see` for each place in a text that is not in a literal, with the number of parentheses around it.
+fn scan(text: &str, mut see: impl FnMut(usize, usize)) {
+    let (mut depth, mut in_literal, mut escaped) = (0_usize, false, false);
+    for (at, byte) in text.bytes().enumerate() {
+        if !in_literal {
+            see(at, depth);
+        }
+        match byte {
+            _ if escaped => escaped = false,
+            b'\\' if in_literal => escaped = true,
+            b'"' => in_literal = !in_literal,
+            b'(' if !in_literal => depth += 1,
+            b')' if !in_literal => depth = depth.saturating_sub(1),
+            _ => {}
+        }
+    }
+    see(text.len(), depth);
+}

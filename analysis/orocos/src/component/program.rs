@@ -1,0 +1,169 @@
+//! The statements of a program, as the body of a member function.
+
+use mauve_model::item_tree::{Expr, Part, Statement, Variable};
+use mauve_model::{Callee, Type};
+
+use super::expression::{Line, Writer};
+use super::{Body, Class, Routine};
+use crate::escape::cpp_string;
+
+/// The definition of a program: its head, and the lines between the braces.
+pub(super) fn definition<'db>(class: &Class<'_, 'db>, routine: &Routine<'db>) -> (String, Vec<Line>) {
+    let mut writer = Writer::new(class);
+    let parameters = class.parameters(routine, &mut writer.names);
+    let mut texts = Vec::new();
+    for parameter in parameters {
+        texts.push(parameter.declared);
+        writer.locals.extend(parameter.index.map(|index| (index, parameter.name)));
+    }
+    let head =
+        format!("{} {}::{}({})", class.cpp(&routine.gives), class.name, routine.function, texts.join(", "));
+    let [state, transition, program] = routine.span.each_ref().map(|it| cpp_string(it));
+    let component = cpp_string(&class.qualified());
+    writer.line(format!("MAUVE_TRACE_PROGRAM(getName(), {component}, {state}, {transition}, {program});"));
+    match &routine.body {
+        Body::Guard(condition) => {
+            let value = writer.value(condition, &Type::Bool);
+            writer.line(format!("return {};", value.text));
+        }
+        Body::Program(program) => {
+            writer.statements(&program.statements, &routine.gives);
+            if routine.gives == Type::Bool && !returns(&program.statements) {
+                writer.line("return true;");
+            }
+        }
+    }
+    (head, writer.lines)
+}
+
+impl<'db> Writer<'_, '_, 'db> {
+    /// Statements of one block.
+    pub(super) fn statements(&mut self, statements: &'db [Statement], gives: &Type) {
+        for statement in statements {
+            self.statement(statement, gives);
+        }
+    }
+
+    /// The statements of a block, one deeper. What they declare is not seen behind it.
+    fn block(&mut self, statements: &'db [Statement], gives: &Type) {
+        let names = self.names.clone();
+        self.depth += 1;
+        self.statements(statements, gives);
+        self.depth -= 1;
+        self.names = names;
+    }
+
+    fn statement(&mut self, statement: &'db Statement, gives: &Type) {
+        match statement {
+            Statement::Variable(variable) => self.local(variable),
+            Statement::If { condition, then, otherwise, .. } => {
+                let condition = self.expr(condition);
+                self.branches("", condition.text, then, otherwise.as_deref(), gives);
+            }
+            Statement::Block(statements) => {
+                self.line("{");
+                self.block(statements, gives);
+                self.line("}");
+            }
+            Statement::Return(_, None) => self.line("return;"),
+            Statement::Return(_, Some(value)) => {
+                let value = self.value(value, gives);
+                self.line(format!("return {};", value.text));
+            }
+            Statement::Assign(target, value) => self.assign(target.part, value),
+            Statement::Expr(value) => {
+                let code = self.expr(value);
+                if matches!(value, Expr::Call { .. }) {
+                    self.line(format!("{};", code.text));
+                } else {
+                    self.line(format!("static_cast<void>({});", code.text));
+                }
+            }
+        }
+    }
+
+    /// `if`, and `else if` as long as nothing must be computed between the two.
+    fn branches(
+        &mut self,
+        before: &str,
+        condition: String,
+        then: &'db [Statement],
+        otherwise: Option<&'db [Statement]>,
+        gives: &Type,
+    ) {
+        self.line(format!("{before}if ({condition}) {{"));
+        self.block(then, gives);
+        match otherwise {
+            None | Some([]) => self.line("}"),
+            Some([Statement::If { condition, then, otherwise, .. }]) => {
+                let names = self.names.clone();
+                let lines = std::mem::take(&mut self.lines);
+                self.depth += 1;
+                let condition = self.expr(condition);
+                self.depth -= 1;
+                let needed = std::mem::replace(&mut self.lines, lines);
+                if needed.is_empty() {
+                    self.branches("} else ", condition.text, then, otherwise.as_deref(), gives);
+                } else {
+                    self.line("} else {");
+                    self.lines.extend(needed);
+                    self.depth += 1;
+                    self.branches("", condition.text, then, otherwise.as_deref(), gives);
+                    self.depth -= 1;
+                    self.line("}");
+                }
+                self.names = names;
+            }
+            Some(otherwise) => {
+                self.line("} else {");
+                self.block(otherwise, gives);
+                self.line("}");
+            }
+        }
+    }
+
+    fn local(&mut self, variable: &'db Variable) {
+        let Some(index) = self.class.variable_at(variable.name.part) else { return };
+        let ty = self.class.type_of_variable(index);
+        let value = variable.value.as_ref().map(|value| self.value(value, &ty));
+        // Its own value may name what it hides.
+        let name = self.names.declare(&variable.name.name);
+        let cpp = self.class.cpp(&ty);
+        match value {
+            Some(value) => self.line(format!("{cpp} {name} = {};", value.text)),
+            None => self.line(format!("{cpp} {name}{{}};")),
+        }
+        if !self.class.read.contains(&index) && !matches!(ty, Type::String | Type::Message(..)) {
+            self.line(format!("static_cast<void>({name});"));
+        }
+        self.locals.insert(index, name);
+    }
+
+    fn assign(&mut self, target: Part, value: &'db Expr) {
+        let Some(index) = self.variable(target) else { return };
+        let name = self.variable_name(index);
+        let is_send = |callee| matches!(self.class.typing.callees.get(&callee), Some(Callee::Send));
+        let value = match value {
+            Expr::Call { callee, arguments, .. } if is_send(callee.part) => self.send(Some(index), arguments),
+            value => self.value(value, &self.class.type_of_variable(index)),
+        };
+        if value.text == name {
+            // Compilers ask whether something else was meant.
+            self.line(format!("static_cast<void>({name});"));
+        } else {
+            self.line(format!("{name} = {};", value.text));
+        }
+    }
+}
+
+/// Does every path end with a `return`?
+fn returns(statements: &[Statement]) -> bool {
+    statements.iter().any(|statement| match statement {
+        Statement::Return(..) => true,
+        Statement::Block(inner) => returns(inner),
+        Statement::If { then, otherwise, .. } => {
+            returns(then) && otherwise.as_ref().is_some_and(|it| returns(it))
+        }
+        Statement::Variable(_) | Statement::Assign(..) | Statement::Expr(_) => false,
+    })
+}

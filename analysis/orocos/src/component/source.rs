@@ -1,0 +1,320 @@
+//! The definition of the class: constructor, hooks, state machine, programs.
+
+use std::collections::BTreeSet;
+
+use mauve_model::item_tree::{Direction, FeatureKind, HookKind, MethodKind, Variable};
+use mauve_model::{Callee, Integer, Type};
+
+use super::expression::{Code, Line, Writer, ends};
+use super::layout::Text;
+use super::program::definition;
+use super::{Class, Key, Machine, Member};
+use crate::cpp_name::script_name;
+use crate::escape::cpp_string;
+
+/// `<Component>-component.cpp`
+pub(super) fn text(class: &Class<'_, '_>) -> String {
+    let mut body = Text::default();
+    constructor(class, &mut body);
+    configure_hook(class, &mut body);
+    start_hook(class, &mut body);
+    update_hook(class, &mut body);
+    for (kind, hook) in [(HookKind::Stop, "stopHook"), (HookKind::Cleanup, "cleanupHook")] {
+        if let Some(program) = class.program(Key::Hook(kind)) {
+            let call = Line::new(1, format!("{}();", program.function));
+            function(&mut body, &format!("void {}::{hook}()", class.name), &[call]);
+        }
+    }
+    for routine in &class.programs {
+        let (head, lines) = definition(class, routine);
+        body.line(0, &format!("// {}: {}", routine.what, class.at(class.core, routine.at)));
+        function(&mut body, &head, &lines);
+    }
+    let mut text = Text::default();
+    includes(class, &body.out, &mut text);
+    let package = &class.library.package;
+    text.line(0, &format!("namespace {package} {{"));
+    text.gap();
+    text.out += &body.out;
+    text.line(0, &format!("}}  // namespace {package}"));
+    text.gap();
+    let create = match class.library.components.as_slice() {
+        [_] => "ORO_CREATE_COMPONENT",
+        _ => "ORO_LIST_COMPONENT_TYPE",
+    };
+    text.line(0, &format!("{create}({package}::{})", class.name));
+    text.out
+}
+
+fn includes(class: &Class<'_, '_>, body: &str, text: &mut Text) {
+    let name = &class.name;
+    text.line(0, &class.written_by());
+    text.gap();
+    text.line(0, &format!("#include \"{name}-component.hpp\""));
+    text.gap();
+    for (word, header) in [("std::max(", "algorithm"), ("std::numeric_limits<", "limits")] {
+        if body.contains(word) {
+            text.line(0, &format!("#include <{header}>"));
+        }
+    }
+    if text.out.ends_with(">\n") {
+        text.gap();
+    }
+    text.line(0, "#include <rtt/Component.hpp>");
+    if body.contains("RTT::log(") {
+        text.line(0, "#include <rtt/Logger.hpp>");
+    }
+    text.gap();
+    let libraries = class.model.libraries;
+    let codels = class.typing.callees.values().filter_map(|callee| match callee {
+        Callee::Codel(codel) => Some(&libraries.of(*codel)?.0.package),
+        _ => None,
+    });
+    for package in codels.collect::<BTreeSet<_>>() {
+        text.line(0, &format!("#include <{package}/{package}-codels.hpp>"));
+    }
+    let package = &class.library.package;
+    text.line(0, &format!("#include <{package}/{package}-trace.hpp>"));
+    text.gap();
+}
+
+fn function(text: &mut Text, head: &str, lines: &[Line]) {
+    text.line(0, &format!("{head} {{"));
+    for line in lines {
+        text.line(line.depth, &line.text);
+    }
+    text.line(0, "}");
+    text.gap();
+}
+
+fn constructor(class: &Class<'_, '_>, text: &mut Text) {
+    let instance = &class.instance;
+    let mut first = vec![format!("RTT::TaskContext({instance}, RTT::TaskContext::PreOperational)")];
+    let required = class.members().filter(|member| member.data.kind == FeatureKind::Required);
+    first.extend(required.map(|it| format!("{}({})", it.name, cpp_string(&script_name(&it.data.name.name)))));
+    text.line(0, &format!("{0}::{0}(const std::string& {instance})", class.name));
+    let last = first.len();
+    for (index, first) in first.iter().enumerate() {
+        let before = if index == 0 { "  : " } else { "    " };
+        let behind = if index + 1 == last { " {" } else { "," };
+        text.line(1, &format!("{before}{first}{behind}"));
+    }
+    for member in class.members() {
+        text.line(1, &added(class, member));
+    }
+    text.line(0, "}");
+    text.gap();
+}
+
+/// How RTT gets to know a feature.
+fn added(class: &Class<'_, '_>, member: &Member<'_>) -> String {
+    let (data, name) = (member.data, &member.name);
+    let known = cpp_string(&script_name(&data.name.name));
+    let doc = cpp_string(&class.described(member));
+    match data.kind {
+        FeatureKind::Property | FeatureKind::Constant => {
+            let property = member.property.as_ref().unwrap_or(name);
+            format!("addProperty({known}, {property}).doc({doc});")
+        }
+        FeatureKind::Input | FeatureKind::Output => format!("addPort({known}, {name}).doc({doc});"),
+        FeatureKind::Required => format!("this->requires()->addOperationCaller({name});"),
+        FeatureKind::Provided => {
+            let arguments = data.parameters.iter().map(|parameter| {
+                let direction = match parameter.direction {
+                    Direction::In => "in",
+                    Direction::Out => "out",
+                    Direction::InOut => "inout",
+                };
+                let ty = parameter.ty.as_ref().map_or_else(String::new, ToString::to_string);
+                let (name, doc) = (&parameter.name.name, format!("{direction} {ty}"));
+                format!(".arg({}, {})", cpp_string(name), cpp_string(&doc))
+            });
+            let arguments: String = arguments.collect();
+            let function = format!("&{}::{name}", class.name);
+            format!("addOperation({known}, {function}, this, RTT::OwnThread).doc({doc}){arguments};")
+        }
+    }
+}
+
+/// Checks what the component was given, and gives variables their first values.
+fn configure_hook<'db>(class: &Class<'_, 'db>, text: &mut Text) {
+    if !class.hooks().iter().any(|(_, hook)| *hook == "configureHook") {
+        return;
+    }
+    let mut lines = Vec::new();
+    class.members().for_each(|member| lines.extend(interval_check(class, member)));
+    let frozen = class.members().filter_map(|member| Some((member, member.property.as_ref()?)));
+    lines.extend(frozen.map(|(member, property)| Line::new(1, format!("{} = {property};", member.name))));
+    let statuses = class.members().filter_map(|member| member.status.as_ref());
+    lines.extend(statuses.map(|status| Line::new(1, format!("{status} = RTT::NoData;"))));
+    lines.extend(first_values(class, &class.data.variables));
+    let configure = class.program(Key::Hook(HookKind::Configure));
+    let value = configure.map_or_else(|| "true".to_owned(), |it| format!("{}()", it.function));
+    lines.push(Line::new(1, format!("return {value};")));
+    function(text, &format!("bool {}::configureHook()", class.name), &lines);
+}
+
+/// Variables as they are before any program.
+fn first_values<'db>(class: &Class<'_, 'db>, variables: &'db [Variable]) -> Vec<Line> {
+    let mut writer = Writer::new(class);
+    for (index, variable, name) in class.variables_of(variables) {
+        if let Some(value) = &variable.value {
+            let value = writer.value(value, &class.type_of_variable(index));
+            if value.text != name {
+                writer.line(format!("{name} = {};", value.text));
+            }
+        }
+    }
+    writer.lines
+}
+
+/// That a property or constant lies in its interval.
+fn interval_check<'db>(class: &Class<'_, 'db>, member: &Member<'db>) -> Vec<Line> {
+    let Some(interval) = &member.data.interval else { return Vec::new() };
+    let mut writer = Writer::of_shell(class);
+    let (low, high) = (writer.value(&interval.low, &member.ty), writer.value(&interval.high, &member.ty));
+    let value = member.property.as_ref().unwrap_or(&member.name);
+    let (least, greatest) = match &member.ty {
+        Type::Integer(integer) => {
+            let (least, greatest) = ends(*integer);
+            (Some(least), Some(greatest))
+        }
+        _ => (None, None),
+    };
+    // Each value of the type is above its least one, as compilers know.
+    let is = |end: &Code, limit: Option<i128>| limit.is_some() && end.whole() == limit;
+    let low_check = (!is(&low, least)).then(|| format!("{value} >= {}", low.operand()));
+    let high_check = (!is(&high, greatest)).then(|| format!("{value} <= {}", high.operand()));
+    let checks: Vec<String> = low_check.into_iter().chain(high_check).collect();
+    if checks.is_empty() {
+        return Vec::new();
+    }
+    let streamed = |text: &str| match member.ty {
+        // As a number, and not as a character.
+        Type::Integer(Integer::Char | Integer::Int8 | Integer::Uint8) => format!("static_cast<int>({text})"),
+        _ => text.to_owned(),
+    };
+    let end = |code: &Code| {
+        if code.is_constant() {
+            code.text.clone()
+        } else {
+            format!("\" << {} << \"", streamed(&code.operand()))
+        }
+    };
+    let kind = if member.property.is_some() { "constant" } else { "property" };
+    let what = cpp_string(&format!(": {kind} {} is ", member.data.name.name));
+    let (shown, low, high) = (streamed(value), end(&low), end(&high));
+    let log = format!(
+        "RTT::log(RTT::Error) << getName() << {what} << {shown} << \", and must be in [{low}; {high}]\" << RTT::endlog();"
+    );
+    let at = class.at(member.shell, interval.part);
+    vec![
+        Line::new(1, format!("// {}: {at}", class.shown(member))),
+        Line::new(1, format!("if (!({})) {{", checks.join(" && "))),
+        Line::new(2, log),
+        Line::new(2, "return false;"),
+        Line::new(1, "}"),
+    ]
+}
+
+/// Starts the state machine.
+fn start_hook(class: &Class<'_, '_>, text: &mut Text) {
+    if !class.hooks().iter().any(|(_, hook)| *hook == "startHook") {
+        return;
+    }
+    let head = format!("bool {}::startHook()", class.name);
+    let start = class.program(Key::Hook(HookKind::Start));
+    let mut lines =
+        class.data.machines.first().map_or_else(Vec::new, |it| first_values(class, &it.variables));
+    let Some((machine, initial)) =
+        class.machine.as_ref().and_then(|it| Some((it, it.values.get(it.initial)?)))
+    else {
+        lines.extend(start.map(|start| Line::new(1, format!("return {}();", start.function))));
+        return function(text, &head, &lines);
+    };
+    if let Some(start) = start {
+        lines.push(Line::new(1, format!("if (!{}()) {{", start.function)));
+        lines.push(Line::new(2, "return false;"));
+        lines.push(Line::new(1, "}"));
+    }
+    lines.push(Line::new(1, format!("{} = {}::{initial};", machine.current, machine.states)));
+    let entry = class.program(Key::Method(machine.initial, MethodKind::Entry));
+    lines.extend(entry.map(|entry| Line::new(1, format!("{}();", entry.function))));
+    lines.push(Line::new(1, "return true;"));
+    function(text, &head, &lines);
+}
+
+/// One period.
+fn update_hook(class: &Class<'_, '_>, text: &mut Text) {
+    let mut lines = vec![Line::new(1, "MAUVE_TRACE_COMPONENT(getName());")];
+    if let Some(update) = class.program(Key::Hook(HookKind::Update)) {
+        lines.push(Line::new(1, format!("{}();", update.function)));
+    }
+    if let Some(machine) = &class.machine {
+        lines.push(Line::new(1, format!("switch ({}) {{", machine.current)));
+        for (number, value) in machine.values.iter().enumerate() {
+            lines.push(Line::new(2, format!("case {}::{value}:", machine.states)));
+            lines.extend(state(class, machine, number));
+            lines.push(Line::new(3, "break;"));
+        }
+        lines.push(Line::new(1, "}"));
+    }
+    function(text, &format!("void {}::updateHook()", class.name), &lines);
+}
+
+/// What a period that begins in a state executes.
+fn state(class: &Class<'_, '_>, machine: &Machine, number: usize) -> Vec<Line> {
+    let call = |key, depth| class.program(key).map(|it| Line::new(depth, format!("{}();", it.function)));
+    let method = |kind, depth| call(Key::Method(number, kind), depth);
+    let mut lines: Vec<Line> = method(MethodKind::Run, 3).into_iter().collect();
+    let states = class.data.machines.first().map_or(&[] as &[_], |machine| &machine.states);
+    let Some(data) = states.get(number) else { return lines };
+    // The first of them that is taken.
+    let always = data.transitions.iter().position(|transition| transition.guard.is_none());
+    let taken = always.map_or(data.transitions.len(), |always| always + 1);
+    let mut before = "";
+    for (index, transition) in data.transitions.iter().take(taken).enumerate() {
+        let guard = class.program(Key::Guard(number, index));
+        let depth = match guard {
+            Some(guard) => {
+                lines.push(Line::new(3, format!("{before}if ({}()) {{", guard.function)));
+                4
+            }
+            None if before.is_empty() => 3,
+            None => {
+                lines.push(Line::new(3, "} else {"));
+                4
+            }
+        };
+        let target = transition.target.as_ref();
+        let target = target.and_then(|target| states.iter().position(|it| it.name.name == target.name));
+        let target = target.unwrap_or(number);
+        lines.extend(method(MethodKind::Exit, depth));
+        lines.extend(call(Key::Effect(number, index), depth));
+        if let Some(value) = machine.values.get(target) {
+            lines.push(Line::new(depth, format!("{} = {}::{value};", machine.current, machine.states)));
+        }
+        lines.extend(call(Key::Method(target, MethodKind::Entry), depth));
+        if guard.is_some() {
+            before = "} else ";
+        }
+    }
+    match always {
+        Some(_) => {}
+        None if before.is_empty() => lines.extend(method(MethodKind::Handle, 3)),
+        None => {
+            if let Some(handle) = method(MethodKind::Handle, 4) {
+                lines.extend([Line::new(3, "} else {"), handle]);
+            }
+        }
+    }
+    if !before.is_empty() {
+        lines.push(Line::new(3, "}"));
+    }
+    // The text of the model has them, and no period executes them.
+    for transition in data.transitions.iter().skip(taken) {
+        let (name, at) = (&transition.name.name, class.at(class.core, transition.name.part));
+        lines.push(Line::new(3, format!("// transition {name} is never taken: {at}")));
+    }
+    lines
+}
