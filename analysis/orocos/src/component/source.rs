@@ -144,7 +144,12 @@ fn configure_hook<'db>(class: &Class<'_, 'db>, text: &mut Text) {
     let mut lines = Vec::new();
     class.members().for_each(|member| lines.extend(interval_check(class, member)));
     let frozen = class.members().filter_map(|member| Some((member, member.property.as_ref()?)));
-    lines.extend(frozen.map(|(member, property)| Line::new(1, format!("{} = {property};", member.name))));
+    let frozen: Vec<Line> =
+        frozen.map(|(member, property)| Line::new(1, format!("{} = {property};", member.name))).collect();
+    if !frozen.is_empty() {
+        lines.push(Line::new(1, "// Constants are from here on what they are now."));
+    }
+    lines.extend(frozen);
     let statuses = class.members().filter_map(|member| member.status.as_ref());
     lines.extend(statuses.map(|status| Line::new(1, format!("{status} = RTT::NoData;"))));
     lines.extend(first_values(class, &class.data.variables));
