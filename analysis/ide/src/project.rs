@@ -15,7 +15,7 @@ pub fn projects_with<'db>(db: &'db dyn ModelDb, workspaces: &[Workspace], file: 
 }
 
 /// The root of a project as a user knows it: its path from the workspace's folder.
-pub fn name_of_root(db: &dyn ModelDb, project: Project<'_>) -> String {
+pub(crate) fn name_of_root(db: &dyn ModelDb, project: Project<'_>) -> String {
     let path = project.root(db).path(db);
     path.strip_prefix(project.workspace(db).folder(db)).unwrap_or(path).display().to_string()
 }

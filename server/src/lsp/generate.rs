@@ -6,9 +6,9 @@
 
 use std::cell::RefCell;
 use std::collections::HashMap;
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 
-use mauve_ide::{name_of_root, projects_with};
+use mauve_ide::projects_with;
 use mauve_model::item_tree::Kind;
 use mauve_model::{Decl, File, ModelDb, Project, Workspace, config_of, names_of, normalised};
 use mauve_orocos::{MANIFEST, Package, Plan, Problem, Step, packages, plan, problems};
@@ -18,6 +18,7 @@ use tower_lsp::lsp_types::Url;
 
 use super::position::{Encoding, line_index};
 use super::snapshot::{Document, Snapshot};
+use crate::generate::{behind_links, merged, read, target};
 use crate::load::place;
 
 /// The folder of the packages, where `mauve.toml` does not say it.
@@ -207,32 +208,16 @@ impl<'db> Meant<'db> {
     /// The packages, each once.
     fn packages(&self, snapshot: &'db Snapshot) -> Result<Vec<Package>, String> {
         let db = &snapshot.db;
-        let mut all: Vec<(Project<'db>, Package)> = Vec::new();
-        for &project in &self.projects {
+        let of_project = |project: Project<'db>| {
             let mut found = deployments(db, project);
             let of = self.deployment.as_ref().and_then(|name| found.find(|it| it.qualified(db) == *name));
-            let made = packages(db, project, of);
-            let made = made.map_err(|problems| {
+            let made = packages(db, project, of).map_err(|problems| {
                 let problems: Vec<&Problem<'db>> = problems.iter().collect();
                 self.mend(snapshot, &problems).unwrap_or_default()
-            })?;
-            for package in made {
-                match all.iter().find(|(_, known)| known.name == package.name) {
-                    Some((_, known)) if *known == package => {}
-                    Some((other, _)) => {
-                        return Err(format!(
-                            "package `{}` of the project of {} is another than that of {}: name one of them as `root` in \
-                             mauve.toml",
-                            package.name,
-                            name_of_root(db, project),
-                            name_of_root(db, *other),
-                        ));
-                    }
-                    None => all.push((project, package)),
-                }
-            }
-        }
-        Ok(all.into_iter().map(|(_, package)| package).collect())
+            });
+            Ok((project, made?))
+        };
+        merged(db, self.projects.iter().map(|&project| of_project(project)).collect::<Result<_, String>>()?)
     }
 
     /// What would be done.
@@ -250,7 +235,10 @@ impl<'db> Meant<'db> {
         let read = |path: &str| {
             // A disk may be slow, and an edit waits for this.
             snapshot.db.unwind_if_revision_cancelled();
-            let text = read(snapshot, &folder, path)?;
+            let text = match open(snapshot, &folder.join(path)) {
+                Some((_, document)) => Some(document.file.text(&snapshot.db).to_string()),
+                None => read(&folder, path)?,
+            };
             before.borrow_mut().extend(text.clone().map(|text| (path.to_owned(), text)));
             Ok(text)
         };
@@ -264,7 +252,7 @@ impl<'db> Meant<'db> {
             ));
         }
         for step in &plan.steps {
-            inside(&folder, &step.path)?;
+            target(&folder, step)?;
         }
         // A manifest says what was written: last, since whoever writes may be stopped.
         plan.steps.sort_by_key(|step| step.path.ends_with(MANIFEST));
@@ -272,57 +260,8 @@ impl<'db> Meant<'db> {
     }
 }
 
-/// The text of a file in a folder: that which the client has open, else that of the disk; nothing where it is not there.
-fn read(snapshot: &Snapshot, folder: &Path, path: &str) -> Result<Option<String>, String> {
-    let path = inside(folder, path)?;
-    if let Some((_, document)) = open(snapshot, &path) {
-        return Ok(Some(document.file.text(&snapshot.db).to_string()));
-    }
-    let cannot = |why: String| format!("cannot read {}: {why}", path.display());
-    match std::fs::metadata(&path) {
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),
-        Err(error) => Err(cannot(error.to_string())),
-        Ok(data) if !data.is_file() => Err(cannot("it is not a file".to_owned())),
-        // It is compared and hashed, and never written back: what is no text in it may be lost.
-        Ok(_) => match std::fs::read(&path) {
-            Ok(bytes) => Ok(Some(String::from_utf8_lossy(&bytes).into_owned())),
-            Err(error) => Err(cannot(error.to_string())),
-        },
-    }
-}
-
 /// The document that the client has open of a file.
 pub(crate) fn open<'a>(snapshot: &'a Snapshot, path: &Path) -> Option<(&'a Url, &'a Document)> {
     let path = place(path);
     snapshot.documents.iter().find(|(_, document)| *document.file.path(&snapshot.db) == path)
-}
-
-/// A path in a folder, from which no `..` and no link leads out.
-fn inside(folder: &Path, path: &str) -> Result<PathBuf, String> {
-    let is_plain = Path::new(path).components().all(|it| matches!(it, Component::Normal(_)));
-    let found = folder.join(path);
-    let settled = behind_links(&found)?;
-    if is_plain && settled.starts_with(folder) {
-        Ok(found)
-    } else {
-        Err(format!("{} leads to {}, out of the folder of the packages", found.display(), settled.display()))
-    }
-}
-
-/// Where a path is behind all links, be there a file or not.
-fn behind_links(path: &Path) -> Result<PathBuf, String> {
-    let mut rest = Vec::new();
-    for above in path.ancestors() {
-        match above.canonicalize() {
-            Ok(found) => return Ok(rest.iter().rev().fold(found, |path, name| path.join(name))),
-            // Not even a link that leads nowhere.
-            Err(error)
-                if error.kind() == std::io::ErrorKind::NotFound && above.symlink_metadata().is_err() =>
-            {
-                rest.extend(above.file_name());
-            }
-            Err(error) => return Err(format!("cannot read {}: {error}", above.display())),
-        }
-    }
-    Err(format!("{} is nowhere", path.display()))
 }
