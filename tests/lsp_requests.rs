@@ -65,7 +65,10 @@ fn unknown_commands_are_refused() {
     let mut client = robot();
     let error = client.call("workspace/executeCommand", json!({"command": "mauve.fly"})).unwrap_err();
     assert_eq!(error["code"], -32602);
-    assert_eq!(error["message"], "no command `mauve.fly`: there is mauve.setSignificance");
+    assert_eq!(
+        error["message"],
+        "no command `mauve.fly`: there are mauve.setSignificance, mauve.generateOrocos"
+    );
 }
 
 #[test]

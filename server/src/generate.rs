@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use mauve_model::{Database, Project, Workspace, config_of, normalised};
 use mauve_orocos::{MANIFEST, Package};
 
-pub(crate) use write::Site;
+pub(crate) use write::{Site, target};
 
 /// A file that is longer is nothing that the generator wrote, nor a codel.
 const LONGEST: u64 = 1 << 28;
@@ -23,8 +23,8 @@ pub(crate) fn configured_out(db: &Database, workspace: Workspace) -> Result<Opti
     let Some((out, _)) = &config_of(db, workspace).out else { return Ok(None) };
     let folder = workspace.folder(db);
     let path = normalised(&folder.join(out));
-    let home = behind_links(folder);
-    if out.is_empty() || !path.starts_with(folder) || !behind_links(&path).starts_with(&home) {
+    let home = behind_links(folder)?;
+    if out.is_empty() || !path.starts_with(folder) || !behind_links(&path)?.starts_with(&home) {
         return Err(format!(
             "`[generate] out` of {} is {out:?}, which leads out of its folder: a model that came from elsewhere shall \
              not choose where files are written; if that is what you want, say `--out {}`",
@@ -35,13 +35,24 @@ pub(crate) fn configured_out(db: &Database, workspace: Workspace) -> Result<Opti
     Ok(Some(path))
 }
 
-/// The path behind all links, as far as it exists.
-pub(crate) fn behind_links(path: &Path) -> PathBuf {
-    let known = path.ancestors().find_map(|above| Some((above, above.canonicalize().ok()?)));
-    known.map_or_else(
-        || path.to_owned(),
-        |(above, real)| real.join(path.strip_prefix(above).unwrap_or(Path::new(""))),
-    )
+/// Where a path is behind all links, be there a file or not.
+///
+/// # Errors
+///
+/// Why nobody knows: a folder that cannot be read, a link that leads nowhere.
+pub(crate) fn behind_links(path: &Path) -> Result<PathBuf, String> {
+    let mut rest = Vec::new();
+    for above in path.ancestors() {
+        match above.canonicalize() {
+            Ok(found) => return Ok(rest.iter().rev().fold(found, |path, name| path.join(name))),
+            Err(error) if error.kind() != ErrorKind::NotFound => {
+                return Err(format!("`{}` cannot be read: {error}", above.display()));
+            }
+            Err(_) if above.is_symlink() => return Err(leads_nowhere(above)),
+            Err(_) => rest.extend(above.file_name()),
+        }
+    }
+    Ok(path.to_owned())
 }
 
 /// The text of a file below a folder; nothing where there is none. What is not UTF-8 in it is replaced: the generator writes

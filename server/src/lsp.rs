@@ -15,6 +15,7 @@
 //! | `documents.rs`, `position.rs` | the client's texts, and its positions in them |
 //! | `snapshot.rs` | what a worker reads, and how its jobs end |
 //! | `handlers/` | a file for each method that is answered |
+//! | `generate.rs` | what generating Orocos packages would do to the client's files |
 //! | `check.rs`, `publisher.rs`, `progress.rs` | what is published after a change, and that it takes long |
 //! | `pulls.rs` | what a client was given that asks instead |
 //! | `pages.rs` | the pages of the diagnostics as files, for the links behind their codes |
@@ -30,6 +31,7 @@ mod capabilities;
 mod check;
 mod documents;
 pub(crate) mod frame;
+mod generate;
 mod handlers;
 mod main_loop;
 pub(crate) mod mirror;

@@ -206,7 +206,10 @@ class Conformance:
     def edit(self, edit):
         place = "workspace.workspaceEdit"
         changes = edit.get("documentChanges")
-        self.only_if(f"{place}.documentChanges", changes, "changes of documents")
+        # Who makes, moves or removes files takes changes of documents, since that is where it is told to.
+        if not self.announced(f"{place}.resourceOperations"):
+            self.only_if(f"{place}.documentChanges", changes, "changes of documents")
+        annotations = edit.get("changeAnnotations") or {}
         self.only_if(f"{place}.changeAnnotationSupport", edit.get("changeAnnotations"), "annotations of changes")
         for change in changes or []:
             if "kind" in change:
@@ -215,6 +218,8 @@ class Conformance:
             else:
                 annotated = any("annotationId" in it for it in change["edits"])
                 self.only_if(f"{place}.changeAnnotationSupport", annotated, "an annotated change")
+            used = [it["annotationId"] for it in [change, change.get("options") or {}, *change.get("edits", [])] if it.get("annotationId")]
+            self.expect(set(used) <= set(annotations), f"annotations {used} that are not among {list(annotations)}")
 
     def folding_ranges(self, result):
         limit = at(self.client, "textDocument.foldingRange.rangeLimit", len(result))

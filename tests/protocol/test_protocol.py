@@ -89,6 +89,17 @@ def announced(client):
     return capabilities
 
 
+def converter():
+    """That of lsprotocol, which takes an action that has a command for a command."""
+    made = default_converter()
+
+    def action(it, _):
+        return made.structure(it, types.Command if isinstance(it.get("command"), str) else types.CodeAction)
+
+    made.register_structure_hook(types.Command | types.CodeAction, action)
+    return made
+
+
 class Session:
     """A client, and the files of the robot as it has them."""
 
@@ -167,10 +178,11 @@ def kind_of_result(method):
 @pytest.fixture(params=CLIENTS)
 async def session(request, tmp_path):
     shutil.copytree(MODEL, tmp_path / "p3dx")
-    client = LanguageClient(protocol_cls=Protocol, converter_factory=default_converter)
+    client = LanguageClient(protocol_cls=Protocol, converter_factory=converter)
     register_lsp_features(client)
     for refresh in ["inlayHint", "codeLens", "semanticTokens"]:
         client.feature(f"workspace/{refresh}/refresh")(lambda *_: None)
+    client.feature("workspace/applyEdit")(lambda *_: types.ApplyWorkspaceEditResult(applied=True))
     for method in ["client/registerCapability", "client/unregisterCapability"]:
         client.feature(method)(lambda *_: None)
     await client.start_io(os.environ["MAUVE_TEST_SERVER"], "lsp")
@@ -296,6 +308,31 @@ async def test_requests_all_over_the_robot(session):
     # A request that is never answered by anything is not tested by this.
     empty = [method for method, count in counts.items() if count == 0]
     assert not empty, f"nothing but empty answers: {empty}"
+
+
+async def test_generated_packages(session):
+    """As each client can have them: by an edit that it asks for, by one that it is told to make, or not at all."""
+    if not at(session.server, "codeActionProvider"):
+        print("not asked, since the server does not announce code actions to this client")
+        return
+    uri = (session.folder / "deployment.mal").as_uri()
+    place = session.position(session.texts[uri], session.texts[uri].index("activity pose"))
+    parameters = {"textDocument": {"uri": uri}, "range": {"start": place, "end": place}, "context": {"diagnostics": [], "only": ["source"]}}
+    actions = [it for it in await session.ask("textDocument/codeAction", parameters) if it["kind"] == "source.generate.mauve"]
+    assert len(actions) == 2, actions
+    for action in actions:
+        if action.get("data"):
+            resolved = await session.ask("codeAction/resolve", action)
+            changes = resolved["edit"]["documentChanges"]
+            assert len(changes) > 20 and {it.get("kind") for it in changes} == {"create", None}
+            print(f"{len(changes)} changes by the action")
+        else:
+            command = {name: action["command"][name] for name in ["command", "arguments"]}
+            done = await session.ask("workspace/executeCommand", command)
+            makes = session.client.protocol.conformance.announced("workspace.applyEdit")
+            makes = makes and "create" in at(session.client.protocol.conformance.client, "workspace.workspaceEdit.resourceOperations", [])
+            assert (done is not None) == makes
+            print(f"by the command: {done}")
 
 
 async def test_an_edited_text(session):

@@ -164,6 +164,9 @@ impl Client {
                 Some("workspace/configuration") => {
                     asked.map(|it| vec![self.settings.clone(); it.len()]).into()
                 }
+                Some("workspace/applyEdit") => {
+                    json!({"applied": false, "failureReason": "this client has no files"})
+                }
                 _ => Value::Null,
             };
             self.send(&json!({"jsonrpc": "2.0", "id": message["id"], "result": result}));

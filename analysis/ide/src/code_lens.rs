@@ -1,5 +1,5 @@
-//! Lines above declarations: how many deadlines of a deployment are met, and at which levels else it can be looked at; how
-//! often a component is used; which file implements a codel.
+//! Lines above declarations: how many deadlines of a deployment are met, at which levels else it can be looked at, and that
+//! its Orocos packages can be generated; how often a component is used; which file implements a codel.
 //!
 //! Where they stand is known at once; what they say is found when somebody looks ([`resolve_code_lens`]).
 
@@ -34,6 +34,8 @@ pub enum LensKind {
     Deadlines,
     /// A deployment at another level.
     AtLevel(Level),
+    /// The Orocos packages of a deployment.
+    Generate,
     /// The instances of a component.
     Instances,
     /// The file of a codel.
@@ -54,6 +56,8 @@ pub struct Lens {
 pub enum LensAction {
     /// Shows everything at this level.
     SetSignificance(Level),
+    /// Generates the packages of this deployment, named with its library.
+    Generate(String),
     /// Shows these places.
     Show(Vec<(File, TextRange)>),
     /// Opens these files, if they are there.
@@ -87,6 +91,7 @@ pub fn code_lenses(db: &dyn ModelDb, workspaces: &[Workspace], file: File) -> Ve
                 add(LensKind::Deadlines);
                 let others = others.get_or_insert_with(|| other_levels(db, workspaces, file));
                 others.iter().for_each(|&level| add(LensKind::AtLevel(level)));
+                add(LensKind::Generate);
             }
             Kind::Component => add(LensKind::Instances),
             Kind::Codel => add(LensKind::Implementation),
@@ -110,6 +115,10 @@ pub fn resolve_code_lens(
         LensKind::Deadlines => deadlines(db, workspaces, decl),
         LensKind::AtLevel(level) => {
             Some(Lens { title: format!("at {level}"), action: Some(LensAction::SetSignificance(level)) })
+        }
+        LensKind::Generate => {
+            let action = Some(LensAction::Generate(decl.qualified(db)));
+            Some(Lens { title: "Generate Orocos".to_owned(), action })
         }
         LensKind::Instances => instances(db, workspaces, decl),
         LensKind::Implementation => {
@@ -239,6 +248,7 @@ mod tests {
             let action = match action {
                 None => String::new(),
                 Some(LensAction::SetSignificance(level)) => format!(" -> set {level}"),
+                Some(LensAction::Generate(deployment)) => format!(" -> generate {deployment}"),
                 Some(LensAction::Open(paths)) => {
                     paths.iter().map(|path| format!(" -> open {}", path.display())).collect()
                 }
@@ -291,6 +301,7 @@ architecture B { import A  instance c: P }
             D: 1 of 2 activities meet their deadlines at 1e-4, assumes real-time throttling off
             D: at 1e-3 -> set 1e-3
             D: at 1e-5 -> set 1e-5
+            D: Generate Orocos -> generate D
         "#]],
         );
     }
@@ -318,8 +329,14 @@ architecture B { import A  instance c: P }
             "deployment D { architecture A activity a { priority = 1 period = 10 } activity b { priority = } }",
             expect![[r#"
                 D: 0 of 2 activities meet their deadlines at 1e-4, 2 not analysed
+                D: Generate Orocos -> generate D
             "#]],
         );
-        check("deployment D { } component", expect![""]);
+        check(
+            "library l { deployment D { } } component",
+            expect![[r#"
+                D: Generate Orocos -> generate l.D
+            "#]],
+        );
     }
 }

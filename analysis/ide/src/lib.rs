@@ -88,6 +88,7 @@ pub use implementation::implementation;
 pub use inlay_hints::{HintKinds, InlayHint, inlay_hints};
 pub use levels::known_levels;
 pub use machine_view::{MachineEdge, MachineState, MachineView, component_at, state_machine};
+pub use project::projects_with;
 pub use references::{Access, Reference, highlights, references};
 pub use rename::{Renameable, prepare_rename, rename};
 pub use rename_files::rename_files;

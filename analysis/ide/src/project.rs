@@ -3,11 +3,7 @@
 use mauve_model::{File, ModelDb, Project, Workspace, config_file, project_files, projects, table_files};
 
 /// The projects that have this model, table or configuration.
-pub(crate) fn projects_with<'db>(
-    db: &'db dyn ModelDb,
-    workspaces: &[Workspace],
-    file: File,
-) -> Vec<Project<'db>> {
+pub fn projects_with<'db>(db: &'db dyn ModelDb, workspaces: &[Workspace], file: File) -> Vec<Project<'db>> {
     let mut found = Vec::new();
     for &workspace in workspaces {
         let is_shared =

@@ -2,6 +2,7 @@
 
 local mauve = require('mauve')
 local colours = require('mauve.colours')
+local generate = require('mauve.generate')
 
 return {
   name = 'mauve',
@@ -20,7 +21,13 @@ return {
 
   before_init = function(params)
     colours.extend(params.capabilities)
+    generate.extend(params.capabilities)
   end,
+
+  -- From code actions and lenses.
+  commands = {
+    [generate.COMMAND] = generate.execute,
+  },
 
   handlers = {
     -- Hints change without their buffer when another one does, such as a timing table. Neovim then asks for new hints

@@ -38,7 +38,13 @@ vim.api.nvim_create_autocmd('FileType', {
   end,
 })
 
-local commands = { restart = mauve.restart, significance = mauve.choose_significance }
+local commands = {
+  generate = function(deployment)
+    require('mauve.generate').run(deployment)
+  end,
+  restart = mauve.restart,
+  significance = mauve.choose_significance,
+}
 
 vim.api.nvim_create_user_command('Mauve', function(command)
   local name, argument = unpack(command.fargs)
@@ -51,8 +57,16 @@ vim.api.nvim_create_user_command('Mauve', function(command)
 end, {
   nargs = '+',
   desc = 'What the MAUVE language server can be told',
-  complete = function(_, line)
-    return line:find('Mauve%s+%S+%s') and {} or vim.tbl_keys(commands)
+  complete = function(lead, line)
+    local known = vim.tbl_keys(commands)
+    if line:find('Mauve%s+generate%s') then
+      known = require('mauve.generate').deployments()
+    elseif line:find('Mauve%s+%S+%s') then
+      known = {}
+    end
+    return vim.tbl_filter(function(name)
+      return vim.startswith(name, lead)
+    end, known)
   end,
 })
 

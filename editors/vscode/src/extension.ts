@@ -1,4 +1,5 @@
 import * as vscode from "vscode";
+import { generate, generatePackages } from "./generate";
 import { languageOf } from "./recognise";
 import { Server, State } from "./server";
 
@@ -10,7 +11,10 @@ export async function activate(context: vscode.ExtensionContext): Promise<void> 
   status.name = "MAUVE Server";
   status.command = "mauve.showLog";
   status.show();
-  server = new Server(context.extensionPath, log, (state) => showState(status, state));
+  server = new Server(context.extensionPath, log, (state) => showState(status, state), {
+    // The server's own would leave the files to be saved by the user.
+    "mauve.generateOrocos": (uri: string, deployment?: string) => generate(server, uri, deployment),
+  });
 
   // A project begins and ends with its mauve.toml: which TOML files the server gets depends on it.
   const projects = vscode.workspace.createFileSystemWatcher("**/mauve.toml", false, true, false);
@@ -20,6 +24,7 @@ export async function activate(context: vscode.ExtensionContext): Promise<void> 
     projects,
     projects.onDidCreate(() => server.restart()),
     projects.onDidDelete(() => server.restart()),
+    vscode.commands.registerCommand("mauve.generatePackages", () => generatePackages(server)),
     vscode.commands.registerCommand("mauve.chooseSignificance", () => chooseSignificance(server)),
     vscode.commands.registerCommand("mauve.showReferences", (uri, position, locations) =>
       server.showReferences(uri, position, locations),

@@ -10,6 +10,7 @@ import {
   Position,
   RevealOutputChannelOn,
   State as ClientState,
+  WorkspaceEdit,
 } from "vscode-languageclient/node";
 import { OwnColours } from "./colours";
 import { findServer } from "./find";
@@ -32,6 +33,8 @@ export class Server {
     private readonly extension: string,
     private readonly log: vscode.OutputChannel,
     private readonly show: (state: State) => void,
+    /** Commands of the server that are done here instead. */
+    private readonly commands: Record<string, (...parameters: any[]) => Promise<unknown>>,
   ) {}
 
   restart(): Promise<void> {
@@ -46,12 +49,17 @@ export class Server {
   }
 
   /** The answer to a request of ours; nothing where no server runs, which is said. */
-  async ask<T>(method: string): Promise<T | undefined> {
+  async ask<T>(method: string, parameters?: object): Promise<T | undefined> {
     if (!this.client?.isRunning()) {
       void vscode.window.showWarningMessage("The MAUVE server does not run.");
       return undefined;
     }
-    return this.client.sendRequest<T>(method);
+    return this.client.sendRequest<T>(method, parameters);
+  }
+
+  /** An edit of VS Code's, of one that is given as the protocol writes it. */
+  asEdit(edit: WorkspaceEdit): Promise<vscode.WorkspaceEdit> {
+    return this.client!.protocol2CodeConverter.asWorkspaceEdit(edit);
   }
 
   /** Shows places, given as the protocol writes them. */
@@ -114,6 +122,12 @@ export class Server {
       outputChannel: this.log,
       revealOutputChannelOn: RevealOutputChannelOn.Never,
       initializationFailedHandler: () => false,
+      middleware: {
+        executeCommand: (command, parameters, next) => {
+          const own = this.commands[command];
+          return own === undefined ? next(command, parameters) : own(...parameters);
+        },
+      },
       errorHandler: {
         error: (error, message, count) => restarts.error(error, message, count),
         closed: async () => {

@@ -172,7 +172,11 @@ fn discard(staging: &Path) -> io::Result<()> {
 }
 
 /// Where a step writes: below the root, whatever links there are.
-fn target(root: &Path, step: &Step) -> Result<PathBuf, String> {
+///
+/// # Errors
+///
+/// What stands in its way, in words for the user.
+pub(crate) fn target(root: &Path, step: &Step) -> Result<PathBuf, String> {
     let mut at = root.to_owned();
     let mut parts = step.path.split('/').peekable();
     while let Some(part) = parts.next() {

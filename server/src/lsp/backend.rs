@@ -20,6 +20,7 @@ use super::handlers;
 use super::handlers::analysis::AnalysisParams;
 use super::handlers::diagnostic::{Diagnosed, ask_again};
 use super::handlers::execute_command::Command;
+use super::handlers::generate::{GenerateDocument, GenerateParams, Said};
 use super::handlers::graph::{GraphDocument, GraphParams};
 use super::handlers::state_machine::{StateMachineDocument, StateMachineParams};
 use super::handlers::status::{Status, status};
@@ -48,6 +49,7 @@ pub(crate) fn with_custom_methods(build: LspServiceBuilder<Backend>) -> LspServi
     let build = build
         .custom_method("mauve/status", Backend::status)
         .custom_method("mauve/analysis", Backend::analysis)
+        .custom_method("mauve/generate", Backend::generate)
         .custom_method("mauve/graph", Backend::graph)
         .custom_method("mauve/stateMachine", Backend::state_machine)
         .custom_method("mauve/syntaxTree", Backend::syntax_tree)
@@ -125,6 +127,10 @@ impl Backend {
         self.answer(move |snapshot| handlers::analysis::analysis(snapshot, &params)).await
     }
 
+    async fn generate(&self, params: GenerateParams) -> Result<GenerateDocument> {
+        self.answer(move |snapshot| handlers::generate::generate(snapshot, &params)).await
+    }
+
     async fn graph(&self, params: GraphParams) -> Result<Vec<GraphDocument>> {
         self.answer(move |snapshot| handlers::graph::graph(snapshot, &params)).await
     }
@@ -187,6 +193,26 @@ impl Backend {
         answer
     }
 
+    /// Has the client make an edit. Its user may take as long as he likes to look at it.
+    fn make(&self, (edit, said): (WorkspaceEdit, Said)) {
+        let client = self.client.clone();
+        tokio::spawn(async move {
+            let is_something = said.nothing.is_none();
+            tell(&client, said).await;
+            if !is_something {
+                return;
+            }
+            match client.apply_edit(edit).await {
+                Ok(ApplyWorkspaceEditResponse { applied: true, .. }) => {}
+                Ok(answer) => {
+                    let why = answer.failure_reason.map(|why| format!(": {why}")).unwrap_or_default();
+                    client.show_message(MessageType::WARNING, format!("Nothing was generated{why}.")).await;
+                }
+                Err(error) => tracing::warn!("the client makes no edit: {error}"),
+            }
+        });
+    }
+
     /// [`Backend::answer`] about the colours of a text: an edit elsewhere may overtake it, and then nobody asks again by
     /// himself.
     async fn colour<T: Send + 'static>(
@@ -209,6 +235,16 @@ impl Backend {
             self.send(Event::Uncoloured(uri, *version));
         }
         answer
+    }
+}
+
+/// Tells the user what he must know of an edit.
+async fn tell(client: &Client, said: Said) {
+    if let Some(warning) = said.warning {
+        client.show_message(MessageType::WARNING, warning).await;
+    }
+    if let Some(nothing) = said.nothing {
+        client.show_message(MessageType::INFO, nothing).await;
     }
 }
 
@@ -423,7 +459,7 @@ impl LanguageServer for Backend {
         let mut read = Err(Error::content_modified());
         // What was asked for holds whatever is typed meanwhile.
         for _ in 0..MOST_ATTEMPTS {
-            if read != Err(Error::content_modified()) {
+            if !read.as_ref().is_err_and(|error| *error == Error::content_modified()) {
                 break;
             }
             let params = Arc::clone(&params);
@@ -433,6 +469,7 @@ impl LanguageServer for Backend {
         let result = command.result();
         match command {
             Command::SetSignificance(level) => self.send(Event::Significance(level)),
+            Command::Generate(document) => self.make(document.into_edit()),
         }
         Ok(result)
     }
@@ -536,7 +573,11 @@ impl LanguageServer for Backend {
     }
 
     async fn code_action_resolve(&self, action: CodeAction) -> Result<CodeAction> {
-        self.answer(move |snapshot| handlers::code_actions::resolve(snapshot, &action)).await
+        let resolved = self.answer(move |snapshot| handlers::code_actions::resolve(snapshot, &action)).await;
+        let (action, said) = resolved?;
+        let client = self.client.clone();
+        tokio::spawn(async move { tell(&client, said).await });
+        Ok(action)
     }
 
     async fn document_symbol(&self, params: DocumentSymbolParams) -> Result<Option<DocumentSymbolResponse>> {

@@ -5,7 +5,7 @@ use tower_lsp::lsp_types::*;
 
 use super::handlers;
 use super::handlers::code_lens::SHOW_REFERENCES;
-use super::handlers::execute_command::COMMANDS;
+use super::handlers::execute_command::{COMMANDS, GENERATE};
 use super::handlers::semantic_tokens::Legend;
 use super::position::Encoding;
 
@@ -65,8 +65,16 @@ pub(crate) struct Capabilities {
     pub(crate) progress: bool,
     /// Does it take changes of texts of a certain version?
     pub(crate) document_changes: bool,
-    /// Does it make, and move, files that a change says to?
+    /// Does it make files that a change says to?
     pub(crate) resource_operations: bool,
+    /// And remove them?
+    pub(crate) deletes_files: bool,
+    /// Does it keep an empty line behind what is put into an empty file?
+    pub(crate) keeps_last_line: bool,
+    /// May it be told to make a change?
+    pub(crate) applies_edits: bool,
+    /// Does it have the command `mauve.generateOrocos`? It says so in `experimental.commands`.
+    pub(crate) generates: bool,
     /// Does it show groups of changes?
     pub(crate) change_annotations: bool,
     /// Does it know text with places to fill in?
@@ -117,6 +125,8 @@ impl Capabilities {
         let commands = client.experimental.as_ref().and_then(|it| it.get("commands")?.as_array());
         let commands: Vec<&str> = commands.into_iter().flatten().filter_map(|it| it.as_str()).collect();
         let folding = text.and_then(|it| it.folding_range.as_ref());
+        let operations = edit.and_then(|it| it.resource_operations.as_ref());
+        let does = |kind| operations.is_some_and(|kinds| kinds.contains(&kind));
         Capabilities {
             encoding: Encoding::negotiated(general.and_then(|it| it.position_encodings.as_deref())),
             hint_refresh: workspace.and_then(|it| it.inlay_hint.as_ref()?.refresh_support).unwrap_or(false),
@@ -160,9 +170,11 @@ impl Capabilities {
                 .and_then(|it| it.did_change_configuration?.dynamic_registration)
                 .unwrap_or(false),
             document_changes: edit.and_then(|it| it.document_changes).unwrap_or(false),
-            resource_operations: edit
-                .and_then(|it| it.resource_operations.as_ref())
-                .is_some_and(|kinds| kinds.contains(&ResourceOperationKind::Create)),
+            resource_operations: does(ResourceOperationKind::Create),
+            deletes_files: does(ResourceOperationKind::Delete),
+            keeps_last_line: name == "Neovim",
+            applies_edits: workspace.and_then(|it| it.apply_edit).unwrap_or(false),
+            generates: commands.contains(&GENERATE),
             change_annotations: edit.is_some_and(|it| it.change_annotation_support.is_some()),
             snippets: completion.and_then(|it| it.snippet_support).unwrap_or(false),
             insert_replace: completion.and_then(|it| it.insert_replace_support).unwrap_or(false),
@@ -195,6 +207,11 @@ impl Capabilities {
             shows_references: commands.contains(&SHOW_REFERENCES),
             progress: client.window.as_ref().and_then(|it| it.work_done_progress).unwrap_or(false),
         }
+    }
+
+    /// Can it be brought to generate packages?
+    pub(crate) fn can_generate(self) -> bool {
+        self.generates || (self.resource_operations && self.applies_edits)
     }
 
     /// What the server does for such a client.

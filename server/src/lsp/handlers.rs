@@ -12,6 +12,7 @@ pub(crate) mod document_symbols;
 pub(crate) mod execute_command;
 pub(crate) mod folding_ranges;
 pub(crate) mod formatting;
+pub(crate) mod generate;
 pub(crate) mod graph;
 pub(crate) mod hierarchies;
 pub(crate) mod hover;

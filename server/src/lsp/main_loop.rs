@@ -432,6 +432,7 @@ impl MainLoop {
         Snapshot {
             db: self.db.clone(),
             workspaces: Arc::clone(&self.workspaces),
+            folders: self.folders.clone().into(),
             documents: Arc::clone(&self.shared_documents),
             capabilities: self.capabilities,
             settings: self.settings,

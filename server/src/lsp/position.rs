@@ -50,6 +50,13 @@ impl Encoding {
     }
 }
 
+/// The position of the end of `text`.
+pub(crate) fn end_of(text: &str, encoding: Encoding) -> Position {
+    let last = text.rsplit('\n').next().unwrap_or_default();
+    let column = last.chars().map(|letter| encoding.width(letter)).sum();
+    Position::new(text.matches('\n').count() as u32, column)
+}
+
 /// Where `position` is in `text`.
 pub(crate) fn offset(text: &str, position: Position, encoding: Encoding) -> usize {
     let mut start = 0;
@@ -148,7 +155,10 @@ mod tests {
             let index = LineIndex { text: TEXT.into(), lines: line_index::LineIndex::new(TEXT) };
             assert_eq!(index.offset(position, encoding), TextSize::new(robot as u32));
             assert_eq!(index.position(TextSize::new(robot as u32), encoding), position);
+            assert_eq!(end_of(&TEXT[..robot], encoding), position);
         }
+        assert_eq!(end_of("a\r\n\n", Encoding::Utf16), Position::new(2, 0));
+        assert_eq!(end_of("", Encoding::Utf16), Position::new(0, 0));
     }
 
     #[test]

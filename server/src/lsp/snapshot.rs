@@ -34,6 +34,8 @@ pub(crate) const ANOTHER_TEXT: &str = "this file is open by another address too,
 pub(crate) struct Snapshot {
     pub(crate) db: Database,
     pub(crate) workspaces: Arc<[Workspace]>,
+    /// The client's folders.
+    pub(crate) folders: Arc<[PathBuf]>,
     /// By the addresses that the client uses.
     pub(crate) documents: Arc<BTreeMap<Url, Document>>,
     pub(crate) capabilities: Capabilities,

@@ -2,6 +2,7 @@
 // and checks what a user sees; then what VS Code's own commands give, in its extension host (inside/checks.js). `run` beside
 // this file starts it all.
 import { existsSync, readFileSync, writeFileSync } from "node:fs";
+import { spawnSync } from "node:child_process";
 import { createRequire } from "node:module";
 import * as path from "node:path";
 
@@ -140,6 +141,40 @@ async function check() {
   await expect("after undo, no problems", problems, (rows) => rows.length === 0);
 }
 
+/** The rows of what VS Code shows before it changes files, and whether each is chosen. */
+function previewed() {
+  return page.evaluate(() =>
+    [...document.querySelectorAll(".bulk-edit-panel .monaco-list-row")].map((row) => ({
+      text: row.textContent.replaceAll("\u00a0", " "),
+      chosen: row.querySelector("[role=checkbox]")?.ariaChecked,
+    })),
+  );
+}
+
+/** Generates the packages as a user does, and looks at what is shown before. */
+async function checkGeneration() {
+  const generated = path.join(model, "generated");
+  await page.keyboard.press("F1");
+  await page.waitForSelector(".quick-input-widget input", { timeout: 5000 });
+  await page.keyboard.type("MAUVE: Generate Orocos Packages", { delay: 5 });
+  await page.waitForTimeout(300);
+  await page.keyboard.press("Enter");
+  await expect("a preview, in which nothing is left out", previewed, (rows) => rows.filter(({ chosen }) => chosen === "true").length >= 5 && rows.every(({ chosen }) => chosen !== "false"), 20);
+  await expect("nothing written before that is confirmed", () => existsSync(generated), (it) => !it);
+  if (screenshot !== undefined) {
+    await page.screenshot({ path: screenshot.replace(/(\.png)?$/, "-generate.png") });
+  }
+  await page.locator(".bulk-edit-panel .monaco-button", { hasText: "Apply" }).click();
+  await expect("the packages written", () => existsSync(path.join(generated, "motion/.mauve-manifest.json")), (it) => it, 30);
+  const check = () => {
+    const command = ["generate", "--check", "--out", generated];
+    const { status, stdout, stderr } = spawnSync(process.env.MAUVE_TEST_SERVER, command, { cwd: model, encoding: "utf8" });
+    return { status, said: stdout + stderr };
+  };
+  await expect("mauve generate --check: all is as it should be", check, ({ status }) => status === 0, 30);
+  await expect("no editor with a text to be saved", () => page.locator(".tab.dirty").count(), (count) => count === 0);
+}
+
 /** Has the extension in inside/ check what it can, and looks at what it has found. */
 async function checkInside() {
   const result = process.env.MAUVE_TEST_RESULT;
@@ -158,6 +193,7 @@ async function checkInside() {
 
 try {
   await check();
+  await checkGeneration();
   await checkInside();
 } catch (error) {
   console.log(error.message);

@@ -94,29 +94,58 @@ function M.show_lenses(buffer, group)
   vim.lsp.codelens.refresh({ bufnr = buffer })
 end
 
---- Shows everything at another significance level, for the rest of the session; without one, asks for it.
----@param level? string
-function M.choose_significance(level)
-  local client = vim.lsp.get_clients({ name = 'mauve' })[1]
+--- The client of a buffer, or else any; without one, the user is told.
+---@param buffer? integer
+---@return vim.lsp.Client?
+function M.client(buffer)
+  local clients = buffer and vim.lsp.get_clients({ name = 'mauve', bufnr = buffer }) or {}
+  local client = clients[1] or vim.lsp.get_clients({ name = 'mauve' })[1]
   if not client then
     vim.notify('mauve: no server is running', vim.log.levels.ERROR)
-    return
   end
-  local buffer = vim.api.nvim_get_current_buf()
-  -- Functions of a client are methods since 0.11.
-  local function request(method, params, take)
+  return client
+end
+
+--- An edit has overtaken a request: the answer would be about another text.
+local CONTENT_MODIFIED = -32801
+
+--- Asks the server something. The user is told where it says no.
+---@param client vim.lsp.Client
+---@param method string
+---@param params any
+---@param take? fun(result: any)
+function M.request(client, method, params, take)
+  local attempts = 0
+  local function ask()
+    attempts = attempts + 1
     local function answered(err, result)
-      if err then
+      if err and err.code == CONTENT_MODIFIED and attempts < 10 then
+        vim.defer_fn(ask, 100)
+      elseif err then
         vim.notify('mauve: ' .. err.message, vim.log.levels.ERROR)
       elseif take then
         take(result)
       end
     end
+    -- Functions of a client are methods since 0.11.
     if vim.fn.has('nvim-0.11') == 1 then
-      client:request(method, params, answered, buffer)
+      client:request(method, params, answered)
     else
-      client.request(method, params, answered, buffer)
+      client.request(method, params, answered)
     end
+  end
+  ask()
+end
+
+--- Shows everything at another significance level, for the rest of the session; without one, asks for it.
+---@param level? string
+function M.choose_significance(level)
+  local client = M.client()
+  if not client then
+    return
+  end
+  local function request(...)
+    M.request(client, ...)
   end
   local function choose(chosen)
     request('workspace/executeCommand', { command = 'mauve.setSignificance', arguments = { chosen } })

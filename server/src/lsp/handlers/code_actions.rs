@@ -9,6 +9,7 @@ use tower_lsp::lsp_types::{
     CodeActionTriggerKind, NumberOrString, Range, TextDocumentIdentifier,
 };
 
+use super::generate::{self, Said};
 use crate::lsp::snapshot::Snapshot;
 use crate::lsp::to_proto;
 
@@ -20,6 +21,7 @@ pub(crate) const KINDS: &[CodeActionKind] = &[
     CodeActionKind::REFACTOR_REWRITE,
     CodeActionKind::SOURCE_ORGANIZE_IMPORTS,
     CodeActionKind::SOURCE_FIX_ALL,
+    generate::KIND,
 ];
 
 const ALL_KINDS: &[ActionKind] = &[
@@ -83,7 +85,8 @@ pub(crate) fn code_actions(
     let shows_disabled = capabilities.disabled_actions && !is_automatic;
     let found = mauve_ide::code_actions(&snapshot.db, snapshot.workspaces.as_ref(), question);
     let found = found.into_iter().filter(|action| action.disabled.is_none() || shows_disabled);
-    let shown = found.filter_map(|action| {
+    let mut shown: CodeActionResponse = Vec::new();
+    shown.extend(found.filter_map(|action| {
         let chosen = Chosen {
             document: params.text_document.clone(),
             version,
@@ -91,12 +94,27 @@ pub(crate) fn code_actions(
             mends: first_mended(snapshot, &action),
         };
         to_client(snapshot, action, &chosen).map(CodeActionOrCommand::CodeAction)
-    });
-    Ok(Some(shown.collect()))
+    }));
+    if context.only.as_ref().is_none_or(|only| is_among(only, &generate::KIND)) {
+        let all = generate::actions(snapshot, &params.text_document, file, range, context);
+        shown.extend(all.into_iter().map(CodeActionOrCommand::CodeAction));
+    }
+    Ok(Some(shown))
 }
 
-/// An action with its edit.
-pub(crate) fn resolve(snapshot: &Snapshot, action: &lsp_types::CodeAction) -> Result<lsp_types::CodeAction> {
+/// An action with its edit; and what is said of that.
+pub(crate) fn resolve(
+    snapshot: &Snapshot,
+    action: &lsp_types::CodeAction,
+) -> Result<(lsp_types::CodeAction, Said)> {
+    if let Some(chosen) = generate::chosen(action) {
+        let (edit, said) = generate::resolve(snapshot, chosen)?.into_edit();
+        return Ok((lsp_types::CodeAction { edit: Some(edit), ..action.clone() }, said));
+    }
+    resolve_change(snapshot, action).map(|action| (action, Said::default()))
+}
+
+fn resolve_change(snapshot: &Snapshot, action: &lsp_types::CodeAction) -> Result<lsp_types::CodeAction> {
     let mut action = action.clone();
     let chosen = action.data.clone().and_then(|data| serde_json::from_value::<Chosen>(data).ok());
     let Some(chosen) = chosen.filter(|_| action.edit.is_none()) else { return Ok(action) };

@@ -1,7 +1,7 @@
 //! `textDocument/codeLens` and `codeLens/resolve`.
 //!
-//! A click executes `mauve.setSignificance` (see `execute_command.rs`), which the server has, or `mauve.showReferences`, which
-//! a client may have and then names in its capabilities, `experimental.commands`. Its arguments are an address, a position in
+//! A click executes `mauve.setSignificance` or `mauve.generateOrocos` (see `execute_command.rs`), which the server has, or
+//! `mauve.showReferences`, which a client may have and then names in its capabilities, `experimental.commands`. Its arguments are an address, a position in
 //! it, and locations: what `editor.action.showReferences` of VS Code takes, as the protocol writes them. Without it, the
 //! lens says what it says, and does nothing.
 
@@ -13,7 +13,7 @@ use tower_lsp::lsp_types::{
     self, CodeLensParams, Command, Location, Position, Range, TextDocumentIdentifier, Url,
 };
 
-use super::execute_command::SET_SIGNIFICANCE;
+use super::execute_command::{GENERATE, SET_SIGNIFICANCE};
 use crate::lsp::position::line_index;
 use crate::lsp::snapshot::Snapshot;
 use crate::lsp::to_proto;
@@ -58,9 +58,11 @@ pub(crate) fn code_lenses(
             Some(lsp_types::CodeLens { range, command: None, data: Some(data) })
         };
         match lens.kind {
+            // Not where nothing would come of it.
+            LensKind::Generate if !snapshot.capabilities.can_generate() => None,
             LensKind::Deadlines => later(Kind::Deadlines),
             LensKind::Instances => later(Kind::Instances),
-            LensKind::AtLevel(_) | LensKind::Implementation => {
+            LensKind::AtLevel(_) | LensKind::Generate | LensKind::Implementation => {
                 let lens = resolve_code_lens(&snapshot.db, &snapshot.workspaces, file, lens)?;
                 let is_there = match &lens.action {
                     Some(LensAction::Open(paths)) => to_proto::files_there(paths).next().is_some(),
@@ -104,6 +106,7 @@ fn command(snapshot: &Snapshot, uri: &Url, range: Range, lens: Lens) -> Command 
     };
     let action: Option<(&str, Vec<Value>)> = lens.action.and_then(|action| match action {
         LensAction::SetSignificance(level) => Some((SET_SIGNIFICANCE, vec![json!(level.as_f64())])),
+        LensAction::Generate(deployment) => Some((GENERATE, vec![json!(uri), json!(deployment)])),
         LensAction::Show(places) => {
             let location = |(file, range)| {
                 let lines = line_index(&snapshot.db, file);

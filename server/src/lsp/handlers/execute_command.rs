@@ -3,33 +3,42 @@
 //! | command | arguments | does | gives |
 //! |---|---|---|---|
 //! | `mauve.setSignificance` | a level, a number such as `1e-6` or that number as text; or `null` | shows everything at this level for the rest of the session: hints, diagnostics, hovers, lenses; with `null`, at that of `mauve.toml` again | the level, or `null` |
+//! | `mauve.generateOrocos` | the address of a file; then, if not all packages of its projects are meant, the name of a deployment | has the client make the edit of `mauve/generate` (see `generate.rs`) | the `folder` of the packages, and how many files are `created`, `changed` and `removed` |
 
 use mauve_ide::known_levels;
 use mauve_timing::Level;
 use serde_json::Value;
 use tower_lsp::jsonrpc::{Error, Result};
-use tower_lsp::lsp_types::ExecuteCommandParams;
+use tower_lsp::lsp_types::{ExecuteCommandParams, TextDocumentIdentifier, Url};
 
+use super::generate::{GenerateDocument, GenerateParams, generate};
+use super::rename::refused;
 use crate::lsp::snapshot::Snapshot;
 
 /// The command that sets the level.
 pub(crate) const SET_SIGNIFICANCE: &str = "mauve.setSignificance";
 
+/// The command that generates Orocos packages.
+pub(crate) const GENERATE: &str = "mauve.generateOrocos";
+
 /// The commands that are known.
-pub(crate) const COMMANDS: &[&str] = &[SET_SIGNIFICANCE];
+pub(crate) const COMMANDS: &[&str] = &[SET_SIGNIFICANCE, GENERATE];
 
 /// What is to be done.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug)]
 pub(crate) enum Command {
     /// The level that is shown from now on; none: that of each `mauve.toml`.
     SetSignificance(Option<Level>),
+    /// What the client is to do.
+    Generate(Box<GenerateDocument>),
 }
 
 impl Command {
     /// What the client is told when it is done.
-    pub(crate) fn result(self) -> Option<Value> {
+    pub(crate) fn result(&self) -> Option<Value> {
         match self {
             Command::SetSignificance(level) => level.map(|level| level.as_f64().into()),
+            Command::Generate(document) => Some(document.summary()),
         }
     }
 }
@@ -56,9 +65,18 @@ pub(crate) fn read(snapshot: &Snapshot, params: &ExecuteCommandParams) -> Result
                 level => Ok(Command::SetSignificance(level)),
             }
         }
+        GENERATE => {
+            let params = meant(&params.arguments)?;
+            if !snapshot.capabilities.applies_edits {
+                return Err(refused(
+                    "this editor makes no changes by itself: run `mauve generate`".to_owned(),
+                ));
+            }
+            Ok(Command::Generate(Box::new(generate(snapshot, &params)?)))
+        }
         unknown => {
             let known = COMMANDS.join(", ");
-            Err(Error::invalid_params(format!("no command `{unknown}`: there is {known}")))
+            Err(Error::invalid_params(format!("no command `{unknown}`: there are {known}")))
         }
     }
 }
@@ -82,4 +100,21 @@ fn level(arguments: &[Value]) -> Result<Option<Level>> {
             )))
         }
     }
+}
+
+/// What the arguments of [`GENERATE`] name.
+fn meant(arguments: &[Value]) -> Result<GenerateParams> {
+    let (uri, deployment) = match arguments {
+        [Value::String(uri)] | [Value::String(uri), Value::Null] => (uri, None),
+        [Value::String(uri), Value::String(deployment)] => (uri, Some(deployment.clone())),
+        _ => {
+            return Err(Error::invalid_params(format!(
+                "{GENERATE} takes the address of a file and, unless all packages of its projects are meant, the name of a \
+                 deployment"
+            )));
+        }
+    };
+    let uri = Url::parse(uri)
+        .map_err(|error| Error::invalid_params(format!("`{}` is no address: {error}", uri.escape_debug())))?;
+    Ok(GenerateParams { text_document: TextDocumentIdentifier { uri }, deployment })
 }

@@ -65,7 +65,7 @@ fn edit(snapshot: &Snapshot, change: &Change, label: &str) -> Result<Option<Work
 }
 
 /// That the user asked for something that cannot be done, in words for him.
-fn refused(why: String) -> Error {
+pub(crate) fn refused(why: String) -> Error {
     // RequestFailed: nothing is wrong with the request itself.
     Error { code: ErrorCode::ServerError(-32803), message: why.into(), data: None }
 }

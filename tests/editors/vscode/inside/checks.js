@@ -1,12 +1,14 @@
 // What VS Code itself has of the sample robot, asked by its own commands: so what its menus and keys work with. This is an
 // extension, since only those can ask: it begins when check.mjs has made the file $MAUVE_TEST_RESULT.wanted, and what was
 // found goes to $MAUVE_TEST_RESULT.
-const { existsSync, renameSync, writeFileSync } = require("node:fs");
+const { spawnSync } = require("node:child_process");
+const { existsSync, renameSync, rmSync, writeFileSync } = require("node:fs");
 const assert = require("node:assert");
 const path = require("node:path");
 const vscode = require("vscode");
 
 const folder = vscode.workspace.workspaceFolders?.[0].uri;
+const generated = path.join(folder?.fsPath ?? "", "generated");
 
 async function open(file) {
   const document = await vscode.workspace.openTextDocument(vscode.Uri.joinPath(folder, file));
@@ -114,6 +116,38 @@ const checks = {
       const isExpected = (it) => it.some((action) => action.title.includes("astar") && action.kind?.value.startsWith("quickfix"));
       await ask("vscode.executeCodeActionProvider", isExpected, document.uri, there, undefined, 20);
     });
+  },
+  async "generate from the source action and from the lens"() {
+    const document = await open("deployment.mal");
+    const place = at(document, "activity navigation", "navigation");
+    const isExpected = (it) => it.some((action) => action.kind?.value === "source.generate.mauve");
+    await ask("vscode.executeCodeActionProvider", isExpected, document.uri, new vscode.Range(place, place), "source.generate");
+    const lenses = await ask("vscode.executeCodeLensProvider", (it) => it.some((lens) => lens.command?.title === "Generate Orocos"), document.uri, 20);
+    const { command } = lenses.find((lens) => lens.command?.title === "Generate Orocos");
+    vscode.window.activeTextEditor.selection = new vscode.Selection(place, place);
+    const ways = {
+      "the source action": () => vscode.commands.executeCommand("editor.action.sourceAction", { kind: "source.generate", apply: "first" }),
+      "the lens": () => vscode.commands.executeCommand(command.command, ...command.arguments),
+    };
+    for (const [name, generate] of Object.entries(ways)) {
+      await vscode.window.showTextDocument(document);
+      rmSync(generated, { recursive: true, force: true });
+      // VS Code refuses a change of what it sees go while it shows the change.
+      await new Promise((resolve) => setTimeout(resolve, 3_000));
+      void generate();
+      // It is shown before it is done.
+      await new Promise((resolve) => setTimeout(resolve, 2_000));
+      assert.ok(!existsSync(generated), `${name} writes what was not confirmed`);
+      for (const end = Date.now() + 20_000; ; await new Promise((resolve) => setTimeout(resolve, 100))) {
+        await vscode.commands.executeCommand("refactorPreview.apply");
+        const dirty = vscode.workspace.textDocuments.filter((it) => it.isDirty).map((it) => it.fileName);
+        const { status, stdout, stderr } = spawnSync(process.env.MAUVE_TEST_SERVER, ["generate", "--check", "--out", generated], { cwd: folder.fsPath, encoding: "utf8" });
+        if (status === 0 && dirty.length === 0) {
+          break;
+        }
+        assert.ok(Date.now() < end, `${name}: ${status} ${stdout}${stderr}, not saved: ${dirty.join()}`);
+      }
+    }
   },
   async formatting() {
     const document = await open("deployment.mal");

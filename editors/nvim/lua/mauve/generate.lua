@@ -1,0 +1,291 @@
+-- Orocos packages: what would be done is shown, and done when the user says so. The server only plans: it writes nothing.
+
+local mauve = require('mauve')
+
+local M = {}
+
+--- What code actions and lenses execute: with the address of a file, and the name of a deployment.
+M.COMMAND = 'mauve.generateOrocos'
+
+--- Tells the server that the client has the command.
+---@param capabilities lsp.ClientCapabilities
+function M.extend(capabilities)
+  capabilities.experimental = capabilities.experimental or {}
+  local commands = capabilities.experimental.commands or {}
+  if not vim.list_contains(commands, M.COMMAND) then
+    table.insert(commands, M.COMMAND)
+  end
+  capabilities.experimental.commands = commands
+end
+
+---@class mauve.Generated  What the server answers.
+---@field folder string
+---@field files { path: string, action: 'create'|'change'|'remove' }[]
+---@field changedCodels { path: string, before: string, now: string }[]
+---@field edit lsp.WorkspaceEdit
+
+--- The texts that files get, by their paths; and the files that go.
+---@param generated mauve.Generated
+---@return table<string, string> texts
+---@return string[] removed
+local function changes_of(generated)
+  local texts, removed = {}, {}
+  for _, change in ipairs(generated.edit.documentChanges) do
+    if change.kind == 'delete' then
+      table.insert(removed, vim.uri_to_fname(change.uri))
+    elseif not change.kind then
+      -- It is all that the file is to hold.
+      texts[vim.uri_to_fname(change.textDocument.uri)] = change.edits[1].newText
+    end
+  end
+  return texts, removed
+end
+
+local function read(path)
+  local file = io.open(path, 'rb')
+  local text = file and file:read('*a')
+  if file then
+    file:close()
+  end
+  return text or ''
+end
+
+--- `2 files to create, 1 to remove`
+local function counts(generated, words)
+  local count = {}
+  for _, file in ipairs(generated.files) do
+    count[file.action] = (count[file.action] or 0) + 1
+  end
+  local said = {}
+  for _, action in ipairs({ 'create', 'change', 'remove' }) do
+    if count[action] then
+      table.insert(said, ('%d %s'):format(count[action], words[action]))
+    end
+  end
+  return table.concat(said, ', ')
+end
+
+local TO_DO = { create = 'to create', change = 'to change', remove = 'to remove' }
+local DONE = { create = 'created', change = 'changed', remove = 'removed' }
+
+--- The codels of which the user's files are of another prototype, as differences.
+---@param generated mauve.Generated
+---@return string[]
+local function prototypes(generated)
+  local lines = {}
+  for _, codel in ipairs(generated.changedCodels) do
+    table.insert(lines, ('--- %s: yours, and stays as it is'):format(codel.path))
+    table.insert(lines, ('+++ %s.new'):format(codel.path))
+    for _, prototype in ipairs({ { '-', codel.before }, { '+', codel.now } }) do
+      local sign, text = unpack(prototype)
+      for line in vim.gsplit(text, '\n', { trimempty = true }) do
+        table.insert(lines, sign .. line)
+      end
+    end
+  end
+  return lines
+end
+
+--- All that would be done, with the differences of what is there already.
+---@param generated mauve.Generated
+---@return string[]
+function M.preview(generated)
+  local texts = changes_of(generated)
+  local lines = { ('Orocos packages in %s: %s'):format(generated.folder, counts(generated, TO_DO)), '' }
+  for _, file in ipairs(generated.files) do
+    table.insert(lines, ('%s  %s'):format(file.action, file.path))
+  end
+  if #generated.changedCodels > 0 then
+    vim.list_extend(lines, { '', 'Codels that have another prototype now:', '' })
+    vim.list_extend(lines, prototypes(generated))
+  end
+  for _, file in ipairs(generated.files) do
+    local path = vim.fs.joinpath(generated.folder, file.path)
+    if file.action == 'change' and texts[path] then
+      vim.list_extend(lines, { '', '--- ' .. file.path, '+++ ' .. file.path })
+      local diff = vim.text and vim.text.diff or vim.diff
+      local difference = diff(read(path), texts[path], { ctxlen = 2 })
+      vim.list_extend(lines, vim.split(vim.trim(difference), '\n'))
+    end
+  end
+  -- A line of a buffer is one line, whatever a name has in it.
+  return vim.tbl_map(function(line)
+    return (line:gsub('[%z\r\n]', '?'))
+  end, lines)
+end
+
+--- A file that is to be written, and that has changes in a buffer which would be lost.
+---@param generated mauve.Generated
+---@return string?
+local function unsaved(generated)
+  for _, file in ipairs(generated.files) do
+    local path = vim.fs.joinpath(generated.folder, file.path)
+    for _, buffer in ipairs(vim.api.nvim_list_bufs()) do
+      if vim.bo[buffer].modified and vim.api.nvim_buf_get_name(buffer) == path then
+        return path
+      end
+    end
+  end
+end
+
+--- Writes files: all of them, or none where one cannot be written.
+---@param texts table<string, string>
+---@param removed string[]
+---@return string? problem
+local function write(texts, removed)
+  local new = {}
+  local function give_up(problem)
+    for _, it in ipairs(new) do
+      vim.uv.fs_unlink(it.path .. '.mauve-new')
+    end
+    return problem
+  end
+  for path, text in vim.spairs(texts) do
+    local made, problem = pcall(vim.fn.mkdir, vim.fs.dirname(path), 'p')
+    if not made then
+      return give_up(problem)
+    end
+    local known = vim.uv.fs_stat(path)
+    -- One that is there already is somebody else's.
+    local file, why = vim.uv.fs_open(path .. '.mauve-new', 'wx', known and known.mode or 438)
+    if not file then
+      return give_up(why)
+    end
+    table.insert(new, { path = path, is_manifest = vim.endswith(path, '.mauve-manifest.json') })
+    local written, failed = vim.uv.fs_write(file, text)
+    local closed, lost = vim.uv.fs_close(file)
+    if written ~= #text or not closed then
+      return give_up(failed or lost or ('no room for ' .. path))
+    end
+  end
+  -- A manifest says what was written, and comes behind it.
+  for _, are_manifests in ipairs({ false, true }) do
+    for _, it in ipairs(new) do
+      if it.is_manifest == are_manifests then
+        local moved, why = vim.uv.fs_rename(it.path .. '.mauve-new', it.path)
+        if not moved then
+          return give_up(why)
+        end
+      end
+    end
+    if not are_manifests then
+      for _, path in ipairs(removed) do
+        local gone, why = vim.uv.fs_unlink(path)
+        if not gone and vim.uv.fs_stat(path) then
+          return give_up(why)
+        end
+      end
+    end
+  end
+end
+
+--- Shows lines in a window of their own.
+---@param lines string[]
+---@return fun() close
+local function show(lines)
+  local before = vim.api.nvim_get_current_win()
+  vim.cmd('botright new')
+  local window, buffer = vim.api.nvim_get_current_win(), vim.api.nvim_get_current_buf()
+  vim.api.nvim_buf_set_lines(buffer, 0, -1, false, lines)
+  vim.bo[buffer].buftype = 'nofile'
+  vim.bo[buffer].bufhidden = 'wipe'
+  vim.bo[buffer].swapfile = false
+  vim.bo[buffer].modifiable = false
+  vim.bo[buffer].filetype = 'diff'
+  vim.cmd.redraw()
+  return function()
+    if vim.api.nvim_win_is_valid(window) then
+      pcall(vim.api.nvim_win_close, window, true)
+    end
+    if vim.api.nvim_win_is_valid(before) then
+      vim.api.nvim_set_current_win(before)
+    end
+  end
+end
+
+local function tell(message, level)
+  vim.notify('mauve: ' .. message, level)
+end
+
+--- Shows what would be done, asks, and does it.
+---@param client vim.lsp.Client
+---@param uri string  a file of the projects that are meant
+---@param deployment? string  without one: all packages
+function M.generate(client, uri, deployment)
+  local params = { textDocument = { uri = uri }, deployment = deployment }
+  ---@param generated mauve.Generated
+  local function ask(generated)
+    local open = unsaved(generated)
+    if open then
+      tell(('%s has changes that are not saved: save it, or abandon them'):format(open), vim.log.levels.ERROR)
+      return
+    end
+    if #generated.files == 0 then
+      local codels = prototypes(generated)
+      tell(
+        ('the Orocos packages in %s are as they should be'):format(generated.folder)
+          .. (#codels > 0 and ('; but:\n' .. table.concat(codels, '\n')) or ''),
+        #codels > 0 and vim.log.levels.WARN or vim.log.levels.INFO
+      )
+      return
+    end
+    local close = show(M.preview(generated))
+    vim.ui.select({ 'Generate', 'Cancel' }, {
+      prompt = ('%s in %s?'):format(counts(generated, TO_DO), generated.folder),
+      kind = 'mauve.generate',
+    }, function(choice)
+      close()
+      if choice ~= 'Generate' then
+        return
+      end
+      mauve.request(client, 'mauve/generate', params, function(now)
+        if not vim.deep_equal(now, generated) then
+          tell('something has changed since: this is what would be done now', vim.log.levels.WARN)
+          ask(now)
+          return
+        end
+        local problem = write(changes_of(now))
+        if problem then
+          tell(('not everything was written: %s'):format(problem), vim.log.levels.ERROR)
+          return
+        end
+        vim.cmd('silent! checktime')
+        tell(('%s in %s'):format(counts(now, DONE), now.folder), vim.log.levels.INFO)
+      end)
+    end)
+  end
+  mauve.request(client, 'mauve/generate', params, ask)
+end
+
+--- `:Mauve generate`
+---@param deployment? string
+function M.run(deployment)
+  local buffer = vim.api.nvim_get_current_buf()
+  local client = mauve.client(buffer)
+  if client then
+    M.generate(client, vim.uri_from_bufnr(buffer), deployment)
+  end
+end
+
+--- What a code action or a lens executes.
+---@param command lsp.Command
+---@param context lsp.HandlerContext
+function M.execute(command, context)
+  local uri, deployment = unpack(command.arguments or {})
+  local client = vim.lsp.get_client_by_id(context.client_id)
+  if client and type(uri) == 'string' then
+    M.generate(client, uri, type(deployment) == 'string' and deployment or nil)
+  end
+end
+
+--- The deployments of the current buffer, to complete their names.
+---@return string[]
+function M.deployments()
+  local found = {}
+  for _, line in ipairs(vim.api.nvim_buf_get_lines(0, 0, -1, false)) do
+    table.insert(found, line:match('^%s*deployment%s+([%w_]+)'))
+  end
+  return found
+end
+
+return M

@@ -1,0 +1,71 @@
+import * as vscode from "vscode";
+import { LSPErrorCodes, ResponseError, WorkspaceEdit } from "vscode-languageclient/node";
+import { Server } from "./server";
+
+/** What the server answers to `mauve/generate`. */
+interface Generated {
+  folder: string;
+  files: { path: string; action: "create" | "change" | "remove" }[];
+  changedCodels: { path: string; before: string; now: string }[];
+  edit: WorkspaceEdit;
+}
+
+/** Asks which packages are to be generated, of the projects that have the text in the active editor; generates them. */
+export async function generatePackages(server: Server): Promise<void> {
+  const document = vscode.window.activeTextEditor?.document;
+  if (document === undefined || !["mauve", "toml"].includes(document.languageId)) {
+    void vscode.window.showInformationMessage("Open a model first: its project is what packages are generated from.");
+    return;
+  }
+  await generate(server, document.uri.toString());
+}
+
+/**
+ * Generates the Orocos packages of a deployment, or all of the projects that have a file. VS Code shows the edit before it
+ * makes it, since the server asks for that; then the files are saved: they are for a compiler.
+ */
+export async function generate(server: Server, uri: string, deployment?: string | null): Promise<boolean> {
+  const generated = await ask(server, uri, deployment ?? undefined);
+  if (generated === undefined) {
+    return false;
+  }
+  if (generated.changedCodels.length > 0) {
+    const codels = generated.changedCodels.map(({ path, before, now }) =>
+      before === "" ? `${path} is to define "${now}".` : `${path} is to define "${now}", and was written for "${before}".`,
+    );
+    void vscode.window.showWarningMessage(`Your own files in ${generated.folder} stay as they are. ${codels.join(" ")}`);
+  }
+  if (generated.files.length === 0) {
+    void vscode.window.showInformationMessage(`The Orocos packages in ${generated.folder} are as they should be.`);
+    return true;
+  }
+  const files = new Set(generated.files.map(({ path }) => vscode.Uri.file(`${generated.folder}/${path}`).toString()));
+  const touched = () => vscode.workspace.textDocuments.filter((it) => it.isDirty && files.has(it.uri.toString()));
+  const [unsaved] = touched();
+  if (unsaved !== undefined) {
+    void vscode.window.showErrorMessage(`${unsaved.fileName} has changes that are not saved: save or revert it first.`);
+    return false;
+  }
+  const edit = await server.asEdit(generated.edit);
+  if (!(await vscode.workspace.applyEdit(edit, { isRefactoring: true }))) {
+    return false;
+  }
+  const saved = await Promise.all(touched().map((document) => document.save()));
+  return saved.every((it) => it);
+}
+
+/** What is to be done; nothing where the server says why not, which the user is told. */
+async function ask(server: Server, uri: string, deployment?: string): Promise<Generated | undefined> {
+  for (let attempt = 0; ; attempt++) {
+    try {
+      return await server.ask<Generated>("mauve/generate", { textDocument: { uri }, deployment });
+    } catch (error) {
+      // What is typed meanwhile overtakes it.
+      const isOvertaken = error instanceof ResponseError && error.code === LSPErrorCodes.ContentModified;
+      if (!isOvertaken || attempt === 9) {
+        void vscode.window.showErrorMessage(`Nothing was generated: ${error instanceof Error ? error.message : error}`);
+        return undefined;
+      }
+    }
+  }
+}

@@ -1,0 +1,267 @@
+//! What `mauve generate` does to a folder, as one edit of the client's: for the code action, the command and the lens.
+//!
+//! The packages go to the folder that `[generate] out` names, from the folder of `mauve.toml`; where it is not said, to
+//! `generated` there. It must be in that folder or in one of the client's, behind all links. Texts that the client has
+//! open count as what the files hold.
+
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+use mauve_ide::projects_with;
+use mauve_model::item_tree::Kind;
+use mauve_model::{Decl, File, ModelDb, Project, Workspace, config_of, names_of, normalised};
+use mauve_orocos::{MANIFEST, Package, Plan, Problem, Step, packages, plan, problems};
+use mauve_syntax::similar;
+use salsa::Database as _;
+use tower_lsp::lsp_types::Url;
+
+use super::position::{Encoding, line_index};
+use super::snapshot::{Document, Snapshot};
+use crate::generate::{behind_links, merged, read, target};
+use crate::load::place;
+
+/// The folder of the packages, where `mauve.toml` does not say it.
+const FOLDER: &str = "generated";
+
+/// What is to be generated.
+#[derive(Debug, Clone)]
+pub(crate) struct Meant<'db> {
+    /// The projects of one workspace that have it; at least one.
+    projects: Vec<Project<'db>>,
+    /// The packages of this deployment, named with its library; none: all.
+    deployment: Option<String>,
+}
+
+/// What would be done.
+#[derive(Debug, Clone)]
+pub(crate) struct Generated {
+    /// The folder of the packages, behind all links.
+    pub(crate) folder: PathBuf,
+    /// The same for the user, from the workspace's folder.
+    pub(crate) shown_folder: String,
+    /// Nothing in it was edited.
+    pub(crate) plan: Plan,
+    /// What stood in the files that were read, by their paths in the plan.
+    pub(crate) before: HashMap<String, String>,
+}
+
+impl Generated {
+    /// Where the file of a step is.
+    pub(crate) fn path(&self, step: &Step) -> PathBuf {
+        self.folder.join(&step.path)
+    }
+
+    /// What the user must know whatever else is done: files of his that the model has left behind.
+    pub(crate) fn warning(&self) -> Option<String> {
+        let plan = &self.plan;
+        let changed = plan.changed_codels.iter().map(|it| match it.before.as_str() {
+            "" => format!("{} is to define `{}`", it.path, it.now),
+            before => format!("{} is to define `{}`, and was written for `{before}`", it.path, it.now),
+        });
+        let left = plan.left_codels.iter().map(|path| format!("{path} is of no codel of the model any more"));
+        let all: Vec<String> = changed.chain(left).collect();
+        (!all.is_empty())
+            .then(|| format!("Your own files in {} stay as they are: {}.", self.shown_folder, all.join("; ")))
+    }
+
+    /// That there is nothing to do, if there is not.
+    pub(crate) fn nothing(&self) -> Option<String> {
+        let is_done = self.plan.steps.is_empty();
+        is_done.then(|| format!("The Orocos packages in {} are as they should be.", self.shown_folder))
+    }
+}
+
+/// What is meant by a file, and by the name of a deployment of its projects.
+///
+/// # Errors
+///
+/// Why nothing is, for the user.
+pub(crate) fn meant<'db>(
+    snapshot: &'db Snapshot,
+    file: File,
+    deployment: Option<&str>,
+) -> Result<Meant<'db>, String> {
+    let db = &snapshot.db;
+    let mut projects = projects_with(db, &snapshot.workspaces, file);
+    // A file of several workspaces counts where it stands nearest.
+    let nearness = |workspace: Workspace| {
+        let folder = workspace.folder(db);
+        (file.path(db).starts_with(folder), folder.components().count())
+    };
+    let Some(nearest) = projects.iter().map(|it| it.workspace(db)).max_by_key(|&it| nearness(it)) else {
+        return Err("this file is part of no project".to_owned());
+    };
+    projects.retain(|project| project.workspace(db) == nearest);
+    let Some(name) = deployment else { return Ok(Meant { projects, deployment: None }) };
+    let found: Vec<(Project<'db>, Decl<'db>)> = projects
+        .iter()
+        .flat_map(|&project| deployments(db, project).map(move |decl| (project, decl)))
+        .filter(|(_, decl)| decl.qualified(db) == name || **decl.name(db) == *name)
+        .collect();
+    let mut names: Vec<String> = found.iter().map(|(_, decl)| decl.qualified(db)).collect();
+    names.sort();
+    names.dedup();
+    match names.as_slice() {
+        [only] => {
+            let projects = found.iter().map(|(project, _)| *project).collect();
+            Ok(Meant { projects, deployment: Some(only.clone()) })
+        }
+        [] => {
+            let all: Vec<String> = projects
+                .iter()
+                .flat_map(|&project| deployments(db, project).map(|decl| decl.qualified(db)))
+                .collect();
+            let near = similar(name, all.iter().map(String::as_str));
+            let near = near.map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
+            Err(format!("no deployment `{}` in the projects of this file{near}", name.escape_debug()))
+        }
+        several => Err(format!("`{name}` may be {}", several.join(" or "))),
+    }
+}
+
+fn deployments<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+) -> impl Iterator<Item = Decl<'db>> + use<'db> {
+    names_of(db, project).all.iter().copied().filter(move |decl| decl.kind(db) == Kind::Deployment)
+}
+
+impl<'db> Meant<'db> {
+    /// Why it cannot be generated, as far as nothing on the disk is read.
+    pub(crate) fn refusal(&self, snapshot: &'db Snapshot) -> Option<String> {
+        let mut found: Vec<&Problem<'db>> = Vec::new();
+        let all: Vec<Vec<Problem<'db>>> =
+            self.projects.iter().map(|&project| problems(&snapshot.db, project)).collect();
+        for problem in all.iter().flatten() {
+            if !found.contains(&problem) {
+                found.push(problem);
+            }
+        }
+        self.mend(snapshot, &found).or_else(|| self.folder(snapshot).err())
+    }
+
+    fn mend(&self, snapshot: &Snapshot, problems: &[&Problem<'db>]) -> Option<String> {
+        let first = problems.first()?;
+        let file = first.at.file(&snapshot.db);
+        let lines = line_index(&snapshot.db, file);
+        let start = lines.position(first.at.range(&snapshot.db).start(), Encoding::Utf32);
+        let at = format!(
+            "{}:{}:{}",
+            self.shown(snapshot, file.path(&snapshot.db)),
+            start.line + 1,
+            start.character + 1
+        );
+        Some(match problems.len() {
+            1 => format!("1 error is to be mended first: {at}: {}", first.message),
+            count => format!("{count} errors are to be mended first. The first one: {at}: {}", first.message),
+        })
+    }
+
+    fn workspace(&self, snapshot: &'db Snapshot) -> Option<Workspace> {
+        Some(self.projects.first()?.workspace(&snapshot.db))
+    }
+
+    /// A path as the user knows it: from the workspace's folder.
+    fn shown(&self, snapshot: &'db Snapshot, path: &Path) -> String {
+        let workspace = self.workspace(snapshot);
+        let inner = workspace.and_then(|it| path.strip_prefix(it.folder(&snapshot.db)).ok());
+        inner.unwrap_or(path).display().to_string().escape_debug().to_string()
+    }
+
+    /// What it is called, with the folder that it goes to.
+    pub(crate) fn title(&self, snapshot: &'db Snapshot) -> String {
+        let what = match &self.deployment {
+            Some(deployment) => format!("Generate Orocos packages of `{deployment}`"),
+            None => "Generate all Orocos packages".to_owned(),
+        };
+        match self.folder(snapshot) {
+            Ok((_, shown)) => format!("{what} in {shown}"),
+            Err(_) => what,
+        }
+    }
+
+    /// The folder that the packages go to, behind all links, and as the user knows it.
+    fn folder(&self, snapshot: &'db Snapshot) -> Result<(PathBuf, String), String> {
+        let db = &snapshot.db;
+        let workspace = self.workspace(snapshot).filter(|it| !it.folder(db).as_os_str().is_empty());
+        let workspace = workspace.ok_or_else(|| "this text is no file yet: save it first".to_owned())?;
+        let home = workspace.folder(db);
+        let out = config_of(db, workspace).out.as_ref();
+        let asked = normalised(&home.join(out.map_or(FOLDER, |(out, _)| out)));
+        let folder = behind_links(&asked)?;
+        let shown = self.shown(snapshot, &asked);
+        let mut homes = std::iter::once(home).chain(snapshot.folders.iter());
+        if !homes.any(|home| home.canonicalize().is_ok_and(|home| folder.starts_with(home))) {
+            return Err(format!(
+                "`[generate] out` in mauve.toml leads to {}, which is not in the folder of the workspace: `mauve generate \
+                 --out` may write there",
+                folder.display()
+            ));
+        }
+        if folder.exists() && !folder.is_dir() {
+            return Err(format!("{shown} is a file, and not the folder that the packages would go to"));
+        }
+        Ok((folder, if shown.is_empty() { ".".to_owned() } else { shown }))
+    }
+
+    /// The packages, each once.
+    fn packages(&self, snapshot: &'db Snapshot) -> Result<Vec<Package>, String> {
+        let db = &snapshot.db;
+        let of_project = |project: Project<'db>| {
+            let mut found = deployments(db, project);
+            let of = self.deployment.as_ref().and_then(|name| found.find(|it| it.qualified(db) == *name));
+            let made = packages(db, project, of).map_err(|problems| {
+                let problems: Vec<&Problem<'db>> = problems.iter().collect();
+                self.mend(snapshot, &problems).unwrap_or_default()
+            });
+            Ok((project, made?))
+        };
+        merged(db, self.projects.iter().map(|&project| of_project(project)).collect::<Result<_, String>>()?)
+    }
+
+    /// What would be done.
+    ///
+    /// # Errors
+    ///
+    /// Why nothing is, for the user: what is wrong in the models, a folder that is elsewhere, files that somebody edited.
+    pub(crate) fn generated(&self, snapshot: &'db Snapshot) -> Result<Generated, String> {
+        if let Some(refusal) = self.refusal(snapshot) {
+            return Err(refusal);
+        }
+        let (folder, shown_folder) = self.folder(snapshot)?;
+        let packages = self.packages(snapshot)?;
+        let before = RefCell::new(HashMap::new());
+        let read = |path: &str| {
+            // A disk may be slow, and an edit waits for this.
+            snapshot.db.unwind_if_revision_cancelled();
+            let text = match open(snapshot, &folder.join(path)) {
+                Some((_, document)) => Some(document.file.text(&snapshot.db).to_string()),
+                None => read(&folder, path)?,
+            };
+            before.borrow_mut().extend(text.clone().map(|text| (path.to_owned(), text)));
+            Ok(text)
+        };
+        let mut plan = plan(&packages, &read)?;
+        if !plan.edited.is_empty() {
+            let edited: Vec<String> =
+                plan.edited.iter().map(|it| format!("{shown_folder}/{}", it.escape_debug())).collect();
+            return Err(format!(
+                "these generated files were edited, and would lose that: {}. `mauve generate --force` writes them anew",
+                edited.join(", ")
+            ));
+        }
+        for step in &plan.steps {
+            target(&folder, step)?;
+        }
+        // A manifest says what was written: last, since whoever writes may be stopped.
+        plan.steps.sort_by_key(|step| step.path.ends_with(MANIFEST));
+        Ok(Generated { folder, shown_folder, plan, before: before.into_inner() })
+    }
+}
+
+/// The document that the client has open of a file.
+pub(crate) fn open<'a>(snapshot: &'a Snapshot, path: &Path) -> Option<(&'a Url, &'a Document)> {
+    let path = place(path);
+    snapshot.documents.iter().find(|(_, document)| *document.file.path(&snapshot.db) == path)
+}
