@@ -25,7 +25,7 @@ fn generate(folder: &Path) {
             "library {name} {{ shell S {{ }} core C(S) {{ update = {{ }} }} component Guidance(S, C) }}\n"
         )
     };
-    let model = PACKAGES.map(|name| library(name)).concat();
+    let model = PACKAGES.map(library).concat();
     let db = Database::default();
     let workspace = Workspace::of_texts(&db, "/".into(), [(PathBuf::from("/robot.mal"), model)]);
     let packages = packages(&db, projects(&db, workspace)[0], None).expect("a model without mistakes");
