@@ -5,7 +5,7 @@
 use mauve_model::{Database, Workspace, projects};
 
 /// The languages of the excerpts that are looked for.
-const CHECKED: [&str; 1] = ["json"];
+const CHECKED: [&str; 2] = ["cpp", "json"];
 
 #[test]
 fn excerpts_are_generated() {
