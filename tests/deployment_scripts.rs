@@ -106,8 +106,7 @@ fn orocos_lua_does_what_the_deployer_does() {
     for [ops, lua] in packages.iter().flat_map(|packages| scripts(packages)) {
         let calls = run_ops(&ops, "");
         assert_eq!(run_lua(&folder, &lua, ""), (calls.clone(), None), "{ops}\n{lua}");
-        let configured = calls.iter().filter(|call| call.function == "configure");
-        let last = configured.last().unwrap().text(0);
+        let last = calls.iter().rfind(|call| call.function == "configure").unwrap().text(0);
         let failing = format!("configure {last}");
         let (calls, said) = run_lua(&folder, &lua, &failing);
         // All the others are configured, and nothing starts.

@@ -506,7 +506,7 @@ mod tests {
             ("loadComponent(\"done\", \"p::B\")", "a word of the scripts"),
             ("loadComponent(\"_x\", \"p::B\")", "is no name"),
             ("loadComponent(\"b\", \"q::B\")", "imported from q"),
-            ("loadComponent(\"b\", \"::p::B\")", "imported from "),
+            ("loadComponent(\"b\", \"::p::B\")", "a class in two namespaces"),
             ("loadComponent(\"donee\", \"p::B\")\ndonee.start()", "is read as `done`"),
             ("if ( ok ) then {\n}", "nothing is called ok"),
             ("var bool ok = true\nif ( ok ) then {", "has no end"),
