@@ -16,7 +16,7 @@ use crate::cpp_type::cpp_type;
 /// Packages that generated ones depend on, beside those of messages, and what CMake keeps for itself: `project(CMAKE)` would
 /// set `CMAKE_VERSION`.
 const OTHER_PACKAGES: [&str; 8] =
-    ["rtt", "ocl", "rtt_ros", "rtt_roscomm", "rtt_rosclock", "genmsg", "CMAKE", "PROJECT"];
+    ["rtt", "ocl", "rtt_ros", "rtt_roscomm", "rtt_rosnode", "genmsg", "CMAKE", "PROJECT"];
 
 /// Something that must be put right before anything is generated.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
