@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use mauve_model::Type;
-use mauve_model::item_tree::{Expr, FeatureKind, HookKind, Variable};
+use mauve_model::item_tree::{Direction, Expr, FeatureKind, HookKind, Part, Variable};
 
 use super::expression::{Writer, literal_text};
 use super::layout::Text;
@@ -11,24 +11,30 @@ use super::{Class, Key, Member};
 
 /// `<Component>-component.hpp`
 pub(super) fn text(class: &Class<'_, '_>) -> String {
+    let mut body = Text::default();
+    shells(class, &mut body);
+    core(class, &mut body);
+    programs(class, &mut body);
     let mut text = Text::default();
     text.line(0, &class.written_by());
     text.gap();
     text.line(0, "#pragma once");
     text.gap();
+    if body.out.contains("std::numeric_limits<") {
+        text.line(0, "#include <limits>");
+    }
     text.line(0, "#include <string>");
     text.gap();
     for header in rtt_headers(class) {
         text.line(0, &format!("#include <rtt/{header}.hpp>"));
     }
     text.gap();
-    let package = &class.library.package;
+    let (package, name) = (&class.library.package, &class.name);
     text.line(0, &format!("#include <{package}/{package}-types.hpp>"));
     text.gap();
     text.line(0, &format!("namespace {package} {{"));
     text.gap();
     text.line(0, &format!("// {}", class.declared(class.component)));
-    let name = &class.name;
     text.line(0, &format!("class {name} : public RTT::TaskContext {{"));
     text.line(0, " public:");
     text.line(1, &format!("explicit {name}(const std::string& {});", class.instance));
@@ -39,9 +45,7 @@ pub(super) fn text(class: &Class<'_, '_>) -> String {
     }
     text.gap();
     text.line(0, " private:");
-    shells(class, &mut text);
-    core(class, &mut text);
-    programs(class, &mut text);
+    text.out += &body.out;
     text.line(0, "};");
     text.gap();
     text.line(0, &format!("}}  // namespace {package}"));
@@ -76,11 +80,10 @@ fn shells(class: &Class<'_, '_>, text: &mut Text) {
             continue;
         }
         text.line(1, &format!("// {}", class.declared(*shell)));
-        text.gap();
         for member in shown {
             feature(class, member, text);
-            text.gap();
         }
+        text.gap();
     }
 }
 
@@ -113,18 +116,15 @@ fn feature(class: &Class<'_, '_>, member: &Member<'_>, text: &mut Text) {
 
 fn core<'db>(class: &Class<'_, 'db>, text: &mut Text) {
     text.line(1, &format!("// {}", class.declared(class.core)));
-    text.gap();
-    let before = text.out.len();
-    for (index, variable, name) in class.variables_of(&class.data.variables) {
-        variable_of(class, (index, variable, name), text);
-    }
+    let mut lines = variables(class, &class.data.variables);
     for handler in &class.data.handlers {
         let Some(index) = class.variable_at(handler.name.part) else { continue };
         let Some(name) = class.variables.get(&index) else { continue };
         let at = class.at(class.core, handler.name.part);
-        text.line(1, &format!("{} {name};  // {at}", class.cpp(&class.type_of_variable(index))));
+        lines.push((format!("{} {name};", class.cpp(&class.type_of_variable(index))), at));
     }
-    if text.out.len() > before {
+    text.commented(1, &lines);
+    if !lines.is_empty() {
         text.gap();
     }
     if !class.slots.is_empty() {
@@ -143,27 +143,23 @@ fn core<'db>(class: &Class<'_, 'db>, text: &mut Text) {
     if let Some(initial) = machine.values.get(machine.initial) {
         text.line(1, &format!("{0} {1} = {0}::{initial};", machine.states, machine.current));
     }
-    for (index, variable, name) in class.variables_of(&data.variables) {
-        variable_of(class, (index, variable, name), text);
-    }
+    text.commented(1, &variables(class, &data.variables));
     text.gap();
 }
 
-/// A variable of the core or its machine.
-fn variable_of<'db>(
-    class: &Class<'_, 'db>,
-    (index, variable, name): (usize, &'db Variable, &str),
-    text: &mut Text,
-) {
-    let at = class.at(class.core, variable.name.part);
-    if variable.value.is_none() && !class.named.contains(&index) {
-        text.line(1, &format!("// Nothing uses variable {}: {at}", variable.name.name));
-        return;
-    }
-    let ty = class.type_of_variable(index);
-    let value = variable.value.as_ref().and_then(|value| known(class, value, &ty));
-    let value = value.map_or_else(|| "{}".to_owned(), |value| format!(" = {value}"));
-    text.line(1, &format!("{} {name}{value};  // {at}", class.cpp(&ty)));
+/// Variables, and where the model declares them.
+fn variables<'db>(class: &Class<'_, 'db>, all: &'db [Variable]) -> Vec<(String, String)> {
+    let line = |(index, variable, name): (usize, &'db Variable, &str)| {
+        let at = class.at(class.core, variable.name.part);
+        if variable.value.is_none() && !class.named.contains(&index) {
+            return (String::new(), format!("{name}: nothing uses it, {at}"));
+        }
+        let ty = class.type_of_variable(index);
+        let value = variable.value.as_ref().and_then(|value| known(class, value, &ty));
+        let value = value.map_or_else(|| "{}".to_owned(), |value| format!(" = {value}"));
+        (format!("{} {name}{value};", class.cpp(&ty)), at)
+    };
+    class.variables_of(all).into_iter().map(line).collect()
 }
 
 /// A first value that is known beforehand.
@@ -202,7 +198,9 @@ impl<'db> Class<'_, 'db> {
 
     /// The first line of each file.
     pub(super) fn written_by(&self) -> String {
-        format!("// Generated by MAUVE: what is changed here is lost. {}", self.declared(self.component))
+        let at = self.at(self.component, Part(0));
+        let from = at.rsplit_once(':').map_or(at.as_str(), |(file, _)| file);
+        format!("// Generated by MAUVE from {from}: what is changed here is lost.")
     }
 
     /// A feature as the model declares it: `property body_width: double [0.3; 1.0]`.
@@ -216,14 +214,25 @@ impl<'db> Class<'_, 'db> {
             FeatureKind::Provided => "provide",
         };
         let data = member.data;
+        let parameters = data.parameters.iter().map(|parameter| {
+            let ty = parameter.ty.as_ref().map_or_else(String::new, ToString::to_string);
+            format!("{} {}: {ty}", direction(parameter.direction), parameter.name.name)
+        });
+        let parameters: Vec<String> = parameters.collect();
+        let parameters =
+            if data.kind.is_operation() { format!("({})", parameters.join(", ")) } else { String::new() };
         let ty = data.ty.as_ref().map_or_else(String::new, |ty| format!(": {ty}"));
         let interval = data.interval.as_ref().map(|it| self.source(member.shell, it.part));
         let interval = interval.map_or_else(String::new, |interval| format!(" {interval}"));
-        format!("{word} {}{ty}{interval}", data.name.name)
+        format!("{word} {}{parameters}{ty}{interval}", data.name.name)
     }
+}
 
-    /// [`Class::shown`], for whoever looks at the running component.
-    pub(super) fn described(&self, member: &Member<'_>) -> String {
-        self.shown(member)
+/// The word before a parameter.
+pub(super) fn direction(of: Direction) -> &'static str {
+    match of {
+        Direction::In => "in",
+        Direction::Out => "out",
+        Direction::InOut => "inout",
     }
 }

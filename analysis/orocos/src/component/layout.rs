@@ -25,10 +25,32 @@ impl Text {
         lines.pad(indent);
         match line.strip_prefix("// ") {
             Some(comment) => lines.comment(comment, indent),
-            None => lines.code(line, indent + 4, 0),
+            None => {
+                let log = line.find(" << ").filter(|_| line.starts_with("RTT::log("));
+                lines.code(line, indent + log.map_or(4, |at| at + 1), 0);
+            }
         }
         self.out += &lines.out;
         self.out.push('\n');
+    }
+
+    /// Lines with a comment behind each, one below the other.
+    pub(super) fn commented(&mut self, depth: usize, lines: &[(String, String)]) {
+        let width = |line: &str| line.chars().count();
+        let widest = lines.iter().map(|(line, _)| width(line)).max().unwrap_or_default();
+        for (line, comment) in lines {
+            if line.is_empty() {
+                self.line(depth, &format!("// {comment}"));
+                continue;
+            }
+            let full = format!("{line:widest$}  // {comment}");
+            if 2 * depth + width(&full) <= WIDTH {
+                self.line(depth, &full);
+            } else {
+                self.line(depth, &format!("// {comment}"));
+                self.line(depth, line);
+            }
+        }
     }
 
     /// An empty line.
@@ -90,17 +112,50 @@ impl Lines {
             if index > 0 && self.column > base {
                 self.next(base);
             }
-            match split(piece).filter(|_| self.column + width > WIDTH) {
-                Some((head, inner, rest)) => {
+            let Some((head, inner, rest)) = split(piece).filter(|_| self.column + width > WIDTH) else {
+                self.push(piece);
+                continue;
+            };
+            let behind = rest.trim_end().chars().count() + tail;
+            let column = self.column + head.chars().count();
+            let value = head.find(" = ").map(|at| at + " = ".len());
+            match value.and_then(|at| Some((head.get(..at)?, piece.get(at..)?))) {
+                // The whole value fits better on lines of its own.
+                Some((target, value)) if !fits(inner, column, behind) && fits(value, base, tail) => {
+                    self.push(target);
+                    self.next(base);
+                    self.code(value, base, tail);
+                }
+                _ if !fits(inner, column, behind) && fits(inner, base, behind) && column > base => {
                     self.push(head);
-                    let column = self.column;
-                    self.code(inner, column, rest.trim_end().chars().count() + tail);
+                    self.next(base);
+                    self.code(inner, base, behind);
                     self.push(rest);
                 }
-                None => self.push(piece),
+                _ => {
+                    self.push(head);
+                    self.code(inner, column, behind);
+                    self.push(rest);
+                }
             }
         }
     }
+}
+
+/// Do the parts of `text` fit on lines that begin at `column`?
+fn fits(text: &str, column: usize, tail: usize) -> bool {
+    let pieces = pieces(text);
+    let count = pieces.len();
+    let fits_line = |(index, piece): (usize, &&str)| {
+        let tail = if index + 1 == count { tail } else { 0 };
+        column + piece.trim_end().chars().count() + tail <= WIDTH
+    };
+    if count == 1 && column + text.chars().count() + tail > WIDTH {
+        return split(text).is_some_and(|(head, inner, rest)| {
+            fits(inner, column + head.chars().count(), rest.chars().count() + tail)
+        });
+    }
+    pieces.iter().enumerate().all(fits_line)
 }
 
 /// The parts of an expression or a list, between which a line may end, each with what ends it.
