@@ -24,6 +24,7 @@ fn setting(name: &str) -> Option<u64> {
 
 /// What CMake needs beside what is generated: codels and trace points write down what happens.
 const USER_CMAKE: &str = "\
+target_compile_options(machines-components PRIVATE -Wall -Wextra -Werror)
 target_include_directories(machines-components BEFORE PRIVATE ${RIG_TRACE})
 target_link_libraries(machines-codels PRIVATE recorder)
 target_link_libraries(machines-components recorder)
