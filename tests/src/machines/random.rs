@@ -101,6 +101,8 @@ struct Maker<'a> {
     calls: bool,
     /// Is what is made a part of the machine?
     in_machine: bool,
+    /// What was named last.
+    recent: Vec<Place>,
 }
 
 impl<'a> Maker<'a> {
@@ -135,6 +137,7 @@ impl<'a> Maker<'a> {
             gives,
             calls: false,
             in_machine: false,
+            recent: Vec::new(),
         }
     }
 
@@ -332,7 +335,7 @@ impl<'a> Maker<'a> {
     fn machine(&mut self) {
         let count = 1 + self.random.below(4);
         self.it.initial = self.random.below(count);
-        for index in 0..count {
+        for name in STATES.iter().take(count) {
             let mut methods = [None, None, None, None];
             for method in &mut methods {
                 if self.chance(65) {
@@ -349,8 +352,7 @@ impl<'a> Maker<'a> {
                 let name = if number == 0 { "to".to_owned() } else { format!("t{number}") };
                 transitions.push(Transition { name, guard, target, effect });
             }
-            let name = STATES[index].to_owned();
-            self.it.states.push(State { name, entry, run, handle, exit, transitions });
+            self.it.states.push(State { name: (*name).to_owned(), entry, run, handle, exit, transitions });
         }
     }
 
@@ -475,7 +477,7 @@ impl<'a> Maker<'a> {
     fn variable(&mut self, ty: Ty) -> Option<Variable> {
         let mut all = self.visible();
         all.retain(|it| it.ty == ty);
-        (!all.is_empty()).then(|| self.random.of(&all).clone())
+        self.one_of(all)
     }
 
     /// Outside of the machine, nothing is named that has the name of one of its variables: they have no values before it is
@@ -498,7 +500,21 @@ impl<'a> Maker<'a> {
             };
             it.ty == ty && is_assigned && !others.contains(&it.place)
         });
-        (!all.is_empty()).then(|| self.random.of(&all).clone())
+        self.one_of(all)
+    }
+
+    /// Often one that was named just before: what is computed first can be told by variables that are read and changed in
+    /// one statement.
+    fn one_of(&mut self, mut all: Vec<Variable>) -> Option<Variable> {
+        let recent: Vec<Variable> =
+            all.iter().filter(|it| self.recent.contains(&it.place)).cloned().collect();
+        if !recent.is_empty() && self.chance(50) {
+            all = recent;
+        }
+        let found = (!all.is_empty()).then(|| self.random.of(&all).clone())?;
+        self.recent.insert(0, found.place);
+        self.recent.truncate(3);
+        Some(found)
     }
 
     /// Something for a place of type `ty`, perhaps of one that it is converted from.
