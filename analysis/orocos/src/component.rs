@@ -13,15 +13,17 @@
 //! | `component/source.rs` | its constructor, its hooks, its state machine |
 //! | `component/program.rs` | the statements of its programs |
 //! | `component/expression.rs` | expressions, evaluated as MAUVE says |
+//! | `component/obvious.rs` | what compilers would warn of, and is meant |
 //! | `component/layout.rs` | lines that are not too long |
 
 mod expression;
 mod header;
 mod layout;
+mod obvious;
 mod program;
 mod source;
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 
 use mauve_model::item_tree::{
     Core, Direction, Expr, Feature, FeatureKind, HookKind, MethodKind, Parameter, Part, Program, Statement,
@@ -99,6 +101,8 @@ struct Class<'a, 'db> {
     by_part: FxHashMap<Part, usize>,
     /// All names that are taken in the class.
     names: CppNames,
+    /// Is there a condition in it that is always true, or never?
+    is_obvious: Cell<bool>,
     lines: RefCell<FxHashMap<File, Vec<usize>>>,
 }
 
@@ -222,6 +226,7 @@ impl<'a, 'db> Class<'a, 'db> {
             named: FxHashSet::default(),
             by_part: FxHashMap::default(),
             names,
+            is_obvious: Cell::default(),
             lines: RefCell::default(),
         };
         class.features(shell_of(db, project, component)?);
@@ -280,6 +285,7 @@ impl<'a, 'db> Class<'a, 'db> {
     fn uses(&mut self) {
         let mut targets: FxHashSet<Part> = FxHashSet::default();
         let mut statuses: FxHashSet<(Decl<'db>, usize)> = FxHashSet::default();
+        let mut sent: FxHashSet<usize> = FxHashSet::default();
         let mut dropped: Vec<(Decl<'db>, usize)> = Vec::new();
         let (data, typing) = (self.data, self.typing);
         let feature = |part: &Part| match typing.values.get(part) {
@@ -288,7 +294,15 @@ impl<'a, 'db> Class<'a, 'db> {
         };
         for statement in statements(data) {
             match statement {
-                Statement::Assign(target, _) => drop(targets.insert(target.part)),
+                Statement::Assign(target, value) => {
+                    targets.insert(target.part);
+                    if let Expr::Call { callee, .. } = value
+                        && typing.callees.get(&callee.part) == Some(&Callee::Send)
+                        && let Some(Meaning::Variable(handler)) = typing.values.get(&target.part)
+                    {
+                        sent.insert(*handler);
+                    }
+                }
                 Statement::Expr(Expr::Call { callee, arguments, .. })
                     if typing.callees.get(&callee.part) == Some(&Callee::Send) =>
                 {
@@ -320,6 +334,9 @@ impl<'a, 'db> Class<'a, 'db> {
         let mut slots = Vec::new();
         for (index, variable) in typing.variables.iter().enumerate() {
             let Type::Handle(operation) = &variable.ty else { continue };
+            if !sent.contains(&index) {
+                continue;
+            }
             let member = self.members().find(|it| it.data.name.name == *operation);
             slots.extend(member.map(|member| (Some(index), member, &variable.name.name)));
         }
@@ -450,6 +467,11 @@ impl<'a, 'db> Class<'a, 'db> {
 
     fn member(&self, shell: Decl<'db>, index: usize) -> Option<&Member<'db>> {
         self.members().find(|member| member.shell == shell && member.index == index)
+    }
+
+    /// Notes that a condition may be always true, or never.
+    fn note(&self, is_obvious: bool) {
+        self.is_obvious.set(self.is_obvious.get() || is_obvious);
     }
 
     /// A program, if it is there.
@@ -590,4 +612,283 @@ fn expressions(core: &Core) -> Vec<&Expr> {
         }
     }
     found
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::PathBuf;
+
+    use expect_test::{Expect, expect};
+    use mauve_model::{Database, Workspace, projects};
+
+    use crate::packages;
+
+    /// The text of a component's file, of a model's only project.
+    fn generated(texts: Vec<(PathBuf, String)>, end: &str) -> Vec<(String, String)> {
+        let db = Database::default();
+        let workspace = Workspace::of_texts(&db, "/".into(), texts);
+        let project = projects(&db, workspace)[0];
+        let packages = packages(&db, project, None);
+        let problems: Vec<String> =
+            packages.as_ref().err().into_iter().flatten().map(|it| it.message.clone()).collect();
+        assert_eq!(problems, Vec::<String>::new());
+        let files = packages.unwrap().into_iter().flat_map(|package| package.files);
+        let files = files.filter(|file| file.path.ends_with(end));
+        files.map(|file| (file.path, file.text)).collect()
+    }
+
+    /// What stands in the file of a model's one component from a line that has `from` to an empty line.
+    fn shown(model: &str, end: &str, from: &[&str]) -> String {
+        let texts = mauve_tests::fixture(model).into_iter().map(|(path, text)| (path.into(), text));
+        let files = generated(texts.collect(), end);
+        let [(_, text)] = files.as_slice() else { panic!("{files:?}") };
+        let mut shown = String::new();
+        for from in from {
+            let begin = text.find(from).unwrap_or_else(|| panic!("no {from} in {text}"));
+            let begin = text[..begin].rfind('\n').map_or(0, |line| line + 1);
+            let rest = &text[begin..];
+            shown += &rest[..rest.find("\n\n").map_or(rest.len(), |end| end + 1)];
+        }
+        shown
+    }
+
+    fn check(model: &str, end: &str, from: &[&str], expected: Expect) {
+        expected.assert_eq(&shown(model, end, from));
+    }
+
+    /// The program `update` of a core with some of everything.
+    fn check_update(program: &str, expected: Expect) {
+        let model = format!(
+            "library lab {{
+  codel count(in n: int): int
+  codel tick(inout n: int): int
+  codel two(in a: int, in b: int): int
+  codel flag(): bool
+  codel tell(in text: string, out other: string): void
+  shell S {{
+    property limit: double = 1
+    input port goal: int
+    output port next: double
+    provide halt(): bool
+  }}
+  core C(S) {{
+    var n: int = 1
+    var m: int = 1
+    var x: double = 0
+    var f: float = 0
+    var u: uint8 = 0
+    var w: uint32 = 0
+    var z: size_t = 0
+    var b: bool = true
+    var t: string = \"\"
+    provide halt() = {{ n = 0; return b; }}
+    update = {{ {program} }}
+  }}
+  component K(S, C)
+}}"
+        );
+        let shown = shown(&model, "component.cpp", &["void K::update_program"]);
+        let lines: Vec<&str> = shown.lines().collect();
+        let lines: Vec<String> =
+            lines[2..lines.len() - 1].iter().map(|line| format!("{}\n", &line[2..])).collect();
+        expected.assert_eq(&lines.concat());
+    }
+
+    #[test]
+    fn a_state_machine_is_a_switch() {
+        check(
+            "library motion {
+  codel look(): bool
+  shell S { provide reset(): void }
+  core C(S) {
+    var seen: int = 3
+    var gap: double
+    provide reset() = { index = 0; }
+    start = { return look(); }
+    statemachine {
+      var index: int = seen + 1
+      initial state Waiting {
+        entry = { seen = 0; }
+        run = { }
+        exit = { seen = 1; }
+        transition go if look() to Moving { index = 2; }
+        transition again if index > 3 to Waiting
+        handle = { gap = 0; }
+      }
+      state Moving {
+        transition done to Waiting
+        transition never if (gap > 1) to Moving
+      }
+    }
+  }
+  component Walker(S, C)
+}",
+            "component.cpp",
+            &["Walker::configureHook", "Walker::startHook", "Walker::updateHook", "guard_Waiting_again() {"],
+            expect![[r#""#]],
+        );
+    }
+
+    #[test]
+    fn a_shell_is_checked_and_frozen() {
+        let model = "library motion {
+  shell Base { property name: string = \"arm\" + \"_1\" }
+  shell S extends Base {
+    // In metres.
+    property gap: double [0; 2 * width] = 1
+    property led: uint8 [0; 7] = 3
+    constant width: double = 0.38 + 0.1
+    property class: string
+    input port scan: LaserScan
+    output port to: float
+  }
+  core C(S) {
+    var echoes: LaserScan
+    var spare: int
+    update = { if (read(scan, echoes) == new_data && status(scan) != no_data) then { write(to, 0.1); } else { } }
+  }
+  component K(S, C)
+  use sensor_msgs
+}";
+        check(model, "component.hpp", &["class K", " protected", "shell S", "core C"], expect![[r#""#]]);
+        let from = ["K::K(", "K::configureHook", "K::update_program"];
+        check(model, "component.cpp", &from, expect![[r#""#]]);
+    }
+
+    #[test]
+    fn operations_are_provided_sent_and_collected() {
+        let model = "library motion {
+  shell S {
+    require plan(in goal: int, out cost: double, inout way: string): int
+    require land(): void
+    provide reset(in hard: bool, in text: string, out was: int): bool
+  }
+  core C(S) {
+    var n: int = 1
+    var x: double = 0
+    var t: string = \"\"
+    handler planning: plan
+    handler landing: land
+    provide reset(in hard: bool, in text: string, out was: int) = { was = n; t = text; return true; }
+    update = {
+      planning = send(plan, n, t);
+      landing = send(land);
+      if (collect(planning, n, x, t) == success) then { reset(true, t, n); }
+      else if (collect(planning) != failure) then { n = 1; } else { }
+    }
+  }
+  component K(S, C)
+}";
+        let header = ["// shell S", "// core C", "// What the operations", "  void update_program"];
+        check(model, "component.hpp", &header, expect![[r#""#]]);
+        let source = ["K::K(", "K::update_program", "K::reset(bool"];
+        check(model, "component.cpp", &source, expect![[r#""#]]);
+    }
+
+    #[test]
+    fn what_is_left_to_cpp_is_evaluated_from_left_to_right() {
+        check_update("n = two(count(1), count(2));", expect![[r#""#]]);
+        check_update("n = n + tick(n);", expect![[r#""#]]);
+        check_update("n = tick(n) + n;", expect![[r#""#]]);
+        check_update("n = m + tick(n);", expect![[r#""#]]);
+        check_update("b = halt() == (n < 3);", expect![[r#""#]]);
+        check_update("b = read(goal, n) == status(goal);", expect![[r#""#]]);
+        check_update("tell(t, t); tell(t + t, t);", expect![[r#""#]]);
+        check_update("b = b && two(count(1), count(2)) > 3 && n > 1 || flag();", expect![[r#""#]]);
+        check_update(
+            "if b then { n = 1; } else if (two(count(1), n) > 3) then { n = 2; } else if b then { n = 3; } else { }",
+            expect![[r#""#]],
+        );
+    }
+
+    #[test]
+    fn numbers_are_those_of_the_model() {
+        check_update("n = 010; n = -2147483648; n = 0x1F; x = 3; x = 1e21; x = 7 / 2; f = 0.1; z = 3;", expect![[r#""#]]);
+        check_update("f = f * 0.5 + 1; f = n; f = f * (1.0 / 3.0); x = x * 2 + n; u = u + 1; u = -u;", expect![[r#""#]]);
+        check_update("b = w < n; b = w < 3; b = z > n; b = u > n; b = n * 2 < x;", expect![[r#""#]]);
+        check_update("n = n - (n - 1) - -n; x = -(-x); b = (n < 3) == b; b = !b == b; b = b || b && !(n < 3);", expect![[r#""#]]);
+        check_update("t = \"a\" + t; b = \"a\" == \"b\"; t = t;", expect![[r#""#]]);
+    }
+
+    #[test]
+    fn names_hide_what_they_hide_in_the_model() {
+        check_update(
+            "var n: int = n + 1; { var n: int = n; m = n; { var State: string = t; t = State; } } var x: int; x = n; write(next, limit);",
+            expect![[r#""#]],
+        );
+    }
+
+    #[test]
+    fn what_is_always_true_is_no_warning() {
+        let model = "library l { shell S { } core C(S) { var n: int = 1  var b: bool = true  update = { b = CONDITION; } } component K(S, C) }";
+        for (condition, is_obvious) in [
+            ("n == n", true),
+            ("n + 1 == 1 + n", true),
+            ("n >= -2147483648", true),
+            ("n > 3 && n < 2", true),
+            ("n < 3 || n > 2", true),
+            ("b || !b", true),
+            ("n > 2 && n < 5", false),
+            ("n == 1 || n == 2", false),
+            ("n > 3 && b", false),
+        ] {
+            let texts = vec![("/model.mal".into(), model.replace("CONDITION", condition))];
+            let files = generated(texts, "component.cpp");
+            assert_eq!(files[0].1.contains("#pragma GCC diagnostic ignored"), is_obvious, "{condition}");
+        }
+    }
+
+    /// All of a text but its literals and comments.
+    fn code_of(text: &str) -> String {
+        let mut code = String::new();
+        for line in text.lines() {
+            let mut in_literal = false;
+            let line = line.replace("\\\\", "").replace("\\\"", "");
+            for (index, part) in line.split('"').enumerate() {
+                in_literal = index % 2 == 1;
+                if !in_literal {
+                    code += part.split("//").next().unwrap();
+                }
+                if !in_literal && part.contains("//") {
+                    break;
+                }
+            }
+            assert!(!in_literal || line.contains("//"), "{line}");
+            code.push('\n');
+        }
+        code
+    }
+
+    #[test]
+    fn every_model_becomes_code() {
+        let random = (0..150).map(|seed| {
+            let files = mauve_tests::random_model(seed).written().files;
+            files.into_iter().map(|(path, text)| (path.into(), text)).collect()
+        });
+        let mut sample: Vec<(PathBuf, String)> = Vec::new();
+        let mut open = vec![mauve_tests::models().join("p3dx")];
+        while let Some(folder) = open.pop() {
+            for entry in std::fs::read_dir(folder).unwrap() {
+                let path = entry.unwrap().path();
+                if path.is_dir() {
+                    open.push(path);
+                } else if path.extension().is_some_and(|it| it == "mal" || it == "toml") {
+                    let text = std::fs::read_to_string(&path).unwrap();
+                    sample.push((PathBuf::from("/").join(path.strip_prefix(mauve_tests::models().join("p3dx")).unwrap()), text));
+                }
+            }
+        }
+        for texts in random.chain([sample]) {
+            for (path, text) in ["component.hpp", "component.cpp"].into_iter().flat_map(|end| generated(texts.clone(), end)) {
+                let code = code_of(&text);
+                for (open, close) in [('(', ')'), ('{', '}'), ('[', ']')] {
+                    let count = |c: char| code.matches(c).count();
+                    assert_eq!(count(open), count(close), "{path}\n{text}");
+                }
+                assert!(text.lines().all(|line| line.chars().count() <= 100), "{path}\n{text}");
+                assert!(!code.contains("void*") && !code.contains("= {}") && !code.contains("({})"), "{path}\n{text}");
+                assert!(!text.contains(" \n") && !text.contains("\n\n\n") && !text.contains("{\n\n}"), "{path}\n{text}");
+            }
+        }
+    }
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use mauve_model::diagnostics::{Severity, diagnostics_of_file, project_diagnostics};
-use mauve_model::item_tree::{Kind, Name, TypeRef};
+use mauve_model::item_tree::{FeatureKind, Kind, Name, TypeRef};
 use mauve_model::{
     Callee, Decl, ModelDb, Place, Project, Type, catalogue, codel, component, config_file, config_of, core,
     core_of, deployment, features_of, flat_of, names_of, shell_of, type_of, typing_of,
@@ -218,8 +218,23 @@ impl<'db> Reader<'db> {
                     parameters.chain(&operation.result).for_each(|ty| self.check_type(of, ty));
                 }
             }
+            self.check_operations(component);
             if component_is_broken(db, component) {
                 self.report("this component is not complete".to_owned(), Place::name_of(component));
+            }
+        }
+    }
+
+    /// Reports the operations of a component's shell that its core, which is for a shell that this one extends, does not define.
+    fn check_operations(&mut self, component: Decl<'db>) {
+        let (db, project) = (self.db, self.project);
+        let (shell, of) = (shell_of(db, project, component), core_of(db, project, component));
+        let Some(((shell, of), data)) = shell.zip(of).and_then(|of| Some((of, core(db, of.1)?))) else { return };
+        for (name, found) in &features_of(db, project, shell).by_name {
+            let is_provided = found.iter().any(|feature| feature.kind == FeatureKind::Provided);
+            if is_provided && data.operations.iter().all(|operation| operation.name.name != *name) {
+                let message = format!("core {} does not define the operation `{name}` of this shell", of.name(db));
+                self.report(message, Place::name_of(component));
             }
         }
     }

@@ -15,6 +15,7 @@ use mauve_model::item_tree::{
 use mauve_model::{Callee, Decl, Integer, Meaning, Type, Value, VariableKind, codel, type_of};
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use super::obvious::{Comparison, are_obvious, comparison, is_obvious};
 use super::{Class, Key, Member};
 use crate::cpp_name::CppNames;
 use crate::escape::cpp_string;
@@ -41,14 +42,16 @@ pub(super) struct Code {
     /// What it gives, here and there.
     pub(super) ty: Type,
     /// What it is, where that is known beforehand.
-    value: Option<Value>,
+    pub(super) value: Option<Value>,
     /// Is it nothing but a literal, perhaps with a sign?
     is_literal: bool,
+    /// Of a comparison with what is known beforehand: what is compared, how, and with what.
+    pub(super) compared: Option<Comparison>,
 }
 
 impl Code {
     fn new(text: impl Into<String>, level: Level, ty: Type) -> Code {
-        Code { text: text.into(), level, ty, value: None, is_literal: false }
+        Code { text: text.into(), level, ty, value: None, is_literal: false, compared: None }
     }
 
     fn primary(text: impl Into<String>, ty: Type) -> Code {
@@ -58,7 +61,7 @@ impl Code {
     fn literal(value: Value, ty: Type) -> Code {
         let text = literal_text(&value, &ty);
         let level = if text.starts_with('-') { Level::Unary } else { Level::Primary };
-        Code { text, level, ty, value: Some(value), is_literal: true }
+        Code { text, level, ty, value: Some(value), is_literal: true, compared: None }
     }
 
     /// In parentheses, unless it binds at least as tight.
@@ -103,7 +106,7 @@ impl Code {
 
     fn cast(self, to: &Type) -> Code {
         let text = format!("static_cast<{}>({})", number_type(to), self.text);
-        Code { text, level: Level::Primary, ty: to.clone(), value: self.value, is_literal: false }
+        Code { value: self.value, ..Code::primary(text, to.clone()) }
     }
 }
 
@@ -244,26 +247,36 @@ impl<'db> Effects<'db> {
     }
 }
 
+/// What is declared in a block.
+#[derive(Clone, Default)]
+pub(super) struct Scope {
+    pub(super) names: CppNames,
+    /// Names of values that never change.
+    kept: FxHashSet<String>,
+    /// Variables for the values of `&&` and `||`, which the next operator of the chain goes on with.
+    chained: FxHashMap<String, BinaryOperator>,
+    /// For each name of a temporary, what the next one ends with.
+    numbers: FxHashMap<String, usize>,
+}
+
 /// Writes a program.
 pub(super) struct Writer<'c, 'a, 'db> {
     pub(super) class: &'c Class<'a, 'db>,
-    /// The names of the block that is being written, and of all around it.
-    pub(super) names: CppNames,
+    /// What is declared in the block that is being written, and in those around it.
+    pub(super) scope: Scope,
     /// Local variables and parameters.
     pub(super) locals: FxHashMap<usize, String>,
     pub(super) lines: Vec<Line>,
     pub(super) depth: usize,
-    /// Names of values that never change.
-    kept: FxHashSet<String>,
     /// Does it write values of a shell, which name its properties?
     of_shell: bool,
 }
 
 impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
     pub(super) fn new(class: &'c Class<'a, 'db>) -> Writer<'c, 'a, 'db> {
-        let names = class.names.clone();
-        let (locals, kept) = (FxHashMap::default(), FxHashSet::default());
-        Writer { class, names, locals, lines: Vec::new(), depth: 1, kept, of_shell: false }
+        let scope = Scope { names: class.names.clone(), ..Scope::default() };
+        let locals = FxHashMap::default();
+        Writer { class, scope, locals, lines: Vec::new(), depth: 1, of_shell: false }
     }
 
     /// For what stands in a shell.
@@ -380,7 +393,7 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
             // `--` is another operator.
             UnaryOperator::Minus => format!("-{}", inner.at_least(Level::Primary)),
         };
-        let code = Code { text, level: Level::Unary, ty: inner.ty, value, is_literal: false };
+        let code = Code { value, ..Code::new(text, Level::Unary, inner.ty) };
         if is_narrow(&code.ty) { code.clone().cast(&code.ty) } else { code }
     }
 
@@ -399,6 +412,10 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
             Op::Multiply | Op::Divide | Op::Remainder => Level::Product,
         };
         let is_comparison = matches!(level, Level::Equality | Level::Relation);
+        if is_comparison {
+            self.class.note(is_obvious(operator, &lhs, &rhs));
+        }
+        let compared = comparison(operator, &lhs, &rhs).filter(|_| is_comparison);
         if lhs.ty == Type::CallStatus && is_comparison {
             return self.compare_calls(operator, lhs, rhs);
         }
@@ -406,7 +423,7 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
             let both = lhs.is_literal && rhs.is_literal && lhs.ty == Type::String;
             let lhs = if both || operator == Op::Add { lhs.as_string() } else { lhs };
             let ty = if is_comparison { Type::Bool } else { lhs.ty.clone() };
-            return Code { value, ..joined(operator, level, &lhs, &rhs, ty) };
+            return Code { value, compared, ..joined(operator, level, &lhs, &rhs, ty) };
         }
         // A constant beside a variable that it fits is of that variable's type.
         let beside = |one: &Code, other: &Code| {
@@ -424,8 +441,13 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
         if !is_same_in_cpp(&usual(&lhs.ty, &rhs.ty), &usual(&ty, &ty)) {
             (lhs, rhs) = (in_type(lhs, &ty), in_type(rhs, &ty));
         }
+        // As `int`, the product of two of them may be too great.
+        if operator == Op::Multiply && ty == Type::Integer(Integer::Uint16) {
+            let wide = Type::Integer(Integer::Uint32);
+            (lhs, rhs) = (in_type(lhs, &wide), in_type(rhs, &wide));
+        }
         if is_comparison {
-            return Code { value, ..joined(operator, level, &lhs, &rhs, Type::Bool) };
+            return Code { value, compared, ..joined(operator, level, &lhs, &rhs, Type::Bool) };
         }
         let code = Code { value, ..joined(operator, level, &lhs, &rhs, ty.clone()) };
         if is_narrow(&ty) { code.cast(&ty) } else { code }
@@ -456,7 +478,10 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
     fn compare_unsigned(&mut self, operator: BinaryOperator, lhs: Code, rhs: Code, ty: &Type) -> Code {
         use BinaryOperator as Op;
         let is_left = !is_unsigned(&lhs.ty);
-        let (lhs, rhs) = (self.keep(lhs, "left"), self.keep(rhs, "right"));
+        // One of them is asked twice.
+        let is_name = |code: &Code| code.text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+        let lhs = if is_name(&lhs) && is_name(&rhs) { lhs } else { self.keep(lhs, "left") };
+        let rhs = if is_name(&rhs) { rhs } else { self.keep(rhs, "right") };
         let signed = if is_left { lhs.text.clone() } else { rhs.text.clone() };
         let (lhs, rhs) = if is_left { (lhs.cast(ty), rhs) } else { (lhs, rhs.cast(ty)) };
         let compared = format!("{} {} {}", lhs.text, operator.text(), rhs.text);
@@ -482,21 +507,28 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
         if inner.iter().all(|line| line.is_place) {
             inner.iter_mut().for_each(|line| line.depth -= 1);
             self.lines.extend(inner);
+            self.class.note(are_obvious(operator, &lhs, &right));
             let value = match (&lhs.value, &right.value) {
                 (Some(lhs), Some(rhs)) => lhs.binary(operator, rhs).ok().flatten(),
                 _ => None,
             };
             return Code { value, ..joined(operator, level, &lhs, &right, Type::Bool) };
         }
-        let name = self.names.declare(name);
-        self.line(format!("bool {name} = {};", lhs.text));
+        let name = if self.scope.chained.get(&lhs.text) == Some(&operator) {
+            lhs.text
+        } else {
+            let name = self.temporary(name);
+            self.line(format!("bool {name} = {};", lhs.text));
+            self.scope.chained.insert(name.clone(), operator);
+            name
+        };
         self.line(format!("if ({}{name}) {{", if is_and { "" } else { "!" }));
         self.lines.extend(inner);
         self.depth += 1;
         self.line(format!("{name} = {};", right.text));
         self.depth -= 1;
         self.line("}");
-        self.kept.insert(name.clone());
+        self.scope.kept.insert(name.clone());
         Code::primary(name, Type::Bool)
     }
 
@@ -522,13 +554,27 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
 
     /// Keeps a value as it is now.
     fn keep(&mut self, code: Code, name: &str) -> Code {
-        if code.is_literal || self.kept.contains(&code.text) {
+        if code.is_literal || self.scope.kept.contains(&code.text) {
             return code;
         }
-        let name = self.names.declare(name);
-        self.line(format!("const auto {name} = {};", code.text));
-        self.kept.insert(name.clone());
+        let name = self.temporary(name);
+        self.line(format!("const auto {name} = {};", code.at_least(Level::Or)));
+        self.scope.kept.insert(name.clone());
         Code { text: name, level: Level::Primary, ..code }
+    }
+
+    /// A name that is new: `name`, `name_2`, …
+    fn temporary(&mut self, name: &str) -> String {
+        let numbers = self.scope.numbers.get(name).copied().unwrap_or(1)..;
+        for number in numbers {
+            let wanted = if number == 1 { name.to_owned() } else { format!("{name}_{number}") };
+            let found = self.scope.names.declare(&wanted);
+            if found == wanted {
+                self.scope.numbers.insert(name.to_owned(), number + 1);
+                return found;
+            }
+        }
+        self.scope.names.declare(name)
     }
 
     fn effects(&self, expr: &Expr) -> Effects<'db> {
@@ -770,7 +816,7 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
         let types: Vec<&Type> = result.into_iter().chain(back.map(|(_, ty)| ty)).collect();
         let mut texts = Vec::new();
         for ty in types {
-            let name = self.names.declare("dropped");
+            let name = self.temporary("dropped");
             let text = format!("{} {name}{{}};", self.class.cpp(ty));
             self.lines.push(Line { depth: self.depth, text, is_place: true });
             texts.push(name);

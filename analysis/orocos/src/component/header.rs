@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use mauve_model::Type;
-use mauve_model::item_tree::{Expr, FeatureKind, HookKind, Part, Variable};
+use mauve_model::item_tree::{Direction, Expr, FeatureKind, HookKind, Part, Variable};
 
 use super::expression::{Writer, literal_text};
 use super::layout::Text;
@@ -11,24 +11,30 @@ use super::{Class, Key, Member};
 
 /// `<Component>-component.hpp`
 pub(super) fn text(class: &Class<'_, '_>) -> String {
+    let mut body = Text::default();
+    shells(class, &mut body);
+    core(class, &mut body);
+    programs(class, &mut body);
     let mut text = Text::default();
     text.line(0, &class.written_by());
     text.gap();
     text.line(0, "#pragma once");
     text.gap();
+    if body.out.contains("std::numeric_limits<") {
+        text.line(0, "#include <limits>");
+    }
     text.line(0, "#include <string>");
     text.gap();
     for header in rtt_headers(class) {
         text.line(0, &format!("#include <rtt/{header}.hpp>"));
     }
     text.gap();
-    let package = &class.library.package;
+    let (package, name) = (&class.library.package, &class.name);
     text.line(0, &format!("#include <{package}/{package}-types.hpp>"));
     text.gap();
     text.line(0, &format!("namespace {package} {{"));
     text.gap();
     text.line(0, &format!("// {}", class.declared(class.component)));
-    let name = &class.name;
     text.line(0, &format!("class {name} : public RTT::TaskContext {{"));
     text.line(0, " public:");
     text.line(1, &format!("explicit {name}(const std::string& {});", class.instance));
@@ -39,9 +45,7 @@ pub(super) fn text(class: &Class<'_, '_>) -> String {
     }
     text.gap();
     text.line(0, " private:");
-    shells(class, &mut text);
-    core(class, &mut text);
-    programs(class, &mut text);
+    text.out += &body.out;
     text.line(0, "};");
     text.gap();
     text.line(0, &format!("}}  // namespace {package}"));
@@ -148,7 +152,7 @@ fn variables<'db>(class: &Class<'_, 'db>, all: &'db [Variable]) -> Vec<(String, 
     let line = |(index, variable, name): (usize, &'db Variable, &str)| {
         let at = class.at(class.core, variable.name.part);
         if variable.value.is_none() && !class.named.contains(&index) {
-            return (format!("// {name}"), format!("nothing uses it: {at}"));
+            return (String::new(), format!("{name}: nothing uses it, {at}"));
         }
         let ty = class.type_of_variable(index);
         let value = variable.value.as_ref().and_then(|value| known(class, value, &ty));
@@ -210,14 +214,25 @@ impl<'db> Class<'_, 'db> {
             FeatureKind::Provided => "provide",
         };
         let data = member.data;
+        let parameters = data.parameters.iter().map(|parameter| {
+            let ty = parameter.ty.as_ref().map_or_else(String::new, ToString::to_string);
+            format!("{} {}: {ty}", direction(parameter.direction), parameter.name.name)
+        });
+        let parameters: Vec<String> = parameters.collect();
+        let parameters =
+            if data.kind.is_operation() { format!("({})", parameters.join(", ")) } else { String::new() };
         let ty = data.ty.as_ref().map_or_else(String::new, |ty| format!(": {ty}"));
         let interval = data.interval.as_ref().map(|it| self.source(member.shell, it.part));
         let interval = interval.map_or_else(String::new, |interval| format!(" {interval}"));
-        format!("{word} {}{ty}{interval}", data.name.name)
+        format!("{word} {}{parameters}{ty}{interval}", data.name.name)
     }
+}
 
-    /// [`Class::shown`], for whoever looks at the running component.
-    pub(super) fn described(&self, member: &Member<'_>) -> String {
-        self.shown(member)
+/// The word before a parameter.
+pub(super) fn direction(of: Direction) -> &'static str {
+    match of {
+        Direction::In => "in",
+        Direction::Out => "out",
+        Direction::InOut => "inout",
     }
 }

@@ -39,6 +39,10 @@ impl Text {
         let width = |line: &str| line.chars().count();
         let widest = lines.iter().map(|(line, _)| width(line)).max().unwrap_or_default();
         for (line, comment) in lines {
+            if line.is_empty() {
+                self.line(depth, &format!("// {comment}"));
+                continue;
+            }
             let full = format!("{line:widest$}  // {comment}");
             if 2 * depth + width(&full) <= WIDTH {
                 self.line(depth, &full);

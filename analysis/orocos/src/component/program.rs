@@ -10,7 +10,7 @@ use crate::escape::cpp_string;
 /// The definition of a program: its head, and the lines between the braces.
 pub(super) fn definition<'db>(class: &Class<'_, 'db>, routine: &Routine<'db>) -> (String, Vec<Line>) {
     let mut writer = Writer::new(class);
-    let parameters = class.parameters(routine, &mut writer.names);
+    let parameters = class.parameters(routine, &mut writer.scope.names);
     let mut texts = Vec::new();
     for parameter in parameters {
         texts.push(parameter.declared);
@@ -46,11 +46,11 @@ impl<'db> Writer<'_, '_, 'db> {
 
     /// The statements of a block, one deeper. What they declare is not seen behind it.
     fn block(&mut self, statements: &'db [Statement], gives: &Type) {
-        let names = self.names.clone();
+        let scope = self.scope.clone();
         self.depth += 1;
         self.statements(statements, gives);
         self.depth -= 1;
-        self.names = names;
+        self.scope = scope;
     }
 
     fn statement(&mut self, statement: &'db Statement, gives: &Type) {
@@ -96,7 +96,7 @@ impl<'db> Writer<'_, '_, 'db> {
         match otherwise {
             None | Some([]) => self.line("}"),
             Some([Statement::If { condition, then, otherwise, .. }]) => {
-                let names = self.names.clone();
+                let scope = self.scope.clone();
                 let lines = std::mem::take(&mut self.lines);
                 self.depth += 1;
                 let condition = self.expr(condition);
@@ -112,7 +112,7 @@ impl<'db> Writer<'_, '_, 'db> {
                     self.depth -= 1;
                     self.line("}");
                 }
-                self.names = names;
+                self.scope = scope;
             }
             Some(otherwise) => {
                 self.line("} else {");
@@ -127,7 +127,7 @@ impl<'db> Writer<'_, '_, 'db> {
         let ty = self.class.type_of_variable(index);
         let value = variable.value.as_ref().map(|value| self.value(value, &ty));
         // Its own value may name what it hides.
-        let name = self.names.declare(&variable.name.name);
+        let name = self.scope.names.declare(&variable.name.name);
         let cpp = self.class.cpp(&ty);
         match value {
             Some(value) => self.line(format!("{cpp} {name} = {};", value.text)),

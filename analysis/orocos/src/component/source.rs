@@ -2,11 +2,13 @@
 
 use std::collections::BTreeSet;
 
-use mauve_model::item_tree::{Direction, FeatureKind, HookKind, MethodKind, Variable};
-use mauve_model::{Callee, Integer, Type};
+use mauve_model::item_tree::{FeatureKind, HookKind, MethodKind, Variable};
+use mauve_model::{Callee, Integer, Type, Value};
 
 use super::expression::{Code, Line, Writer, ends};
+use super::header::direction;
 use super::layout::Text;
+use super::obvious::MEANT;
 use super::program::definition;
 use super::{Class, Key, Machine, Member};
 use crate::cpp_name::script_name;
@@ -33,6 +35,10 @@ pub(super) fn text(class: &Class<'_, '_>) -> String {
     let mut text = Text::default();
     includes(class, &body.out, &mut text);
     let package = &class.library.package;
+    if class.is_obvious.get() {
+        MEANT.iter().for_each(|line| text.line(0, line));
+        text.gap();
+    }
     text.line(0, &format!("namespace {package} {{"));
     text.gap();
     text.out += &body.out;
@@ -99,7 +105,12 @@ fn constructor(class: &Class<'_, '_>, text: &mut Text) {
         let behind = if index + 1 == last { " {" } else { "," };
         text.line(1, &format!("{before}{first}{behind}"));
     }
-    for member in class.members() {
+    let is_defined = |member: &&Member<'_>| {
+        let mut defined = class.data.operations.iter();
+        let name = &member.data.name.name;
+        member.data.kind != FeatureKind::Provided || defined.any(|it| it.name.name == *name)
+    };
+    for member in class.members().filter(is_defined) {
         text.line(1, &added(class, member));
     }
     text.line(0, "}");
@@ -110,7 +121,7 @@ fn constructor(class: &Class<'_, '_>, text: &mut Text) {
 fn added(class: &Class<'_, '_>, member: &Member<'_>) -> String {
     let (data, name) = (member.data, &member.name);
     let known = cpp_string(&script_name(&data.name.name));
-    let doc = cpp_string(&class.described(member));
+    let doc = cpp_string(&class.shown(member));
     match data.kind {
         FeatureKind::Property | FeatureKind::Constant => {
             let property = member.property.as_ref().unwrap_or(name);
@@ -120,13 +131,8 @@ fn added(class: &Class<'_, '_>, member: &Member<'_>) -> String {
         FeatureKind::Required => format!("this->requires()->addOperationCaller({name});"),
         FeatureKind::Provided => {
             let arguments = data.parameters.iter().map(|parameter| {
-                let direction = match parameter.direction {
-                    Direction::In => "in",
-                    Direction::Out => "out",
-                    Direction::InOut => "inout",
-                };
                 let ty = parameter.ty.as_ref().map_or_else(String::new, ToString::to_string);
-                let (name, doc) = (&parameter.name.name, format!("{direction} {ty}"));
+                let (name, doc) = (&parameter.name.name, format!("{} {ty}", direction(parameter.direction)));
                 format!(".arg({}, {})", cpp_string(name), cpp_string(&doc))
             });
             let arguments: String = arguments.collect();
@@ -200,11 +206,8 @@ fn interval_check<'db>(class: &Class<'_, 'db>, member: &Member<'db>) -> Vec<Line
         _ => text.to_owned(),
     };
     let end = |code: &Code| {
-        if code.is_constant() {
-            code.text.clone()
-        } else {
-            format!("\" << {} << \"", streamed(&code.operand()))
-        }
+        let shown = code.value.as_ref().map(Value::text);
+        shown.unwrap_or_else(|| format!("\" << {} << \"", streamed(&code.operand())))
     };
     let kind = if member.property.is_some() { "constant" } else { "property" };
     let what = cpp_string(&format!(": {kind} {} is ", member.data.name.name));

@@ -1,0 +1,106 @@
+//! Conditions that are the same for all values: `n < n`, `n > 3 && n < 2`, `small < 256`.
+//!
+//! Models may hold them, and the C++ compilers warn of them. Where one is found, the file says that it is meant.
+
+use mauve_model::item_tree::BinaryOperator;
+use mauve_model::{Type, Value};
+
+use super::expression::{Code, ends};
+
+/// What is compared, how, and with what number.
+pub(super) type Comparison = (String, BinaryOperator, f64);
+
+/// What a file says that has such conditions.
+pub(super) const MEANT: [&str; 3] = [
+    "// Conditions that are always true, or never, are meant so: MAUVE speaks of them in the model.",
+    "#pragma GCC diagnostic ignored \"-Wtautological-compare\"",
+    "#pragma GCC diagnostic ignored \"-Wtype-limits\"",
+];
+
+/// A comparison with a number that is known beforehand.
+pub(super) fn comparison(operator: BinaryOperator, lhs: &Code, rhs: &Code) -> Option<Comparison> {
+    use BinaryOperator as Op;
+    let mirrored = match operator {
+        Op::Less => Op::Greater,
+        Op::LessOrEqual => Op::GreaterOrEqual,
+        Op::Greater => Op::Less,
+        Op::GreaterOrEqual => Op::LessOrEqual,
+        other => other,
+    };
+    match (number(lhs), number(rhs)) {
+        (None, Some(number)) => Some((lhs.text.clone(), operator, number)),
+        (Some(number), None) => Some((rhs.text.clone(), mirrored, number)),
+        _ => None,
+    }
+}
+
+/// The number of a constant, or of a status.
+fn number(code: &Code) -> Option<f64> {
+    match (&code.value, code.text.as_str()) {
+        (Some(Value::Bool(value)), _) => Some(f64::from(u8::from(*value))),
+        (Some(value), _) => value.number(),
+        (None, "RTT::NoData" | "RTT::SendNotReady") => Some(0.0),
+        (None, "RTT::OldData" | "RTT::SendSuccess") => Some(1.0),
+        (None, "RTT::NewData") => Some(2.0),
+        (None, "RTT::SendFailure") => Some(-1.0),
+        _ => None,
+    }
+}
+
+/// Is a comparison the same for all values of its operands?
+pub(super) fn is_obvious(operator: BinaryOperator, lhs: &Code, rhs: &Code) -> bool {
+    // Compilers know that sums and products may be turned round.
+    let words = |code: &Code| {
+        let mut words: Vec<String> =
+            code.text.split([' ', '(', ')']).filter(|word| !word.is_empty()).map(str::to_owned).collect();
+        words.sort();
+        words
+    };
+    if words(lhs) == words(rhs) {
+        return true;
+    }
+    let Some((_, _, number)) = comparison(operator, lhs, rhs) else { return false };
+    [lhs, rhs].into_iter().filter(|code| code.value.is_none()).any(|code| match &code.ty {
+        Type::Integer(integer) => {
+            let (least, greatest) = ends(*integer);
+            number <= least as f64 || number >= greatest as f64
+        }
+        _ => false,
+    })
+}
+
+/// Do the operands of `&&` or `||` leave nothing open?
+pub(super) fn are_obvious(operator: BinaryOperator, lhs: &Code, rhs: &Code) -> bool {
+    let negated = |one: &Code, other: &Code| {
+        let inner = one.text.strip_prefix('!').map(|it| it.trim_matches(['(', ')']));
+        inner == Some(other.text.trim_matches(['(', ')']))
+    };
+    if negated(lhs, rhs) || negated(rhs, lhs) {
+        return true;
+    }
+    let (Some((what, one, a)), Some((other, two, b))) = (&lhs.compared, &rhs.compared) else { return false };
+    if what != other {
+        return false;
+    }
+    // Between these, neither changes.
+    let values = [*a, *b].into_iter().flat_map(|end| [end - 1.0, end - 0.5, end, end + 0.5, end + 1.0]);
+    let gives = |value: f64| {
+        let (one, two) = (holds(*one, value, *a), holds(*two, value, *b));
+        if operator == BinaryOperator::And { one && two } else { one || two }
+    };
+    let mut all = values.map(gives);
+    let first = all.next();
+    all.all(|it| Some(it) == first)
+}
+
+fn holds(operator: BinaryOperator, value: f64, number: f64) -> bool {
+    match operator {
+        BinaryOperator::Equal => value == number,
+        BinaryOperator::NotEqual => value != number,
+        BinaryOperator::Less => value < number,
+        BinaryOperator::LessOrEqual => value <= number,
+        BinaryOperator::Greater => value > number,
+        BinaryOperator::GreaterOrEqual => value >= number,
+        _ => false,
+    }
+}
