@@ -7,8 +7,11 @@
 
 mod client;
 mod command;
+#[cfg(unix)]
+mod lttng;
 pub mod methods;
 pub mod model;
+pub mod orocos;
 mod random_model;
 mod times;
 
@@ -17,6 +20,8 @@ use std::path::PathBuf;
 
 pub use client::{Client, Columns, Text, address, is_answer, is_publication};
 pub use command::{Run, copy, mauve, scratch, write};
+#[cfg(unix)]
+pub use lttng::{Event, Recorder, Span, spans};
 pub use random_model::{plain, random_model};
 pub use times::Times;
 

@@ -405,11 +405,14 @@ fn maintainer_of(text: &str) -> Option<Maintainer> {
     let (name, rest) = text.trim().split_once('<')?;
     let (name, email) = (name.trim(), rest.strip_suffix('>')?.trim());
     let (user, host) = email.split_once('@')?;
-    let is_part = |text: &str, signs: &str| {
-        !text.is_empty() && text.chars().all(|c| c.is_ascii_alphanumeric() || signs.contains(c))
+    // As the tools of catkin want it.
+    let are_parts = |text: &str, signs: &str| {
+        let is_sign = |c: char| c.is_ascii_alphanumeric() || signs.contains(c);
+        text.split('.').all(|part| !part.is_empty() && part.chars().all(is_sign))
     };
     let (_, end) = host.rsplit_once('.')?;
-    let is_address = is_part(user, "-_%+.") && is_part(host, "-.") && end.len() > 1 && is_part(end, "");
+    let is_end = end.len() > 1 && end.chars().all(|c| c.is_ascii_alphabetic());
+    let is_address = are_parts(user, "-_%+") && are_parts(host, "-") && is_end;
     let is_good = is_address && !name.is_empty() && !name.contains(char::is_control);
     is_good.then(|| Maintainer { name: name.to_owned(), email: email.to_owned() })
 }
@@ -462,7 +465,16 @@ mod tests {
                 "{header}"
             );
         }
-        for maintainer in ["", "a@b.org", "A <a@b>", "A <a@b.c>", "A <a<b@c.org>", "A\n<a@b.org>B"] {
+        for maintainer in [
+            "",
+            "a@b.org",
+            "A <a@b>",
+            "A <a@b.c>",
+            "A <a<b@c.org>",
+            "A\n<a@b.org>B",
+            "A <a..b@c.org>",
+            "A <a@b.1x>",
+        ] {
             let (found, lost) = messages(&format!("[generate]\nmaintainer = {maintainer:?}\n"));
             assert!(found.len() == 1 && !lost, "{maintainer:?}: {found:?}");
         }

@@ -146,8 +146,21 @@ const CPP_WORDS: [&str; 139] = [
 ];
 
 /// Namespaces and functions that generated code names, which nothing in the namespace of a package may hide.
-const OUTER_WORDS: [&str; 10] =
-    ["std", "RTT", "ros", "boost", "mauve", "log", "endlog", "trace", "size_t", "catkin"];
+const OUTER_WORDS: [&str; 13] = [
+    "std",
+    "RTT",
+    "ros",
+    "boost",
+    "mauve",
+    "log",
+    "endlog",
+    "trace",
+    "mauve_trace",
+    "mauve_component_span",
+    "mauve_program_span",
+    "size_t",
+    "catkin",
+];
 
 /// Members of `RTT::TaskContext` and its bases, and what generated classes have beside what the model names.
 const TASK_CONTEXT_MEMBERS: [&str; 87] = [
@@ -362,6 +375,17 @@ impl CppNames {
         self.taken.insert(name.to_owned());
     }
 
+    /// Nothing can be declared here that would hide what this type of the user's begins with: `ns` and `T` in
+    /// `ns::List<T*>`.
+    pub(crate) fn take_type(&mut self, cpp: &str) {
+        for name in cpp.split(|c: char| !c.is_ascii_alphanumeric() && c != '_' && c != ':') {
+            let first = name.split("::").next().unwrap_or_default();
+            if !first.is_empty() {
+                self.take(first);
+            }
+        }
+    }
+
     /// `name` as it can be declared here, which is then taken: itself, or with as many `_` behind it as it needs.
     pub(crate) fn declare(&mut self, name: &str) -> String {
         let mut name = as_identifier(name);
@@ -391,6 +415,14 @@ pub(crate) fn script_name(name: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn no_name_hides_a_type() {
+        let mut names = CppNames::of_namespace();
+        names.take_type("ns::List<T*, ::other::U>");
+        let declared = ["ns", "List", "T", "other", "U"].map(|name| names.declare(name));
+        assert_eq!(declared, ["ns_", "List", "T_", "other", "U"]);
+    }
 
     #[test]
     fn names_stay_what_they_are_where_they_can() {

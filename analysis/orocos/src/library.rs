@@ -6,12 +6,17 @@ use mauve_model::diagnostics::{Severity, diagnostics_of_file, project_diagnostic
 use mauve_model::item_tree::{FeatureKind, Kind, Name, TypeRef};
 use mauve_model::{
     Callee, Decl, ModelDb, Place, Project, Type, catalogue, codel, component, config_file, config_of, core,
-    core_of, deployment, features_of, flat_of, names_of, shell_of, type_of, typing_of,
+    core_of, deployment, external_types, features_of, flat_of, names_of, shell_of, type_of, typing_of,
 };
 use rustc_hash::FxHashMap;
 
 use crate::cpp_name::CppNames;
 use crate::cpp_type::cpp_type;
+
+/// Packages that generated ones depend on, beside those of messages, and what CMake keeps for itself: `project(CMAKE)` would
+/// set `CMAKE_VERSION`.
+const OTHER_PACKAGES: [&str; 8] =
+    ["rtt", "ocl", "rtt_ros", "rtt_roscomm", "rtt_rosclock", "genmsg", "CMAKE", "PROJECT"];
 
 /// Something that must be put right before anything is generated.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
@@ -134,13 +139,18 @@ impl<'db> Reader<'db> {
         // What stands outside libraries takes the name that they leave.
         order.sort_by_key(Option::is_none);
         let mut names = CppNames::of_namespace();
-        catalogue().keys().for_each(|package| drop(names.declare(package)));
+        catalogue().keys().for_each(|package| {
+            names.take(package);
+            names.take(&format!("rtt_{package}"));
+        });
+        OTHER_PACKAGES.iter().for_each(|package| names.take(package));
         let mut all: Vec<Library<'db>> = Vec::new();
         for library in &order {
             let name = library.as_ref().map_or_else(|| root_name(db, project), ToString::to_string);
             let package = names.declare(&name);
             let mut inner = CppNames::of_namespace();
-            inner.declare(&package);
+            inner.take(&package);
+            external_types(db, project.workspace(db)).values().for_each(|it| inner.take_type(&it.cpp));
             let mut of_kind = |kind: Kind| -> Vec<(Decl<'db>, String)> {
                 let all = declared.get(library).into_iter().flatten().filter(|decl| decl.kind(db) == kind);
                 all.map(|&decl| (decl, inner.declare(decl.name(db)))).collect()

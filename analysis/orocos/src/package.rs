@@ -6,6 +6,7 @@ use crate::build::build_files;
 use crate::codels::codel_files;
 use crate::component::component_files;
 use crate::library::{Libraries, Library, Problem, libraries, problems};
+use crate::trace::trace_files;
 
 /// A package that can be built.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -69,6 +70,7 @@ fn package<'db>(
     let mut files = Vec::new();
     files.extend(codel_files(db, project, library));
     files.extend(component_files(db, project, libraries, library));
+    files.extend(trace_files(library));
     // The last one: what is installed is what the others make.
     let build = build_files(db, project, libraries, library, &files);
     files.extend(build);

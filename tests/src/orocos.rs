@@ -1,0 +1,61 @@
+//! Builds packages of components with CMake, against the stand-in for RTT or the one of `MAUVE_RTT_PREFIX`.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// With which generated code has to compile.
+pub const COMPILERS: [&str; 2] = ["g++", "clang++"];
+
+/// Where RTT is: the stand-in, unless `MAUVE_RTT_PREFIX` says where a real one is.
+pub fn rtt() -> PathBuf {
+    std::env::var_os("MAUVE_RTT_PREFIX").map_or_else(shim, PathBuf::from)
+}
+
+/// The folder of the stand-in.
+pub fn shim() -> PathBuf {
+    PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/rtt-shim"))
+}
+
+/// Runs it to its end, and gives what it writes.
+///
+/// # Errors
+///
+/// Both outputs of a command that fails.
+pub fn try_run(command: &mut Command) -> Result<String, String> {
+    let Output { status, stdout, stderr } =
+        command.output().unwrap_or_else(|error| panic!("{command:?} does not run: {error}"));
+    let (out, err) = (String::from_utf8_lossy(&stdout), String::from_utf8_lossy(&stderr));
+    if status.success() { Ok(out.into_owned()) } else { Err(format!("{command:?}: {status}\n{out}\n{err}")) }
+}
+
+/// Runs it to its end, and gives what it writes; the test fails where it does.
+pub fn run(command: &mut Command) -> String {
+    try_run(command).unwrap_or_else(|failure| panic!("{failure}"))
+}
+
+/// The command that configures `source` in the folder `build`: plain CMake without a build type, as a user's own call would.
+pub fn configure(source: &Path, build: &Path, compiler: &str, prefixes: &[&Path]) -> Command {
+    let mut command = Command::new("cmake");
+    let mut prefix = rtt().display().to_string();
+    for more in prefixes {
+        prefix += &format!(";{}", more.display());
+    }
+    command.arg("-S").arg(source).arg("-B").arg(build).args([
+        format!("-DCMAKE_CXX_COMPILER={compiler}"),
+        format!("-DCMAKE_PREFIX_PATH={prefix}"),
+        "-DOROCOS_TARGET=gnulinux".to_owned(),
+    ]);
+    for variable in
+        ["CMAKE_PREFIX_PATH", "OROCOS_TARGET", "CXXFLAGS", "CPLUS_INCLUDE_PATH", "LD_LIBRARY_PATH"]
+    {
+        command.env_remove(variable);
+    }
+    command
+}
+
+/// The command that builds what [`configure`] has configured.
+pub fn build(build: &Path) -> Command {
+    let mut command = Command::new("cmake");
+    command.arg("--build").arg(build);
+    command
+}
