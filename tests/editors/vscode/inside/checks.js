@@ -57,6 +57,22 @@ function checkPackages() {
   return status === 0 ? undefined : stdout + stderr;
 }
 
+let lastEvent = 0;
+if (folder !== undefined) {
+  const watcher = vscode.workspace.createFileSystemWatcher(new vscode.RelativePattern(folder, "generated/**"));
+  for (const event of [watcher.onDidCreate, watcher.onDidChange, watcher.onDidDelete]) {
+    event(() => (lastEvent = Date.now()));
+  }
+}
+
+/** Waits until VS Code has seen all that was written: it refuses a change of what it hears of while it shows the change. */
+async function quiet() {
+  lastEvent = Date.now();
+  while (Date.now() < lastEvent + 3_000) {
+    await new Promise((resolve) => setTimeout(resolve, 100));
+  }
+}
+
 /** Says yes to the change that VS Code shows, and waits until nothing is left to complain of, nor to be saved. */
 async function confirmed(complaint) {
   for (const end = Date.now() + 20_000; ; await new Promise((resolve) => setTimeout(resolve, 100))) {
@@ -143,8 +159,7 @@ const checks = {
     const isExpected = (it) => it.some((action) => action.kind?.value === "source.generate.mauve");
     await ask("vscode.executeCodeActionProvider", isExpected, document.uri, new vscode.Range(place, place), "source.generate");
     rmSync(generated, { recursive: true, force: true });
-    // VS Code refuses a change of what it sees go while it shows the change.
-    await new Promise((resolve) => setTimeout(resolve, 3_000));
+    await quiet();
     vscode.window.activeTextEditor.selection = new vscode.Selection(place, place);
     void vscode.commands.executeCommand("editor.action.sourceAction", { kind: "source.generate", apply: "first" });
     // It is shown before it is done.
@@ -166,6 +181,7 @@ const checks = {
       edit.replace(model.uri, new vscode.Range(place, place.translate(0, before.length)), now);
       assert.ok(await vscode.workspace.applyEdit(edit));
       assert.ok(await model.save());
+      await quiet();
       void vscode.commands.executeCommand(command.command, ...command.arguments);
       await confirmed(() => {
         const prototype = new RegExp(`^${now} clearance\\(`, "m").test(read("include/motion/motion-codels.hpp"));
