@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use mauve_tests::{Client, Text, address, copy, models, scratch, write};
+use mauve_tests::{Client, Text, address, copy, mauve, models, scratch, write};
 use serde_json::{Value, json};
 
 const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
@@ -232,6 +232,8 @@ fn the_action_on_a_deployment_is_an_edit_that_makes_its_packages() {
     let first = done.iter().position(|(_, path)| is_manifest(path)).unwrap();
     assert!(done[first..].iter().all(|(_, path)| is_manifest(path)), "{done:?}");
 
+    let check = mauve(MAUVE, &folder, &["generate", "--check", "--out", "generated"]);
+    assert_eq!(check.code, 0, "{}{}", check.out, check.err);
     // Now nothing is left to do, which is said.
     let found = actions(&mut client, &text, "activity pose", json!({}));
     let resolved = client.call("codeAction/resolve", found[0].clone()).unwrap();

@@ -165,6 +165,7 @@ pub const METHODS: &[Method] = &[
         |_| json!({"previousResultIds": []}),
     ),
     at("mauve/analysis", OWN, document),
+    at("mauve/generate", OWN, document),
     at("mauve/graph", OWN, position),
     at("mauve/stateMachine", OWN, position),
     at("mauve/schedule", OWN, position),

@@ -211,7 +211,7 @@ impl Capabilities {
 
     /// Can it be brought to generate packages?
     pub(crate) fn can_generate(self) -> bool {
-        self.generates || (self.resource_operations && self.applies_edits)
+        self.resource_operations && (self.generates || self.applies_edits)
     }
 
     /// What the server does for such a client.

@@ -18,7 +18,7 @@ use tower_lsp::lsp_types::Url;
 
 use super::position::{Encoding, line_index};
 use super::snapshot::{Document, Snapshot};
-use crate::generate::{behind_links, merged, read, target};
+use crate::generate::{behind_links, clean, merged, read, target};
 use crate::load::place;
 
 /// The folder of the packages, where `mauve.toml` does not say it.
@@ -61,8 +61,9 @@ impl Generated {
         });
         let left = plan.left_codels.iter().map(|path| format!("{path} is of no codel of the model any more"));
         let all: Vec<String> = changed.chain(left).collect();
-        (!all.is_empty())
-            .then(|| format!("Your own files in {} stay as they are: {}.", self.shown_folder, all.join("; ")))
+        (!all.is_empty()).then(|| {
+            format!("Your own files in {} stay as they are: {}.", self.shown_folder, clean(&all.join("; ")))
+        })
     }
 
     /// That there is nothing to do, if there is not.
@@ -114,7 +115,7 @@ pub(crate) fn meant<'db>(
                 .collect();
             let near = similar(name, all.iter().map(String::as_str));
             let near = near.map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
-            Err(format!("no deployment `{}` in the projects of this file{near}", name.escape_debug()))
+            Err(format!("no deployment `{}` in the projects of this file{near}", clean(name)))
         }
         several => Err(format!("`{name}` may be {}", several.join(" or "))),
     }
@@ -166,7 +167,7 @@ impl<'db> Meant<'db> {
     fn shown(&self, snapshot: &'db Snapshot, path: &Path) -> String {
         let workspace = self.workspace(snapshot);
         let inner = workspace.and_then(|it| path.strip_prefix(it.folder(&snapshot.db)).ok());
-        inner.unwrap_or(path).display().to_string().escape_debug().to_string()
+        clean(&inner.unwrap_or(path).display().to_string())
     }
 
     /// What it is called, with the folder that it goes to.
@@ -245,7 +246,7 @@ impl<'db> Meant<'db> {
         let mut plan = plan(&packages, &read)?;
         if !plan.edited.is_empty() {
             let edited: Vec<String> =
-                plan.edited.iter().map(|it| format!("{shown_folder}/{}", it.escape_debug())).collect();
+                plan.edited.iter().map(|it| format!("{shown_folder}/{}", clean(it))).collect();
             return Err(format!(
                 "these generated files were edited, and would lose that: {}. `mauve generate --force` writes them anew",
                 edited.join(", ")

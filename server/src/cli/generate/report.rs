@@ -9,6 +9,7 @@ use serde::Serialize;
 use super::super::check::{Lines, RangeDocument};
 use super::super::{counted, shown};
 use super::Planned;
+use crate::generate::clean;
 
 /// What becomes of a plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -145,11 +146,6 @@ fn prototypes(codel: &ChangedCodel, path: &str) -> String {
         lines('-', &codel.before),
         lines('+', &codel.now),
     )
-}
-
-/// A text without what a terminal would obey: a manifest may have come from anywhere.
-fn clean(text: &str) -> String {
-    text.replace(char::is_control, "\u{fffd}")
 }
 
 #[derive(Serialize)]

@@ -2,7 +2,7 @@
 // extension, since only those can ask: it begins when check.mjs has made the file $MAUVE_TEST_RESULT.wanted, and what was
 // found goes to $MAUVE_TEST_RESULT.
 const { spawnSync } = require("node:child_process");
-const { existsSync, renameSync, rmSync, writeFileSync } = require("node:fs");
+const { existsSync, readFileSync, renameSync, rmSync, writeFileSync } = require("node:fs");
 const assert = require("node:assert");
 const path = require("node:path");
 const vscode = require("vscode");
@@ -47,6 +47,42 @@ async function changed(document, place, text, body) {
   } finally {
     await vscode.window.showTextDocument(document);
     await vscode.commands.executeCommand("workbench.action.files.revert");
+  }
+}
+
+/** What `mauve generate --check` says, where something is not as it should be. */
+function checkPackages() {
+  const options = ["generate", "--check", "--out", generated];
+  const { status, stdout, stderr } = spawnSync(process.env.MAUVE_TEST_SERVER, options, { cwd: folder.fsPath, encoding: "utf8" });
+  return status === 0 ? undefined : stdout + stderr;
+}
+
+let lastEvent = 0;
+if (folder !== undefined) {
+  const watcher = vscode.workspace.createFileSystemWatcher(new vscode.RelativePattern(folder, "generated/**"));
+  for (const event of [watcher.onDidCreate, watcher.onDidChange, watcher.onDidDelete]) {
+    event(() => (lastEvent = Date.now()));
+  }
+}
+
+/** Waits until VS Code has seen all that was written: it refuses a change of what it hears of while it shows the change. */
+async function quiet() {
+  lastEvent = Date.now();
+  while (Date.now() < lastEvent + 3_000) {
+    await new Promise((resolve) => setTimeout(resolve, 100));
+  }
+}
+
+/** Says yes to the change that VS Code shows, and waits until nothing is left to complain of, nor to be saved. */
+async function confirmed(complaint) {
+  for (const end = Date.now() + 20_000; ; await new Promise((resolve) => setTimeout(resolve, 100))) {
+    await vscode.commands.executeCommand("refactorPreview.apply");
+    const dirty = vscode.workspace.textDocuments.filter((it) => it.isDirty).map((it) => it.fileName);
+    const said = complaint();
+    if (said === undefined && dirty.length === 0) {
+      return;
+    }
+    assert.ok(Date.now() < end, `${said}, not saved: ${dirty.join()}`);
   }
 }
 
@@ -117,37 +153,44 @@ const checks = {
       await ask("vscode.executeCodeActionProvider", isExpected, document.uri, there, undefined, 20);
     });
   },
-  async "generate from the source action and from the lens"() {
+  async "packages from the source action"() {
     const document = await open("deployment.mal");
     const place = at(document, "activity navigation", "navigation");
     const isExpected = (it) => it.some((action) => action.kind?.value === "source.generate.mauve");
     await ask("vscode.executeCodeActionProvider", isExpected, document.uri, new vscode.Range(place, place), "source.generate");
-    const lenses = await ask("vscode.executeCodeLensProvider", (it) => it.some((lens) => lens.command?.title === "Generate Orocos"), document.uri, 20);
-    const { command } = lenses.find((lens) => lens.command?.title === "Generate Orocos");
+    rmSync(generated, { recursive: true, force: true });
+    await quiet();
     vscode.window.activeTextEditor.selection = new vscode.Selection(place, place);
-    const ways = {
-      "the source action": () => vscode.commands.executeCommand("editor.action.sourceAction", { kind: "source.generate", apply: "first" }),
-      "the lens": () => vscode.commands.executeCommand(command.command, ...command.arguments),
-    };
-    for (const [name, generate] of Object.entries(ways)) {
-      await vscode.window.showTextDocument(document);
-      rmSync(generated, { recursive: true, force: true });
-      // VS Code refuses a change of what it sees go while it shows the change.
-      await new Promise((resolve) => setTimeout(resolve, 3_000));
-      void generate();
-      // It is shown before it is done.
-      await new Promise((resolve) => setTimeout(resolve, 2_000));
-      assert.ok(!existsSync(generated), `${name} writes what was not confirmed`);
-      for (const end = Date.now() + 20_000; ; await new Promise((resolve) => setTimeout(resolve, 100))) {
-        await vscode.commands.executeCommand("refactorPreview.apply");
-        const dirty = vscode.workspace.textDocuments.filter((it) => it.isDirty).map((it) => it.fileName);
-        const { status, stdout, stderr } = spawnSync(process.env.MAUVE_TEST_SERVER, ["generate", "--check", "--out", generated], { cwd: folder.fsPath, encoding: "utf8" });
-        if (status === 0 && dirty.length === 0) {
-          break;
-        }
-        assert.ok(Date.now() < end, `${name}: ${status} ${stdout}${stderr}, not saved: ${dirty.join()}`);
-      }
+    void vscode.commands.executeCommand("editor.action.sourceAction", { kind: "source.generate", apply: "first" });
+    // It is shown before it is done.
+    await new Promise((resolve) => setTimeout(resolve, 2_000));
+    assert.ok(!existsSync(generated), "what was not confirmed is written");
+    await confirmed(checkPackages);
+  },
+  async "packages that change, from the lens"() {
+    const document = await open("deployment.mal");
+    const isExpected = (it) => it.some((lens) => lens.command?.title === "Generate Orocos");
+    const lenses = await ask("vscode.executeCodeLensProvider", isExpected, document.uri, 20);
+    const { command } = lenses.find((lens) => lens.command?.title === "Generate Orocos");
+    const read = (file) => readFileSync(path.join(generated, "motion", file), "utf8");
+    const codel = read("src/codels/clearance.cpp");
+    const model = await open("components/switch.mal");
+    for (const [before, now] of [["double", "float"], ["float", "double"]]) {
+      const edit = new vscode.WorkspaceEdit();
+      const place = at(model, `in width: double): ${before}`).translate(0, "in width: double): ".length);
+      edit.replace(model.uri, new vscode.Range(place, place.translate(0, before.length)), now);
+      assert.ok(await vscode.workspace.applyEdit(edit));
+      assert.ok(await model.save());
+      await quiet();
+      void vscode.commands.executeCommand(command.command, ...command.arguments);
+      await confirmed(() => {
+        const prototype = new RegExp(`^${now} clearance\\(`, "m").test(read("include/motion/motion-codels.hpp"));
+        // The file of the user stays, with the new stub beside it for as long as it is another one.
+        const stub = existsSync(path.join(generated, "motion/src/codels/clearance.cpp.new")) === (now === "float");
+        return prototype && stub && codel === read("src/codels/clearance.cpp") ? undefined : `${prototype} ${stub}`;
+      });
     }
+    assert.strictEqual(checkPackages(), undefined);
   },
   async formatting() {
     const document = await open("deployment.mal");
