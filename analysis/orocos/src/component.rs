@@ -804,10 +804,19 @@ mod tests {
 
     #[test]
     fn numbers_are_those_of_the_model() {
-        check_update("n = 010; n = -2147483648; n = 0x1F; x = 3; x = 1e21; x = 7 / 2; f = 0.1; z = 3;", expect![[r#""#]]);
-        check_update("f = f * 0.5 + 1; f = n; f = f * (1.0 / 3.0); x = x * 2 + n; u = u + 1; u = -u;", expect![[r#""#]]);
+        check_update(
+            "n = 010; n = -2147483648; n = 0x1F; x = 3; x = 1e21; x = 7 / 2; f = 0.1; z = 3;",
+            expect![[r#""#]],
+        );
+        check_update(
+            "f = f * 0.5 + 1; f = n; f = f * (1.0 / 3.0); x = x * 2 + n; u = u + 1; u = -u;",
+            expect![[r#""#]],
+        );
         check_update("b = w < n; b = w < 3; b = z > n; b = u > n; b = n * 2 < x;", expect![[r#""#]]);
-        check_update("n = n - (n - 1) - -n; x = -(-x); b = (n < 3) == b; b = !b == b; b = b || b && !(n < 3);", expect![[r#""#]]);
+        check_update(
+            "n = n - (n - 1) - -n; x = -(-x); b = (n < 3) == b; b = !b == b; b = b || b && !(n < 3);",
+            expect![[r#""#]],
+        );
         check_update("t = \"a\" + t; b = \"a\" == \"b\"; t = t;", expect![[r#""#]]);
     }
 
@@ -875,20 +884,32 @@ mod tests {
                     open.push(path);
                 } else if path.extension().is_some_and(|it| it == "mal" || it == "toml") {
                     let text = std::fs::read_to_string(&path).unwrap();
-                    sample.push((PathBuf::from("/").join(path.strip_prefix(mauve_tests::models().join("p3dx")).unwrap()), text));
+                    sample.push((
+                        PathBuf::from("/")
+                            .join(path.strip_prefix(mauve_tests::models().join("p3dx")).unwrap()),
+                        text,
+                    ));
                 }
             }
         }
         for texts in random.chain([sample]) {
-            for (path, text) in ["component.hpp", "component.cpp"].into_iter().flat_map(|end| generated(texts.clone(), end)) {
+            for (path, text) in
+                ["component.hpp", "component.cpp"].into_iter().flat_map(|end| generated(texts.clone(), end))
+            {
                 let code = code_of(&text);
                 for (open, close) in [('(', ')'), ('{', '}'), ('[', ']')] {
                     let count = |c: char| code.matches(c).count();
                     assert_eq!(count(open), count(close), "{path}\n{text}");
                 }
                 assert!(text.lines().all(|line| line.chars().count() <= 100), "{path}\n{text}");
-                assert!(!code.contains("void*") && !code.contains("= {}") && !code.contains("({})"), "{path}\n{text}");
-                assert!(!text.contains(" \n") && !text.contains("\n\n\n") && !text.contains("{\n\n}"), "{path}\n{text}");
+                assert!(
+                    !code.contains("void*") && !code.contains("= {}") && !code.contains("({})"),
+                    "{path}\n{text}"
+                );
+                assert!(
+                    !text.contains(" \n") && !text.contains("\n\n\n") && !text.contains("{\n\n}"),
+                    "{path}\n{text}"
+                );
             }
         }
     }
