@@ -229,11 +229,14 @@ impl<'db> Reader<'db> {
     fn check_operations(&mut self, component: Decl<'db>) {
         let (db, project) = (self.db, self.project);
         let (shell, of) = (shell_of(db, project, component), core_of(db, project, component));
-        let Some(((shell, of), data)) = shell.zip(of).and_then(|of| Some((of, core(db, of.1)?))) else { return };
+        let Some(((shell, of), data)) = shell.zip(of).and_then(|of| Some((of, core(db, of.1)?))) else {
+            return;
+        };
         for (name, found) in &features_of(db, project, shell).by_name {
             let is_provided = found.iter().any(|feature| feature.kind == FeatureKind::Provided);
             if is_provided && data.operations.iter().all(|operation| operation.name.name != *name) {
-                let message = format!("core {} does not define the operation `{name}` of this shell", of.name(db));
+                let message =
+                    format!("core {} does not define the operation `{name}` of this shell", of.name(db));
                 self.report(message, Place::name_of(component));
             }
         }
