@@ -561,6 +561,8 @@ library robot {
                   INSTALL include/motion
                 )
 
+                install(DIRECTORY models DESTINATION share/${PROJECT_NAME})
+
                 # Yours, if there is one: targets motion-codels and motion-components are there.
                 include(${CMAKE_CURRENT_SOURCE_DIR}/user.cmake OPTIONAL)
 
@@ -713,6 +715,8 @@ library robot {
                 else()
                   install(FILES package.xml DESTINATION share/${PROJECT_NAME})
                 endif()
+
+                install(DIRECTORY launch models scripts DESTINATION share/${PROJECT_NAME})
             "#]],
         );
     }

@@ -726,7 +726,49 @@ mod tests {
 }",
             "component.cpp",
             &["Walker::configureHook", "Walker::startHook", "Walker::updateHook", "guard_Waiting_again() {"],
-            expect![[r#""#]],
+            expect![[r#"
+                bool Walker::configureHook() {
+                  seen = 3;
+                  return true;
+                }
+                bool Walker::startHook() {
+                  index = seen + 1;
+                  if (!start_program()) {
+                    return false;
+                  }
+                  current_state = State::Waiting;
+                  entry_Waiting();
+                  return true;
+                }
+                void Walker::updateHook() {
+                  MAUVE_TRACE_COMPONENT(getName());
+                  switch (current_state) {
+                    case State::Waiting:
+                      run_Waiting();
+                      if (guard_Waiting_go()) {
+                        exit_Waiting();
+                        effect_Waiting_go();
+                        current_state = State::Moving;
+                      } else if (guard_Waiting_again()) {
+                        exit_Waiting();
+                        current_state = State::Waiting;
+                        entry_Waiting();
+                      } else {
+                        handle_Waiting();
+                      }
+                      break;
+                    case State::Moving:
+                      current_state = State::Waiting;
+                      entry_Waiting();
+                      // transition never is never taken: model.mal:21
+                      break;
+                  }
+                }
+                bool Walker::guard_Waiting_again() {
+                  MAUVE_TRACE_PROGRAM(getName(), "motion.Walker", "Waiting", "again", "guard");
+                  return index > 3;
+                }
+            "#]],
         );
     }
 
@@ -736,7 +778,7 @@ mod tests {
   shell Base { property name: string = \"arm\" + \"_1\" }
   shell S extends Base {
     // In metres.
-    property gap: double [0; 2 * width] = 1
+    property gap: double [0; 2 * width] = 0.5
     property led: uint8 [0; 7] = 3
     constant width: double = 0.38 + 0.1
     property class: string
@@ -751,9 +793,79 @@ mod tests {
   component K(S, C)
   use sensor_msgs
 }";
-        check(model, "component.hpp", &["class K", " protected", "shell S", "core C"], expect![[r#""#]]);
+        check(
+            model,
+            "component.hpp",
+            &["class K", " protected", "shell S", "core C"],
+            expect![[r#"
+            class K : public RTT::TaskContext {
+             public:
+              explicit K(const std::string& name_);
+             protected:
+              bool configureHook() override;
+              void updateHook() override;
+              // shell S: model.mal:3
+              // property gap: double [0; 2 * width]: model.mal:5
+              double gap = 0.5;
+              // property led: uint8 [0; 7]: model.mal:6
+              std::uint8_t led = 3;
+              // constant width: double: model.mal:7
+              double width_property = 0.48;
+              double width{};  // as configureHook() found it
+              // property class: string: model.mal:8
+              std::string class_{};
+              // input port scan: LaserScan: model.mal:9
+              RTT::InputPort<::sensor_msgs::LaserScan> scan;
+              RTT::FlowStatus scan_status = RTT::NoData;  // of the last read
+              // output port to: float: model.mal:10
+              RTT::OutputPort<float> to;
+              // core C: model.mal:12
+              ::sensor_msgs::LaserScan echoes{};  // model.mal:13
+              // spare: nothing uses it, model.mal:14
+        "#]],
+        );
         let from = ["K::K(", "K::configureHook", "K::update_program"];
-        check(model, "component.cpp", &from, expect![[r#""#]]);
+        check(
+            model,
+            "component.cpp",
+            &from,
+            expect![[r#"
+            K::K(const std::string& name_)
+                : RTT::TaskContext(name_, RTT::TaskContext::PreOperational) {
+              addProperty("name", name).doc("property name: string");
+              addProperty("gap", gap).doc("property gap: double [0; 2 * width]");
+              addProperty("led", led).doc("property led: uint8 [0; 7]");
+              addProperty("width", width_property).doc("constant width: double");
+              addProperty("class", class_).doc("property class: string");
+              addPort("scan", scan).doc("input port scan: LaserScan");
+              addPort("to_", to).doc("output port to: float");
+            }
+            bool K::configureHook() {
+              // property gap: double [0; 2 * width]: model.mal:5
+              if (!(gap >= 0.0 && gap <= 2 * width_property)) {
+                RTT::log(RTT::Error) << getName() << ": property gap is " << gap << ", and must be in [0; "
+                                     << 2 * width_property << "]" << RTT::endlog();
+                return false;
+              }
+              // property led: uint8 [0; 7]: model.mal:6
+              if (!(led <= 7)) {
+                RTT::log(RTT::Error) << getName() << ": property led is " << static_cast<int>(led)
+                                     << ", and must be in [0; 7]" << RTT::endlog();
+                return false;
+              }
+              // Constants are from here on what they are now.
+              width = width_property;
+              scan_status = RTT::NoData;
+              return true;
+            }
+            void K::update_program() {
+              MAUVE_TRACE_PROGRAM(getName(), "motion.K", "", "", "update");
+              if ((scan_status = scan.read(echoes)) == RTT::NewData && scan_status != RTT::NoData) {
+                to.write(0.1f);
+              }
+            }
+        "#]],
+        );
     }
 
     #[test]
@@ -781,24 +893,151 @@ mod tests {
   component K(S, C)
 }";
         let header = ["// shell S", "// core C", "// What the operations", "  void update_program"];
-        check(model, "component.hpp", &header, expect![[r#""#]]);
+        check(
+            model,
+            "component.hpp",
+            &header,
+            expect![[r#"
+                  // shell S: model.mal:2
+                  // require plan(in goal: int, out cost: double, inout way: string): int: model.mal:3
+                  RTT::OperationCaller<int(int, double&, std::string&)> plan;
+                  // require land(): void: model.mal:4
+                  RTT::OperationCaller<void()> land;
+                  // core C: model.mal:7
+                  int n = 1;                                                  // model.mal:8
+                  double x = 0.0;                                             // model.mal:9
+                  std::string t = "";                                         // model.mal:10
+                  RTT::SendHandle<int(int, double&, std::string&)> planning;  // model.mal:11
+                  RTT::SendHandle<void()> landing;                            // model.mal:12
+                  // What the operations that are sent write their results to, as long as they are under way.
+                  double planning_cost{};
+                  std::string planning_way{};
+                  void update_program();
+                  bool reset(bool /*hard*/, std::string text, int& was);
+                };
+            "#]],
+        );
         let source = ["K::K(", "K::update_program", "K::reset(bool"];
-        check(model, "component.cpp", &source, expect![[r#""#]]);
+        check(
+            model,
+            "component.cpp",
+            &source,
+            expect![[r#"
+                K::K(const std::string& name)
+                    : RTT::TaskContext(name, RTT::TaskContext::PreOperational),
+                      plan("plan"),
+                      land("land") {
+                  this->requires()->addOperationCaller(plan);
+                  this->requires()->addOperationCaller(land);
+                  addOperation("reset", &K::reset, this, RTT::OwnThread)
+                      .doc("provide reset(in hard: bool, in text: string, out was: int): bool")
+                      .arg("hard", "in bool").arg("text", "in string").arg("was", "out int");
+                }
+                void K::update_program() {
+                  MAUVE_TRACE_PROGRAM(getName(), "motion.K", "", "", "update");
+                  planning_way = t;
+                  planning = plan.send(n, planning_cost, planning_way);
+                  landing = land.send();
+                  if (planning.collectIfDone(n, x, t) == RTT::SendSuccess) {
+                    const auto t_before = t;
+                    reset(true, t_before, n);
+                  } else {
+                    int dropped{};
+                    double dropped_2{};
+                    std::string dropped_3{};
+                    if (planning.collectIfDone(dropped, dropped_2, dropped_3) > RTT::SendFailure) {
+                      n = 1;
+                    }
+                  }
+                }
+                bool K::reset(bool /*hard*/, std::string text, int& was) {
+                  MAUVE_TRACE_PROGRAM(getName(), "motion.K", "", "reset", "operation");
+                  was = n;
+                  t = text;
+                  return true;
+                }
+            "#]],
+        );
     }
 
     #[test]
     fn what_is_left_to_cpp_is_evaluated_from_left_to_right() {
-        check_update("n = two(count(1), count(2));", expect![[r#""#]]);
-        check_update("n = n + tick(n);", expect![[r#""#]]);
-        check_update("n = tick(n) + n;", expect![[r#""#]]);
-        check_update("n = m + tick(n);", expect![[r#""#]]);
-        check_update("b = halt() == (n < 3);", expect![[r#""#]]);
-        check_update("b = read(goal, n) == status(goal);", expect![[r#""#]]);
-        check_update("tell(t, t); tell(t + t, t);", expect![[r#""#]]);
-        check_update("b = b && two(count(1), count(2)) > 3 && n > 1 || flag();", expect![[r#""#]]);
+        check_update(
+            "n = two(count(1), count(2));",
+            expect![[r#"
+            const auto count_result = MAUVE_TRACE_CODEL(getName(), "lab.count", ::lab::count(1));
+            const auto count_result_2 = MAUVE_TRACE_CODEL(getName(), "lab.count", ::lab::count(2));
+            n = MAUVE_TRACE_CODEL(getName(), "lab.two", ::lab::two(count_result, count_result_2));
+        "#]],
+        );
+        check_update(
+            "n = n + tick(n);",
+            expect![[r#"
+            const auto n_before = n;
+            n = n_before + MAUVE_TRACE_CODEL(getName(), "lab.tick", ::lab::tick(n));
+        "#]],
+        );
+        check_update(
+            "n = tick(n) + n;",
+            expect![[r#"
+            const auto tick_result = MAUVE_TRACE_CODEL(getName(), "lab.tick", ::lab::tick(n));
+            n = tick_result + n;
+        "#]],
+        );
+        check_update(
+            "n = m + tick(n);",
+            expect![[r#"
+            n = m + MAUVE_TRACE_CODEL(getName(), "lab.tick", ::lab::tick(n));
+        "#]],
+        );
+        check_update(
+            "b = halt() == (n < 3);",
+            expect![[r#"
+            const auto halt_result = halt();
+            b = halt_result == (n < 3);
+        "#]],
+        );
+        check_update(
+            "b = read(goal, n) == status(goal);",
+            expect![[r#"
+            const auto read_result = (goal_status = goal.read(n));
+            b = read_result == goal_status;
+        "#]],
+        );
+        check_update(
+            "tell(t, t); tell(t + t, t);",
+            expect![[r#"
+            const auto t_before = t;
+            MAUVE_TRACE_CODEL(getName(), "lab.tell", ::lab::tell(t_before, t));
+            MAUVE_TRACE_CODEL(getName(), "lab.tell", ::lab::tell(t + t, t));
+        "#]],
+        );
+        check_update(
+            "b = b && two(count(1), count(2)) > 3 && n > 1 || flag();",
+            expect![[r#"
+            bool both = b;
+            if (both) {
+              const auto count_result = MAUVE_TRACE_CODEL(getName(), "lab.count", ::lab::count(1));
+              const auto count_result_2 = MAUVE_TRACE_CODEL(getName(), "lab.count", ::lab::count(2));
+              both = MAUVE_TRACE_CODEL(getName(), "lab.two", ::lab::two(count_result, count_result_2)) > 3;
+            }
+            b = (both && n > 1) || MAUVE_TRACE_CODEL(getName(), "lab.flag", ::lab::flag());
+        "#]],
+        );
         check_update(
             "if b then { n = 1; } else if (two(count(1), n) > 3) then { n = 2; } else if b then { n = 3; } else { }",
-            expect![[r#""#]],
+            expect![[r#"
+                if (b) {
+                  n = 1;
+                } else {
+                  const auto count_result = MAUVE_TRACE_CODEL(getName(), "lab.count", ::lab::count(1));
+                  if (MAUVE_TRACE_CODEL(getName(), "lab.two", ::lab::two(count_result, n)) > 3) {
+                    n = 2;
+                  } else if (b) {
+                    n = 3;
+                  }
+                }
+            "#]],
         );
     }
 
@@ -806,25 +1045,77 @@ mod tests {
     fn numbers_are_those_of_the_model() {
         check_update(
             "n = 010; n = -2147483648; n = 0x1F; x = 3; x = 1e21; x = 7 / 2; f = 0.1; z = 3;",
-            expect![[r#""#]],
+            expect![[r#"
+            n = 10;
+            n = std::numeric_limits<int>::min();
+            n = 31;
+            x = 3.0;
+            x = 1e21;
+            x = 7 / 2;
+            f = 0.1f;
+            z = 3u;
+        "#]],
         );
         check_update(
             "f = f * 0.5 + 1; f = n; f = f * (1.0 / 3.0); x = x * 2 + n; u = u + 1; u = -u;",
-            expect![[r#""#]],
+            expect![[r#"
+            f = f * 0.5f + 1.0f;
+            f = static_cast<float>(n);
+            f = f * static_cast<float>(1.0 / 3.0);
+            x = x * 2.0 + n;
+            u = static_cast<std::uint8_t>(u + 1);
+            u = static_cast<std::uint8_t>(-u);
+        "#]],
         );
-        check_update("b = w < n; b = w < 3; b = z > n; b = u > n; b = n * 2 < x;", expect![[r#""#]]);
+        check_update(
+            "b = w < n; b = w < 3; b = z > n; b = u > n; b = n * 2 < x;",
+            expect![[r#"
+            b = static_cast<std::int64_t>(w) < static_cast<std::int64_t>(n);
+            b = w < 3u;
+            b = n < 0 || z > static_cast<std::uint64_t>(n);
+            b = u > n;
+            b = n * 2 < x;
+        "#]],
+        );
         check_update(
             "n = n - (n - 1) - -n; x = -(-x); b = (n < 3) == b; b = !b == b; b = b || b && !(n < 3);",
-            expect![[r#""#]],
+            expect![[r#"
+            n = n - (n - 1) - -n;
+            x = -(-x);
+            b = (n < 3) == b;
+            b = (!b) == b;
+            b = b || (b && !(n < 3));
+        "#]],
         );
-        check_update("t = \"a\" + t; b = \"a\" == \"b\"; t = t;", expect![[r#""#]]);
+        check_update(
+            "t = \"a\" + t; b = \"a\" == \"b\"; t = t;",
+            expect![[r#"
+            t = std::string("a") + t;
+            b = std::string("a") == "b";
+            static_cast<void>(t);
+        "#]],
+        );
     }
 
     #[test]
     fn names_hide_what_they_hide_in_the_model() {
         check_update(
             "var n: int = n + 1; { var n: int = n; m = n; { var State: string = t; t = State; } } var x: int; x = n; write(next, limit);",
-            expect![[r#""#]],
+            expect![[r#"
+                int n_ = n + 1;
+                {
+                  int n_0_ = n_;
+                  m = n_0_;
+                  {
+                    std::string State = t;
+                    t = State;
+                  }
+                }
+                int x_{};
+                static_cast<void>(x_);
+                x_ = n_;
+                next.write(limit);
+            "#]],
         );
     }
 

@@ -7,6 +7,10 @@
 
 const WIDTH: usize = 100;
 
+/// A line may end behind these.
+const BREAKS: [&str; 14] =
+    [", ", "&& ", "|| ", " == ", " != ", " < ", " <= ", " > ", " >= ", " + ", " - ", " * ", " / ", " % "];
+
 /// A text that is written line by line.
 #[derive(Default)]
 pub(super) struct Text {
@@ -93,6 +97,30 @@ impl Lines {
         }
     }
 
+    /// What has no better place to go on: a literal that is too long becomes several, which C++ joins.
+    fn words(&mut self, text: &str, tail: usize) {
+        let (mut literal, mut escaped) = (None, false);
+        for word in text.split_inclusive(' ') {
+            // A quotation mark stands behind it.
+            let is_wide = self.column + word.chars().count() + tail.max(1) > WIDTH;
+            if let Some(column) = literal.filter(|column| is_wide && *column + 1 < self.column) {
+                self.push("\"");
+                self.next(column);
+                self.push("\"");
+            }
+            for c in word.chars() {
+                match c {
+                    _ if escaped => escaped = false,
+                    '\\' => escaped = literal.is_some(),
+                    '"' => literal = if literal.is_some() { None } else { Some(self.column) },
+                    _ => {}
+                }
+                self.out.push(c);
+                self.column += 1;
+            }
+        }
+    }
+
     /// `text`, of which later lines begin at `base`, with `tail` more columns behind it.
     fn code(&mut self, text: &str, base: usize, tail: usize) {
         let width = text.chars().count();
@@ -113,7 +141,7 @@ impl Lines {
                 self.next(base);
             }
             let Some((head, inner, rest)) = split(piece).filter(|_| self.column + width > WIDTH) else {
-                self.push(piece);
+                self.words(piece, tail);
                 continue;
             };
             let behind = rest.trim_end().chars().count() + tail;
@@ -166,7 +194,7 @@ fn pieces(text: &str) -> Vec<&str> {
             return;
         }
         let rest = text.get(at..).unwrap_or_default();
-        let behind = [", ", "&& ", "|| ", " + "].into_iter().find(|it| rest.starts_with(it));
+        let behind = BREAKS.into_iter().find(|it| rest.starts_with(it));
         if let Some(found) = behind {
             cuts.push(at + found.len());
         }
