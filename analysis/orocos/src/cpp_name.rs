@@ -424,7 +424,7 @@ impl CppNames {
 }
 
 /// The identifiers with two `_` in a row, or with one and a capital at their beginning, are the compiler's own.
-fn as_identifier(name: &str) -> String {
+pub(crate) fn as_identifier(name: &str) -> String {
     let mut name = name.to_owned();
     while name.contains("__") {
         name = name.replace("__", "_0_");

@@ -34,6 +34,8 @@ const CODELS: [&str; 20] = [
     "measure", "plan", "turn", "halt", "gain", "level", "new", "sweep", "result", "drive", "fit", "sense",
     "start", "grow", "value", "class", "pick", "tell", "ask", "log",
 ];
+/// Codels that give a value of the type that they change: what is computed first can be told by them.
+const CHANGING: [(&str, Ty); 3] = [("count", Ty::Int), ("shift", Ty::Double), ("join", Ty::Text)];
 const STATES: [&str; 8] = ["Waiting", "Moving", "entry", "state", "default", "Blind", "run", "initial"];
 const TYPES: [Ty; 9] =
     [Ty::Int, Ty::Int, Ty::Double, Ty::Double, Ty::Bool, Ty::Text, Ty::Byte, Ty::Float, Ty::Int];
@@ -66,7 +68,12 @@ fn codels(random: &mut Random) -> Vec<Signature> {
         }
         signature
     });
-    all.collect()
+    let changing = CHANGING.iter().map(|(name, ty)| Signature {
+        name: (*name).to_owned(),
+        parameters: vec![(Way::InOut, *ty)],
+        result: Some(*ty),
+    });
+    all.chain(changing).collect()
 }
 
 fn signature(random: &mut Random, name: &str, most: usize) -> Signature {
@@ -537,6 +544,12 @@ impl<'a> Maker<'a> {
         if depth == 0 || self.chance(25) {
             return self.leaf(ty);
         }
+        if self.calls
+            && self.chance(12)
+            && let Some(pair) = self.changed_beside(ty)
+        {
+            return pair;
+        }
         if self.calls && self.chance(25) {
             let found = match ty {
                 Ty::PortStatus => self.a_read(),
@@ -578,6 +591,15 @@ impl<'a> Maker<'a> {
             Ty::Bool => self.condition(depth),
             Ty::PortStatus | Ty::CallStatus => self.leaf(ty),
         }
+    }
+
+    /// A variable, and beside it a call that changes it.
+    fn changed_beside(&mut self, ty: Ty) -> Option<Expr> {
+        let index = CHANGING.iter().position(|(_, it)| *it == ty)?;
+        let variable = self.assignable(ty, &[])?;
+        let value = Expr { ty, form: Form::Variable(variable) };
+        let call = Expr { ty, form: Form::Codel(CODELS.len() + index, vec![value.clone()]) };
+        Some(if self.chance(70) { pair(ty, value, "+", call) } else { pair(ty, call, "+", value) })
     }
 
     fn whole(&mut self, depth: usize) -> Expr {

@@ -17,7 +17,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::obvious::{Comparison, are_obvious, comparison, is_obvious};
 use super::{Class, Key, Member};
-use crate::cpp_name::CppNames;
+use crate::cpp_name::{CppNames, as_identifier};
 use crate::escape::cpp_string;
 
 /// How tight an expression binds, loosest first.
@@ -565,6 +565,9 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
 
     /// A name that is new: `name`, `name_2`, …
     fn temporary(&mut self, name: &str) -> String {
+        // As it can be in C++, or no number would make a name of it that can.
+        let name = as_identifier(name);
+        let name = name.trim_end_matches('_');
         let numbers = self.scope.numbers.get(name).copied().unwrap_or(1)..;
         for number in numbers {
             let wanted = if number == 1 { name.to_owned() } else { format!("{name}_{number}") };
