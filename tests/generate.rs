@@ -382,6 +382,13 @@ fn late_robots_are_generated_with_a_warning() {
     );
     it.change("mauve.toml", "assume.codel = \"60 ms\"\n", "");
     let run = it.run(&["--check", "--format", "json"]);
+    assert!(run.code == 1 && run.err.contains("not proved"), "{}{}", run.out, run.err);
+    // The exported analyses are others, and nothing else is.
+    let stale = serde_json::from_str::<Value>(&run.out).unwrap();
+    let stale = stale["folders"][0]["changed"].as_array().unwrap().clone();
+    assert!(stale.iter().all(|path| path.as_str().unwrap().ends_with(".json")), "{stale:?}");
+    assert_eq!(it.run(&[]).code, 0);
+    let run = it.run(&["--check", "--format", "json"]);
     assert!(run.code == 0 && run.err.contains("not proved"), "{}{}", run.out, run.err);
     assert!(serde_json::from_str::<Value>(&run.out).is_ok());
 }

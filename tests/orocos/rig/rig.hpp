@@ -242,6 +242,11 @@ class AskedFor<R(A...)> : public Asked {
   bool is_sent_ = false;
 };
 
+// What scripts know something by: no name begins with a `_` there.
+inline std::string at_run_time(const std::string& name) {
+  return name[0] == '_' ? "mal_" + name : name;
+}
+
 class Rig {
  public:
   Rig(const shim::ComponentLibrary& library, const std::string& component, std::uint64_t seed)
@@ -289,8 +294,9 @@ class Rig {
   template <class T>
   void property(const std::string& name, const T& first, const T& later) {
     // Names that scripts use otherwise have a `_` behind them.
-    RTT::base::PropertyBase* const plain = task_->getProperty(name);
-    RTT::base::PropertyBase* const found = plain == nullptr ? task_->getProperty(name + "_") : plain;
+    RTT::base::PropertyBase* const plain = task_->getProperty(at_run_time(name));
+    RTT::base::PropertyBase* const found =
+        plain == nullptr ? task_->getProperty(at_run_time(name) + "_") : plain;
     RTT::Property<T>* const property = dynamic_cast<RTT::Property<T>*>(found);
     if (property == nullptr) throw std::runtime_error("no property " + name);
     property->set(first);
@@ -299,13 +305,13 @@ class Rig {
 
   template <class Signature>
   void provided(const std::string& name, const std::string& way) {
-    asked_.emplace_back(new AskedFor<Signature>(other_, name, way));
+    asked_.emplace_back(new AskedFor<Signature>(other_, at_run_time(name), way));
   }
 
   template <class Signature>
   void required(const std::string& name, const std::string& way) {
     const auto served = std::make_shared<Served<Signature>>(name, way);
-    other_.addOperation(name, &Served<Signature>::call, served.get(), RTT::OwnThread);
+    other_.addOperation(at_run_time(name), &Served<Signature>::call, served.get(), RTT::OwnThread);
     served_.push_back(served);
   }
 
@@ -335,7 +341,7 @@ class Rig {
  private:
   template <class P>
   void connect(P& port, const std::string& name, int size) {
-    RTT::base::PortInterface* const other = task_->getPort(name);
+    RTT::base::PortInterface* const other = task_->getPort(at_run_time(name));
     const RTT::ConnPolicy policy = size == 0 ? RTT::ConnPolicy::data() : RTT::ConnPolicy::circularBuffer(size);
     if (other == nullptr || !port.connectTo(other, policy)) throw std::runtime_error("no port " + name);
   }
