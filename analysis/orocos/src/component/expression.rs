@@ -70,7 +70,7 @@ impl Code {
     }
 
     /// As a `std::string`: two literals are joined and compared as arrays otherwise.
-    fn as_string(self) -> Code {
+    fn into_string(self) -> Code {
         if self.is_literal { Code::primary(format!("std::string({})", self.text), self.ty) } else { self }
     }
 
@@ -421,7 +421,7 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
         }
         if !lhs.ty.is_number() || !rhs.ty.is_number() {
             let both = lhs.is_literal && rhs.is_literal && lhs.ty == Type::String;
-            let lhs = if both || operator == Op::Add { lhs.as_string() } else { lhs };
+            let lhs = if both || operator == Op::Add { lhs.into_string() } else { lhs };
             let ty = if is_comparison { Type::Bool } else { lhs.ty.clone() };
             return Code { value, compared, ..joined(operator, level, &lhs, &rhs, ty) };
         }
@@ -778,7 +778,7 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
             };
             if *direction == Direction::In {
                 let value =
-                    value.map(|value| if value.ty == Type::String { value.as_string() } else { value });
+                    value.map(|value| if value.ty == Type::String { value.into_string() } else { value });
                 texts.extend(value.map(|value| value.text));
                 continue;
             }
