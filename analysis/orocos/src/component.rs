@@ -86,6 +86,8 @@ struct Class<'a, 'db> {
     variables: FxHashMap<usize, String>,
     /// What the components that execute required operations write their `out` and `inout` parameters to.
     slots: Vec<Slot<'db>>,
+    /// The last calls of operations with `inout` parameters: while one is under way, nobody else writes its slots.
+    sent: Vec<Sent<'db>>,
     /// What it executes.
     programs: Vec<Routine<'db>>,
     by_key: FxHashMap<Key, usize>,
@@ -133,6 +135,17 @@ struct Slot<'db> {
     index: usize,
     parameter: usize,
     ty: Type,
+    name: String,
+}
+
+/// The last call of an operation, for a handler or for nobody.
+struct Sent<'db> {
+    /// As in [`Slot`].
+    handler: Option<usize>,
+    shell: Decl<'db>,
+    index: usize,
+    /// The type of its operation.
+    signature: String,
     name: String,
 }
 
@@ -218,6 +231,7 @@ impl<'a, 'db> Class<'a, 'db> {
             shells: Vec::new(),
             variables: FxHashMap::default(),
             slots: Vec::new(),
+            sent: Vec::new(),
             programs: Vec::new(),
             by_key: FxHashMap::default(),
             machine: None,
@@ -348,6 +362,15 @@ impl<'a, 'db> Class<'a, 'db> {
             slots.extend(member.map(|member| (None, member, &member.data.name.name)));
         }
         let mut names = self.names.clone();
+        let both_ways = slots.iter().filter(|(_, member, _)| goes_both_ways(member));
+        let sent = both_ways.map(|(handler, member, name)| Sent {
+            handler: *handler,
+            shell: member.shell,
+            index: member.index,
+            signature: self.signature(member),
+            name: names.declare(&format!("{name}_sent")),
+        });
+        let sent: Vec<Sent<'db>> = sent.collect();
         let slots = slots.into_iter().flat_map(|(handler, member, name)| {
             let parameters = member.parameters.iter().zip(&member.data.parameters).enumerate();
             let back = parameters.filter(|(_, ((direction, _), _))| *direction != Direction::In);
@@ -369,6 +392,7 @@ impl<'a, 'db> Class<'a, 'db> {
         let slots: Vec<_> = slots.collect();
         let slots = slots.into_iter().map(|(slot, wanted)| Slot { name: names.declare(&wanted), ..slot });
         self.slots = slots.collect();
+        self.sent = sent;
         self.names = names;
     }
 
@@ -615,6 +639,11 @@ fn expressions(core: &Core) -> Vec<&Expr> {
     found
 }
 
+/// Does an operation take something that it gives back?
+fn goes_both_ways(member: &Member<'_>) -> bool {
+    member.parameters.iter().any(|(direction, _)| *direction == Direction::InOut)
+}
+
 #[cfg(test)]
 mod tests {
     use std::path::PathBuf;
@@ -729,11 +758,13 @@ mod tests {
             expect![[r#"
                 bool Walker::configureHook() {
                   seen = 3;
+                  gap = 0.0;
                   return true;
                 }
                 bool Walker::startHook() {
                   index = seen + 1;
                   if (!start_program()) {
+                    RTT::log(RTT::Error) << getName() << ": `start` gave false" << RTT::endlog();
                     return false;
                   }
                   current_state = State::Waiting;
@@ -798,31 +829,31 @@ mod tests {
             "component.hpp",
             &["class K", " protected", "shell S", "core C"],
             expect![[r#"
-            class K : public RTT::TaskContext {
-             public:
-              explicit K(const std::string& name_);
-             protected:
-              bool configureHook() override;
-              void updateHook() override;
-              // shell S: model.mal:3
-              // property gap: double [0; 2 * width]: model.mal:5
-              double gap = 0.5;
-              // property led: uint8 [0; 7]: model.mal:6
-              std::uint8_t led = 3;
-              // constant width: double: model.mal:7
-              double width_property = 0.48;
-              double width{};  // as configureHook() found it
-              // property class: string: model.mal:8
-              std::string class_{};
-              // input port scan: LaserScan: model.mal:9
-              RTT::InputPort<::sensor_msgs::LaserScan> scan;
-              RTT::FlowStatus scan_status = RTT::NoData;  // of the last read
-              // output port to: float: model.mal:10
-              RTT::OutputPort<float> to;
-              // core C: model.mal:12
-              ::sensor_msgs::LaserScan echoes{};  // model.mal:13
-              // spare: nothing uses it, model.mal:14
-        "#]],
+                class K : public RTT::TaskContext {
+                 public:
+                  explicit K(const std::string& name_);
+                 protected:
+                  bool configureHook() override;
+                  void updateHook() override;
+                  // shell S: model.mal:3
+                  // property gap: double [0; 2 * width]: model.mal:5
+                  double gap = 0.5;
+                  // property led: uint8 [0; 7]: model.mal:6
+                  std::uint8_t led = 3;
+                  // constant width: double: model.mal:7
+                  double width_property = 0.48;
+                  double width = 0.48;  // as configureHook() found it
+                  // property class: string: model.mal:8
+                  std::string class_{};
+                  // input port scan: LaserScan: model.mal:9
+                  RTT::InputPort<::sensor_msgs::LaserScan> scan;
+                  RTT::FlowStatus scan_status = RTT::NoData;  // of the last read
+                  // output port to: float: model.mal:10
+                  RTT::OutputPort<float> to;
+                  // core C: model.mal:12
+                  ::sensor_msgs::LaserScan echoes{};  // model.mal:13
+                  // spare: nothing uses it, model.mal:14
+            "#]],
         );
         let from = ["K::K(", "K::configureHook", "K::update_program"];
         check(
@@ -830,41 +861,42 @@ mod tests {
             "component.cpp",
             &from,
             expect![[r#"
-            K::K(const std::string& name_)
-                : RTT::TaskContext(name_, RTT::TaskContext::PreOperational) {
-              addProperty("name", name).doc("property name: string");
-              addProperty("gap", gap).doc("property gap: double [0; 2 * width]");
-              addProperty("led", led).doc("property led: uint8 [0; 7]");
-              addProperty("width", width_property).doc("constant width: double");
-              addProperty("class", class_).doc("property class: string");
-              addPort("scan", scan).doc("input port scan: LaserScan");
-              addPort("to_", to).doc("output port to: float");
-            }
-            bool K::configureHook() {
-              // property gap: double [0; 2 * width]: model.mal:5
-              if (!(gap >= 0.0 && gap <= 2 * width_property)) {
-                RTT::log(RTT::Error) << getName() << ": property gap is " << gap << ", and must be in [0; "
-                                     << 2 * width_property << "]" << RTT::endlog();
-                return false;
-              }
-              // property led: uint8 [0; 7]: model.mal:6
-              if (!(led <= 7)) {
-                RTT::log(RTT::Error) << getName() << ": property led is " << static_cast<int>(led)
-                                     << ", and must be in [0; 7]" << RTT::endlog();
-                return false;
-              }
-              // Constants are from here on what they are now.
-              width = width_property;
-              scan_status = RTT::NoData;
-              return true;
-            }
-            void K::update_program() {
-              MAUVE_TRACE_PROGRAM(getName(), "motion.K", "", "", "update");
-              if ((scan_status = scan.read(echoes)) == RTT::NewData && scan_status != RTT::NoData) {
-                to.write(0.1f);
-              }
-            }
-        "#]],
+                K::K(const std::string& name_)
+                    : RTT::TaskContext(name_, RTT::TaskContext::PreOperational) {
+                  addProperty("name", name).doc("property name: string");
+                  addProperty("gap", gap).doc("property gap: double [0; 2 * width]");
+                  addProperty("led", led).doc("property led: uint8 [0; 7]");
+                  addProperty("width", width_property).doc("constant width: double");
+                  addProperty("class", class_).doc("property class: string");
+                  addPort("scan", scan).doc("input port scan: LaserScan");
+                  addPort("to_", to).doc("output port to: float");
+                }
+                bool K::configureHook() {
+                  // property gap: double [0; 2 * width]: model.mal:5
+                  if (!(gap >= 0.0 && gap <= 2 * width_property)) {
+                    RTT::log(RTT::Error) << getName() << ": property gap is " << gap << ", and must be in [0; "
+                                         << 2 * width_property << "]" << RTT::endlog();
+                    return false;
+                  }
+                  // property led: uint8 [0; 7]: model.mal:6
+                  if (!(led <= 7)) {
+                    RTT::log(RTT::Error) << getName() << ": property led is " << static_cast<int>(led)
+                                         << ", and must be in [0; 7]" << RTT::endlog();
+                    return false;
+                  }
+                  // Constants are from here on what they are now.
+                  width = width_property;
+                  scan_status = RTT::NoData;
+                  echoes = ::sensor_msgs::LaserScan();
+                  return true;
+                }
+                void K::update_program() {
+                  MAUVE_TRACE_PROGRAM(getName(), "motion.K", "", "", "update");
+                  if ((scan_status = scan.read(echoes)) == RTT::NewData && scan_status != RTT::NoData) {
+                    to.write(0.1f);
+                  }
+                }
+            "#]],
         );
     }
 
@@ -912,6 +944,7 @@ mod tests {
                   // What the operations that are sent write their results to, as long as they are under way.
                   double planning_cost{};
                   std::string planning_way{};
+                  RTT::SendHandle<int(int, double&, std::string&)> planning_sent;  // the last call
                   void update_program();
                   bool reset(bool /*hard*/, std::string text, int& was);
                 };
@@ -935,17 +968,24 @@ mod tests {
                 }
                 void K::update_program() {
                   MAUVE_TRACE_PROGRAM(getName(), "motion.K", "", "", "update");
-                  planning_way = t;
-                  planning = plan.send(n, planning_cost, planning_way);
+                  int dropped{};
+                  double dropped_2{};
+                  std::string dropped_3{};
+                  // Where its last call is under way still, what goes both ways is in use.
+                  if (planning_sent.collectIfDone(dropped, dropped_2, dropped_3) != RTT::SendNotReady) {
+                    planning_way = t;
+                    planning_sent = plan.send(n, planning_cost, planning_way);
+                    planning = planning_sent;
+                  }
                   landing = land.send();
                   if (planning.collectIfDone(n, x, t) == RTT::SendSuccess) {
                     const auto t_before = t;
                     reset(true, t_before, n);
                   } else {
-                    int dropped{};
-                    double dropped_2{};
-                    std::string dropped_3{};
-                    if (planning.collectIfDone(dropped, dropped_2, dropped_3) > RTT::SendFailure) {
+                    int dropped_4{};
+                    double dropped_5{};
+                    std::string dropped_6{};
+                    if (planning.collectIfDone(dropped_4, dropped_5, dropped_6) > RTT::SendFailure) {
                       n = 1;
                     }
                   }

@@ -480,13 +480,11 @@ impl Run<'_> {
             Statement::Send(handler, arguments) => {
                 let it = self.it;
                 let (_, required) = it.handlers[*handler];
-                // Two calls of one handler that are under way at once have one place for what goes both ways.
+                // Its last call has what goes both ways still: this one is not made.
                 let is_under_way =
                     self.handlers[*handler].is_some_and(|call| self.calls[call].results.is_none());
                 let parameters = &it.required[required].signature.parameters;
-                if is_under_way && parameters.iter().any(|(way, _)| *way == Way::InOut) {
-                    return Err(Stop::Undefined);
-                }
+                let has_to_wait = is_under_way && parameters.iter().any(|(way, _)| *way == Way::InOut);
                 let mut given = Vec::new();
                 let mut arguments = arguments.iter();
                 for (way, ty) in &it.required[required].signature.parameters {
@@ -497,6 +495,9 @@ impl Run<'_> {
                             None => nothing(*ty),
                         },
                     });
+                }
+                if has_to_wait {
+                    return Ok(());
                 }
                 self.handlers[*handler] = it.required[required].is_connected.then(|| {
                     self.calls.push(Call { required, arguments: given, results: None });

@@ -241,7 +241,8 @@ impl<'a> Maker<'a> {
             let ty = types.get(index).copied().unwrap_or_else(|| *self.random.of(&TYPES));
             let first = self.value(ty, 2);
             let variable = Variable { place: place(index), name, ty };
-            all.push((variable.clone(), Some(first)));
+            // Without one, it is nothing at first, whatever it was the last time.
+            all.push((variable.clone(), (self.random.below(4) > 0).then_some(first)));
             if !inner.contains(&variable.name) {
                 self.scope.push(variable);
             }

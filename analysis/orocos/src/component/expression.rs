@@ -706,7 +706,7 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
                 Code::primary(text, routine.gives.clone())
             }
             Callee::Read | Callee::Write | Callee::Status => self.port(*found, arguments),
-            Callee::Send => self.send(None, arguments),
+            Callee::Send => self.send(None, arguments).unwrap_or_else(|| Code::primary("{}", Type::Unknown)),
             Callee::Collect => self.collect(arguments),
         }
     }
@@ -764,12 +764,33 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
         }
     }
 
-    /// `send(operation, in and inout arguments…)`, for a handler or for nobody.
-    pub(super) fn send(&mut self, handler: Option<usize>, arguments: &'db [Expr]) -> Code {
-        let operation = arguments.first().and_then(Expr::part).and_then(|part| self.member(part));
-        let Some(operation) = operation else { return Code::primary("{}", Type::Unknown) };
+    /// `send(operation, in and inout arguments…)`, for a handler or for nobody; nothing where all of it is written already.
+    ///
+    /// RTT keeps the address of what goes both ways, and whoever provides the operation reads and writes there when its
+    /// thread comes to it: until then the next call has to wait.
+    pub(super) fn send(&mut self, handler: Option<usize>, arguments: &'db [Expr]) -> Option<Code> {
+        let operation = arguments.first().and_then(Expr::part).and_then(|part| self.member(part))?;
+        let of = (handler, operation.shell, operation.index);
+        let sent = self.class.sent.iter().find(|it| (it.handler, it.shell, it.index) == of);
         let given: Vec<&'db Expr> = arguments.iter().skip(1).collect();
-        let mut given = self.operands(&given, false).into_iter();
+        let calls: Vec<bool> = given.iter().map(|argument| self.effects(argument).calls).collect();
+        let values = self.operands(&given, false).into_iter().zip(&given).zip(calls);
+        // Arguments are computed also where nothing is sent.
+        let is_kept = |calls: bool| calls && sent.is_some();
+        let given: Vec<Code> = values
+            .map(
+                |((code, argument), calls)| {
+                    if is_kept(calls) { self.keep(code, &base_of(argument)) } else { code }
+                },
+            )
+            .collect();
+        let mut given = given.into_iter();
+        if let Some(sent) = sent {
+            let dropped = self.dropped(operation).join(", ");
+            self.line("// Where its last call is under way still, what goes both ways is in use.");
+            self.line(format!("if ({}.collectIfDone({dropped}) != RTT::SendNotReady) {{", sent.name));
+            self.depth += 1;
+        }
         let mut texts = Vec::new();
         for (number, (direction, ty)) in operation.parameters.iter().enumerate() {
             let value = match direction {
@@ -793,7 +814,17 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
             texts.push(slot.name.clone());
         }
         let text = format!("{}.send({})", operation.name, texts.join(", "));
-        Code::primary(text, Type::Handle(operation.data.name.name.clone()))
+        let Some(sent) = sent else {
+            return Some(Code::primary(text, Type::Handle(operation.data.name.name.clone())));
+        };
+        self.line(format!("{} = {text};", sent.name));
+        if let Some(handler) = handler {
+            let name = self.variable_name(handler);
+            self.line(format!("{name} = {};", sent.name));
+        }
+        self.depth -= 1;
+        self.line("}");
+        None
     }
 
     /// `collect(handler)`, `collect(handler, result and out variables…)`
@@ -813,7 +844,11 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
     fn nowhere(&mut self, handler: usize) -> Vec<String> {
         let Type::Handle(operation) = self.class.type_of_variable(handler) else { return Vec::new() };
         let member = self.class.members().find(|it| it.data.name.name == operation);
-        let Some(member) = member else { return Vec::new() };
+        member.map_or_else(Vec::new, |member| self.dropped(member))
+    }
+
+    /// Variables for what an operation gives.
+    fn dropped(&mut self, member: &Member<'db>) -> Vec<String> {
         let result = (member.ty != Type::Void).then_some(&member.ty);
         let back = member.parameters.iter().filter(|(direction, _)| *direction != Direction::In);
         let types: Vec<&Type> = result.into_iter().chain(back.map(|(_, ty)| ty)).collect();

@@ -97,7 +97,8 @@ fn feature(class: &Class<'_, '_>, member: &Member<'_>, text: &mut Text) {
             let property = member.property.as_ref().unwrap_or(name);
             text.line(1, &format!("{cpp} {property}{value};"));
             if member.property.is_some() {
-                text.line(1, &format!("{cpp} {name}{{}};  // as configureHook() found it"));
+                // An operation may be asked for before that.
+                text.line(1, &format!("{cpp} {name}{value};  // as configureHook() found it"));
             }
         }
         FeatureKind::Input => {
@@ -134,6 +135,9 @@ fn core<'db>(class: &Class<'_, 'db>, text: &mut Text) {
         );
         for slot in &class.slots {
             text.line(1, &format!("{} {}{{}};", class.cpp(&slot.ty), slot.name));
+        }
+        for sent in &class.sent {
+            text.line(1, &format!("RTT::SendHandle<{}> {};  // the last call", sent.signature, sent.name));
         }
         text.gap();
     }

@@ -71,6 +71,13 @@ impl<'db> Writer<'_, '_, 'db> {
                 self.line(format!("return {};", value.text));
             }
             Statement::Assign(target, value) => self.assign(target.part, value),
+            Statement::Expr(Expr::Call { callee, arguments, .. })
+                if self.class.typing.callees.get(&callee.part) == Some(&Callee::Send) =>
+            {
+                if let Some(code) = self.send(None, arguments) {
+                    self.line(format!("{};", code.text));
+                }
+            }
             Statement::Expr(value) => {
                 let code = self.expr(value);
                 if matches!(value, Expr::Call { .. }) {
@@ -144,7 +151,12 @@ impl<'db> Writer<'_, '_, 'db> {
         let name = self.variable_name(index);
         let is_send = |callee| matches!(self.class.typing.callees.get(&callee), Some(Callee::Send));
         let value = match value {
-            Expr::Call { callee, arguments, .. } if is_send(callee.part) => self.send(Some(index), arguments),
+            Expr::Call { callee, arguments, .. } if is_send(callee.part) => {
+                match self.send(Some(index), arguments) {
+                    Some(code) => code,
+                    None => return,
+                }
+            }
             value => self.value(value, &self.class.type_of_variable(index)),
         };
         if value.text == name {

@@ -159,9 +159,8 @@ fn configure_hook<'db>(class: &Class<'_, 'db>, text: &mut Text) {
     let statuses = class.members().filter_map(|member| member.status.as_ref());
     lines.extend(statuses.map(|status| Line::new(1, format!("{status} = RTT::NoData;"))));
     lines.extend(first_values(class, &class.data.variables));
-    let configure = class.program(Key::Hook(HookKind::Configure));
-    let value = configure.map_or_else(|| "true".to_owned(), |it| format!("{}()", it.function));
-    lines.push(Line::new(1, format!("return {value};")));
+    lines.extend(run_or_fail(class, HookKind::Configure));
+    lines.push(Line::new(1, "return true;"));
     function(text, &format!("bool {}::configureHook()", class.name), &lines);
 }
 
@@ -169,14 +168,37 @@ fn configure_hook<'db>(class: &Class<'_, 'db>, text: &mut Text) {
 fn first_values<'db>(class: &Class<'_, 'db>, variables: &'db [Variable]) -> Vec<Line> {
     let mut writer = Writer::new(class);
     for (index, variable, name) in class.variables_of(variables) {
-        if let Some(value) = &variable.value {
-            let value = writer.value(value, &class.type_of_variable(index));
-            if value.text != name {
-                writer.line(format!("{name} = {};", value.text));
+        match &variable.value {
+            Some(value) => {
+                let value = writer.value(value, &class.type_of_variable(index));
+                if value.text != name {
+                    writer.line(format!("{name} = {};", value.text));
+                }
             }
+            // Whatever it was before, it begins anew.
+            None if class.named.contains(&index) => {
+                let nothing = nothing_of(class, name, &class.type_of_variable(index));
+                writer.line(format!("{name} = {nothing};"));
+            }
+            None => {}
         }
     }
     writer.lines
+}
+
+/// The value of a variable that nobody gave one.
+fn nothing_of(class: &Class<'_, '_>, name: &str, ty: &Type) -> String {
+    match ty {
+        Type::Bool => "false".to_owned(),
+        Type::Integer(_) => "0".to_owned(),
+        Type::Float => "0.0F".to_owned(),
+        Type::Double => "0.0".to_owned(),
+        Type::PortStatus => "RTT::NoData".to_owned(),
+        Type::CallStatus => "RTT::SendNotReady".to_owned(),
+        Type::String | Type::Message(..) => format!("{}()", class.cpp(ty)),
+        // A pointer, or a type of several words.
+        _ => format!("decltype({name})()"),
+    }
 }
 
 /// That a property or constant lies in its interval.
@@ -231,25 +253,33 @@ fn start_hook(class: &Class<'_, '_>, text: &mut Text) {
         return;
     }
     let head = format!("bool {}::startHook()", class.name);
-    let start = class.program(Key::Hook(HookKind::Start));
     let mut lines =
         class.data.machines.first().map_or_else(Vec::new, |it| first_values(class, &it.variables));
     let Some((machine, initial)) =
         class.machine.as_ref().and_then(|it| Some((it, it.values.get(it.initial)?)))
     else {
-        lines.extend(start.map(|start| Line::new(1, format!("return {}();", start.function))));
+        lines.extend(run_or_fail(class, HookKind::Start));
+        lines.push(Line::new(1, "return true;"));
         return function(text, &head, &lines);
     };
-    if let Some(start) = start {
-        lines.push(Line::new(1, format!("if (!{}()) {{", start.function)));
-        lines.push(Line::new(2, "return false;"));
-        lines.push(Line::new(1, "}"));
-    }
+    lines.extend(run_or_fail(class, HookKind::Start));
     lines.push(Line::new(1, format!("{} = {}::{initial};", machine.current, machine.states)));
     let entry = class.program(Key::Method(machine.initial, MethodKind::Entry));
     lines.extend(entry.map(|entry| Line::new(1, format!("{}();", entry.function))));
     lines.push(Line::new(1, "return true;"));
     function(text, &head, &lines);
+}
+
+/// The program of a hook that may refuse: then the log says who did, since scripts of RTT do not.
+fn run_or_fail(class: &Class<'_, '_>, kind: HookKind) -> Vec<Line> {
+    let Some(program) = class.program(Key::Hook(kind)) else { return Vec::new() };
+    let said = cpp_string(&format!(": `{}` gave false", kind.keyword()));
+    vec![
+        Line::new(1, format!("if (!{}()) {{", program.function)),
+        Line::new(2, format!("RTT::log(RTT::Error) << getName() << {said} << RTT::endlog();")),
+        Line::new(2, "return false;"),
+        Line::new(1, "}"),
+    ]
 }
 
 /// One period.
