@@ -336,6 +336,21 @@ library _Package { codel _f(in _X: int, in __y: size_t): uint8 }
 library catkin { codel catkin(): float }
 library include { codel include(in include: int64): char }
 library Threads { codel find(): bool }
+library system { codel random(): int }
+library tm { codel time(in stat: int, in EOF: bool): int }
+library select {
+  use system
+  shell S { property M_PI: double = 3.0 output port EAGAIN: int }
+  core C(S) {
+    var errno: int = 0
+    statemachine {
+      initial state EAGAIN { run = { write(EAGAIN, random()); } transition SIGINT if errno == 0 to TRUE }
+      state TRUE { transition PATH_MAX to CLOCK_REALTIME }
+      state CLOCK_REALTIME { transition BOOST_FOREACH if M_PI > 3.0 to EAGAIN }
+    }
+  }
+  component DIR(S, C)
+}
 ";
 
 #[test]

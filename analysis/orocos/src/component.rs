@@ -459,7 +459,7 @@ impl<'a, 'db> Class<'a, 'db> {
                 }
             }
         }
-        let mut values = CppNames::default();
+        let mut values = CppNames::of_namespace();
         self.machine = Some(Machine {
             states: self.names.declare("State"),
             values: machine.states.iter().map(|state| values.declare(&state.name.name)).collect(),

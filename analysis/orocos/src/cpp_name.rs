@@ -1,9 +1,11 @@
 //! Names that C++, RTT and its scripts can have: those of the model wherever they may be used there.
 
+use std::sync::LazyLock;
+
 use rustc_hash::FxHashSet;
 
 /// Names that nothing of a model can have in C++: its keywords, those of later standards too, and macros of common headers.
-const CPP_WORDS: [&str; 139] = [
+const CPP_WORDS: [&str; 141] = [
     "alignas",
     "alignof",
     "and",
@@ -113,6 +115,8 @@ const CPP_WORDS: [&str; 139] = [
     "minor",
     "makedev",
     "NULL",
+    "TRUE",
+    "FALSE",
     "EOF",
     "BUFSIZ",
     "DEBUG",
@@ -376,6 +380,21 @@ const STATEMENT_PREFIXES: [&str; 11] = [
 /// Services that every script finds where no task has their name.
 const GLOBAL_SERVICES: [&str; 1] = ["ros"];
 
+/// Macros of the headers that generated code includes, or a codel may: they mean something wherever they stand.
+static MACROS: LazyLock<FxHashSet<&str>> = LazyLock::new(|| words(include_str!("cpp_name/macros.txt")));
+
+/// What those headers declare outside of any namespace: no package can be called so.
+static GLOBALS: LazyLock<FxHashSet<&str>> = LazyLock::new(|| words(include_str!("cpp_name/globals.txt")));
+
+fn words(text: &'static str) -> FxHashSet<&'static str> {
+    text.lines().filter(|line| !line.starts_with('#')).flat_map(str::split_whitespace).collect()
+}
+
+/// Does a name mean something to the compiler, or to its preprocessor, wherever it stands?
+fn is_reserved(name: &str) -> bool {
+    CPP_WORDS.contains(&name) || MACROS.contains(name)
+}
+
 /// The names of one place in C++, such as a class or a function: no two are the same.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct CppNames {
@@ -386,6 +405,13 @@ impl CppNames {
     /// Of what stands in the namespace of a package.
     pub(crate) fn of_namespace() -> CppNames {
         CppNames { taken: OUTER_WORDS.map(str::to_owned).into_iter().collect() }
+    }
+
+    /// Of packages, each of which is a namespace.
+    pub(crate) fn of_packages() -> CppNames {
+        let mut names = CppNames::of_namespace();
+        names.taken.extend(GLOBALS.iter().map(|&name| name.to_owned()));
+        names
     }
 
     /// Of a class that derives from `RTT::TaskContext`.
@@ -414,7 +440,7 @@ impl CppNames {
     /// `name` as it can be declared here, which is then taken: itself, or with as many `_` behind it as it needs.
     pub(crate) fn declare(&mut self, name: &str) -> String {
         let mut name = as_identifier(name);
-        while CPP_WORDS.contains(&name.as_str()) || self.taken.contains(&name) {
+        while is_reserved(&name) || self.taken.contains(&name) {
             // Two of them in a row are the compiler's own.
             name += if name.ends_with('_') { "0_" } else { "_" };
         }
@@ -423,13 +449,19 @@ impl CppNames {
     }
 }
 
-/// The identifiers with two `_` in a row, or with one and a capital at their beginning, are the compiler's own.
+/// The identifiers with two `_` in a row, or with one and a capital at their beginning, are the compiler's own; those with
+/// these prefixes are macros of the libraries that generated code rests on.
 pub(crate) fn as_identifier(name: &str) -> String {
     let mut name = name.to_owned();
     while name.contains("__") {
         name = name.replace("__", "_0_");
     }
-    if name.starts_with('_') { format!("m{name}") } else { name }
+    let prefixes = ["BOOST_", "RTT_", "ORO_", "ROS_", "MAUVE_", "TRACEPOINT_"];
+    match name.starts_with('_') {
+        true => format!("m{name}"),
+        false if prefixes.iter().any(|prefix| name.starts_with(prefix)) => format!("m_{name}"),
+        false => name,
+    }
 }
 
 /// What a port, a property or an operation is called at run time: its own name, unless scripts use the word themselves, or
@@ -461,6 +493,18 @@ fn with_suffix(name: &str) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn nothing_is_called_as_a_macro_or_a_global_function() {
+        let mut names = CppNames::of_packages();
+        let declared = ["system", "tm", "random", "EAGAIN", "M_PI", "TRUE", "BOOST_FOREACH", "motion"]
+            .map(|it| names.declare(it));
+        let expected =
+            ["system_", "tm_", "random_", "EAGAIN_", "M_PI_", "TRUE_", "m_BOOST_FOREACH", "motion"];
+        assert_eq!(declared, expected);
+        // In the namespace of a package a function may be called as a global one.
+        assert_eq!(CppNames::of_namespace().declare("random"), "random");
+    }
 
     #[test]
     fn no_name_hides_a_type() {

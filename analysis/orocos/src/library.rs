@@ -138,7 +138,7 @@ impl<'db> Reader<'db> {
         }
         // What stands outside libraries takes the name that they leave.
         order.sort_by_key(Option::is_none);
-        let mut names = CppNames::of_namespace();
+        let mut names = CppNames::of_packages();
         catalogue().keys().for_each(|package| {
             names.take(package);
             names.take(&format!("rtt_{package}"));
