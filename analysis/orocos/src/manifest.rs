@@ -74,8 +74,13 @@ impl Manifest {
             return Err(format!("its format is {}, and this mauve knows {FORMAT}", version.format));
         }
         let manifest: Manifest = serde_json::from_str(text).map_err(|error| error.to_string())?;
-        match manifest.files.keys().chain(manifest.codels.keys()).find(|path| !is_inside(path)) {
-            Some(path) => Err(format!("{path:?} is no path in the package")),
+        if let Some(path) = manifest.files.keys().chain(manifest.codels.keys()).find(|path| !is_inside(path))
+        {
+            return Err(format!("{path:?} is no path in the package"));
+        }
+        // What is listed and no longer made is removed: nothing of the user's may be.
+        match manifest.files.keys().find(|path| is_the_users(path)) {
+            Some(path) => Err(format!("{path:?} is the user's, and no generated file")),
             None => Ok(manifest),
         }
     }
@@ -85,6 +90,11 @@ impl Manifest {
         let text = serde_json::to_string_pretty(self).map_err(|error| error.to_string())?;
         Ok(text + "\n")
     }
+}
+
+/// Is it a file that the generator never writes again, or never at all?
+fn is_the_users(path: &str) -> bool {
+    path == "user.cmake" || path.starts_with("src/codels/")
 }
 
 /// Does a path name a file in the folder that it starts from, other than its manifest?
@@ -151,6 +161,10 @@ mod tests {
             assert_eq!(why(&files.to_string()), format!("{path:?} is no path in the package"));
             let codels = serde_json::json!({ "format": 1, "files": {}, "codels": { path: {} } });
             assert_eq!(why(&codels.to_string()), format!("{path:?} is no path in the package"));
+        }
+        for path in ["user.cmake", "src/codels/plan.cpp"] {
+            let files = serde_json::json!({ "format": 1, "files": { path: hash("mine") }, "codels": {} });
+            assert_eq!(why(&files.to_string()), format!("{path:?} is the user's, and no generated file"));
         }
     }
 }

@@ -89,8 +89,15 @@ impl Generate {
         let is_refused = !self.force && folders.iter().any(|it| !it.plan.edited.is_empty());
         let is_written = !self.check && !is_refused;
         if is_written {
-            for Planned { site, plan, .. } in &folders {
-                site.iter().try_for_each(|site| site.write(&plan.steps))?;
+            for (number, Planned { site, plan, .. }) in folders.iter().enumerate() {
+                let written = site.iter().try_for_each(|site| site.write(&plan.steps));
+                // Each folder is written as a whole, and one after the other.
+                let before = folders.iter().take(number).map(|it| format!("`{}`", it.out.display()));
+                let before: Vec<String> = before.collect();
+                written.map_err(|error| match before.is_empty() {
+                    true => error,
+                    false => format!("{error} there; {} is written already", before.join(" and ")),
+                })?;
             }
         }
         let doing = match (self.check, is_refused) {

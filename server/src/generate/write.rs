@@ -83,6 +83,13 @@ impl Site {
         let targets: Vec<(&Step, PathBuf)> = ordered.map(target).collect::<Result<_, _>>()?;
         let mut undo = Undo::default();
         let staging = self.root.join(STAGING);
+        if holds_originals(&staging) {
+            return Err(format!(
+                "a run was cut off, and what it had put aside is in `{}`: put back what is yours, then remove that \
+                 folder; nothing was written",
+                staging.display()
+            ));
+        }
         let written = failing(&staging, discard(&staging).and_then(|()| fs::create_dir(&staging)))
             .and_then(|()| stage(&targets, &staging))
             .and_then(|()| put(&targets, &staging, &mut undo));
@@ -160,6 +167,13 @@ fn make_folder(folder: &Path, made: &mut Vec<PathBuf>) -> io::Result<()> {
 /// Removes folders up to the first that is not empty.
 fn remove_empty(mut folders: impl Iterator<Item = impl AsRef<Path>>) {
     let _ = folders.find(|folder| fs::remove_dir(folder).is_err());
+}
+
+/// Is there anything in it that may be nowhere else? A run that comes to its end leaves nothing.
+fn holds_originals(staging: &Path) -> bool {
+    let is_original = |name: &std::ffi::OsStr| Path::new(name).extension().is_some_and(|end| end == "old");
+    let mut entries = fs::read_dir(staging).into_iter().flatten().flatten();
+    entries.any(|entry| is_original(&entry.file_name()))
 }
 
 /// Removes what a run has put aside.
@@ -258,10 +272,14 @@ fn put_one(action: &Action, path: &Path, new: &Path, old: &Path, undo: &mut Undo
             let is_made = make_folder(folder, &mut made);
             undo.0.extend(made.into_iter().map(Done::Made));
             is_made?;
-            if path.symlink_metadata().is_ok() {
-                return Err(io::Error::new(ErrorKind::AlreadyExists, "somebody else wrote it meanwhile"));
+            // A link takes nobody's place, whoever writes at the same time; some file systems have none.
+            match fs::hard_link(new, path) {
+                Ok(()) => {}
+                Err(_) if path.symlink_metadata().is_ok() => {
+                    return Err(io::Error::new(ErrorKind::AlreadyExists, "somebody else wrote it meanwhile"));
+                }
+                Err(_) => fs::rename(new, path)?,
             }
-            fs::rename(new, path)?;
             undo.0.push(Done::Created(path.to_owned()));
         }
         Action::Change(_) => {
@@ -363,6 +381,19 @@ mod tests {
         let expected = [("p", ""), ("p/a", ""), ("p/a/b", "new p/a/b"), ("p/changed", "new")];
         assert_eq!(found, expected.map(|(path, text)| (folder.join(path), text.to_owned())));
         assert_eq!(fs::metadata(folder.join("p/changed")).unwrap().permissions().mode() & 0o777, 0o640);
+        fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[test]
+    fn what_a_run_that_was_cut_off_put_aside_stays() {
+        let folder = scratch("cut_off");
+        let aside = folder.join(STAGING).join("0.old");
+        fs::create_dir_all(folder.join(STAGING)).unwrap();
+        fs::write(&aside, "mine").unwrap();
+        let why = Site::open(&folder).unwrap().write(&[create("p/a")]).unwrap_err();
+        assert!(why.contains("put back what is yours"), "{why}");
+        assert_eq!(fs::read_to_string(&aside).unwrap(), "mine");
+        assert!(!folder.join("p").exists());
         fs::remove_dir_all(&folder).unwrap();
     }
 
