@@ -253,7 +253,14 @@ impl<'db> Meant<'db> {
             ));
         }
         for step in &plan.steps {
-            target(&folder, step)?;
+            // The command line puts a file in the place of a link; an editor writes where the link leads.
+            if target(&folder, step)?.is_symlink() {
+                return Err(format!(
+                    "{shown_folder}/{} is a link, and what it leads to would be written: put a file in its place, or run \
+                     `mauve generate`, which does",
+                    clean(&step.path)
+                ));
+            }
         }
         // A manifest says what was written: last, since whoever writes may be stopped.
         plan.steps.sort_by_key(|step| step.path.ends_with(MANIFEST));
