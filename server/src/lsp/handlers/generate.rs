@@ -33,7 +33,7 @@ use tower_lsp::lsp_types::{
 
 use super::execute_command::GENERATE;
 use super::rename::refused;
-use crate::lsp::generate::{Generated, meant, open};
+use crate::lsp::generate::{Generated, Meant, meant, open};
 use crate::lsp::position::end_of;
 use crate::lsp::snapshot::{ANOTHER_TEXT, Snapshot};
 
@@ -106,7 +106,10 @@ pub(crate) fn generate(snapshot: &Snapshot, params: &GenerateParams) -> Result<G
             "this editor makes no files that a change says to: run `mauve generate`".to_owned(),
         ));
     }
-    let meant = meant(snapshot, file, params.deployment.as_deref()).map_err(refused)?;
+    let mut meant = meant(snapshot, file).map_err(refused)?;
+    if let Some(deployment) = &params.deployment {
+        meant = meant.only(&snapshot.db, deployment).map_err(refused)?;
+    }
     let generated = meant.generated(snapshot).map_err(refused)?;
     let edit = edit(snapshot, &generated, uri)?;
     let files = generated.plan.steps.iter().map(|step| FileDocument {
@@ -173,27 +176,35 @@ pub(crate) fn actions(
     if context.only.is_none() && !snapshot.capabilities.resource_operations {
         return Vec::new();
     }
+    if of.is_empty() {
+        return Vec::new();
+    }
     let is_automatic = context.trigger_kind == Some(CodeActionTriggerKind::AUTOMATIC);
+    // Once for all of them: it asks all the models, and the disk.
+    let Ok(all) = meant(snapshot, file) else { return Vec::new() };
     of.into_iter()
-        .filter_map(|deployment| action(snapshot, document, file, deployment, is_automatic))
+        .filter_map(|deployment| action(snapshot, document, &all, deployment, is_automatic))
         .collect()
 }
 
 /// None where nobody asked for an action that cannot be done.
-fn action(
-    snapshot: &Snapshot,
+fn action<'db>(
+    snapshot: &'db Snapshot,
     document: &TextDocumentIdentifier,
-    file: File,
+    all: &Meant<'db>,
     deployment: Option<&str>,
     is_automatic: bool,
 ) -> Option<CodeAction> {
     let capabilities = snapshot.capabilities;
-    let meant = meant(snapshot, file, deployment).ok()?;
+    let meant = match deployment {
+        Some(name) => all.only(&snapshot.db, name).ok()?,
+        None => all.clone(),
+    };
     let refusal = meant.refusal(snapshot);
     if is_automatic && refusal.is_some() {
         return None;
     }
-    let title = meant.title(snapshot);
+    let title = meant.title();
     let mut action = CodeAction { title: title.clone(), kind: Some(KIND), ..CodeAction::default() };
     match refusal {
         Some(reason) if capabilities.disabled_actions => {
