@@ -473,7 +473,10 @@ fn nothing_is_written_through_a_link_to_a_file() {
     let found = generate(&mut client, &text.uri).unwrap();
     apply(&found["edit"]);
     assert!(include.is_symlink());
-    assert_ne!(std::fs::read_to_string(folder.join("generated/include/parts/parts-codels.hpp")).unwrap(), before);
+    assert_ne!(
+        std::fs::read_to_string(folder.join("generated/include/parts/parts-codels.hpp")).unwrap(),
+        before
+    );
     assert_eq!(files(&generate(&mut client, &text.uri).unwrap()), []);
 }
 
@@ -506,6 +509,38 @@ fn what_is_not_generated_any_more_is_removed() {
     assert_eq!(std::fs::read_to_string(folder.join(CODEL)).unwrap(), before[&folder.join(CODEL)]);
     let found = generate(&mut client, &text.uri).unwrap();
     assert_eq!(files(&found), []);
+}
+
+#[test]
+fn what_the_models_make_no_more_is_said() {
+    let folder = project("left");
+    let (mut client, mut text) = opened(&folder, &good_editor());
+    generated(&mut client, &text.uri);
+    assert_eq!(generate(&mut client, &text.uri).unwrap()["leftPackages"], json!([]));
+    client.edit(&mut text, "library parts", "library pieces");
+    client.diagnostics(&text);
+    let found = generate(&mut client, &text.uri).unwrap();
+    assert_eq!(found["leftPackages"], json!(["parts"]));
+    execute(&mut client, json!([text.uri])).unwrap();
+    let warning = said(&mut client);
+    assert_eq!(
+        warning,
+        "The models make these packages in generated no more; remove what nobody needs: parts."
+    );
+    // A deployment is not all of them.
+    let params = json!({"textDocument": {"uri": text.uri}, "deployment": "D"});
+    assert_eq!(client.call("mauve/generate", params).unwrap()["leftPackages"], json!([]));
+    // Nor is a workspace where another one that is open puts its packages as well.
+    write(
+        &folder,
+        &[("inner/mauve.toml", "[project]\nroot = \"it.mal\"\n[generate]\nout = \"../generated\"\n")],
+    );
+    write(&folder, &[("inner/it.mal", &MODEL.replace("library parts", "library other"))]);
+    let (mut client, text) = opened(&folder, &good_editor());
+    let inner = client.open_file(&folder.join("inner/it.mal"));
+    client.diagnostics(&inner);
+    generated(&mut client, &inner.uri);
+    assert_eq!(generate(&mut client, &text.uri).unwrap()["leftPackages"], json!([]));
 }
 
 #[test]

@@ -9,6 +9,8 @@ interface Generated {
   folder: string;
   files: { path: string; action: "create" | "change" | "remove" }[];
   changedCodels: { path: string; before: string; now: string }[];
+  leftCodels: string[];
+  leftPackages: string[];
   edit: WorkspaceEdit;
 }
 
@@ -31,11 +33,18 @@ export async function generate(server: Server, uri: string, deployment?: string 
   if (generated === undefined) {
     return false;
   }
-  if (generated.changedCodels.length > 0) {
-    const codels = generated.changedCodels.map(({ path, before, now }) =>
-      before === "" ? `${path} is to define "${now}".` : `${path} is to define "${now}", and was written for "${before}".`,
-    );
+  const codels = generated.changedCodels.map(({ path, before, now }) =>
+    before === "" ? `${path} is to define "${now}".` : `${path} is to define "${now}", and was written for "${before}".`,
+  );
+  codels.push(...generated.leftCodels.map((path) => `${path} is of no codel of the model any more.`));
+  if (codels.length > 0) {
     void vscode.window.showWarningMessage(`Your own files in ${generated.folder} stay as they are. ${codels.join(" ")}`);
+  }
+  if (generated.leftPackages.length > 0) {
+    const packages = generated.leftPackages.join(", ");
+    void vscode.window.showWarningMessage(
+      `The models make these packages in ${generated.folder} no more; remove what nobody needs: ${packages}.`,
+    );
   }
   if (generated.files.length === 0) {
     void vscode.window.showInformationMessage(`The Orocos packages in ${generated.folder} are as they should be.`);

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 use mauve_ide::projects_with;
 use mauve_model::item_tree::Kind;
-use mauve_model::{Decl, File, ModelDb, Project, Workspace, config_of, names_of, normalised};
+use mauve_model::{Decl, File, ModelDb, Project, Workspace, config_of, names_of, normalised, projects};
 use mauve_orocos::{MANIFEST, Package, Plan, Problem, Step, packages, plan, problems};
 use mauve_syntax::similar;
 use salsa::Database as _;
@@ -18,7 +18,7 @@ use tower_lsp::lsp_types::Url;
 
 use super::position::{Encoding, line_index};
 use super::snapshot::{Document, Snapshot};
-use crate::generate::{behind_links, clean, merged, read, target};
+use crate::generate::{behind_links, clean, left_packages, merged, read, target};
 use crate::load::place;
 
 /// The folder of the packages, where `mauve.toml` does not say it.
@@ -47,6 +47,8 @@ pub(crate) struct Generated {
     pub(crate) plan: Plan,
     /// What stood in the files that were read, by their paths in the plan.
     pub(crate) before: HashMap<String, String>,
+    /// Packages in the folder that the models make no more, as far as that is known.
+    pub(crate) left_packages: Vec<String>,
 }
 
 impl Generated {
@@ -55,7 +57,7 @@ impl Generated {
         self.folder.join(&step.path)
     }
 
-    /// What the user must know whatever else is done: files of his that the model has left behind.
+    /// What the user must know whatever else is done: files of his, and packages, that the model has left behind.
     pub(crate) fn warning(&self) -> Option<String> {
         let plan = &self.plan;
         let changed = plan.changed_codels.iter().map(|it| match it.before.as_str() {
@@ -64,9 +66,22 @@ impl Generated {
         });
         let left = plan.left_codels.iter().map(|path| format!("{path} is of no codel of the model any more"));
         let all: Vec<String> = changed.chain(left).collect();
-        (!all.is_empty()).then(|| {
-            format!("Your own files in {} stay as they are: {}.", self.shown_folder, clean(&all.join("; ")))
-        })
+        let mut said = Vec::new();
+        if !all.is_empty() {
+            said.push(format!(
+                "Your own files in {} stay as they are: {}.",
+                self.shown_folder,
+                all.join("; ")
+            ));
+        }
+        if !self.left_packages.is_empty() {
+            said.push(format!(
+                "The models make these packages in {} no more; remove what nobody needs: {}.",
+                self.shown_folder,
+                self.left_packages.join(", ")
+            ));
+        }
+        (!said.is_empty()).then(|| clean(&said.join(" ")))
     }
 
     /// That there is nothing to do, if there is not.
@@ -95,7 +110,7 @@ pub(crate) fn meant(snapshot: &Snapshot, file: File) -> Result<Meant<'_>, String
     projects.retain(|project| project.workspace(db) == nearest);
     Ok(Meant {
         projects: projects.into_iter().map(|project| (project, problems(db, project))).collect(),
-        folder: folder(snapshot, nearest),
+        folder: out_folder(snapshot, nearest),
         deployment: None,
     })
 }
@@ -114,7 +129,10 @@ impl<'db> Meant<'db> {
     ///
     /// Why nothing is, for the user.
     pub(crate) fn only(&self, db: &'db dyn ModelDb, name: &str) -> Result<Meant<'db>, String> {
-        let mut names: Vec<String> = self.projects.iter().flat_map(|(project, _)| deployments(db, *project))
+        let mut names: Vec<String> = self
+            .projects
+            .iter()
+            .flat_map(|(project, _)| deployments(db, *project))
             .filter(|decl| decl.qualified(db) == name || **decl.name(db) == *name)
             .map(|decl| decl.qualified(db))
             .collect();
@@ -191,7 +209,23 @@ impl<'db> Meant<'db> {
             });
             Ok((project, made?))
         };
-        merged(db, self.projects.iter().map(|(project, _)| of_project(*project)).collect::<Result<_, String>>()?)
+        merged(
+            db,
+            self.projects.iter().map(|(project, _)| of_project(*project)).collect::<Result<_, String>>()?,
+        )
+    }
+
+    /// Is this all that is generated into a folder, as far as the client has it open?
+    fn is_whole(&self, snapshot: &'db Snapshot, folder: &Path) -> bool {
+        let db = &snapshot.db;
+        let is_all = |workspace: Workspace| {
+            workspace.only(db).is_empty() && projects(db, workspace).len() == self.projects.len()
+        };
+        let Some((project, _)) = self.projects.first() else { return false };
+        let own = project.workspace(db);
+        let mut others = snapshot.workspaces.iter().filter(|&&it| it != own);
+        let is_shared = others.any(|&it| out_folder(snapshot, it).is_ok_and(|(other, _)| other == *folder));
+        self.deployment.is_none() && is_all(own) && !is_shared
     }
 
     /// What would be done.
@@ -237,7 +271,11 @@ impl<'db> Meant<'db> {
         }
         // A manifest says what was written: last, since whoever writes may be stopped.
         plan.steps.sort_by_key(|step| step.path.ends_with(MANIFEST));
-        Ok(Generated { folder, shown_folder, plan, before: before.into_inner() })
+        let left_packages = match self.is_whole(snapshot, &folder) {
+            true => left_packages(&folder, &packages),
+            false => Vec::new(),
+        };
+        Ok(Generated { folder, shown_folder, plan, before: before.into_inner(), left_packages })
     }
 }
 
@@ -247,7 +285,7 @@ fn shown(db: &dyn ModelDb, workspace: Workspace, path: &Path) -> String {
 }
 
 /// The folder that the packages of a workspace go to, behind all links, and as the user knows it.
-fn folder(snapshot: &Snapshot, workspace: Workspace) -> Result<(PathBuf, String), String> {
+fn out_folder(snapshot: &Snapshot, workspace: Workspace) -> Result<(PathBuf, String), String> {
     let db = &snapshot.db;
     let home = workspace.folder(db);
     if home.as_os_str().is_empty() {

@@ -149,6 +149,15 @@ check('then nothing is left to do', function()
   equal(2, #previews, vim.inspect(told))
 end)
 
+check('packages that are made no more are named', function()
+  write('generated/old/.mauve-manifest.json', read('generated/motion/.mauve-manifest.json'))
+  told = {}
+  vim.cmd('Mauve generate')
+  wait_for_word('old: the models make this package no more')
+  equal(true, told[1]:find('as they should be', 1, true) ~= nil, told[1])
+  vim.fn.delete(in_robot('generated/old'), 'rf')
+end)
+
 check('a prototype that changes is shown, and the file of the user stays', function()
   local file = 'generated/motion/src/codels/clearance.cpp'
   local mine = '// Mine.\n' .. read(file)

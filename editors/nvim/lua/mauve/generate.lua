@@ -22,6 +22,8 @@ end
 ---@field folder string
 ---@field files { path: string, action: 'create'|'change'|'remove' }[]
 ---@field changedCodels { path: string, before: string, now: string }[]
+---@field leftCodels string[]
+---@field leftPackages string[]
 ---@field edit lsp.WorkspaceEdit
 
 --- Where a file is behind all links, be it there or not.
@@ -75,10 +77,11 @@ end
 local TO_DO = { create = 'to create', change = 'to change', remove = 'to remove' }
 local DONE = { create = 'created', change = 'changed', remove = 'removed' }
 
---- The codels of which the user's files are of another prototype, as differences.
+--- What stays, though the models have left it behind: the codels of which the user's files are of another prototype, as
+--- differences; files of no codel, and packages.
 ---@param generated mauve.Generated
 ---@return string[]
-local function prototypes(generated)
+local function left(generated)
   local lines = {}
   for _, codel in ipairs(generated.changedCodels) do
     table.insert(lines, ('--- %s: yours, and stays as it is'):format(codel.path))
@@ -89,6 +92,12 @@ local function prototypes(generated)
         table.insert(lines, sign .. line)
       end
     end
+  end
+  for _, path in ipairs(generated.leftCodels) do
+    table.insert(lines, ('%s: this codel is no longer in the model; the file is yours, and stays'):format(path))
+  end
+  for _, name in ipairs(generated.leftPackages) do
+    table.insert(lines, ('%s: the models make this package no more; remove it if nobody needs it'):format(name))
   end
   return lines
 end
@@ -102,9 +111,10 @@ function M.preview(generated)
   for _, file in ipairs(generated.files) do
     table.insert(lines, ('%s  %s'):format(file.action, file.path))
   end
-  if #generated.changedCodels > 0 then
-    vim.list_extend(lines, { '', 'Codels that have another prototype now:', '' })
-    vim.list_extend(lines, prototypes(generated))
+  local kept = left(generated)
+  if #kept > 0 then
+    vim.list_extend(lines, { '', 'What the models have left behind:', '' })
+    vim.list_extend(lines, kept)
   end
   for _, file in ipairs(generated.files) do
     local path = vim.fs.joinpath(generated.folder, file.path)
@@ -320,11 +330,11 @@ function M.generate(client, uri, deployment)
       return
     end
     if #generated.files == 0 then
-      local codels = prototypes(generated)
+      local kept = left(generated)
       tell(
         ('the Orocos packages in %s are as they should be'):format(generated.folder)
-          .. (#codels > 0 and ('; but:\n' .. table.concat(codels, '\n')) or ''),
-        #codels > 0 and vim.log.levels.WARN or vim.log.levels.INFO
+          .. (#kept > 0 and ('; but:\n' .. table.concat(kept, '\n')) or ''),
+        #kept > 0 and vim.log.levels.WARN or vim.log.levels.INFO
       )
       return
     end

@@ -8,7 +8,8 @@
 //!
 //! The result has the `folder` of the packages, absolute; `files`, each with its `path` in there and the `action` that is
 //! due, `create`, `change` or `remove`; `changedCodels`, files of the user's that were written for another prototype, with
-//! the `path`, the prototype `before` and `now`; and the `edit` that does it all. Each text edit in it gives a file all of
+//! the `path`, the prototype `before` and `now`; `leftCodels`, such files of no codel of the model any more; `leftPackages`,
+//! folders of packages that the models make no more, which stay as well; and the `edit` that does it all. Each text edit in it gives a file all of
 //! its text, and the manifest of a package comes last. It is refused in words for the user where something is to be put
 //! right first.
 //!
@@ -55,6 +56,8 @@ pub(crate) struct GenerateDocument {
     folder: std::path::PathBuf,
     files: Vec<FileDocument>,
     changed_codels: Vec<ChangedCodelDocument>,
+    left_codels: Vec<String>,
+    left_packages: Vec<String>,
     edit: WorkspaceEdit,
     /// What is to be said when it is done, or instead of it.
     #[serde(skip)]
@@ -77,7 +80,7 @@ struct ChangedCodelDocument {
 /// What the user is told.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(crate) struct Said {
-    /// Files of his that the model has left behind.
+    /// Files of his, and packages, that the model has left behind.
     pub(crate) warning: Option<String>,
     /// That there is nothing to do.
     pub(crate) nothing: Option<String>,
@@ -128,6 +131,8 @@ pub(crate) fn generate(snapshot: &Snapshot, params: &GenerateParams) -> Result<G
     Ok(GenerateDocument {
         files: files.collect(),
         changed_codels: changed.collect(),
+        left_codels: generated.plan.left_codels.clone(),
+        left_packages: generated.left_packages.clone(),
         edit,
         said: Said { warning: generated.warning(), nothing: generated.nothing() },
         folder: generated.folder,
