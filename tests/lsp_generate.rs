@@ -452,6 +452,35 @@ fn what_users_wrote_stays() {
 }
 
 #[test]
+fn nothing_is_written_through_a_link_to_a_file() {
+    let folder = project("links");
+    let (mut client, mut text) = opened(&folder, &good_editor());
+    generated(&mut client, &text.uri);
+    // What another package has may look like it, and is not this file.
+    let (header, shared) = (folder.join(HEADER), folder.join("generated/shared.hpp"));
+    std::fs::rename(&header, &shared).unwrap();
+    std::os::unix::fs::symlink(&shared, &header).unwrap();
+    assert_eq!(files(&generate(&mut client, &text.uri).unwrap()), [], "it holds what it should");
+    let before = std::fs::read_to_string(&shared).unwrap();
+    client.edit(&mut text, "out n: int", "out m: int");
+    let refused = generate(&mut client, &text.uri).unwrap_err();
+    assert!(refused.starts_with(&format!("{HEADER} is a link")), "{refused}");
+    // A folder may be one, as long as it leads to somewhere in there.
+    std::fs::rename(&shared, &header).unwrap();
+    let include = folder.join("generated/parts/include");
+    std::fs::rename(&include, folder.join("generated/include")).unwrap();
+    std::os::unix::fs::symlink("../include", &include).unwrap();
+    let found = generate(&mut client, &text.uri).unwrap();
+    apply(&found["edit"]);
+    assert!(include.is_symlink());
+    assert_ne!(
+        std::fs::read_to_string(folder.join("generated/include/parts/parts-codels.hpp")).unwrap(),
+        before
+    );
+    assert_eq!(files(&generate(&mut client, &text.uri).unwrap()), []);
+}
+
+#[test]
 fn what_is_not_generated_any_more_is_removed() {
     let folder = project("removed");
     let (mut client, mut text) = opened(&folder, &good_editor());
@@ -480,6 +509,38 @@ fn what_is_not_generated_any_more_is_removed() {
     assert_eq!(std::fs::read_to_string(folder.join(CODEL)).unwrap(), before[&folder.join(CODEL)]);
     let found = generate(&mut client, &text.uri).unwrap();
     assert_eq!(files(&found), []);
+}
+
+#[test]
+fn what_the_models_make_no_more_is_said() {
+    let folder = project("left");
+    let (mut client, mut text) = opened(&folder, &good_editor());
+    generated(&mut client, &text.uri);
+    assert_eq!(generate(&mut client, &text.uri).unwrap()["leftPackages"], json!([]));
+    client.edit(&mut text, "library parts", "library pieces");
+    client.diagnostics(&text);
+    let found = generate(&mut client, &text.uri).unwrap();
+    assert_eq!(found["leftPackages"], json!(["parts"]));
+    execute(&mut client, json!([text.uri])).unwrap();
+    let warning = said(&mut client);
+    assert_eq!(
+        warning,
+        "The models make these packages in generated no more; remove what nobody needs: parts."
+    );
+    // A deployment is not all of them.
+    let params = json!({"textDocument": {"uri": text.uri}, "deployment": "D"});
+    assert_eq!(client.call("mauve/generate", params).unwrap()["leftPackages"], json!([]));
+    // Nor is a workspace where another one that is open puts its packages as well.
+    write(
+        &folder,
+        &[("inner/mauve.toml", "[project]\nroot = \"it.mal\"\n[generate]\nout = \"../generated\"\n")],
+    );
+    write(&folder, &[("inner/it.mal", &MODEL.replace("library parts", "library other"))]);
+    let (mut client, text) = opened(&folder, &good_editor());
+    let inner = client.open_file(&folder.join("inner/it.mal"));
+    client.diagnostics(&inner);
+    generated(&mut client, &inner.uri);
+    assert_eq!(generate(&mut client, &text.uri).unwrap()["leftPackages"], json!([]));
 }
 
 #[test]

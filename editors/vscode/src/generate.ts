@@ -1,3 +1,5 @@
+import { realpath } from "node:fs/promises";
+import * as path from "node:path";
 import * as vscode from "vscode";
 import { LSPErrorCodes, ResponseError, WorkspaceEdit } from "vscode-languageclient/node";
 import { Server } from "./server";
@@ -7,6 +9,8 @@ interface Generated {
   folder: string;
   files: { path: string; action: "create" | "change" | "remove" }[];
   changedCodels: { path: string; before: string; now: string }[];
+  leftCodels: string[];
+  leftPackages: string[];
   edit: WorkspaceEdit;
 }
 
@@ -29,29 +33,51 @@ export async function generate(server: Server, uri: string, deployment?: string 
   if (generated === undefined) {
     return false;
   }
-  if (generated.changedCodels.length > 0) {
-    const codels = generated.changedCodels.map(({ path, before, now }) =>
-      before === "" ? `${path} is to define "${now}".` : `${path} is to define "${now}", and was written for "${before}".`,
-    );
+  const codels = generated.changedCodels.map(({ path, before, now }) =>
+    before === "" ? `${path} is to define "${now}".` : `${path} is to define "${now}", and was written for "${before}".`,
+  );
+  codels.push(...generated.leftCodels.map((path) => `${path} is of no codel of the model any more.`));
+  if (codels.length > 0) {
     void vscode.window.showWarningMessage(`Your own files in ${generated.folder} stay as they are. ${codels.join(" ")}`);
+  }
+  if (generated.leftPackages.length > 0) {
+    const packages = generated.leftPackages.join(", ");
+    void vscode.window.showWarningMessage(
+      `The models make these packages in ${generated.folder} no more; remove what nobody needs: ${packages}.`,
+    );
   }
   if (generated.files.length === 0) {
     void vscode.window.showInformationMessage(`The Orocos packages in ${generated.folder} are as they should be.`);
     return true;
   }
-  const files = new Set(generated.files.map(({ path }) => vscode.Uri.file(`${generated.folder}/${path}`).toString()));
-  const touched = () => vscode.workspace.textDocuments.filter((it) => it.isDirty && files.has(it.uri.toString()));
-  const [unsaved] = touched();
+  const files = new Set(await Promise.all(generated.files.map((file) => behindLinks(path.join(generated.folder, file.path)))));
+  const touched = async () => {
+    const changed = vscode.workspace.textDocuments.filter((it) => it.isDirty && it.uri.scheme === "file");
+    const places = await Promise.all(changed.map((it) => behindLinks(it.uri.fsPath)));
+    return changed.filter((_, index) => files.has(places[index]));
+  };
+  const [unsaved] = await touched();
   if (unsaved !== undefined) {
     void vscode.window.showErrorMessage(`${unsaved.fileName} has changes that are not saved: save or revert it first.`);
     return false;
   }
   const edit = await server.asEdit(generated.edit);
+  // What the user types into one of the files while VS Code shows the edit, VS Code itself refuses to overwrite.
   if (!(await vscode.workspace.applyEdit(edit, { isRefactoring: true }))) {
     return false;
   }
-  const saved = await Promise.all(touched().map((document) => document.save()));
+  const saved = await Promise.all((await touched()).map((document) => document.save()));
   return saved.every((it) => it);
+}
+
+/** Where a file is behind all links, be it there or not: a folder may be open by another name. */
+async function behindLinks(file: string): Promise<string> {
+  try {
+    return await realpath(file);
+  } catch {
+    const folder = path.dirname(file);
+    return folder === file ? file : path.join(await behindLinks(folder), path.basename(file));
+  }
 }
 
 /** What is to be done; nothing where the server says why not, which the user is told. */

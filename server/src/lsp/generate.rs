@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 use mauve_ide::projects_with;
 use mauve_model::item_tree::Kind;
-use mauve_model::{Decl, File, ModelDb, Project, Workspace, config_of, names_of, normalised};
+use mauve_model::{Decl, File, ModelDb, Project, Workspace, config_of, names_of, normalised, projects};
 use mauve_orocos::{MANIFEST, Package, Plan, Problem, Step, packages, plan, problems};
 use mauve_syntax::similar;
 use salsa::Database as _;
@@ -18,17 +18,20 @@ use tower_lsp::lsp_types::Url;
 
 use super::position::{Encoding, line_index};
 use super::snapshot::{Document, Snapshot};
-use crate::generate::{behind_links, clean, merged, read, target};
+use crate::generate::{behind_links, clean, left_packages, merged, read, target};
 use crate::load::place;
 
 /// The folder of the packages, where `mauve.toml` does not say it.
 const FOLDER: &str = "generated";
 
-/// What is to be generated.
+/// What is to be generated. What may be asked for several deployments at once is found out once: what is wrong, and where
+/// folders are behind links.
 #[derive(Debug, Clone)]
 pub(crate) struct Meant<'db> {
-    /// The projects of one workspace that have it; at least one.
-    projects: Vec<Project<'db>>,
+    /// The projects of one workspace that have it, at least one, with what is wrong in each.
+    projects: Vec<(Project<'db>, Vec<Problem<'db>>)>,
+    /// The folder that the packages go to, behind all links, and as the user knows it; or why they go nowhere.
+    folder: Result<(PathBuf, String), String>,
     /// The packages of this deployment, named with its library; none: all.
     deployment: Option<String>,
 }
@@ -44,6 +47,8 @@ pub(crate) struct Generated {
     pub(crate) plan: Plan,
     /// What stood in the files that were read, by their paths in the plan.
     pub(crate) before: HashMap<String, String>,
+    /// Packages in the folder that the models make no more, as far as that is known.
+    pub(crate) left_packages: Vec<String>,
 }
 
 impl Generated {
@@ -52,7 +57,7 @@ impl Generated {
         self.folder.join(&step.path)
     }
 
-    /// What the user must know whatever else is done: files of his that the model has left behind.
+    /// What the user must know whatever else is done: files of his, and packages, that the model has left behind.
     pub(crate) fn warning(&self) -> Option<String> {
         let plan = &self.plan;
         let changed = plan.changed_codels.iter().map(|it| match it.before.as_str() {
@@ -61,9 +66,22 @@ impl Generated {
         });
         let left = plan.left_codels.iter().map(|path| format!("{path} is of no codel of the model any more"));
         let all: Vec<String> = changed.chain(left).collect();
-        (!all.is_empty()).then(|| {
-            format!("Your own files in {} stay as they are: {}.", self.shown_folder, clean(&all.join("; ")))
-        })
+        let mut said = Vec::new();
+        if !all.is_empty() {
+            said.push(format!(
+                "Your own files in {} stay as they are: {}.",
+                self.shown_folder,
+                all.join("; ")
+            ));
+        }
+        if !self.left_packages.is_empty() {
+            said.push(format!(
+                "The models make these packages in {} no more; remove what nobody needs: {}.",
+                self.shown_folder,
+                self.left_packages.join(", ")
+            ));
+        }
+        (!said.is_empty()).then(|| clean(&said.join(" ")))
     }
 
     /// That there is nothing to do, if there is not.
@@ -73,16 +91,12 @@ impl Generated {
     }
 }
 
-/// What is meant by a file, and by the name of a deployment of its projects.
+/// All that can be generated from the projects of a file.
 ///
 /// # Errors
 ///
-/// Why nothing is, for the user.
-pub(crate) fn meant<'db>(
-    snapshot: &'db Snapshot,
-    file: File,
-    deployment: Option<&str>,
-) -> Result<Meant<'db>, String> {
+/// That it has none, for the user.
+pub(crate) fn meant(snapshot: &Snapshot, file: File) -> Result<Meant<'_>, String> {
     let db = &snapshot.db;
     let mut projects = projects_with(db, &snapshot.workspaces, file);
     // A file of several workspaces counts where it stands nearest.
@@ -94,31 +108,11 @@ pub(crate) fn meant<'db>(
         return Err("this file is part of no project".to_owned());
     };
     projects.retain(|project| project.workspace(db) == nearest);
-    let Some(name) = deployment else { return Ok(Meant { projects, deployment: None }) };
-    let found: Vec<(Project<'db>, Decl<'db>)> = projects
-        .iter()
-        .flat_map(|&project| deployments(db, project).map(move |decl| (project, decl)))
-        .filter(|(_, decl)| decl.qualified(db) == name || **decl.name(db) == *name)
-        .collect();
-    let mut names: Vec<String> = found.iter().map(|(_, decl)| decl.qualified(db)).collect();
-    names.sort();
-    names.dedup();
-    match names.as_slice() {
-        [only] => {
-            let projects = found.iter().map(|(project, _)| *project).collect();
-            Ok(Meant { projects, deployment: Some(only.clone()) })
-        }
-        [] => {
-            let all: Vec<String> = projects
-                .iter()
-                .flat_map(|&project| deployments(db, project).map(|decl| decl.qualified(db)))
-                .collect();
-            let near = similar(name, all.iter().map(String::as_str));
-            let near = near.map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
-            Err(format!("no deployment `{}` in the projects of this file{near}", clean(name)))
-        }
-        several => Err(format!("`{name}` may be {}", several.join(" or "))),
-    }
+    Ok(Meant {
+        projects: projects.into_iter().map(|project| (project, problems(db, project))).collect(),
+        folder: out_folder(snapshot, nearest),
+        deployment: None,
+    })
 }
 
 fn deployments<'db>(
@@ -129,81 +123,78 @@ fn deployments<'db>(
 }
 
 impl<'db> Meant<'db> {
+    /// What is meant by the name of a deployment.
+    ///
+    /// # Errors
+    ///
+    /// Why nothing is, for the user.
+    pub(crate) fn only(&self, db: &'db dyn ModelDb, name: &str) -> Result<Meant<'db>, String> {
+        let mut names: Vec<String> = self
+            .projects
+            .iter()
+            .flat_map(|(project, _)| deployments(db, *project))
+            .filter(|decl| decl.qualified(db) == name || **decl.name(db) == *name)
+            .map(|decl| decl.qualified(db))
+            .collect();
+        names.sort();
+        names.dedup();
+        match names.as_slice() {
+            [only] => {
+                let has = |project| deployments(db, project).any(|decl| decl.qualified(db) == *only);
+                let projects = self.projects.iter().filter(|(project, _)| has(*project)).cloned().collect();
+                Ok(Meant { projects, folder: self.folder.clone(), deployment: Some(only.clone()) })
+            }
+            [] => {
+                let all: Vec<String> = self
+                    .projects
+                    .iter()
+                    .flat_map(|(project, _)| deployments(db, *project).map(|decl| decl.qualified(db)))
+                    .collect();
+                let near = similar(name, all.iter().map(String::as_str));
+                let near = near.map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
+                Err(format!("no deployment `{}` in the projects of this file{near}", clean(name)))
+            }
+            several => Err(format!("`{name}` may be {}", several.join(" or "))),
+        }
+    }
+
     /// Why it cannot be generated, as far as nothing on the disk is read.
     pub(crate) fn refusal(&self, snapshot: &'db Snapshot) -> Option<String> {
         let mut found: Vec<&Problem<'db>> = Vec::new();
-        let all: Vec<Vec<Problem<'db>>> =
-            self.projects.iter().map(|&project| problems(&snapshot.db, project)).collect();
-        for problem in all.iter().flatten() {
+        for problem in self.projects.iter().flat_map(|(_, problems)| problems) {
             if !found.contains(&problem) {
                 found.push(problem);
             }
         }
-        self.mend(snapshot, &found).or_else(|| self.folder(snapshot).err())
+        self.mend(snapshot, &found).or_else(|| self.folder.clone().err())
     }
 
     fn mend(&self, snapshot: &Snapshot, problems: &[&Problem<'db>]) -> Option<String> {
+        let db = &snapshot.db;
         let first = problems.first()?;
-        let file = first.at.file(&snapshot.db);
-        let lines = line_index(&snapshot.db, file);
-        let start = lines.position(first.at.range(&snapshot.db).start(), Encoding::Utf32);
-        let at = format!(
-            "{}:{}:{}",
-            self.shown(snapshot, file.path(&snapshot.db)),
-            start.line + 1,
-            start.character + 1
-        );
+        let file = first.at.file(db);
+        let start = line_index(db, file).position(first.at.range(db).start(), Encoding::Utf32);
+        let path = match self.projects.first() {
+            Some((project, _)) => shown(db, project.workspace(db), file.path(db)),
+            None => clean(&file.path(db).display().to_string()),
+        };
+        let at = format!("{path}:{}:{}", start.line + 1, start.character + 1);
         Some(match problems.len() {
             1 => format!("1 error is to be mended first: {at}: {}", first.message),
             count => format!("{count} errors are to be mended first. The first one: {at}: {}", first.message),
         })
     }
 
-    fn workspace(&self, snapshot: &'db Snapshot) -> Option<Workspace> {
-        Some(self.projects.first()?.workspace(&snapshot.db))
-    }
-
-    /// A path as the user knows it: from the workspace's folder.
-    fn shown(&self, snapshot: &'db Snapshot, path: &Path) -> String {
-        let workspace = self.workspace(snapshot);
-        let inner = workspace.and_then(|it| path.strip_prefix(it.folder(&snapshot.db)).ok());
-        clean(&inner.unwrap_or(path).display().to_string())
-    }
-
     /// What it is called, with the folder that it goes to.
-    pub(crate) fn title(&self, snapshot: &'db Snapshot) -> String {
+    pub(crate) fn title(&self) -> String {
         let what = match &self.deployment {
             Some(deployment) => format!("Generate Orocos packages of `{deployment}`"),
             None => "Generate all Orocos packages".to_owned(),
         };
-        match self.folder(snapshot) {
+        match &self.folder {
             Ok((_, shown)) => format!("{what} in {shown}"),
             Err(_) => what,
         }
-    }
-
-    /// The folder that the packages go to, behind all links, and as the user knows it.
-    fn folder(&self, snapshot: &'db Snapshot) -> Result<(PathBuf, String), String> {
-        let db = &snapshot.db;
-        let workspace = self.workspace(snapshot).filter(|it| !it.folder(db).as_os_str().is_empty());
-        let workspace = workspace.ok_or_else(|| "this text is no file yet: save it first".to_owned())?;
-        let home = workspace.folder(db);
-        let out = config_of(db, workspace).out.as_ref();
-        let asked = normalised(&home.join(out.map_or(FOLDER, |(out, _)| out)));
-        let folder = behind_links(&asked)?;
-        let shown = self.shown(snapshot, &asked);
-        let mut homes = std::iter::once(home).chain(snapshot.folders.iter());
-        if !homes.any(|home| home.canonicalize().is_ok_and(|home| folder.starts_with(home))) {
-            return Err(format!(
-                "`[generate] out` in mauve.toml leads to {}, which is not in the folder of the workspace: `mauve generate \
-                 --out` may write there",
-                folder.display()
-            ));
-        }
-        if folder.exists() && !folder.is_dir() {
-            return Err(format!("{shown} is a file, and not the folder that the packages would go to"));
-        }
-        Ok((folder, if shown.is_empty() { ".".to_owned() } else { shown }))
     }
 
     /// The packages, each once.
@@ -218,7 +209,23 @@ impl<'db> Meant<'db> {
             });
             Ok((project, made?))
         };
-        merged(db, self.projects.iter().map(|&project| of_project(project)).collect::<Result<_, String>>()?)
+        merged(
+            db,
+            self.projects.iter().map(|(project, _)| of_project(*project)).collect::<Result<_, String>>()?,
+        )
+    }
+
+    /// Is this all that is generated into a folder, as far as the client has it open?
+    fn is_whole(&self, snapshot: &'db Snapshot, folder: &Path) -> bool {
+        let db = &snapshot.db;
+        let is_all = |workspace: Workspace| {
+            workspace.only(db).is_empty() && projects(db, workspace).len() == self.projects.len()
+        };
+        let Some((project, _)) = self.projects.first() else { return false };
+        let own = project.workspace(db);
+        let mut others = snapshot.workspaces.iter().filter(|&&it| it != own);
+        let is_shared = others.any(|&it| out_folder(snapshot, it).is_ok_and(|(other, _)| other == *folder));
+        self.deployment.is_none() && is_all(own) && !is_shared
     }
 
     /// What would be done.
@@ -230,7 +237,7 @@ impl<'db> Meant<'db> {
         if let Some(refusal) = self.refusal(snapshot) {
             return Err(refusal);
         }
-        let (folder, shown_folder) = self.folder(snapshot)?;
+        let (folder, shown_folder) = self.folder.clone()?;
         let packages = self.packages(snapshot)?;
         let before = RefCell::new(HashMap::new());
         let read = |path: &str| {
@@ -253,12 +260,53 @@ impl<'db> Meant<'db> {
             ));
         }
         for step in &plan.steps {
-            target(&folder, step)?;
+            // The command line puts a file in the place of a link; an editor writes where the link leads.
+            if target(&folder, step)?.is_symlink() {
+                return Err(format!(
+                    "{shown_folder}/{} is a link, and what it leads to would be written: put a file in its place, or run \
+                     `mauve generate`, which does",
+                    clean(&step.path)
+                ));
+            }
         }
         // A manifest says what was written: last, since whoever writes may be stopped.
         plan.steps.sort_by_key(|step| step.path.ends_with(MANIFEST));
-        Ok(Generated { folder, shown_folder, plan, before: before.into_inner() })
+        let left_packages = match self.is_whole(snapshot, &folder) {
+            true => left_packages(&folder, &packages),
+            false => Vec::new(),
+        };
+        Ok(Generated { folder, shown_folder, plan, before: before.into_inner(), left_packages })
     }
+}
+
+/// A path as the user knows it: from the workspace's folder.
+fn shown(db: &dyn ModelDb, workspace: Workspace, path: &Path) -> String {
+    clean(&path.strip_prefix(workspace.folder(db)).unwrap_or(path).display().to_string())
+}
+
+/// The folder that the packages of a workspace go to, behind all links, and as the user knows it.
+fn out_folder(snapshot: &Snapshot, workspace: Workspace) -> Result<(PathBuf, String), String> {
+    let db = &snapshot.db;
+    let home = workspace.folder(db);
+    if home.as_os_str().is_empty() {
+        return Err("this text is no file yet: save it first".to_owned());
+    }
+    let out = config_of(db, workspace).out.as_ref();
+    let asked = normalised(&home.join(out.map_or(FOLDER, |(out, _)| out)));
+    let folder = behind_links(&asked)?;
+    let shown = shown(db, workspace, &asked);
+    let mut homes = std::iter::once(home).chain(snapshot.folders.iter());
+    if !homes.any(|home| home.canonicalize().is_ok_and(|home| folder.starts_with(home))) {
+        return Err(format!(
+            "`[generate] out` in mauve.toml leads to {}, which is not in the folder of the workspace: `mauve generate \
+             --out` may write there",
+            folder.display()
+        ));
+    }
+    if folder.exists() && !folder.is_dir() {
+        return Err(format!("{shown} is a file, and not the folder that the packages would go to"));
+    }
+    Ok((folder, if shown.is_empty() { ".".to_owned() } else { shown }))
 }
 
 /// The document that the client has open of a file.

@@ -149,6 +149,15 @@ check('then nothing is left to do', function()
   equal(2, #previews, vim.inspect(told))
 end)
 
+check('packages that are made no more are named', function()
+  write('generated/old/.mauve-manifest.json', read('generated/motion/.mauve-manifest.json'))
+  told = {}
+  vim.cmd('Mauve generate')
+  wait_for_word('old: the models make this package no more')
+  equal(true, told[1]:find('as they should be', 1, true) ~= nil, told[1])
+  vim.fn.delete(in_robot('generated/old'), 'rf')
+end)
+
 check('a prototype that changes is shown, and the file of the user stays', function()
   local file = 'generated/motion/src/codels/clearance.cpp'
   local mine = '// Mine.\n' .. read(file)
@@ -184,7 +193,7 @@ check('what cannot be written leaves everything as it was', function()
   write(path .. '.mauve-new', 'Somebody else writes here.')
   answers, told = { 'Generate' }, {}
   vim.cmd('Mauve generate P3dxDeployment')
-  wait_for_word('not everything was written: EEXIST')
+  wait_for_word('nothing was written: EEXIST')
   equal({ nil, nil }, { read(path), read(header) })
   equal(nil, read(header .. '.mauve-new'))
   equal('Somebody else writes here.', read(path .. '.mauve-new'))
@@ -193,6 +202,50 @@ check('what cannot be written leaves everything as it was', function()
   vim.cmd('Mauve generate P3dxDeployment')
   wait_for_word('2 created in')
   equal(before, read(header))
+end)
+
+check('what fails in the middle is put back', function()
+  local codel = 'generated/motion/src/codels/clearance.cpp'
+  local header = 'generated/motion/include/motion/motion-codels.hpp'
+  local before = { read(header), read('generated/motion/.mauve-manifest.json') }
+  local model = open('components/switch.mal')
+  local text = vim.api.nvim_buf_get_lines(model, 0, -1, false)
+  replace('width: double): double', 'width: double): float')
+  -- Manifests come last.
+  write('generated/motion/.mauve-manifest.json.mauve-old', 'Mine.')
+  answers, told = { 'Generate' }, {}
+  vim.cmd('Mauve generate exploration.P3dxDeployment')
+  wait_for_word('nothing was written: EEXIST')
+  equal(before, { read(header), read('generated/motion/.mauve-manifest.json') })
+  equal(nil, read(codel .. '.new'))
+  local left = vim.fs.find(function(name)
+    return name:find('%.mauve%-%l+$') ~= nil
+  end, { path = in_robot('generated'), type = 'file', limit = math.huge })
+  equal({ in_robot('generated/motion/.mauve-manifest.json.mauve-old') }, left)
+  vim.uv.fs_unlink(left[1])
+  vim.api.nvim_buf_set_lines(model, 0, -1, false, text)
+  vim.cmd.buffer(deployment)
+end)
+
+check('what somebody writes meanwhile stays', function()
+  local header, source = 'generated/motion/include/motion/motion-codels.hpp', 'generated/motion/package.xml'
+  local before = { read(header), read(source) }
+  vim.uv.fs_unlink(in_robot(header))
+  vim.uv.fs_unlink(in_robot(source))
+  local open_file = vim.uv.fs_open
+  vim.uv.fs_open = function(path, ...)
+    if vim.endswith(path, 'package.xml.mauve-new') then
+      write(source, 'Saved just now.')
+    end
+    return open_file(path, ...)
+  end
+  answers, told = { 'Generate' }, {}
+  vim.cmd('Mauve generate P3dxDeployment')
+  wait_for_word('nothing was written: EEXIST')
+  vim.uv.fs_open = open_file
+  equal({ 'Saved just now.' }, { read(source), read(header) })
+  write(header, before[1])
+  write(source, before[2])
 end)
 
 check('what was edited is not lost', function()
@@ -214,6 +267,22 @@ check('what was edited is not lost', function()
   vim.cmd('Mauve generate')
   wait_for_word('has changes that are not saved')
   vim.cmd('bwipeout! ' .. vim.fn.bufnr(in_robot('generated/motion/package.xml')))
+  -- Whichever way leads there: Neovim follows the links of folders that are there, and of no others.
+  local link, kept = unpack(vim.tbl_map(function(name)
+    return vim.fs.joinpath(vim.fs.dirname(checking.folder), name)
+  end, { 'link', 'kept' }))
+  assert(vim.uv.fs_symlink(checking.folder, link))
+  assert(vim.uv.fs_rename(in_robot('generated/motion'), kept))
+  vim.cmd.edit(vim.fs.joinpath(link, 'generated/motion/package.xml'))
+  local buffer = vim.api.nvim_get_current_buf()
+  equal(vim.fs.joinpath(link, 'generated/motion/package.xml'), vim.api.nvim_buf_get_name(buffer))
+  vim.api.nvim_buf_set_lines(buffer, 0, -1, false, { '<mine/>' })
+  vim.cmd.buffer({ deployment, bang = true })
+  told = {}
+  vim.cmd('Mauve generate')
+  wait_for_word('link/generated/motion/package.xml has changes that are not saved')
+  assert(vim.uv.fs_rename(kept, in_robot('generated/motion')))
+  vim.cmd('bwipeout! ' .. buffer)
 end)
 
 check('a model with errors', function()

@@ -22,23 +22,32 @@ end
 ---@field folder string
 ---@field files { path: string, action: 'create'|'change'|'remove' }[]
 ---@field changedCodels { path: string, before: string, now: string }[]
+---@field leftCodels string[]
+---@field leftPackages string[]
 ---@field edit lsp.WorkspaceEdit
 
---- The texts that files get, by their paths; and the files that go.
+--- Where a file is behind all links, be it there or not.
+local function real(path)
+  local found = vim.uv.fs_realpath(path)
+  if found then
+    return found
+  end
+  local folder = vim.fs.dirname(path)
+  return folder ~= path and vim.fs.joinpath(real(folder), vim.fs.basename(path)) or path
+end
+
+--- The texts that files get, by their paths behind all links.
 ---@param generated mauve.Generated
----@return table<string, string> texts
----@return string[] removed
-local function changes_of(generated)
-  local texts, removed = {}, {}
+---@return table<string, string>
+local function texts_of(generated)
+  local texts = {}
   for _, change in ipairs(generated.edit.documentChanges) do
-    if change.kind == 'delete' then
-      table.insert(removed, vim.uri_to_fname(change.uri))
-    elseif not change.kind then
+    if not change.kind then
       -- It is all that the file is to hold.
-      texts[vim.uri_to_fname(change.textDocument.uri)] = change.edits[1].newText
+      texts[real(vim.uri_to_fname(change.textDocument.uri))] = change.edits[1].newText
     end
   end
-  return texts, removed
+  return texts
 end
 
 local function read(path)
@@ -68,10 +77,11 @@ end
 local TO_DO = { create = 'to create', change = 'to change', remove = 'to remove' }
 local DONE = { create = 'created', change = 'changed', remove = 'removed' }
 
---- The codels of which the user's files are of another prototype, as differences.
+--- What stays, though the models have left it behind: the codels of which the user's files are of another prototype, as
+--- differences; files of no codel, and packages.
 ---@param generated mauve.Generated
 ---@return string[]
-local function prototypes(generated)
+local function left(generated)
   local lines = {}
   for _, codel in ipairs(generated.changedCodels) do
     table.insert(lines, ('--- %s: yours, and stays as it is'):format(codel.path))
@@ -83,6 +93,12 @@ local function prototypes(generated)
       end
     end
   end
+  for _, path in ipairs(generated.leftCodels) do
+    table.insert(lines, ('%s: this codel is no longer in the model; the file is yours, and stays'):format(path))
+  end
+  for _, name in ipairs(generated.leftPackages) do
+    table.insert(lines, ('%s: the models make this package no more; remove it if nobody needs it'):format(name))
+  end
   return lines
 end
 
@@ -90,21 +106,22 @@ end
 ---@param generated mauve.Generated
 ---@return string[]
 function M.preview(generated)
-  local texts = changes_of(generated)
+  local texts = texts_of(generated)
   local lines = { ('Orocos packages in %s: %s'):format(generated.folder, counts(generated, TO_DO)), '' }
   for _, file in ipairs(generated.files) do
     table.insert(lines, ('%s  %s'):format(file.action, file.path))
   end
-  if #generated.changedCodels > 0 then
-    vim.list_extend(lines, { '', 'Codels that have another prototype now:', '' })
-    vim.list_extend(lines, prototypes(generated))
+  local kept = left(generated)
+  if #kept > 0 then
+    vim.list_extend(lines, { '', 'What the models have left behind:', '' })
+    vim.list_extend(lines, kept)
   end
   for _, file in ipairs(generated.files) do
     local path = vim.fs.joinpath(generated.folder, file.path)
-    if file.action == 'change' and texts[path] then
+    if file.action == 'change' then
       vim.list_extend(lines, { '', '--- ' .. file.path, '+++ ' .. file.path })
       local diff = vim.text and vim.text.diff or vim.diff
-      local difference = diff(read(path), texts[path], { ctxlen = 2 })
+      local difference = diff(read(path), texts[real(path)], { ctxlen = 2 })
       vim.list_extend(lines, vim.split(vim.trim(difference), '\n'))
     end
   end
@@ -118,64 +135,149 @@ end
 ---@param generated mauve.Generated
 ---@return string?
 local function unsaved(generated)
+  local modified = {}
+  for _, buffer in ipairs(vim.api.nvim_list_bufs()) do
+    local name = vim.api.nvim_buf_get_name(buffer)
+    if vim.bo[buffer].modified and name ~= '' and vim.bo[buffer].buftype == '' then
+      modified[real(name)] = name
+    end
+  end
   for _, file in ipairs(generated.files) do
-    local path = vim.fs.joinpath(generated.folder, file.path)
-    for _, buffer in ipairs(vim.api.nvim_list_bufs()) do
-      if vim.bo[buffer].modified and vim.api.nvim_buf_get_name(buffer) == path then
-        return path
-      end
+    local name = modified[real(vim.fs.joinpath(generated.folder, file.path))]
+    if name then
+      return name
     end
   end
 end
 
+--- Makes the folder of a file, and those above; `made` gets them, the outermost first.
+local function make_folder(path, made)
+  local folder = vim.fs.dirname(path)
+  if vim.uv.fs_stat(folder) then
+    return true
+  end
+  local there, why = make_folder(folder, made)
+  if there then
+    there, why = vim.uv.fs_mkdir(folder, 511)
+  end
+  if there then
+    table.insert(made, folder)
+  end
+  return there, why
+end
+
+--- Writes a file that must not be there yet.
+local function write_new(path, text, mode)
+  local file, why = vim.uv.fs_open(path, 'wx', mode)
+  if not file then
+    return nil, why
+  end
+  local written, failed = vim.uv.fs_write(file, text)
+  local closed, lost = vim.uv.fs_close(file)
+  if written ~= #text or not closed then
+    vim.uv.fs_unlink(path)
+    return nil, failed or lost or ('no room for ' .. path)
+  end
+  return true
+end
+
 --- Writes files: all of them, or none where one cannot be written.
----@param texts table<string, string>
----@param removed string[]
+---@param generated mauve.Generated
 ---@return string? problem
-local function write(texts, removed)
-  local new = {}
+local function write(generated)
+  local texts = texts_of(generated)
+  local undo, aside = {}, {}
+  local function undone_by(what, ...)
+    table.insert(undo, { what, ... })
+  end
   local function give_up(problem)
-    for _, it in ipairs(new) do
-      vim.uv.fs_unlink(it.path .. '.mauve-new')
+    for index = #undo, 1, -1 do
+      local what, path, to = unpack(undo[index])
+      local back, why = what(path, to)
+      if not back and what == vim.uv.fs_rename then
+        problem = ('%s; what was %s is %s (%s)'):format(problem, to, path, why)
+      end
     end
     return problem
   end
-  for path, text in vim.spairs(texts) do
-    local made, problem = pcall(vim.fn.mkdir, vim.fs.dirname(path), 'p')
-    if not made then
-      return give_up(problem)
+
+  -- All texts are on the disk before the first of them takes its place.
+  for _, file in ipairs(generated.files) do
+    local path = vim.fs.joinpath(generated.folder, file.path)
+    if file.action ~= 'remove' then
+      local made = {}
+      local there, why = make_folder(path, made)
+      for _, folder in ipairs(made) do
+        undone_by(vim.uv.fs_rmdir, folder)
+      end
+      if not there then
+        return give_up(why)
+      end
+      local known = vim.uv.fs_stat(path)
+      -- One that is there already is somebody else's.
+      local new = path .. '.mauve-new'
+      local written, failed = write_new(new, texts[real(path)], known and known.mode or 438)
+      if not written then
+        return give_up(failed)
+      end
+      undone_by(vim.uv.fs_unlink, new)
     end
-    local known = vim.uv.fs_stat(path)
-    -- One that is there already is somebody else's.
-    local file, why = vim.uv.fs_open(path .. '.mauve-new', 'wx', known and known.mode or 438)
-    if not file then
-      return give_up(why)
+  end
+
+  local function put(file)
+    local path = vim.fs.joinpath(generated.folder, file.path)
+    local new, old = path .. '.mauve-new', path .. '.mauve-old'
+    if file.action == 'create' then
+      -- Unlike a new name, a link takes nobody's place.
+      local linked, why, code = vim.uv.fs_link(new, path)
+      if not linked and code ~= 'EEXIST' and not vim.uv.fs_lstat(path) then
+        linked, why = vim.uv.fs_rename(new, path) -- Not all file systems have links.
+      end
+      if not linked then
+        return why
+      end
+      undone_by(vim.uv.fs_unlink, path)
+      vim.uv.fs_unlink(new)
+      return
     end
-    table.insert(new, { path = path, is_manifest = vim.endswith(path, '.mauve-manifest.json') })
-    local written, failed = vim.uv.fs_write(file, text)
-    local closed, lost = vim.uv.fs_close(file)
-    if written ~= #text or not closed then
-      return give_up(failed or lost or ('no room for ' .. path))
+    if vim.uv.fs_lstat(old) then
+      return 'EEXIST: file already exists: ' .. old
     end
+    -- By a link it is never missing.
+    local linked = file.action == 'change' and vim.uv.fs_link(path, old)
+    if not linked then
+      local kept, why = vim.uv.fs_rename(path, old)
+      if not kept then
+        return why
+      end
+      undone_by(vim.uv.fs_rename, old, path)
+    end
+    if file.action == 'change' then
+      local moved, why = vim.uv.fs_rename(new, path)
+      if linked and not moved then
+        vim.uv.fs_unlink(old)
+      elseif linked then
+        undone_by(vim.uv.fs_rename, old, path)
+      end
+      if not moved then
+        return why
+      end
+    end
+    table.insert(aside, old)
   end
   -- A manifest says what was written, and comes behind it.
   for _, are_manifests in ipairs({ false, true }) do
-    for _, it in ipairs(new) do
-      if it.is_manifest == are_manifests then
-        local moved, why = vim.uv.fs_rename(it.path .. '.mauve-new', it.path)
-        if not moved then
-          return give_up(why)
+    for _, file in ipairs(generated.files) do
+      if vim.endswith(file.path, '.mauve-manifest.json') == are_manifests then
+        local problem = put(file)
+        if problem then
+          return give_up(problem)
         end
       end
     end
-    if not are_manifests then
-      for _, path in ipairs(removed) do
-        local gone, why = vim.uv.fs_unlink(path)
-        if not gone and vim.uv.fs_stat(path) then
-          return give_up(why)
-        end
-      end
-    end
+  end
+  for _, old in ipairs(aside) do
+    vim.uv.fs_unlink(old)
   end
 end
 
@@ -207,6 +309,15 @@ local function tell(message, level)
   vim.notify('mauve: ' .. message, level)
 end
 
+--- Says which file has changes that would be lost, if there is one.
+local function is_unsaved(generated)
+  local name = unsaved(generated)
+  if name then
+    tell(('%s has changes that are not saved: save it, or abandon them'):format(name), vim.log.levels.ERROR)
+  end
+  return name ~= nil
+end
+
 --- Shows what would be done, asks, and does it.
 ---@param client vim.lsp.Client
 ---@param uri string  a file of the projects that are meant
@@ -215,17 +326,15 @@ function M.generate(client, uri, deployment)
   local params = { textDocument = { uri = uri }, deployment = deployment }
   ---@param generated mauve.Generated
   local function ask(generated)
-    local open = unsaved(generated)
-    if open then
-      tell(('%s has changes that are not saved: save it, or abandon them'):format(open), vim.log.levels.ERROR)
+    if is_unsaved(generated) then
       return
     end
     if #generated.files == 0 then
-      local codels = prototypes(generated)
+      local kept = left(generated)
       tell(
         ('the Orocos packages in %s are as they should be'):format(generated.folder)
-          .. (#codels > 0 and ('; but:\n' .. table.concat(codels, '\n')) or ''),
-        #codels > 0 and vim.log.levels.WARN or vim.log.levels.INFO
+          .. (#kept > 0 and ('; but:\n' .. table.concat(kept, '\n')) or ''),
+        #kept > 0 and vim.log.levels.WARN or vim.log.levels.INFO
       )
       return
     end
@@ -244,9 +353,13 @@ function M.generate(client, uri, deployment)
           ask(now)
           return
         end
-        local problem = write(changes_of(now))
+        -- Some that choose leave the user at work meanwhile.
+        if is_unsaved(now) then
+          return
+        end
+        local problem = write(now)
         if problem then
-          tell(('not everything was written: %s'):format(problem), vim.log.levels.ERROR)
+          tell(('nothing was written: %s'):format(problem), vim.log.levels.ERROR)
           return
         end
         vim.cmd('silent! checktime')

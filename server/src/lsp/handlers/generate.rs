@@ -8,7 +8,8 @@
 //!
 //! The result has the `folder` of the packages, absolute; `files`, each with its `path` in there and the `action` that is
 //! due, `create`, `change` or `remove`; `changedCodels`, files of the user's that were written for another prototype, with
-//! the `path`, the prototype `before` and `now`; and the `edit` that does it all. Each text edit in it gives a file all of
+//! the `path`, the prototype `before` and `now`; `leftCodels`, such files of no codel of the model any more; `leftPackages`,
+//! folders of packages that the models make no more, which stay as well; and the `edit` that does it all. Each text edit in it gives a file all of
 //! its text, and the manifest of a package comes last. It is refused in words for the user where something is to be put
 //! right first.
 //!
@@ -33,7 +34,7 @@ use tower_lsp::lsp_types::{
 
 use super::execute_command::GENERATE;
 use super::rename::refused;
-use crate::lsp::generate::{Generated, meant, open};
+use crate::lsp::generate::{Generated, Meant, meant, open};
 use crate::lsp::position::end_of;
 use crate::lsp::snapshot::{ANOTHER_TEXT, Snapshot};
 
@@ -55,6 +56,8 @@ pub(crate) struct GenerateDocument {
     folder: std::path::PathBuf,
     files: Vec<FileDocument>,
     changed_codels: Vec<ChangedCodelDocument>,
+    left_codels: Vec<String>,
+    left_packages: Vec<String>,
     edit: WorkspaceEdit,
     /// What is to be said when it is done, or instead of it.
     #[serde(skip)]
@@ -77,7 +80,7 @@ struct ChangedCodelDocument {
 /// What the user is told.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(crate) struct Said {
-    /// Files of his that the model has left behind.
+    /// Files of his, and packages, that the model has left behind.
     pub(crate) warning: Option<String>,
     /// That there is nothing to do.
     pub(crate) nothing: Option<String>,
@@ -106,7 +109,10 @@ pub(crate) fn generate(snapshot: &Snapshot, params: &GenerateParams) -> Result<G
             "this editor makes no files that a change says to: run `mauve generate`".to_owned(),
         ));
     }
-    let meant = meant(snapshot, file, params.deployment.as_deref()).map_err(refused)?;
+    let mut meant = meant(snapshot, file).map_err(refused)?;
+    if let Some(deployment) = &params.deployment {
+        meant = meant.only(&snapshot.db, deployment).map_err(refused)?;
+    }
     let generated = meant.generated(snapshot).map_err(refused)?;
     let edit = edit(snapshot, &generated, uri)?;
     let files = generated.plan.steps.iter().map(|step| FileDocument {
@@ -125,6 +131,8 @@ pub(crate) fn generate(snapshot: &Snapshot, params: &GenerateParams) -> Result<G
     Ok(GenerateDocument {
         files: files.collect(),
         changed_codels: changed.collect(),
+        left_codels: generated.plan.left_codels.clone(),
+        left_packages: generated.left_packages.clone(),
         edit,
         said: Said { warning: generated.warning(), nothing: generated.nothing() },
         folder: generated.folder,
@@ -173,27 +181,35 @@ pub(crate) fn actions(
     if context.only.is_none() && !snapshot.capabilities.resource_operations {
         return Vec::new();
     }
+    if of.is_empty() {
+        return Vec::new();
+    }
     let is_automatic = context.trigger_kind == Some(CodeActionTriggerKind::AUTOMATIC);
+    // Once for all of them: it asks all the models, and the disk.
+    let Ok(all) = meant(snapshot, file) else { return Vec::new() };
     of.into_iter()
-        .filter_map(|deployment| action(snapshot, document, file, deployment, is_automatic))
+        .filter_map(|deployment| action(snapshot, document, &all, deployment, is_automatic))
         .collect()
 }
 
 /// None where nobody asked for an action that cannot be done.
-fn action(
-    snapshot: &Snapshot,
+fn action<'db>(
+    snapshot: &'db Snapshot,
     document: &TextDocumentIdentifier,
-    file: File,
+    all: &Meant<'db>,
     deployment: Option<&str>,
     is_automatic: bool,
 ) -> Option<CodeAction> {
     let capabilities = snapshot.capabilities;
-    let meant = meant(snapshot, file, deployment).ok()?;
+    let meant = match deployment {
+        Some(name) => all.only(&snapshot.db, name).ok()?,
+        None => all.clone(),
+    };
     let refusal = meant.refusal(snapshot);
     if is_automatic && refusal.is_some() {
         return None;
     }
-    let title = meant.title(snapshot);
+    let title = meant.title();
     let mut action = CodeAction { title: title.clone(), kind: Some(KIND), ..CodeAction::default() };
     match refusal {
         Some(reason) if capabilities.disabled_actions => {

@@ -2,7 +2,7 @@
 // extension, since only those can ask: it begins when check.mjs has made the file $MAUVE_TEST_RESULT.wanted, and what was
 // found goes to $MAUVE_TEST_RESULT.
 const { spawnSync } = require("node:child_process");
-const { existsSync, readFileSync, renameSync, rmSync, writeFileSync } = require("node:fs");
+const { existsSync, readFileSync, renameSync, rmSync, symlinkSync, writeFileSync } = require("node:fs");
 const assert = require("node:assert");
 const path = require("node:path");
 const vscode = require("vscode");
@@ -191,6 +191,25 @@ const checks = {
       });
     }
     assert.strictEqual(checkPackages(), undefined);
+  },
+  async "packages with a file that is not saved, open by another name"() {
+    const link = `${folder.fsPath}-link`;
+    symlinkSync(folder.fsPath, link);
+    const inside = path.join(generated, "motion", "package.xml");
+    const text = readFileSync(inside, "utf8");
+    const file = vscode.Uri.file(path.join(link, "generated", "motion", "package.xml"));
+    const document = await vscode.workspace.openTextDocument(file);
+    await vscode.window.showTextDocument(document);
+    const edit = new vscode.WorkspaceEdit();
+    edit.insert(file, new vscode.Position(0, 0), "<!-- Mine. -->");
+    assert.ok(await vscode.workspace.applyEdit(edit));
+    rmSync(inside);
+    const model = vscode.Uri.joinPath(folder, "deployment.mal").toString();
+    const made = vscode.commands.executeCommand("mauve.generateOrocos", model, "P3dxDeployment");
+    const waited = new Promise((resolve) => setTimeout(resolve, 5_000, "asked the user"));
+    assert.strictEqual(await Promise.race([made, waited]), false);
+    writeFileSync(inside, text);
+    await vscode.commands.executeCommand("workbench.action.revertAndCloseActiveEditor");
   },
   async formatting() {
     const document = await open("deployment.mal");
