@@ -34,7 +34,7 @@ pub struct Config {
     pub types: BTreeMap<Name, ExternalType>,
     /// `[generate] out`: the folder of the generated packages, from the configuration's folder.
     pub out: Option<(String, Range<usize>)>,
-    /// `[generate] ros_streams`: is every port of a generated system a ROS topic too? Where it is not said, it is.
+    /// `[generate] ros_streams`: are outputs, and inputs that nothing is connected to, ROS topics too? Where it is not said, they are.
     pub ros_streams: Option<bool>,
     /// `[generate] maintainer`: whom the generated packages name, and how to reach them.
     pub maintainer: Option<Maintainer>,

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use mauve_model::item_tree::{Expr, Literal, Name};
 use mauve_model::{
-    Decl, Features, FlatInstance, ModelDb, Place, Priority, Project, Row, Type, Value, ValueInEffect,
+    Decl, Features, Flat, FlatInstance, ModelDb, Place, Priority, Project, Row, Type, Value, ValueInEffect,
     config_of, deployment, features_of, flat_of, names_of, shell_of, system_of, type_of, values_in_effect,
 };
 use mauve_timing::Time;
@@ -102,7 +102,14 @@ impl Activity {
     }
 }
 
-/// Ports that are topics of ROS.
+/// What is said where they are listed.
+pub(crate) const STREAMS: &str = "Outputs are topics, and inputs that nothing is connected to. On the other inputs a topic \
+    would be a second writer.";
+
+/// Ports that are topics of ROS: outputs, and inputs that nothing is connected to.
+///
+/// What two write to one input is queued for each of them, and read as new twice; and whoever is in the network of ROS could
+/// drive what the model lets only one component drive.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(crate) struct Streams {
     /// What has to be imported for their types.
@@ -149,7 +156,7 @@ fn deployed<'db>(
         order: ordered(tasks.iter().map(|task| (task.name.clone(), providers(task))).collect()),
         connections: connections.map(|link| ([end(&link.source), end(&link.target)], link.buffer)).collect(),
         operations: operations.clone().map(|link| [end(&link.target), end(&link.source)]).collect(),
-        streams: with_streams.then(|| streams(db, project, &flat.instances)),
+        streams: with_streams.then(|| streams(db, project, flat)),
         tasks,
     })
 }
@@ -280,13 +287,17 @@ fn ordered(all: Vec<(String, FxHashSet<String>)>) -> Vec<String> {
     order
 }
 
-fn streams<'db>(db: &'db dyn ModelDb, project: Project<'db>, instances: &[FlatInstance<'db>]) -> Streams {
+fn streams<'db>(db: &'db dyn ModelDb, project: Project<'db>, flat: &Flat<'db>) -> Streams {
+    let connections = flat.links.iter().filter(|link| !link.operation);
+    let connected: FxHashSet<_> = connections.map(|link| (&link.target.0, &link.target.1)).collect();
     let mut streams = Streams::default();
-    for instance in instances {
+    for instance in &flat.instances {
         let shell = instance.component.and_then(|component| shell_of(db, project, component));
         let Some(features) = shell.map(|shell| features_of(db, project, shell)) else { continue };
         let ports = features.by_name.iter().filter_map(|(name, found)| Some((name, found.first()?)));
-        let mut ports: Vec<_> = ports.filter(|(_, port)| port.kind.is_port()).collect();
+        let ports = ports
+            .filter(|(name, port)| port.kind.is_port() && !connected.contains(&(&instance.name, *name)));
+        let mut ports: Vec<_> = ports.collect();
         ports.sort_by_key(|(_, port)| place_in(features, port.shell, port.index));
         for (name, port) in ports {
             let ty = port.data(db).map(|data| type_of(db, project, port.shell, data.ty.as_ref()));

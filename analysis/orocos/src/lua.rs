@@ -2,7 +2,7 @@
 
 use mauve_model::Value;
 
-use crate::deployment::{Activity, BACKGROUND, Deployed, Task, comment_lines};
+use crate::deployment::{Activity, BACKGROUND, Deployed, STREAMS, Task, comment_lines};
 use crate::escape::lua_string;
 
 /// What every script begins with.
@@ -142,7 +142,7 @@ impl Script {
     fn streams(&mut self, deployed: &Deployed) {
         let Some(streams) = &deployed.streams else { return };
         if !streams.topics.is_empty() || !streams.left_out.is_empty() {
-            self.section("Every port is a topic.");
+            self.section(STREAMS);
         }
         if !streams.topics.is_empty() {
             self.line("local ros = rtt.provides(\"ros\"):provides(\"comm\")");

@@ -9,10 +9,15 @@
 //!
 //! Each statement is parsed when all before it have been executed, one a line; what one gives stops nothing. A comment has its
 //! own line: behind a statement it would swallow the end of it.
+//!
+//! A whole number is an `int` to RTT. It is converted for properties of type `uint`, `float` and `double`; with the typekit of
+//! `rtt_roscomm` also for `short`, `int8`, `uint8` and `uint16`, which RTT itself does not know; for `char`, `long`, `int64`,
+//! `uint64` and `size_t` it is not, and no other text would be. Such a statement is an error, which ends the script before
+//! anything starts.
 
 use mauve_model::Value;
 
-use crate::deployment::{Activity, BACKGROUND, Deployed, Task, comment_lines};
+use crate::deployment::{Activity, BACKGROUND, Deployed, STREAMS, Task, comment_lines};
 use crate::escape::ops_string;
 
 /// The script of a deployment.
@@ -140,7 +145,7 @@ impl Script<'_> {
     fn streams(&mut self, deployed: &Deployed) {
         let Some(streams) = &deployed.streams else { return };
         if !streams.topics.is_empty() || !streams.left_out.is_empty() {
-            self.section("Every port is a topic.");
+            self.section(STREAMS);
         }
         for [port, topic] in &streams.topics {
             self.line(&format!("stream({}, ros.comm.topic({}))", ops_string(port), ops_string(topic)));

@@ -111,9 +111,11 @@ impl<'a> System<'a> {
             add("load", &[text(&called(name)), text(&component.replace('.', "::"))]);
             let shells = self.shells_of(&shell);
             for port in shells.iter().flat_map(|it| &it.ports) {
-                if !["Device", "Grid"].contains(&plain(&port.ty)) {
-                    let topic = format!("/{name}/{}", port.name);
-                    add("stream", &[text(&end(&(name.clone(), port.name.clone()))), text(&topic)]);
+                let whole = (name.clone(), port.name.clone());
+                let mut connections = architectures.iter().flat_map(|it| &it.connections);
+                let is_connected = connections.any(|link| link.target == whole);
+                if !is_connected && !["Device", "Grid"].contains(&plain(&port.ty)) {
+                    add("stream", &[text(&end(&whole)), text(&format!("/{name}/{}", port.name))]);
                 }
             }
             for (feature, value) in self.values(name, &shells) {

@@ -73,13 +73,13 @@ assert(deployer:setActivity("mal_true_hand", 0.25, 0, rtt.globals.ORO_SCHED_OTHE
 assert(deployer:setActivity("last_3", 0.1, 0, rtt.globals.ORO_SCHED_OTHER))
 task("last_3"):setCpuAffinity(2)
 
--- Every port is a topic.
+-- Outputs are topics, and inputs that nothing is connected to. On the other inputs a topic would
+-- be a second writer.
 local ros = rtt.provides("ros"):provides("comm")
 deployer:stream("arm.goal", ros:topic("/arm/goal"))
 deployer:stream("arm.done_", ros:topic("/arm/done"))
 deployer:stream("mal_true_hand.goal", ros:topic("/true_hand/goal"))
 deployer:stream("mal_true_hand.done_", ros:topic("/true_hand/done"))
-deployer:stream("mal_true_hand.told", ros:topic("/true_hand/told"))
 -- Not arm.device: no message has its type.
 -- Not mal_true_hand.device: no message has its type.
 
