@@ -729,11 +729,13 @@ mod tests {
             expect![[r#"
                 bool Walker::configureHook() {
                   seen = 3;
+                  gap = {};
                   return true;
                 }
                 bool Walker::startHook() {
                   index = seen + 1;
                   if (!start_program()) {
+                    RTT::log(RTT::Error) << getName() << ": the program start gives false" << RTT::endlog();
                     return false;
                   }
                   current_state = State::Waiting;
@@ -798,31 +800,31 @@ mod tests {
             "component.hpp",
             &["class K", " protected", "shell S", "core C"],
             expect![[r#"
-            class K : public RTT::TaskContext {
-             public:
-              explicit K(const std::string& name_);
-             protected:
-              bool configureHook() override;
-              void updateHook() override;
-              // shell S: model.mal:3
-              // property gap: double [0; 2 * width]: model.mal:5
-              double gap = 0.5;
-              // property led: uint8 [0; 7]: model.mal:6
-              std::uint8_t led = 3;
-              // constant width: double: model.mal:7
-              double width_property = 0.48;
-              double width{};  // as configureHook() found it
-              // property class: string: model.mal:8
-              std::string class_{};
-              // input port scan: LaserScan: model.mal:9
-              RTT::InputPort<::sensor_msgs::LaserScan> scan;
-              RTT::FlowStatus scan_status = RTT::NoData;  // of the last read
-              // output port to: float: model.mal:10
-              RTT::OutputPort<float> to;
-              // core C: model.mal:12
-              ::sensor_msgs::LaserScan echoes{};  // model.mal:13
-              // spare: nothing uses it, model.mal:14
-        "#]],
+                class K : public RTT::TaskContext {
+                 public:
+                  explicit K(const std::string& name_);
+                 protected:
+                  bool configureHook() override;
+                  void updateHook() override;
+                  // shell S: model.mal:3
+                  // property gap: double [0; 2 * width]: model.mal:5
+                  double gap = 0.5;
+                  // property led: uint8 [0; 7]: model.mal:6
+                  std::uint8_t led = 3;
+                  // constant width: double: model.mal:7
+                  double width_property = 0.48;
+                  double width = 0.48;  // as configureHook() found it
+                  // property class: string: model.mal:8
+                  std::string class_{};
+                  // input port scan: LaserScan: model.mal:9
+                  RTT::InputPort<::sensor_msgs::LaserScan> scan;
+                  RTT::FlowStatus scan_status = RTT::NoData;  // of the last read
+                  // output port to: float: model.mal:10
+                  RTT::OutputPort<float> to;
+                  // core C: model.mal:12
+                  ::sensor_msgs::LaserScan echoes{};  // model.mal:13
+                  // spare: nothing uses it, model.mal:14
+            "#]],
         );
         let from = ["K::K(", "K::configureHook", "K::update_program"];
         check(
@@ -830,41 +832,42 @@ mod tests {
             "component.cpp",
             &from,
             expect![[r#"
-            K::K(const std::string& name_)
-                : RTT::TaskContext(name_, RTT::TaskContext::PreOperational) {
-              addProperty("name", name).doc("property name: string");
-              addProperty("gap", gap).doc("property gap: double [0; 2 * width]");
-              addProperty("led", led).doc("property led: uint8 [0; 7]");
-              addProperty("width", width_property).doc("constant width: double");
-              addProperty("class", class_).doc("property class: string");
-              addPort("scan", scan).doc("input port scan: LaserScan");
-              addPort("to_", to).doc("output port to: float");
-            }
-            bool K::configureHook() {
-              // property gap: double [0; 2 * width]: model.mal:5
-              if (!(gap >= 0.0 && gap <= 2 * width_property)) {
-                RTT::log(RTT::Error) << getName() << ": property gap is " << gap << ", and must be in [0; "
-                                     << 2 * width_property << "]" << RTT::endlog();
-                return false;
-              }
-              // property led: uint8 [0; 7]: model.mal:6
-              if (!(led <= 7)) {
-                RTT::log(RTT::Error) << getName() << ": property led is " << static_cast<int>(led)
-                                     << ", and must be in [0; 7]" << RTT::endlog();
-                return false;
-              }
-              // Constants are from here on what they are now.
-              width = width_property;
-              scan_status = RTT::NoData;
-              return true;
-            }
-            void K::update_program() {
-              MAUVE_TRACE_PROGRAM(getName(), "motion.K", "", "", "update");
-              if ((scan_status = scan.read(echoes)) == RTT::NewData && scan_status != RTT::NoData) {
-                to.write(0.1f);
-              }
-            }
-        "#]],
+                K::K(const std::string& name_)
+                    : RTT::TaskContext(name_, RTT::TaskContext::PreOperational) {
+                  addProperty("name", name).doc("property name: string");
+                  addProperty("gap", gap).doc("property gap: double [0; 2 * width]");
+                  addProperty("led", led).doc("property led: uint8 [0; 7]");
+                  addProperty("width", width_property).doc("constant width: double");
+                  addProperty("class", class_).doc("property class: string");
+                  addPort("scan", scan).doc("input port scan: LaserScan");
+                  addPort("to_", to).doc("output port to: float");
+                }
+                bool K::configureHook() {
+                  // property gap: double [0; 2 * width]: model.mal:5
+                  if (!(gap >= 0.0 && gap <= 2 * width_property)) {
+                    RTT::log(RTT::Error) << getName() << ": property gap is " << gap << ", and must be in [0; "
+                                         << 2 * width_property << "]" << RTT::endlog();
+                    return false;
+                  }
+                  // property led: uint8 [0; 7]: model.mal:6
+                  if (!(led <= 7)) {
+                    RTT::log(RTT::Error) << getName() << ": property led is " << static_cast<int>(led)
+                                         << ", and must be in [0; 7]" << RTT::endlog();
+                    return false;
+                  }
+                  // Constants are from here on what they are now.
+                  width = width_property;
+                  scan_status = RTT::NoData;
+                  echoes = {};
+                  return true;
+                }
+                void K::update_program() {
+                  MAUVE_TRACE_PROGRAM(getName(), "motion.K", "", "", "update");
+                  if ((scan_status = scan.read(echoes)) == RTT::NewData && scan_status != RTT::NoData) {
+                    to.write(0.1f);
+                  }
+                }
+            "#]],
         );
     }
 
@@ -1188,13 +1191,19 @@ mod tests {
                 ["component.hpp", "component.cpp"].into_iter().flat_map(|end| generated(texts.clone(), end))
             {
                 let code = code_of(&text);
+                // What has no meaning would be a `{}`: only variables are that, where hooks give them their first values.
+                let at = code.find("::updateHook()").unwrap_or_default();
+                let (hooks, programs) = code.split_at(at);
                 for (open, close) in [('(', ')'), ('{', '}'), ('[', ']')] {
                     let count = |c: char| code.matches(c).count();
                     assert_eq!(count(open), count(close), "{path}\n{text}");
                 }
                 assert!(text.lines().all(|line| line.chars().count() <= 100), "{path}\n{text}");
                 assert!(
-                    !code.contains("void*") && !code.contains("= {}") && !code.contains("({})"),
+                    !code.contains("void*")
+                        && !hooks.replace("= {};\n", "").contains("= {}")
+                        && !programs.contains("= {}")
+                        && !code.contains("({})"),
                     "{path}\n{text}"
                 );
                 assert!(

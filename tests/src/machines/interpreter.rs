@@ -44,6 +44,37 @@ fn nothing(ty: Ty) -> Value {
     }
 }
 
+/// What a variable holds before the component is configured: its first value, where that is known beforehand.
+fn at_first((variable, first): &(Variable, Option<Expr>)) -> Value {
+    let known = first.as_ref().and_then(known);
+    known.map_or_else(|| nothing(variable.ty), |value| convert(value, variable.ty))
+}
+
+/// The value of an expression of nothing but literals.
+fn known(expr: &Expr) -> Option<Value> {
+    let value = match &expr.form {
+        Form::Literal(value) => value.clone(),
+        Form::Unary(_, inner) => negated(known(inner)?, expr.ty).ok()?,
+        Form::Binary(left, operator @ ("&&" | "||"), right) => {
+            let (left, right) = (known(left)?, known(right)?);
+            if left == Value::Bool(*operator == "&&") { right } else { left }
+        }
+        Form::Binary(left, operator, right) => binary(known(left)?, operator, known(right)?, expr.ty).ok()?,
+        _ => return None,
+    };
+    Some(convert(value, expr.ty))
+}
+
+fn negated(value: Value, ty: Ty) -> Step<Value> {
+    Ok(match value {
+        Value::Bool(value) => Value::Bool(!value),
+        Value::Int(number) => whole(-number, ty)?,
+        Value::Float(number) => Value::Float(-number),
+        Value::Double(number) => Value::Double(-number),
+        other => other,
+    })
+}
+
 fn show(value: &Value) -> String {
     match value {
         Value::Int(number) | Value::Status(number) => number.to_string(),
@@ -156,9 +187,9 @@ pub fn expected_run(library: &Library, component: &Component) -> Option<Vec<Stri
         results: Drawn(!it.seed),
         life: Life::Unconfigured,
         properties: it.properties.iter().map(|it| convert(it.first.clone(), it.ty)).collect(),
-        frozen: it.properties.iter().map(|it| convert(it.first.clone(), it.ty)).collect(),
-        core: it.core.iter().map(|(it, _)| nothing(it.ty)).collect(),
-        machine: it.machine.iter().map(|(it, _)| nothing(it.ty)).collect(),
+        frozen: it.properties.iter().map(|it| convert(it.default.clone(), it.ty)).collect(),
+        core: it.core.iter().map(at_first).collect(),
+        machine: it.machine.iter().map(at_first).collect(),
         state: it.initial,
         channels: it.inputs.iter().map(|it| Channel { size: it.size, ..Channel::default() }).collect(),
         status: vec![0; it.inputs.len()],
@@ -204,10 +235,6 @@ impl Run<'_> {
             }
         }
         for (index, (signature, _, _)) in it.provided.iter().enumerate() {
-            // Before it is configured, its variables have no values.
-            if self.life == Life::Unconfigured {
-                break;
-            }
             if self.asked[index].is_none() && self.random.below(4) == 0 {
                 let draw = |(way, ty): &(Way, Ty)| {
                     if *way == Way::Out { nothing(*ty) } else { self.random.value(*ty) }
@@ -288,6 +315,10 @@ impl Run<'_> {
             return Ok(());
         }
         if self.life == Life::Unconfigured {
+            // Operations are executed before it is configured, too.
+            if self.random.below(3) == 0 {
+                return Ok(());
+            }
             let is_configured = self.configure()?;
             if is_configured {
                 self.life = Life::Stopped;
@@ -306,7 +337,6 @@ impl Run<'_> {
 
     fn configure(&mut self) -> Step<bool> {
         let it = self.it;
-        self.frozen = self.properties.clone();
         for (property, value) in it.properties.iter().zip(&self.properties) {
             if let Some((low, high)) = &property.bounds {
                 let number = |value: &Value| match value {
@@ -320,7 +350,9 @@ impl Run<'_> {
                 }
             }
         }
+        self.frozen = self.properties.clone();
         self.status.iter_mut().for_each(|status| *status = 0);
+        self.handlers.iter_mut().for_each(|handler| *handler = None);
         for (index, (variable, first)) in it.core.iter().enumerate() {
             self.core[index] = match first {
                 Some(first) => convert(self.expr(first, &mut Frame::default())?, variable.ty),
@@ -551,13 +583,7 @@ impl Run<'_> {
         Ok(Some(match &expr.form {
             Form::Literal(value) => value.clone(),
             Form::Variable(variable) => self.value_of(variable, frame),
-            Form::Unary(_, inner) => match self.expr(inner, frame)? {
-                Value::Bool(value) => Value::Bool(!value),
-                Value::Int(number) => whole(-number, expr.ty)?,
-                Value::Float(number) => Value::Float(-number),
-                Value::Double(number) => Value::Double(-number),
-                other => other,
-            },
+            Form::Unary(_, inner) => negated(self.expr(inner, frame)?, expr.ty)?,
             Form::Binary(left, operator, right) => {
                 let first = self.expr(left, frame)?;
                 match (*operator, &first) {

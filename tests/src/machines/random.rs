@@ -239,9 +239,10 @@ impl<'a> Maker<'a> {
         let mut all = Vec::new();
         for (index, name) in names.into_iter().enumerate() {
             let ty = types.get(index).copied().unwrap_or_else(|| *self.random.of(&TYPES));
-            let first = self.value(ty, 2);
+            // One without a value is nothing, each time that the component is configured or started.
+            let first = if self.chance(75) { Some(self.value(ty, 2)) } else { None };
             let variable = Variable { place: place(index), name, ty };
-            all.push((variable.clone(), Some(first)));
+            all.push((variable.clone(), first));
             if !inner.contains(&variable.name) {
                 self.scope.push(variable);
             }

@@ -97,7 +97,7 @@ fn feature(class: &Class<'_, '_>, member: &Member<'_>, text: &mut Text) {
             let property = member.property.as_ref().unwrap_or(name);
             text.line(1, &format!("{cpp} {property}{value};"));
             if member.property.is_some() {
-                text.line(1, &format!("{cpp} {name}{{}};  // as configureHook() found it"));
+                text.line(1, &format!("{cpp} {name}{value};  // as configureHook() found it"));
             }
         }
         FeatureKind::Input => {
@@ -182,12 +182,18 @@ impl<'db> Class<'_, 'db> {
     /// The hooks of RTT that it has, with what they give.
     pub(super) fn hooks(&self) -> Vec<(&'static str, &'static str)> {
         let has = |kind| self.program(Key::Hook(kind)).is_some();
-        let has_value = self.data.variables.iter().any(|variable| variable.value.is_some());
+        let has_value = !self
+            .variables_of(&self.data.variables)
+            .iter()
+            .all(|(index, variable, _)| variable.value.is_none() && !self.named.contains(index));
         let checks = self
             .members()
             .any(|it| it.data.interval.is_some() || it.property.is_some() || it.status.is_some());
         let all = [
-            (has(HookKind::Configure) || has_value || checks, ("bool", "configureHook")),
+            (
+                has(HookKind::Configure) || has_value || !self.data.handlers.is_empty() || checks,
+                ("bool", "configureHook"),
+            ),
             (has(HookKind::Start) || self.machine.is_some(), ("bool", "startHook")),
             (true, ("void", "updateHook")),
             (has(HookKind::Stop), ("void", "stopHook")),

@@ -159,21 +159,40 @@ fn configure_hook<'db>(class: &Class<'_, 'db>, text: &mut Text) {
     let statuses = class.members().filter_map(|member| member.status.as_ref());
     lines.extend(statuses.map(|status| Line::new(1, format!("{status} = RTT::NoData;"))));
     lines.extend(first_values(class, &class.data.variables));
-    let configure = class.program(Key::Hook(HookKind::Configure));
-    let value = configure.map_or_else(|| "true".to_owned(), |it| format!("{}()", it.function));
-    lines.push(Line::new(1, format!("return {value};")));
+    for handler in &class.data.handlers {
+        let name = class.variable_at(handler.name.part).and_then(|index| class.variables.get(&index));
+        lines.extend(name.map(|name| Line::new(1, format!("{name} = {{}};"))));
+    }
+    lines.extend(agreed(class, HookKind::Configure));
+    lines.push(Line::new(1, "return true;"));
     function(text, &format!("bool {}::configureHook()", class.name), &lines);
 }
 
-/// Variables as they are before any program.
+/// Calls a program that may refuse, and says so: Orocos itself does not say why.
+fn agreed(class: &Class<'_, '_>, kind: HookKind) -> Vec<Line> {
+    let Some(program) = class.program(Key::Hook(kind)) else { return Vec::new() };
+    let said = cpp_string(&format!(": the program {} gives false", kind.keyword()));
+    vec![
+        Line::new(1, format!("if (!{}()) {{", program.function)),
+        Line::new(2, format!("RTT::log(RTT::Error) << getName() << {said} << RTT::endlog();")),
+        Line::new(2, "return false;"),
+        Line::new(1, "}"),
+    ]
+}
+
+/// Variables as they are before any program, also where one has been executed before.
 fn first_values<'db>(class: &Class<'_, 'db>, variables: &'db [Variable]) -> Vec<Line> {
     let mut writer = Writer::new(class);
     for (index, variable, name) in class.variables_of(variables) {
-        if let Some(value) = &variable.value {
-            let value = writer.value(value, &class.type_of_variable(index));
-            if value.text != name {
-                writer.line(format!("{name} = {};", value.text));
+        match &variable.value {
+            Some(value) => {
+                let value = writer.value(value, &class.type_of_variable(index));
+                if value.text != name {
+                    writer.line(format!("{name} = {};", value.text));
+                }
             }
+            None if class.named.contains(&index) => writer.line(format!("{name} = {{}};")),
+            None => {}
         }
     }
     writer.lines
@@ -231,23 +250,16 @@ fn start_hook(class: &Class<'_, '_>, text: &mut Text) {
         return;
     }
     let head = format!("bool {}::startHook()", class.name);
-    let start = class.program(Key::Hook(HookKind::Start));
     let mut lines =
         class.data.machines.first().map_or_else(Vec::new, |it| first_values(class, &it.variables));
-    let Some((machine, initial)) =
-        class.machine.as_ref().and_then(|it| Some((it, it.values.get(it.initial)?)))
-    else {
-        lines.extend(start.map(|start| Line::new(1, format!("return {}();", start.function))));
-        return function(text, &head, &lines);
-    };
-    if let Some(start) = start {
-        lines.push(Line::new(1, format!("if (!{}()) {{", start.function)));
-        lines.push(Line::new(2, "return false;"));
-        lines.push(Line::new(1, "}"));
+    lines.extend(agreed(class, HookKind::Start));
+    if let Some(machine) = &class.machine
+        && let Some(initial) = machine.values.get(machine.initial)
+    {
+        lines.push(Line::new(1, format!("{} = {}::{initial};", machine.current, machine.states)));
+        let entry = class.program(Key::Method(machine.initial, MethodKind::Entry));
+        lines.extend(entry.map(|entry| Line::new(1, format!("{}();", entry.function))));
     }
-    lines.push(Line::new(1, format!("{} = {}::{initial};", machine.current, machine.states)));
-    let entry = class.program(Key::Method(machine.initial, MethodKind::Entry));
-    lines.extend(entry.map(|entry| Line::new(1, format!("{}();", entry.function))));
     lines.push(Line::new(1, "return true;"));
     function(text, &head, &lines);
 }
