@@ -86,6 +86,8 @@ struct Class<'a, 'db> {
     variables: FxHashMap<usize, String>,
     /// What the components that execute required operations write their `out` and `inout` parameters to.
     slots: Vec<Slot<'db>>,
+    /// The last calls of required operations with `inout` parameters.
+    last_calls: Vec<LastCall<'db>>,
     /// What it executes.
     programs: Vec<Routine<'db>>,
     by_key: FxHashMap<Key, usize>,
@@ -126,6 +128,10 @@ struct Member<'db> {
 }
 
 /// Where the values of an operation that is executed elsewhere come back to: as long as it may be under way, it is there.
+///
+/// Of two calls with the same slots, the owner writes those of the second one after all of the first one: it executes what it
+/// is sent in order. Nothing reads them before the second one has ended, as its handle has taken the place of the first one's.
+/// What goes in by an `inout` parameter is written here: see [`LastCall`].
 struct Slot<'db> {
     /// The handler of the call, by its number in the typing; nothing where its result is dropped.
     handler: Option<usize>,
@@ -134,6 +140,19 @@ struct Slot<'db> {
     parameter: usize,
     ty: Type,
     name: String,
+}
+
+/// The last call that has the slots of an `inout` parameter. While it is under way, its owner may read and write them, so
+/// that nothing else is sent with them. No handler tells that: it may be set anew, and there may be none.
+struct LastCall<'db> {
+    /// As of a [`Slot`].
+    handler: Option<usize>,
+    shell: Decl<'db>,
+    index: usize,
+    /// Its handle.
+    name: String,
+    /// Tells whether it is under way.
+    is_under_way: String,
 }
 
 /// The names of a state machine.
@@ -218,6 +237,7 @@ impl<'a, 'db> Class<'a, 'db> {
             shells: Vec::new(),
             variables: FxHashMap::default(),
             slots: Vec::new(),
+            last_calls: Vec::new(),
             programs: Vec::new(),
             by_key: FxHashMap::default(),
             machine: None,
@@ -348,6 +368,18 @@ impl<'a, 'db> Class<'a, 'db> {
             slots.extend(member.map(|member| (None, member, &member.data.name.name)));
         }
         let mut names = self.names.clone();
+        let goes_both_ways = |member: &Member<'db>| {
+            member.parameters.iter().any(|(direction, _)| *direction == Direction::InOut)
+        };
+        let last_calls = slots.iter().filter(|(_, member, _)| goes_both_ways(member));
+        let last_calls = last_calls.map(|(handler, member, name)| LastCall {
+            handler: *handler,
+            shell: member.shell,
+            index: member.index,
+            name: names.declare(&format!("{name}_last_call")),
+            is_under_way: names.declare(&format!("is_{name}_under_way")),
+        });
+        let last_calls: Vec<_> = last_calls.collect();
         let slots = slots.into_iter().flat_map(|(handler, member, name)| {
             let parameters = member.parameters.iter().zip(&member.data.parameters).enumerate();
             let back = parameters.filter(|(_, ((direction, _), _))| *direction != Direction::In);
@@ -369,6 +401,7 @@ impl<'a, 'db> Class<'a, 'db> {
         let slots: Vec<_> = slots.collect();
         let slots = slots.into_iter().map(|(slot, wanted)| Slot { name: names.declare(&wanted), ..slot });
         self.slots = slots.collect();
+        self.last_calls = last_calls;
         self.names = names;
     }
 
@@ -888,6 +921,7 @@ mod tests {
     provide reset(in hard: bool, in text: string, out was: int) = { was = n; t = text; return true; }
     update = {
       planning = send(plan, n, t);
+      send(plan, n + 1, t);
       landing = send(land);
       if (collect(planning, n, x, t) == success) then { reset(true, t, n); }
       else if (collect(planning) != failure) then { n = 1; } else { }
@@ -895,7 +929,8 @@ mod tests {
   }
   component K(S, C)
 }";
-        let header = ["// shell S", "// core C", "// What the operations", "  void update_program"];
+        let header =
+            ["// shell S", "// core C", "// What the operations", "// Calls that", "  bool is_planning"];
         check(
             model,
             "component.hpp",
@@ -915,12 +950,20 @@ mod tests {
                   // What the operations that are sent write their results to, as long as they are under way.
                   double planning_cost{};
                   std::string planning_way{};
+                  double plan_cost{};
+                  std::string plan_way{};
+                  // Calls that read what they write: nothing else is sent there before they have ended.
+                  RTT::SendHandle<int(int, double&, std::string&)> planning_last_call;
+                  RTT::SendHandle<int(int, double&, std::string&)> plan_last_call;
+                  bool is_planning_under_way();
+                  bool is_plan_under_way();
                   void update_program();
                   bool reset(bool /*hard*/, std::string text, int& was);
                 };
             "#]],
         );
-        let source = ["K::K(", "K::update_program", "K::reset(bool"];
+        let source =
+            ["K::K(", "K::configureHook", "K::is_plan_under_way", "K::update_program", "K::reset(bool"];
         check(
             model,
             "component.cpp",
@@ -936,10 +979,30 @@ mod tests {
                       .doc("provide reset(in hard: bool, in text: string, out was: int): bool")
                       .arg("hard", "in bool").arg("text", "in string").arg("was", "out int");
                 }
+                bool K::configureHook() {
+                  n = 1;
+                  x = 0.0;
+                  t = "";
+                  planning = {};
+                  landing = {};
+                  return true;
+                }
+                bool K::is_plan_under_way() {
+                  int dropped{};
+                  double dropped_2{};
+                  std::string dropped_3{};
+                  return plan_last_call.collectIfDone(dropped, dropped_2, dropped_3) == RTT::SendNotReady;
+                }
                 void K::update_program() {
                   MAUVE_TRACE_PROGRAM(getName(), "motion.K", "", "", "update");
-                  planning_way = t;
-                  planning = plan.send(n, planning_cost, planning_way);
+                  if (!is_planning_under_way()) {
+                    planning_way = t;
+                    planning_last_call = planning = plan.send(n, planning_cost, planning_way);
+                  }
+                  if (!is_plan_under_way()) {
+                    plan_way = t;
+                    plan_last_call = plan.send(n + 1, plan_cost, plan_way);
+                  }
                   landing = land.send();
                   if (planning.collectIfDone(n, x, t) == RTT::SendSuccess) {
                     const auto t_before = t;

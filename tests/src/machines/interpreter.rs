@@ -172,6 +172,9 @@ struct Run<'a> {
     calls: Vec<Call>,
     waiting: VecDeque<usize>,
     handlers: Vec<Option<usize>>,
+    /// The last calls that were sent for the handlers; those of the required operations that were sent for none.
+    last: Vec<Option<usize>>,
+    last_dropped: Vec<Option<usize>>,
     asked: Vec<Option<Asked>>,
     queue: VecDeque<usize>,
 }
@@ -197,6 +200,8 @@ pub fn expected_run(library: &Library, component: &Component) -> Option<Vec<Stri
         calls: Vec::new(),
         waiting: VecDeque::new(),
         handlers: vec![None; it.handlers.len()],
+        last: vec![None; it.handlers.len()],
+        last_dropped: vec![None; it.required.len()],
         asked: it.provided.iter().map(|_| None).collect(),
         queue: VecDeque::new(),
     };
@@ -509,19 +514,12 @@ impl Run<'_> {
                 let value = self.expr(value, frame)?;
                 self.outputs[*port].push(convert(value, self.it.outputs[*port].ty));
             }
-            Statement::Send(handler, arguments) => {
-                let it = self.it;
-                let (_, required) = it.handlers[*handler];
-                // Two calls of one handler that are under way at once have one place for what goes both ways.
-                let is_under_way =
-                    self.handlers[*handler].is_some_and(|call| self.calls[call].results.is_none());
+            Statement::Send(handler, required, arguments) => {
+                let (it, required) = (self.it, *required);
                 let parameters = &it.required[required].signature.parameters;
-                if is_under_way && parameters.iter().any(|(way, _)| *way == Way::InOut) {
-                    return Err(Stop::Undefined);
-                }
                 let mut given = Vec::new();
                 let mut arguments = arguments.iter();
-                for (way, ty) in &it.required[required].signature.parameters {
+                for (way, ty) in parameters {
                     given.push(match way {
                         Way::Out => nothing(*ty),
                         _ => match arguments.next() {
@@ -530,11 +528,23 @@ impl Run<'_> {
                         },
                     });
                 }
-                self.handlers[*handler] = it.required[required].is_connected.then(|| {
+                let last = match handler {
+                    Some(handler) => &mut self.last[*handler],
+                    None => &mut self.last_dropped[required],
+                };
+                // What goes both ways is where the last call of the handler, or of those without one, has it.
+                let is_under_way = last.is_some_and(|call| self.calls[call].results.is_none());
+                if is_under_way && parameters.iter().any(|(way, _)| *way == Way::InOut) {
+                    return Ok(());
+                }
+                *last = it.required[required].is_connected.then(|| {
                     self.calls.push(Call { required, arguments: given, results: None });
                     self.waiting.push_back(self.calls.len() - 1);
                     self.calls.len() - 1
                 });
+                if let Some(handler) = handler {
+                    self.handlers[*handler] = *last;
+                }
             }
             Statement::If(condition, then, otherwise) => {
                 let branch = if self.expr(condition, frame)? == Value::Bool(true) { then } else { otherwise };

@@ -114,30 +114,11 @@ struct Maker<'a> {
 
 impl<'a> Maker<'a> {
     fn new(random: &'a mut Random, codels: &'a [Signature]) -> Maker<'a> {
-        let it = Component {
-            name: String::new(),
-            properties: Vec::new(),
-            inputs: Vec::new(),
-            outputs: Vec::new(),
-            provided: Vec::new(),
-            required: Vec::new(),
-            handlers: Vec::new(),
-            core: Vec::new(),
-            configure: None,
-            start: None,
-            stop: None,
-            cleanup: None,
-            update: None,
-            machine: Vec::new(),
-            states: Vec::new(),
-            initial: 0,
-            seed: 0,
-        };
         let gives = Gives::Nothing;
         Maker {
             random,
             codels,
-            it,
+            it: Component::default(),
             scope: Vec::new(),
             locals: 0,
             operations: 0,
@@ -461,10 +442,11 @@ impl<'a> Maker<'a> {
             return None;
         }
         let handler = self.random.below(self.it.handlers.len());
-        let signature = self.it.required[self.it.handlers[handler].1].signature.clone();
+        let required = self.it.handlers[handler].1;
+        let signature = self.it.required[required].signature.clone();
         let ins = signature.parameters.iter().filter(|(way, _)| *way != Way::Out);
         let arguments = ins.map(|(_, ty)| self.value(*ty, 2)).collect();
-        Some(Statement::Send(handler, arguments))
+        Some(Statement::Send(self.chance(75).then_some(handler), required, arguments))
     }
 
     // Expressions.

@@ -66,7 +66,7 @@ fn rtt_headers(class: &Class<'_, '_>) -> BTreeSet<&'static str> {
             headers.insert("FlowStatus");
         }
     }
-    if !class.data.handlers.is_empty() {
+    if !class.data.handlers.is_empty() || !class.last_calls.is_empty() {
         headers.extend(["SendHandle", "SendStatus"]);
     }
     headers
@@ -137,6 +137,18 @@ fn core<'db>(class: &Class<'_, 'db>, text: &mut Text) {
         }
         text.gap();
     }
+    if !class.last_calls.is_empty() {
+        text.line(
+            1,
+            "// Calls that read what they write: nothing else is sent there before they have ended.",
+        );
+        for call in &class.last_calls {
+            let operation = class.member(call.shell, call.index);
+            let signature = operation.map_or_else(String::new, |it| class.signature(it));
+            text.line(1, &format!("RTT::SendHandle<{signature}> {};", call.name));
+        }
+        text.gap();
+    }
     let (Some(machine), Some(data)) = (&class.machine, class.data.machines.first()) else { return };
     text.line(1, &format!("// statemachine: {}", class.at(class.core, data.part)));
     text.line(1, &format!("enum class {} {{ {} }};", machine.states, machine.values.join(", ")));
@@ -169,6 +181,9 @@ fn known<'db>(class: &Class<'_, 'db>, value: &'db Expr, ty: &Type) -> Option<Str
 }
 
 fn programs(class: &Class<'_, '_>, text: &mut Text) {
+    for call in &class.last_calls {
+        text.line(1, &format!("bool {}();", call.is_under_way));
+    }
     for routine in &class.programs {
         let mut names = class.names.clone();
         let parameters: Vec<String> =

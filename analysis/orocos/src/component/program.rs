@@ -71,6 +71,9 @@ impl<'db> Writer<'_, '_, 'db> {
                 self.line(format!("return {};", value.text));
             }
             Statement::Assign(target, value) => self.assign(target.part, value),
+            Statement::Expr(Expr::Call { callee, arguments, .. }) if self.is_send(callee.part) => {
+                self.send(None, arguments);
+            }
             Statement::Expr(value) => {
                 let code = self.expr(value);
                 if matches!(value, Expr::Call { .. }) {
@@ -139,14 +142,19 @@ impl<'db> Writer<'_, '_, 'db> {
         self.locals.insert(index, name);
     }
 
+    fn is_send(&self, callee: Part) -> bool {
+        self.class.typing.callees.get(&callee) == Some(&Callee::Send)
+    }
+
     fn assign(&mut self, target: Part, value: &'db Expr) {
         let Some(index) = self.variable(target) else { return };
+        if let Expr::Call { callee, arguments, .. } = value
+            && self.is_send(callee.part)
+        {
+            return self.send(Some(index), arguments);
+        }
         let name = self.variable_name(index);
-        let is_send = |callee| matches!(self.class.typing.callees.get(&callee), Some(Callee::Send));
-        let value = match value {
-            Expr::Call { callee, arguments, .. } if is_send(callee.part) => self.send(Some(index), arguments),
-            value => self.value(value, &self.class.type_of_variable(index)),
-        };
+        let value = self.value(value, &self.class.type_of_variable(index));
         if value.text == name {
             // Compilers ask whether something else was meant.
             self.line(format!("static_cast<void>({name});"));

@@ -27,6 +27,12 @@ pub(super) fn text(class: &Class<'_, '_>) -> String {
             function(&mut body, &format!("void {}::{hook}()", class.name), &[call]);
         }
     }
+    for call in &class.last_calls {
+        let Some(operation) = class.member(call.shell, call.index) else { continue };
+        let lines = Writer::new(class).is_under_way(call, operation);
+        body.line(0, &format!("// Is the last call of {} under way?", operation.data.name.name));
+        function(&mut body, &format!("bool {}::{}()", class.name, call.is_under_way), &lines);
+    }
     for routine in &class.programs {
         let (head, lines) = definition(class, routine);
         body.line(0, &format!("// {}: {}", routine.what, class.at(class.core, routine.at)));
