@@ -86,8 +86,8 @@ struct Class<'a, 'db> {
     variables: FxHashMap<usize, String>,
     /// What the components that execute required operations write their `out` and `inout` parameters to.
     slots: Vec<Slot<'db>>,
-    /// The last calls of operations with `inout` parameters: while one is under way, nobody else writes its slots.
-    sent: Vec<Sent<'db>>,
+    /// The last calls of required operations with `inout` parameters.
+    last_calls: Vec<LastCall<'db>>,
     /// What it executes.
     programs: Vec<Routine<'db>>,
     by_key: FxHashMap<Key, usize>,
@@ -128,6 +128,10 @@ struct Member<'db> {
 }
 
 /// Where the values of an operation that is executed elsewhere come back to: as long as it may be under way, it is there.
+///
+/// Of two calls with the same slots, the owner writes those of the second one after all of the first one: it executes what it
+/// is sent in order. Nothing reads them before the second one has ended, as its handle has taken the place of the first one's.
+/// What goes in by an `inout` parameter is written here: see [`LastCall`].
 struct Slot<'db> {
     /// The handler of the call, by its number in the typing; nothing where its result is dropped.
     handler: Option<usize>,
@@ -138,15 +142,17 @@ struct Slot<'db> {
     name: String,
 }
 
-/// The last call of an operation, for a handler or for nobody.
-struct Sent<'db> {
-    /// As in [`Slot`].
+/// The last call that has the slots of an `inout` parameter. While it is under way, its owner may read and write them, so
+/// that nothing else is sent with them. No handler tells that: it may be set anew, and there may be none.
+struct LastCall<'db> {
+    /// As of a [`Slot`].
     handler: Option<usize>,
     shell: Decl<'db>,
     index: usize,
-    /// The type of its operation.
-    signature: String,
+    /// Its handle.
     name: String,
+    /// Tells whether it is under way.
+    is_under_way: String,
 }
 
 /// The names of a state machine.
@@ -231,7 +237,7 @@ impl<'a, 'db> Class<'a, 'db> {
             shells: Vec::new(),
             variables: FxHashMap::default(),
             slots: Vec::new(),
-            sent: Vec::new(),
+            last_calls: Vec::new(),
             programs: Vec::new(),
             by_key: FxHashMap::default(),
             machine: None,
@@ -362,15 +368,18 @@ impl<'a, 'db> Class<'a, 'db> {
             slots.extend(member.map(|member| (None, member, &member.data.name.name)));
         }
         let mut names = self.names.clone();
-        let both_ways = slots.iter().filter(|(_, member, _)| goes_both_ways(member));
-        let sent = both_ways.map(|(handler, member, name)| Sent {
+        let goes_both_ways = |member: &Member<'db>| {
+            member.parameters.iter().any(|(direction, _)| *direction == Direction::InOut)
+        };
+        let last_calls = slots.iter().filter(|(_, member, _)| goes_both_ways(member));
+        let last_calls = last_calls.map(|(handler, member, name)| LastCall {
             handler: *handler,
             shell: member.shell,
             index: member.index,
-            signature: self.signature(member),
-            name: names.declare(&format!("{name}_sent")),
+            name: names.declare(&format!("{name}_last_call")),
+            is_under_way: names.declare(&format!("is_{name}_under_way")),
         });
-        let sent: Vec<Sent<'db>> = sent.collect();
+        let last_calls: Vec<_> = last_calls.collect();
         let slots = slots.into_iter().flat_map(|(handler, member, name)| {
             let parameters = member.parameters.iter().zip(&member.data.parameters).enumerate();
             let back = parameters.filter(|(_, ((direction, _), _))| *direction != Direction::In);
@@ -392,7 +401,7 @@ impl<'a, 'db> Class<'a, 'db> {
         let slots: Vec<_> = slots.collect();
         let slots = slots.into_iter().map(|(slot, wanted)| Slot { name: names.declare(&wanted), ..slot });
         self.slots = slots.collect();
-        self.sent = sent;
+        self.last_calls = last_calls;
         self.names = names;
     }
 
@@ -639,11 +648,6 @@ fn expressions(core: &Core) -> Vec<&Expr> {
     found
 }
 
-/// Does an operation take something that it gives back?
-fn goes_both_ways(member: &Member<'_>) -> bool {
-    member.parameters.iter().any(|(direction, _)| *direction == Direction::InOut)
-}
-
 #[cfg(test)]
 mod tests {
     use std::path::PathBuf;
@@ -758,13 +762,13 @@ mod tests {
             expect![[r#"
                 bool Walker::configureHook() {
                   seen = 3;
-                  gap = 0.0;
+                  gap = {};
                   return true;
                 }
                 bool Walker::startHook() {
                   index = seen + 1;
                   if (!start_program()) {
-                    RTT::log(RTT::Error) << getName() << ": `start` gave false" << RTT::endlog();
+                    RTT::log(RTT::Error) << getName() << ": the program start gives false" << RTT::endlog();
                     return false;
                   }
                   current_state = State::Waiting;
@@ -887,7 +891,7 @@ mod tests {
                   // Constants are from here on what they are now.
                   width = width_property;
                   scan_status = RTT::NoData;
-                  echoes = ::sensor_msgs::LaserScan();
+                  echoes = {};
                   return true;
                 }
                 void K::update_program() {
@@ -917,6 +921,7 @@ mod tests {
     provide reset(in hard: bool, in text: string, out was: int) = { was = n; t = text; return true; }
     update = {
       planning = send(plan, n, t);
+      send(plan, n + 1, t);
       landing = send(land);
       if (collect(planning, n, x, t) == success) then { reset(true, t, n); }
       else if (collect(planning) != failure) then { n = 1; } else { }
@@ -924,7 +929,8 @@ mod tests {
   }
   component K(S, C)
 }";
-        let header = ["// shell S", "// core C", "// What the operations", "  void update_program"];
+        let header =
+            ["// shell S", "// core C", "// What the operations", "// Calls that", "  bool is_planning"];
         check(
             model,
             "component.hpp",
@@ -944,13 +950,20 @@ mod tests {
                   // What the operations that are sent write their results to, as long as they are under way.
                   double planning_cost{};
                   std::string planning_way{};
-                  RTT::SendHandle<int(int, double&, std::string&)> planning_sent;  // the last call
+                  double plan_cost{};
+                  std::string plan_way{};
+                  // Calls that read what they write: nothing else is sent there before they have ended.
+                  RTT::SendHandle<int(int, double&, std::string&)> planning_last_call;
+                  RTT::SendHandle<int(int, double&, std::string&)> plan_last_call;
+                  bool is_planning_under_way();
+                  bool is_plan_under_way();
                   void update_program();
                   bool reset(bool /*hard*/, std::string text, int& was);
                 };
             "#]],
         );
-        let source = ["K::K(", "K::update_program", "K::reset(bool"];
+        let source =
+            ["K::K(", "K::configureHook", "K::is_plan_under_way", "K::update_program", "K::reset(bool"];
         check(
             model,
             "component.cpp",
@@ -966,26 +979,39 @@ mod tests {
                       .doc("provide reset(in hard: bool, in text: string, out was: int): bool")
                       .arg("hard", "in bool").arg("text", "in string").arg("was", "out int");
                 }
-                void K::update_program() {
-                  MAUVE_TRACE_PROGRAM(getName(), "motion.K", "", "", "update");
+                bool K::configureHook() {
+                  n = 1;
+                  x = 0.0;
+                  t = "";
+                  planning = {};
+                  landing = {};
+                  return true;
+                }
+                bool K::is_plan_under_way() {
                   int dropped{};
                   double dropped_2{};
                   std::string dropped_3{};
-                  // Where its last call is under way still, what goes both ways is in use.
-                  if (planning_sent.collectIfDone(dropped, dropped_2, dropped_3) != RTT::SendNotReady) {
+                  return plan_last_call.collectIfDone(dropped, dropped_2, dropped_3) == RTT::SendNotReady;
+                }
+                void K::update_program() {
+                  MAUVE_TRACE_PROGRAM(getName(), "motion.K", "", "", "update");
+                  if (!is_planning_under_way()) {
                     planning_way = t;
-                    planning_sent = plan.send(n, planning_cost, planning_way);
-                    planning = planning_sent;
+                    planning_last_call = planning = plan.send(n, planning_cost, planning_way);
+                  }
+                  if (!is_plan_under_way()) {
+                    plan_way = t;
+                    plan_last_call = plan.send(n + 1, plan_cost, plan_way);
                   }
                   landing = land.send();
                   if (planning.collectIfDone(n, x, t) == RTT::SendSuccess) {
                     const auto t_before = t;
                     reset(true, t_before, n);
                   } else {
-                    int dropped_4{};
-                    double dropped_5{};
-                    std::string dropped_6{};
-                    if (planning.collectIfDone(dropped_4, dropped_5, dropped_6) > RTT::SendFailure) {
+                    int dropped{};
+                    double dropped_2{};
+                    std::string dropped_3{};
+                    if (planning.collectIfDone(dropped, dropped_2, dropped_3) > RTT::SendFailure) {
                       n = 1;
                     }
                   }
@@ -1228,13 +1254,19 @@ mod tests {
                 ["component.hpp", "component.cpp"].into_iter().flat_map(|end| generated(texts.clone(), end))
             {
                 let code = code_of(&text);
+                // What has no meaning would be a `{}`: only variables are that, where hooks give them their first values.
+                let at = code.find("::updateHook()").unwrap_or_default();
+                let (hooks, programs) = code.split_at(at);
                 for (open, close) in [('(', ')'), ('{', '}'), ('[', ']')] {
                     let count = |c: char| code.matches(c).count();
                     assert_eq!(count(open), count(close), "{path}\n{text}");
                 }
                 assert!(text.lines().all(|line| line.chars().count() <= 100), "{path}\n{text}");
                 assert!(
-                    !code.contains("void*") && !code.contains("= {}") && !code.contains("({})"),
+                    !code.contains("void*")
+                        && !hooks.replace("= {};\n", "").contains("= {}")
+                        && !programs.contains("= {}")
+                        && !code.contains("({})"),
                     "{path}\n{text}"
                 );
                 assert!(

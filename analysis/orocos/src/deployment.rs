@@ -295,8 +295,8 @@ fn streams<'db>(db: &'db dyn ModelDb, project: Project<'db>, flat: &Flat<'db>) -
         let shell = instance.component.and_then(|component| shell_of(db, project, component));
         let Some(features) = shell.map(|shell| features_of(db, project, shell)) else { continue };
         let ports = features.by_name.iter().filter_map(|(name, found)| Some((name, found.first()?)));
-        let ports = ports
-            .filter(|(name, port)| port.kind.is_port() && !connected.contains(&(&instance.name, *name)));
+        let ports =
+            ports.filter(|(name, port)| port.kind.is_port() && !connected.contains(&(&instance.name, *name)));
         let mut ports: Vec<_> = ports.collect();
         ports.sort_by_key(|(_, port)| place_in(features, port.shell, port.index));
         for (name, port) in ports {

@@ -44,6 +44,37 @@ fn nothing(ty: Ty) -> Value {
     }
 }
 
+/// What a variable holds before the component is configured: its first value, where that is known beforehand.
+fn at_first((variable, first): &(Variable, Option<Expr>)) -> Value {
+    let known = first.as_ref().and_then(known);
+    known.map_or_else(|| nothing(variable.ty), |value| convert(value, variable.ty))
+}
+
+/// The value of an expression of nothing but literals.
+fn known(expr: &Expr) -> Option<Value> {
+    let value = match &expr.form {
+        Form::Literal(value) => value.clone(),
+        Form::Unary(_, inner) => negated(known(inner)?, expr.ty).ok()?,
+        Form::Binary(left, operator @ ("&&" | "||"), right) => {
+            let (left, right) = (known(left)?, known(right)?);
+            if left == Value::Bool(*operator == "&&") { right } else { left }
+        }
+        Form::Binary(left, operator, right) => binary(known(left)?, operator, known(right)?, expr.ty).ok()?,
+        _ => return None,
+    };
+    Some(convert(value, expr.ty))
+}
+
+fn negated(value: Value, ty: Ty) -> Step<Value> {
+    Ok(match value {
+        Value::Bool(value) => Value::Bool(!value),
+        Value::Int(number) => whole(-number, ty)?,
+        Value::Float(number) => Value::Float(-number),
+        Value::Double(number) => Value::Double(-number),
+        other => other,
+    })
+}
+
 fn show(value: &Value) -> String {
     match value {
         Value::Int(number) | Value::Status(number) => number.to_string(),
@@ -141,6 +172,9 @@ struct Run<'a> {
     calls: Vec<Call>,
     waiting: VecDeque<usize>,
     handlers: Vec<Option<usize>>,
+    /// The last calls that were sent for the handlers; those of the required operations that were sent for none.
+    last: Vec<Option<usize>>,
+    last_dropped: Vec<Option<usize>>,
     asked: Vec<Option<Asked>>,
     queue: VecDeque<usize>,
 }
@@ -156,9 +190,9 @@ pub fn expected_run(library: &Library, component: &Component) -> Option<Vec<Stri
         results: Drawn(!it.seed),
         life: Life::Unconfigured,
         properties: it.properties.iter().map(|it| convert(it.first.clone(), it.ty)).collect(),
-        frozen: it.properties.iter().map(|it| convert(it.first.clone(), it.ty)).collect(),
-        core: it.core.iter().map(|(it, _)| nothing(it.ty)).collect(),
-        machine: it.machine.iter().map(|(it, _)| nothing(it.ty)).collect(),
+        frozen: it.properties.iter().map(|it| convert(it.default.clone(), it.ty)).collect(),
+        core: it.core.iter().map(at_first).collect(),
+        machine: it.machine.iter().map(at_first).collect(),
         state: it.initial,
         channels: it.inputs.iter().map(|it| Channel { size: it.size, ..Channel::default() }).collect(),
         status: vec![0; it.inputs.len()],
@@ -166,6 +200,8 @@ pub fn expected_run(library: &Library, component: &Component) -> Option<Vec<Stri
         calls: Vec::new(),
         waiting: VecDeque::new(),
         handlers: vec![None; it.handlers.len()],
+        last: vec![None; it.handlers.len()],
+        last_dropped: vec![None; it.required.len()],
         asked: it.provided.iter().map(|_| None).collect(),
         queue: VecDeque::new(),
     };
@@ -204,10 +240,6 @@ impl Run<'_> {
             }
         }
         for (index, (signature, _, _)) in it.provided.iter().enumerate() {
-            // Before it is configured, its variables have no values.
-            if self.life == Life::Unconfigured {
-                break;
-            }
             if self.asked[index].is_none() && self.random.below(4) == 0 {
                 let draw = |(way, ty): &(Way, Ty)| {
                     if *way == Way::Out { nothing(*ty) } else { self.random.value(*ty) }
@@ -288,6 +320,10 @@ impl Run<'_> {
             return Ok(());
         }
         if self.life == Life::Unconfigured {
+            // Operations are executed before it is configured, too.
+            if self.random.below(3) == 0 {
+                return Ok(());
+            }
             let is_configured = self.configure()?;
             if is_configured {
                 self.life = Life::Stopped;
@@ -306,7 +342,6 @@ impl Run<'_> {
 
     fn configure(&mut self) -> Step<bool> {
         let it = self.it;
-        self.frozen = self.properties.clone();
         for (property, value) in it.properties.iter().zip(&self.properties) {
             if let Some((low, high)) = &property.bounds {
                 let number = |value: &Value| match value {
@@ -320,7 +355,9 @@ impl Run<'_> {
                 }
             }
         }
+        self.frozen = self.properties.clone();
         self.status.iter_mut().for_each(|status| *status = 0);
+        self.handlers.iter_mut().for_each(|handler| *handler = None);
         for (index, (variable, first)) in it.core.iter().enumerate() {
             self.core[index] = match first {
                 Some(first) => convert(self.expr(first, &mut Frame::default())?, variable.ty),
@@ -477,17 +514,12 @@ impl Run<'_> {
                 let value = self.expr(value, frame)?;
                 self.outputs[*port].push(convert(value, self.it.outputs[*port].ty));
             }
-            Statement::Send(handler, arguments) => {
-                let it = self.it;
-                let (_, required) = it.handlers[*handler];
-                // Its last call has what goes both ways still: this one is not made.
-                let is_under_way =
-                    self.handlers[*handler].is_some_and(|call| self.calls[call].results.is_none());
+            Statement::Send(handler, required, arguments) => {
+                let (it, required) = (self.it, *required);
                 let parameters = &it.required[required].signature.parameters;
-                let has_to_wait = is_under_way && parameters.iter().any(|(way, _)| *way == Way::InOut);
                 let mut given = Vec::new();
                 let mut arguments = arguments.iter();
-                for (way, ty) in &it.required[required].signature.parameters {
+                for (way, ty) in parameters {
                     given.push(match way {
                         Way::Out => nothing(*ty),
                         _ => match arguments.next() {
@@ -496,14 +528,23 @@ impl Run<'_> {
                         },
                     });
                 }
-                if has_to_wait {
+                let last = match handler {
+                    Some(handler) => &mut self.last[*handler],
+                    None => &mut self.last_dropped[required],
+                };
+                // What goes both ways is where the last call of the handler, or of those without one, has it.
+                let is_under_way = last.is_some_and(|call| self.calls[call].results.is_none());
+                if is_under_way && parameters.iter().any(|(way, _)| *way == Way::InOut) {
                     return Ok(());
                 }
-                self.handlers[*handler] = it.required[required].is_connected.then(|| {
+                *last = it.required[required].is_connected.then(|| {
                     self.calls.push(Call { required, arguments: given, results: None });
                     self.waiting.push_back(self.calls.len() - 1);
                     self.calls.len() - 1
                 });
+                if let Some(handler) = handler {
+                    self.handlers[*handler] = *last;
+                }
             }
             Statement::If(condition, then, otherwise) => {
                 let branch = if self.expr(condition, frame)? == Value::Bool(true) { then } else { otherwise };
@@ -552,13 +593,7 @@ impl Run<'_> {
         Ok(Some(match &expr.form {
             Form::Literal(value) => value.clone(),
             Form::Variable(variable) => self.value_of(variable, frame),
-            Form::Unary(_, inner) => match self.expr(inner, frame)? {
-                Value::Bool(value) => Value::Bool(!value),
-                Value::Int(number) => whole(-number, expr.ty)?,
-                Value::Float(number) => Value::Float(-number),
-                Value::Double(number) => Value::Double(-number),
-                other => other,
-            },
+            Form::Unary(_, inner) => negated(self.expr(inner, frame)?, expr.ty)?,
             Form::Binary(left, operator, right) => {
                 let first = self.expr(left, frame)?;
                 match (*operator, &first) {

@@ -115,8 +115,8 @@ pub enum Statement {
     Assign(Variable, Expr),
     Call(Expr),
     Write(usize, Expr),
-    /// A handler, and what its operation is given.
-    Send(usize, Vec<Expr>),
+    /// A handler, unless the call is dropped; a required operation, and what it is given.
+    Send(Option<usize>, usize, Vec<Expr>),
     If(Expr, Vec<Statement>, Vec<Statement>),
     Block(Vec<Statement>),
     Return(Option<Expr>),
@@ -173,7 +173,7 @@ pub struct State {
     pub transitions: Vec<Transition>,
 }
 
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Component {
     pub name: String,
     pub properties: Vec<Property>,

@@ -114,30 +114,11 @@ struct Maker<'a> {
 
 impl<'a> Maker<'a> {
     fn new(random: &'a mut Random, codels: &'a [Signature]) -> Maker<'a> {
-        let it = Component {
-            name: String::new(),
-            properties: Vec::new(),
-            inputs: Vec::new(),
-            outputs: Vec::new(),
-            provided: Vec::new(),
-            required: Vec::new(),
-            handlers: Vec::new(),
-            core: Vec::new(),
-            configure: None,
-            start: None,
-            stop: None,
-            cleanup: None,
-            update: None,
-            machine: Vec::new(),
-            states: Vec::new(),
-            initial: 0,
-            seed: 0,
-        };
         let gives = Gives::Nothing;
         Maker {
             random,
             codels,
-            it,
+            it: Component::default(),
             scope: Vec::new(),
             locals: 0,
             operations: 0,
@@ -239,10 +220,10 @@ impl<'a> Maker<'a> {
         let mut all = Vec::new();
         for (index, name) in names.into_iter().enumerate() {
             let ty = types.get(index).copied().unwrap_or_else(|| *self.random.of(&TYPES));
-            let first = self.value(ty, 2);
+            // One without a value is nothing, each time that the component is configured or started.
+            let first = if self.chance(75) { Some(self.value(ty, 2)) } else { None };
             let variable = Variable { place: place(index), name, ty };
-            // Without one, it is nothing at first, whatever it was the last time.
-            all.push((variable.clone(), (self.random.below(4) > 0).then_some(first)));
+            all.push((variable.clone(), first));
             if !inner.contains(&variable.name) {
                 self.scope.push(variable);
             }
@@ -461,10 +442,11 @@ impl<'a> Maker<'a> {
             return None;
         }
         let handler = self.random.below(self.it.handlers.len());
-        let signature = self.it.required[self.it.handlers[handler].1].signature.clone();
+        let required = self.it.handlers[handler].1;
+        let signature = self.it.required[required].signature.clone();
         let ins = signature.parameters.iter().filter(|(way, _)| *way != Way::Out);
         let arguments = ins.map(|(_, ty)| self.value(*ty, 2)).collect();
-        Some(Statement::Send(handler, arguments))
+        Some(Statement::Send(self.chance(75).then_some(handler), required, arguments))
     }
 
     // Expressions.

@@ -216,11 +216,11 @@ impl Texts<'_> {
             Statement::Write(port, value) => {
                 write!(out, "write({}, {});", self.component.outputs[*port].name, self.expr(value, 0))
             }
-            Statement::Send(handler, arguments) => {
-                let (name, required) = &self.component.handlers[*handler];
+            Statement::Send(handler, required, arguments) => {
+                let handler = handler.map(|handler| format!("{} = ", self.component.handlers[handler].0));
                 let mut all = vec![self.component.required[*required].signature.name.clone()];
                 all.extend(arguments.iter().map(|it| self.expr(it, 0)));
-                write!(out, "{name} = send({});", all.join(", "))
+                write!(out, "{}send({});", handler.unwrap_or_default(), all.join(", "))
             }
             Statement::If(condition, then, otherwise) => {
                 let _ = write!(out, "if ({}) then ", self.expr(condition, 0));

@@ -16,7 +16,7 @@ use mauve_model::{Callee, Decl, Integer, Meaning, Type, Value, VariableKind, cod
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::obvious::{Comparison, are_obvious, comparison, is_obvious};
-use super::{Class, Key, Member};
+use super::{Class, Key, LastCall, Member};
 use crate::cpp_name::{CppNames, as_identifier};
 use crate::escape::cpp_string;
 
@@ -706,7 +706,8 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
                 Code::primary(text, routine.gives.clone())
             }
             Callee::Read | Callee::Write | Callee::Status => self.port(*found, arguments),
-            Callee::Send => self.send(None, arguments).unwrap_or_else(|| Code::primary("{}", Type::Unknown)),
+            // It is a statement, or the value of one.
+            Callee::Send => Code::primary("{}", Type::Unknown),
             Callee::Collect => self.collect(arguments),
         }
     }
@@ -764,31 +765,18 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
         }
     }
 
-    /// `send(operation, in and inout arguments…)`, for a handler or for nobody; nothing where all of it is written already.
-    ///
-    /// RTT keeps the address of what goes both ways, and whoever provides the operation reads and writes there when its
-    /// thread comes to it: until then the next call has to wait.
-    pub(super) fn send(&mut self, handler: Option<usize>, arguments: &'db [Expr]) -> Option<Code> {
-        let operation = arguments.first().and_then(Expr::part).and_then(|part| self.member(part))?;
-        let of = (handler, operation.shell, operation.index);
-        let sent = self.class.sent.iter().find(|it| (it.handler, it.shell, it.index) == of);
+    /// `handler = send(operation, in and inout arguments…);`, or without a handler.
+    pub(super) fn send(&mut self, handler: Option<usize>, arguments: &'db [Expr]) {
+        let operation = arguments.first().and_then(Expr::part).and_then(|part| self.member(part));
+        let Some(operation) = operation else { return };
+        let last = self.class.last_calls.iter().find(|last| {
+            (last.handler, last.shell, last.index) == (handler, operation.shell, operation.index)
+        });
         let given: Vec<&'db Expr> = arguments.iter().skip(1).collect();
-        let calls: Vec<bool> = given.iter().map(|argument| self.effects(argument).calls).collect();
-        let values = self.operands(&given, false).into_iter().zip(&given).zip(calls);
-        // Arguments are computed also where nothing is sent.
-        let is_kept = |calls: bool| calls && sent.is_some();
-        let given: Vec<Code> = values
-            .map(
-                |((code, argument), calls)| {
-                    if is_kept(calls) { self.keep(code, &base_of(argument)) } else { code }
-                },
-            )
-            .collect();
-        let mut given = given.into_iter();
-        if let Some(sent) = sent {
-            let dropped = self.dropped(operation).join(", ");
-            self.line("// Where its last call is under way still, what goes both ways is in use.");
-            self.line(format!("if ({}.collectIfDone({dropped}) != RTT::SendNotReady) {{", sent.name));
+        // They are evaluated also where nothing is sent.
+        let mut given = self.operands(&given, last.is_some()).into_iter();
+        if let Some(last) = last {
+            self.line(format!("if (!{}()) {{", last.is_under_way));
             self.depth += 1;
         }
         let mut texts = Vec::new();
@@ -813,18 +801,21 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
             }
             texts.push(slot.name.clone());
         }
-        let text = format!("{}.send({})", operation.name, texts.join(", "));
-        let Some(sent) = sent else {
-            return Some(Code::primary(text, Type::Handle(operation.data.name.name.clone())));
-        };
-        self.line(format!("{} = {text};", sent.name));
-        if let Some(handler) = handler {
-            let name = self.variable_name(handler);
-            self.line(format!("{name} = {};", sent.name));
+        let handles = last.map(|last| last.name.clone()).into_iter();
+        let handles = handles.chain(handler.map(|handler| self.variable_name(handler)));
+        let targets: String = handles.map(|name| format!("{name} = ")).collect();
+        self.line(format!("{targets}{}.send({});", operation.name, texts.join(", ")));
+        if last.is_some() {
+            self.depth -= 1;
+            self.line("}");
         }
-        self.depth -= 1;
-        self.line("}");
-        None
+    }
+
+    /// The body of the function that tells whether a call is under way.
+    pub(super) fn is_under_way(mut self, call: &LastCall<'db>, operation: &Member<'db>) -> Vec<Line> {
+        let dropped = self.nowhere(operation).join(", ");
+        self.line(format!("return {}.collectIfDone({dropped}) == RTT::SendNotReady;", call.name));
+        self.lines
     }
 
     /// `collect(handler)`, `collect(handler, result and out variables…)`
@@ -833,22 +824,18 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
         let Some(handler) = handler else { return Code::primary("{}", Type::Unknown) };
         let mut texts: Vec<String> =
             arguments.iter().skip(1).map(|argument| self.expr(argument).text).collect();
-        if texts.is_empty() {
-            texts = self.nowhere(handler);
+        if texts.is_empty()
+            && let Type::Handle(operation) = self.class.type_of_variable(handler)
+            && let Some(member) = self.class.members().find(|it| it.data.name.name == operation)
+        {
+            texts = self.nowhere(member);
         }
         let name = self.variable_name(handler);
         Code::primary(format!("{name}.collectIfDone({})", texts.join(", ")), Type::CallStatus)
     }
 
     /// Variables for what a call gives and nobody wants.
-    fn nowhere(&mut self, handler: usize) -> Vec<String> {
-        let Type::Handle(operation) = self.class.type_of_variable(handler) else { return Vec::new() };
-        let member = self.class.members().find(|it| it.data.name.name == operation);
-        member.map_or_else(Vec::new, |member| self.dropped(member))
-    }
-
-    /// Variables for what an operation gives.
-    fn dropped(&mut self, member: &Member<'db>) -> Vec<String> {
+    fn nowhere(&mut self, member: &Member<'db>) -> Vec<String> {
         let result = (member.ty != Type::Void).then_some(&member.ty);
         let back = member.parameters.iter().filter(|(direction, _)| *direction != Direction::In);
         let types: Vec<&Type> = result.into_iter().chain(back.map(|(_, ty)| ty)).collect();

@@ -66,7 +66,7 @@ fn rtt_headers(class: &Class<'_, '_>) -> BTreeSet<&'static str> {
             headers.insert("FlowStatus");
         }
     }
-    if !class.data.handlers.is_empty() {
+    if !class.data.handlers.is_empty() || !class.last_calls.is_empty() {
         headers.extend(["SendHandle", "SendStatus"]);
     }
     headers
@@ -97,7 +97,6 @@ fn feature(class: &Class<'_, '_>, member: &Member<'_>, text: &mut Text) {
             let property = member.property.as_ref().unwrap_or(name);
             text.line(1, &format!("{cpp} {property}{value};"));
             if member.property.is_some() {
-                // An operation may be asked for before that.
                 text.line(1, &format!("{cpp} {name}{value};  // as configureHook() found it"));
             }
         }
@@ -136,8 +135,17 @@ fn core<'db>(class: &Class<'_, 'db>, text: &mut Text) {
         for slot in &class.slots {
             text.line(1, &format!("{} {}{{}};", class.cpp(&slot.ty), slot.name));
         }
-        for sent in &class.sent {
-            text.line(1, &format!("RTT::SendHandle<{}> {};  // the last call", sent.signature, sent.name));
+        text.gap();
+    }
+    if !class.last_calls.is_empty() {
+        text.line(
+            1,
+            "// Calls that read what they write: nothing else is sent there before they have ended.",
+        );
+        for call in &class.last_calls {
+            let operation = class.member(call.shell, call.index);
+            let signature = operation.map_or_else(String::new, |it| class.signature(it));
+            text.line(1, &format!("RTT::SendHandle<{signature}> {};", call.name));
         }
         text.gap();
     }
@@ -173,6 +181,9 @@ fn known<'db>(class: &Class<'_, 'db>, value: &'db Expr, ty: &Type) -> Option<Str
 }
 
 fn programs(class: &Class<'_, '_>, text: &mut Text) {
+    for call in &class.last_calls {
+        text.line(1, &format!("bool {}();", call.is_under_way));
+    }
     for routine in &class.programs {
         let mut names = class.names.clone();
         let parameters: Vec<String> =
@@ -186,12 +197,18 @@ impl<'db> Class<'_, 'db> {
     /// The hooks of RTT that it has, with what they give.
     pub(super) fn hooks(&self) -> Vec<(&'static str, &'static str)> {
         let has = |kind| self.program(Key::Hook(kind)).is_some();
-        let has_value = self.data.variables.iter().any(|variable| variable.value.is_some());
+        let has_value = !self
+            .variables_of(&self.data.variables)
+            .iter()
+            .all(|(index, variable, _)| variable.value.is_none() && !self.named.contains(index));
         let checks = self
             .members()
             .any(|it| it.data.interval.is_some() || it.property.is_some() || it.status.is_some());
         let all = [
-            (has(HookKind::Configure) || has_value || checks, ("bool", "configureHook")),
+            (
+                has(HookKind::Configure) || has_value || !self.data.handlers.is_empty() || checks,
+                ("bool", "configureHook"),
+            ),
             (has(HookKind::Start) || self.machine.is_some(), ("bool", "startHook")),
             (true, ("void", "updateHook")),
             (has(HookKind::Stop), ("void", "stopHook")),

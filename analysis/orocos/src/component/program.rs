@@ -71,12 +71,8 @@ impl<'db> Writer<'_, '_, 'db> {
                 self.line(format!("return {};", value.text));
             }
             Statement::Assign(target, value) => self.assign(target.part, value),
-            Statement::Expr(Expr::Call { callee, arguments, .. })
-                if self.class.typing.callees.get(&callee.part) == Some(&Callee::Send) =>
-            {
-                if let Some(code) = self.send(None, arguments) {
-                    self.line(format!("{};", code.text));
-                }
+            Statement::Expr(Expr::Call { callee, arguments, .. }) if self.is_send(callee.part) => {
+                self.send(None, arguments);
             }
             Statement::Expr(value) => {
                 let code = self.expr(value);
@@ -146,19 +142,19 @@ impl<'db> Writer<'_, '_, 'db> {
         self.locals.insert(index, name);
     }
 
+    fn is_send(&self, callee: Part) -> bool {
+        self.class.typing.callees.get(&callee) == Some(&Callee::Send)
+    }
+
     fn assign(&mut self, target: Part, value: &'db Expr) {
         let Some(index) = self.variable(target) else { return };
+        if let Expr::Call { callee, arguments, .. } = value
+            && self.is_send(callee.part)
+        {
+            return self.send(Some(index), arguments);
+        }
         let name = self.variable_name(index);
-        let is_send = |callee| matches!(self.class.typing.callees.get(&callee), Some(Callee::Send));
-        let value = match value {
-            Expr::Call { callee, arguments, .. } if is_send(callee.part) => {
-                match self.send(Some(index), arguments) {
-                    Some(code) => code,
-                    None => return,
-                }
-            }
-            value => self.value(value, &self.class.type_of_variable(index)),
-        };
+        let value = self.value(value, &self.class.type_of_variable(index));
         if value.text == name {
             // Compilers ask whether something else was meant.
             self.line(format!("static_cast<void>({name});"));

@@ -27,6 +27,12 @@ pub(super) fn text(class: &Class<'_, '_>) -> String {
             function(&mut body, &format!("void {}::{hook}()", class.name), &[call]);
         }
     }
+    for call in &class.last_calls {
+        let Some(operation) = class.member(call.shell, call.index) else { continue };
+        let lines = Writer::new(class).is_under_way(call, operation);
+        body.line(0, &format!("// Is the last call of {} under way?", operation.data.name.name));
+        function(&mut body, &format!("bool {}::{}()", class.name, call.is_under_way), &lines);
+    }
     for routine in &class.programs {
         let (head, lines) = definition(class, routine);
         body.line(0, &format!("// {}: {}", routine.what, class.at(class.core, routine.at)));
@@ -159,12 +165,28 @@ fn configure_hook<'db>(class: &Class<'_, 'db>, text: &mut Text) {
     let statuses = class.members().filter_map(|member| member.status.as_ref());
     lines.extend(statuses.map(|status| Line::new(1, format!("{status} = RTT::NoData;"))));
     lines.extend(first_values(class, &class.data.variables));
-    lines.extend(run_or_fail(class, HookKind::Configure));
+    for handler in &class.data.handlers {
+        let name = class.variable_at(handler.name.part).and_then(|index| class.variables.get(&index));
+        lines.extend(name.map(|name| Line::new(1, format!("{name} = {{}};"))));
+    }
+    lines.extend(agreed(class, HookKind::Configure));
     lines.push(Line::new(1, "return true;"));
     function(text, &format!("bool {}::configureHook()", class.name), &lines);
 }
 
-/// Variables as they are before any program.
+/// Calls a program that may refuse, and says so: Orocos itself does not say why.
+fn agreed(class: &Class<'_, '_>, kind: HookKind) -> Vec<Line> {
+    let Some(program) = class.program(Key::Hook(kind)) else { return Vec::new() };
+    let said = cpp_string(&format!(": the program {} gives false", kind.keyword()));
+    vec![
+        Line::new(1, format!("if (!{}()) {{", program.function)),
+        Line::new(2, format!("RTT::log(RTT::Error) << getName() << {said} << RTT::endlog();")),
+        Line::new(2, "return false;"),
+        Line::new(1, "}"),
+    ]
+}
+
+/// Variables as they are before any program, also where one has been executed before.
 fn first_values<'db>(class: &Class<'_, 'db>, variables: &'db [Variable]) -> Vec<Line> {
     let mut writer = Writer::new(class);
     for (index, variable, name) in class.variables_of(variables) {
@@ -175,30 +197,11 @@ fn first_values<'db>(class: &Class<'_, 'db>, variables: &'db [Variable]) -> Vec<
                     writer.line(format!("{name} = {};", value.text));
                 }
             }
-            // Whatever it was before, it begins anew.
-            None if class.named.contains(&index) => {
-                let nothing = nothing_of(class, name, &class.type_of_variable(index));
-                writer.line(format!("{name} = {nothing};"));
-            }
+            None if class.named.contains(&index) => writer.line(format!("{name} = {{}};")),
             None => {}
         }
     }
     writer.lines
-}
-
-/// The value of a variable that nobody gave one.
-fn nothing_of(class: &Class<'_, '_>, name: &str, ty: &Type) -> String {
-    match ty {
-        Type::Bool => "false".to_owned(),
-        Type::Integer(_) => "0".to_owned(),
-        Type::Float => "0.0F".to_owned(),
-        Type::Double => "0.0".to_owned(),
-        Type::PortStatus => "RTT::NoData".to_owned(),
-        Type::CallStatus => "RTT::SendNotReady".to_owned(),
-        Type::String | Type::Message(..) => format!("{}()", class.cpp(ty)),
-        // A pointer, or a type of several words.
-        _ => format!("decltype({name})()"),
-    }
 }
 
 /// That a property or constant lies in its interval.
@@ -255,31 +258,16 @@ fn start_hook(class: &Class<'_, '_>, text: &mut Text) {
     let head = format!("bool {}::startHook()", class.name);
     let mut lines =
         class.data.machines.first().map_or_else(Vec::new, |it| first_values(class, &it.variables));
-    let Some((machine, initial)) =
-        class.machine.as_ref().and_then(|it| Some((it, it.values.get(it.initial)?)))
-    else {
-        lines.extend(run_or_fail(class, HookKind::Start));
-        lines.push(Line::new(1, "return true;"));
-        return function(text, &head, &lines);
-    };
-    lines.extend(run_or_fail(class, HookKind::Start));
-    lines.push(Line::new(1, format!("{} = {}::{initial};", machine.current, machine.states)));
-    let entry = class.program(Key::Method(machine.initial, MethodKind::Entry));
-    lines.extend(entry.map(|entry| Line::new(1, format!("{}();", entry.function))));
+    lines.extend(agreed(class, HookKind::Start));
+    if let Some(machine) = &class.machine
+        && let Some(initial) = machine.values.get(machine.initial)
+    {
+        lines.push(Line::new(1, format!("{} = {}::{initial};", machine.current, machine.states)));
+        let entry = class.program(Key::Method(machine.initial, MethodKind::Entry));
+        lines.extend(entry.map(|entry| Line::new(1, format!("{}();", entry.function))));
+    }
     lines.push(Line::new(1, "return true;"));
     function(text, &head, &lines);
-}
-
-/// The program of a hook that may refuse: then the log says who did, since scripts of RTT do not.
-fn run_or_fail(class: &Class<'_, '_>, kind: HookKind) -> Vec<Line> {
-    let Some(program) = class.program(Key::Hook(kind)) else { return Vec::new() };
-    let said = cpp_string(&format!(": `{}` gave false", kind.keyword()));
-    vec![
-        Line::new(1, format!("if (!{}()) {{", program.function)),
-        Line::new(2, format!("RTT::log(RTT::Error) << getName() << {said} << RTT::endlog();")),
-        Line::new(2, "return false;"),
-        Line::new(1, "}"),
-    ]
 }
 
 /// One period.
