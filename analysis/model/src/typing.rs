@@ -712,7 +712,9 @@ impl<'db> Typer<'_, 'db> {
             std::slice::from_ref(name),
         );
         if let Ok(found) = found {
-            let is_hidden = matches!(self.lookup(name), Some(Meaning::Variable(_))) || feature.is_some();
+            // A variable of the state machine hides it in the machine's own programs only, as for what they cost.
+            let is_variable = self.scope.by_name.get(name).is_some_and(|all| !all.is_empty());
+            let is_hidden = is_variable || feature.is_some();
             return (!is_hidden).then_some(Callee::Codel(found));
         }
         let Some(Expr::Name(first)) = arguments.first() else { return None };

@@ -1186,6 +1186,32 @@ mod tests {
     }
 
     #[test]
+    fn variables_of_the_machine_hide_no_codel_outside_of_it() {
+        check(
+            "library l {
+  codel go(): int
+  shell S { provide ask(): int }
+  core C(S) {
+    var n: int = 0;
+    provide ask(): int = { return go(); }
+    statemachine { var go: int = 3; initial state A { run = { n = go; } } }
+  }
+  component K(S, C)
+}",
+            "component.cpp",
+            &["K::ask", "K::run_A"],
+            expect![[r#"
+                  addOperation("ask", &K::ask, this, RTT::OwnThread).doc("provide ask(): int");
+                }
+                void K::run_A() {
+                  MAUVE_TRACE_PROGRAM(getName(), "l.K", "A", "", "run");
+                  n = go;
+                }
+            "#]],
+        );
+    }
+
+    #[test]
     fn what_is_always_true_is_no_warning() {
         let model = "library l { shell S { } core C(S) { var n: int = 1  var b: bool = true  update = { b = CONDITION; } } component K(S, C) }";
         for (condition, is_obvious) in [
