@@ -1199,9 +1199,11 @@ mod tests {
   component K(S, C)
 }",
             "component.cpp",
-            &["K::ask", "K::run_A"],
+            &["int K::ask", "K::run_A"],
             expect![[r#"
-                  addOperation("ask", &K::ask, this, RTT::OwnThread).doc("provide ask(): int");
+                int K::ask() {
+                  MAUVE_TRACE_PROGRAM(getName(), "l.K", "", "ask", "operation");
+                  return MAUVE_TRACE_CODEL(getName(), "l.go", ::l::go());
                 }
                 void K::run_A() {
                   MAUVE_TRACE_PROGRAM(getName(), "l.K", "A", "", "run");
