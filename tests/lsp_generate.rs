@@ -456,8 +456,7 @@ fn nothing_is_written_through_a_link_to_a_file() {
     let folder = project("links");
     let (mut client, mut text) = opened(&folder, &good_editor());
     generated(&mut client, &text.uri);
-    // What another package has may look like it, and is not this file.
-    let (header, shared) = (folder.join(HEADER), folder.join("generated/shared.hpp"));
+    let (header, shared) = (folder.join(HEADER), folder.join("generated/parts/shared.hpp"));
     std::fs::rename(&header, &shared).unwrap();
     std::os::unix::fs::symlink(&shared, &header).unwrap();
     assert_eq!(files(&generate(&mut client, &text.uri).unwrap()), [], "it holds what it should");
@@ -465,16 +464,16 @@ fn nothing_is_written_through_a_link_to_a_file() {
     client.edit(&mut text, "out n: int", "out m: int");
     let refused = generate(&mut client, &text.uri).unwrap_err();
     assert!(refused.starts_with(&format!("{HEADER} is a link")), "{refused}");
-    // A folder may be one, as long as it leads to somewhere in there.
+    // A folder may be one, as long as it leads to somewhere in the package.
     std::fs::rename(&shared, &header).unwrap();
     let include = folder.join("generated/parts/include");
-    std::fs::rename(&include, folder.join("generated/include")).unwrap();
-    std::os::unix::fs::symlink("../include", &include).unwrap();
+    std::fs::rename(&include, folder.join("generated/parts/headers")).unwrap();
+    std::os::unix::fs::symlink("headers", &include).unwrap();
     let found = generate(&mut client, &text.uri).unwrap();
     apply(&found["edit"]);
     assert!(include.is_symlink());
     assert_ne!(
-        std::fs::read_to_string(folder.join("generated/include/parts/parts-codels.hpp")).unwrap(),
+        std::fs::read_to_string(folder.join("generated/parts/headers/parts/parts-codels.hpp")).unwrap(),
         before
     );
     assert_eq!(files(&generate(&mut client, &text.uri).unwrap()), []);

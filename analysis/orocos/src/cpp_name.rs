@@ -377,8 +377,8 @@ const STATEMENT_PREFIXES: [&str; 11] = [
     "SubMachine",
 ];
 
-/// Services that every script finds where no task has their name.
-const GLOBAL_SERVICES: [&str; 1] = ["ros"];
+/// Services that every script finds where no task has their name, and variables of the scripts that are generated.
+const GLOBAL_SERVICES: [&str; 3] = ["ros", "connected", "configured"];
 
 /// Macros of the headers that generated code includes, or a codel may: they mean something wherever they stand.
 static MACROS: LazyLock<FxHashSet<&str>> = LazyLock::new(|| words(include_str!("cpp_name/macros.txt")));
@@ -440,6 +440,11 @@ impl CppNames {
     /// `name` as it can be declared here, which is then taken: itself, or with as many `_` behind it as it needs.
     pub(crate) fn declare(&mut self, name: &str) -> String {
         let mut name = as_identifier(name);
+        // What becomes of one name never depends on whether there is the other.
+        let bare = name.trim_end_matches('_');
+        if bare != name && (is_reserved(bare) || OUTER_WORDS.contains(&bare)) {
+            name += "0_";
+        }
         while is_reserved(&name) || self.taken.contains(&name) {
             // Two of them in a row are the compiler's own.
             name += if name.ends_with('_') { "0_" } else { "_" };
@@ -493,6 +498,17 @@ fn with_suffix(name: &str) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_name_is_the_same_whatever_else_is_declared() {
+        for names in [["and", "and_", "log", "log_"], ["log_", "and_", "log", "and"]] {
+            let mut all = CppNames::of_namespace();
+            let declared: Vec<(&str, String)> = names.map(|name| (name, all.declare(name))).into();
+            for (name, found) in declared {
+                assert_eq!(found, CppNames::of_namespace().declare(name));
+            }
+        }
+    }
 
     #[test]
     fn nothing_is_called_as_a_macro_or_a_global_function() {

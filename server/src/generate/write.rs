@@ -192,6 +192,8 @@ fn discard(staging: &Path) -> io::Result<()> {
 /// What stands in its way, in words for the user.
 pub(crate) fn target(root: &Path, step: &Step) -> Result<PathBuf, String> {
     let mut at = root.to_owned();
+    // A package writes in itself alone: what links to its neighbour is not of it.
+    let mut within = root.to_owned();
     let mut parts = step.path.split('/').peekable();
     while let Some(part) = parts.next() {
         if matches!(part, "" | "." | "..") || part.contains(['\\', ':']) {
@@ -208,12 +210,12 @@ pub(crate) fn target(root: &Path, step: &Step) -> Result<PathBuf, String> {
         let mut is_folder = data.is_dir();
         if data.is_symlink() {
             let real = at.canonicalize().map_err(|_| leads_nowhere(&at))?;
-            if !real.starts_with(root) {
+            if !real.starts_with(&within) {
                 return Err(format!(
                     "`{}` is a link that leads out of `{}`, and nothing is written there: generate into the folder that \
                      is meant, or put a folder in the place of the link",
                     at.display(),
-                    root.display()
+                    within.display()
                 ));
             }
             is_folder = real.is_dir();
@@ -226,6 +228,9 @@ pub(crate) fn target(root: &Path, step: &Step) -> Result<PathBuf, String> {
             true if is_folder => return Err(not_a_file(&at)),
             false if !is_folder => return Err(not_a_folder(&at)),
             _ => {}
+        }
+        if within == *root && !is_last {
+            within.clone_from(&at);
         }
     }
     Ok(at)
@@ -435,7 +440,7 @@ mod tests {
     #[test]
     fn nothing_is_written_outside() {
         let top = scratch("outside");
-        for folder in ["out/p", "out/q", "elsewhere"] {
+        for folder in ["out/p/deep", "out/q", "elsewhere"] {
             fs::create_dir_all(top.join(folder)).unwrap();
         }
         fs::write(top.join("elsewhere/file"), "theirs").unwrap();
@@ -445,7 +450,9 @@ mod tests {
         symlink("../../elsewhere/file", top.join("out/p/file")).unwrap();
         symlink("/nowhere", top.join("out/p/nowhere")).unwrap();
         symlink("../q", top.join("out/p/inside")).unwrap();
-        symlink("../q/file", top.join("out/p/inner")).unwrap();
+        fs::write(top.join("out/p/deep/file"), "deep").unwrap();
+        symlink("deep", top.join("out/p/own")).unwrap();
+        symlink("deep/file", top.join("out/p/inner")).unwrap();
         let before = everything(&top);
         let site = Site::open(&top.join("out")).unwrap();
         let change = |path: &str| step(path, Action::Change(String::new()));
@@ -460,16 +467,17 @@ mod tests {
             (create("/etc/new"), "no path"),
             (create("p//new"), "no path"),
             (create("p/plain/new"), "is no folder"),
-            (change("p/inside"), "is a folder"),
+            (change("p/inside"), "leads out of"),
+            (step("p/inside/file", Action::Remove), "leads out of"),
             (change("q"), "is a folder"),
         ] {
             let error = site.write(&[create("p/first"), step]).unwrap_err();
             assert!(error.contains(message), "{error}");
             assert_eq!(everything(&top), before);
         }
-        site.write(&[create("p/inside/new"), step("p/inner", Action::Change("mine".to_owned()))]).unwrap();
-        assert_eq!(fs::read_to_string(top.join("out/q/new")).unwrap(), "new p/inside/new");
-        assert_eq!(fs::read_to_string(top.join("out/q/file")).unwrap(), "q");
+        site.write(&[create("p/own/new"), step("p/inner", Action::Change("mine".to_owned()))]).unwrap();
+        assert_eq!(fs::read_to_string(top.join("out/p/deep/new")).unwrap(), "new p/own/new");
+        assert_eq!(fs::read_to_string(top.join("out/p/deep/file")).unwrap(), "deep");
         assert_eq!(fs::read_to_string(top.join("out/p/inner")).unwrap(), "mine");
         fs::remove_dir_all(&top).unwrap();
     }
