@@ -812,7 +812,7 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
     }
 
     /// The body of the function that tells whether a call is under way.
-    pub(super) fn is_under_way(mut self, call: &LastCall<'db>, operation: &Member<'db>) -> Vec<Line> {
+    pub(super) fn ask_for_last_call(mut self, call: &LastCall<'db>, operation: &Member<'db>) -> Vec<Line> {
         let dropped = self.nowhere(operation).join(", ");
         self.line(format!("return {}.collectIfDone({dropped}) == RTT::SendNotReady;", call.name));
         self.lines

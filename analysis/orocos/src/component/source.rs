@@ -29,7 +29,7 @@ pub(super) fn text(class: &Class<'_, '_>) -> String {
     }
     for call in &class.last_calls {
         let Some(operation) = class.member(call.shell, call.index) else { continue };
-        let lines = Writer::new(class).is_under_way(call, operation);
+        let lines = Writer::new(class).ask_for_last_call(call, operation);
         body.line(0, &format!("// Is the last call of {} under way?", operation.data.name.name));
         function(&mut body, &format!("bool {}::{}()", class.name, call.is_under_way), &lines);
     }
