@@ -16,6 +16,7 @@ use crate::item_tree::{
 use crate::names::{Features, Names, features_of, names_of, similar};
 use crate::project::Project;
 use crate::source::{Decl, Place, core};
+use crate::values::Value;
 
 /// What a core executes each period.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
@@ -245,25 +246,19 @@ impl<'db> Reader<'_, 'db> {
         }
     }
 
-    /// The hooks that no period executes: their calls are looked at, their times count nothing. But one that is not
-    /// closed may have swallowed what follows.
+    /// The hooks that no period executes: their calls are looked at, their times count nothing. But one with an error may
+    /// have swallowed what a period executes.
     fn hooks(&mut self) {
         for hook in self.core.hooks.iter().filter(|hook| hook.kind != HookKind::Update) {
-            let refusals = self.found.refusals.len();
             self.program(&hook.program);
-            if hook.program.whole {
-                self.found.refusals.truncate(refusals);
-            }
         }
     }
 
     /// What variables begin with is computed once: their calls are looked at, their times count nothing.
     fn initial_values(&mut self, variables: &[Variable]) {
-        let refusals = self.found.refusals.len();
         for value in variables.iter().filter_map(|variable| variable.value.as_ref()) {
             self.expr(value, &mut Vec::new());
         }
-        self.found.refusals.truncate(refusals);
     }
 
     fn operations(&mut self) {
@@ -403,12 +398,13 @@ impl<'db> Reader<'_, 'db> {
                 self.refuse_here("a transition has a syntax error");
             }
             let key = |part: &str| format!("{}.{}.{part}", state.name.name, transition.name.name);
+            let mut value = None;
             if let Some(guard) = &transition.guard {
                 if !guard.whole {
                     self.refuse_here("a guard has a syntax error");
                 }
                 let mut costs = Vec::new();
-                self.expr(&guard.condition, &mut costs);
+                value = self.expr(&guard.condition, &mut costs);
                 self.push_program(&mut before, key("guard"), Cost::Sum(costs));
             }
             let mut own = Vec::new();
@@ -422,8 +418,16 @@ impl<'db> Reader<'_, 'db> {
                 let (at, first) = (self.at(transition.name.part), self.at(always.name.part));
                 let names = (&transition.name.name, &always.name.name);
                 if transition.whole && always.whole && !names.0.is_empty() {
-                    self.found.diagnostics.push(diagnostics::never_taken::report(at, names, first));
+                    self.found.diagnostics.push(match always.guard {
+                        None => diagnostics::never_taken::report(at, names, first),
+                        Some(_) => diagnostics::unreachable_code::behind(at, names.1),
+                    });
                 }
+                continue;
+            }
+            if value == Some(Value::Bool(false)) {
+                let at = self.at(transition.name.part);
+                self.found.diagnostics.push(diagnostics::unreachable_code::guard(at));
                 continue;
             }
             let mut programs = before.clone();
@@ -434,7 +438,7 @@ impl<'db> Reader<'_, 'db> {
                 let transition = Some(transition.name.name.clone());
                 edges.push(Edge { source: index, target, transition, programs });
             }
-            if transition.guard.is_none() {
+            if transition.guard.is_none() || value == Some(Value::Bool(true)) {
                 fires_always = Some(transition);
             }
         }

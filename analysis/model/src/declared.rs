@@ -15,18 +15,18 @@ use crate::source::{Decl, Place, data, shell};
 use crate::types::{self, Type};
 use crate::typing::uses_of;
 
-/// What is wrong, or can be better, about the names and types of a declaration.
-pub(crate) fn check<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<Diagnostic<'db>> {
+/// Types and names of a declaration that cannot be.
+pub(crate) fn errors<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+) -> Vec<Diagnostic<'db>> {
     let Some(data) = data(db, of).as_deref() else { return Vec::new() };
-    let mut found = Vec::new();
     let void =
         |ty: &TypeRef| types::resolved(db, project, of.library(db).as_ref(), &ty.path) == Some(Type::Void);
     let voids = data.types().into_iter().filter(|(ty, may_be_void)| !may_be_void && void(ty));
-    found.extend(voids.map(|(ty, _)| diagnostics::invalid_type::void(Place::Part(of, ty.part))));
-    for ty in has_types(db, of).then(|| unknown_types(db, project, of)).into_iter().flatten() {
-        let first = first_unknown(db, project).get(&(of.library(db).clone(), ty.path.clone()));
-        found.extend((first == Some(&of)).then(|| unknown_type(db, project, of, ty)).flatten());
-    }
+    let mut found: Vec<Diagnostic<'db>> =
+        voids.map(|(ty, _)| diagnostics::invalid_type::void(Place::Part(of, ty.part))).collect();
     let lists: Vec<&[Parameter]> = match data {
         Data::Codel(codel) => vec![&codel.parameters],
         Data::Shell(shell) => shell.features.iter().map(|it| it.parameters.as_slice()).collect(),
@@ -36,6 +36,17 @@ pub(crate) fn check<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'
     for parameters in lists {
         let names = parameters.iter().map(|it| (&it.name, "parameter"));
         found.extend(diagnostics::duplicate_definition::among(of, names));
+    }
+    found
+}
+
+/// What is wrong, or can be better, about the names and types of a declaration.
+pub(crate) fn check<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<Diagnostic<'db>> {
+    let Some(data) = data(db, of).as_deref() else { return Vec::new() };
+    let mut found = errors(db, project, of);
+    for ty in has_types(db, of).then(|| unknown_types(db, project, of)).into_iter().flatten() {
+        let first = first_unknown(db, project).get(&(of.library(db).clone(), ty.path.clone()));
+        found.extend((first == Some(&of)).then(|| unknown_type(db, project, of, ty)).flatten());
     }
     let own = NameRef { name: of.name(db).clone(), part: Part(0) };
     let own = matches!(data, Data::Codel(_) | Data::Component(_)).then_some((&own, None));

@@ -8,7 +8,7 @@ use std::path::{Component, Path};
 use mauve_timing::{Status, Time};
 use rustc_hash::FxHashMap;
 
-use crate::behaviour::behaviour_of;
+use crate::behaviour::{Refusal, behaviour_of};
 use crate::flat::{check_architecture, check_settings};
 use crate::item_tree::{Expr, FeatureKind, Field, Kind, Literal, Name, NameRef, Part, TypeRef};
 use crate::names::{FeatureOf, Unresolved, features_of, file_outside, names_of, similar};
@@ -506,6 +506,37 @@ pub fn declaration_diagnostics<'db>(
     }
     found.extend(declared::check(db, project, decl));
     found.into_boxed_slice()
+}
+
+/// So many errors of one declaration are named as reasons.
+const MOST_REASONS: usize = 8;
+
+/// The first errors in a declaration, as reasons: nothing that rests on it is proved, whatever severity `mauve.toml` gives
+/// them. Of a deployment, those of its values of properties; each of its activities has its own.
+#[salsa::tracked(returns(ref))]
+pub(crate) fn errors_in<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    decl: Decl<'db>,
+) -> Vec<Refusal<'db>> {
+    let found: Vec<Diagnostic<'db>> = match decl.kind(db) {
+        // Of a core only what can be an error: the rest reads other declarations.
+        Kind::Core => {
+            let behaviour = behaviour_of(db, project, decl).diagnostics.iter();
+            let typing = typing_of(db, project, decl).diagnostics.iter();
+            behaviour.chain(typing).cloned().chain(declared::errors(db, project, decl)).collect()
+        }
+        Kind::Deployment => {
+            let mut found = check_settings(db, project, decl);
+            found.extend(settings::check_settings(db, project, decl));
+            found
+        }
+        _ => declaration_diagnostics(db, project, decl).to_vec(),
+    };
+    let mut errors: Vec<Diagnostic<'db>> =
+        found.into_iter().filter(|it| it.code.severity == Severity::Error).collect();
+    errors.truncate(MOST_REASONS);
+    errors.into_iter().map(|it| Refusal::reported(it.message, it.at)).collect()
 }
 
 /// Features of one name that a shell gets from different shells.

@@ -148,7 +148,7 @@ impl<'db> Flow<'_, 'db> {
     fn unreachable_in(&mut self, statements: &[Statement]) {
         let end = statements.iter().position(|it| returns(std::slice::from_ref(it)));
         if let Some(part) = end.and_then(|end| statements.get(end + 1)?.part()) {
-            self.found.push(diagnostics::unreachable_code::report(self.at(part)));
+            self.found.push(diagnostics::unreachable_code::behind_return(self.at(part)));
         }
         for statement in statements {
             match statement {
@@ -636,13 +636,32 @@ impl<'db> Flow<'_, 'db> {
         if !behaviour.refusals.is_empty() {
             return;
         }
-        let mut sources: FxHashMap<usize, Vec<usize>> = FxHashMap::default();
-        for edge in &behaviour.edges {
-            sources.entry(edge.target).or_default().push(edge.source);
+        // Were each of them ever taken, but those behind one without a guard.
+        let number: FxHashMap<&Name, usize> = machine
+            .states
+            .iter()
+            .enumerate()
+            .rev()
+            .map(|(number, state)| (&state.name.name, number))
+            .collect();
+        let mut sources: Vec<Vec<usize>> = vec![Vec::new(); machine.states.len()];
+        for (source, state) in machine.states.iter().enumerate() {
+            for transition in &state.transitions {
+                let target = transition.target.as_ref().and_then(|target| number.get(&target.name));
+                if let Some(sources) = target.and_then(|&target| sources.get_mut(target)) {
+                    sources.push(source);
+                }
+                if transition.guard.is_none() {
+                    break;
+                }
+            }
         }
-        let comes_from = |state| sources.get(&state).cloned().unwrap_or_default();
-        let back = reachable(behaviour.states.len(), behaviour.initial, comes_from);
-        let stuck = behaviour.states.iter().zip(back).filter(|(_, back)| !back).map(|(name, _)| name);
+        let initial = machine.states.iter().position(|state| state.initial).unwrap_or_default();
+        let comes_from = |state: usize| sources.get(state).cloned().unwrap_or_default();
+        let back = reachable(machine.states.len(), initial, comes_from);
+        let is_stuck =
+            |name: &&Name| number.get(name).is_some_and(|&number| back.get(number) == Some(&false));
+        let stuck = behaviour.states.iter().filter(is_stuck);
         let place = |name: &'db Name| {
             let state = machine.states.iter().find(|state| state.name.name == *name)?;
             Some((name, self.at(state.name.part)))

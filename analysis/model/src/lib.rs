@@ -95,7 +95,7 @@ pub use source::{
     declarations, deployment, item_tree_of, parse, shell, source_map,
 };
 pub use supposed::SupposedField;
-pub use system::{Priority, Row, System, cpu_names, system_of};
+pub use system::{Priority, Row, System, cpu_names, mask, system_of};
 pub use timetable::{
     Lookup, TableFiles, Timetable, pattern_of_path, table, table_files, table_pattern, timetable_of,
 };

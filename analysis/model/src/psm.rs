@@ -6,11 +6,13 @@ use mauve_timing::{Edge, Level, StateMachine, Time};
 
 use crate::ModelDb;
 use crate::behaviour::{Behaviour, Cost, Refusal, TimedProgram, behaviour_of, operations_in};
+use crate::diagnostics::errors_in;
 use crate::item_tree::{Kind, Name};
 use crate::names::{features_of, names_of};
 use crate::project::Project;
 use crate::source::{Decl, Place, component, core_interface};
 use crate::timetable::{Lookup, Timetable, timetable_of};
+use crate::typing::uses_of;
 
 /// A component's periodic state machine (paper, Def. 3 and 4).
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
@@ -120,6 +122,10 @@ pub(crate) fn psm_with<'db>(
     if !behaviour.refusals.is_empty() {
         return Err(Refused { refusals: behaviour.refusals.clone(), missing: Vec::new() });
     }
+    let errors = errors_behind(db, project, of, shell, core);
+    if !errors.is_empty() {
+        return Err(Refused { refusals: errors, missing: Vec::new() });
+    }
     let times = timetable_of(db, project);
     if let Some(why) = times.doubt(of) {
         return refuse(Refusal::reported(why, at));
@@ -137,6 +143,21 @@ pub(crate) fn psm_with<'db>(
         assumed: BTreeMap::new(),
     };
     reader.psm()
+}
+
+/// The errors in all that a component executes: a call may have been lost where one stands.
+fn errors_behind<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    component: Decl<'db>,
+    shell: Decl<'db>,
+    core: Decl<'db>,
+) -> Vec<Refusal<'db>> {
+    let shells = features_of(db, project, shell).shells.iter().filter(|&&base| base != shell);
+    let declared = [component, core, shell].into_iter().chain(shells.copied());
+    let mut codels: Vec<Decl<'db>> = uses_of(db, project, core).codels.iter().copied().collect();
+    codels.sort_by(|a, b| a.name(db).cmp(b.name(db)));
+    declared.chain(codels).flat_map(|decl| errors_in(db, project, decl)).cloned().collect()
 }
 
 struct Evaluator<'a, 'db> {

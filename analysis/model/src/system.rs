@@ -6,7 +6,7 @@ pub use mauve_timing::task_set::Priority;
 use mauve_timing::{Rounding, Time, TimeError, Unit};
 
 use crate::behaviour::Refusal;
-use crate::diagnostics::{self, Diagnostic};
+use crate::diagnostics::{self, Diagnostic, errors_in};
 use crate::flat::{Flat, FlatInstance, Link, flat_of};
 use crate::item_tree::{Activity, Deployment, Expr, FeatureKind, Field, Kind, Literal, Name, UnaryOperator};
 use crate::names::{Features, features_of, names_of, similar};
@@ -114,7 +114,10 @@ pub(crate) fn read<'db>(
         }
     };
     match target {
-        Some(target) => reader.activities(target, &data.activities),
+        Some(target) => {
+            reader.activities(target, &data.activities);
+            reader.errors(target);
+        }
         None => {
             let why = format!("deployment {} has no architecture that is known", of.name(db));
             reader.found.lost.push(Refusal::reported(why, Place::name_of(of)));
@@ -147,6 +150,7 @@ impl<'db> Reader<'db> {
         let mut first_of: FxHashMap<&Name, &Activity> = FxHashMap::default();
         // Instances whose activity has a misspelt name: that is one mistake.
         let mut misspelt: FxHashSet<Name> = FxHashSet::default();
+        let mut strays = Vec::new();
         for activity in activities.iter().filter(|activity| !activity.instance.name.is_empty()) {
             let name = &activity.instance.name;
             let first = first_of.insert(name, activity);
@@ -163,6 +167,12 @@ impl<'db> Reader<'db> {
                     architecture,
                     near,
                 ));
+            }
+            if instance.is_none() && flat.lost.is_empty() {
+                let architecture = target.name(self.db);
+                let why =
+                    format!("architecture {architecture} has no instance `{name}`: one may be missing in it");
+                strays.push(Refusal::reported(why, Place::Part(self.of, activity.instance.part)));
             }
             self.activity(instance, activity);
             if let Some(first) = first {
@@ -209,8 +219,21 @@ impl<'db> Reader<'db> {
                 doubt: None,
             });
         }
+        self.found.lost.extend(strays);
         self.served(flat);
         self.synchronised();
+    }
+
+    /// An error in an architecture, or in what the deployment sets in it, may hide another instance, or another component.
+    fn errors(&mut self, target: Decl<'db>) {
+        let (db, project) = (self.db, self.project);
+        let architectures = &flat_of(db, project, target).architectures;
+        for &decl in architectures.iter().chain([&self.of]) {
+            for error in errors_in(db, project, decl) {
+                let message = format!("{} {} has an error: {}", decl.kind(db), decl.name(db), error.message);
+                self.found.lost.push(Refusal::reported(message, error.at.clone()));
+            }
+        }
     }
 
     fn component_name(&self, instance: &FlatInstance<'db>) -> Name {
@@ -266,9 +289,9 @@ impl<'db> Reader<'db> {
         if lost && fields.affinity.is_none() {
             row.cpus = None;
         }
-        // Where something is lost, it may be the priority of a real-time activity; of two instances of one name, one has
+        // Where something is wrong, it may be the priority of a real-time activity; of two instances of one name, one has
         // lost its own activity, which may be any.
-        if lost && row.priority == Priority::Background || repeated {
+        if row.priority == Priority::Background && (lost || !row.refusals.is_empty()) || repeated {
             row.forget("whose name several instances have");
         }
         if row.priority == Priority::Unknown {
@@ -360,9 +383,9 @@ impl<'db> Reader<'db> {
             return;
         }
         let expected = match name {
-            "affinity" => match whole_number(&field.value) {
+            "affinity" => match mask(&field.value) {
                 Some(mask) => {
-                    row.cpus = Some(u64::from(mask));
+                    row.cpus = Some(mask);
                     self.affinities.insert(self.found.rows.len(), value);
                     return;
                 }
@@ -400,13 +423,14 @@ impl<'db> Reader<'db> {
     fn free_priority(&self, activity: &Activity) -> u32 {
         let value = |of: &Activity, name: &str| {
             let field = of.fields.iter().find(|field| field.name.name == name)?;
-            whole_number(&field.value)
+            mask(&field.value)
         };
-        let cpus = |of: &Activity| value(of, "affinity").filter(|cpus| *cpus != 0).unwrap_or(u32::MAX);
+        let cpus = |of: &Activity| value(of, "affinity").filter(|cpus| *cpus != 0).unwrap_or(u64::MAX);
         let others = deployment(self.db, self.of).into_iter().flat_map(|data| &data.activities);
         let others = others.filter(|other| cpus(other) & cpus(activity) != 0);
         let least = others.filter_map(|other| value(other, "priority")).min();
-        least.map_or(1, |least| least.saturating_sub(1)).clamp(1, 99)
+        let below = least.map_or(1, |least| least.saturating_sub(1)).clamp(1, 99);
+        u32::try_from(below).unwrap_or(1)
     }
 
     /// Operations are served in the time of their owner, which this analysis does not count yet.
@@ -535,6 +559,17 @@ pub fn cpu_names(mask: u64) -> String {
         [one] => format!("CPU {one}"),
         [rest @ .., last] => format!("CPUs {} and {last}", rest.join(", ")),
         [] => "no CPU".to_owned(),
+    }
+}
+
+/// The CPUs that an affinity names, a bit each: up to 64, unlike other whole numbers.
+///
+/// `None` where `value` is not a literal of 64 bits.
+pub fn mask(value: &Expr) -> Option<u64> {
+    let Expr::Literal(Literal::Int(text), _) = value else { return None };
+    match text.strip_prefix("0x").or(text.strip_prefix("0X")) {
+        Some(digits) => u64::from_str_radix(digits, 16).ok(),
+        None => text.parse().ok(),
     }
 }
 

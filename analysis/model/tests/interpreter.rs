@@ -1,6 +1,7 @@
-//! Cores are executed by an interpreter that knows nothing of the analyser: every way through a period, with guards and
-//! conditions true or false as they please. No period costs more than its edge of the state machine says, and each edge
-//! is attained: what programs cost is safe, and it is exact (but for `return`, behind which the analyser counts on).
+//! Cores are executed by an interpreter that knows nothing of the analyser: every way through a period. Conditions of
+//! literals have their value, those with calls are true or false as they please. No period costs more than its edge of the
+//! state machine says, and each edge is attained: what programs cost is safe, and it is exact. Where conditions depend on
+//! flags that programs set, an edge may cost more than any period does, and never less.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
@@ -15,16 +16,19 @@ use proptest::prelude::*;
 const CODELS: [u64; 6] = [1, 2, 5, 11, 23, 47];
 const WITH_ARGUMENT: usize = 3;
 const OPERATIONS: usize = 3;
+const FLAGS: usize = 2;
 
 #[derive(Debug, Clone)]
 enum Number {
-    Literal,
+    Literal(i64),
     Codel(usize, Option<Box<Number>>),
     Sum(Box<Number>, Box<Number>),
 }
 
 #[derive(Debug, Clone)]
 enum Condition {
+    Literal(bool),
+    Flag(usize),
     Compare(Number, Number),
     Not(Box<Condition>),
     And(Box<Condition>, Box<Condition>),
@@ -38,6 +42,7 @@ enum Statement {
     Local(Option<Number>),
     /// One of the operations behind the one that this stands in, where there is one.
     Operation(usize),
+    Set(usize, bool),
     Block(Vec<Statement>),
     If(Condition, Vec<Statement>, Option<Vec<Statement>>),
     Return,
@@ -73,7 +78,7 @@ struct Core {
 impl Number {
     fn text(&self) -> String {
         match self {
-            Number::Literal => "1".to_owned(),
+            Number::Literal(value) => value.to_string(),
             Number::Codel(codel, None) => format!("c{codel}()"),
             Number::Codel(codel, Some(argument)) => format!("c{codel}({})", argument.text()),
             Number::Sum(left, right) => format!("({} + {})", left.text(), right.text()),
@@ -84,6 +89,8 @@ impl Number {
 impl Condition {
     fn text(&self) -> String {
         match self {
+            Condition::Literal(value) => value.to_string(),
+            Condition::Flag(flag) => format!("b{flag}"),
             Condition::Compare(left, right) => format!("{} > {}", left.text(), right.text()),
             Condition::Not(inner) => format!("!({})", inner.text()),
             Condition::And(left, right) => format!("({}) && ({})", left.text(), right.text()),
@@ -99,11 +106,12 @@ fn operation(raw: usize, first: usize) -> Option<usize> {
 
 fn block_text(block: &[Statement], first: usize) -> String {
     let mut out = String::from("{ ");
-    for statement in block {
+    for (index, statement) in block.iter().enumerate() {
         let _ = match statement {
             Statement::Call(number) | Statement::Assign(number) => write!(out, "v = {}; ", number.text()),
-            Statement::Local(None) => write!(out, "var w: int; "),
-            Statement::Local(Some(number)) => write!(out, "var w: int = {}; ", number.text()),
+            Statement::Local(None) => write!(out, "var w{index}: int; "),
+            Statement::Local(Some(number)) => write!(out, "var w{index}: int = {}; ", number.text()),
+            Statement::Set(flag, value) => write!(out, "b{flag} = {value}; "),
             Statement::Operation(raw) => match operation(*raw, first) {
                 Some(operation) => write!(out, "op{operation}(); "),
                 None => Ok(()),
@@ -154,6 +162,7 @@ impl Core {
         let provided: Vec<String> =
             (0..OPERATIONS).map(|index| format!("provide op{index}(): void")).collect();
         let _ = writeln!(out, "shell S {{ {} }}\ncore K(S) {{\n  var v: int = 0", provided.join(" "));
+        (0..FLAGS).for_each(|flag| drop(writeln!(out, "  var b{flag}: bool = false")));
         for (index, operation) in self.operations.iter().enumerate() {
             let _ = writeln!(out, "  provide op{index}() = {}", block_text(operation, index + 1));
         }
@@ -203,10 +212,11 @@ impl Core {
 struct Period<'a> {
     core: &'a Core,
     overrides: &'a BTreeMap<String, u64>,
-    /// For each condition so far, whether it was true; those that come later are false.
+    /// For each free condition so far, whether it was true; those that come later are false.
     ways: Vec<bool>,
     met: usize,
     cost: u64,
+    flags: [bool; FLAGS],
 }
 
 impl Period<'_> {
@@ -218,27 +228,30 @@ impl Period<'_> {
         self.ways[self.met - 1]
     }
 
-    fn number(&mut self, number: &Number) {
+    /// What it gives, where no codel has a say in it.
+    fn number(&mut self, number: &Number) -> Option<i64> {
         match number {
-            Number::Literal => {}
+            Number::Literal(value) => Some(*value),
             Number::Codel(codel, argument) => {
-                argument.iter().for_each(|argument| self.number(argument));
+                argument.iter().for_each(|argument| drop(self.number(argument)));
                 self.cost += CODELS[*codel];
+                None
             }
             Number::Sum(left, right) => {
-                self.number(left);
-                self.number(right);
+                let (left, right) = (self.number(left), self.number(right));
+                Some(left? + right?)
             }
         }
     }
 
     fn condition(&mut self, condition: &Condition) -> bool {
         match condition {
-            Condition::Compare(left, right) => {
-                self.number(left);
-                self.number(right);
-                self.choose()
-            }
+            Condition::Literal(value) => *value,
+            Condition::Flag(flag) => self.flags[*flag],
+            Condition::Compare(left, right) => match (self.number(left), self.number(right)) {
+                (Some(left), Some(right)) => left > right,
+                _ => self.choose(),
+            },
             Condition::Not(inner) => !self.condition(inner),
             Condition::And(left, right) => self.condition(left) && self.condition(right),
             Condition::Or(left, right) => self.condition(left) || self.condition(right),
@@ -263,6 +276,10 @@ impl Period<'_> {
                 }
                 true
             }
+            Statement::Set(flag, value) => {
+                self.flags[*flag] = *value;
+                true
+            }
             Statement::Block(inner) => self.block(inner, first),
             Statement::If(condition, then, otherwise) => {
                 if self.condition(condition) {
@@ -275,24 +292,19 @@ impl Period<'_> {
         })
     }
 
-    fn program(&mut self, key: &str, program: Option<&Vec<Statement>>, first: usize) {
-        let Some(program) = program else { return };
-        match self.overrides.get(key) {
-            Some(time) => self.cost += time,
-            None => {
-                self.block(program, first);
-            }
+    /// Executes what has this key: a table may give another time for it as a whole.
+    fn timed<T>(&mut self, key: &str, execute: impl FnOnce(&mut Self) -> T) -> T {
+        let before = self.cost;
+        let result = execute(self);
+        if let Some(time) = self.overrides.get(key) {
+            self.cost = before + time;
         }
+        result
     }
 
-    fn guard(&mut self, key: &str, guard: &Condition) -> bool {
-        match self.overrides.get(key) {
-            Some(time) => {
-                self.cost += time;
-                self.choose()
-            }
-            None => self.condition(guard),
-        }
+    fn program(&mut self, key: &str, program: Option<&Vec<Statement>>, first: usize) {
+        let Some(program) = program else { return };
+        self.timed(key, |period| period.block(program, first));
     }
 
     /// The transition that fired, and the state after it.
@@ -303,8 +315,10 @@ impl Period<'_> {
         self.program(&format!("s{index}.run"), state.run.as_ref(), 0);
         for (number, transition) in state.transitions.iter().enumerate() {
             let key = format!("s{index}.t{number}");
-            let fires =
-                transition.guard.as_ref().is_none_or(|guard| self.guard(&format!("{key}.guard"), guard));
+            let fires = transition
+                .guard
+                .as_ref()
+                .is_none_or(|guard| self.timed(&format!("{key}.guard"), |period| period.condition(guard)));
             if fires {
                 let target = transition.target % core.states.len();
                 self.program(&format!("s{index}.exit"), state.exit.as_ref(), 0);
@@ -322,21 +336,22 @@ impl Period<'_> {
 fn edges(core: &Core) -> Option<BTreeMap<String, u64>> {
     let overrides = core.overrides();
     let mut greatest: BTreeMap<String, u64> = BTreeMap::new();
-    let mut reached = BTreeSet::from([0]);
-    let mut open = vec![0];
-    while let Some(state) = open.pop() {
+    let start = (0, [false; FLAGS]);
+    let mut reached = BTreeSet::from([start]);
+    let mut open = vec![start];
+    while let Some((state, flags)) = open.pop() {
         let mut ways = Vec::new();
         for tries in 0.. {
             if tries > 1 << 14 {
                 return None;
             }
-            let mut period = Period { core, overrides: &overrides, ways, met: 0, cost: 0 };
+            let mut period = Period { core, overrides: &overrides, ways, met: 0, cost: 0, flags };
             let (transition, target) = period.execute(state);
             let name = transition.map_or("stay".to_owned(), |number| format!("t{number}"));
             let cost = greatest.entry(format!("s{state} {name} s{target}")).or_default();
             *cost = period.cost.max(*cost);
-            if reached.insert(target) {
-                open.push(target);
+            if reached.insert((target, period.flags)) {
+                open.push((target, period.flags));
             }
             // The next ways: the last that was false is true, what comes behind it is open again.
             ways = period.ways;
@@ -355,8 +370,10 @@ fn edges(core: &Core) -> Option<BTreeMap<String, u64>> {
 // Random cores.
 
 fn number() -> impl Strategy<Value = Number> {
-    let leaf =
-        prop_oneof![Just(Number::Literal), (0..WITH_ARGUMENT).prop_map(|codel| Number::Codel(codel, None))];
+    let leaf = prop_oneof![
+        (0..3i64).prop_map(Number::Literal),
+        (0..WITH_ARGUMENT).prop_map(|codel| Number::Codel(codel, None))
+    ];
     leaf.prop_recursive(2, 4, 2, |inner| {
         prop_oneof![
             (WITH_ARGUMENT..CODELS.len(), inner.clone())
@@ -366,8 +383,27 @@ fn number() -> impl Strategy<Value = Number> {
     })
 }
 
-fn condition() -> impl Strategy<Value = Condition> {
-    let leaf = (number(), number()).prop_map(|(left, right)| Condition::Compare(left, right));
+/// One that is true or false as it pleases, or as a flag is.
+fn free(flags: bool) -> impl Strategy<Value = Condition> {
+    let call = (0..WITH_ARGUMENT).prop_map(|codel| Number::Codel(codel, None));
+    let leaf = prop_oneof![
+        2 => (number(), call).prop_map(|(left, right)| Condition::Compare(left, right)),
+        if flags { 1 } else { 0 } => (0..FLAGS).prop_map(Condition::Flag),
+    ];
+    joined(leaf)
+}
+
+/// One of literals only.
+fn constant() -> impl Strategy<Value = Condition> {
+    let number = || (0..3i64).prop_map(Number::Literal);
+    let leaf = prop_oneof![
+        any::<bool>().prop_map(Condition::Literal),
+        (number(), number()).prop_map(|(left, right)| Condition::Compare(left, right)),
+    ];
+    joined(leaf)
+}
+
+fn joined(leaf: impl Strategy<Value = Condition> + 'static) -> impl Strategy<Value = Condition> {
     leaf.prop_recursive(2, 3, 2, |inner| {
         prop_oneof![
             inner.clone().prop_map(|it| Condition::Not(Box::new(it))),
@@ -377,33 +413,50 @@ fn condition() -> impl Strategy<Value = Condition> {
     })
 }
 
-fn block(returns: bool) -> impl Strategy<Value = Vec<Statement>> {
+/// Without flags, a constant one joins a free one only at the top: what stands behind an operand that is constant, and has
+/// codels, is counted for both of its values.
+fn condition(flags: bool) -> BoxedStrategy<Condition> {
+    if flags {
+        return joined(prop_oneof![3 => free(true), 1 => constant()]).boxed();
+    }
+    let both = || prop_oneof![(free(false), constant()), (constant(), free(false))];
+    prop_oneof![
+        6 => free(false),
+        1 => constant(),
+        1 => both().prop_map(|(a, b)| Condition::And(Box::new(a), Box::new(b))),
+        1 => both().prop_map(|(a, b)| Condition::Or(Box::new(a), Box::new(b))),
+    ]
+    .boxed()
+}
+
+fn block(flags: bool) -> impl Strategy<Value = Vec<Statement>> {
     let leaf = prop_oneof![
         4 => number().prop_map(Statement::Call),
         2 => number().prop_map(Statement::Assign),
         2 => proptest::option::of(number()).prop_map(Statement::Local),
         2 => (0..OPERATIONS).prop_map(Statement::Operation),
-        u32::from(returns) => Just(Statement::Return),
+        2 => Just(Statement::Return),
+        if flags { 2 } else { 0 } => (0..FLAGS, any::<bool>()).prop_map(|(flag, value)| Statement::Set(flag, value)),
     ];
-    let statement = leaf.prop_recursive(2, 6, 2, |inner| {
-        let block = || prop::collection::vec(inner.clone(), 0..3);
+    let statement = leaf.prop_recursive(2, 6, 2, move |inner| {
+        let block = || prop::collection::vec(inner.clone(), 0..4);
         prop_oneof![
             1 => block().prop_map(Statement::Block),
-            3 => (condition(), block(), proptest::option::of(block()))
+            3 => (condition(flags), block(), proptest::option::of(block()))
                 .prop_map(|(condition, then, otherwise)| Statement::If(condition, then, otherwise)),
         ]
     });
-    prop::collection::vec(statement, 0..3)
+    prop::collection::vec(statement, 0..4)
 }
 
-fn core(returns: bool) -> impl Strategy<Value = Core> {
-    let program = move || proptest::option::of(block(returns));
-    let transition = (proptest::option::weighted(0.8, condition()), 0..4usize, program())
+fn core(flags: bool) -> impl Strategy<Value = Core> {
+    let program = move || proptest::option::of(block(flags));
+    let transition = (proptest::option::weighted(0.8, condition(flags)), 0..4usize, program())
         .prop_map(|(guard, target, effect)| Transition { guard, target, effect });
     let transitions = prop::collection::vec(transition, 0..3);
     let state = (program(), program(), program(), program(), transitions)
         .prop_map(|(entry, run, handle, exit, transitions)| State { entry, run, handle, exit, transitions });
-    let operations = prop::collection::vec(block(returns), OPERATIONS);
+    let operations = prop::collection::vec(block(flags), OPERATIONS);
     let overrides = prop::collection::vec((0..100usize, 0..60u64), 0..3);
     (operations, prop::collection::vec(state, 1..4), overrides, 0..3u64).prop_map(
         |(operations, states, overrides, overhead)| Core { operations, states, overrides, overhead },

@@ -245,7 +245,7 @@ dispatch = 5
 #[test]
 fn what_is_called_like_a_built_in_function_does_not_hide_it() {
     let fixture = r#"
-library lib { codel read(in mode: int): int }
+library lib { codel read(in mode: int, in last: int): int }
 library app {
   use lib
   codel f(in x: int): int
@@ -262,12 +262,13 @@ deployment D { architecture R  activity p { priority = 1 period = 100 } }
 //- /mauve.toml
 assume.codel = "5 ms"
 "#;
-    assert_eq!(verdicts(&fixture.replace("codel read(in mode: int): int", "")), "p met 5 ms\n");
+    assert_eq!(verdicts(&fixture.replace("codel read(in mode: int, in last: int): int", "")), "p met 5 ms\n");
     // Which of the two is meant where there is a codel, too, is not guessed.
     assert!(verdicts(fixture).contains("`read` is a port here, which hides the codel of that name"));
     let codel = fixture.replace("input port read: int", "");
     assert_eq!(verdicts(&codel), "p met 10 ms\n");
-    never_faster(&codel, &[("codel read(in mode: int): int", "cod"), ("codel read(", "codel (")]);
+    let whole = "codel read(in mode: int, in last: int): int";
+    never_faster(&codel, &[(whole, "cod"), ("codel read(", "codel (")]);
 }
 
 #[test]

@@ -11,7 +11,7 @@ codel two(): int
 codel four(): int
 codel eight(): int
 codel big(): int
-shell S { provide help(): int  provide more(): int  require ask(): int  input port in1: int  property p: int }
+shell S { require ask(): int  input port in1: int  property p: int = 1 }
 component C(S, K)
 //- /mauve.toml
 timing.tables = [\"times.toml\"]
@@ -27,6 +27,18 @@ big = 16
 fn check(core: &str, expected: Expect) {
     expected.assert_eq(&machine(&format!("{core}{CODELS}"), "C"));
 }
+
+/// [`CODELS`], with a shell that provides these operations.
+fn providing(operations: &str) -> String {
+    CODELS.replace("shell S {", &format!("shell S {{ {operations}"))
+}
+
+fn check_providing(operations: &str, core: &str, expected: Expect) {
+    expected.assert_eq(&machine(&format!("{core}{}", providing(operations)), "C"));
+}
+
+const HELP: &str = "provide help(): void ";
+const HELP_AND_MORE: &str = "provide help(): void  provide more(): void ";
 
 #[test]
 fn an_update_is_one_state() {
@@ -46,7 +58,7 @@ fn the_greater_branch_and_both_sides_of_logic_count() {
            var local: int = one() + two();
            { one(); }
            v = two();
-           return four();
+           four();
          } }",
         // 7 + max(8, 8 + 1) + 3 + 1 + 2 + 4; the variable of the core is set once, at the start.
         expect![[r#"
@@ -109,7 +121,8 @@ fn nothing_happens_after_a_transition_without_a_guard() {
 
 #[test]
 fn ones_own_operations_cost_what_they_do_each_time() {
-    check(
+    check_providing(
+        HELP_AND_MORE,
         "core K(S) {
            provide help() = { two(); more(); }
            provide more() = { one(); }
@@ -124,7 +137,8 @@ fn ones_own_operations_cost_what_they_do_each_time() {
 
 #[test]
 fn what_has_no_bound_or_no_meaning_is_refused() {
-    check(
+    check_providing(
+        HELP_AND_MORE,
         "core K(S) { provide help() = { more(); } provide more() = { help(); } update = { one(); } }",
         expect![[r#"
             refused: `help` calls itself: its time has no bound
@@ -137,7 +151,8 @@ fn what_has_no_bound_or_no_meaning_is_refused() {
         refused: `ask` is required of another component, and calling it would wait: use `send` and `collect`
     "#]],
     );
-    check(
+    check_providing(
+        HELP,
         "core K(S) { var one: int = 0; update = { one(); in1(); p(); eigth(); help(); } }",
         expect![[r#"
             refused: `one` is a variable here, which hides the codel of that name: rename one of them
@@ -240,7 +255,7 @@ fn a_program_of_a_table_replaces_its_codels() {
           initial state A { run = { one(); help(); } handle = { two(); } transition t if one() > 0 to B { four(); } }
           state B { transition back to A }
         } }";
-    let with = |programs: &str| machine(&format!("{model}{CODELS}[program]\n{programs}"), "C");
+    let with = |programs: &str| machine(&format!("{model}{}[program]\n{programs}", providing(HELP)), "C");
     expect![[r#"
         A t B: 22 ms
         A stay A: 20 ms
@@ -296,7 +311,7 @@ fn an_operation_is_what_the_shell_provides() {
     "#]],
     );
     let chain: String = (0..5000).map(|it| format!("provide o{it}() = {{ o{}(); }}\n", it + 1)).collect();
-    let shell: String = (0..=5000).map(|it| format!("provide o{it}(): int\n")).collect();
+    let shell: String = (0..=5000).map(|it| format!("provide o{it}(): void\n")).collect();
     let model = format!(
         "codel f(): int\nshell S {{ {shell} }}\ncore K(S) {{ {chain} provide o5000() = {{ f(); }} update = {{ o0(); }} }}\n\
          component C(S, K)\n//- /mauve.toml\nassume.codel = \"1 ms\"\n"

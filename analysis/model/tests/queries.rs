@@ -134,6 +134,7 @@ fn a_changed_period_runs_only_its_deployments_response_times() {
         &[
             ("system_of", 1),
             ("target_of", 1),
+            ("errors_in", 1),
             ("lost_in", 1),
             ("response_times", 1),
             ("declaration_diagnostics", 1),
@@ -148,6 +149,7 @@ fn a_changed_program_runs_its_core_and_where_a_time_changed_the_response_times()
         ("behaviour_of", 1),
         ("typing_of", 1),
         ("uses_of", 1),
+        ("errors_in", 1),
         ("flow_diagnostics", 1),
         ("unknown_types", 1),
     ];
@@ -235,6 +237,7 @@ fn the_sample_robot_too() {
         &[
             ("system_of", 1),
             ("target_of", 1),
+            ("errors_in", 1),
             ("lost_in", 1),
             ("response_times", 1),
             ("declaration_diagnostics", 1),

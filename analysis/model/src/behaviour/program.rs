@@ -1,13 +1,18 @@
 //! What a program costs along its worst path, and which names in it mean nothing.
+//!
+//! Paths end at a `return`, and a condition that is constant takes one branch. Any other condition is free.
 
 use rustc_hash::FxHashMap;
 
 use super::{Cost, Reader};
 use crate::diagnostics;
-use crate::item_tree::{Expr, FeatureKind, Kind, Name, NameRef, Part, Program, Statement, Variable};
+use crate::item_tree::{
+    BinaryOperator, Expr, FeatureKind, Kind, Literal, Name, NameRef, Part, Program, Statement, Variable,
+};
 use crate::names::{Unresolved, similar};
 use crate::source::{Decl, Place};
 use crate::typing::BUILT_IN_FUNCTIONS;
+use crate::values::Value;
 
 /// The variables in scope, innermost last.
 #[derive(Default)]
@@ -36,6 +41,70 @@ impl Scope {
     }
 }
 
+/// The costs of a piece of a program along its worst paths, by where they end.
+struct Paths<'db> {
+    /// Those to a `return`; none where there is none.
+    returned: Option<Cost<'db>>,
+    /// Those to the end of the piece; none where every path returns.
+    finished: Option<Cost<'db>>,
+}
+
+impl<'db> Paths<'db> {
+    /// The paths of either piece.
+    fn either(self, other: Paths<'db>) -> Paths<'db> {
+        Paths {
+            returned: greatest(self.returned, other.returned),
+            finished: greatest(self.finished, other.finished),
+        }
+    }
+
+    /// The paths that begin with `costs`.
+    fn after(self, costs: &[Cost<'db>]) -> Paths<'db> {
+        let after = |cost: Cost<'db>| Cost::Sum(costs.iter().cloned().chain([cost]).collect());
+        Paths { returned: self.returned.map(after), finished: self.finished.map(after) }
+    }
+
+    /// The worst of all.
+    fn worst(self) -> Cost<'db> {
+        greatest(self.returned, self.finished).unwrap_or(Cost::Sum(Vec::new()))
+    }
+
+    /// The paths through pieces that follow one another. At most `splits` times, what comes behind a piece is left out
+    /// where that piece returns; counting it is safe, and keeps costs flat.
+    fn in_order(pieces: Vec<Paths<'db>>, splits: &mut u32) -> Paths<'db> {
+        // From the last piece on; both lists are in that order.
+        let (mut returned, mut finished) = (None::<Vec<Cost<'db>>>, Some(Vec::new()));
+        let sum = |costs: Vec<Cost<'db>>| Cost::Sum(costs.into_iter().rev().collect());
+        for mut piece in pieces.into_iter().rev() {
+            if piece.returned.is_some() && piece.finished.is_some() {
+                match splits.checked_sub(1) {
+                    Some(left) => *splits = left,
+                    None => piece = Paths { returned: None, finished: Some(piece.worst()) },
+                }
+            }
+            match piece.finished {
+                None => (returned, finished) = (None, None),
+                Some(cost) => returned.iter_mut().chain(&mut finished).for_each(|it| it.push(cost.clone())),
+            }
+            if let Some(now) = piece.returned {
+                returned = greatest(Some(now), returned.map(sum)).map(|cost| vec![cost]);
+            }
+        }
+        Paths { returned: returned.map(sum), finished: finished.map(sum) }
+    }
+}
+
+/// The greater of two costs, where there are two.
+fn greatest<'db>(one: Option<Cost<'db>>, other: Option<Cost<'db>>) -> Option<Cost<'db>> {
+    match (one, other) {
+        (Some(one), Some(other)) => Some(Cost::Greatest(vec![one, other])),
+        (one, other) => one.or(other),
+    }
+}
+
+/// So often in one program is a `return` told from what follows: behind that many, the rest counts on every path.
+const MOST_SPLITS: u32 = 64;
+
 impl<'db> Reader<'_, 'db> {
     /// The cost of a program along its worst path.
     pub(super) fn program(&mut self, program: &Program) -> Cost<'db> {
@@ -45,22 +114,23 @@ impl<'db> Reader<'_, 'db> {
         let variables_lost = self.variables_lost;
         self.variables_lost |= !program.whole;
         self.program_whole = program.whole;
-        let cost = self.block(&program.statements);
+        let mut splits = MOST_SPLITS;
+        let paths = self.block(&program.statements, &mut splits);
         self.variables_lost = variables_lost;
-        cost
+        paths.worst()
     }
 
-    fn block(&mut self, statements: &[Statement]) -> Cost<'db> {
+    fn block(&mut self, statements: &[Statement], splits: &mut u32) -> Paths<'db> {
         let depth = self.scope.names.len();
-        let mut costs = Vec::new();
-        for statement in statements {
-            self.statement(statement, &mut costs);
-        }
+        // All are read, whether they are reached or not.
+        let pieces = statements.iter().map(|statement| self.statement(statement, splits)).collect();
         self.scope.truncate(depth);
-        Cost::Sum(costs)
+        Paths::in_order(pieces, splits)
     }
 
-    fn statement(&mut self, statement: &Statement, costs: &mut Vec<Cost<'db>>) {
+    fn statement(&mut self, statement: &Statement, splits: &mut u32) -> Paths<'db> {
+        let mut own = Vec::new();
+        let costs = &mut own;
         match statement {
             Statement::Variable(Variable { name, value, .. }) => {
                 if let Some(value) = value {
@@ -69,17 +139,28 @@ impl<'db> Reader<'_, 'db> {
                 self.scope.push(&name.name);
             }
             Statement::If { condition, then, otherwise, .. } => {
-                self.expr(condition, costs);
-                let then = self.block(then);
-                let otherwise = self.block(otherwise.as_deref().unwrap_or_default());
-                costs.push(Cost::Greatest(vec![then, otherwise]));
+                let value = self.expr(condition, costs);
+                let otherwise = otherwise.as_deref().unwrap_or_default();
+                let (if_true, if_false) = (self.block(then, splits), self.block(otherwise, splits));
+                let (paths, never) = match value {
+                    Some(Value::Bool(true)) => (if_true, Some((true, otherwise))),
+                    Some(Value::Bool(false)) => (if_false, Some((false, then.as_slice()))),
+                    _ => (if_true.either(if_false), None),
+                };
+                if let Some((value, never)) = never
+                    && let Some(part) = never.first().and_then(Statement::part)
+                {
+                    let at = self.at(part);
+                    self.found.diagnostics.push(diagnostics::unreachable_code::branch(at, value));
+                }
+                return paths.after(&own);
             }
-            Statement::Block(statements) => costs.push(self.block(statements)),
-            // What follows a `return` does not happen on that path; counting it is safe.
+            Statement::Block(statements) => return self.block(statements, splits),
             Statement::Return(_, value) => {
                 if let Some(value) = value {
                     self.expr(value, costs);
                 }
+                return Paths { returned: Some(Cost::Sum(own)), finished: None };
             }
             Statement::Assign(target, value) => {
                 self.name(target);
@@ -100,26 +181,54 @@ impl<'db> Reader<'_, 'db> {
                 }
             }
         }
+        Paths { returned: None, finished: Some(Cost::Sum(own)) }
     }
 
-    /// Both sides of `&&` and `||` count: the worst path evaluates them.
-    pub(super) fn expr(&mut self, expr: &Expr, costs: &mut Vec<Cost<'db>>) {
+    /// Adds what an expression costs, and gives its value where that is constant: without names, calls and numbers of type
+    /// double, which compilers may round differently. Both sides of `&&` and `||` count, unless the first is constant: the
+    /// worst path evaluates them.
+    pub(super) fn expr(&mut self, expr: &Expr, costs: &mut Vec<Cost<'db>>) -> Option<Value> {
         match expr {
-            Expr::Missing | Expr::Literal(..) => {}
-            Expr::Name(name) => self.name(name),
-            Expr::Lost(inner) | Expr::Unary(_, inner, _) => self.expr(inner, costs),
-            Expr::Binary(_, lhs, rhs, _) => {
+            Expr::Missing => None,
+            Expr::Literal(literal @ (Literal::Bool(_) | Literal::Int(_)), _) => {
+                Value::of_literal(literal).ok().flatten()
+            }
+            Expr::Literal(..) => None,
+            Expr::Name(name) => {
+                self.name(name);
+                None
+            }
+            Expr::Lost(inner) => {
+                self.expr(inner, costs);
+                None
+            }
+            Expr::Unary(operator, inner, _) => self.expr(inner, costs)?.unary(*operator).ok().flatten(),
+            Expr::Binary(operator, lhs, rhs, _) => {
                 // Sums are left-deep: the loop keeps the recursion to the right.
-                let mut spine = vec![rhs];
+                let mut spine = vec![(*operator, rhs)];
                 let mut left = lhs;
-                while let Expr::Binary(_, lhs, rhs, _) = left.as_ref() {
-                    spine.push(rhs);
+                while let Expr::Binary(operator, lhs, rhs, _) = left.as_ref() {
+                    spine.push((*operator, rhs));
                     left = lhs;
                 }
-                self.expr(left, costs);
-                for rhs in spine.into_iter().rev() {
-                    self.expr(rhs, costs);
+                let mut value = self.expr(left, costs);
+                for (operator, rhs) in spine.into_iter().rev() {
+                    let decided = match operator {
+                        BinaryOperator::And => Some(Value::Bool(false)),
+                        BinaryOperator::Or => Some(Value::Bool(true)),
+                        _ => None,
+                    };
+                    let before = costs.len();
+                    let right = self.expr(rhs, costs);
+                    if decided.is_some() && value == decided {
+                        costs.truncate(before);
+                    } else if decided.is_some() && right == decided {
+                        value = decided;
+                    } else {
+                        value = value.zip(right).and_then(|(a, b)| a.binary(operator, &b).ok().flatten());
+                    }
                 }
+                value
             }
             Expr::Call { callee, arguments, .. } => {
                 // The port, operation or handler of a built-in function is no value.
@@ -128,12 +237,13 @@ impl<'db> Reader<'_, 'db> {
                     for argument in arguments.iter().skip(1) {
                         self.expr(argument, costs);
                     }
-                    return;
+                    return None;
                 }
                 for argument in arguments.iter().skip(usize::from(built_in)) {
                     self.expr(argument, costs);
                 }
                 costs.extend(self.call(callee, built_in));
+                None
             }
         }
     }
