@@ -392,7 +392,7 @@ mod tests {
     const MODEL: &str = "
 codel see(): int  codel plan(): int
 shell L { output port scan: int  require stop(): int }
-shell P { input port scan: int  output port go: int  provide stop(): int }
+shell P { input port scan: int  input port back: int  output port go: int  provide stop(): int }
 core CL(L) { update = { see(); } }  core CP(P) { provide stop(): int = { return 1; } update = { plan(); } }
 component Laser(L, CL)  component Pilot(P, CP)
 architecture Base { instance laser: Laser }
@@ -400,7 +400,7 @@ architecture A {
   import Base
   instance pilot: Pilot  instance spare: Unknown
   connection laser.scan -> pilot.scan
-  connection pilot.go -> pilot.scan
+  connection pilot.go -> pilot.back
 }
 deployment D {
   architecture A

@@ -492,7 +492,7 @@ architecture A {
 }
 deployment D { architecture A  property right.rate = 7
   activity left { priority = 1 period = 10 } activity right { priority = 2 period = 10 } activity map { priority = 3 period = 10 } }
-codel sho$7ot(out n: int): int
+codel sho$7ot(out n: ctypes.uint8): int
 //- /mauve.toml
 timing.tables = [\"times/*.toml\"]
 //- /times/a.toml
@@ -601,19 +601,19 @@ shoot = [1, 2]
         check(
             &details("$7"),
             expect![[r#"
-            shoot
-            ---
-            ```mauve
-            codel shoot(out n: int): int
-            ```
+                shoot
+                ---
+                ```mauve
+                codel shoot(out n: ctypes.uint8): int
+                ```
 
-            ```text
-            1 ms at 1e-3
-            2 ms at 1e-4, the level that is shown
-            ```
-            from `times/a.toml`, line 4
+                ```text
+                1 ms at 1e-3
+                2 ms at 1e-4, the level that is shown
+                ```
+                from `times/a.toml`, line 4
 
-        "#]],
+            "#]],
         );
     }
 

@@ -98,7 +98,7 @@ impl Config {
 
 /// Reads a `mauve.toml`. Whatever is wrong in it is an error at its place, and the rest is read all the same.
 pub(crate) fn read(text: &str) -> Config {
-    let mut reader = Reader { config: Config::default() };
+    let mut reader = Reader { config: Config::default(), text };
     match DeTable::parse(text) {
         Ok(document) => reader.document(document.get_ref()),
         Err(error) => {
@@ -109,16 +109,33 @@ pub(crate) fn read(text: &str) -> Config {
     reader.config
 }
 
-struct Reader {
+struct Reader<'t> {
     config: Config,
+    text: &'t str,
 }
 
 type Key<'a> = Spanned<std::borrow::Cow<'a, str>>;
 type Value<'a> = Spanned<DeValue<'a>>;
 
-impl Reader {
+impl Reader<'_> {
+    /// An error in a value that no response time rests on; but one over several lines may have swallowed others.
     fn error(&mut self, message: String, at: Range<usize>) {
+        self.config.lost |= self.spans_lines(&at);
         self.config.errors.push(Mistake { message, span: at, near: None });
+    }
+
+    fn spans_lines(&self, at: &Range<usize>) -> bool {
+        self.text.get(at.clone()).is_some_and(|text| text.contains('\n'))
+    }
+
+    /// Where a value has a text over several lines.
+    fn long_text(&self, value: &Value<'_>) -> Option<Range<usize>> {
+        match value.get_ref() {
+            DeValue::String(_) => Some(value.span()).filter(|span| self.spans_lines(span)),
+            DeValue::Array(values) => values.iter().find_map(|value| self.long_text(value)),
+            DeValue::Table(table) => table.iter().find_map(|(_, value)| self.long_text(value)),
+            _ => None,
+        }
     }
 
     /// An error that may hide something that makes response times longer.
@@ -169,9 +186,18 @@ impl Reader {
         }
     }
 
-    fn each(&mut self, section: &DeTable<'_>, read: fn(&mut Reader, &str, &Key<'_>, &Value<'_>)) {
+    fn each(&mut self, section: &DeTable<'_>, read: fn(&mut Self, &str, &Key<'_>, &Value<'_>)) {
         for (key, value) in section {
-            read(self, key.get_ref(), key, value);
+            match self.long_text(value) {
+                Some(at) => {
+                    let message = format!(
+                        "`{}` is a text on one line: this one may have swallowed others",
+                        key.get_ref()
+                    );
+                    self.lost(message, at);
+                }
+                None => read(self, key.get_ref(), key, value),
+            }
         }
     }
 
@@ -490,6 +516,19 @@ mod tests {
         assert_eq!((found, lost), (vec!["\"0\": `cpus` is a whole number from 1 to 64".to_owned()], true));
         let (found, lost) = messages("[timing\ntables = []\n");
         assert!(lost && found.len() == 1);
+    }
+
+    #[test]
+    fn a_text_over_several_lines_may_have_swallowed_others() {
+        for key in ["generate.out", "generate.license", "generate.maintainer", "project.root", "types.X.cpp"]
+        {
+            let text = format!("{key} = \"\"\"gen\n[platform]\nrt_throttling = true\n\"\"\"\n");
+            let (found, lost) = messages(&text);
+            assert!(lost && found.len() == 1, "{key}: {found:?}");
+        }
+        let (found, lost) = messages("project.roots = [\n\"a.mal\",\n5,\n]\n");
+        assert!(lost && found.len() == 1, "{found:?}");
+        assert_eq!(messages("project.roots = [\n\"a.mal\",\n\"b.mal\",\n]\n"), (Vec::new(), false));
     }
 
     #[test]

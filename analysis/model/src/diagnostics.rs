@@ -508,11 +508,11 @@ pub fn declaration_diagnostics<'db>(
     found.into_boxed_slice()
 }
 
-/// So many errors of one declaration are named as reasons.
-const MOST_REASONS: usize = 8;
+/// So many errors are named as reasons; the diagnostics have all.
+pub(crate) const MOST_REASONS: usize = 8;
 
-/// The first errors in a declaration, as reasons: nothing that rests on it is proved, whatever severity `mauve.toml` gives
-/// them. Of a deployment, those of its values of properties; each of its activities has its own.
+/// The errors in a declaration, as reasons: nothing that rests on it is proved, whatever severity `mauve.toml` gives them.
+/// Of a deployment, those of its values of properties: each of its activities has its own.
 #[salsa::tracked(returns(ref))]
 pub(crate) fn errors_in<'db>(
     db: &'db dyn ModelDb,
@@ -533,10 +533,8 @@ pub(crate) fn errors_in<'db>(
         }
         _ => declaration_diagnostics(db, project, decl).to_vec(),
     };
-    let mut errors: Vec<Diagnostic<'db>> =
-        found.into_iter().filter(|it| it.code.severity == Severity::Error).collect();
-    errors.truncate(MOST_REASONS);
-    errors.into_iter().map(|it| Refusal::reported(it.message, it.at)).collect()
+    let errors = found.into_iter().filter(|it| it.code.severity == Severity::Error);
+    errors.map(|it| Refusal::reported(it.message, it.at)).collect()
 }
 
 /// Features of one name that a shell gets from different shells.

@@ -6,7 +6,7 @@ use mauve_timing::{Edge, Level, StateMachine, Time};
 
 use crate::ModelDb;
 use crate::behaviour::{Behaviour, Cost, Refusal, TimedProgram, behaviour_of, operations_in};
-use crate::diagnostics::errors_in;
+use crate::diagnostics::{MOST_REASONS, errors_in};
 use crate::item_tree::{Kind, Name};
 use crate::names::{features_of, names_of};
 use crate::project::Project;
@@ -157,7 +157,8 @@ fn errors_behind<'db>(
     let declared = [component, core, shell].into_iter().chain(shells.copied());
     let mut codels: Vec<Decl<'db>> = uses_of(db, project, core).codels.iter().copied().collect();
     codels.sort_by(|a, b| a.name(db).cmp(b.name(db)));
-    declared.chain(codels).flat_map(|decl| errors_in(db, project, decl)).cloned().collect()
+    let errors = declared.chain(codels).flat_map(|decl| errors_in(db, project, decl));
+    errors.take(MOST_REASONS).cloned().collect()
 }
 
 struct Evaluator<'a, 'db> {

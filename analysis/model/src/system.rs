@@ -6,9 +6,12 @@ pub use mauve_timing::task_set::Priority;
 use mauve_timing::{Rounding, Time, TimeError, Unit};
 
 use crate::behaviour::Refusal;
-use crate::diagnostics::{self, Diagnostic, errors_in};
+use crate::diagnostics::{self, Diagnostic, MOST_REASONS, errors_in};
 use crate::flat::{Flat, FlatInstance, Link, flat_of};
-use crate::item_tree::{Activity, Deployment, Expr, FeatureKind, Field, Kind, Literal, Name, UnaryOperator};
+use crate::item_tree::{
+    Activity, Deployment, Endpoint, Expr, FeatureKind, Field, Kind, Literal, Name, NameRef, Part,
+    UnaryOperator,
+};
 use crate::names::{Features, features_of, names_of, similar};
 use crate::project::{Project, platform_of};
 use crate::psm::{core_of, shell_of};
@@ -224,16 +227,39 @@ impl<'db> Reader<'db> {
         self.synchronised();
     }
 
-    /// An error in an architecture, or in what the deployment sets in it, may hide another instance, or another component.
+    /// An error in an instance, in a connection or in a value of a property: the component of the instances that it names
+    /// may be another one. Any other error in an architecture may hide an instance.
     fn errors(&mut self, target: Decl<'db>) {
         let (db, project) = (self.db, self.project);
-        let architectures = &flat_of(db, project, target).architectures;
-        for &decl in architectures.iter().chain([&self.of]) {
-            for error in errors_in(db, project, decl) {
+        let flat = flat_of(db, project, target);
+        let mut of_instance: FxHashMap<&Name, Vec<Refusal<'db>>> = FxHashMap::default();
+        for &decl in flat.architectures.iter().chain([&self.of]) {
+            let errors = errors_in(db, project, decl);
+            if errors.is_empty() {
+                continue;
+            }
+            let items = items_with_instances(db, decl);
+            for error in errors {
                 let message = format!("{} {} has an error: {}", decl.kind(db), decl.name(db), error.message);
-                self.found.lost.push(Refusal::reported(message, error.at.clone()));
+                let refusal = Refusal::reported(message, error.at.clone());
+                let index = match error.at {
+                    Place::Part(of, part) if of == decl => items.partition_point(|(first, _)| *first <= part),
+                    _ => 0,
+                };
+                let named = index.checked_sub(1).and_then(|index| items.get(index));
+                let named = named.map_or(&[] as &[&Name], |(_, named)| named.as_slice());
+                if named.is_empty() || named.iter().any(|name| flat.instance(name).is_none()) {
+                    self.found.lost.push(refusal);
+                } else {
+                    named.iter().for_each(|name| of_instance.entry(name).or_default().push(refusal.clone()));
+                }
             }
         }
+        for row in &mut self.found.rows {
+            let Some(refusals) = of_instance.get(&row.instance) else { continue };
+            row.refusals.extend(refusals.iter().take(MOST_REASONS).cloned());
+        }
+        self.found.lost.truncate(MOST_REASONS);
     }
 
     fn component_name(&self, instance: &FlatInstance<'db>) -> Name {
@@ -273,17 +299,18 @@ impl<'db> Reader<'db> {
             }
             Some(_) => {}
         }
+        let of_instance = row.refusals.len();
         let mut fields = Fields::default();
         for field in &activity.fields {
             self.field(&mut row, &mut fields, field);
         }
+        let wrong = row.refusals.len() > of_instance;
         if !activity.whole && row.refusals.is_empty() {
             row.refusals.push(Refusal::reported("its activity has a syntax error", at.clone()));
         }
         // A field that was lost may be any of those that are missing. Where one is missing that must be there, another may
         // have its value; where an affinity names no CPU, it may be the priority.
         let missing = row.priority != Priority::Background && fields.period.is_none();
-        // An instance that the architecture lacks may have lost its line, and its component to another instance.
         let doubtful = missing || fields.priority.is_none() || fields.misplaced || instance.is_none();
         let lost = !activity.whole || fields.lost;
         if lost && fields.affinity.is_none() {
@@ -291,7 +318,7 @@ impl<'db> Reader<'db> {
         }
         // Where something is wrong, it may be the priority of a real-time activity; of two instances of one name, one has
         // lost its own activity, which may be any.
-        if row.priority == Priority::Background && (lost || !row.refusals.is_empty()) || repeated {
+        if row.priority == Priority::Background && (lost || wrong) || repeated {
             row.forget("whose name several instances have");
         }
         if row.priority == Priority::Unknown {
@@ -315,10 +342,10 @@ impl<'db> Reader<'db> {
             }
         }
         if doubtful {
-            row.forget(match (instance, missing) {
-                (None, _) => "whose instance is unknown",
-                (_, true) => "whose priority may be meant as its period",
-                _ => "whose affinity may be meant as its priority",
+            row.forget(if missing {
+                "whose priority may be meant as its period"
+            } else {
+                "whose affinity may be meant as its priority"
             });
         }
         match (fields.deadline, row.deadline) {
@@ -532,6 +559,29 @@ impl<'db> Reader<'db> {
             }
         }
     }
+}
+
+/// The items of an architecture or of a deployment, in the order of the text: the first part of each, and the instances
+/// that it declares, connects or sets a value of.
+fn items_with_instances<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Vec<(Part, Vec<&'db Name>)> {
+    let item = |ends: &[&'db Option<Endpoint>]| {
+        let ends: Vec<&NameRef> = ends.iter().filter_map(|end| Some(&end.as_ref()?.instance)).collect();
+        let named = ends.iter().map(|end| &end.name).filter(|name| !name.is_empty());
+        Some((ends.first()?.part, named.collect()))
+    };
+    let mut items: Vec<(Part, Vec<&'db Name>)> = Vec::new();
+    if let Some(data) = architecture(db, of) {
+        let connections = data.connections.iter().chain(&data.operations);
+        items.extend(connections.filter_map(|it| item(&[&it.source, &it.target])));
+        items.extend(data.settings.iter().filter_map(|it| item(&[&it.endpoint])));
+        items.extend(data.instances.iter().map(|it| (it.name.part, vec![&it.name.name])));
+        items.extend(data.imports.iter().flatten().map(|it| (it.part, Vec::new())));
+    }
+    if let Some(data) = deployment(db, of) {
+        items.extend(data.settings.iter().filter_map(|it| item(&[&it.endpoint])));
+    }
+    items.sort_by_key(|(part, _)| *part);
+    items
 }
 
 /// The fields that an activity has, by name, and whether one was lost.

@@ -220,11 +220,10 @@ impl<'db> Joining<'db> {
             self.report(invalid_table::report(at(&(0..0)), problem.message().to_owned()));
             self.lost(file, problem.message());
         }
+        // A value with an error may have swallowed the entries behind it; one of two of a key may be another's.
         for error in &table.errors {
             self.report(invalid_table::report(at(&error.span), error.message.clone()));
-            if table.lost {
-                self.lost(file, &error.message);
-            }
+            self.lost(file, &error.message);
         }
         if table.lost {
             return;
@@ -395,15 +394,23 @@ impl<'db> Joining<'db> {
             && feature.is_none_or(|feature| feature.kind != FeatureKind::Provided)
     }
 
-    /// One thing with two times: an error at each but the first, and neither counts.
+    /// One thing with two times: an error at each but the first. The key of either may be meant as another.
     fn report_repeated(&mut self) {
         let db = self.db;
-        for places in self.places.values().filter(|places| places.len() > 1) {
-            let Some(((file, first, _), rest)) = places.split_first() else { continue };
-            for (_, at, key) in rest {
-                let first = (first.clone(), file_name(db, *file));
-                self.diagnostics.push(invalid_table::repeated(at.clone(), key, first));
+        let places = std::mem::take(&mut self.places);
+        let mut repeated: Vec<(File, Diagnostic<'db>)> = Vec::new();
+        for places in places.values().filter(|places| places.len() > 1) {
+            let Some(((first_file, first, _), rest)) = places.split_first() else { continue };
+            for (file, at, key) in rest {
+                let first = (first.clone(), file_name(db, *first_file));
+                repeated.push((*file, invalid_table::repeated(at.clone(), key, first)));
             }
+        }
+        // In an order of their own: it says which is the reason.
+        repeated.sort_by(|(_, a), (_, b)| a.message.cmp(&b.message));
+        for (file, diagnostic) in repeated {
+            self.lost(file, &diagnostic.message);
+            self.report(diagnostic);
         }
         self.diagnostics.sort_by_key(|it| match it.at {
             Place::Range(file, start, _) => (file.path(db).clone(), start, it.message.clone()),

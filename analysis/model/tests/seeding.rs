@@ -1476,7 +1476,7 @@ fn deadline_missed(seed: &mut Seed) -> Option<()> {
         _ => None,
     })?;
     let key = match core.machines.first() {
-        Some(machine) => format!("\"{component}/{}.run\"", machine.states.last()?.name),
+        Some(machine) => format!("\"{component}/{}.run\"", machine.states.first()?.name),
         None => format!("\"{component}/update\""),
     };
     let sections = &mut seed.model.tomls.last_mut()?.sections;

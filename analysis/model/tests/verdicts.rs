@@ -257,10 +257,10 @@ fn instances_and_activities_that_do_not_match() {
         &(activities(FINE.0, FINE.1, FINE.2).replace("} }", "}")
             + " activity d { priority = 2 period = 10 } }"),
         expect![[r#"
-            a not-analysed: d, whose instance is unknown, may delay it, and is not analysed
-            b not-analysed: d, whose instance is unknown, may delay it, and is not analysed
-            c not-analysed: d, whose instance is unknown, may delay it, and is not analysed
-            d not-analysed: its instance is unknown
+            a not-analysed: architecture A has no instance `d`: one may be missing in it
+            b not-analysed: architecture A has no instance `d`: one may be missing in it
+            c not-analysed: architecture A has no instance `d`: one may be missing in it
+            d not-analysed: its instance is unknown; architecture A has no instance `d`: one may be missing in it
         "#]],
     );
     check(
@@ -394,13 +394,25 @@ fn architectures() {
         with("architecture B { instance a: C1  instance b: C2 } architecture A { import B  instance c: C4 }"),
         fine
     );
-    // A half-typed connection or value has no time.
+    // A half-typed connection has no time.
     assert_eq!(
         with(
-            "architecture A { instance a: C1  instance b: C2  instance c: C4  connection a.\n property b.p = \n }"
+            "architecture A { instance a: C1  instance b: C2  instance c: C4  connection a.\n property b. = \n }"
         ),
         fine
     );
+    // One with an error says that one of its ends may be of another component; of no instance, that one may be lost.
+    expect![[r#"
+        a met 1 ms
+        b not-analysed: architecture A has an error: no property or constant `p` in S, the shell of b
+        c not-analysed: b may delay it, and is not analysed
+    "#]]
+    .assert_eq(&with("architecture A { instance a: C1  instance b: C2  instance c: C4  property b.p = 1 }"));
+    for item in ["connection a.x -> d.y", "operation d.x -> a.y", "property d.p = 1"] {
+        let found =
+            with(&format!("architecture A {{ instance a: C1  instance b: C2  instance c: C4  {item} }}"));
+        assert_eq!(found.matches("architecture A has an error: no instance `d` in A").count(), 3, "{found}");
+    }
     // Anything else may have been an instance.
     for lost in [
         "architecture A { instance a: C1  instance b: C2  instance c: C4  instanc d: C1 }",
@@ -413,13 +425,13 @@ fn architectures() {
     }
     expect![[r#"
         a met 1 ms
-        b not-analysed: the component of instance b is unknown
+        b not-analysed: the component of instance b is unknown; architecture A has an error: no component `Nothing`
         c not-analysed: b may delay it, and is not analysed
     "#]]
     .assert_eq(&with("architecture A { instance a: C1  instance b: Nothing  instance c: C4 }"));
     expect![[r#"
         a not-analysed: b, whose name several instances have, may delay it, and is not analysed
-        b not-analysed: several instances have its name
+        b not-analysed: several instances have its name; architecture A has an error: a second instance `b`: rename one of them
         c not-analysed: b, whose name several instances have, may delay it, and is not analysed
     "#]]
     .assert_eq(&with("architecture A { instance a: C1  instance b: C2  instance b: C1  instance c: C4 }"));
@@ -506,27 +518,27 @@ fn a_table_that_cannot_be_read_analyses_nothing() {
         let found = with(&format!("{fine}{lost}"));
         assert_eq!(found.matches("not-analysed").count(), 3, "{lost}: {found}");
     }
-    // An entry with an error costs those who use it.
-    for (lost, entry) in [
-        ("two = 2", "two = -2"),
-        ("two = 2", "two = [1, 2]"),
-        ("two = 2", "two = 1e30"),
-        ("two = 2", "two = \"2\""),
-        ("two = 2", "two = nan"),
+    // A value with an error may have swallowed other entries.
+    for (value, message) in [
+        ("-2", "negative time -2: expected a number of ms from 0"),
+        ("[1, 2]", "2 values but no `levels`: name them, or write one time"),
+        ("1e30", "1e30 ms is too large: the longest time is 584 years"),
+        ("\"2\"", "a text: expected a number of ms, or one for each level"),
+        ("\"\"\"\none = 1\n\"\"\"", "a text: expected a number of ms, or one for each level"),
+        ("nan", "nan is not a time: expected a finite number of ms"),
     ] {
-        let found = with(&fine.replace(lost, entry));
-        expect![[r#"
-            a met 1 ms
-            b not-analysed: the time of codel `two` in a.times has an error
-            c not-analysed: b may delay it, and is not analysed
-        "#]]
-        .assert_eq(&found);
+        let found = with(&fine.replace("two = 2", &format!("two = {value}")));
+        assert_eq!(
+            found.matches(&format!("not-analysed: a.times: {message}\n")).count(),
+            3,
+            "{value}: {found}"
+        );
     }
     // So does one that two tables have.
     expect![[r#"
-        a met 1 ms
-        b not-analysed: codel `two` has two times, in a.times and b.times
-        c not-analysed: b may delay it, and is not analysed
+        a not-analysed: b.times: `two` has a time in a.times already: keep one
+        b not-analysed: b.times: `two` has a time in a.times already: keep one
+        c not-analysed: b.times: `two` has a time in a.times already: keep one
     "#]]
     .assert_eq(&with(&format!("{fine}//- /b.times\n[codel]\ntwo = 1\n")));
 }
@@ -644,7 +656,7 @@ fn keys_that_mean_nothing_are_not_ignored() {
 fn an_operation_called_like_the_hook_shares_no_key_with_it() {
     let robot = ROBOT.replace(
         "core KS(Serving) { provide help() = { return one(); } update = { two(); } }",
-        "core KS(Serving) { provide update() = { one(); } update = { two(); } }",
+        "core KS(Serving) { provide update() = { return one(); } update = { two(); } }",
     );
     let robot =
         robot.replace("shell Serving { provide help(): int }", "shell Serving { provide update(): int }");
@@ -693,8 +705,6 @@ architecture A {{ instance a: C1  instance b: CS  instance c: CA  {connection} }
     let fine = "shell S { } shell Serving { provide help(): int } shell Asking { require help(): int }";
     assert_eq!(robot(fine, ""), "a met 1 ms\nb met 3 ms\nc met 4 ms\n");
     for (shells, connection) in [
-        // A misspelt provider, a missing feature.
-        (fine, "operation bb.help -> c.help"),
         (fine, "operation b. -> c.help"),
         // The shell does not list what the core defines.
         ("shell S { } shell Serving { } shell Asking { require help(): int }", "operation b.help -> c.help"),
@@ -711,6 +721,9 @@ architecture A {{ instance a: C1  instance b: CS  instance c: CA  {connection} }
         let found = robot(shells, connection);
         assert!(found.starts_with("a met 1 ms\nb not-analysed: "), "{shells} {connection}: {found}");
     }
+    // A misspelt provider may be any instance.
+    let found = robot(fine, "operation bb.help -> c.help");
+    assert_eq!(found.matches("not-analysed").count(), 3, "{found}");
 }
 
 #[test]
@@ -723,7 +736,7 @@ fn a_core_for_another_shell_is_not_analysed() {
         c not-analysed: b may delay it, and is not analysed
     "#]]
     .assert_eq(&verdicts(&format!("{robot}{deployed}{TIMES}")));
-    let extended = robot.replace("shell Serving {", "shell Serving extends S {");
+    let extended = robot.replace("shell Serving { provide help(): int }", "shell Serving extends S { }");
     assert_eq!(verdicts(&format!("{extended}{deployed}{TIMES}")), "a met 1 ms\nb met 3 ms\nc met 7 ms\n");
 }
 
@@ -846,9 +859,9 @@ fn the_classic_method_takes_the_greater_of_component_and_edge() {
     };
     assert_eq!(with("C1 = 2\nC2 = 1\n"), "a met 2 ms\nb met 4 ms\nc met 8 ms\n");
     expect![[r#"
-        a not-analysed: the time of component `C1` in times.toml has an error
-        b not-analysed: a may delay it, and is not analysed
-        c not-analysed: a may delay it, and is not analysed
+        a not-analysed: times.toml: negative time -2: expected a number of ms from 0
+        b not-analysed: times.toml: negative time -2: expected a number of ms from 0
+        c not-analysed: times.toml: negative time -2: expected a number of ms from 0
     "#]]
     .assert_eq(&with("C1 = -2\n"));
     // An unknown component may be any that has no time of its own.

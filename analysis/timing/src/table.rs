@@ -39,8 +39,8 @@ use crate::{Rounding, Time, TimeError, Unit};
 /// assert_eq!(update, Some(Time::from_nanos(43_000_000)));
 /// ```
 ///
-/// Times finer than a nanosecond round up. An error in one entry loses that entry: its value is `None`, which is not
-/// the same as an entry that is not there.
+/// Times finer than a nanosecond round up. The value of an entry with an error is `None`, which is not the same as an entry
+/// that is not there. A table with any error is incomplete: what is wrong may have swallowed other entries.
 #[derive(Clone, PartialEq, Eq, Hash, Default, Debug)]
 pub struct Table {
     /// The significance levels, in the order in which they are written; empty where every time holds at every level.

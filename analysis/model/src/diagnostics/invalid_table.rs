@@ -1,10 +1,8 @@
 //! # invalid-table
 //!
-//! A timing table is not TOML, or has something in it that means nothing. A table that is no TOML, or has an unknown
-//! section, contributes nothing, and nothing is analysed: one missing bracket could swallow an override and lower a
-//! bound. So do errors in `unit`, `levels` and `[overhead]`, which every time rests on, a second `[overhead]`, and a key of
-//! a program that names no component. An entry with an error costs that entry: so does one with a shorter time at a
-//! stricter level, of which one must be wrong; where all are so, the levels are, and that costs the table.
+//! A timing table has an error: it is not TOML, a section or a key is unknown, a value is no time, a shorter time stands at
+//! a stricter level, something has two times. Such a table is incomplete, and nothing is analysed until it is mended: what
+//! is wrong may have swallowed other entries, or have their key, and a bound without them would be too low.
 //!
 //! ```mauve
 //! codel plan(): int
