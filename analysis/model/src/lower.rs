@@ -165,7 +165,7 @@ fn begins_line(word: &SyntaxToken) -> bool {
 }
 
 /// The words before the first brace of `word … { … }`, a section that another tool may know: not one whose word may be
-/// a keyword that is misspelt or not all there, nor one that holds a declaration, or the rest of one.
+/// a keyword that is misspelt or not all there, nor one that holds a declaration, an item, or the rest of one.
 fn unknown_section(tokens: &[SyntaxToken]) -> Option<Vec<Name>> {
     let word = tokens.first().filter(|word| word.kind().is_word())?;
     let is_cut = DECLARATIONS.iter().any(|keyword| keyword.starts_with(word.text()));
@@ -179,7 +179,16 @@ fn unknown_section(tokens: &[SyntaxToken]) -> Option<Vec<Name>> {
         open == 0 && token.kind() == SyntaxKind::R_CURLY
     });
     let head = words(tokens.iter().take_while(|token| token.kind() != SyntaxKind::L_CURLY));
-    let is_rest = head.iter().any(|word| *word == "extends") || tokens.windows(3).any(begins_declaration);
+    let begins_item = |pair: &[SyntaxToken]| {
+        let [before, word] = pair else { return false };
+        use SyntaxKind::{L_CURLY, R_CURLY, SEMICOLON};
+        let is_first = matches!(before.kind(), L_CURLY | R_CURLY | SEMICOLON) || begins_line(word);
+        is_first && ITEMS.contains(&word.text())
+    };
+    let is_rest = ITEMS.contains(&word.text())
+        || head.iter().any(|word| *word == "extends")
+        || tokens.windows(2).any(begins_item)
+        || tokens.windows(3).any(begins_declaration);
     (closed? + 1 == tokens.len() && !is_rest).then_some(head)
 }
 

@@ -7,9 +7,12 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
 
+mod common;
+
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use common::sample;
 use mauve_model::diagnostics::{Finding, Severity, workspace_diagnostics};
 use mauve_model::item_tree::Kind;
 use mauve_model::{Database, Query, Workspace, names_of, projects, response_times};
@@ -201,24 +204,6 @@ fn damage(folder: &Path, texts: &[(PathBuf, String)], analysed: usize) {
         lost > damages / 4 && kept > damages / 8,
         "damage costs something, and not everything: {lost} lost, {kept} kept"
     );
-}
-
-/// The models, tables and configuration of the sample robot.
-fn sample() -> Vec<(PathBuf, String)> {
-    let mut texts = Vec::new();
-    let mut open = vec![mauve_tests::models().join("p3dx")];
-    while let Some(next) = open.pop() {
-        for entry in std::fs::read_dir(next).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                open.push(path);
-            } else if path.extension().is_some_and(|it| it == "mal" || it == "toml") {
-                texts.push((path.clone(), std::fs::read_to_string(path).unwrap()));
-            }
-        }
-    }
-    texts.sort();
-    texts
 }
 
 type Responses = BTreeMap<(String, String), Option<Time>>;

@@ -4,6 +4,7 @@ mod common;
 
 use common::{LEVEL, diagnostics, verdicts, verdicts_with};
 use expect_test::expect;
+use mauve_model::diagnostics::Severity;
 use mauve_model::item_tree::Kind;
 use mauve_model::{Database, Problem, Query, Workspace, names_of, projects, response_times};
 use mauve_timing::Method;
@@ -498,5 +499,138 @@ fn a_text_of_which_a_change_was_lost_says_nothing() {
         assert!(verdicts(&db).iter().all(|verdict| *verdict == "not-analysed"), "{path}");
         file.set_problem(&mut db).to(None);
         assert_eq!(verdicts(&db), before);
+    }
+}
+
+/// A program with everything that an error can stand in.
+const PROGRAM: &str = r#"
+library one { codel twin(): int }
+library two { codel twin(): int }
+library app {
+  use one
+  use two
+  codel f(in x: int): int
+  codel g(): int
+  codel o(out x: int): int
+  shell S {
+    input port scan: int
+    output port way: int
+    property p: int = 1
+    provide help(in x: int): int
+    require ask(): int
+  }
+  core K(S) {
+    var x: int = 0
+    var c: bool = false
+    handler h: ask
+    provide help(in x: int): int = { return f(x); }
+    start = { g(); return true; }
+    statemachine {
+      initial state A {
+        run = { x = f(g()); read(scan, x); }
+        handle = { var y: int = g(); var z: int = g(); help(y + z); }
+        transition t if g() > 1 to B { o(x); write(way, g()); }
+      }
+      state B { entry = { x = x + g(); } transition back if c to A }
+    }
+  }
+  component C(S, K)
+}
+architecture R { instance i: app.C }
+deployment D { architecture R  activity i { priority = 1 period = 100 } }
+//- /mauve.toml
+assume.codel = "1 ms"
+"#;
+
+#[test]
+fn a_lost_call_that_shows_as_an_error_refuses_its_core() {
+    assert_eq!(verdicts(PROGRAM), "i met 6 ms\n");
+    let cases = [
+        ("ambiguous-name", "x = f(g());", "x = twin();"),
+        ("argument-count", "x = f(g());", "x = f();"),
+        ("argument-count", "read(scan, x);", "read(scan);"),
+        ("argument-count", "help(y + z);", "help();"),
+        ("argument-type", "x = f(g());", "x = f(c);"),
+        ("argument-type", "help(y + z);", "help(c);"),
+        ("assignment-type", "x = f(g());", "x = c;"),
+        ("assignment-type", "write(way, g());", "write(way, c);"),
+        ("blocking-call", "x = f(g());", "x = ask();"),
+        ("condition-type", "if g() > 1 to B", "if x to B"),
+        ("duplicate-definition", "var z: int = g();", "var y: int = 1;"),
+        (
+            "duplicate-hook",
+            "start = { g(); return true; }",
+            "start = { return true; } start = { return true; }",
+        ),
+        ("duplicate-hook", "handle = {", "run = {"),
+        ("initial-state", "initial state A", "state A"),
+        ("invalid-type", "var z: int = g();", "var z: void;"),
+        ("no-effect", "x = f(g());", "x;"),
+        ("not-assignable", "x = f(g());", "p = x;"),
+        ("operation-definition", "help(in x: int): int = { return f(x); }", "help(): int = { return x; }"),
+        ("operator-type", "x = x + g();", "x = x + c;"),
+        ("out-argument", "o(x); write(way, g());", "o(x + 1);"),
+        ("port-direction", "read(scan, x);", "read(way, x);"),
+        ("recursive-operation", "return f(x);", "return help(x);"),
+        ("return-type", "return f(x);", "return c;"),
+        ("return-type", "return f(x);", ""),
+        ("syntax-error", "x = f(g());", "x = f(g();"),
+        ("undeclared-operation", "provide help(in x: int): int = {", "provide aid(in x: int): int = {"),
+        ("undefined-operation", "provide help(in x: int): int = { return f(x); }", ""),
+        ("unresolved-codel", "x = f(g());", "x = ff(1);"),
+        ("unresolved-codel", "start = { g(); return", "start = { gg(); return"),
+        ("unresolved-operation", "handler h: ask", "handler h: aks"),
+        ("unresolved-shell", "core K(S)", "core K(T)"),
+        ("unresolved-state", "to B {", "to C {"),
+        ("unresolved-variable", "x = f(g());", "x = fg;"),
+        ("update-or-statemachine", "start = { g(); return true; }", "update = { }"),
+    ];
+    for (code, call, damaged) in cases {
+        assert!(PROGRAM.contains(call), "{call}");
+        let text = PROGRAM.replacen(call, damaged, 1);
+        assert!(diagnostics(&text).contains(code), "{code}: {}", diagnostics(&text));
+        // A severity never changes a proof.
+        for text in [text.clone(), format!("{text}[lints]\n{code} = \"allow\"\n")] {
+            let found = verdicts(&text);
+            assert!(found.starts_with("i not-analysed: "), "{code}, `{call}` → `{damaged}`: {found}");
+        }
+    }
+    // Every other error stands elsewhere.
+    let elsewhere = [
+        "buffer-size",
+        "connection-direction",
+        "connection-type",
+        "constant-expression",
+        "deadline-exceeds-period",
+        "deadline-missed",
+        "deployment-target",
+        "duplicate-activity",
+        "duplicate-field",
+        "empty-interval",
+        "import-cycle",
+        "inheritance-cycle",
+        "invalid-configuration",
+        "invalid-field",
+        "invalid-table",
+        "missing-activity",
+        "missing-field",
+        "missing-value",
+        "operation-signature",
+        "outside-interval",
+        "two-writers",
+        "unknown-field",
+        "unreadable-file",
+        "unresolved-architecture",
+        "unresolved-component",
+        "unresolved-core",
+        "unresolved-feature",
+        "unresolved-include",
+        "unresolved-instance",
+        "wrong-shell",
+    ];
+    let errors = mauve_model::diagnostics::codes().filter(|code| code.severity == Severity::Error);
+    for code in errors {
+        let stands_here = cases.iter().any(|(here, ..)| *here == code.name);
+        assert!(stands_here != elsewhere.contains(&code.name), "{}", code.name);
     }
 }

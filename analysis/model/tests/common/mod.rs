@@ -88,3 +88,21 @@ pub(crate) fn diagnostics(fixture: &str) -> String {
     }
     out
 }
+
+/// The models, tables and configuration of the sample robot.
+pub(crate) fn sample() -> Vec<(PathBuf, String)> {
+    let mut texts = Vec::new();
+    let mut open = vec![mauve_tests::models().join("p3dx")];
+    while let Some(next) = open.pop() {
+        for entry in std::fs::read_dir(next).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                open.push(path);
+            } else if path.extension().is_some_and(|it| it == "mal" || it == "toml") {
+                texts.push((path.clone(), std::fs::read_to_string(path).unwrap()));
+            }
+        }
+    }
+    texts.sort();
+    texts
+}
