@@ -4,6 +4,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
+use mauve_model::diagnostics::errors_of;
 use mauve_model::item_tree::Kind;
 use mauve_model::{
     ActivityReport, CpuReport, Database, Decl, Priority, Project, Query, Report, Workspace, config_of,
@@ -20,6 +21,16 @@ pub(crate) struct Deployed<'db> {
     /// Where it comes from.
     pub(crate) origin: Origin<'db>,
     pub(crate) reports: Vec<(Query, &'db Report<'db>)>,
+    /// How many errors its project has: with one, nothing is proved.
+    pub(crate) errors: usize,
+}
+
+/// How many deadlines there are, of which how many are met, and how many of those are proved.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Proved {
+    pub(crate) all: usize,
+    pub(crate) met: usize,
+    pub(crate) proved: usize,
 }
 
 /// What was analysed.
@@ -27,8 +38,8 @@ pub(crate) struct Deployed<'db> {
 pub(crate) enum Origin<'db> {
     /// A deployment of a project.
     Model(&'db Database, Project<'db>),
-    /// A file at this path.
-    File(&'db Path, &'db TaskSet),
+    /// A file at this path; without a digest, anybody may have written it.
+    File { path: &'db Path, set: &'db TaskSet, is_sealed: bool },
 }
 
 impl<'db> Deployed<'db> {
@@ -41,14 +52,15 @@ impl<'db> Deployed<'db> {
     ) -> Deployed<'db> {
         let reports = queries.map(|query| (query, response_times(db, project, deployment, query)));
         let origin = Origin::Model(db, project);
-        Deployed { name: deployment.name(db), origin, reports: reports.collect() }
+        let errors = errors_of(db, project);
+        Deployed { name: deployment.name(db), origin, reports: reports.collect(), errors }
     }
 
     /// The root of its project, or the file that it comes from.
     pub(crate) fn root(&self) -> &'db Path {
         match self.origin {
             Origin::Model(db, project) => project.root(db).path(db),
-            Origin::File(path, _) => path,
+            Origin::File { path, .. } => path,
         }
     }
 
@@ -56,13 +68,18 @@ impl<'db> Deployed<'db> {
     pub(crate) fn rt_throttling(&self) -> Option<bool> {
         match self.origin {
             Origin::Model(db, project) => config_of(db, project.workspace(db)).rt_throttling,
-            Origin::File(_, set) => set.rt_throttling,
+            Origin::File { set, .. } => set.rt_throttling,
         }
+    }
+
+    /// Is it a file without a digest?
+    pub(crate) fn is_unsealed(&self) -> bool {
+        matches!(self.origin, Origin::File { is_sealed: false, .. })
     }
 
     /// Is every deadline proved, at every level?
     pub(crate) fn schedulable(&self) -> bool {
-        self.reports.iter().all(|(_, report)| report.schedulable())
+        self.errors == 0 && self.reports.iter().all(|(_, report)| report.schedulable())
     }
 
     /// The codels whose times are assumed.
@@ -71,10 +88,15 @@ impl<'db> Deployed<'db> {
         activities.flat_map(|it| &it.assumed).map(|(codel, _)| codel.as_str())
     }
 
-    /// How many deadlines are proved, of how many.
-    pub(crate) fn deadlines(&self) -> (usize, usize) {
+    /// Counts the deadlines, over all levels.
+    pub(crate) fn deadlines(&self) -> Proved {
         let counted = self.reports.iter().map(|(_, report)| report.deadlines());
-        counted.fold((0, 0), |(proved, all), it| (proved + it.met, all + it.all))
+        let counted = counted.fold(Proved::default(), |sum, it| Proved {
+            all: sum.all + it.all,
+            met: sum.met + it.met,
+            proved: 0,
+        });
+        Proved { proved: if self.errors == 0 { counted.met } else { 0 }, ..counted }
     }
 }
 
@@ -87,6 +109,12 @@ pub(crate) struct AnalysisDocument {
     method: String,
     /// Whether Linux keeps 50 ms of each second from real-time tasks; null where that is not said, and then it does not.
     rt_throttling: Option<bool>,
+    /// How many errors its project has, where there are any: then nothing is proved.
+    #[serde(skip_serializing_if = "is_zero")]
+    errors: usize,
+    /// Only for a file without a digest: its figures are those of its author.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    unsealed: bool,
     /// Only with `--horizon`: `first_job` leaves out what comes later, and is no bound.
     #[serde(skip_serializing_if = "Option::is_none")]
     unsafe_horizon: Option<Value>,
@@ -162,24 +190,26 @@ pub(crate) fn analysis_document(it: &Deployed<'_>) -> AnalysisDocument {
         unit: "ms",
         method: query.map_or_else(String::new, |query| query.method.to_string()),
         rt_throttling: it.rt_throttling(),
+        errors: it.errors,
+        unsealed: it.is_unsealed(),
         unsafe_horizon: horizon.map(milliseconds),
-        results: it
-            .reports
-            .iter()
-            .map(|(query, report)| level_document(query.level, *query, report))
-            .collect(),
+        results: it.reports.iter().map(|(query, report)| level_document(it, *query, report)).collect(),
     }
 }
 
-fn level_document(level: Level, query: Query, report: &Report<'_>) -> LevelDocument {
+fn is_zero(count: &usize) -> bool {
+    *count == 0
+}
+
+fn level_document(of: &Deployed<'_>, query: Query, report: &Report<'_>) -> LevelDocument {
     let cpu = |cpu: &CpuReport| CpuDocument {
         mask: cpu.mask,
         utilisation: cpu.utilisation.as_f64(),
         complete: cpu.complete,
     };
     LevelDocument {
-        significance: level.as_f64(),
-        schedulable: report.schedulable(),
+        significance: query.level.as_f64(),
+        schedulable: of.errors == 0 && report.schedulable(),
         lost: report.lost.iter().map(|lost| lost.message.clone()).collect(),
         cpus: report.cpus.iter().map(cpu).collect(),
         activities: report.activities.iter().map(|activity| activity_document(query, activity)).collect(),

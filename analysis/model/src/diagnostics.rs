@@ -625,6 +625,21 @@ fn duplicates<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<Diagnosti
     found
 }
 
+/// How many errors the models, the tables and the configuration of a project have, missed deadlines aside; what `mauve.toml`
+/// calls a warning is one too, but not what it does not show. No deployment of the project is proved while there is one.
+pub fn errors_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> usize {
+    let workspace = project.workspace(db);
+    let lints = &config_of(db, workspace).lints;
+    let config = config_diagnostics(db, workspace);
+    let all = project_diagnostics(db, project).iter().chain(&config).map(|it| it.code);
+    let is_error = |code: &&Code| {
+        code.severity == Severity::Error
+            && code.name != deadline_missed::DEADLINE_MISSED.name
+            && lints.get(code.name) != Some(&None)
+    };
+    all.filter(is_error).count()
+}
+
 /// A diagnostic, and the root of the project that has it where the projects of the workspace differ.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub struct Finding<'db> {

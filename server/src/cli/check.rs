@@ -14,7 +14,7 @@ use serde::Serialize;
 
 use super::{Paths, counted, shown, wcrt};
 use crate::Output;
-use crate::analysis_document::{AnalysisDocument, Deployed, analysis_document};
+use crate::analysis_document::{AnalysisDocument, Deployed, Proved, analysis_document};
 use crate::load::load;
 
 #[derive(Debug, clap::Args)]
@@ -117,8 +117,12 @@ impl Check {
 
 /// How many deadlines are proved, in words.
 fn deadlines(deployed: &[Deployed<'_>]) -> String {
-    let (proved, all) =
-        deployed.iter().map(Deployed::deadlines).fold((0, 0), |(a, b), (c, d)| (a + c, b + d));
+    let counted = deployed.iter().map(Deployed::deadlines);
+    let Proved { all, met, proved } = counted.fold(Proved::default(), |sum, it| Proved {
+        all: sum.all + it.all,
+        met: sum.met + it.met,
+        proved: sum.proved + it.proved,
+    });
     let assumed: BTreeSet<&str> = deployed.iter().flat_map(Deployed::assumed).collect();
     let assuming = match assumed.len() {
         0 => String::new(),
@@ -128,6 +132,11 @@ fn deadlines(deployed: &[Deployed<'_>]) -> String {
     match (deployed, all - proved) {
         ([], _) => "no deployment, so no response times".to_owned(),
         _ if all == 0 => "no deadlines".to_owned(),
+        _ if proved < met => {
+            let verb = if met == 1 { "is" } else { "are" };
+            let proved = if proved == 0 { "none".to_owned() } else { format!("only {proved}") };
+            format!("{met} of {all} deadlines {verb} met, but {proved} proved: fix the errors first")
+        }
         (_, 0) if all == 1 => format!("the deadline is proved{assuming}"),
         (_, 0) => format!("all {all} deadlines are proved{assuming}"),
         _ if all == 1 => "the deadline is not proved".to_owned(),

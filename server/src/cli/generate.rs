@@ -13,7 +13,7 @@ use mauve_orocos::{Package, Plan, Problem, packages, plan, problems};
 use super::check::{Lines, MOST_EXCERPTS, excerpt, with_excerpts};
 use super::{counted, say};
 use crate::Output;
-use crate::analysis_document::{Deployed, deployments};
+use crate::analysis_document::{Deployed, Proved, deployments};
 use crate::generate::{Made, Site, behind_links, configured_out, left_packages, merged, read};
 use crate::load::load;
 use report::{Document, Doing, ProblemDocument, document, report};
@@ -223,7 +223,7 @@ fn warn_of_deadlines(
         let query = Query::shown(db, project);
         let deployed = Deployed::of_model(db, project, deployment, std::iter::once(query));
         if !deployed.schedulable() {
-            let (proved, all) = deployed.deadlines();
+            let Proved { proved, all, .. } = deployed.deadlines();
             let name = deployment.qualified(db);
             say(&format!(
                 "warning: {} of the {} of {name} not proved (`mauve wcrt` says why)",

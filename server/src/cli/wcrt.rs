@@ -99,7 +99,7 @@ impl Wcrt {
         };
         let all: Vec<Deployed<'_>> = found.into_iter().map(deployed).collect();
         let text = self.text(&all)?;
-        let errors = report_errors(&db, &workspaces);
+        let errors = report_errors(&db, &workspaces, &all);
         let proved = all.iter().all(Deployed::schedulable);
         Ok(Output { text, code: u8::from(!proved || errors > 0) })
     }
@@ -108,16 +108,16 @@ impl Wcrt {
     fn task_sets(&self, db: &Database, query: &dyn Fn(Level) -> Query) -> Result<Output, String> {
         let mut read = Vec::new();
         for path in &self.paths.paths {
-            let (path, set) = task_set(path)?;
+            let (path, set, is_sealed) = task_set(path)?;
             if self.deployment.as_ref().is_none_or(|only| *only == set.name) {
-                read.push((path, set));
+                read.push((path, set, is_sealed));
             }
         }
         if let (Some(only), []) = (&self.deployment, read.as_slice()) {
             return Err(format!("no deployment `{only}` in these files"));
         }
         let mut reports = Vec::new();
-        for (path, set) in &read {
+        for (path, set, _) in &read {
             let levels = match &self.significance {
                 Some(Significance::These(levels)) => levels.as_slice(),
                 Some(Significance::All) => set.levels.as_slice(),
@@ -142,9 +142,10 @@ impl Wcrt {
         let all: Vec<Deployed<'_>> = read
             .iter()
             .zip(&reports)
-            .map(|((path, set), reports)| Deployed {
+            .map(|((path, set, is_sealed), reports)| Deployed {
                 name: &set.name,
-                origin: Origin::File(path, set),
+                origin: Origin::File { path, set, is_sealed: *is_sealed },
+                errors: 0,
                 reports: reports.iter().map(|(query, report)| (*query, report)).collect(),
             })
             .collect();
@@ -168,8 +169,8 @@ impl Wcrt {
     }
 }
 
-/// Reads a task set, and gives it with its path behind all links.
-fn task_set(path: &Path) -> Result<(PathBuf, TaskSet), String> {
+/// Reads a task set, and gives it with its path behind all links, and whether it has a digest.
+fn task_set(path: &Path) -> Result<(PathBuf, TaskSet, bool), String> {
     let shown = path.display();
     let read = || {
         let path = path.canonicalize()?;
@@ -186,7 +187,7 @@ fn task_set(path: &Path) -> Result<(PathBuf, TaskSet), String> {
             if !is_sealed {
                 say(&format!("`{shown}` has no digest: its figures are those of whoever wrote it"));
             }
-            Ok((path, set))
+            Ok((path, set, is_sealed))
         }
         Exported::Component(component) => Err(format!(
             "`{shown}` is the state machine of component {}: response times are those of a deployment, whose file \
@@ -196,8 +197,8 @@ fn task_set(path: &Path) -> Result<(PathBuf, TaskSet), String> {
     }
 }
 
-/// Says on standard error that models have errors: the figures may be incomplete because of them.
-fn report_errors(db: &Database, workspaces: &[Workspace]) -> usize {
+/// Says on standard error that models have errors: with them, nothing is proved.
+fn report_errors(db: &Database, workspaces: &[Workspace], all: &[Deployed<'_>]) -> usize {
     let found = workspaces.iter().flat_map(|&workspace| workspace_diagnostics(db, workspace));
     let is_error = |code: &mauve_model::diagnostics::Code| {
         code.severity == Severity::Error && code.name != "deadline-missed"
@@ -205,9 +206,13 @@ fn report_errors(db: &Database, workspaces: &[Workspace]) -> usize {
     let errors = found.filter(|finding| is_error(finding.diagnostic.code)).count();
     if errors > 0 {
         let (noun, them) = if errors == 1 { ("error", "it") } else { ("errors", "them") };
-        say(&format!(
-            "the models have {errors} {noun}: what rests on {them} is not analysed (`mauve check` shows {them})"
-        ));
+        let unproved: Vec<&str> = all.iter().filter(|it| it.errors > 0).map(|it| it.name).collect();
+        let unproved = match unproved.as_slice() {
+            [] => String::new(),
+            [one] => format!(": with {them}, no deadline of {one} is proved"),
+            several => format!(": with {them}, no deadline of {} is proved", several.join(", ")),
+        };
+        say(&format!("the models have {errors} {noun}{unproved} (`mauve check` shows {them})"));
     }
     errors
 }
@@ -219,7 +224,7 @@ fn explain(all: &[Deployed<'_>], instance: &str) -> Result<String, String> {
             let activities = report.activities.iter().filter(|activity| activity.row.instance == *instance);
             texts.extend(activities.map(|activity| match it.origin {
                 Origin::Model(db, project) => explain_response(db, project, report, activity, *query),
-                Origin::File(_, set) => explain_response_of(set, report, activity, *query),
+                Origin::File { set, .. } => explain_response_of(set, report, activity, *query),
             }));
         }
     }
@@ -281,6 +286,9 @@ fn table(name: &str, it: &Deployed<'_>) -> String {
             out,
             "  UNSAFE: with --horizon {horizon} the first jobs' figures leave out what comes later: they are no bounds"
         );
+    }
+    if it.is_unsealed() {
+        out += "  no digest: the figures are those of the file's author\n";
     }
     let mut notes: Vec<String> = Vec::new();
     for (query, report) in &it.reports {
@@ -401,11 +409,12 @@ fn verdict(activity: &ActivityReport<'_>) -> String {
 
 fn csv(all: &[Deployed<'_>]) -> String {
     let mut out = String::from(
-        "deployment,significance,method,instance,component,affinity,priority,period_ms,deadline_ms,own_ms,first_job_ms,response_ms,status,assumed,root\n",
+        "deployment,significance,method,instance,component,affinity,priority,period_ms,deadline_ms,own_ms,first_job_ms,response_ms,status,assumed,root,remark\n",
     );
     for it in all {
         let root = quoted(&root(it));
         for (query, report) in &it.reports {
+            let remark = remark(it, query);
             for activity in &report.activities {
                 let row = &activity.row;
                 let cell = |time: Option<Time>| time.map_or_else(String::new, |time| number(Some(time)));
@@ -436,12 +445,23 @@ fn csv(all: &[Deployed<'_>]) -> String {
                             .join(" "),
                     ),
                     root.clone(),
+                    quoted(&remark),
                 ];
                 let _ = writeln!(out, "{}", cells.join(","));
             }
         }
     }
     out
+}
+
+/// Why the figures of a row are not what they seem to be: nothing, for most.
+fn remark(of: &Deployed<'_>, query: &Query) -> String {
+    let horizon = query.horizon.map(|horizon| format!("UNSAFE first_job_ms: --horizon {horizon}"));
+    let unsealed =
+        of.is_unsealed().then(|| "no digest: the figures are those of the file's author".to_owned());
+    let errors = (of.errors > 0).then(|| "not proved: the models have errors".to_owned());
+    let all: Vec<String> = [horizon, unsealed, errors].into_iter().flatten().collect();
+    all.join("; ")
 }
 
 /// A cell of CSV that is no name and no number.
