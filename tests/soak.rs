@@ -845,19 +845,8 @@ fn differing(seen: &Value, expected: &Value) -> Option<String> {
 /// Takes out what names a state of the server, which another server names otherwise.
 fn forget_names(answer: &mut Value) {
     match answer {
-        Value::Array(all) => {
-            // FIXME: a file that was included once stays among those that are known, and with it among the names that an
-            // include can be completed to, or is perhaps meant to have.
-            let is_file = |it: &Value| it.get("label").is_some() && it["kind"] == 17;
-            let is_meant =
-                |it: &Value| it.pointer("/diagnostics/0/code").is_some_and(|it| it == "unresolved-include");
-            all.retain(|it| !is_file(it) && !is_meant(it));
-            all.iter_mut().for_each(forget_names);
-        }
+        Value::Array(all) => all.iter_mut().for_each(forget_names),
         Value::Object(fields) => {
-            if fields.get("code").is_some_and(|code| code == "unresolved-include") {
-                fields.remove("message");
-            }
             fields.retain(|name, value| name != "resultId" && (name != "data" || is_numbers(value)));
             fields.values_mut().for_each(forget_names);
         }

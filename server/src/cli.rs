@@ -122,7 +122,7 @@ impl From<Method> for mauve_timing::Method {
 }
 
 /// Says something to the user on standard error.
-fn say(message: &str) {
+pub(crate) fn say(message: &str) {
     use std::io::Write as _;
     let _ = writeln!(anstream::stderr(), "mauve: {message}");
 }

@@ -3,7 +3,7 @@
 mod packages;
 mod surroundings;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use ignore::WalkBuilder;
 use mauve_model::item_tree::Name;
 use mauve_model::{
     CONFIG_FILE, Database, File, ModelDb, Package, Problem, Workspace, config_file, config_of,
-    include_candidates, is_model, item_tree_of, named_packages, normalised, table_pattern,
+    include_candidates, includes, is_model, item_tree_of, named_packages, normalised, table_pattern,
 };
 use mauve_timing::Level;
 use salsa::Setter;
@@ -124,6 +124,9 @@ impl Loader {
                 asked.len() - 1
             })
         };
+        // A folder in another one, or a model in one, is a part of that.
+        let folders: Vec<PathBuf> =
+            paths.iter().map(|path| place(path)).filter(|path| path.is_dir()).collect();
         for path in paths {
             let absolute = place(path);
             if !self.edited.contains(&absolute)
@@ -140,7 +143,7 @@ impl Loader {
                     problems.push(format!("`{path}` is no model (*.mal), no {CONFIG_FILE} and no folder"));
                     continue;
                 }
-                let folder = self.home(absolute.parent().unwrap_or(Path::new("/")));
+                let folder = self.home(absolute.parent().unwrap_or(Path::new("/")), &folders);
                 let at = of_folder(&mut asked, folder);
                 asked[at].1.models.push(absolute);
                 continue;
@@ -151,7 +154,7 @@ impl Loader {
             let mut homes: BTreeSet<PathBuf> =
                 found.configs.iter().filter_map(|it| Some(it.parent()?.to_owned())).collect();
             if found.models.iter().any(|model| owner(model, &homes).is_none()) {
-                homes.insert(self.home(&folder));
+                homes.insert(self.home(&folder, &folders));
             }
             if homes.is_empty() {
                 problems.push(format!("no model (*.mal) and no {CONFIG_FILE} in `{}`", path.display()));
@@ -292,15 +295,17 @@ impl Loader {
         self.edited.contains(place) || place.is_file()
     }
 
-    /// The folder whose `mauve.toml` is the nearest above; `folder` itself without any.
-    fn home(&mut self, folder: &Path) -> PathBuf {
+    /// The folder whose `mauve.toml` is the nearest above; without any, the outermost of `folders` that has it, or `folder`
+    /// itself.
+    fn home(&mut self, folder: &Path, folders: &[PathBuf]) -> PathBuf {
         for above in folder.ancestors() {
             self.surroundings.await_path(&above.join(CONFIG_FILE));
             if self.is_file(&above.join(CONFIG_FILE)) {
                 return above.to_owned();
             }
         }
-        folder.to_owned()
+        let outermost = folder.ancestors().filter(|above| folders.iter().any(|it| it == above)).last();
+        outermost.unwrap_or(folder).to_owned()
     }
 
     /// The models and configurations below `folder`, without what tools made and what `.gitignore` names.
@@ -335,7 +340,7 @@ impl Loader {
     /// Reads the workspace of `folder`: its models, its configuration, the tables that this names, and whatever the
     /// models include from elsewhere.
     fn read(&mut self, db: &mut Database, folder: &Path, asked: Asked) -> Workspace {
-        self.home(folder);
+        self.home(folder, &[]);
         for above in folder.ancestors() {
             self.surroundings.await_path(&above.join(".gitignore"));
             self.surroundings.await_path(&above.join(".ignore"));
@@ -408,9 +413,14 @@ impl Loader {
                 self.add(db, &mut files, &path);
             }
         }
+        let own: BTreeSet<PathBuf> = files.keys().cloned().collect();
         self.follow_includes(db, workspace, &mut files);
+        let included: BTreeSet<PathBuf> = files.keys().filter(|path| !own.contains(*path)).cloned().collect();
         if **workspace.files(db) != files {
             workspace.set_files(db).to(Arc::new(files));
+        }
+        if **workspace.included(db) != included {
+            workspace.set_included(db).to(Arc::new(included));
         }
         if *workspace.unreadable(db) != unreadable {
             workspace.set_unreadable(db).to(unreadable);
@@ -515,7 +525,7 @@ impl Loader {
 }
 
 /// Does a file of this workspace include one that is there and has not been read, since its text has changed? Or name such
-/// a message package? `is_open` tells which files an editor has, be they on the disk or not.
+/// a message package? Or has a file been read that none includes any more? `is_open` tells which files an editor has, be they on the disk or not.
 pub(crate) fn is_outdated(db: &dyn ModelDb, workspace: Workspace, is_open: &dyn Fn(&Path) -> bool) -> bool {
     let is_read = |name: &Name| workspace.packages(db).contains_key(name);
     let mut unread = named_packages(db, workspace).iter().filter(|name| !is_read(name));
@@ -526,7 +536,24 @@ pub(crate) fn is_outdated(db: &dyn ModelDb, workspace: Workspace, is_open: &dyn 
     if workspace.folder(db).as_os_str().is_empty() {
         return false;
     }
-    nearer(db, workspace).iter().any(|path| path.is_file() || is_open(path))
+    *has_left(db, workspace) || nearer(db, workspace).iter().any(|path| path.is_file() || is_open(path))
+}
+
+/// Is a file known only because another one included it?
+#[salsa::tracked(returns(ref))]
+fn has_left(db: &dyn ModelDb, workspace: Workspace) -> bool {
+    let (known, included) = (workspace.files(db), workspace.included(db));
+    if included.is_empty() {
+        return false;
+    }
+    let own = known.iter().filter(|(path, _)| !included.contains(*path)).map(|(_, file)| *file);
+    let mut open: Vec<File> = own.collect();
+    let mut seen: HashSet<File> = open.iter().copied().collect();
+    while let Some(file) = open.pop() {
+        let new = includes(db, workspace, file).iter().flatten().filter(|file| seen.insert(**file));
+        open.extend(new.copied().collect::<Vec<_>>());
+    }
+    included.iter().any(|path| known.get(path).is_some_and(|file| !seen.contains(file)))
 }
 
 /// Where files may be that a workspace includes, before those that it takes: where there are none, usually nowhere.

@@ -47,7 +47,7 @@ mod tokens;
 mod transport;
 mod watcher;
 
-use std::io::{BufReader, Write};
+use std::io::Write;
 use std::sync::{Arc, mpsc};
 use std::time::Duration;
 
@@ -55,7 +55,7 @@ use tokio::sync::{mpsc as channel, oneshot, watch};
 use tower_lsp::LspService;
 
 use backend::Backend;
-use frame::Frame;
+use frame::{Frame, Frames};
 use main_loop::MainLoop;
 use mirror::{Mirror, Side};
 use publisher::{Outbox, Publisher, Refresh};
@@ -110,6 +110,7 @@ pub(crate) fn run(
         }),
     )?;
     let said = mirror.clone();
+    let input = Frames::new(input).map_err(|error| format!("the server cannot begin: {error}"))?;
     spawn("reader", Box::new(move || read(input, &frames, said.as_ref())))?;
     let written = Arc::clone(&backlog);
     let (farewell, last_words) = mpsc::channel();
@@ -141,10 +142,9 @@ pub(crate) fn run(
     Ok(code)
 }
 
-fn read(input: impl std::io::Read, frames: &channel::Sender<Frame>, mirror: Option<&Mirror>) {
-    let mut input = BufReader::new(input);
+fn read(mut input: Frames, frames: &channel::Sender<Frame>, mirror: Option<&Mirror>) {
     loop {
-        match frame::read(&mut input) {
+        match input.next() {
             Ok(Some(frame)) => {
                 if let (Some(mirror), Frame::Message(message)) = (mirror, &frame) {
                     mirror.record(Side::Client, message);
@@ -156,6 +156,7 @@ fn read(input: impl std::io::Read, frames: &channel::Sender<Frame>, mirror: Opti
             Ok(None) => return,
             Err(error) => {
                 tracing::error!("the client's stream: {error}");
+                crate::cli::say(&format!("the editor's messages cannot be read: {error}"));
                 return;
             }
         }

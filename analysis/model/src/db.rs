@@ -2,7 +2,7 @@
 
 #![allow(missing_docs, reason = "salsa writes constructors without any")]
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -67,6 +67,10 @@ pub struct Workspace {
     /// The message packages that were found on this machine, of those that the models name.
     #[returns(ref)]
     pub packages: Arc<BTreeMap<Name, Arc<Package>>>,
+    /// Those of the files that are there only because others include them.
+    #[default]
+    #[returns(ref)]
+    pub included: Arc<BTreeSet<PathBuf>>,
     /// The significance level that is shown, where whoever looks has chosen one; otherwise it is that of `mauve.toml`.
     #[default]
     pub significance: Option<Level>,

@@ -16,6 +16,7 @@ use tower_lsp::{Client, LanguageServer, LspServiceBuilder};
 
 use super::PATIENCE;
 use super::capabilities::Capabilities;
+use super::frame::Lost;
 use super::handlers;
 use super::handlers::analysis::AnalysisParams;
 use super::handlers::diagnostic::{Diagnosed, ask_again};
@@ -91,26 +92,38 @@ impl Backend {
         }
     }
 
-    /// Looks at a message before its method does: a change that is none must not be dropped in silence, since the text
-    /// is another one from there on.
+    /// Looks at a message before its method does: one about a text that cannot be understood must not be dropped in silence,
+    /// since the text is another one from there on.
     pub(crate) fn notice(&self, request: &Request) {
         let params = request.params().unwrap_or(&Value::Null);
         if request.method() == "initialize" {
             let _ = self.raw.set(params.clone());
         }
-        if request.method() != "textDocument/didChange" {
-            return;
-        }
-        if let Err(error) = DidChangeTextDocumentParams::deserialize(params) {
-            tracing::error!("a change that means nothing: {error}");
-            let uri = params.pointer("/textDocument/uri").and_then(|uri| uri.as_str());
-            self.send(Event::Lost(uri.and_then(|uri| Url::parse(uri).ok())));
+        let wrong = match request.method() {
+            "textDocument/didOpen" => DidOpenTextDocumentParams::deserialize(params).err(),
+            "textDocument/didChange" => DidChangeTextDocumentParams::deserialize(params).err(),
+            "textDocument/didClose" => DidCloseTextDocumentParams::deserialize(params).err(),
+            _ => None,
+        };
+        if let Some(error) = wrong {
+            tracing::error!("{} means nothing: {error}", request.method());
+            let address = params.pointer("/textDocument/uri").and_then(Value::as_str).map(str::to_owned);
+            self.lost(&Lost { all: address.is_none(), addresses: address.into_iter().collect() });
         }
     }
 
-    /// A message was lost, and it may have been a change of any text.
-    pub(crate) fn lost(&self) {
-        self.send(Event::Lost(None));
+    /// A message was lost that may have changed these texts.
+    pub(crate) fn lost(&self, lost: &Lost) {
+        let known: Vec<Url> = lost.addresses.iter().filter_map(|it| Url::parse(it).ok()).collect();
+        if lost.all || known.len() < lost.addresses.len() {
+            self.send(Event::Lost(None));
+        }
+        known.into_iter().for_each(|address| self.send(Event::Lost(Some(address))));
+    }
+
+    /// Shows a warning, once.
+    pub(crate) fn warn(&self, message: &str) {
+        self.send(Event::Warn(message.to_owned()));
     }
 
     fn send(&self, event: Event) {

@@ -7,6 +7,7 @@ use std::time::Instant;
 use tower_lsp::lsp_types::{TextDocumentContentChangeEvent, TextDocumentItem, Url};
 
 use super::position::{Encoding, offset};
+use crate::load::text_of;
 
 /// An open text.
 #[derive(Debug)]
@@ -28,18 +29,14 @@ pub(crate) struct Open {
 #[derive(Debug, Default)]
 pub(crate) struct Documents(pub(crate) BTreeMap<Url, Open>);
 
-const LOST: &str = "the editor's last change was not understood, so that its text is unknown here: close and open the \
-                    file, or save it";
+const LOST: &str = "the editor's last message about this file was not understood, so that its text is unknown here: close \
+                    and open the file, or save it";
 
 impl Documents {
     /// Takes a text. One that is open already is replaced: the client knows best.
     pub(crate) fn open(&mut self, document: TextDocumentItem) {
         let TextDocumentItem { uri, version, text, .. } = document;
-        let (path, is_file) = match uri.to_file_path() {
-            Ok(path) => (path, true),
-            // Only texts of our language are opened without a file.
-            Err(()) => (PathBuf::from(format!("{uri}.mal")), false),
-        };
+        let (path, is_file) = place_of(&uri);
         if self.0.contains_key(&uri) {
             tracing::warn!("{uri} was open already");
         }
@@ -73,10 +70,11 @@ impl Documents {
         changes: &[TextDocumentContentChangeEvent],
         encoding: Encoding,
     ) {
-        let Some(open) = self.get_mut(uri) else {
+        if self.get(uri).is_none() {
             tracing::warn!("a change of {uri}, which is not open");
-            return;
-        };
+            self.lost(uri);
+        }
+        let Some(open) = self.get_mut(uri) else { return };
         if version <= open.version {
             // They come in their order, whatever they are called.
             tracing::warn!("{uri}: version {version} after {}", open.version);
@@ -109,12 +107,25 @@ impl Documents {
         }
     }
 
-    /// A change came that means nothing: from here on the text is unknown.
+    /// Something came about a text that means nothing: from here on the text is unknown, whether it was open or not. Until it
+    /// is known, the last one stands for it, or that of the disk.
     pub(crate) fn lost(&mut self, uri: &Url) {
-        if let Some(open) = self.get_mut(uri) {
-            open.problem = Some(LOST.to_owned());
-            open.dirty = Some(Instant::now());
-        }
+        let address = self.address(uri).unwrap_or_else(|| uri.clone());
+        let open = self.0.entry(address).or_insert_with(|| {
+            let (path, is_file) = place_of(uri);
+            let text = if is_file { text_of(&path).0 } else { String::new() };
+            Open { path, is_file, version: 0, text, problem: None, dirty: None }
+        });
+        open.problem = Some(LOST.to_owned());
+        open.dirty = Some(Instant::now());
+    }
+}
+
+/// Where a text is; a name of its own where it is no file. Only texts of our language are opened without a file.
+fn place_of(uri: &Url) -> (PathBuf, bool) {
+    match uri.to_file_path() {
+        Ok(path) => (path, true),
+        Err(()) => (PathBuf::from(format!("{uri}.mal")), false),
     }
 }
 
@@ -173,6 +184,15 @@ mod tests {
         let whole =
             TextDocumentContentChangeEvent { range: None, range_length: None, text: "two".to_owned() };
         documents.change(&uri(), 3, &[whole], Encoding::Utf16);
+        assert_eq!((documents.0[&uri()].text.as_str(), &documents.0[&uri()].problem), ("two", &None));
+    }
+
+    #[test]
+    fn a_change_of_a_text_that_is_not_open_leaves_it_unknown_until_the_whole_text_comes() {
+        let mut documents = Documents::default();
+        documents.change(&uri(), 7, &[change((0, 0), (0, 0), "x")], Encoding::Utf16);
+        assert!(documents.0[&uri()].problem.is_some() && documents.0[&uri()].version == 7);
+        documents.open(TextDocumentItem::new(uri(), "mauve".to_owned(), 8, "two".to_owned()));
         assert_eq!((documents.0[&uri()].text.as_str(), &documents.0[&uri()].problem), ("two", &None));
     }
 

@@ -1,77 +1,350 @@
 //! Messages on a byte stream: `Content-Length: N`, an empty line, N bytes of JSON.
 //!
-//! Whatever comes, reading goes on: a message that is no JSON costs an error, not the session.
+//! Whatever comes, reading goes on. A message that is no JSON costs an error, not the session. A message ends where its JSON
+//! ends: a client that counts characters instead of bytes is understood, and told. Bytes that are no message are passed over
+//! up to the next header; where none comes, the session ends with an error, so that the client starts the server again.
 
-use std::io::{self, BufRead, Read as _, Write};
+use std::io::{self, Read, Write};
+use std::sync::mpsc;
+use std::time::Duration;
 
 use serde_json::Value;
 
 /// No header line is longer, and no message: whoever sends more does not speak this protocol.
-const LONGEST_LINE: u64 = 4096;
-const LONGEST_MESSAGE: u64 = 1 << 30;
+const LONGEST_LINE: usize = 4096;
+const LONGEST_MESSAGE: usize = 1 << 30;
+
+/// Where the length of a message is not that of its JSON, nothing more may come: it is waited for so long.
+const PAUSE: Duration = Duration::from_secs(1);
+
+/// Behind bytes that are no message, a header is waited for so long.
+const PATIENCE: Duration = Duration::from_secs(10);
+
+/// The bytes of a chunk, and how many chunks are read ahead.
+const CHUNK: usize = 1 << 16;
+const CHUNKS: usize = 16;
 
 /// What was read.
 #[derive(Debug, PartialEq)]
 pub(crate) enum Frame {
     /// A message.
     Message(Value),
+    /// The next message has another length than its header says.
+    Miscounted,
     /// Something else.
     Invalid {
         /// Why it is no message.
         why: String,
-        /// May it have been a change of a text?
-        may_be_change: bool,
+        /// Which texts may be others now.
+        lost: Lost,
     },
 }
 
-/// Reads one message; `None` at the end of the stream.
-///
-/// # Errors
-///
-/// Those of `input`, and a stream that ends within a message or cannot be one of messages.
-pub(crate) fn read(input: &mut impl BufRead) -> io::Result<Option<Frame>> {
-    let mut length: Option<Result<u64, String>> = None;
-    loop {
-        let mut line = Vec::new();
-        if input.take(LONGEST_LINE).read_until(b'\n', &mut line)? == 0 {
-            return Ok(None);
+/// The texts that something which was not understood may have changed.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub(crate) struct Lost {
+    /// Any that is open.
+    pub(crate) all: bool,
+    /// Those at these addresses, open or not.
+    pub(crate) addresses: Vec<String>,
+}
+
+/// The messages that come on a stream. A thread of its own reads it, so that silence can be told from the end.
+pub(crate) struct Frames {
+    chunks: mpsc::Receiver<io::Result<Vec<u8>>>,
+    /// What was read and belongs to no message yet.
+    buffer: Vec<u8>,
+    /// What comes before the next message that is read.
+    queued: Option<Frame>,
+}
+
+/// How reading on went.
+#[derive(PartialEq)]
+enum More {
+    Bytes,
+    Silence,
+    End,
+}
+
+impl Frames {
+    /// Reads `input` from now on.
+    ///
+    /// # Errors
+    ///
+    /// The system gives no thread.
+    pub(crate) fn new(mut input: impl Read + Send + 'static) -> io::Result<Frames> {
+        let (sender, chunks) = mpsc::sync_channel(CHUNKS);
+        std::thread::Builder::new().name("bytes".to_owned()).spawn(move || {
+            loop {
+                let mut chunk = vec![0; CHUNK];
+                let read = match input.read(&mut chunk) {
+                    Ok(0) => return,
+                    Ok(count) => {
+                        chunk.truncate(count);
+                        Ok(chunk)
+                    }
+                    Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
+                    Err(error) => Err(error),
+                };
+                let is_last = read.is_err();
+                if sender.send(read).is_err() || is_last {
+                    return;
+                }
+            }
+        })?;
+        Ok(Frames { chunks, buffer: Vec::new(), queued: None })
+    }
+
+    fn more(&mut self, patience: Option<Duration>) -> io::Result<More> {
+        let chunk = match patience {
+            None => self.chunks.recv().map_err(|_| mpsc::RecvTimeoutError::Disconnected),
+            Some(patience) => self.chunks.recv_timeout(patience),
+        };
+        match chunk {
+            Ok(chunk) => {
+                self.buffer.extend(chunk?);
+                Ok(More::Bytes)
+            }
+            Err(mpsc::RecvTimeoutError::Timeout) => Ok(More::Silence),
+            Err(mpsc::RecvTimeoutError::Disconnected) => Ok(More::End),
         }
-        let line = String::from_utf8_lossy(&line);
-        let line = line.trim_end();
-        if line.is_empty() {
-            match length.take() {
-                Some(Ok(length)) => return body(input, length).map(Some),
-                Some(Err(why)) => return Ok(Some(Frame::Invalid { why, may_be_change: true })),
-                // An empty line between messages is not worth an error.
-                None => continue,
+    }
+
+    /// Reads one message; `None` at the end of the stream.
+    ///
+    /// # Errors
+    ///
+    /// Those of the stream; it ends within a message; a message is too long; no header follows what is no message.
+    pub(crate) fn next(&mut self) -> io::Result<Option<Frame>> {
+        if let Some(frame) = self.queued.take() {
+            return Ok(Some(frame));
+        }
+        let mut length: Option<Result<usize, String>> = None;
+        let mut is_junk = false;
+        let mut lost = Lost { all: true, addresses: Vec::new() };
+        loop {
+            let Some(end) = self.buffer.iter().position(|byte| *byte == b'\n') else {
+                if self.buffer.len() > LONGEST_LINE {
+                    // The name of a header may have begun.
+                    is_junk = true;
+                    let junk: Vec<u8> =
+                        self.buffer.drain(..self.buffer.len() - CONTENT_LENGTH.len()).collect();
+                    lost.addresses.extend(addresses_in(&junk));
+                }
+                let is_begun = is_junk || length.is_some() || !self.buffer.trim_ascii().is_empty();
+                match self.more(is_begun.then_some(PATIENCE))? {
+                    More::Bytes => continue,
+                    More::End => return Ok(None),
+                    More::Silence => {
+                        let why = "what came is no message, and no `Content-Length` follows it";
+                        return Err(io::Error::new(io::ErrorKind::InvalidData, why));
+                    }
+                }
+            };
+            let line: Vec<u8> = self.buffer.drain(..=end).collect();
+            let line = String::from_utf8_lossy(&line);
+            let line = line.trim();
+            if line.is_empty() {
+                let frame = match length.take() {
+                    Some(Ok(length)) => self.body(length)?,
+                    Some(Err(why)) => Frame::Invalid { why, lost: Lost { all: true, addresses: Vec::new() } },
+                    // An empty line between messages is not worth an error.
+                    None => continue,
+                };
+                if !is_junk {
+                    return Ok(Some(frame));
+                }
+                // A message by itself comes behind that.
+                self.queued = Some(frame);
+                let why = "what came before a `Content-Length` is no message".to_owned();
+                return Ok(Some(Frame::Invalid { why, lost }));
+            }
+            match line.to_ascii_lowercase().rfind(CONTENT_LENGTH) {
+                Some(at) => {
+                    is_junk |= at > 0;
+                    lost.addresses.extend(addresses_in(line.get(..at).unwrap_or_default().as_bytes()));
+                    let value = line.get(at + CONTENT_LENGTH.len()..).unwrap_or_default().trim();
+                    let number = value.parse::<usize>();
+                    length = Some(number.map_err(|_| format!("`{value}` is no Content-Length")));
+                }
+                // Any other header is passed over.
+                None if is_header(line) => {}
+                None => {
+                    is_junk = true;
+                    lost.addresses.extend(addresses_in(line.as_bytes()));
+                }
             }
         }
-        let header = line.split_once(':');
-        // Any other header, or what is left of a message that went wrong, is passed over.
-        if let Some((_, value)) = header.filter(|(name, _)| name.eq_ignore_ascii_case("content-length")) {
-            let number = value.trim().parse::<u64>();
-            length = Some(number.map_err(|_| format!("`{}` is no Content-Length", value.trim())));
+    }
+
+    /// The message that begins here.
+    fn body(&mut self, length: usize) -> io::Result<Frame> {
+        if length > LONGEST_MESSAGE {
+            let why = format!("a message of {length} bytes: at most {LONGEST_MESSAGE} are read");
+            return Err(io::Error::new(io::ErrorKind::InvalidData, why));
         }
+        let mut json = Json::default();
+        while self.buffer.len() < length {
+            json.read(&self.buffer);
+            let patience = (json.end.is_some() || json.is_broken).then_some(PAUSE);
+            match self.more(patience)? {
+                More::Bytes => {}
+                More::Silence => break,
+                More::End if json.end.is_some() => break,
+                More::End => return Err(io::ErrorKind::UnexpectedEof.into()),
+            }
+        }
+        json.read(self.buffer.get(..length).unwrap_or(&self.buffer));
+        // Too short: the rest follows.
+        while json.end.is_none() && !json.is_broken {
+            if self.buffer.len() <= json.seen && self.more(Some(PAUSE))? != More::Bytes {
+                break;
+            }
+            json.read(&self.buffer);
+        }
+        let Some(end) = json.end else {
+            let bytes: Vec<u8> = self.buffer.drain(..length.min(self.buffer.len())).collect();
+            return Ok(parsed(&bytes));
+        };
+        let is_white = |bytes: &[u8]| bytes.iter().all(u8::is_ascii_whitespace);
+        let is_counted = end <= length && self.buffer.get(end..length).is_some_and(is_white);
+        let bytes: Vec<u8> = self.buffer.drain(..if is_counted { length } else { end }).collect();
+        let frame = parsed(&bytes);
+        if is_counted {
+            return Ok(frame);
+        }
+        self.queued = Some(frame);
+        Ok(Frame::Miscounted)
     }
 }
 
-fn body(input: &mut impl BufRead, length: u64) -> io::Result<Frame> {
-    if length > LONGEST_MESSAGE {
-        let why = format!("a message of {length} bytes: at most {LONGEST_MESSAGE} are read");
-        return Err(io::Error::new(io::ErrorKind::InvalidData, why));
-    }
-    let mut bytes = Vec::new();
-    if (&mut *input).take(length).read_to_end(&mut bytes)? as u64 != length {
-        return Err(io::ErrorKind::UnexpectedEof.into());
-    }
-    Ok(match serde_json::from_slice(&bytes) {
+const CONTENT_LENGTH: &str = "content-length:";
+
+/// `Name: value`
+fn is_header(line: &str) -> bool {
+    let is_name = |name: &str| name.chars().all(|c| c.is_ascii_alphanumeric() || c == '-');
+    line.split_once(':').is_some_and(|(name, _)| !name.is_empty() && is_name(name))
+}
+
+fn parsed(bytes: &[u8]) -> Frame {
+    match serde_json::from_slice(bytes) {
         Ok(message) => Frame::Message(message),
-        Err(error) => {
-            let name = b"textDocument/did";
-            let may_be_change = bytes.windows(name.len()).any(|part| part == name);
-            Frame::Invalid { why: format!("not JSON: {error}"), may_be_change }
+        Err(error) => Frame::Invalid { why: format!("not JSON: {error}"), lost: lost_in(bytes) },
+    }
+}
+
+/// What a message that is no JSON may have changed.
+fn lost_in(bytes: &[u8]) -> Lost {
+    let name = b"textDocument/did";
+    if !bytes.windows(name.len()).any(|part| part == name) {
+        return Lost::default();
+    }
+    // Half of a surrogate pair is what JavaScript may write, and no JSON to others: what it stands in is known.
+    match serde_json::from_slice::<Value>(&without_halves(bytes)) {
+        Ok(message) => lost_by(&message),
+        Err(_) => Lost { all: true, addresses: addresses_in(bytes) },
+    }
+}
+
+/// What a message that was not understood may have changed.
+pub(crate) fn lost_by(message: &Value) -> Lost {
+    let mut lost = Lost::default();
+    for message in message.as_array().map_or(std::slice::from_ref(message), Vec::as_slice) {
+        if message["method"].as_str().is_some_and(|method| method.starts_with("textDocument/did")) {
+            match message.pointer("/params/textDocument/uri").and_then(Value::as_str) {
+                Some(address) => lost.addresses.push(address.to_owned()),
+                None => lost.all = true,
+            }
         }
-    })
+    }
+    lost
+}
+
+/// The addresses of texts in what is left of a message: within a text, quotes are escaped.
+fn addresses_in(bytes: &[u8]) -> Vec<String> {
+    let key = b"\"uri\"";
+    let ends = (key.len()..=bytes.len()).filter(|&end| bytes[..end].ends_with(key));
+    let address = |end: usize| {
+        let value = bytes[end..].trim_ascii_start().strip_prefix(b":")?.trim_ascii_start();
+        let length = value.iter().skip(1).position(|byte| *byte == b'"')? + 2;
+        serde_json::from_slice::<String>(value.get(..length)?).ok()
+    };
+    ends.filter_map(address).collect()
+}
+
+/// The same, without escapes of half a surrogate pair.
+fn without_halves(bytes: &[u8]) -> Vec<u8> {
+    let half = |at: usize| -> Option<u16> {
+        let escape = bytes.get(at..at + 6)?.strip_prefix(b"\\u")?;
+        let unit = u16::from_str_radix(std::str::from_utf8(escape).ok()?, 16).ok()?;
+        (0xd800..0xe000).contains(&unit).then_some(unit)
+    };
+    let mut out = Vec::with_capacity(bytes.len());
+    let mut at = 0;
+    while let Some(&byte) = bytes.get(at) {
+        let taken = match (half(at), half(at + 6)) {
+            (Some(0xd800..0xdc00), Some(0xdc00..)) => 12,
+            (Some(_), _) => {
+                out.extend(b"\\ufffd");
+                at += 6;
+                continue;
+            }
+            // What is escaped begins no escape.
+            _ if byte == b'\\' => 2,
+            _ => 1,
+        };
+        out.extend(bytes.iter().skip(at).take(taken));
+        at += taken;
+    }
+    out
+}
+
+/// Finds where a JSON object or array ends, without reading what is in it.
+#[derive(Default)]
+struct Json {
+    /// How many bytes were looked at.
+    seen: usize,
+    depth: usize,
+    is_text: bool,
+    is_escaped: bool,
+    /// Is this no JSON?
+    is_broken: bool,
+    /// How many bytes it has.
+    end: Option<usize>,
+}
+
+impl Json {
+    /// Looks at what is new in `bytes`.
+    fn read(&mut self, bytes: &[u8]) {
+        for &byte in bytes.get(self.seen..).unwrap_or_default() {
+            if self.end.is_some() || self.is_broken {
+                return;
+            }
+            self.seen += 1;
+            match byte {
+                _ if self.is_escaped => self.is_escaped = false,
+                b'\\' if self.is_text => self.is_escaped = true,
+                b'"' => {
+                    self.is_text = !self.is_text;
+                    self.is_broken = self.depth == 0;
+                }
+                // No line ends within a text.
+                0..0x20 if self.is_text => self.is_broken = true,
+                _ if self.is_text => {}
+                b'{' | b'[' => self.depth += 1,
+                b'}' | b']' => {
+                    self.is_broken = self.depth == 0;
+                    self.depth = self.depth.saturating_sub(1);
+                    self.end = (self.depth == 0 && !self.is_broken).then_some(self.seen);
+                }
+                b' ' | b'\t' | b'\r' | b'\n' => {}
+                b',' | b':' | b'+' | b'-' | b'.' | b'0'..=b'9' | b'E' | b'a'..=b'z' => {
+                    self.is_broken = self.depth == 0;
+                }
+                _ => self.is_broken = true,
+            }
+        }
+    }
 }
 
 /// Writes one message, and what is buffered with it.
@@ -86,20 +359,33 @@ pub(crate) fn write(output: &mut impl Write, message: &str) -> io::Result<()> {
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
     use serde_json::json;
 
     use super::*;
 
-    fn all(mut input: &[u8]) -> Vec<Option<Frame>> {
-        std::iter::from_fn(|| match read(&mut input) {
-            Ok(None) => None,
-            Ok(frame) => Some(frame),
-            Err(_) => {
-                input = &[];
-                Some(None)
+    /// What is read of these bytes; nothing in place of an error.
+    fn all(bytes: &[u8]) -> Vec<Option<Frame>> {
+        let mut frames = Frames::new(io::Cursor::new(bytes.to_vec())).unwrap();
+        let mut found = Vec::new();
+        loop {
+            match frames.next() {
+                Ok(None) => return found,
+                Ok(frame) => found.push(frame),
+                Err(_) => {
+                    found.push(None);
+                    return found;
+                }
             }
-        })
-        .collect()
+        }
+    }
+
+    fn framed(message: &str, length: usize) -> Vec<u8> {
+        format!("Content-Length: {length}\r\n\r\n{message}").into_bytes()
+    }
+
+    fn invalid(why: &str, lost: Lost) -> Option<Frame> {
+        Some(Frame::Invalid { why: why.to_owned(), lost })
     }
 
     #[test]
@@ -122,6 +408,7 @@ mod tests {
             "Content-Length: many\r\n\r\n",
             "Content-Length: 2\r\n\r\n\u{fffd}",
             "Content-Length: -1\r\n\r\n",
+            "Content-Length: 5\r\n\r\n{\"a\":",
         ] {
             let mut bytes = bad.as_bytes().to_vec();
             if bad.ends_with('\u{fffd}') {
@@ -138,14 +425,102 @@ mod tests {
     }
 
     #[test]
-    fn other_headers_and_stray_lines_are_passed_over() {
-        let text = "junk\r\n\r\ncontent-length: 2\r\nContent-Type: application/vscode-jsonrpc; charset=utf-8\r\n\r\n{}";
+    fn other_headers_and_white_space_are_passed_over() {
+        let text = "\r\n \r\ncontent-length: 4\r\nContent-Type: application/vscode-jsonrpc; charset=utf-8\r\n\r\n{}\r\n";
         assert_eq!(all(text.as_bytes()), [Some(Frame::Message(json!({})))]);
     }
 
     #[test]
+    fn junk_is_passed_over_up_to_the_next_header() {
+        let junk = "what came before a `Content-Length` is no message";
+        let long = "x".repeat(3 * LONGEST_LINE);
+        for text in ["what is this?\r\n\r\n", "{\"a\": 1}", "\u{1f916}\n", &long, "Content-Length: 5\r\n{}"] {
+            let mut bytes = text.as_bytes().to_vec();
+            bytes.extend(framed("{\"b\":2}", 7));
+            bytes.extend(framed("{\"c\":3}", 7));
+            let message = |message: Value| Some(Frame::Message(message));
+            assert_eq!(
+                all(&bytes),
+                [
+                    invalid(junk, Lost { all: true, addresses: Vec::new() }),
+                    message(json!({"b": 2})),
+                    message(json!({"c": 3}))
+                ],
+                "{text}"
+            );
+        }
+    }
+
+    #[test]
     fn a_stream_that_ends_within_a_message_is_an_error() {
-        assert_eq!(all(b"Content-Length: 10\r\n\r\n{}"), [None]);
-        assert_eq!(all(b"Content-Length: 99999999999999\r\n\r\n{}"), [None]);
+        assert_eq!(all(b"Content-Length: 10\r\n\r\n{\"a\":"), [None]);
+        assert_eq!(all(b"Content-Length: 99999999999\r\n\r\n{}"), [None]);
+    }
+
+    #[test]
+    fn half_of_a_pair_says_of_which_text_nothing_is_known() {
+        let change = |text: &str| {
+            let params = format!(r#"{{"textDocument":{{"uri":"file:///a.mal","text":"{text}"}}}}"#);
+            format!(r#"{{"jsonrpc":"2.0","method":"textDocument/didOpen","params":{params}}}"#)
+        };
+        for half in [r"\ud83e", r"\udd16", r"\\\ud83e", r"a \ud83e\ud83e\udd16 b"] {
+            let text = change(half);
+            let frames = all(&framed(&text, text.len()));
+            let [Some(Frame::Invalid { lost, .. })] = frames.as_slice() else { panic!("{half}: {frames:?}") };
+            assert_eq!(*lost, Lost { all: false, addresses: vec!["file:///a.mal".to_owned()] }, "{half}");
+        }
+        // Of a message that is cut off, what is left says which text it was about, whatever stands in that.
+        let text = change(r#"\"uri\": \"no\""#);
+        for (cut, length) in [(&text[..text.len() - 3], text.len() - 3), (&text[1..], 0)] {
+            let mut bytes = framed(cut, length);
+            bytes.extend(framed("{}", 2));
+            let frames = all(&bytes);
+            let lost = frames.iter().find_map(|frame| match frame {
+                Some(Frame::Invalid { lost, .. }) if !lost.addresses.is_empty() => Some(lost),
+                _ => None,
+            });
+            assert_eq!(lost, Some(&Lost { all: true, addresses: vec!["file:///a.mal".to_owned()] }), "{cut}");
+        }
+        for whole in [r"\ud83e\udd16", r"\\ud83e"] {
+            let text = change(whole);
+            assert!(
+                matches!(all(&framed(&text, text.len())).as_slice(), [Some(Frame::Message(_))]),
+                "{whole}"
+            );
+        }
+    }
+
+    proptest! {
+        /// However a client counts, its messages are read, each once.
+        #[test]
+        fn a_message_ends_where_its_json_ends(
+            messages in prop::collection::vec(("[a\u{e9}\u{1f916}\\\\\"{}\\]\\[ \r\n:C]{0,12}", -9..60i64), 1..5)
+        ) {
+            let mut bytes = Vec::new();
+            let mut expected = Vec::new();
+            for (text, wrong) in &messages {
+                let message = json!({"text": text, "more": [{"a": 1.5e-3}, true, null]});
+                let text = message.to_string();
+                let length = text.len() as i64 + wrong;
+                bytes.extend(framed(&text, usize::try_from(length).unwrap()));
+                expected.push(message);
+            }
+            let found: Vec<Value> = all(&bytes)
+                .into_iter()
+                .filter_map(|frame| match frame {
+                    Some(Frame::Message(message)) => Some(message),
+                    Some(Frame::Miscounted) => None,
+                    other => panic!("{other:?}"),
+                })
+                .collect();
+            prop_assert_eq!(found, expected);
+        }
+
+        /// Nothing that comes ends the reading but what is too long.
+        #[test]
+        fn any_bytes_are_read(mut bytes in prop::collection::vec(any::<u8>(), 0..200)) {
+            bytes.extend(framed("{}", 2));
+            prop_assert!(all(&bytes).len() < 100);
+        }
     }
 }

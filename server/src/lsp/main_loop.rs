@@ -37,8 +37,10 @@ pub(crate) enum Event {
     Opened(TextDocumentItem),
     /// It has changed.
     Changed(DidChangeTextDocumentParams),
-    /// A change came that could not be read; of this text, or of any.
+    /// Something came that could not be understood; about this text, open or not, or about any.
     Lost(Option<Url>),
+    /// Something that the user is told once.
+    Warn(String),
     /// It was written to the disk.
     Saved(DidSaveTextDocumentParams),
     /// It is the disk's again.
@@ -204,6 +206,7 @@ impl MainLoop {
                     self.touched(&uri);
                 }
             }
+            Event::Warn(message) => self.publisher.warn(message),
             Event::Saved(params) => {
                 self.documents.saved(&params.text_document.uri, params.text);
                 self.touched(&params.text_document.uri);

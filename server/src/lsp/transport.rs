@@ -20,7 +20,7 @@ use tower_lsp::jsonrpc::{Error, ErrorCode, Id, Request, Response};
 use tower_lsp::{ClientSocket, LspService};
 
 use super::backend::Backend;
-use super::frame::Frame;
+use super::frame::{Frame, lost_by};
 
 /// The two directions, and the main loop's end.
 pub(crate) struct Streams {
@@ -59,6 +59,10 @@ impl Backlog {
 /// With so many answers that a client has not read, nothing more is read of what it says.
 const MOST_WAITING: usize = 2000;
 
+/// What is said of a client whose messages have other lengths than it says.
+const MISCOUNTED: &str = "The editor sends messages of another length than their `Content-Length` says: that is a number of \
+                          bytes, not of characters. They are understood all the same.";
+
 /// How often it is looked whether the client is still there.
 const HEARTBEAT: Duration = Duration::from_secs(1);
 
@@ -83,17 +87,19 @@ pub(crate) async fn serve(
                 let message = match frame {
                     None => return code(is_shut_down),
                     Some(Frame::Message(message)) => message,
-                    Some(Frame::Invalid { why, may_be_change }) => {
+                    Some(Frame::Miscounted) => {
+                        service.inner().warn(MISCOUNTED);
+                        continue;
+                    }
+                    Some(Frame::Invalid { why, lost }) => {
                         tracing::warn!("an invalid message: {why}");
-                        if may_be_change {
-                            service.inner().lost();
-                        }
+                        service.inner().lost(&lost);
                         let error = Error { message: why.into(), ..Error::parse_error() };
                         send(&streams, &Response::from_error(Id::Null, error));
                         continue;
                     }
                 };
-                let may_be_change = message["method"].as_str().is_some_and(|it| it.starts_with("textDocument/did"));
+                let lost = lost_by(&message);
                 let request = match understood(message) {
                     Ok(Message::Request(request)) => request,
                     Ok(Message::Response(response)) => {
@@ -105,9 +111,7 @@ pub(crate) async fn serve(
                         continue;
                     }
                     Err(refusal) => {
-                        if may_be_change {
-                            service.inner().lost();
-                        }
+                        service.inner().lost(&lost);
                         send(&streams, &refusal);
                         continue;
                     }
