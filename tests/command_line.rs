@@ -215,12 +215,54 @@ fn check_and_wcrt_exit_with_1_unless_every_deadline_is_proved() {
     assert!(found.err.contains("the models have 1 error"), "{}", found.err);
 }
 
+/// A core that nothing deploys has the error of which a test speaks.
+const UNUSED: &str = "core Spare(S) { update = { work(1); } }\n";
+
+#[test]
+fn nothing_is_proved_while_there_is_an_error() {
+    let robot =
+        |text: &str| [("robot.mal", text.to_owned()), ("mauve.toml", "assume.codel = \"1 ms\"\n".to_owned())];
+    let run = |name: &str, text: &str, arguments: &[&str]| {
+        let files = robot(text);
+        let files: Vec<(&str, &str)> = files.iter().map(|(path, text)| (*path, text.as_str())).collect();
+        run_in(name, &files, arguments)
+    };
+    let fine = run("proved", LATE[0].1, &["check"]);
+    assert!(fine.out.contains("; all 2 deadlines are proved, assuming"), "{}", fine.out);
+    // Some figures rest on nothing that is wrong: they are met.
+    let text = format!("{}{UNUSED}", LATE[0].1);
+    let found = run("unproved", &text, &["check"]);
+    assert!(
+        found.out.contains("; 2 of 2 deadlines are met, but none is proved: fix the errors first\n"),
+        "{}",
+        found.out
+    );
+    assert_eq!((found.out.matches("\u{2713} met").count(), found.code), (2, 1));
+    let found = run("unproved", &text, &["wcrt"]);
+    let said =
+        "mauve: the models have 1 error: with it, no deadline of D is proved (`mauve check` shows it)\n";
+    assert_eq!((found.err.as_str(), found.code), (said, 1));
+    let document = run("unproved", &text, &["wcrt", "--format", "json"]);
+    let document: Value = serde_json::from_str(&document.out).unwrap();
+    assert_eq!((&document["errors"], &document["results"][0]["schedulable"]), (&1.into(), &false.into()));
+    let csv = run("unproved", &text, &["wcrt", "--format", "csv", "--horizon", "5ms"]);
+    let remark = ",UNSAFE first_job_ms: --horizon 5 ms; not proved: the models have errors";
+    assert_eq!(csv.out.lines().filter(|line| line.ends_with(remark)).count(), 2, "{}", csv.out);
+    // Others do.
+    let found = run("refused", &LATE[0].1.replacen("work();", "work(1);", 1), &["check"]);
+    assert!(
+        found.out.contains("deadlines are not proved") && !found.out.contains("are proved"),
+        "{}",
+        found.out
+    );
+}
+
 #[test]
 fn wcrt_as_csv_and_explained() {
     let found = run(&["wcrt", "p3dx", "--format", "csv"]);
     assert_eq!(found.out.lines().count(), 11);
     assert!(
-        found.out.contains("P3dxDeployment,1e-4,psm,navigation,Navigation,1,2,1000,1000,297,997,997,met,,p3dx/exploration.mal\n"),
+        found.out.contains("P3dxDeployment,1e-4,psm,navigation,Navigation,1,2,1000,1000,297,997,997,met,,p3dx/exploration.mal,\n"),
         "{}",
         found.out
     );

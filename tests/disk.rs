@@ -9,7 +9,7 @@ use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use mauve_tests::{Client, Text, copy, scratch, write};
+use mauve_tests::{Client, Text, address, copy, scratch, write};
 use serde_json::json;
 
 const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
@@ -271,4 +271,31 @@ fn a_nearer_folder_of_the_model_path() {
     client.wait_for_hint(&text, "activity", |hint| hint.starts_with("not analysed"));
     fs::rename(top.join("away"), top.join("far")).unwrap();
     client.wait_for_hint(&text, "activity", |hint| hint.starts_with("R 17 ms"));
+}
+
+#[test]
+fn an_open_file_of_a_folder_without_a_configuration_is_checked_once() {
+    let top = scratch(env!("CARGO_TARGET_TMPDIR"), "disk_once");
+    write(&top, &[("robot.mal", MODEL), ("sub/a.mal", MODEL.replace("= 100", "= ten").as_str())]);
+    let mut client = Client::of_folder(MAUVE, &top);
+    let text = client.open_file(&top.join("sub/a.mal"));
+    let document = json!({"textDocument": {"uri": text.uri}});
+    let projects = |client: &mut Client| {
+        client.idle();
+        client.call("mauve/analysis", document.clone()).unwrap().as_array().map(Vec::len)
+    };
+    let found = client.diagnostics(&text).len();
+    assert_eq!(projects(&mut client), Some(1));
+    for _ in 0..3 {
+        fs::write(top.join("sub/other"), "").unwrap();
+        fs::remove_file(top.join("sub/other")).unwrap();
+        client.settle(Duration::from_millis(150));
+        assert_eq!(projects(&mut client), Some(1));
+        assert_eq!(client.published()[&text.uri].as_array().map(Vec::len), Some(found));
+    }
+    // A folder of the client within another one is a part of it.
+    let folder = json!({"uri": address(&top.join("sub")), "name": "sub"});
+    client
+        .notify("workspace/didChangeWorkspaceFolders", json!({"event": {"added": [folder], "removed": []}}));
+    assert_eq!(projects(&mut client), Some(1));
 }

@@ -3,10 +3,11 @@
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
+use std::collections::HashMap;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use mauve_tests::{Client, address, long_analysis, models, scratch, write};
+use mauve_tests::{Client, Text, address, long_analysis, models, scratch, write};
 use serde_json::{Value, json};
 
 const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
@@ -404,4 +405,116 @@ fn a_client_that_does_not_read_is_waited_for_and_left() {
     }
     client.notify("exit", Value::Null);
     assert_eq!(client.wait_for_end(SOON), Some(1));
+}
+
+/// A session in which the response time of navigation is shown, and a file on the disk that it rests on.
+fn with_figures() -> (Client, Text, std::path::PathBuf) {
+    let mut client = robot();
+    let text = client.open_file(&models().join("p3dx/deployment.mal"));
+    assert!(client.hint(&text, "activity navigation").starts_with("R 997"));
+    (client, text, models().join("p3dx/components/navigation.mal"))
+}
+
+#[test]
+fn a_text_that_cannot_be_understood_is_unknown_until_it_is_known() {
+    let (mut client, text, other) = with_figures();
+    let uri = address(&other);
+    let saved = std::fs::read_to_string(&other).unwrap();
+    let open = |document: Value| json!({"jsonrpc": "2.0", "method": "textDocument/didOpen", "params": {"textDocument": document}});
+    let document =
+        |version: Value| json!({"uri": uri, "languageId": "mauve", "version": version, "text": saved});
+    let without = |field: &str| {
+        let mut document = document(1.into());
+        document.as_object_mut().unwrap().remove(field);
+        open(document).to_string()
+    };
+    let change = json!({"range": {"start": {"line": 0, "character": 0}, "end": {"line": 0, "character": 0}}, "text": " "});
+    let params = json!({"textDocument": {"uri": uri, "version": 2}, "contentChanges": [change]});
+    let not_open =
+        json!({"jsonrpc": "2.0", "method": "textDocument/didChange", "params": params}).to_string();
+    let half = open(document(1.into())).to_string().replacen("core ", r"\ud83e core ", 1);
+    let batch = format!("[{}]", open(document(1.into())));
+    let bad = [
+        without("languageId"),
+        without("version"),
+        without("text"),
+        open(document("1".into())).to_string(),
+        open(document((1_u64 << 40).into())).to_string(),
+        half,
+        batch,
+        not_open,
+    ];
+    for bad in bad {
+        client.write(format!("Content-Length: {}\r\n\r\n{bad}", bad.len()).as_bytes());
+        // No figure of the disk stays, and the client is told.
+        client.wait_for_hint(&text, "activity navigation", |hint| hint.starts_with("not analysed"));
+        client.wait_for_published(|published| {
+            published.get(&uri).is_some_and(|found| found.to_string().contains("unreadable-file"))
+        });
+        // The whole text is known; and then the disk's is.
+        client.open(&other, &saved);
+        client.wait_for_hint(&text, "activity navigation", |hint| hint.starts_with("R 997"));
+        client.notify("textDocument/didClose", json!({"textDocument": {"uri": uri}}));
+        client.wait_for_published(HashMap::is_empty);
+        assert!(client.hint(&text, "activity navigation").starts_with("R 997"));
+    }
+    assert_eq!(client.shut_down(), Some(0));
+}
+
+#[test]
+fn a_client_that_counts_characters_is_understood() {
+    let (mut client, mut text, _) = with_figures();
+    let range = json!({"start": {"line": 0, "character": 0}, "end": {"line": 0, "character": 0}});
+    for (version, period, expected) in [(2, "1000", "R 997"), (3, "1001", "R 997"), (4, "900", "missed")] {
+        text.text = text.text.replace("period = 1000", &format!("period = {period}"));
+        let whole = format!("// éééééé\n{}", text.text);
+        let change = json!({"text": whole});
+        let small = json!({"range": range, "text": "// é\n"});
+        let params =
+            json!({"textDocument": {"uri": text.uri, "version": version}, "contentChanges": [change, small]});
+        let message =
+            json!({"jsonrpc": "2.0", "method": "textDocument/didChange", "params": params}).to_string();
+        let length = message.chars().count();
+        assert!(length < message.len());
+        client.write(format!("Content-Length: {length}\r\n\r\n{message}").as_bytes());
+        let shown = Text { text: format!("// é\n{whole}"), ..text.clone() };
+        client
+            .wait_for_hint(&shown, "activity navigation", |hint| hint.contains(expected) || period == "900");
+    }
+    // A length that is too great, and nothing behind it.
+    let id = 4711;
+    let message = json!({"jsonrpc": "2.0", "id": id, "method": "mauve/status"}).to_string();
+    client.write(format!("Content-Length: {}\r\n\r\n{message}", message.len() + 50).as_bytes());
+    client.answer(id).unwrap();
+    let is_told =
+        |it: &Value| it["method"] == "window/showMessage" && it.to_string().contains("Content-Length");
+    client.settle(Duration::from_millis(100));
+    assert_eq!(client.count(is_told), 1, "once");
+    assert_eq!(client.shut_down(), Some(0));
+}
+
+#[test]
+fn behind_junk_the_next_header_is_found() {
+    let (mut client, text, other) = with_figures();
+    // The rest of a message of which the header was lost.
+    client.write(
+        format!(
+            r#"{{"method":"textDocument/didOpen","params":{{"textDocument":{{"uri":"{}"}}}}}}"#,
+            address(&other)
+        )
+        .as_bytes(),
+    );
+    client.wait_for_hint(&text, "activity navigation", |hint| hint.starts_with("not analysed"));
+    client.wait_for_published(|published| published.len() == 2);
+    client.notify("textDocument/didClose", json!({"textDocument": {"uri": address(&other)}}));
+    client.notify("textDocument/didSave", json!({"textDocument": {"uri": text.uri}, "text": text.text}));
+    client.wait_for_hint(&text, "activity navigation", |hint| hint.starts_with("R 997"));
+    assert_eq!(client.shut_down(), Some(0));
+}
+
+#[test]
+fn a_client_that_sends_no_message_is_left() {
+    let mut client = robot();
+    client.write(b"{\"jsonrpc\":\"2.0\",\"id\":1,\"method\":\"shutdown\"}\n");
+    assert_eq!(client.wait_for_end(Duration::from_secs(30)), Some(1));
 }

@@ -134,7 +134,11 @@ fn deadlines(deployed: &[Deployed<'_>]) -> String {
         _ if all == 0 => "no deadlines".to_owned(),
         _ if proved < met => {
             let verb = if met == 1 { "is" } else { "are" };
-            let proved = if proved == 0 { "none".to_owned() } else { format!("only {proved}") };
+            let proved = match proved {
+                0 => "none is".to_owned(),
+                1 => "only 1 is".to_owned(),
+                several => format!("only {several} are"),
+            };
             format!("{met} of {all} deadlines {verb} met, but {proved} proved: fix the errors first")
         }
         (_, 0) if all == 1 => format!("the deadline is proved{assuming}"),
