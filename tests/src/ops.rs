@@ -13,6 +13,8 @@ use std::collections::{BTreeMap, BTreeSet};
 pub enum Literal {
     Text(String),
     Int(i32),
+    /// With the mark of one that has no sign.
+    Unsigned(u32),
     Double(f64),
     Bool(bool),
 }
@@ -214,6 +216,9 @@ fn quoted(text: &str) -> Result<(String, usize), String> {
 
 fn number(text: &str) -> Result<Literal, String> {
     let digits = |part: &str| !part.is_empty() && part.bytes().all(|byte| byte.is_ascii_digit());
+    if let Some(unsigned) = text.strip_suffix('u').filter(|text| digits(text)) {
+        return unsigned.parse().map(Literal::Unsigned).map_err(|_| format!("{text} is too great"));
+    }
     if digits(text) {
         return text.parse().map(Literal::Int).map_err(|_| format!("{text} is too great"));
     }
@@ -363,7 +368,7 @@ impl Machine<'_> {
 
     /// Does what is called succeed?
     fn call(&mut self, tokens: &[Token]) -> Result<bool, String> {
-        use Literal::{Double, Int, Text};
+        use Literal::{Double, Int, Text, Unsigned};
         use Token::{Literal as Value, Name, Sign};
         let comma = Sign(",");
         let call = match tokens {
@@ -372,6 +377,9 @@ impl Machine<'_> {
                 match (operation.as_str(), arguments) {
                     ("configure" | "start", []) => Call::new(operation, [task]),
                     ("setCpuAffinity", [Value(Int(mask @ 1..))]) => Call::new(operation, [task, Int(*mask)]),
+                    ("setCpuAffinity", [Value(Unsigned(mask))]) => {
+                        Call::new(operation, [task, Unsigned(*mask)])
+                    }
                     _ => return Err(format!("no task has an operation `{operation}` with such arguments")),
                 }
             }
@@ -518,12 +526,12 @@ mod tests {
     #[test]
     fn what_fails_in_a_block_ends_it() {
         let script = "import(\"p\")\nloadComponent(\"a\", \"p::A\")\nvar bool ok = true\nok = a.configure() && ok\n\
-                      a.x = -2147483647 - 1\nif ( ok ) then {\n  a.start()\n  a.setCpuAffinity(1)\n}\n";
+                      a.x = -2147483647 - 1\nif ( ok ) then {\n  a.start()\n  a.setCpuAffinity(1)\na.setCpuAffinity(2147483648u)\n}\n";
         let done = |failing: &str| {
             let calls = run(script, |call| call.function == failing).unwrap();
             calls.into_iter().map(|call| call.function).collect::<Vec<_>>().join(" ")
         };
-        assert_eq!(done(""), "import load configure set start setCpuAffinity");
+        assert_eq!(done(""), "import load configure set start setCpuAffinity setCpuAffinity");
         assert_eq!(done("start"), "import load configure set start");
         assert_eq!(done("configure"), "import load configure set");
         assert!(run(script, |call| call.function == "load").is_err());

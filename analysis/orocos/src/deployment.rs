@@ -2,10 +2,11 @@
 
 use std::collections::BTreeSet;
 
-use mauve_model::item_tree::{Expr, Literal, Name};
+use mauve_model::item_tree::{Expr, Name};
 use mauve_model::{
     Decl, Features, Flat, FlatInstance, ModelDb, Place, Priority, Project, Row, Type, Value, ValueInEffect,
-    config_of, deployment, features_of, flat_of, names_of, shell_of, system_of, type_of, values_in_effect,
+    config_of, deployment, features_of, flat_of, mask, names_of, shell_of, system_of, type_of,
+    values_in_effect,
 };
 use mauve_timing::Time;
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -248,14 +249,8 @@ fn names_in(expr: &Expr) -> Vec<&Name> {
 fn activity<'db>(db: &'db dyn ModelDb, of: Decl<'db>, row: &Row<'db>) -> Activity {
     let activities = deployment(db, of).into_iter().flat_map(|data| &data.activities);
     let mut fields = activities.filter(|it| it.instance.name == row.instance).flat_map(|it| &it.fields);
-    let affinity = fields.find(|field| field.name.name == "affinity").and_then(|field| match &field.value {
-        Expr::Literal(literal @ Literal::Int(_), _) => Value::of_literal(literal).ok()?,
-        _ => None,
-    });
-    let affinity = match affinity {
-        Some(Value::Int(mask)) => u32::try_from(mask).ok().filter(|mask| *mask != 0),
-        _ => None,
-    };
+    let affinity = fields.find(|field| field.name.name == "affinity").and_then(|field| mask(&field.value));
+    let affinity = affinity.and_then(|mask| u32::try_from(mask).ok()).filter(|mask| *mask != 0);
     let priority = match row.priority {
         Priority::RealTime(priority) => Some(priority),
         Priority::Background | Priority::Unknown => None,

@@ -6,7 +6,8 @@ use mauve_model::diagnostics::{Severity, diagnostics_of_file, project_diagnostic
 use mauve_model::item_tree::{FeatureKind, Kind, Name, TypeRef};
 use mauve_model::{
     Callee, Decl, ModelDb, Place, Project, Type, catalogue, codel, component, config_file, config_of, core,
-    core_of, deployment, external_types, features_of, flat_of, names_of, shell_of, type_of, typing_of,
+    core_of, cpu_names, deployment, external_types, features_of, flat_of, mask, names_of, shell_of, type_of,
+    typing_of,
 };
 use rustc_hash::FxHashMap;
 
@@ -177,6 +178,7 @@ impl<'db> Reader<'db> {
             }
         }
         all.iter().for_each(|library| self.check_types(library));
+        all.iter().flat_map(|library| &library.deployments).for_each(|&it| self.check_affinities(it));
         let all = self.ordered(all);
         Libraries { places: place(&all), all }
     }
@@ -248,6 +250,18 @@ impl<'db> Reader<'db> {
                 let message =
                     format!("core {} does not define the operation `{name}` of this shell", of.name(db));
                 self.report(message, Place::name_of(component));
+            }
+        }
+    }
+
+    /// Orocos has 32 bits for the CPUs of a thread.
+    fn check_affinities(&mut self, of: Decl<'db>) {
+        for activity in deployment(self.db, of).into_iter().flat_map(|data| &data.activities) {
+            for field in activity.fields.iter().filter(|field| field.name.name == "affinity") {
+                if let Some(mask) = mask(&field.value).filter(|mask| u32::try_from(*mask).is_err()) {
+                    let say = format!("Orocos has CPUs 1 to 32, and this is {}", cpu_names(mask));
+                    self.report(say, Place::Part(of, field.value_part));
+                }
             }
         }
     }

@@ -137,7 +137,9 @@ impl Script<'_> {
             let (priority, scheduler) = activity.scheduling();
             self.line(&format!("setActivity({}, {period}, {priority}, {scheduler})", ops_string(name)));
             if let Some(mask) = affinity {
-                self.line(&format!("{name}.setCpuAffinity({mask})"));
+                // Numbers without a sign are marked.
+                let unsigned = if i32::try_from(*mask).is_ok() { "" } else { "u" };
+                self.line(&format!("{name}.setCpuAffinity({mask}{unsigned})"));
             }
         }
     }

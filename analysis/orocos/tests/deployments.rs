@@ -412,3 +412,30 @@ fn who_provides_is_configured_and_started_first() {
     }
     assert!(links > 40, "{links}");
 }
+
+#[test]
+fn a_thread_has_cpus_1_to_32() {
+    let robot = |affinity: &str| {
+        let db = Database::default();
+        let model = format!(
+            "codel f(): void\nshell S {{ }}\ncore K(S) {{ update = {{ f(); }} }}\ncomponent C(S, K)\n\
+             architecture A {{ instance c: C }}\n\
+             deployment D {{ architecture A  activity c {{ affinity = {affinity} priority = 1 period = 10 }} }}\n"
+        );
+        let workspace = Workspace::of_texts(&db, "/".into(), [("/robot.mal".into(), model)]);
+        let made = packages(&db, projects(&db, workspace)[0], None);
+        made.map_err(|problems| problems[0].message.clone()).map(|packages| {
+            let files = packages.iter().flat_map(|package| &package.files);
+            let scripts = files.filter(|file| file.path.ends_with("D.ops") || file.path.ends_with("D.lua"));
+            let lines =
+                scripts.flat_map(|file| file.text.lines()).filter(|line| line.contains("setCpuAffinity"));
+            lines.map(str::to_owned).collect::<Vec<_>>()
+        })
+    };
+    let set = |ops: &str, lua: &str| {
+        Ok(vec![format!("c.setCpuAffinity({ops})"), format!("task(\"c\"):setCpuAffinity({lua})")])
+    };
+    assert_eq!(robot("2"), set("2", "2"));
+    assert_eq!(robot("0x80000000"), set("2147483648u", "2147483648"));
+    assert_eq!(robot("0x100000000"), Err("Orocos has CPUs 1 to 32, and this is CPU 33".to_owned()));
+}
