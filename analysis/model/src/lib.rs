@@ -34,9 +34,9 @@
 //! | `exported.rs` | task sets and state machines that stand alone, made of models and analysed as these are |
 //! | `diagnostics/` | a file for each diagnostic: its page, its message, its fixes |
 //!
-//! Nothing is analysed that rests on what was lost: a syntax error in a program, a name that means nothing, a table
-//! that cannot be read, all make the activities that they touch *not analysed*, with the reason ([`Refusal`]), and
-//! with them whatever they may delay.
+//! Nothing is analysed that rests on an error, where something may have been lost: a syntax error in a program, a name that
+//! means nothing, a missing argument, a table with an error, all make the activities that they touch *not analysed*, with
+//! the reason ([`Refusal`]), and with them whatever they may delay.
 //!
 //! This crate knows no editor, no protocol and no file system.
 

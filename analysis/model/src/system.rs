@@ -562,7 +562,7 @@ impl<'db> Reader<'db> {
 }
 
 /// The items of an architecture or of a deployment, in the order of the text: the first part of each, and the instances
-/// that it declares, connects or sets a value of.
+/// that it declares, connects, runs or sets a value of.
 fn items_with_instances<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Vec<(Part, Vec<&'db Name>)> {
     let item = |ends: &[&'db Option<Endpoint>]| {
         let ends: Vec<&NameRef> = ends.iter().filter_map(|end| Some(&end.as_ref()?.instance)).collect();
@@ -579,6 +579,7 @@ fn items_with_instances<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Vec<(Part, 
     }
     if let Some(data) = deployment(db, of) {
         items.extend(data.settings.iter().filter_map(|it| item(&[&it.endpoint])));
+        items.extend(data.activities.iter().map(|it| (it.instance.part, vec![&it.instance.name])));
     }
     items.sort_by_key(|(part, _)| *part);
     items

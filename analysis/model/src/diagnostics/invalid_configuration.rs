@@ -2,7 +2,7 @@
 //!
 //! `mauve.toml` is not TOML, or has a section, a key or a value that means nothing. Something that makes response times
 //! longer may have lost its header, or be misspelt: nothing is analysed until it is mended. (A root that does not exist,
-//! or is no path, is left out: the others are analysed.)
+//! or is no path, is left out: the others are analysed.) So is what a text over several lines may have swallowed.
 //!
 //! ```mauve
 //! codel plan(): int
