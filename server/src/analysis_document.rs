@@ -33,6 +33,16 @@ pub(crate) struct Proved {
     pub(crate) proved: usize,
 }
 
+impl std::iter::Sum for Proved {
+    fn sum<I: Iterator<Item = Proved>>(all: I) -> Proved {
+        all.fold(Proved::default(), |sum, it| Proved {
+            all: sum.all + it.all,
+            met: sum.met + it.met,
+            proved: sum.proved + it.proved,
+        })
+    }
+}
+
 /// What was analysed.
 #[derive(Clone, Copy)]
 pub(crate) enum Origin<'db> {
@@ -91,12 +101,12 @@ impl<'db> Deployed<'db> {
     /// Counts the deadlines, over all levels.
     pub(crate) fn deadlines(&self) -> Proved {
         let counted = self.reports.iter().map(|(_, report)| report.deadlines());
-        let counted = counted.fold(Proved::default(), |sum, it| Proved {
-            all: sum.all + it.all,
-            met: sum.met + it.met,
-            proved: 0,
+        let counted = counted.map(|it| Proved {
+            all: it.all,
+            met: it.met,
+            proved: if self.errors == 0 { it.met } else { 0 },
         });
-        Proved { proved: if self.errors == 0 { counted.met } else { 0 }, ..counted }
+        counted.sum()
     }
 }
 

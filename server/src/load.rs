@@ -524,8 +524,8 @@ impl Loader {
     }
 }
 
-/// Does a file of this workspace include one that is there and has not been read, since its text has changed? Or name such
-/// a message package? Or has a file been read that none includes any more? `is_open` tells which files an editor has, be they on the disk or not.
+/// Are the files of this workspace to be looked for again, since a text has changed? Then a model includes a file that was not
+/// read, names such a message package, or no longer includes one that was. `is_open` tells which files an editor has, be they on the disk or not.
 pub(crate) fn is_outdated(db: &dyn ModelDb, workspace: Workspace, is_open: &dyn Fn(&Path) -> bool) -> bool {
     let is_read = |name: &Name| workspace.packages(db).contains_key(name);
     let mut unread = named_packages(db, workspace).iter().filter(|name| !is_read(name));
@@ -539,15 +539,15 @@ pub(crate) fn is_outdated(db: &dyn ModelDb, workspace: Workspace, is_open: &dyn 
     *has_left(db, workspace) || nearer(db, workspace).iter().any(|path| path.is_file() || is_open(path))
 }
 
-/// Is a file known only because another one included it?
+/// Is there a file that was read for an include, and that no model includes any more?
 #[salsa::tracked(returns(ref))]
 fn has_left(db: &dyn ModelDb, workspace: Workspace) -> bool {
     let (known, included) = (workspace.files(db), workspace.included(db));
     if included.is_empty() {
         return false;
     }
-    let own = known.iter().filter(|(path, _)| !included.contains(*path)).map(|(_, file)| *file);
-    let mut open: Vec<File> = own.collect();
+    let own = known.iter().filter(|(path, file)| !included.contains(*path) && is_model(file.path(db)));
+    let mut open: Vec<File> = own.map(|(_, file)| *file).collect();
     let mut seen: HashSet<File> = open.iter().copied().collect();
     while let Some(file) = open.pop() {
         let new = includes(db, workspace, file).iter().flatten().filter(|file| seen.insert(**file));

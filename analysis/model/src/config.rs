@@ -191,7 +191,7 @@ impl Reader<'_> {
             match self.long_text(value) {
                 Some(at) => {
                     let message = format!(
-                        "`{}` is a text on one line: this one may have swallowed others",
+                        "a text in `{}` spans several lines, and may contain other keys: write it on one line",
                         key.get_ref()
                     );
                     self.lost(message, at);

@@ -40,6 +40,13 @@ pub struct Code {
     pub unused: bool,
 }
 
+impl Code {
+    /// Is it an error in a text, and not in what its figures are?
+    pub fn is_of_text(&self) -> bool {
+        self.severity == Severity::Error && *self != deadline_missed::DEADLINE_MISSED
+    }
+}
+
 /// How bad a diagnostic is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Severity {
@@ -529,12 +536,17 @@ pub(crate) fn errors_in<'db>(
         Kind::Deployment => {
             let mut found = check_settings(db, project, decl);
             found.extend(settings::check_settings(db, project, decl));
+            found.extend(wiring::check_deployment(db, project, decl));
             found
         }
-        _ => declaration_diagnostics(db, project, decl).to_vec(),
+        _ => return refusals(declaration_diagnostics(db, project, decl)),
     };
-    let errors = found.into_iter().filter(|it| it.code.severity == Severity::Error);
-    errors.map(|it| Refusal::reported(it.message, it.at)).collect()
+    refusals(&found)
+}
+
+fn refusals<'db>(found: &[Diagnostic<'db>]) -> Vec<Refusal<'db>> {
+    let errors = found.iter().filter(|it| it.code.severity == Severity::Error);
+    errors.map(|it| Refusal::reported(it.message.clone(), it.at.clone())).collect()
 }
 
 /// Features of one name that a shell gets from different shells.
@@ -632,12 +644,7 @@ pub fn errors_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> usize {
     let lints = &config_of(db, workspace).lints;
     let config = config_diagnostics(db, workspace);
     let all = project_diagnostics(db, project).iter().chain(&config).map(|it| it.code);
-    let is_error = |code: &&Code| {
-        code.severity == Severity::Error
-            && code.name != deadline_missed::DEADLINE_MISSED.name
-            && lints.get(code.name) != Some(&None)
-    };
-    all.filter(is_error).count()
+    all.filter(|code| code.is_of_text() && lints.get(code.name) != Some(&None)).count()
 }
 
 /// A diagnostic, and the root of the project that has it where the projects of the workspace differ.

@@ -164,18 +164,11 @@ impl<'db> Reader<'db> {
                 let at = Place::Part(self.of, activity.instance.part);
                 let architecture = target.name(self.db);
                 misspelt.extend(near.clone());
-                self.found.diagnostics.push(diagnostics::unresolved_instance::report(
-                    at,
-                    name,
-                    architecture,
-                    near,
-                ));
-            }
-            if instance.is_none() && flat.lost.is_empty() {
-                let architecture = target.name(self.db);
                 let why =
                     format!("architecture {architecture} has no instance `{name}`: one may be missing in it");
-                strays.push(Refusal::reported(why, Place::Part(self.of, activity.instance.part)));
+                strays.push(Refusal::reported(why, at.clone()));
+                let report = diagnostics::unresolved_instance::report(at, name, architecture, near);
+                self.found.diagnostics.push(report);
             }
             self.activity(instance, activity);
             if let Some(first) = first {
@@ -222,6 +215,7 @@ impl<'db> Reader<'db> {
                 doubt: None,
             });
         }
+        // Only now: what is missing in a deployment with such an activity is reported all the same.
         self.found.lost.extend(strays);
         self.served(flat);
         self.synchronised();

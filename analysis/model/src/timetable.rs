@@ -289,6 +289,11 @@ impl<'db> Joining<'db> {
                 if kind == Kind::Component || names_component {
                     self.times.stray_component = Some(stray.clone());
                 }
+                // It stands in the wrong section: a header was lost, or a value is that of another entry.
+                let other = if kind == Kind::Codel { Kind::Component } else { Kind::Codel };
+                if !is_program && !names.by_key(other, key).is_empty() {
+                    self.lost(file, &format!("`{key}` is a {other}: it belongs into [{other}]"));
+                }
                 // They stand in `[overhead]`, of which the header was lost.
                 if matches!(last, "dispatch" | "context_switch") {
                     self.lost(file, &format!("`{key}` belongs into [overhead]"));

@@ -162,7 +162,9 @@ impl Core {
         let provided: Vec<String> =
             (0..OPERATIONS).map(|index| format!("provide op{index}(): void")).collect();
         let _ = writeln!(out, "shell S {{ {} }}\ncore K(S) {{\n  var v: int = 0", provided.join(" "));
-        (0..FLAGS).for_each(|flag| drop(writeln!(out, "  var b{flag}: bool = false")));
+        for flag in 0..FLAGS {
+            let _ = writeln!(out, "  var b{flag}: bool = false");
+        }
         for (index, operation) in self.operations.iter().enumerate() {
             let _ = writeln!(out, "  provide op{index}() = {}", block_text(operation, index + 1));
         }
@@ -233,7 +235,9 @@ impl Period<'_> {
         match number {
             Number::Literal(value) => Some(*value),
             Number::Codel(codel, argument) => {
-                argument.iter().for_each(|argument| drop(self.number(argument)));
+                if let Some(argument) = argument {
+                    self.number(argument);
+                }
                 self.cost += CODELS[*codel];
                 None
             }

@@ -117,12 +117,7 @@ impl Check {
 
 /// How many deadlines are proved, in words.
 fn deadlines(deployed: &[Deployed<'_>]) -> String {
-    let counted = deployed.iter().map(Deployed::deadlines);
-    let Proved { all, met, proved } = counted.fold(Proved::default(), |sum, it| Proved {
-        all: sum.all + it.all,
-        met: sum.met + it.met,
-        proved: sum.proved + it.proved,
-    });
+    let Proved { all, met, proved } = deployed.iter().map(Deployed::deadlines).sum();
     let assumed: BTreeSet<&str> = deployed.iter().flat_map(Deployed::assumed).collect();
     let assuming = match assumed.len() {
         0 => String::new(),
@@ -132,6 +127,9 @@ fn deadlines(deployed: &[Deployed<'_>]) -> String {
     match (deployed, all - proved) {
         ([], _) => "no deployment, so no response times".to_owned(),
         _ if all == 0 => "no deadlines".to_owned(),
+        _ if proved < met && all == 1 => {
+            "the deadline is met, but not proved: fix the errors first".to_owned()
+        }
         _ if proved < met => {
             let verb = if met == 1 { "is" } else { "are" };
             let proved = match proved {

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use mauve_ide::{explain_response, explain_response_of};
-use mauve_model::diagnostics::{Severity, workspace_diagnostics};
+use mauve_model::diagnostics::workspace_diagnostics;
 use mauve_model::item_tree::Name;
 use mauve_model::{
     ActivityReport, Database, Decl, File, Priority, Project, Query, Report, Verdict, Workspace, cpu_names,
@@ -200,10 +200,7 @@ fn task_set(path: &Path) -> Result<(PathBuf, TaskSet, bool), String> {
 /// Says on standard error that models have errors: with them, nothing is proved.
 fn report_errors(db: &Database, workspaces: &[Workspace], all: &[Deployed<'_>]) -> usize {
     let found = workspaces.iter().flat_map(|&workspace| workspace_diagnostics(db, workspace));
-    let is_error = |code: &mauve_model::diagnostics::Code| {
-        code.severity == Severity::Error && code.name != "deadline-missed"
-    };
-    let errors = found.filter(|finding| is_error(finding.diagnostic.code)).count();
+    let errors = found.filter(|finding| finding.diagnostic.code.is_of_text()).count();
     if errors > 0 {
         let (noun, them) = if errors == 1 { ("error", "it") } else { ("errors", "them") };
         let unproved: Vec<&str> = all.iter().filter(|it| it.errors > 0).map(|it| it.name).collect();

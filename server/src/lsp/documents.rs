@@ -29,8 +29,8 @@ pub(crate) struct Open {
 #[derive(Debug, Default)]
 pub(crate) struct Documents(pub(crate) BTreeMap<Url, Open>);
 
-const LOST: &str = "the editor's last message about this file was not understood, so that its text is unknown here: close \
-                    and open the file, or save it";
+const LOST: &str = "mauve could not understand the editor's last message about this file, so its text is unknown: save the \
+                    file, or close and open it";
 
 impl Documents {
     /// Takes a text. One that is open already is replaced: the client knows best.
@@ -39,6 +39,12 @@ impl Documents {
         let (path, is_file) = place_of(&uri);
         if self.0.contains_key(&uri) {
             tracing::warn!("{uri} was open already");
+        }
+        // A text that is unknown may have been noted by another spelling of its address.
+        if let Some(address) =
+            self.address(&uri).filter(|it| self.0.get(it).is_some_and(|it| it.problem.is_some()))
+        {
+            self.0.remove(&address);
         }
         self.0.insert(uri, Open { path, is_file, version, text, problem: None, dirty: Some(Instant::now()) });
     }

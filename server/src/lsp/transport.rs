@@ -60,8 +60,8 @@ impl Backlog {
 const MOST_WAITING: usize = 2000;
 
 /// What is said of a client whose messages have other lengths than it says.
-const MISCOUNTED: &str = "The editor sends messages of another length than their `Content-Length` says: that is a number of \
-                          bytes, not of characters. They are understood all the same.";
+const MISCOUNTED: &str = "The `Content-Length` of the editor's messages is not their length in bytes. mauve reads them all the \
+                          same; please report this to the authors of the editor or its plugin.";
 
 /// How often it is looked whether the client is still there.
 const HEARTBEAT: Duration = Duration::from_secs(1);
@@ -116,6 +116,10 @@ pub(crate) async fn serve(
                         continue;
                     }
                 };
+                // Who sends a notification as a request has it refused.
+                if request.id().is_some() {
+                    service.inner().lost(&lost);
+                }
                 match request.method() {
                     "exit" => return code(is_shut_down),
                     "shutdown" => is_shut_down = true,

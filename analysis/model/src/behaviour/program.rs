@@ -43,9 +43,9 @@ impl Scope {
 
 /// The costs of a piece of a program along its worst paths, by where they end.
 struct Paths<'db> {
-    /// Those to a `return`; none where there is none.
+    /// Of the paths that return; `None` where none does.
     returned: Option<Cost<'db>>,
-    /// Those to the end of the piece; none where every path returns.
+    /// Of the paths that reach the end of the piece; `None` where every path returns.
     finished: Option<Cost<'db>>,
 }
 
@@ -102,7 +102,8 @@ fn greatest<'db>(one: Option<Cost<'db>>, other: Option<Cost<'db>>) -> Option<Cos
     }
 }
 
-/// So often in one program is a `return` told from what follows: behind that many, the rest counts on every path.
+/// The number of statements of a program for which the paths that return are kept apart from those that go on, the last ones
+/// first. Before these, a path that returns counts what follows as well, which is safe.
 const MOST_SPLITS: u32 = 64;
 
 impl<'db> Reader<'_, 'db> {
@@ -184,9 +185,9 @@ impl<'db> Reader<'_, 'db> {
         Paths { returned: None, finished: Some(Cost::Sum(own)) }
     }
 
-    /// Adds what an expression costs, and gives its value where that is constant: without names, calls and numbers of type
-    /// double, which compilers may round differently. Both sides of `&&` and `||` count, unless the first is constant: the
-    /// worst path evaluates them.
+    /// Adds what an expression costs, and returns its value where that is the same on every path. Names, calls and numbers of
+    /// type double, which compilers may round differently, have none. Both sides of `&&` and `||` count, unless the first
+    /// decides: the worst path evaluates them.
     pub(super) fn expr(&mut self, expr: &Expr, costs: &mut Vec<Cost<'db>>) -> Option<Value> {
         match expr {
             Expr::Missing => None,

@@ -1,8 +1,8 @@
 //! # invalid-table
 //!
 //! A timing table has an error: it is not TOML, a section or a key is unknown, a value is no time, a shorter time stands at
-//! a stricter level, something has two times. Such a table is incomplete, and nothing is analysed until it is mended: what
-//! is wrong may have swallowed other entries, or have their key, and a bound without them would be too low.
+//! a stricter level, something has two times. Such a table is incomplete, and nothing is analysed until it is mended: the
+//! error may hide other entries, and a bound without them would be too low.
 //!
 //! ```mauve
 //! codel plan(): int

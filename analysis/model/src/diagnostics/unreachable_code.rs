@@ -1,8 +1,8 @@
 //! # unreachable-code
 //!
 //! What is never executed: what follows a `return`, a branch of a condition that is constant, a transition whose guard is
-//! always false, or that stands behind one whose guard is always true. The analysis does not count its time. Constant are
-//! literals, calculations with whole numbers and conditions, and what no `&&` or `||` needs.
+//! always false, or that stands behind one whose guard is always true. The analysis does not count its time. A condition is
+//! constant where it consists of literals of type `int` and `bool`, or where one that does decides `&&` or `||`.
 //!
 //! ```mauve
 //! codel stop(): void
