@@ -4,9 +4,10 @@
 //! ends: a client that counts characters instead of bytes is understood, and told. Bytes that are no message are passed over
 //! up to the next header; where none comes, the session ends with an error, so that the client starts the server again.
 
+use std::collections::BTreeSet;
 use std::io::{self, Read, Write};
 use std::sync::mpsc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
@@ -56,6 +57,10 @@ pub(crate) struct Frames {
     buffer: Vec<u8>,
     /// What comes before the next message that is read.
     queued: Option<Frame>,
+    /// The length that the header says which is being read.
+    length: Option<Result<usize, String>>,
+    /// When the first byte came that is no message, if no header has come since.
+    junk_since: Option<Instant>,
 }
 
 /// How reading on went.
@@ -92,7 +97,7 @@ impl Frames {
                 }
             }
         })?;
-        Ok(Frames { chunks, buffer: Vec::new(), queued: None })
+        Ok(Frames { chunks, buffer: Vec::new(), queued: None, length: None, junk_since: None })
     }
 
     fn more(&mut self, patience: Option<Duration>) -> io::Result<More> {
@@ -119,62 +124,74 @@ impl Frames {
         if let Some(frame) = self.queued.take() {
             return Ok(Some(frame));
         }
-        let mut length: Option<Result<usize, String>> = None;
-        let mut is_junk = false;
-        let mut lost = Lost { all: true, addresses: Vec::new() };
         loop {
             let Some(end) = self.buffer.iter().position(|byte| *byte == b'\n') else {
                 if self.buffer.len() > LONGEST_LINE {
                     // The name of a header may have begun.
-                    is_junk = true;
                     let junk: Vec<u8> =
                         self.buffer.drain(..self.buffer.len() - CONTENT_LENGTH.len()).collect();
-                    lost.addresses.extend(addresses_in(&junk));
+                    if let Some(frame) = self.junk(&junk) {
+                        return Ok(Some(frame));
+                    }
+                    continue;
                 }
-                let is_begun = is_junk || length.is_some() || !self.buffer.trim_ascii().is_empty();
-                match self.more(is_begun.then_some(PATIENCE))? {
+                // A header that has begun goes on soon.
+                let is_begun = self.length.is_some() || !self.buffer.trim_ascii().is_empty();
+                let patience = match self.junk_since {
+                    Some(since) => Some(PATIENCE.saturating_sub(since.elapsed())),
+                    None => is_begun.then_some(PATIENCE),
+                };
+                match self.more(patience)? {
                     More::Bytes => continue,
                     More::End => return Ok(None),
-                    More::Silence => {
-                        let why = "what came is no message, and no `Content-Length` follows it";
-                        return Err(io::Error::new(io::ErrorKind::InvalidData, why));
-                    }
+                    More::Silence => return Err(no_header()),
                 }
             };
             let line: Vec<u8> = self.buffer.drain(..=end).collect();
             let line = String::from_utf8_lossy(&line);
             let line = line.trim();
             if line.is_empty() {
-                let frame = match length.take() {
-                    Some(Ok(length)) => self.body(length)?,
-                    Some(Err(why)) => Frame::Invalid { why, lost: Lost { all: true, addresses: Vec::new() } },
+                match self.length.take() {
+                    Some(Ok(length)) => return self.body(length).map(Some),
+                    Some(Err(why)) => {
+                        let lost = Lost { all: true, addresses: Vec::new() };
+                        return Ok(Some(Frame::Invalid { why, lost }));
+                    }
                     // An empty line between messages is not worth an error.
                     None => continue,
-                };
-                if !is_junk {
-                    return Ok(Some(frame));
                 }
-                // A message by itself comes behind that.
-                self.queued = Some(frame);
-                let why = "what came before a `Content-Length` is no message".to_owned();
-                return Ok(Some(Frame::Invalid { why, lost }));
             }
-            match line.to_ascii_lowercase().rfind(CONTENT_LENGTH) {
-                Some(at) => {
-                    is_junk |= at > 0;
-                    lost.addresses.extend(addresses_in(line.get(..at).unwrap_or_default().as_bytes()));
-                    let value = line.get(at + CONTENT_LENGTH.len()..).unwrap_or_default().trim();
-                    let number = value.parse::<usize>();
-                    length = Some(number.map_err(|_| format!("`{value}` is no Content-Length")));
-                }
+            let at = line.to_ascii_lowercase().rfind(CONTENT_LENGTH);
+            let junk = match at {
+                Some(at) => line.get(..at).unwrap_or_default(),
                 // Any other header is passed over.
-                None if is_header(line) => {}
-                None => {
-                    is_junk = true;
-                    lost.addresses.extend(addresses_in(line.as_bytes()));
-                }
+                None if is_header(line) => "",
+                None => line,
+            };
+            let frame = if junk.is_empty() { None } else { self.junk(junk.as_bytes()) };
+            if let Some(at) = at {
+                let value = line.get(at + CONTENT_LENGTH.len()..).unwrap_or_default().trim();
+                let number = value.parse::<usize>();
+                self.length = Some(number.map_err(|_| format!("`{value}` is no Content-Length")));
+                self.junk_since = None;
+            }
+            if frame.is_some() {
+                return Ok(frame);
+            }
+            if self.junk_since.is_some_and(|since| since.elapsed() >= PATIENCE) {
+                return Err(no_header());
             }
         }
+    }
+
+    /// Notes bytes that are no message. They are reported where they are the first, or tell of a text.
+    fn junk(&mut self, bytes: &[u8]) -> Option<Frame> {
+        let is_first = self.junk_since.is_none();
+        self.junk_since.get_or_insert_with(Instant::now);
+        let addresses = addresses_in(bytes);
+        let why = "what came before a `Content-Length` is no message".to_owned();
+        (is_first || !addresses.is_empty())
+            .then_some(Frame::Invalid { why, lost: Lost { all: true, addresses } })
     }
 
     /// The message that begins here.
@@ -186,6 +203,14 @@ impl Frames {
         let mut json = Json::default();
         while self.buffer.len() < length {
             json.read(&self.buffer);
+            // The next header is there already.
+            if json
+                .end
+                .and_then(|end| self.buffer.get(end..))
+                .is_some_and(|rest| !rest.trim_ascii().is_empty())
+            {
+                break;
+            }
             let patience = (json.end.is_some() || json.is_broken).then_some(PAUSE);
             match self.more(patience)? {
                 More::Bytes => {}
@@ -196,7 +221,7 @@ impl Frames {
         }
         json.read(self.buffer.get(..length).unwrap_or(&self.buffer));
         // Too short: the rest follows.
-        while json.end.is_none() && !json.is_broken {
+        while json.end.is_none() && !json.is_broken && json.seen <= LONGEST_MESSAGE {
             if self.buffer.len() <= json.seen && self.more(Some(PAUSE))? != More::Bytes {
                 break;
             }
@@ -220,6 +245,11 @@ impl Frames {
 
 const CONTENT_LENGTH: &str = "content-length:";
 
+fn no_header() -> io::Error {
+    let why = "no `Content-Length` within 10 s behind bytes that are no message";
+    io::Error::new(io::ErrorKind::InvalidData, why)
+}
+
 /// `Name: value`
 fn is_header(line: &str) -> bool {
     let is_name = |name: &str| name.chars().all(|c| c.is_ascii_alphanumeric() || c == '-');
@@ -235,10 +265,6 @@ fn parsed(bytes: &[u8]) -> Frame {
 
 /// What a message that is no JSON may have changed.
 fn lost_in(bytes: &[u8]) -> Lost {
-    let name = b"textDocument/did";
-    if !bytes.windows(name.len()).any(|part| part == name) {
-        return Lost::default();
-    }
     // Half of a surrogate pair is what JavaScript may write, and no JSON to others: what it stands in is known.
     match serde_json::from_slice::<Value>(&without_halves(bytes)) {
         Ok(message) => lost_by(&message),
@@ -250,7 +276,12 @@ fn lost_in(bytes: &[u8]) -> Lost {
 pub(crate) fn lost_by(message: &Value) -> Lost {
     let mut lost = Lost::default();
     for message in message.as_array().map_or(std::slice::from_ref(message), Vec::as_slice) {
-        if message["method"].as_str().is_some_and(|method| method.starts_with("textDocument/did")) {
+        let is_answer = message.get("result").is_some() || message.get("error").is_some();
+        let may_change = match message.get("method") {
+            Some(method) => method.as_str().is_none_or(|method| method.starts_with("textDocument/did")),
+            None => !is_answer,
+        };
+        if may_change {
             match message.pointer("/params/textDocument/uri").and_then(Value::as_str) {
                 Some(address) => lost.addresses.push(address.to_owned()),
                 None => lost.all = true,
@@ -269,8 +300,12 @@ fn addresses_in(bytes: &[u8]) -> Vec<String> {
         let length = value.iter().skip(1).position(|byte| *byte == b'"')? + 2;
         serde_json::from_slice::<String>(value.get(..length)?).ok()
     };
-    ends.filter_map(address).collect()
+    let found: BTreeSet<String> = ends.filter_map(address).take(MOST_ADDRESSES).collect();
+    found.into_iter().collect()
 }
+
+/// Of more texts, what is left of a message does not tell.
+const MOST_ADDRESSES: usize = 100;
 
 /// The same, without escapes of half a surrogate pair.
 fn without_halves(bytes: &[u8]) -> Vec<u8> {
@@ -434,7 +469,9 @@ mod tests {
     fn junk_is_passed_over_up_to_the_next_header() {
         let junk = "what came before a `Content-Length` is no message";
         let long = "x".repeat(3 * LONGEST_LINE);
-        for text in ["what is this?\r\n\r\n", "{\"a\": 1}", "\u{1f916}\n", &long, "Content-Length: 5\r\n{}"] {
+        for text in
+            ["what is this?\r\n\r\n", "{\"a\": 1}", "\u{1f916}\n\nx\n", &long, "Content-Length: 5\r\n{}"]
+        {
             let mut bytes = text.as_bytes().to_vec();
             bytes.extend(framed("{\"b\":2}", 7));
             bytes.extend(framed("{\"c\":3}", 7));
@@ -449,6 +486,16 @@ mod tests {
                 "{text}"
             );
         }
+    }
+
+    #[test]
+    fn a_length_that_is_far_too_great_delays_nothing() {
+        let begin = Instant::now();
+        let mut bytes = framed("{\"a\":1}", 100_000_000);
+        bytes.extend(framed("{\"b\":2}", 7));
+        let frames = [Frame::Miscounted, Frame::Message(json!({"a": 1})), Frame::Message(json!({"b": 2}))];
+        assert_eq!(all(&bytes), frames.map(Some));
+        assert!(begin.elapsed() < PAUSE);
     }
 
     #[test]
