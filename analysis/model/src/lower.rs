@@ -185,12 +185,12 @@ fn unknown_section(tokens: &[SyntaxToken]) -> Option<Vec<Name>> {
         let is_first = matches!(before.kind(), L_CURLY | R_CURLY | SEMICOLON) || begins_line(word);
         is_first && ITEMS.contains(&word.text())
     };
-    // Nor one that holds statements.
-    let is_of_program = |token: &SyntaxToken| {
-        token.kind() == SyntaxKind::SEMICOLON || ["if", "then", "else", "return"].contains(&token.text())
-    };
+    // Nor one that holds a call, or a statement that may.
+    let is_of_program = |token: &SyntaxToken| ["if", "then", "else", "return"].contains(&token.text());
+    let is_call = |pair: &[SyntaxToken]| matches!(pair, [name, open] if name.kind().is_word() && open.kind() == SyntaxKind::L_PAREN);
     let is_rest = ITEMS.contains(&word.text())
         || tokens.iter().any(is_of_program)
+        || tokens.windows(2).any(is_call)
         || head.iter().any(|word| *word == "extends")
         || tokens.windows(2).any(begins_item)
         || tokens.windows(3).any(begins_declaration);

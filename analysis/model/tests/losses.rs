@@ -469,6 +469,23 @@ fn duplicates_are_not_chosen_from() {
 }
 
 #[test]
+fn statements_between_declarations_are_no_section_of_another_tool() {
+    for statement in
+        ["if x > 0 then { h(); }", "else { h(); }", "loop { h(); h(); }", "{ h(); }", "state A { }"]
+    {
+        for (from, to) in [("shell S", "shell S"), ("component C", "component C")] {
+            let model = PROGRAM.replacen(&format!("  {from}"), &format!("  {statement}\n  {to}"), 1);
+            assert!(verdicts(&model).contains("not-analysed"), "{statement}: {}", verdicts(&model));
+        }
+    }
+    // This one is of another tool.
+    assert_eq!(
+        verdicts(&PROGRAM.replacen("  shell S", "  ros { node = \"a\" }\n  shell S", 1)),
+        "i met 6 ms\n"
+    );
+}
+
+#[test]
 fn a_deadline_behind_the_period_is_not_used() {
     let late = TWICE.replace("priority = 4 period = 100", "priority = 4 period = 40 deadline = 60");
     assert!(verdicts(&late).contains("q missed"), "{}", verdicts(&late));
