@@ -116,10 +116,11 @@ library parts {
   }
   core LogCore(LogShell) {
     var d: double = 0.0
+    var n: int = 0
     update = {
-      d = depth(filter(2));
-      if d > 1.0 then { note(name, depth(1)); }
-      else { note("far", d); plan(); }
+      n = filter(plan());
+      if n > 1 then { note(name, 2.0); n = filter(n); }
+      else { note("far", d); n = plan(); }
       if read(depth, d) == new_data then { note(name, d); } else { note("none", 1.0); }
     }
   }
@@ -229,6 +230,9 @@ fn damage_times(folder: &Path, texts: &[(PathBuf, String)], seed: u64, damages: 
     let mut db = Database::default();
     let workspace = Workspace::of_texts(&db, folder.to_owned(), texts.iter().cloned());
     let whole = responses(&db, workspace);
+    let findings = workspace_diagnostics(&db, workspace);
+    let errors: Vec<_> = findings.iter().filter(|it| it.diagnostic.code.is_of_text()).collect();
+    assert!(errors.is_empty(), "{errors:?}");
     assert!(whole.values().flatten().count() > 2, "there are figures");
     let (mut lost, mut kept) = (0, 0);
     let mut lower: BTreeMap<String, u64> = BTreeMap::new();
