@@ -6,8 +6,11 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
-use std::path::{Path, PathBuf};
+mod common;
 
+use std::path::PathBuf;
+
+use common::texts_in;
 use mauve_model::item_tree::Kind;
 use mauve_model::{
     Database, Decl, File, Project, Query, Report, Verdict, Workspace, exported_component, names_of, projects,
@@ -303,21 +306,4 @@ fn damage_once(text: &str, random: &mut Random) -> String {
         2 => format!("{before}{}{after}", random.of(&junk)),
         _ => format!("{before}{0} {0}{after}", &text[token]),
     }
-}
-
-fn texts_in(folder: &Path) -> Vec<(PathBuf, String)> {
-    let mut texts = Vec::new();
-    let mut open = vec![folder.to_owned()];
-    while let Some(next) = open.pop() {
-        for entry in std::fs::read_dir(next).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                open.push(path);
-            } else if path.extension().is_some_and(|it| it == "mal" || it == "toml") {
-                texts.push((path.clone(), std::fs::read_to_string(path).unwrap()));
-            }
-        }
-    }
-    texts.sort();
-    texts
 }

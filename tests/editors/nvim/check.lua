@@ -406,25 +406,25 @@ check('references, in all files', function()
 end)
 
 check('a name is changed wherever it is used, and nowhere else', function()
-  local architecture = open('navigation_architecture.mal')
+  local buffers = { deployment, open('navigation_architecture.mal'), open('exploration_architecture.mal') }
   vim.cmd.buffer(deployment)
   local function lines()
-    return {
-      table.concat(vim.api.nvim_buf_get_lines(deployment, 0, -1, false), '\n'),
-      table.concat(vim.api.nvim_buf_get_lines(architecture, 0, -1, false), '\n'),
-    }
+    return vim.tbl_map(function(buffer)
+      return table.concat(vim.api.nvim_buf_get_lines(buffer, 0, -1, false), '\n')
+    end, buffers)
   end
   local before = lines()
   put_cursor(navigation, 'navigation')
   vim.lsp.buf.rename('planner')
   wait('another name', lines, function(seen)
-    return seen[1]:find('activity planner ', 1, true) and seen[2]:find('connection planner.next -> control.target', 1, true)
+    return seen[1]:find('activity planner ', 1, true)
+      and seen[2]:find('connection planner.next -> control.target', 1, true)
+      and seen[3]:find('-> planner.goal', 1, true)
   end)
   -- The library has the same name, and keeps it.
   equal(true, lines()[2]:find('library navigation {', 1, true) ~= nil)
   wait_for_hint('planner', 'R 997 ms')
-  undo(deployment)
-  undo(architecture)
+  vim.tbl_map(undo, buffers)
   equal(before, lines())
   wait_for_hint('navigation', 'R 997 ms')
 end)
