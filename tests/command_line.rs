@@ -215,7 +215,7 @@ fn check_and_wcrt_exit_with_1_unless_every_deadline_is_proved() {
     assert!(found.err.contains("the models have 1 error"), "{}", found.err);
 }
 
-/// A core that nothing deploys has the error of which a test speaks.
+/// A core with an error, which nothing deploys.
 const UNUSED: &str = "core Spare(S) { update = { work(1); } }\n";
 
 #[test]

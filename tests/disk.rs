@@ -293,7 +293,7 @@ fn an_open_file_of_a_folder_without_a_configuration_is_checked_once() {
         assert_eq!(projects(&mut client), Some(1));
         assert_eq!(client.published()[&text.uri].as_array().map(Vec::len), Some(found));
     }
-    // A folder of the client within another one is a part of it.
+    // A client's folder within another folder belongs to that one.
     let folder = json!({"uri": address(&top.join("sub")), "name": "sub"});
     client
         .notify("workspace/didChangeWorkspaceFolders", json!({"event": {"added": [folder], "removed": []}}));

@@ -2,7 +2,7 @@
 //! opened, changed, saved and closed, and messages about them that mean nothing. Afterwards the server knows what a fresh one
 //! does that is told the last texts: the state is a function of these, whatever came before.
 //!
-//! `MAUVE_HISTORIES=3000 cargo test --release -p mauve --test histories` tries more; `MAUVE_SEED` begins at another one.
+//! `MAUVE_HISTORIES=3000 cargo test --release -p mauve --test histories` tries more; `MAUVE_SEED` is the first seed.
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 #![cfg(unix)]
@@ -97,7 +97,7 @@ struct History {
     top: PathBuf,
     client: Client,
     open: BTreeMap<usize, Text>,
-    /// What was done, for whoever reads of a failure.
+    /// The steps, for the message of a failure.
     said: String,
 }
 

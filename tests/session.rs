@@ -499,7 +499,7 @@ fn a_client_that_counts_characters_is_understood() {
 #[test]
 fn behind_junk_the_next_header_is_found() {
     let (mut client, text, other) = with_figures();
-    // The rest of a message of which the header was lost.
+    // A message without its header.
     client.write(
         format!(
             r#"{{"method":"textDocument/didOpen","params":{{"textDocument":{{"uri":"{}"}}}}}}"#,

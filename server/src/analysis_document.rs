@@ -25,7 +25,7 @@ pub(crate) struct Deployed<'db> {
     pub(crate) errors: usize,
 }
 
-/// How many deadlines there are, of which how many are met, and how many of those are proved.
+/// The number of deadlines: all, those that are met, and those that are proved.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Proved {
     pub(crate) all: usize,

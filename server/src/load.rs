@@ -124,7 +124,7 @@ impl Loader {
                 asked.len() - 1
             })
         };
-        // A folder in another one, or a model in one, is a part of that.
+        // A folder or a model within one of these folders belongs to the outermost.
         let folders: Vec<PathBuf> =
             paths.iter().map(|path| place(path)).filter(|path| path.is_dir()).collect();
         for path in paths {

@@ -221,8 +221,8 @@ impl<'db> Reader<'db> {
         self.synchronised();
     }
 
-    /// An error in an instance, in a connection or in a value of a property: the component of the instances that it names
-    /// may be another one. Any other error in an architecture may hide an instance.
+    /// Refuses the instances that an item with an error declares, connects or sets a value of: their component may be wrong.
+    /// Any other error in an architecture may hide an instance, and refuses all.
     fn errors(&mut self, target: Decl<'db>) {
         let (db, project) = (self.db, self.project);
         let flat = flat_of(db, project, target);

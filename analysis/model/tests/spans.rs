@@ -3,8 +3,8 @@
 //! figure rests on has an error: neither the deployment, its architectures, the components that may run in its window, nor
 //! any table or `mauve.toml`; of warnings, these may only have one about a key that names nothing.
 //!
-//! `MAUVE_DAMAGES=200000 cargo test --release -p mauve-model --test spans -- --nocapture` tries more, and prints of which kind
-//! the damages are that make a figure lower.
+//! `MAUVE_DAMAGES=200000 cargo test --release -p mauve-model --test spans -- --nocapture` tries more, and prints the kinds
+//! of damage that make a figure lower.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
 
