@@ -5,7 +5,7 @@
 use std::path::{Path, PathBuf};
 
 use mauve_model::{Database, Workspace, projects};
-use mauve_tests::{Run, mauve, models, scratch, write};
+use mauve_tests::{Run, mauve, models, scratch, texts_in, write};
 use serde_json::Value;
 
 fn run(folder: &Path, arguments: &[&str]) -> Run {
@@ -31,29 +31,11 @@ fn exported(folder: &Path, texts: impl IntoIterator<Item = (PathBuf, String)>) -
     files.collect()
 }
 
-/// The models and tables below a folder of the samples.
-fn sample(folder: &Path) -> Vec<(PathBuf, String)> {
-    let mut texts = Vec::new();
-    let mut open = vec![folder.to_owned()];
-    while let Some(next) = open.pop() {
-        for entry in std::fs::read_dir(next).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                open.push(path);
-            } else if path.extension().is_some_and(|it| it == "mal" || it == "toml") {
-                texts.push((path.clone(), std::fs::read_to_string(path).unwrap()));
-            }
-        }
-    }
-    texts.sort();
-    texts
-}
-
 /// The packages of the sample robot in a folder, and its task set in there.
 fn robot() -> (PathBuf, String) {
     let folder = folder();
     let robot = models().join("p3dx");
-    let files = exported(&robot, sample(&robot));
+    let files = exported(&robot, texts_in(&robot));
     write(&folder, &files);
     let mut sets = files.into_iter().map(|(path, _)| path).filter(|path| !path.ends_with(".psm.json"));
     let set = sets.next().unwrap();
@@ -65,7 +47,7 @@ fn robot() -> (PathBuf, String) {
 #[test]
 fn its_variant_gives_the_same_document() {
     let (variant, folder) = (models().join("p3dx_entry"), folder());
-    let texts = sample(&variant).into_iter().chain(sample(&models().join("p3dx")));
+    let texts = texts_in(&variant).into_iter().chain(texts_in(&models().join("p3dx")));
     let files = exported(&variant, texts);
     write(&folder, &files);
     let (set, _) = files.iter().find(|(path, _)| path.ends_with("Deployment.json")).unwrap();
@@ -219,8 +201,8 @@ fn walk(folder: &Path) -> Vec<String> {
 #[test]
 fn nothing_in_them_tells_where_they_were_made() {
     let robot = models().join("p3dx");
-    let files = exported(&robot, sample(&robot));
-    assert_eq!(files, exported(&robot, sample(&robot)), "the same each time");
+    let files = exported(&robot, texts_in(&robot));
+    assert_eq!(files, exported(&robot, texts_in(&robot)), "the same each time");
     assert_eq!(files.len(), 11, "ten components and a deployment");
     for (path, text) in files {
         assert!(text.ends_with("}\n"), "{path}");

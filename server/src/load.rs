@@ -525,7 +525,8 @@ impl Loader {
 }
 
 /// Are the files of this workspace to be looked for again, since a text has changed? Then a model includes a file that was not
-/// read, names such a message package, or no longer includes one that was. `is_open` tells which files an editor has, be they on the disk or not.
+/// read, names such a message package, or no longer includes one that was. `is_open` tells which files an editor has, be they
+/// on the disk or not.
 pub(crate) fn is_outdated(db: &dyn ModelDb, workspace: Workspace, is_open: &dyn Fn(&Path) -> bool) -> bool {
     let is_read = |name: &Name| workspace.packages(db).contains_key(name);
     let mut unread = named_packages(db, workspace).iter().filter(|name| !is_read(name));
@@ -536,11 +537,11 @@ pub(crate) fn is_outdated(db: &dyn ModelDb, workspace: Workspace, is_open: &dyn 
     if workspace.folder(db).as_os_str().is_empty() {
         return false;
     }
-    *has_left(db, workspace) || nearer(db, workspace).iter().any(|path| path.is_file() || is_open(path))
+    has_left(db, workspace) || nearer(db, workspace).iter().any(|path| path.is_file() || is_open(path))
 }
 
 /// Is there a file that was read for an include, and that no model includes any more?
-#[salsa::tracked(returns(ref))]
+#[salsa::tracked(returns(copy))]
 fn has_left(db: &dyn ModelDb, workspace: Workspace) -> bool {
     let (known, included) = (workspace.files(db), workspace.included(db));
     if included.is_empty() {

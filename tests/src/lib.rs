@@ -3,7 +3,7 @@
 //! It knows no other crate of the workspace, so that each can use it. The end-to-end tests beside it belong to `server`,
 //! which builds the binary that they run.
 
-#![allow(clippy::panic, reason = "a helper of tests fails as a test does")]
+#![allow(clippy::panic, clippy::unwrap_used, reason = "a helper of tests fails as a test does")]
 
 mod client;
 mod command;
@@ -18,7 +18,7 @@ mod random_model;
 mod times;
 
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 pub use client::{Client, Columns, Text, address, is_answer, is_publication};
 pub use command::{Run, copy, mauve, scratch, write};
@@ -71,6 +71,24 @@ impl Random {
 /// The folder `tests/models` of the repository.
 pub fn models() -> PathBuf {
     PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/models"))
+}
+
+/// The models, timing tables and configurations below a folder, by their paths and in that order.
+pub fn texts_in(folder: &Path) -> Vec<(PathBuf, String)> {
+    let mut texts = Vec::new();
+    let mut open = vec![folder.to_owned()];
+    while let Some(next) = open.pop() {
+        for entry in std::fs::read_dir(next).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                open.push(path);
+            } else if path.extension().is_some_and(|it| it == "mal" || it == "toml") {
+                texts.push((path.clone(), std::fs::read_to_string(path).unwrap()));
+            }
+        }
+    }
+    texts.sort();
+    texts
 }
 
 /// A project of `files` models and about `lines` lines that has nothing to complain of: a root that includes all others, and for each

@@ -6,17 +6,14 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
-mod common;
-
 use std::path::PathBuf;
 
-use common::texts_in;
 use mauve_model::item_tree::Kind;
 use mauve_model::{
     Database, Decl, File, Project, Query, Report, Verdict, Workspace, exported_component, names_of, projects,
     psm_of, response_times, response_times_of, task_set_of, timetable_of,
 };
-use mauve_tests::Random;
+use mauve_tests::{Random, texts_in};
 use mauve_timing::task_set::{Component, Exported, TaskSet};
 use mauve_timing::{Level, Method, Status, Time};
 use salsa::Setter as _;

@@ -11,7 +11,7 @@ use mauve_model::{Database, Value, Workspace, projects};
 use mauve_orocos::{Package, packages};
 use mauve_tests::model::{Architecture, Declaration, Deployment, Expr, Form, Model, Shell};
 use mauve_tests::ops::{Call, Literal, run};
-use mauve_tests::{Random, fixture, models, plain, random_model};
+use mauve_tests::{Random, fixture, models, plain, random_model, texts_in};
 
 /// The packages of a model that has nothing wrong.
 fn generated(folder: PathBuf, texts: Vec<(String, String)>) -> Vec<Package> {
@@ -315,19 +315,8 @@ fn folder(name: &str) -> PathBuf {
 
 /// The models and TOML files below a folder, by their paths.
 fn files_in(folder: &Path) -> Vec<(String, String)> {
-    let mut found = Vec::new();
-    let mut open = vec![folder.to_owned()];
-    while let Some(folder) = open.pop() {
-        for entry in std::fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                open.push(path);
-            } else if path.extension().is_some_and(|it| it == "mal" || it == "toml") {
-                found.push((path.display().to_string(), std::fs::read_to_string(&path).unwrap()));
-            }
-        }
-    }
-    found
+    let texts = texts_in(folder).into_iter();
+    texts.map(|(path, text)| (path.display().to_string(), text)).collect()
 }
 
 const MODELS: u64 = 300;

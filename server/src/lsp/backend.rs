@@ -92,9 +92,9 @@ impl Backend {
         }
     }
 
-    /// Looks at a message before its method does: one about a text that cannot be understood must not be dropped in silence,
-    /// since the text is another one from there on.
-    pub(crate) fn notice(&self, request: &Request) {
+    /// Looks at a message before its method does. One about a text that cannot be understood, or is sent as a request, is
+    /// dropped by the service: then the texts that it may have changed, `lost`, are unknown.
+    pub(crate) fn notice(&self, request: &Request, lost: &Lost) {
         let params = request.params().unwrap_or(&Value::Null);
         if request.method() == "initialize" {
             let _ = self.raw.set(params.clone());
@@ -105,10 +105,11 @@ impl Backend {
             "textDocument/didClose" => DidCloseTextDocumentParams::deserialize(params).err(),
             _ => None,
         };
-        if let Some(error) = wrong {
+        if let Some(error) = &wrong {
             tracing::error!("{} means nothing: {error}", request.method());
-            let address = params.pointer("/textDocument/uri").and_then(Value::as_str).map(str::to_owned);
-            self.lost(&Lost { all: address.is_none(), addresses: address.into_iter().collect() });
+        }
+        if wrong.is_some() || request.id().is_some() {
+            self.lost(lost);
         }
     }
 

@@ -57,7 +57,7 @@ pub(crate) struct Frames {
     buffer: Vec<u8>,
     /// What comes before the next message that is read.
     queued: Option<Frame>,
-    /// The length that the header says which is being read.
+    /// The value of the last `Content-Length`, until its message is read.
     length: Option<Result<usize, String>>,
     /// When the first byte came that is no message, if no header has come since.
     junk_since: Option<Instant>,

@@ -116,17 +116,13 @@ pub(crate) async fn serve(
                         continue;
                     }
                 };
-                // Who sends a notification as a request has it refused.
-                if request.id().is_some() {
-                    service.inner().lost(&lost);
-                }
                 match request.method() {
                     "exit" => return code(is_shut_down),
                     "shutdown" => is_shut_down = true,
                     "initialize" => client = client.or_else(|| process_of(&request)),
                     _ => {}
                 }
-                service.inner().notice(&request);
+                service.inner().notice(&request, &lost);
                 let id = request.id().cloned();
                 // tower-lsp leaves these without an answer.
                 if let Some(id) = id.clone().filter(|_| request.method().starts_with("$/")) {

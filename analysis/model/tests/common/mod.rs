@@ -3,7 +3,7 @@
 #![allow(dead_code, reason = "each test file uses a part of it")]
 
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use mauve_model::diagnostics::{Severity, workspace_diagnostics};
 use mauve_model::item_tree::Kind;
@@ -91,23 +91,5 @@ pub(crate) fn diagnostics(fixture: &str) -> String {
 
 /// The models, tables and configuration of the sample robot.
 pub(crate) fn sample() -> Vec<(PathBuf, String)> {
-    texts_in(&mauve_tests::models().join("p3dx"))
-}
-
-/// The models, tables and configurations in a folder.
-pub(crate) fn texts_in(folder: &Path) -> Vec<(PathBuf, String)> {
-    let mut texts = Vec::new();
-    let mut open = vec![folder.to_owned()];
-    while let Some(next) = open.pop() {
-        for entry in std::fs::read_dir(next).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                open.push(path);
-            } else if path.extension().is_some_and(|it| it == "mal" || it == "toml") {
-                texts.push((path.clone(), std::fs::read_to_string(path).unwrap()));
-            }
-        }
-    }
-    texts.sort();
-    texts
+    mauve_tests::texts_in(&mauve_tests::models().join("p3dx"))
 }
