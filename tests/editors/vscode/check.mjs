@@ -101,7 +101,8 @@ async function check() {
   await expect("nothing underlined", underlined, (lines) => lines.length === 0);
 
   // Control, twice as often, and to be done in half the time: it is not, and nothing is left for navigation.
-  const text = readFileSync(file, "utf8").split("\n");
+  const saved = readFileSync(file, "utf8");
+  const text = saved.split("\n");
   const line = text.findIndex((line) => line.includes("activity control "));
   await goTo(line + 1, text[line].indexOf("period") + 1);
   await page.keyboard.press("Shift+End");
@@ -139,6 +140,8 @@ async function check() {
   await expect("after undo, the hint at navigation: 997 ms", () => activity("navigation"), (line) => line.includes("997 ms"));
   await expect("after undo, nothing underlined", underlined, (lines) => lines.length === 0);
   await expect("after undo, no problems", problems, (rows) => rows.length === 0);
+  await expect("after undo, nothing to be saved", () => page.locator(".tab.dirty").count(), (count) => count === 0);
+  await expect("the file as it was", () => readFileSync(file, "utf8"), (it) => it === saved);
 }
 
 /** The rows of what VS Code shows before it changes files, and whether each is chosen. */
