@@ -359,11 +359,7 @@ impl<'db> Reader<'_, 'db> {
         if !self.found.refusals.is_empty() {
             return;
         }
-        let next = |state: usize| -> Vec<usize> {
-            let targets = machine.states[state].transitions.iter().filter_map(|it| it.target.as_ref());
-            targets.filter_map(|target| self.states.get(&target.name).copied()).collect()
-        };
-        let reached = reachable(machine.states.len(), start, next);
+        let reached = reachable(&leads_to(machine), start);
         for (state, _) in machine.states.iter().zip(reached).filter(|(_, reached)| !reached) {
             let at = self.at(state.name.part);
             self.found.diagnostics.push(diagnostics::unreachable_state::report(at, &state.name.name));
@@ -482,13 +478,9 @@ impl<'db> Reader<'_, 'db> {
 
     /// States that the initial one does not reach are left out: no period of theirs ever happens.
     fn keep_reachable(&mut self, machine: &Machine, start: usize, edges: Vec<Edge>) {
-        let next = |state: usize| -> Vec<usize> {
-            // They come in the order of their sources.
-            let first = edges.partition_point(|edge| edge.source < state);
-            let out = edges.iter().skip(first).take_while(|edge| edge.source == state);
-            out.map(|edge| edge.target).collect()
-        };
-        let reached = reachable(machine.states.len(), start, next);
+        let mut targets = vec![Vec::new(); machine.states.len()];
+        edges.iter().for_each(|edge| targets[edge.source].push(edge.target));
+        let reached = reachable(&targets, start);
         let mut number = vec![0; machine.states.len()];
         for (index, state) in machine.states.iter().enumerate().filter(|(index, _)| reached[*index]) {
             number[index] = self.found.states.len();
@@ -502,13 +494,25 @@ impl<'db> Reader<'_, 'db> {
     }
 }
 
-/// Which of `count` states are reached from `start`.
-pub(crate) fn reachable(count: usize, start: usize, next: impl Fn(usize) -> Vec<usize>) -> Vec<bool> {
-    let mut reached = vec![false; count];
+/// The states that each state of a machine leads to, were every transition taken.
+pub(crate) fn leads_to(machine: &Machine) -> Vec<Vec<usize>> {
+    // The first of each name.
+    let states = machine.states.iter().enumerate().rev();
+    let number: FxHashMap<&Name, usize> = states.map(|(number, it)| (&it.name.name, number)).collect();
+    let targets = |state: &State| {
+        let targets = state.transitions.iter().filter_map(|it| it.target.as_ref());
+        targets.filter_map(|target| number.get(&target.name).copied()).collect()
+    };
+    machine.states.iter().map(|state| targets(state)).collect()
+}
+
+/// Which nodes are reached from `start`.
+pub(crate) fn reachable(leads_to: &[Vec<usize>], start: usize) -> Vec<bool> {
+    let mut reached = vec![false; leads_to.len()];
     let mut open = vec![start];
-    while let Some(state) = open.pop() {
-        if !std::mem::replace(&mut reached[state], true) {
-            open.extend(next(state));
+    while let Some(node) = open.pop() {
+        if !std::mem::replace(&mut reached[node], true) {
+            open.extend(&leads_to[node]);
         }
     }
     reached

@@ -10,7 +10,7 @@ use std::cell::LazyCell;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
-use crate::behaviour::{behaviour_of, ordered, reachable};
+use crate::behaviour::{behaviour_of, leads_to, ordered, reachable};
 use crate::diagnostics::{self, Diagnostic};
 use crate::flat::flat_of;
 use crate::item_tree::{
@@ -633,42 +633,26 @@ impl<'db> Flow<'_, 'db> {
     fn no_way_back(&mut self, project: Project<'db>) {
         let behaviour = behaviour_of(self.db, project, self.of);
         let [machine] = self.core.machines.as_slice() else { return };
+        let Some(initial) = machine.states.iter().position(|state| state.initial) else { return };
         if !behaviour.refusals.is_empty() {
             return;
         }
-        // Were each of them ever taken, but those behind one without a guard.
-        let number: FxHashMap<&Name, usize> = machine
+        let mut sources = vec![Vec::new(); machine.states.len()];
+        for (source, targets) in leads_to(machine).into_iter().enumerate() {
+            targets.into_iter().for_each(|target| sources[target].push(source));
+        }
+        let back = reachable(&sources, initial);
+        // Those that are never entered are reported as that.
+        let stuck: Vec<(&Name, Place<'db>)> = machine
             .states
             .iter()
-            .enumerate()
-            .rev()
-            .map(|(number, state)| (&state.name.name, number))
+            .zip(back)
+            .filter(|(state, back)| !back && behaviour.states.contains(&state.name.name))
+            .map(|(state, _)| (&state.name.name, self.at(state.name.part)))
             .collect();
-        let mut sources: Vec<Vec<usize>> = vec![Vec::new(); machine.states.len()];
-        for (source, state) in machine.states.iter().enumerate() {
-            for transition in &state.transitions {
-                let target = transition.target.as_ref().and_then(|target| number.get(&target.name));
-                if let Some(sources) = target.and_then(|&target| sources.get_mut(target)) {
-                    sources.push(source);
-                }
-                if transition.guard.is_none() {
-                    break;
-                }
-            }
-        }
-        let initial = machine.states.iter().position(|state| state.initial).unwrap_or_default();
-        let comes_from = |state: usize| sources.get(state).cloned().unwrap_or_default();
-        let back = reachable(machine.states.len(), initial, comes_from);
-        let is_stuck =
-            |name: &&Name| number.get(name).is_some_and(|&number| back.get(number) == Some(&false));
-        let stuck = behaviour.states.iter().filter(is_stuck);
-        let place = |name: &'db Name| {
-            let state = machine.states.iter().find(|state| state.name.name == *name)?;
-            Some((name, self.at(state.name.part)))
-        };
-        let stuck: Vec<(&Name, Place<'db>)> = stuck.filter_map(place).collect();
-        if let (false, Some(initial)) = (stuck.is_empty(), behaviour.states.get(behaviour.initial)) {
+        if !stuck.is_empty() {
             let at = self.at(machine.part);
+            let initial = &machine.states[initial].name.name;
             self.found.push(diagnostics::not_strongly_connected::report(at, initial, &stuck));
         }
     }
