@@ -212,7 +212,16 @@ fn check_and_wcrt_exit_with_1_unless_every_deadline_is_proved() {
     ];
     let found = run_in("broken", &broken, &["wcrt"]);
     assert_eq!(found.code, 1);
-    assert!(found.err.contains("the models have 1 error"), "{}", found.err);
+    assert!(found.err.contains("the project has 1 error"), "{}", found.err);
+    // Why there is no deployment may be one.
+    let rootless = [("robot.mal", LATE[0].1), ("mauve.toml", "[project]\nroot = \"robt.mal\"\n")];
+    let found = run_in("rootless", &rootless, &["wcrt"]);
+    assert_eq!(found.code, 2);
+    assert!(
+        found.err.contains("nothing to analyse; the project has 1 error (`mauve check` shows it)"),
+        "{}",
+        found.err
+    );
 }
 
 /// A core with an error, which nothing deploys.
@@ -239,15 +248,28 @@ fn nothing_is_proved_while_there_is_an_error() {
     );
     assert_eq!((found.out.matches("\u{2713} met").count(), found.code), (2, 1));
     let found = run("unproved", &text, &["wcrt"]);
-    let said =
-        "mauve: the models have 1 error: with it, no deadline of D is proved (`mauve check` shows it)\n";
+    let said = "mauve: the project has 1 error (`mauve check` shows it)\n";
     assert_eq!((found.err.as_str(), found.code), (said, 1));
+    assert!(found.out.contains("\n  not proved: the project has 1 error\n"), "{}", found.out);
     let document = run("unproved", &text, &["wcrt", "--format", "json"]);
     let document: Value = serde_json::from_str(&document.out).unwrap();
     assert_eq!((&document["errors"], &document["results"][0]["schedulable"]), (&1.into(), &false.into()));
     let csv = run("unproved", &text, &["wcrt", "--format", "csv", "--horizon", "5ms"]);
-    let remark = ",UNSAFE first_job_ms: --horizon 5 ms; not proved: the models have errors";
+    let remark = ",UNSAFE first_job_ms: --horizon 5 ms; not proved: the project has errors";
     assert_eq!(csv.out.lines().filter(|line| line.ends_with(remark)).count(), 2, "{}", csv.out);
+    // Nor is anything where mauve.toml lowers the error, or hides it.
+    for (severity, counted) in [
+        ("warn", "no errors, 1 warning, 1 hint ([lints] lowers 1 error)"),
+        ("allow", "no errors, no warnings, 1 hint ([lints] hides 1 error)"),
+    ] {
+        let config = format!("assume.codel = \"1 ms\"\nlints.argument-count = \"{severity}\"\n");
+        let files = [("robot.mal", text.as_str()), ("mauve.toml", config.as_str())];
+        let found = run_in("lowered", &files, &["check"]);
+        let end = format!("{counted}; 2 of 2 deadlines are met, but none is proved: fix the errors first\n");
+        assert!(found.out.contains(&end), "{}", found.out);
+        assert_eq!(found.code, 1);
+        assert_eq!(run_in("lowered", &files, &["wcrt"]).code, 1);
+    }
     // Others do.
     let found = run("refused", &LATE[0].1.replacen("work();", "work(1);", 1), &["check"]);
     assert!(
@@ -255,6 +277,24 @@ fn nothing_is_proved_while_there_is_an_error() {
         "{}",
         found.out
     );
+}
+
+#[test]
+fn a_reason_is_said_once_and_where_it_stands() {
+    let text = LATE[0].1.replacen("work();", "work(1);", 1);
+    let files = [("robot.mal", text.as_str()), ("mauve.toml", "assume.codel = \"1 ms\"\n")];
+    let table = run_in("reasons", &files, &["wcrt", "--significance", "1e-3,1e-4"]);
+    let reason = "`work` takes no arguments, found 1 (robot.mal:";
+    assert_eq!(table.out.matches(reason).count(), 2, "{}", table.out);
+    let csv = run_in("reasons", &files, &["wcrt", "--format", "csv"]);
+    let remark = "\"`work` takes no arguments, found 1; not proved: the project has errors\"";
+    assert!(csv.out.contains(remark) || csv.out.contains(&remark.replace('"', "")), "{}", csv.out);
+    // What nothing at all is analysed for is no reason of each.
+    let files =
+        [("robot.mal", LATE[0].1), ("mauve.toml", "timing.tables = [\"t.toml\"]\n"), ("t.toml", "[codel\n")];
+    let table = run_in("reasons", &files, &["wcrt"]);
+    assert_eq!(table.out.matches("t.toml: ").count(), 1, "{}", table.out);
+    assert!(table.out.contains("\n  nothing is analysed: t.toml: "), "{}", table.out);
 }
 
 #[test]

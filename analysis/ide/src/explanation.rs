@@ -77,6 +77,13 @@ fn explain(report: &Report<'_>, activity: &ActivityReport<'_>, query: Query, ori
     );
     for reason in &activity.reasons {
         let _ = writeln!(out, "  because {}", reason.message);
+        // Of what may delay it, the first that is not analysed itself.
+        let mut others = report.activities.iter().filter(|other| other.row.instance != row.instance);
+        if let Some(other) = others.find(|other| other.row.at == reason.at)
+            && let Some(why) = other.reasons.first()
+        {
+            let _ = writeln!(out, "    {}: {}", other.row.instance, why.message);
+        }
     }
     let is_analysed = activity.verdict != Verdict::RealTime(Status::NotAnalysed);
     if is_analysed && origin.throttling.is_none() {

@@ -136,7 +136,7 @@ pub fn behaviour_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'
         ));
         reader.refuse_here("its shell is unknown");
     } else if features.lost || features.cycle {
-        reader.refuse_here("its shell has an error: an operation may be missing in it");
+        reader.refuse_here(&format!("its shell {}", features.why_lost(names)));
     }
     if !data.whole {
         reader.refuse_here("it has a syntax error");
@@ -178,6 +178,14 @@ impl<'db> Reader<'_, 'db> {
         // Said once, as far as anybody reads.
         if !self.found.refusals.iter().take(64).any(|known| *known == refusal) {
             self.found.refusals.push(refusal);
+        }
+    }
+
+    /// The core is not analysed, because of what an error elsewhere may have taken. Where another reason is known, such
+    /// as that error, this one only follows from it.
+    fn refuse_in_doubt(&mut self, why: &str) {
+        if self.found.refusals.is_empty() {
+            self.refuse_here(why);
         }
     }
 

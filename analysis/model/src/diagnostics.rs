@@ -637,14 +637,18 @@ fn duplicates<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<Diagnosti
     found
 }
 
-/// How many errors the models, the tables and the configuration of a project have, missed deadlines aside; what `mauve.toml`
-/// calls a warning is one too, but not what it does not show. No deployment of the project is proved while there is one.
+/// How many errors the models, the tables and the configuration of a project have, missed deadlines aside, whatever severity
+/// `mauve.toml` gives them. No deployment of the project is proved while there is one.
 pub fn errors_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> usize {
-    let workspace = project.workspace(db);
-    let lints = &config_of(db, workspace).lints;
-    let config = config_diagnostics(db, workspace);
-    let all = project_diagnostics(db, project).iter().chain(&config).map(|it| it.code);
-    all.filter(|code| code.is_of_text() && lints.get(code.name) != Some(&None)).count()
+    let config = config_diagnostics(db, project.workspace(db));
+    let all = project_diagnostics(db, project).iter().chain(&config);
+    all.filter(|diagnostic| diagnostic.code.is_of_text()).count()
+}
+
+/// [`errors_of`] over all projects of a workspace, each error once.
+pub fn errors_of_text(db: &dyn ModelDb, workspace: Workspace) -> usize {
+    let found = all_findings(db, workspace, |_| true);
+    found.iter().filter(|(diagnostic, _)| diagnostic.code.is_of_text()).count()
 }
 
 /// A diagnostic, and the root of the project that has it where the projects of the workspace differ.
@@ -673,6 +677,27 @@ fn findings<'db>(
     workspace: Workspace,
     is_wanted: impl Fn(File) -> bool,
 ) -> Vec<Finding<'db>> {
+    let lints = &config_of(db, workspace).lints;
+    let finding = |(diagnostic, only_in): (Diagnostic<'db>, _)| {
+        let severity = lints.get(diagnostic.code.name).copied().unwrap_or(Some(diagnostic.code.severity))?;
+        Some(Finding { diagnostic, severity, only_in })
+    };
+    let mut findings: Vec<Finding<'db>> =
+        all_findings(db, workspace, is_wanted).into_iter().filter_map(finding).collect();
+    findings.sort_by_cached_key(|finding| {
+        let at = &finding.diagnostic.at;
+        (at.file(db).path(db).clone(), at.range(db).start(), finding.diagnostic.code.name)
+    });
+    findings
+}
+
+/// What is wrong in files that are wanted, whatever severity it has here; with the project that has it, see
+/// [`Finding::only_in`].
+fn all_findings<'db>(
+    db: &'db dyn ModelDb,
+    workspace: Workspace,
+    is_wanted: impl Fn(File) -> bool,
+) -> Vec<(Diagnostic<'db>, Option<Project<'db>>)> {
     let projects = projects(db, workspace);
     let mut found: Vec<(Diagnostic<'db>, Vec<Project<'db>>)> = Vec::new();
     let mut index: FxHashMap<(File, u32, &'static str, String), usize> = FxHashMap::default();
@@ -696,12 +721,7 @@ fn findings<'db>(
         let is_table = crate::table_files(db, workspace).files.contains(&file);
         is_table || project_files(db, *project).contains(&file)
     };
-    let lints = &config_of(db, workspace).lints;
-    let finding = |diagnostic: Diagnostic<'db>, only_in| {
-        let severity = lints.get(diagnostic.code.name).copied().unwrap_or(Some(diagnostic.code.severity))?;
-        Some(Finding { diagnostic, severity, only_in })
-    };
-    let mut findings: Vec<Finding<'db>> = Vec::new();
+    let mut findings = Vec::new();
     for (diagnostic, having) in found {
         let file = diagnostic.at.file(db);
         let everywhere = projects.iter().filter(|project| has_file(project, file)).count() <= having.len();
@@ -709,16 +729,14 @@ fn findings<'db>(
         // What one project does not use is there for another.
         let is_used =
             diagnostic.code.unused && diagnostic.code.severity == Severity::Hint && only_in.is_some();
-        findings.extend(finding(diagnostic, only_in).filter(|_| !is_used));
+        if !is_used {
+            findings.push((diagnostic, only_in));
+        }
     }
     let of_config = config_diagnostics(db, workspace).into_iter();
     let not_included = not_checked(db, workspace).into_iter().map(not_included::report);
     let all = of_config.chain(not_included).filter(|diagnostic| is_wanted(diagnostic.at.file(db)));
-    findings.extend(all.filter_map(|diagnostic| finding(diagnostic, None)));
-    findings.sort_by_cached_key(|finding| {
-        let at = &finding.diagnostic.at;
-        (at.file(db).path(db).clone(), at.range(db).start(), finding.diagnostic.code.name)
-    });
+    findings.extend(all.map(|diagnostic| (diagnostic, None)));
     findings
 }
 

@@ -213,6 +213,8 @@ pub struct Codel {
     pub parameters: Vec<Parameter>,
     /// What it gives.
     pub result: Option<TypeRef>,
+    /// Is nothing lost in it?
+    pub whole: bool,
 }
 
 /// A parameter of a codel or an operation.

@@ -426,7 +426,8 @@ impl Lowering<'_> {
 
     fn codel(&mut self, codel: &ast::Codel) -> Codel {
         let parameters = self.parameters(codel.param_list());
-        Codel { parameters, result: codel.ty().map(|ty| self.type_ref(&ty)) }
+        let result = codel.ty().map(|ty| self.type_ref(&ty));
+        Codel { parameters, result, whole: is_whole(codel.syntax()) }
     }
 
     fn parameters(&mut self, list: Option<ast::ParamList>) -> Vec<Parameter> {

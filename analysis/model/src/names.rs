@@ -212,6 +212,15 @@ impl<'db> Names<'db> {
         self.missing || !self.doubts.is_empty() || !self.nameless.is_empty()
     }
 
+    /// Why a name that a library lacks may be declared all the same ([`Unresolved::Lost`]), for a user.
+    pub(crate) fn why_lost(&self, library: Option<&Name>) -> String {
+        match library {
+            _ if self.missing => "a file that may declare it is missing".to_owned(),
+            Some(library) => format!("library `{library}` has a syntax error"),
+            None => "a file has a syntax error".to_owned(),
+        }
+    }
+
     /// That `what` is unknown, and whether that may be for a missing file, for a user.
     pub(crate) fn unknown(&self, what: &str) -> String {
         let why = if self.missing { ": a file that may declare it is missing" } else { "" };
@@ -304,12 +313,24 @@ pub struct Features<'db> {
     pub cycle: bool,
     /// Was a feature or a base shell lost, or do two features have one name?
     pub lost: bool,
+    /// A base shell that something lost may declare: its library.
+    pub lost_base: Option<Option<Name>>,
 }
 
 impl<'db> Features<'db> {
     /// The feature of that name.
     pub fn get(&self, name: &str) -> Option<&FeatureOf<'db>> {
         self.by_name.get(name).and_then(|found| found.first())
+    }
+
+    /// Why an operation may be missing, in words that go on from `shell X` or `its shell`.
+    pub(crate) fn why_lost(&self, names: &Names<'_>) -> String {
+        match &self.lost_base {
+            Some(library) => {
+                format!("extends a shell that may be lost: {}", names.why_lost(library.as_ref()))
+            }
+            None => "has an error: an operation may be missing in it".to_owned(),
+        }
     }
 
     /// Does the shell have a feature of this kind?
@@ -343,7 +364,12 @@ pub fn features_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'d
                         open.push(base);
                     }
                 }
-                Err(_) => features.lost = true,
+                Err(unresolved) => {
+                    features.lost = true;
+                    if unresolved == Unresolved::Lost {
+                        features.lost_base.get_or_insert_with(|| current.library(db).clone());
+                    }
+                }
             }
         }
     }

@@ -10,7 +10,7 @@ use crate::diagnostics::{MOST_REASONS, errors_in};
 use crate::item_tree::{Kind, Name};
 use crate::names::{features_of, names_of};
 use crate::project::Project;
-use crate::source::{Decl, Place, component, core_interface};
+use crate::source::{Decl, Place, codel, component, core_interface};
 use crate::timetable::{Lookup, Timetable, timetable_of};
 use crate::typing::uses_of;
 
@@ -122,6 +122,11 @@ pub(crate) fn psm_with<'db>(
     if !behaviour.refusals.is_empty() {
         return Err(Refused { refusals: behaviour.refusals.clone(), missing: Vec::new() });
     }
+    let features = features_of(db, project, shell);
+    if features.lost || features.cycle {
+        let why = format!("shell {} {}", shell.name(db), features.why_lost(names_of(db, project)));
+        return refuse(Refusal::reported(why, Place::name_of(shell)));
+    }
     let errors = errors_behind(db, project, of, shell, core);
     if !errors.is_empty() {
         return Err(Refused { refusals: errors, missing: Vec::new() });
@@ -157,8 +162,12 @@ fn errors_behind<'db>(
     let declared = [component, core, shell].into_iter().chain(shells.copied());
     let mut codels: Vec<Decl<'db>> = uses_of(db, project, core).codels.iter().copied().collect();
     codels.sort_by(|a, b| a.name(db).cmp(b.name(db)));
-    let errors = declared.chain(codels).flat_map(|decl| errors_in(db, project, decl));
-    errors.take(MOST_REASONS).cloned().collect()
+    let is_damaged = |of: &&Decl<'db>| codel(db, **of).is_some_and(|data| !data.whole);
+    let damaged = codels.iter().filter(is_damaged).map(|&of| {
+        Refusal::reported(format!("codel {} has a syntax error", of.name(db)), Place::name_of(of))
+    });
+    let errors = declared.chain(codels.iter().copied()).flat_map(|decl| errors_in(db, project, decl));
+    errors.cloned().chain(damaged).take(MOST_REASONS).collect()
 }
 
 struct Evaluator<'a, 'db> {

@@ -267,7 +267,9 @@ pub(crate) fn report<'db>(db: &'db dyn ModelDb, asked: &Asked<'_, 'db>, query: Q
         let others = because.iter().filter_map(|&other| row_of.get(other)).filter(|&&other| other != index);
         // Where nothing at all is analysed, that is the reason.
         let others = others.filter(|_| lost.is_empty());
-        let others: Vec<&Row<'db>> = others.filter_map(|&other| rows.get(other)).collect();
+        let others = others.filter_map(|&other| rows.get(other));
+        // A second activity of its own instance is a reason already.
+        let others: Vec<&Row<'db>> = others.filter(|other| other.instance != row.instance).collect();
         if let Some(first) = others.first() {
             let mut names: Vec<&str> = others.iter().map(|other| other.instance.as_str()).collect();
             // Two activities of one instance have one name.

@@ -488,9 +488,9 @@ impl<'db> Reader<'db> {
             let Some(features) = shells.get(&row.instance) else { continue };
             let core =
                 core_of(self.db, self.project, component).and_then(|it| core_interface(self.db, it).as_ref());
-            let provides = features.lost
-                || features.has_any(FeatureKind::Provided)
-                || core.is_none_or(|core| core.defines_operations);
+            // Where its shell has an error, its component is refused for that.
+            let provides =
+                features.has_any(FeatureKind::Provided) || core.is_none_or(|core| core.defines_operations);
             if !provides {
                 continue;
             }
@@ -500,7 +500,7 @@ impl<'db> Reader<'db> {
                     format!("it serves the operation `{feature}` for others, whose time is not analysed yet");
                 row.refusals.push(Refusal::own(why, at));
             } else if lost {
-                let why = "it provides operations, and a connection has an error";
+                let why = "it provides operations, and which connections call them is not known";
                 row.refusals.push(Refusal::reported(why, at));
             }
         }

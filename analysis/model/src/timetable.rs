@@ -165,7 +165,7 @@ fn joined<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> (Timetable<'db>, 
     let mut joining = Joining { db, project, times, diagnostics: Vec::new(), places: FxHashMap::default() };
     if let Some(file) = config_file(db, workspace) {
         if config.lost
-            && let Some(Mistake { message, .. }) = config.errors.first()
+            && let Some(Mistake { message, .. }) = config.errors.iter().min_by_key(|it| it.span.start)
         {
             joining.lost(file, message);
         }

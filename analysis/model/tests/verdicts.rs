@@ -268,9 +268,9 @@ fn instances_and_activities_that_do_not_match() {
             + " activity b { priority = 1 period = 10 } }"),
         expect![[r#"
             a not-analysed: b, which has two activities, may delay it, and is not analysed
-            b not-analysed: a second activity for `b`: remove one; b, which has two activities, may delay it, and is not analysed
+            b not-analysed: a second activity for `b`: remove one
             c not-analysed: b, which has two activities, may delay it, and is not analysed
-            b not-analysed: a second activity for `b`: remove one; b, which has two activities, may delay it, and is not analysed
+            b not-analysed: a second activity for `b`: remove one
         "#]],
     );
     check(
@@ -375,7 +375,7 @@ fn served_operations_are_not_analysed_yet() {
     // Half typed, it may be anybody's.
     expect![[r#"
         a met 1 ms
-        b not-analysed: it provides operations, and a connection has an error
+        b not-analysed: it provides operations, and which connections call them is not known
         c not-analysed: b may delay it, and is not analysed
     "#]]
     .assert_eq(&robot("operation\n "));
@@ -475,7 +475,7 @@ assume.codel = \"1 ms\"
     };
     assert_eq!(model("", ""), "a met 2 ms\nb met 1 ms\n");
     expect![[r#"
-        a not-analysed: core K: `f` may be declared by something that is missing
+        a not-analysed: core K: codel `f` may be lost: a file that may declare it is missing
         b met 1 ms
     "#]]
     .assert_eq(&model("include \"lost.mal\"", ""));
@@ -486,7 +486,7 @@ assume.codel = \"1 ms\"
     .assert_eq(&model("", "}"));
     // A half-typed word moves nothing; but it may have been the codel `f` of that library.
     expect![[r#"
-        a not-analysed: core K: `f` may be declared by something that is missing
+        a not-analysed: core K: codel `f` may be lost: library `near` has a syntax error
         b met 1 ms
     "#]]
     .assert_eq(&model("", "\n  cod\n"));

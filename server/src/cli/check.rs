@@ -8,8 +8,10 @@ use std::path::{Path, PathBuf};
 
 use annotate_snippets::{AnnotationKind, Level, Message, Renderer, Snippet, Title};
 use clap::ValueEnum;
-use mauve_model::diagnostics::{Code, Diagnostic, Finding, Fix, Severity, codes, workspace_diagnostics};
-use mauve_model::{Database, File, Place};
+use mauve_model::diagnostics::{
+    Code, Diagnostic, Finding, Fix, Severity, codes, errors_of_text, workspace_diagnostics,
+};
+use mauve_model::{Database, File, Place, Workspace};
 use serde::Serialize;
 
 use super::{Paths, counted, shown, wcrt};
@@ -104,6 +106,7 @@ impl Check {
                 if hints > 0 {
                     found += &format!(", {}", counted(hints, "hint"));
                 }
+                found += &lowered(&db, &workspaces, &findings);
                 let pages =
                     if findings.is_empty() { "" } else { "`mauve explain CODE` says more of each.\n" };
                 parts.push(format!("{found}; {}\n{pages}", deadlines(&deployed)));
@@ -112,6 +115,20 @@ impl Check {
         };
         let proved = deployed.iter().all(Deployed::schedulable);
         Ok(Output { text, code: u8::from(errors > 0 || !proved) })
+    }
+}
+
+/// The errors that mauve.toml does not show as such, in words: with them, nothing is proved either.
+fn lowered(db: &Database, workspaces: &[Workspace], findings: &[Finding<'_>]) -> String {
+    let all: usize = workspaces.iter().map(|&workspace| errors_of_text(db, workspace)).sum();
+    let of_text = findings.iter().filter(|it| it.diagnostic.code.is_of_text());
+    let (errors, others): (Vec<_>, Vec<_>) = of_text.partition(|it| it.severity == Severity::Error);
+    let hidden = all.saturating_sub(errors.len() + others.len());
+    match (others.len(), hidden) {
+        (0, 0) => String::new(),
+        (0, hidden) => format!(" ([lints] hides {})", counted(hidden, "error")),
+        (lowered, 0) => format!(" ([lints] lowers {})", counted(lowered, "error")),
+        (lowered, hidden) => format!(" ([lints] lowers {}, and hides {hidden})", counted(lowered, "error")),
     }
 }
 

@@ -226,12 +226,10 @@ fn warn_of_deadlines(
             let Proved { proved, all, .. } = deployed.deadlines();
             let name = deployment.qualified(db);
             say(&format!(
-                "warning: {} of the {} of {name} not proved (`mauve wcrt` says why)",
-                match all - proved {
-                    1 => "1 is".to_owned(),
-                    several => format!("{several} are"),
-                },
+                "warning: {} of the {} of {name} {} not proved (`mauve wcrt` says why)",
+                all - proved,
                 counted(all, "deadline"),
+                if all - proved == 1 { "is" } else { "are" },
             ));
         }
     }

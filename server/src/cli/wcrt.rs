@@ -6,16 +6,16 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use mauve_ide::{explain_response, explain_response_of};
-use mauve_model::diagnostics::workspace_diagnostics;
+use mauve_model::diagnostics::errors_of_text;
 use mauve_model::item_tree::Name;
 use mauve_model::{
-    ActivityReport, Database, Decl, File, Priority, Project, Query, Report, Verdict, Workspace, cpu_names,
-    response_times_of, timetable_of,
+    ActivityReport, Database, Decl, File, Priority, Project, Query, Refusal, Report, Verdict, Workspace,
+    cpu_names, response_times_of, timetable_of,
 };
 use mauve_timing::task_set::{Exported, Parsed, TaskSet};
 use mauve_timing::{Level, Rounding, Status, Time};
 
-use super::{Method, Paths, columns, say, shown};
+use super::{Method, Paths, columns, counted, say, shown};
 use crate::Output;
 use crate::analysis_document::{
     AnalysisDocument, Deployed, Origin, Significance, analysis_document, deployments, levels,
@@ -81,8 +81,10 @@ impl Wcrt {
         }
         let workspaces = load(&mut db, &self.paths.paths)?;
         let found = deployments(&db, &workspaces, self.deployment.as_deref())?;
+        let errors = workspaces.iter().map(|&workspace| errors_of_text(&db, workspace)).sum();
         if found.is_empty() {
-            return Err("no deployment in these models: nothing to analyse".to_owned());
+            let nothing = "no deployment in these models: nothing to analyse".to_owned();
+            return Err(if errors == 0 { nothing } else { format!("{nothing}; {}", with_errors(errors)) });
         }
         if matches!(self.significance, Some(Significance::All)) {
             let partial = |(project, _): &(Project<'_>, Decl<'_>)| {
@@ -99,7 +101,9 @@ impl Wcrt {
         };
         let all: Vec<Deployed<'_>> = found.into_iter().map(deployed).collect();
         let text = self.text(&all)?;
-        let errors = report_errors(&db, &workspaces, &all);
+        if errors > 0 {
+            say(&with_errors(errors));
+        }
         let proved = all.iter().all(Deployed::schedulable);
         Ok(Output { text, code: u8::from(!proved || errors > 0) })
     }
@@ -197,21 +201,10 @@ fn task_set(path: &Path) -> Result<(PathBuf, TaskSet, bool), String> {
     }
 }
 
-/// Says on standard error that models have errors: with them, nothing is proved.
-fn report_errors(db: &Database, workspaces: &[Workspace], all: &[Deployed<'_>]) -> usize {
-    let found = workspaces.iter().flat_map(|&workspace| workspace_diagnostics(db, workspace));
-    let errors = found.filter(|finding| finding.diagnostic.code.is_of_text()).count();
-    if errors > 0 {
-        let (noun, them) = if errors == 1 { ("error", "it") } else { ("errors", "them") };
-        let unproved: Vec<&str> = all.iter().filter(|it| it.errors > 0).map(|it| it.name).collect();
-        let unproved = match unproved.as_slice() {
-            [] => String::new(),
-            [one] => format!(": with {them}, no deadline of {one} is proved"),
-            several => format!(": with {them}, no deadline of {} is proved", several.join(", ")),
-        };
-        say(&format!("the models have {errors} {noun}{unproved} (`mauve check` shows {them})"));
-    }
-    errors
+/// That a project has errors, and how to see them.
+fn with_errors(errors: usize) -> String {
+    let them = if errors == 1 { "it" } else { "them" };
+    format!("the project has {} (`mauve check` shows {them})", counted(errors, "error"))
 }
 
 fn explain(all: &[Deployed<'_>], instance: &str) -> Result<String, String> {
@@ -287,28 +280,64 @@ fn table(name: &str, it: &Deployed<'_>) -> String {
     if it.is_unsealed() {
         out += "  no digest: the figures are those of the file's author\n";
     }
-    let mut notes: Vec<String> = Vec::new();
-    for (query, report) in &it.reports {
-        if report.activities.is_empty() {
-            notes.extend(report.lost.iter().map(|lost| format!("  nothing is analysed: {}\n", lost.message)));
-        }
-        for activity in report.activities.iter().filter(|activity| !activity.reasons.is_empty()) {
-            let reasons: Vec<&str> = activity.reasons.iter().map(|reason| reason.message.as_str()).collect();
-            let at = if it.reports.len() > 1 { format!(" at {}", query.level) } else { String::new() };
-            notes.push(format!("  {}{at}: {}\n", activity.row.instance, reasons.join("; ")));
-        }
-        for activity in report.activities.iter().filter(|activity| !activity.assumed.is_empty()) {
-            let note = format!("  {}: {}\n", activity.row.instance, assumptions(&activity.assumed));
-            if !notes.contains(&note) {
-                notes.push(note);
-            }
-        }
+    if it.errors > 0 {
+        let _ = writeln!(out, "  not proved: the project has {}", counted(it.errors, "error"));
     }
     if it.rt_throttling().is_none() {
         out += "  assumes real-time throttling off: say whether it is, in mauve.toml, [platform] rt_throttling\n";
     }
-    out.extend(notes);
+    out.extend(notes(it));
     out
+}
+
+/// Why there are no figures, and which rest on assumptions: a line each, with the levels where it is not said of all.
+fn notes(it: &Deployed<'_>) -> Vec<String> {
+    let mut notes: Vec<(String, Vec<String>)> = Vec::new();
+    for (query, report) in &it.reports {
+        let nothing =
+            report.lost.iter().map(|lost| format!("nothing is analysed: {}", located(it, report, lost)));
+        // What is said of all activities is not said of each.
+        let not_analysed = report.activities.iter().filter_map(|activity| {
+            let mut reasons: Vec<String> = Vec::new();
+            for reason in activity.reasons.iter().filter(|reason| !report.lost.contains(reason)) {
+                let reason = located(it, report, reason);
+                if !reasons.contains(&reason) {
+                    reasons.push(reason);
+                }
+            }
+            (!reasons.is_empty()).then(|| format!("{}: {}", activity.row.instance, reasons.join("; ")))
+        });
+        let assumed = report.activities.iter().filter(|activity| !activity.assumed.is_empty());
+        let assumed = assumed.map(|it| format!("{}: {}", it.row.instance, assumptions(&it.assumed)));
+        for note in nothing.chain(not_analysed).chain(assumed) {
+            let level = query.level.to_string();
+            match notes.iter_mut().find(|(known, _)| *known == note) {
+                // Two activities of one instance have one reason.
+                Some((_, levels)) if levels.last() == Some(&level) => {}
+                Some((_, levels)) => levels.push(level),
+                None => notes.push((note, vec![level])),
+            }
+        }
+    }
+    let line = |(note, levels): (String, Vec<String>)| match levels.len() == it.reports.len() {
+        true => format!("  {note}\n"),
+        false => format!("  at {}: {note}\n", levels.join(", ")),
+    };
+    notes.into_iter().map(line).collect()
+}
+
+/// A reason, and where it stands; not where that is an activity or a whole file, which are named.
+fn located(it: &Deployed<'_>, report: &Report<'_>, reason: &Refusal<'_>) -> String {
+    let Origin::Model(db, _) = it.origin else { return reason.message.clone() };
+    let start = usize::from(reason.at.range(db).start());
+    let file = reason.at.file(db);
+    let before = file.text(db).get(..start).unwrap_or_default();
+    if start == 0 || report.activities.iter().any(|activity| activity.row.at == reason.at) {
+        return reason.message.clone();
+    }
+    let here = std::env::current_dir().unwrap_or_default();
+    let line = before.matches('\n').count() + 1;
+    format!("{} ({}:{line})", reason.message, shown(file.path(db), &here))
 }
 
 /// `assumes 5 ms for robot.plan`.
@@ -411,7 +440,7 @@ fn csv(all: &[Deployed<'_>]) -> String {
     for it in all {
         let root = quoted(&root(it));
         for (query, report) in &it.reports {
-            let remark = remark(it, query);
+            let of_all = remarks(it, query);
             for activity in &report.activities {
                 let row = &activity.row;
                 let cell = |time: Option<Time>| time.map_or_else(String::new, |time| number(Some(time)));
@@ -442,7 +471,7 @@ fn csv(all: &[Deployed<'_>]) -> String {
                             .join(" "),
                     ),
                     root.clone(),
-                    quoted(&remark),
+                    quoted(&remark(&of_all, activity)),
                 ];
                 let _ = writeln!(out, "{}", cells.join(","));
             }
@@ -451,14 +480,19 @@ fn csv(all: &[Deployed<'_>]) -> String {
     out
 }
 
-/// Why the figures of a row are not what they seem to be: nothing, for most.
-fn remark(of: &Deployed<'_>, query: &Query) -> String {
+/// Why a row has no figures, or why they are not what they seem to be: nothing, for most.
+fn remark(of_all: &[String], activity: &ActivityReport<'_>) -> String {
+    let reasons = activity.reasons.iter().map(|reason| reason.message.as_str());
+    reasons.chain(of_all.iter().map(String::as_str)).collect::<Vec<_>>().join("; ")
+}
+
+/// Why the figures of all rows of a deployment are not what they seem to be.
+fn remarks(of: &Deployed<'_>, query: &Query) -> Vec<String> {
     let horizon = query.horizon.map(|horizon| format!("UNSAFE first_job_ms: --horizon {horizon}"));
     let unsealed =
         of.is_unsealed().then(|| "no digest: the figures are those of the file's author".to_owned());
-    let errors = (of.errors > 0).then(|| "not proved: the models have errors".to_owned());
-    let all: Vec<String> = [horizon, unsealed, errors].into_iter().flatten().collect();
-    all.join("; ")
+    let errors = (of.errors > 0).then(|| "not proved: the project has errors".to_owned());
+    [horizon, unsealed, errors].into_iter().flatten().collect()
 }
 
 /// A cell of CSV that is no name and no number.

@@ -320,7 +320,7 @@ impl<'db> Reader<'_, 'db> {
             }
             // One mistake: the error that may hide its declaration is reported.
             Err(_) if self.features.lost || self.variables_lost => {
-                self.refuse_here(&format!("`{name}` may be declared where there is an error"));
+                self.refuse_in_doubt(&format!("`{name}` may be declared where there is an error"));
             }
             Err(_) => {
                 let known = self.scope.names.iter().chain(self.features.by_name.keys());
@@ -397,11 +397,15 @@ impl<'db> Reader<'_, 'db> {
             }
             Err(Unresolved::Repeated) => self.refuse_here(&format!("codel `{name}` is declared twice")),
             Err(Unresolved::Lost) => {
-                self.refuse_here(&format!("`{name}` may be declared by something that is missing"));
+                let library = self.of.library(self.db).as_ref();
+                let why = format!("codel `{name}` may be lost: {}", self.names.why_lost(library));
+                self.refuse_in_doubt(&why);
             }
             // One mistake: the shell that may declare it is reported.
             Err(_) if self.features.lost => {
-                self.refuse_here(&format!("`{name}` may be an operation of its shell, which has an error"));
+                self.refuse_in_doubt(&format!(
+                    "`{name}` may be an operation of its shell, which has an error"
+                ));
             }
             Err(_) => {
                 let report = match name.as_str() {
