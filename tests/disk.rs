@@ -299,3 +299,85 @@ fn an_open_file_of_a_folder_without_a_configuration_is_checked_once() {
         .notify("workspace/didChangeWorkspaceFolders", json!({"event": {"added": [folder], "removed": []}}));
     assert_eq!(projects(&mut client), Some(1));
 }
+
+#[test]
+fn links_on_the_way_that_lead_elsewhere() {
+    // A model and a table of a pattern, each a link that goes through a link to a folder.
+    let slower = MODEL.replace("100 }", "50 }");
+    let files = [
+        ("v1/a.mal", MODEL),
+        ("v2/a.mal", slower.as_str()),
+        ("v1/t.toml", &table(10)),
+        ("v2/t.toml", &table(40)),
+    ];
+    let mut it = Session::new("on_the_way", &files, |top| {
+        fs::remove_file(top.join("robot/times/plan.toml")).unwrap();
+        symlink("v1", top.join("current")).unwrap();
+        symlink("../../current/t.toml", top.join("robot/times/t.toml")).unwrap();
+    });
+    it.expect("R 10 ms");
+    it.link("v2", "current");
+    it.expect("R 40 ms");
+    it.put("v2/t.toml", &table(41));
+    it.expect("R 41 ms");
+    // The client's folder itself.
+    let top = it.top.clone();
+    symlink("v1", top.join("ws")).unwrap();
+    let config = config("t.toml");
+    write(&top, &[("v1/mauve.toml", config.as_str()), ("v2/mauve.toml", config.as_str())]);
+    let mut client = Client::of_folder(MAUVE, &top.join("ws"));
+    let text = client.open(&top.join("ws/a.mal"), MODEL);
+    client.wait_for_hint(&text, "activity", |hint| hint.starts_with("R 10 ms"));
+    it.link("v2", "ws");
+    client.wait_for_hint(&text, "activity", |hint| hint.starts_with("R 41 ms"));
+}
+
+#[test]
+fn a_folder_that_is_touched_is_watched_on() {
+    let mut it = Session::new("touched", &[("robot/mauve.toml", &config("../shared/times/*.toml"))], |top| {
+        fs::create_dir(top.join("shared")).unwrap();
+    });
+    it.expect("not analysed");
+    for again in [false, true] {
+        if again {
+            // Another folder of its name.
+            fs::remove_dir_all(it.path("shared")).unwrap();
+            fs::create_dir(it.path("shared")).unwrap();
+        } else {
+            fs::File::open(it.path("shared"))
+                .unwrap()
+                .set_modified(std::time::SystemTime::UNIX_EPOCH)
+                .unwrap();
+        }
+        it.client.settle(Duration::from_millis(200));
+        it.put("shared/times/t.toml", &table(37));
+        it.expect("R 37 ms");
+    }
+    // Nor does what a client tells of all folders at once end it.
+    let change = json!({"uri": "file:///", "type": 2});
+    it.client.notify("workspace/didChangeWatchedFiles", json!({"changes": [change]}));
+    it.put("shared/times/t.toml", &table(38));
+    it.expect("R 38 ms");
+}
+
+#[test]
+fn an_open_file_that_is_included_is_no_project_by_itself() {
+    let part = "codel far(): int\narchitecture B { instance other: Pilot }\n\
+                deployment E { architecture B\n activity other { priority = 1 period = 200 } }\n";
+    let model = format!("include \"../part/part.mal\"\n{MODEL}");
+    let files = [("robot/robot.mal", model.as_str()), ("part/part.mal", part)];
+    let mut it = Session::new("included", &files, |_| {});
+    let part = it.client.open_file(&it.path("part/part.mal"));
+    it.client.wait_for_hint(&part, "activity", |hint| hint.starts_with("R 17 ms"));
+    let hints = it.client.hints(&part.uri);
+    // Whatever has the folders looked through again.
+    it.put("robot/more.mal", "codel more(): int\n");
+    fs::remove_file(it.path("robot/more.mal")).unwrap();
+    let event = json!({"event": {"added": [], "removed": []}});
+    it.client.notify("workspace/didChangeWorkspaceFolders", event);
+    it.client.idle();
+    assert_eq!(it.client.hints(&part.uri), hints);
+    // Where nothing includes it any more, it is.
+    it.client.edit(&mut it.text, "include \"../part/part.mal\"\n", "");
+    it.client.wait_for_hint(&part, "activity", |hint| hint.starts_with("not analysed"));
+}

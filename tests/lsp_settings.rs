@@ -75,6 +75,43 @@ fn when_asked() {
 }
 
 #[test]
+fn a_question_is_asked_whatever_says_that_there_is_one() {
+    let capabilities = json!({"workspace": {"configuration": true}});
+    let set = json!({"timing": {"significance": 1e-3}});
+    let (mut client, robot) = start("settings_whatever", capabilities, json!({}), set);
+    wait_for(&mut client, &robot, "20");
+    for (params, level, time) in [(json!({}), 1e-6, "50"), (json!(null), 1e-3, "20"), (json!([]), 1e-6, "50")]
+    {
+        client.settings = json!({"timing": {"significance": level}});
+        client.notify("workspace/didChangeConfiguration", params);
+        wait_for(&mut client, &robot, time);
+    }
+}
+
+#[test]
+fn the_newest_answer_counts() {
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "settings_newest");
+    let table = "levels = [1e-3, 1e-4, 1e-6]\n[codel]\nplan = [20, 30, 50]\n";
+    write(
+        &folder,
+        &[("robot.mal", ROBOT), ("mauve.toml", "timing.tables = [\"t.toml\"]\n"), ("t.toml", table)],
+    );
+    let mut client = Client::start(MAUVE, &[]);
+    client.answers_itself = false;
+    client.initialize(Some(&folder), &json!({"workspace": {"configuration": true}}));
+    let robot = client.open_file(&folder.join("robot.mal"));
+    client.notify("workspace/didChangeConfiguration", json!({"settings": null}));
+    let mut question =
+        || client.wait("a question", |it| it["method"] == "workspace/configuration").1["id"].clone();
+    let ids = [question(), question()];
+    for (id, level) in ids.iter().zip([1e-3, 1e-6]).rev() {
+        client.send(&json!({"jsonrpc": "2.0", "id": id, "result": [{"timing": {"significance": level}}]}));
+        client.idle();
+        wait_for(&mut client, &robot, "50");
+    }
+}
+
+#[test]
 fn when_told() {
     let (mut client, robot) = start("settings_told", json!({}), json!(null), json!(null));
     wait_for(&mut client, &robot, "30");

@@ -37,6 +37,18 @@ fn exit_without_shutdown_is_a_failure() {
 }
 
 #[test]
+fn a_shutdown_that_is_refused_ends_nothing() {
+    let mut client = Client::start(MAUVE, &[]);
+    assert_eq!(client.call("shutdown", Value::Null).unwrap_err()["code"], -32002);
+    client.notify("shutdown", Value::Null);
+    client.initialize(Some(&models().join("p3dx")), &json!({}));
+    let mut text = client.open_file(&models().join("p3dx/deployment.mal"));
+    client.diagnostics(&text);
+    client.edit(&mut text, "period = 1000", "period = x");
+    assert!(!client.codes(&text).is_empty());
+}
+
+#[test]
 fn the_end_of_the_input_ends_the_server() {
     let mut client = robot();
     client.hang_up();
@@ -494,6 +506,60 @@ fn a_client_that_counts_characters_is_understood() {
     client.settle(Duration::from_millis(100));
     assert_eq!(client.count(is_told), 1, "once");
     assert_eq!(client.shut_down(), Some(0));
+}
+
+#[test]
+fn a_message_that_has_lost_some_bytes_leaves_its_text_unknown() {
+    let (mut client, text, _) = with_figures();
+    let whole = json!({"text": text.text});
+    let params = json!({"textDocument": {"uri": text.uri, "version": 2}, "contentChanges": [whole]});
+    let message = json!({"jsonrpc": "2.0", "method": "textDocument/didChange", "params": params}).to_string();
+    // A digit has gone: a longer period would look like a shorter one.
+    let cut = message.replacen("period = 1000", "period = 100", 1);
+    client.write(format!("Content-Length: {}\r\n\r\n{cut}", message.len()).as_bytes());
+    client.request("mauve/status", Value::Null);
+    client.wait_for_hint(&text, "activity navigation", |hint| hint.starts_with("not analysed"));
+    client.notify("textDocument/didSave", json!({"textDocument": {"uri": text.uri}, "text": text.text}));
+    client.wait_for_hint(&text, "activity navigation", |hint| hint.starts_with("R 997"));
+    assert_eq!(client.shut_down(), Some(0));
+}
+
+#[test]
+fn a_text_is_unknown_by_each_of_its_addresses() {
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "session_addresses");
+    mauve_tests::copy(&models().join("p3dx"), &folder.join("robot"));
+    #[cfg(unix)]
+    std::os::unix::fs::symlink("robot", folder.join("link")).unwrap();
+    let mut client = Client::of_folder(MAUVE, &folder.join("robot"));
+    let mut first = client.open_file(&folder.join("robot/deployment.mal"));
+    let second = client.open_file(&folder.join("link/deployment.mal"));
+    client.wait_for_hint(&first, "activity navigation", |hint| hint.starts_with("R 997"));
+    let bad =
+        json!({"textDocument": {"uri": second.uri, "version": "x"}, "contentChanges": [{"text": "lost"}]});
+    client.notify("textDocument/didChange", bad);
+    client.wait_for_hint(&first, "activity navigation", |hint| hint.starts_with("not analysed"));
+    // What the first says of itself says nothing of the second.
+    client.edit(&mut first, "period = 1000", "period = 1001");
+    client.edit(&mut first, "period = 1001", "period = 1000");
+    client.diagnostics(&first);
+    assert!(client.hint(&first, "activity navigation").starts_with("not analysed"));
+    client.notify("textDocument/didSave", json!({"textDocument": {"uri": second.uri}, "text": second.text}));
+    client.wait_for_hint(&first, "activity navigation", |hint| hint.starts_with("R 997"));
+}
+
+#[test]
+fn what_is_lost_of_a_folder_is_no_text() {
+    let (mut client, text, _) = with_figures();
+    let folder = address(&models().join("p3dx"));
+    let params = json!({"event": {"added": [{"uri": folder, "name": "robot"}, {"uri": 5}], "removed": []}});
+    client.notify("workspace/didChangeWorkspaceFolders", params);
+    let document = json!({"uri": folder, "languageId": "mauve", "version": 1, "text": ""});
+    client.notify("textDocument/didOpen", json!({"textDocument": document}));
+    client.notify("textDocument/didChange", json!({"textDocument": {"uri": folder}, "contentChanges": []}));
+    client.idle();
+    assert!(client.hint(&text, "activity navigation").starts_with("R 997"));
+    let status = client.call("mauve/status", Value::Null).unwrap();
+    assert_eq!(status["workspaces"].as_array().map(Vec::len), Some(1), "{status}");
 }
 
 #[test]

@@ -129,11 +129,12 @@ impl Loader {
             paths.iter().map(|path| place(path)).filter(|path| path.is_dir()).collect();
         for path in paths {
             let absolute = place(path);
+            // A link on the way may lead elsewhere tomorrow.
+            self.surroundings.await_path(path);
             if !self.edited.contains(&absolute)
                 && let Err(error) = std::fs::metadata(&absolute)
             {
                 problems.push(format!("cannot read `{}`: {error}", path.display()));
-                self.surroundings.await_path(path);
                 continue;
             }
             let is_config = absolute.ends_with(CONFIG_FILE);
@@ -437,6 +438,9 @@ impl Loader {
         let place = place(path);
         for path in [path, &place] {
             self.surroundings.look_through(path.parent().unwrap_or(path).to_owned());
+        }
+        if path != place {
+            self.surroundings.await_path(path);
         }
         let file = match self.files.get(&place) {
             Some(&file) if self.edited.contains(&place) => file,

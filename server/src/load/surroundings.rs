@@ -1,12 +1,13 @@
 //! Where a file that comes, goes or becomes another may change a workspace.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, VecDeque};
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use globset::GlobMatcher;
 use mauve_model::is_model;
 
-/// So many links that lead to links are followed.
+/// So many links on one way are followed.
 const MOST_LINKS: usize = 16;
 
 /// What was looked through and looked for while workspaces were loaded.
@@ -38,22 +39,30 @@ impl Surroundings {
         self.patterns.push(pattern);
     }
 
-    /// Remembers that it matters whether `path` comes, goes, or becomes another. Where its folder is not there, that is
-    /// what is waited for; where it is a link, what that leads to as well.
+    /// Remembers that it matters whether `path` comes, goes, or becomes another, and every link on the way to it. Where its
+    /// folder is not there, that is what is waited for.
     pub(super) fn await_path(&mut self, path: &Path) {
-        let mut path = path.to_owned();
-        for _ in 0..MOST_LINKS {
-            let there = path
-                .ancestors()
-                .find_map(|path| Some((path.parent()?.canonicalize().ok()?, path.file_name()?)));
-            let Some(there) = there.map(|(folder, name)| folder.join(name)) else { return };
-            let target = there.read_link().ok().map(|target| there.with_file_name("").join(target));
-            if !self.awaited.insert(there) {
-                return;
+        let mut links = 0;
+        // What is behind all links so far, and what is still to go.
+        let mut here = PathBuf::new();
+        let mut rest: VecDeque<OsString> = path.components().map(|part| part.as_os_str().into()).collect();
+        while let Some(part) = rest.pop_front() {
+            if part == ".." {
+                here.pop();
+                continue;
             }
-            match target {
-                Some(target) => path = target,
-                None => return,
+            here.push(part);
+            let target = match here.symlink_metadata() {
+                Ok(data) if data.is_symlink() => here.read_link().ok(),
+                Ok(_) if !rest.is_empty() => continue,
+                _ => None,
+            };
+            self.awaited.insert(here.clone());
+            links += 1;
+            let Some(target) = target.filter(|_| links <= MOST_LINKS) else { return };
+            here.pop();
+            for part in target.components().rev() {
+                rest.push_front(part.as_os_str().into());
             }
         }
     }

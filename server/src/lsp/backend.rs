@@ -2,7 +2,7 @@
 //! that everything happens in the client's order; answers are made by workers, in `handlers/`.
 
 use std::collections::BTreeMap;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock, mpsc};
 
 use salsa::{CancellationToken, Database as _};
@@ -43,6 +43,8 @@ pub(crate) struct Backend {
     client: Client,
     /// What the client can do, and what it gave as initialization options.
     session: OnceLock<(Capabilities, Settings)>,
+    /// How often the client was asked for its settings.
+    questions: Arc<AtomicU64>,
 }
 
 /// The methods that are ours alone.
@@ -62,10 +64,25 @@ pub(crate) fn with_custom_methods(build: LspServiceBuilder<Backend>) -> LspServi
     build
 }
 
+const NOT_CONFIGURED: &str =
+    "The editor does not say what is set for mauve. Until it does, the settings of before hold.";
+
+const LOST_FOLDERS: &str = "mauve could not understand all of the editor's message about its folders. Where one is missing, or is \
+                            there that was closed, restart the server.";
+
+const LOST_MESSAGE: &str = "mauve could not understand a message of the editor, so the texts of open files are unknown: save \
+                            them. If a file was opened just then, close and open it.";
+
 impl Backend {
     /// One that tells its events to the main loop.
     pub(crate) fn new(client: Client, main_loop: mpsc::Sender<Event>) -> Backend {
-        Backend { main_loop, raw: OnceLock::new(), client, session: OnceLock::new() }
+        Backend {
+            main_loop,
+            raw: OnceLock::new(),
+            client,
+            session: OnceLock::new(),
+            questions: Arc::default(),
+        }
     }
 
     /// Takes settings; with none, asks for them where the client can be asked.
@@ -79,12 +96,23 @@ impl Backend {
         match given {
             Some(given) => take(given),
             None if capabilities.configuration => {
+                let number = self.questions.fetch_add(1, Ordering::SeqCst) + 1;
+                let (questions, main_loop) = (Arc::clone(&self.questions), self.main_loop.clone());
                 tokio::spawn(async move {
                     let item = ConfigurationItem { scope_uri: None, section: Some(SECTION.to_owned()) };
-                    match timeout(PATIENCE, client.configuration(vec![item])).await {
-                        Ok(Ok(given)) => given.iter().for_each(take),
-                        Ok(Err(error)) => tracing::warn!("the client does not say what is set: {error}"),
-                        Err(_) => tracing::warn!("the client does not say what is set"),
+                    let mut answer = Box::pin(client.configuration(vec![item]));
+                    let answer = match timeout(PATIENCE, &mut answer).await {
+                        Ok(answer) => answer,
+                        Err(_) => {
+                            let _ = main_loop.send(Event::Warn(NOT_CONFIGURED.to_owned()));
+                            answer.await
+                        }
+                    };
+                    match answer {
+                        // A newer question has a newer answer, whichever comes first.
+                        Ok(_) if questions.load(Ordering::SeqCst) != number => {}
+                        Ok(given) => given.iter().for_each(take),
+                        Err(error) => tracing::warn!("the client does not say what is set: {error}"),
                     }
                 });
             }
@@ -98,6 +126,26 @@ impl Backend {
         let params = request.params().unwrap_or(&Value::Null);
         if request.method() == "initialize" {
             let _ = self.raw.set(params.clone());
+        }
+        match request.method() {
+            // Some clients say nothing but that there is something to ask for.
+            "workspace/didChangeConfiguration"
+                if DidChangeConfigurationParams::deserialize(params).is_err() =>
+            {
+                self.configure(None);
+            }
+            // What is right of it counts.
+            "workspace/didChangeWorkspaceFolders"
+                if DidChangeWorkspaceFoldersParams::deserialize(params).is_err() =>
+            {
+                let url = |folder: &Value| Url::parse(folder["uri"].as_str()?).ok();
+                let urls = |key: &str| {
+                    params["event"][key].as_array().into_iter().flatten().filter_map(url).collect()
+                };
+                self.send(Event::Folders { added: urls("added"), removed: urls("removed") });
+                self.warn(LOST_FOLDERS);
+            }
+            _ => {}
         }
         let wrong = match request.method() {
             "textDocument/didOpen" => DidOpenTextDocumentParams::deserialize(params).err(),
@@ -118,6 +166,7 @@ impl Backend {
         let known: Vec<Url> = lost.addresses.iter().filter_map(|it| Url::parse(it).ok()).collect();
         if lost.all || known.len() < lost.addresses.len() {
             self.send(Event::Lost(None));
+            self.warn(LOST_MESSAGE);
         }
         known.into_iter().for_each(|address| self.send(Event::Lost(Some(address))));
     }

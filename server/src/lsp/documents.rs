@@ -1,13 +1,13 @@
 //! The texts that the client has open, kept as it keeps them.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use tower_lsp::lsp_types::{TextDocumentContentChangeEvent, TextDocumentItem, Url};
 
 use super::position::{Encoding, offset};
-use crate::load::text_of;
+use crate::load::{place, text_of};
 
 /// An open text.
 #[derive(Debug)]
@@ -32,11 +32,18 @@ pub(crate) struct Documents(pub(crate) BTreeMap<Url, Open>);
 const LOST: &str = "mauve could not understand the editor's last message about this file, so its text is unknown: save the \
                     file, or close and open it";
 
+const LONE_RETURN: &str = "a carriage return stands without a line feed here, which some editors take for the end of a line, and \
+                           others not: after a change the text is unknown. Remove it, then save the file";
+
 impl Documents {
     /// Takes a text. One that is open already is replaced: the client knows best.
     pub(crate) fn open(&mut self, document: TextDocumentItem) {
         let TextDocumentItem { uri, version, text, .. } = document;
         let (path, is_file) = place_of(&uri);
+        if path.is_dir() {
+            tracing::error!("{uri} is a folder, and no text");
+            return;
+        }
         if self.0.contains_key(&uri) {
             tracing::warn!("{uri} was open already");
         }
@@ -61,6 +68,13 @@ impl Documents {
     /// The text at an address, however that is written.
     pub(crate) fn get(&self, uri: &Url) -> Option<&Open> {
         self.0.get(&self.address(uri)?)
+    }
+
+    /// Why the text of the file at this place, behind all links, is unknown: by one of its addresses, it is.
+    pub(crate) fn problem_of(&self, file: &Path) -> Option<String> {
+        let unknown = self.0.values().filter(|open| open.problem.is_some());
+        let mut of_file = unknown.filter(|open| open.path == file || place(&open.path) == file);
+        of_file.next()?.problem.clone()
     }
 
     fn get_mut(&mut self, uri: &Url) -> Option<&mut Open> {
@@ -94,9 +108,15 @@ impl Documents {
                     open.problem = None;
                 }
                 Some(range) => {
-                    let start = offset(&open.text, range.start, encoding);
-                    let end = offset(&open.text, range.end, encoding).max(start);
-                    open.text.replace_range(start..end, &change.text);
+                    let (start, is_within) = offset(&open.text, range.start, encoding);
+                    let (end, is_end_within) = offset(&open.text, range.end, encoding);
+                    // Editors differ in what they mean by these.
+                    if has_lone_return(&open.text) {
+                        open.problem = Some(LONE_RETURN.to_owned());
+                    } else if end < start || is_within || is_end_within {
+                        open.problem = Some(LOST.to_owned());
+                    }
+                    open.text.replace_range(start..end.max(start), &change.text);
                 }
             }
         }
@@ -114,8 +134,11 @@ impl Documents {
     }
 
     /// Something came about a text that means nothing: from here on the text is unknown, whether it was open or not. Until it
-    /// is known, the last one stands for it, or that of the disk.
+    /// is known, the last one stands for it, or that of the disk. A folder has no text.
     pub(crate) fn lost(&mut self, uri: &Url) {
+        if place_of(uri).0.is_dir() {
+            return;
+        }
         let address = self.address(uri).unwrap_or_else(|| uri.clone());
         let open = self.0.entry(address).or_insert_with(|| {
             let (path, is_file) = place_of(uri);
@@ -125,6 +148,11 @@ impl Documents {
         open.problem = Some(LOST.to_owned());
         open.dirty = Some(Instant::now());
     }
+}
+
+/// Does a text have a carriage return that ends no line here? To some editors it ends one.
+fn has_lone_return(text: &str) -> bool {
+    text.match_indices('\r').any(|(at, _)| text.as_bytes().get(at + 1) != Some(&b'\n'))
 }
 
 /// Where a text is; a name of its own where it is no file. Only texts of our language are opened without a file.
@@ -200,6 +228,37 @@ mod tests {
         assert!(documents.0[&uri()].problem.is_some() && documents.0[&uri()].version == 7);
         documents.open(TextDocumentItem::new(uri(), "mauve".to_owned(), 8, "two".to_owned()));
         assert_eq!((documents.0[&uri()].text.as_str(), &documents.0[&uri()].problem), ("two", &None));
+    }
+
+    #[test]
+    fn a_range_that_editors_take_differently_leaves_the_text_unknown() {
+        for (text, from, to) in [
+            ("one\ntwo", (1, 0), (0, 1)),
+            ("\u{1f916}", (0, 1), (0, 2)),
+            ("\u{1f916}", (0, 0), (0, 1)),
+            ("// a\rone", (0, 0), (0, 1)),
+        ] {
+            let mut documents = opened(text);
+            documents.change(&uri(), 2, &[change(from, to, "x")], Encoding::Utf16);
+            assert!(documents.0[&uri()].problem.is_some(), "{text:?} {from:?} {to:?}");
+        }
+        // Behind the end of a line, or of the text, is that end.
+        for (text, from, to) in
+            [("one\r\ntwo", (0, 9), (0, 9)), ("one\n\u{1f916}", (1, 9), (4, 1)), ("", (7, 7), (8, 8))]
+        {
+            let mut documents = opened(text);
+            documents.change(&uri(), 2, &[change(from, to, "x")], Encoding::Utf16);
+            assert_eq!(documents.0[&uri()].problem, None, "{text:?} {from:?} {to:?}");
+        }
+    }
+
+    #[test]
+    fn a_folder_is_no_text() {
+        let mut documents = Documents::default();
+        let folder = Url::from_directory_path(std::env::temp_dir()).unwrap();
+        documents.lost(&folder);
+        documents.open(TextDocumentItem::new(folder, "mauve".to_owned(), 1, String::new()));
+        assert!(documents.0.is_empty());
     }
 
     proptest! {

@@ -1,10 +1,11 @@
 //! Messages on a byte stream: `Content-Length: N`, an empty line, N bytes of JSON.
 //!
 //! Whatever comes, reading goes on. A message that is no JSON costs an error, not the session. A message ends where its JSON
-//! ends: a client that counts characters instead of bytes is understood, and told. Bytes that are no message are passed over
-//! up to the next header; where none comes, the session ends with an error, so that the client starts the server again.
+//! ends: a client that counts characters instead of bytes is understood, and told. Where the length is neither, bytes may be
+//! missing in it: the texts that it changes are unknown. Bytes that are no message are passed over up to the next header;
+//! where none comes, the session ends with an error, so that the client starts the server again.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, VecDeque};
 use std::io::{self, Read, Write};
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
@@ -56,7 +57,7 @@ pub(crate) struct Frames {
     /// What was read and belongs to no message yet.
     buffer: Vec<u8>,
     /// What comes before the next message that is read.
-    queued: Option<Frame>,
+    queued: VecDeque<Frame>,
     /// The value of the last `Content-Length`, until its message is read.
     length: Option<Result<usize, String>>,
     /// When the first byte came that is no message, if no header has come since.
@@ -97,7 +98,7 @@ impl Frames {
                 }
             }
         })?;
-        Ok(Frames { chunks, buffer: Vec::new(), queued: None, length: None, junk_since: None })
+        Ok(Frames { chunks, buffer: Vec::new(), queued: VecDeque::new(), length: None, junk_since: None })
     }
 
     fn more(&mut self, patience: Option<Duration>) -> io::Result<More> {
@@ -121,7 +122,7 @@ impl Frames {
     ///
     /// Those of the stream; it ends within a message; a message is too long; no header follows what is no message.
     pub(crate) fn next(&mut self) -> io::Result<Option<Frame>> {
-        if let Some(frame) = self.queued.take() {
+        if let Some(frame) = self.queued.pop_front() {
             return Ok(Some(frame));
         }
         loop {
@@ -238,7 +239,19 @@ impl Frames {
         if is_counted {
             return Ok(frame);
         }
-        self.queued = Some(frame);
+        let counts_letters =
+            |text: &str| [text.chars().count(), text.encode_utf16().count()].contains(&length);
+        let lost = match &frame {
+            Frame::Message(message) if !std::str::from_utf8(&bytes).is_ok_and(counts_letters) => {
+                lost_by(message)
+            }
+            _ => Lost::default(),
+        };
+        self.queued.push_back(frame);
+        if lost != Lost::default() {
+            let why = format!("a message of {end} bytes, and not of {length}: some of it may be lost");
+            self.queued.push_back(Frame::Invalid { why, lost });
+        }
         Ok(Frame::Miscounted)
     }
 }
@@ -276,7 +289,9 @@ fn lost_in(bytes: &[u8]) -> Lost {
 pub(crate) fn lost_by(message: &Value) -> Lost {
     let mut lost = Lost::default();
     for message in message.as_array().map_or(std::slice::from_ref(message), Vec::as_slice) {
-        let is_answer = message.get("result").is_some() || message.get("error").is_some();
+        // What JavaScript calls `undefined` is not written: an answer may have nothing but its number.
+        let is_answer = ["result", "error"].iter().any(|it| message.get(it).is_some())
+            || message.get("id").is_some() && message.get("params").is_none();
         let may_change = match message.get("method") {
             Some(method) => method.as_str().is_none_or(|method| method.starts_with("textDocument/did")),
             None => !is_answer,
@@ -493,9 +508,35 @@ mod tests {
         let begin = Instant::now();
         let mut bytes = framed("{\"a\":1}", 100_000_000);
         bytes.extend(framed("{\"b\":2}", 7));
-        let frames = [Frame::Miscounted, Frame::Message(json!({"a": 1})), Frame::Message(json!({"b": 2}))];
-        assert_eq!(all(&bytes), frames.map(Some));
+        let why = "a message of 7 bytes, and not of 100000000: some of it may be lost".to_owned();
+        let lost = Frame::Invalid { why, lost: Lost { all: true, addresses: Vec::new() } };
+        let (first, second) = (Frame::Message(json!({"a": 1})), Frame::Message(json!({"b": 2})));
+        assert_eq!(all(&bytes), [Frame::Miscounted, first, lost, second].map(Some));
         assert!(begin.elapsed() < PAUSE);
+    }
+
+    #[test]
+    fn who_counts_letters_is_believed_and_nobody_else() {
+        let params = "{\"textDocument\":{\"uri\":\"file:///a.mal\",\"text\":\"\u{e9}\u{1f916}\"}}";
+        let open = format!("{{\"method\":\"textDocument/didOpen\",\"params\":{params}}}");
+        let (bytes, letters) = (open.len(), open.chars().count());
+        for (length, is_believed) in
+            [(letters, true), (letters + 1, true), (bytes + 1, false), (letters - 1, false)]
+        {
+            let frames = all(&framed(&open, length));
+            let lost = frames.iter().flatten().find_map(|frame| match frame {
+                Frame::Invalid { lost, .. } => Some(lost.addresses.clone()),
+                _ => None,
+            });
+            assert!(frames.iter().flatten().any(|frame| matches!(frame, Frame::Message(_))), "{length}");
+            assert_eq!(lost, (!is_believed).then(|| vec!["file:///a.mal".to_owned()]), "{length}");
+        }
+    }
+
+    #[test]
+    fn an_answer_without_a_result_loses_nothing() {
+        assert_eq!(lost_by(&json!({"jsonrpc": "2.0", "id": 1})), Lost::default());
+        assert!(lost_by(&json!({"jsonrpc": "2.0", "id": 1, "params": {}})).all);
     }
 
     #[test]
@@ -556,7 +597,7 @@ mod tests {
                 .into_iter()
                 .filter_map(|frame| match frame {
                     Some(Frame::Message(message)) => Some(message),
-                    Some(Frame::Miscounted) => None,
+                    Some(Frame::Miscounted | Frame::Invalid { .. }) => None,
                     other => panic!("{other:?}"),
                 })
                 .collect();

@@ -4,7 +4,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, mpsc};
 use std::time::Instant;
@@ -213,7 +213,11 @@ impl MainLoop {
             }
             Event::Closed(uri) => self.closed(&self.documents.address(&uri).unwrap_or(uri)),
             Event::Disk { paths, missed } => {
-                self.reload |= missed;
+                if missed {
+                    // Any folder may be another one than is watched.
+                    self.watcher.forget(Path::new("/"));
+                    self.reload = true;
+                }
                 self.disk(&paths);
             }
             Event::Folders { added, removed } => {
@@ -287,7 +291,7 @@ impl MainLoop {
     /// Looks at what may have changed outside the client.
     fn disk(&mut self, paths: &BTreeSet<PathBuf>) {
         for path in paths {
-            self.watcher.forget(path);
+            self.reload |= self.watcher.forget(path);
             match self.loader.refreshed(&mut self.db, path) {
                 Some(true) => self.stir(),
                 Some(false) => {}
@@ -308,7 +312,7 @@ impl MainLoop {
         let mut written: BTreeMap<Url, File> = BTreeMap::new();
         for uri in dirty.into_iter().map(|(_, uri)| uri) {
             if let Some(open) = self.documents.0.get(uri) {
-                let problem = open.problem.clone().map(Problem::Unknown);
+                let problem = self.documents.problem_of(&place(&open.path)).map(Problem::Unknown);
                 let file = self.loader.opened(&mut self.db, &open.path, &open.text, problem);
                 written.insert(uri.clone(), file);
             }
@@ -394,12 +398,17 @@ impl MainLoop {
 
     fn load(&mut self) -> Result<(), Failure> {
         let begin = Instant::now();
+        let folders: Vec<PathBuf> = self.folders.iter().map(|folder| place(folder)).collect();
         let mut paths = self.folders.clone();
-        let mut alone = Vec::new();
+        let (mut elsewhere, mut alone) = (Vec::new(), Vec::new());
         for (uri, open) in &self.documents.0 {
             match (open.is_file, self.shared_documents.get(uri)) {
-                (true, _) if is_model(&open.path) || open.path.ends_with(CONFIG_FILE) => {
-                    paths.push(open.path.clone());
+                (true, document) if is_model(&open.path) || open.path.ends_with(CONFIG_FILE) => {
+                    let is_within = |folder: &PathBuf| place(&open.path).starts_with(folder);
+                    match document.filter(|_| !folders.iter().any(is_within)) {
+                        Some(document) => elsewhere.push((document.file, open.path.clone())),
+                        None => paths.push(open.path.clone()),
+                    }
                 }
                 (false, Some(document)) => alone.push(document.file),
                 _ => {}
@@ -407,7 +416,15 @@ impl MainLoop {
         }
         for _ in 0..MOST_PASSES {
             // What is read rests on queries, and they on what anybody has written.
-            let (mut workspaces, problems) = attempt(|| self.loader.load(&mut self.db, &paths))?;
+            let mut loaded = attempt(|| self.loader.load(&mut self.db, &paths))?;
+            // A text that the models in the folders include is a part of their projects, and no project by itself.
+            let strays = elsewhere.iter().filter(|(file, _)| !is_in_a_folder(&self.db, &loaded.0, *file));
+            let strays: Vec<PathBuf> = strays.map(|(_, path)| path.clone()).collect();
+            if !strays.is_empty() {
+                let all = [paths.as_slice(), strays.as_slice()].concat();
+                loaded = attempt(|| self.loader.load(&mut self.db, &all))?;
+            }
+            let (mut workspaces, problems) = loaded;
             problems.iter().for_each(|problem| tracing::info!("{problem}"));
             workspaces.extend(alone.iter().map(|&file| self.loader.alone(&mut self.db, file)));
             self.workspaces = workspaces.into();

@@ -57,16 +57,20 @@ pub(crate) fn end_of(text: &str, encoding: Encoding) -> Position {
     Position::new(text.matches('\n').count() as u32, column)
 }
 
-/// Where `position` is in `text`.
-pub(crate) fn offset(text: &str, position: Position, encoding: Encoding) -> usize {
+/// Where `position` is in `text`; and whether that is within a character, then it is where that begins.
+pub(crate) fn offset(text: &str, position: Position, encoding: Encoding) -> (usize, bool) {
     let mut start = 0;
     for _ in 0..position.line {
         match text[start..].find('\n') {
             Some(length) => start += length + 1,
-            None => return text.len(),
+            None => return (text.len(), false),
         }
     }
-    start + offset_in_line(&text[start..], position.character, encoding)
+    let line = &text[start..];
+    let offset = offset_in_line(line, position.character, encoding);
+    let column: u32 = line[..offset].chars().map(|letter| encoding.width(letter)).sum();
+    let is_end = line[offset..].is_empty() || line[offset..].starts_with(['\r', '\n']);
+    (start + offset, column < position.character && !is_end)
 }
 
 /// Where a column is in the first line of `text`; never behind the line's end, nor within a character.
@@ -151,7 +155,7 @@ mod tests {
         let robot = TEXT.find('b').unwrap();
         for (encoding, column) in [(Encoding::Utf8, 7), (Encoding::Utf16, 4), (Encoding::Utf32, 3)] {
             let position = Position::new(0, column);
-            assert_eq!(offset(TEXT, position, encoding), robot);
+            assert_eq!(offset(TEXT, position, encoding).0, robot);
             let index = LineIndex { text: TEXT.into(), lines: line_index::LineIndex::new(TEXT) };
             assert_eq!(index.offset(position, encoding), TextSize::new(robot as u32));
             assert_eq!(index.position(TextSize::new(robot as u32), encoding), position);
@@ -175,7 +179,7 @@ mod tests {
             // Within a surrogate pair: before the character.
             (Position::new(0, 3), 3),
         ] {
-            assert_eq!(offset(TEXT, position, Encoding::Utf16), expected, "{position:?}");
+            assert_eq!(offset(TEXT, position, Encoding::Utf16).0, expected, "{position:?}");
             assert_eq!(usize::from(index.offset(position, Encoding::Utf16)), expected, "{position:?}");
         }
     }

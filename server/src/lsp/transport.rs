@@ -61,7 +61,7 @@ const MOST_WAITING: usize = 2000;
 
 /// What is said of a client whose messages have other lengths than it says.
 const MISCOUNTED: &str = "The `Content-Length` of the editor's messages is not their length in bytes. mauve reads them all the \
-                          same; please report this to the authors of the editor or its plugin.";
+                          same, and takes texts for unknown where some may be missing; please report this to the authors of the editor or its plugin.";
 
 /// How often it is looked whether the client is still there.
 const HEARTBEAT: Duration = Duration::from_secs(1);
@@ -118,7 +118,6 @@ pub(crate) async fn serve(
                 };
                 match request.method() {
                     "exit" => return code(is_shut_down),
-                    "shutdown" => is_shut_down = true,
                     "initialize" => client = client.or_else(|| process_of(&request)),
                     _ => {}
                 }
@@ -130,6 +129,7 @@ pub(crate) async fn serve(
                     continue;
                 }
                 let is_initialize = request.method() == "initialize";
+                let is_shutdown = request.method() == "shutdown";
                 let (method, begin) = (request.method().to_owned(), Instant::now());
                 let mut answer = AssertUnwindSafe(service.call(request)).catch_unwind().boxed();
                 let answer = async move {
@@ -148,7 +148,11 @@ pub(crate) async fn serve(
                 };
                 let mut answer = Box::pin(answer);
                 match futures::poll!(&mut answer) {
-                    std::task::Poll::Ready(Some(response)) => send(&streams, &response),
+                    std::task::Poll::Ready(Some(response)) => {
+                        // One that comes too early is refused, and the session goes on.
+                        is_shut_down |= is_shutdown && response.error().is_none();
+                        send(&streams, &response);
+                    }
                     std::task::Poll::Ready(None) => {}
                     std::task::Poll::Pending => {
                         tasks.spawn(answer);

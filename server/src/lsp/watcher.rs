@@ -60,15 +60,17 @@ impl Watcher {
         Watcher { watcher, watched: BTreeSet::new() }
     }
 
-    /// A folder has come or gone, with all that is in it: what is there now is another one than was watched.
-    pub(crate) fn forget(&mut self, folder: &Path) {
+    /// A folder has come or gone, with all that is in it: what is there now is another one than was watched. Says whether it
+    /// was watched, or one in it: then it is to be watched anew.
+    pub(crate) fn forget(&mut self, folder: &Path) -> bool {
         // What stands in a folder follows it in their order.
         let from = self.watched.range(folder.to_owned()..);
         let gone: Vec<PathBuf> = from.take_while(|watched| watched.starts_with(folder)).cloned().collect();
-        for folder in gone {
-            let _ = self.watcher.as_mut().map(|watcher| watcher.unwatch(&folder));
-            self.watched.remove(&folder);
+        for folder in &gone {
+            let _ = self.watcher.as_mut().map(|watcher| watcher.unwatch(folder));
+            self.watched.remove(folder);
         }
+        !gone.is_empty()
     }
 
     /// Watches these folders, each by itself, and no others. Says whether one is new.
