@@ -279,6 +279,43 @@ fn nothing_is_proved_while_there_is_an_error() {
     );
 }
 
+/// What stands in a folder is read, or said not to be.
+#[test]
+#[cfg(unix)]
+fn nothing_that_stands_in_a_folder_is_passed_over() {
+    let text = LATE[0].1;
+    // A comment of another language is no other language.
+    let found =
+        run_in("foreign", &[("robot.mal", &*format!("# TODO: shorten\n{text}")), LATE[1]], &["check"]);
+    assert!(
+        found.out.contains("syntax-error") && found.out.contains("2 of 2 deadlines are not proved"),
+        "{}",
+        found.out
+    );
+    assert_eq!(found.code, 1);
+    // A configuration that leads nowhere is not that of the folder above.
+    let top = scratch(env!("CARGO_TARGET_TMPDIR"), "passed-over");
+    let check = |folder: &str| mauve(env!("CARGO_BIN_EXE_mauve"), &top.join(folder), &["check"]);
+    let link = |target: &str, link: &str| std::os::unix::fs::symlink(target, top.join(link)).unwrap();
+    let short = "assume.codel = \"1 ms\"\n";
+    write(&top, &[("mauve.toml", short), ("in/robot.mal", text)]);
+    assert!(check("in").out.contains("all 2 deadlines are proved"), "{}", check("in").out);
+    link("/nowhere/mauve.toml", "in/mauve.toml");
+    let found = check("in");
+    assert!(
+        found.out.contains("cannot be read") && found.out.contains("2 of 2 deadlines are not proved"),
+        "{}",
+        found.out
+    );
+    assert_eq!(found.code, 1);
+    // A model that stands elsewhere is analysed by its link, and one that stands nowhere is an error.
+    write(&top, &[("linked/mauve.toml", LATE[1].1)]);
+    link("../in/robot.mal", "linked/robot.mal");
+    assert!(check("linked").out.contains("deadline-missed"), "{}", check("linked").out);
+    link("/nowhere/robot.mal", "linked/other.mal");
+    assert!(check("linked").out.contains("unreadable-file"), "{}", check("linked").out);
+}
+
 #[test]
 fn a_reason_is_said_once_and_where_it_stands() {
     let text = LATE[0].1.replacen("work();", "work(1);", 1);

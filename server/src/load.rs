@@ -296,12 +296,19 @@ impl Loader {
         self.edited.contains(place) || place.is_file()
     }
 
+    /// Has a folder a configuration, or a link that leads nowhere or a folder in its place? That of a folder above is not
+    /// meant then.
+    fn has_config(&self, folder: &Path) -> bool {
+        let config = folder.join(CONFIG_FILE);
+        self.edited.contains(&config) || config.symlink_metadata().is_ok()
+    }
+
     /// The folder whose `mauve.toml` is the nearest above; without any, the outermost of `folders` that has it, or `folder`
     /// itself.
     fn home(&mut self, folder: &Path, folders: &[PathBuf]) -> PathBuf {
         for above in folder.ancestors() {
             self.surroundings.await_path(&above.join(CONFIG_FILE));
-            if self.is_file(&above.join(CONFIG_FILE)) {
+            if self.has_config(above) {
                 return above.to_owned();
             }
         }
@@ -323,12 +330,14 @@ impl Loader {
             .build();
         for entry in walk.flatten() {
             let path = entry.path();
-            if entry.file_type().is_some_and(|kind| kind.is_dir()) {
-                self.surroundings.look_through(path.to_owned());
-            } else if is_model(path) && path.is_file() {
-                found.models.push(path.to_owned());
-            } else if path.ends_with(CONFIG_FILE) && path.is_file() {
+            // A link that leads nowhere is read as well: that it cannot be is said.
+            let is_text = path.is_file() || entry.path_is_symlink() && !path.exists();
+            if path.ends_with(CONFIG_FILE) && entry.depth() > 0 {
                 found.configs.push(path.to_owned());
+            } else if entry.file_type().is_some_and(|kind| kind.is_dir()) {
+                self.surroundings.look_through(path.to_owned());
+            } else if is_model(path) && is_text {
+                found.models.push(path.to_owned());
             }
         }
         // Those that an editor has and has not saved yet.
@@ -348,7 +357,7 @@ impl Loader {
         }
         let config = folder.join(CONFIG_FILE);
         // A model by itself is seen together with what stands beside it.
-        let depth = if asked.whole || self.is_file(&config) { None } else { Some(1) };
+        let depth = if asked.whole || self.has_config(folder) { None } else { Some(1) };
         let found = asked.found.unwrap_or_else(|| self.find(folder, depth));
         let inner: BTreeSet<PathBuf> = found
             .configs
@@ -367,7 +376,7 @@ impl Loader {
         for path in &asked.models {
             self.add(db, &mut files, path);
         }
-        if self.is_file(&config) {
+        if self.has_config(folder) {
             self.add(db, &mut files, &config);
         }
         let only: Vec<File> = match asked.whole {
@@ -581,9 +590,16 @@ fn is_foreign(db: &dyn ModelDb, file: File) -> bool {
     is_of_another_language(file.text(db))
 }
 
-/// Is a `.mal` text one of the Meta Attack Language? Its files begin with `#id: "…"`, `category X`, `associations {`, behind
-/// comments and includes.
+/// Is a `.mal` text one of the Meta Attack Language? Its files begin with `#id: "…"`, `category X {`, `associations {`, behind
+/// comments and includes; and no line of them begins a declaration of ours, which would be left out with the rest.
 pub(crate) fn is_of_another_language(text: &str) -> bool {
+    let is_declaration = |line: &str| {
+        let mut words = line.split_whitespace();
+        words.next().is_some_and(|word| DECLARATIONS.contains(&word)) && words.next().is_some()
+    };
+    if text.lines().any(is_declaration) {
+        return false;
+    }
     let lexed = mauve_syntax::lex(text);
     let tokens = (0..lexed.len()).filter(|&index| !lexed.kind(index).is_trivia());
     let mut tokens = tokens.filter_map(|index| text.get(lexed.range(index))).peekable();
@@ -591,13 +607,17 @@ pub(crate) fn is_of_another_language(text: &str) -> bool {
         tokens.next_if(|path| path.starts_with('"'));
     }
     let is_name = |word: &str| word.starts_with(char::is_alphabetic);
-    match (tokens.next(), tokens.next(), tokens.next()) {
-        (Some("#"), Some(name), Some(":")) => is_name(name),
-        (Some("category"), Some(name), _) => is_name(name),
-        (Some("associations"), Some("{"), _) => true,
+    match (tokens.next(), tokens.next(), tokens.next(), tokens.next()) {
+        (Some("#"), Some(name), Some(":"), Some(value)) => is_name(name) && value.starts_with('"'),
+        (Some("category"), Some(name), Some("{"), _) => is_name(name),
+        (Some("associations"), Some("{"), ..) => true,
         _ => false,
     }
 }
+
+/// The words that begin our declarations.
+const DECLARATIONS: [&str; 7] =
+    ["library", "codel", "shell", "core", "component", "architecture", "deployment"];
 
 /// `MAUVE_MODELS`.
 fn model_path() -> Vec<PathBuf> {
@@ -691,6 +711,10 @@ mod tests {
             "# a comment of another kind\ncodel f(): int",
             "category",
             "codel category(): int",
+            "category Drivers",
+            "# TODO: shorten",
+            "#id: \"a\"\ndeployment D { architecture A }",
+            "category System { }\n  component K(S, C)",
         ] {
             assert!(!is_of_another_language(text), "{text}");
         }

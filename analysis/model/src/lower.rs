@@ -152,6 +152,14 @@ fn loses_an_item(node: &SyntaxNode) -> bool {
     })
 }
 
+/// Is there a text in `node` that is not closed, with a word that begins an item?
+fn swallows_an_item(node: &SyntaxNode) -> bool {
+    let tokens = node.descendants_with_tokens().filter_map(mauve_syntax::NodeOrToken::into_token);
+    let mut texts = tokens.filter(|token| token.kind() == SyntaxKind::UNTERMINATED_STRING);
+    let is_item = |word: &str| ITEMS.contains(&word) || DECLARATIONS.contains(&word);
+    texts.any(|text| text.text().split(|letter: char| !letter.is_alphanumeric()).any(is_item))
+}
+
 /// The tokens right in `node` that are no trivia.
 fn tokens_of(node: &SyntaxNode) -> Vec<SyntaxToken> {
     let tokens = node.children_with_tokens().filter_map(mauve_syntax::NodeOrToken::into_token);
@@ -183,13 +191,17 @@ fn unknown_section(tokens: &[SyntaxToken]) -> Option<Vec<Name>> {
         let [before, word] = pair else { return false };
         use SyntaxKind::{L_CURLY, R_CURLY, SEMICOLON};
         let is_first = matches!(before.kind(), L_CURLY | R_CURLY | SEMICOLON) || begins_line(word);
-        is_first && ITEMS.contains(&word.text())
+        is_first && (ITEMS.contains(&word.text()) || ["include", "use", "library"].contains(&word.text()))
     };
+    // Nor one that may say what is included.
+    let is_model =
+        |token: &SyntaxToken| token.kind() == SyntaxKind::STRING && token.text().ends_with(".mal\"");
     // Nor one that holds a call, or a statement that may.
     let is_of_program = |token: &SyntaxToken| ["if", "then", "else", "return"].contains(&token.text());
     let is_call = |pair: &[SyntaxToken]| matches!(pair, [name, open] if name.kind().is_word() && open.kind() == SyntaxKind::L_PAREN);
     let is_rest = ITEMS.contains(&word.text())
         || tokens.iter().any(is_of_program)
+        || tokens.iter().any(is_model)
         || tokens.windows(2).any(is_call)
         || head.iter().any(|word| *word == "extends")
         || tokens.windows(2).any(begins_item)
@@ -780,7 +792,12 @@ impl Lowering<'_> {
                     lowered.connections_whole &= is_whole(it.syntax());
                     lowered.operations.push(self.connection(it.source(), it.target(), None));
                 }
-                ast::ArchitectureItem::Setting(it) => lowered.settings.push(self.setting(&it)),
+                ast::ArchitectureItem::Setting(it) => {
+                    // What stands behind the error on its line may have been a connection; within a text, anything.
+                    lowered.connections_whole &= is_whole(it.syntax());
+                    lowered.whole &= !swallows_an_item(it.syntax());
+                    lowered.settings.push(self.setting(&it));
+                }
             }
         }
         lowered
@@ -835,7 +852,10 @@ impl Lowering<'_> {
                     lowered.whole &= !activity.instance.name.is_empty();
                     lowered.activities.push(activity);
                 }
-                ast::DeploymentItem::Setting(it) => lowered.settings.push(self.setting(&it)),
+                ast::DeploymentItem::Setting(it) => {
+                    lowered.whole &= !swallows_an_item(it.syntax());
+                    lowered.settings.push(self.setting(&it));
+                }
             }
         }
         lowered

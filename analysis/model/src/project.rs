@@ -145,13 +145,14 @@ pub(crate) fn all_roots(db: &dyn ModelDb, workspace: Workspace) -> Vec<File> {
         return roots.filter(|root| seen.insert(*root)).collect();
     }
     let folder = workspace.folder(db);
-    let models: BTreeMap<&Path, File> = workspace
-        .files(db)
-        .values()
-        .map(|&file| (file.path(db).as_path(), file))
+    // By the path in this folder: a link that leads elsewhere stands here.
+    let files = workspace.files(db).iter();
+    let mut seen = FxHashSet::default();
+    let models: Vec<File> = files
         .filter(|(path, _)| is_model(path) && path.starts_with(folder))
+        .map(|(_, &file)| file)
+        .filter(|file| seen.insert(*file))
         .collect();
-    let models: Vec<File> = models.into_values().collect();
     let included: FxHashSet<File> = models
         .iter()
         .flat_map(|&file| includes(db, workspace, file).iter().flatten().filter(move |&&it| it != file))

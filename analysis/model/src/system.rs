@@ -232,16 +232,12 @@ impl<'db> Reader<'db> {
             if errors.is_empty() {
                 continue;
             }
-            let items = items_with_instances(db, decl);
+            let items = items_of(db, decl);
             for error in errors {
                 let message = format!("{} {} has an error: {}", decl.kind(db), decl.name(db), error.message);
                 let refusal = Refusal::reported(message, error.at.clone());
-                let index = match error.at {
-                    Place::Part(of, part) if of == decl => items.partition_point(|(first, _)| *first <= part),
-                    _ => 0,
-                };
-                let named = index.checked_sub(1).and_then(|index| items.get(index));
-                let named = named.map_or(&[] as &[&Name], |(_, named)| named.as_slice());
+                let item = item_at(&items, decl, &error.at);
+                let named = item.map_or(&[] as &[&Name], |item| item.instances.as_slice());
                 if named.is_empty() || named.iter().any(|name| flat.instance(name).is_none()) {
                     self.found.lost.push(refusal);
                 } else {
@@ -473,7 +469,12 @@ impl<'db> Reader<'db> {
         };
         let mut serves: FxHashMap<&Name, &Name> = FxHashMap::default();
         // A connection that is not right may be meant for anybody who provides something.
-        let mut lost = flat.links_lost;
+        let has_wrong_operation = |decl: &Decl<'db>| {
+            let items = items_of(self.db, *decl);
+            let mut errors = errors_in(self.db, self.project, *decl).iter();
+            errors.any(|error| item_at(&items, *decl, &error.at).is_some_and(|item| item.is_operation))
+        };
+        let mut lost = flat.links_lost || flat.architectures.iter().any(has_wrong_operation);
         for Link { operation, source, target, .. } in &flat.links {
             let kinds = (kind(source), kind(target));
             let is_port = |kind: Option<FeatureKind>| kind.is_some_and(FeatureKind::is_port);
@@ -555,28 +556,48 @@ impl<'db> Reader<'db> {
     }
 }
 
-/// The items of an architecture or of a deployment, in the order of the text: the first part of each, and the instances
-/// that it declares, connects, runs or sets a value of.
-fn items_with_instances<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Vec<(Part, Vec<&'db Name>)> {
-    let item = |ends: &[&'db Option<Endpoint>]| {
+/// An item of an architecture or of a deployment.
+struct Item<'db> {
+    /// Its first part.
+    first: Part,
+    /// The instances that it declares, connects, runs or sets a value of.
+    instances: Vec<&'db Name>,
+    /// Does it connect operations?
+    is_operation: bool,
+}
+
+/// The items of an architecture or of a deployment, in the order of the text.
+fn items_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Vec<Item<'db>> {
+    let item = |ends: &[&'db Option<Endpoint>], is_operation| {
         let ends: Vec<&NameRef> = ends.iter().filter_map(|end| Some(&end.as_ref()?.instance)).collect();
         let named = ends.iter().map(|end| &end.name).filter(|name| !name.is_empty());
-        Some((ends.first()?.part, named.collect()))
+        Some(Item { first: ends.first()?.part, instances: named.collect(), is_operation })
     };
-    let mut items: Vec<(Part, Vec<&'db Name>)> = Vec::new();
+    let other = |first, instances| Item { first, instances, is_operation: false };
+    let mut items: Vec<Item<'db>> = Vec::new();
     if let Some(data) = architecture(db, of) {
-        let connections = data.connections.iter().chain(&data.operations);
-        items.extend(connections.filter_map(|it| item(&[&it.source, &it.target])));
-        items.extend(data.settings.iter().filter_map(|it| item(&[&it.endpoint])));
-        items.extend(data.instances.iter().map(|it| (it.name.part, vec![&it.name.name])));
-        items.extend(data.imports.iter().flatten().map(|it| (it.part, Vec::new())));
+        items.extend(data.connections.iter().filter_map(|it| item(&[&it.source, &it.target], false)));
+        items.extend(data.operations.iter().filter_map(|it| item(&[&it.source, &it.target], true)));
+        items.extend(data.settings.iter().filter_map(|it| item(&[&it.endpoint], false)));
+        items.extend(data.instances.iter().map(|it| other(it.name.part, vec![&it.name.name])));
+        items.extend(data.imports.iter().flatten().map(|it| other(it.part, Vec::new())));
     }
     if let Some(data) = deployment(db, of) {
-        items.extend(data.settings.iter().filter_map(|it| item(&[&it.endpoint])));
-        items.extend(data.activities.iter().map(|it| (it.instance.part, vec![&it.instance.name])));
+        items.extend(data.settings.iter().filter_map(|it| item(&[&it.endpoint], false)));
+        items.extend(data.activities.iter().map(|it| other(it.instance.part, vec![&it.instance.name])));
     }
-    items.sort_by_key(|(part, _)| *part);
+    items.sort_by_key(|item| item.first);
     items
+}
+
+/// The item of `decl` in which a place is.
+fn item_at<'a, 'db>(items: &'a [Item<'db>], decl: Decl<'db>, at: &Place<'db>) -> Option<&'a Item<'db>> {
+    match at {
+        Place::Part(of, part) if *of == decl => {
+            items.get(items.partition_point(|item| item.first <= *part).checked_sub(1)?)
+        }
+        _ => None,
+    }
 }
 
 /// The fields that an activity has, by name, and whether one was lost.

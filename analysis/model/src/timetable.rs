@@ -48,6 +48,12 @@ pub fn table_files(db: &dyn ModelDb, workspace: Workspace) -> TableFiles {
                 continue;
             }
         };
+        if has_choice(pattern) {
+            let why =
+                "`{` and `[` choose between names, of which some may be missing: write a pattern for each";
+            errors.push((format!("`{pattern}`: {why}"), span.clone()));
+            continue;
+        }
         let known = workspace.files(db).iter().filter(|(path, _)| **path != config);
         let named = known.filter(|(path, _)| glob.is_match(path));
         let named: Vec<File> = named.map(|(_, file)| *file).collect();
@@ -79,6 +85,19 @@ pub fn table_pattern(folder: &Path, pattern: &str) -> Result<GlobMatcher, globse
     // A backslash is a letter of a folder's name; `[*]` is a star.
     let glob = GlobBuilder::new(&absolute).literal_separator(true).backslash_escape(false).build()?;
     Ok(glob.compile_matcher())
+}
+
+/// Does a pattern name one of several paths, so that a table may be missing and nobody notices? (`[x]` is the letter `x`.)
+fn has_choice(pattern: &str) -> bool {
+    let mut parts = pattern.split('[');
+    let is_choice = |text: &str| text.contains(['{', '}']);
+    let is_first_choice = parts.next().is_some_and(is_choice);
+    is_first_choice
+        || parts.any(|part| {
+            let mut letters = part.chars();
+            let is_letter = letters.next().is_some() && letters.next() == Some(']');
+            !is_letter || is_choice(letters.as_str())
+        })
 }
 
 /// The pattern of `[timing] tables` that names one path and no other.

@@ -379,6 +379,74 @@ fn served_operations_are_not_analysed_yet() {
         c not-analysed: b may delay it, and is not analysed
     "#]]
     .assert_eq(&robot("operation\n "));
+    // So it may where an error has swallowed one, or where one is not right: another provider may be meant.
+    for lost in [
+        "property a.x = operation b.help -> c.help",
+        "instance d: CS  property d.x = 1  operation d.help -> c.nothing",
+        "operation c.help -> b.help",
+    ] {
+        let found = robot(lost);
+        assert!(found.contains("b not-analysed: it provides operations, and which"), "{lost}: {found}");
+    }
+    // A text that is not closed may have any item in it.
+    let found = robot("property b.x = \"/dev  operation b.help -> c.help\n");
+    assert_eq!(found.matches("not-analysed:").count(), 3, "{found}");
+    let found = robot("property b.x = \"/dev\n");
+    assert!(found.starts_with("a met 1 ms\n"), "{found}");
+}
+
+#[test]
+fn an_operation_whose_signature_is_wrong_may_be_meant_for_another_provider() {
+    let robot = "codel f(): int
+shell S1 { provide plan(in g: int): int }
+shell S2 { provide plan(in g: double): int }
+shell S { require route(in g: int): int }
+core C1(S1) { provide plan(in g: int): int = { return g; }  update = { f(); } }
+core C2(S2) { provide plan(in g: double): int = { return 1; }  update = { f(); } }
+core C(S) { handler h: route  update = { h = send(route, 1); f(); } }
+component K1(S1, C1)
+component K2(S2, C2)
+component K(S, C)
+architecture A { instance p1: K1  instance p2: K2  instance q: K
+  operation p2.plan -> q.route
+}
+deployment D { architecture A
+  activity p1 { priority = 9 period = 10 affinity = 1 }
+  activity p2 { priority = 9 period = 10 affinity = 2 }
+  activity q { priority = 5 period = 10 affinity = 2 }
+}
+//- /mauve.toml
+assume.codel = \"1 ms\"
+";
+    let found = verdicts(robot);
+    assert!(found.starts_with("p1 not-analysed: it provides operations, and which connections"), "{found}");
+    let right = verdicts(&robot.replace("operation p2", "operation p1"));
+    assert!(right.starts_with("p1 not-analysed: it serves the operation `plan`"), "{right}");
+    assert!(right.contains("p2 met 1 ms"), "{right}");
+}
+
+#[test]
+fn a_codel_with_a_syntax_error_refuses_who_calls_it() {
+    let deployed = activities(FINE.0, FINE.1, FINE.2);
+    let damaged = ROBOT.replace("codel two(): int", "codel two() int");
+    let found = verdicts(&format!("{damaged}{deployed}{TIMES}"));
+    assert!(
+        found.contains("a met 1 ms") && found.contains("b not-analysed: codel two has a syntax error"),
+        "{found}"
+    );
+}
+
+#[test]
+fn a_pattern_of_tables_that_chooses_may_miss_one() {
+    let deployed = activities(FINE.0, FINE.1, FINE.2);
+    let with =
+        |pattern: &str| verdicts(&format!("{ROBOT}{deployed}{}", TIMES.replace("times.toml\"]", pattern)));
+    assert!(with("*.toml\"]").starts_with("a met 1 ms"));
+    assert!(with("[t]imes.toml\"]").starts_with("a met 1 ms"));
+    for choice in ["{times,more}.toml\"]", "[tm]imes.toml\"]", "[!m]imes.toml\"]", "[t-z]imes.toml\"]"] {
+        let found = with(choice);
+        assert_eq!(found.matches("not-analysed: mauve.toml: ").count(), 3, "{found}");
+    }
 }
 
 #[test]
@@ -751,6 +819,9 @@ fn text_between_declarations_may_be_one() {
         "instance h: C1",
         "operation b.help -> c.help",
         "ues far",
+        "paths { include \"x.mal\" }",
+        "from x { use far }",
+        "files { \"x.mal\" }",
         "}",
         "library x {",
     ] {
