@@ -10,7 +10,7 @@ use std::sync::Arc;
 use ignore::WalkBuilder;
 use mauve_model::item_tree::Name;
 use mauve_model::{
-    CONFIG_FILE, Database, File, ModelDb, Package, Problem, Workspace, config_file, config_of,
+    CONFIG_FILE, DECLARATIONS, Database, File, ModelDb, Package, Problem, Workspace, config_file, config_of,
     include_candidates, includes, is_model, item_tree_of, named_packages, normalised, table_pattern,
 };
 use mauve_timing::Level;
@@ -595,7 +595,9 @@ fn is_foreign(db: &dyn ModelDb, file: File) -> bool {
 pub(crate) fn is_of_another_language(text: &str) -> bool {
     let is_declaration = |line: &str| {
         let mut words = line.split_whitespace();
-        words.next().is_some_and(|word| DECLARATIONS.contains(&word)) && words.next().is_some()
+        // That language has includes, too.
+        let is_ours = |word: &str| DECLARATIONS.contains(&word) && word != "include";
+        words.next().is_some_and(is_ours) && words.next().is_some()
     };
     if text.lines().any(is_declaration) {
         return false;
@@ -614,10 +616,6 @@ pub(crate) fn is_of_another_language(text: &str) -> bool {
         _ => false,
     }
 }
-
-/// The words that begin our declarations.
-const DECLARATIONS: [&str; 7] =
-    ["library", "codel", "shell", "core", "component", "architecture", "deployment"];
 
 /// `MAUVE_MODELS`.
 fn model_path() -> Vec<PathBuf> {

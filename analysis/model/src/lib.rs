@@ -73,7 +73,7 @@ pub use config::{Chain, Config, ExternalType, Maintainer, Mistake};
 pub use db::{Database, File, ModelDb, Problem, Trees, Workspace, normalised};
 pub use exported::{exported_component, psm_at, response_times_of, task_set_of};
 pub use flat::{Flat, FlatInstance, Link, flat_of};
-pub use lower::{DeclarationMap, SourceMap};
+pub use lower::{DECLARATIONS, DeclarationMap, SourceMap};
 pub use messages::{
     BUILT_IN_TYPES, Message, MessageConstant, MessageField, Package, catalogue, message_of, named_packages,
     package, read_message, used_packages,

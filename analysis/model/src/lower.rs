@@ -96,7 +96,7 @@ pub(crate) fn lower(file: &ast::SourceFile, whole: bool, known: &Known) -> (Item
 }
 
 /// What begins a declaration.
-const DECLARATIONS: [&str; 9] =
+pub const DECLARATIONS: [&str; 9] =
     ["include", "library", "use", "codel", "shell", "core", "component", "architecture", "deployment"];
 
 /// What begins an item of some declaration.
