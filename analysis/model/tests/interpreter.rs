@@ -480,7 +480,8 @@ fn analysed(core: &Core) -> BTreeMap<String, u64> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(500))]
+    // More cases come with more cores that have no period.
+    #![proptest_config(ProptestConfig { max_global_rejects: 1 << 20, ..ProptestConfig::with_cases(500) })]
     #[test]
     fn each_edge_costs_what_its_worst_period_does(core in core(false)) {
         let expected = edges(&core);
