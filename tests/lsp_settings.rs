@@ -2,6 +2,8 @@
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
+use std::time::Duration;
+
 use mauve_tests::{Client, Text, address, scratch, write};
 use serde_json::{Value, json};
 
@@ -106,7 +108,7 @@ fn the_newest_answer_counts() {
     let ids = [question(), question()];
     for (id, level) in ids.iter().zip([1e-3, 1e-6]).rev() {
         client.send(&json!({"jsonrpc": "2.0", "id": id, "result": [{"timing": {"significance": level}}]}));
-        client.idle();
+        client.settle(Duration::from_millis(200));
         wait_for(&mut client, &robot, "50");
     }
 }

@@ -256,7 +256,7 @@ fn activity_document(query: Query, activity: &ActivityReport<'_>) -> ActivityDoc
         window,
         interference: interference.collect(),
         assumed: assumed.collect(),
-        reasons: activity.reasons.iter().map(|reason| reason.message.clone()).collect(),
+        reasons: activity.why().into_iter().map(str::to_owned).collect(),
     }
 }
 

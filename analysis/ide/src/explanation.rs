@@ -8,6 +8,7 @@ use mauve_model::{
 };
 use mauve_timing::task_set::TaskSet;
 use mauve_timing::{Method, Status, Time, worst_trace};
+use rustc_hash::FxHashSet;
 
 /// How many periods of the worst trace are shown.
 const SHOWN_PERIODS: usize = 12;
@@ -75,7 +76,8 @@ fn explain(report: &Report<'_>, activity: &ActivityReport<'_>, query: Query, ori
         time(row.deadline),
         time(row.period)
     );
-    for reason in &activity.reasons {
+    let mut seen = FxHashSet::default();
+    for reason in activity.reasons.iter().filter(|reason| seen.insert(&reason.message)) {
         let _ = writeln!(out, "  because {}", reason.message);
         // Of what may delay it, the first that is not analysed itself.
         let mut others = report.activities.iter().filter(|other| other.row.instance != row.instance);

@@ -643,11 +643,12 @@ impl<'db> Flow<'_, 'db> {
         }
         let back = reachable(&sources, initial);
         // Those that are never entered are reported as that.
+        let entered: FxHashSet<&Name> = behaviour.states.iter().collect();
         let stuck: Vec<(&Name, Place<'db>)> = machine
             .states
             .iter()
             .zip(back)
-            .filter(|(state, back)| !back && behaviour.states.contains(&state.name.name))
+            .filter(|(state, back)| !back && entered.contains(&state.name.name))
             .map(|(state, _)| (&state.name.name, self.at(state.name.part)))
             .collect();
         if !stuck.is_empty() {

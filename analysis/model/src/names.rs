@@ -212,12 +212,12 @@ impl<'db> Names<'db> {
         self.missing || !self.doubts.is_empty() || !self.nameless.is_empty()
     }
 
-    /// Why a name that a library lacks may be declared all the same ([`Unresolved::Lost`]), for a user.
-    pub(crate) fn why_lost(&self, library: Option<&Name>) -> String {
-        match library {
-            _ if self.missing => "a file that may declare it is missing".to_owned(),
-            Some(library) => format!("library `{library}` has a syntax error"),
-            None => "a file has a syntax error".to_owned(),
+    /// Why a name that is not found may be declared all the same ([`Unresolved::Lost`]), for a user.
+    pub(crate) fn why_lost(&self) -> &'static str {
+        if self.missing {
+            "a file that may declare it is missing"
+        } else {
+            "a syntax error may hide its declaration"
         }
     }
 
@@ -313,8 +313,8 @@ pub struct Features<'db> {
     pub cycle: bool,
     /// Was a feature or a base shell lost, or do two features have one name?
     pub lost: bool,
-    /// A base shell that something lost may declare: its library.
-    pub lost_base: Option<Option<Name>>,
+    /// Is there a base shell that may be declared by what is missing?
+    pub lost_base: bool,
 }
 
 impl<'db> Features<'db> {
@@ -325,11 +325,9 @@ impl<'db> Features<'db> {
 
     /// Why an operation may be missing, in words that go on from `shell X` or `its shell`.
     pub(crate) fn why_lost(&self, names: &Names<'_>) -> String {
-        match &self.lost_base {
-            Some(library) => {
-                format!("extends a shell that may be lost: {}", names.why_lost(library.as_ref()))
-            }
-            None => "has an error: an operation may be missing in it".to_owned(),
+        match self.lost_base {
+            true => format!("extends a shell that is not found: {}", names.why_lost()),
+            false => "has an error: an operation may be missing in it".to_owned(),
         }
     }
 
@@ -366,9 +364,7 @@ pub fn features_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'d
                 }
                 Err(unresolved) => {
                     features.lost = true;
-                    if unresolved == Unresolved::Lost {
-                        features.lost_base.get_or_insert_with(|| current.library(db).clone());
-                    }
+                    features.lost_base |= unresolved == Unresolved::Lost;
                 }
             }
         }

@@ -77,6 +77,15 @@ pub struct ActivityReport<'db> {
     pub assumed: Vec<(String, Time)>,
 }
 
+impl ActivityReport<'_> {
+    /// [`ActivityReport::reasons`] in words, each once: one mistake may stand in several places.
+    pub fn why(&self) -> Vec<&str> {
+        let mut seen = FxHashSet::default();
+        let all = self.reasons.iter().map(|reason| reason.message.as_str());
+        all.filter(|reason| seen.insert(*reason)).collect()
+    }
+}
+
 /// What is known of an activity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Verdict {

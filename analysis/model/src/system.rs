@@ -470,9 +470,9 @@ impl<'db> Reader<'db> {
         let mut serves: FxHashMap<&Name, &Name> = FxHashMap::default();
         // A connection that is not right may be meant for anybody who provides something.
         let has_wrong_operation = |decl: &Decl<'db>| {
-            let items = items_of(self.db, *decl);
-            let mut errors = errors_in(self.db, self.project, *decl).iter();
-            errors.any(|error| item_at(&items, *decl, &error.at).is_some_and(|item| item.is_operation))
+            let errors = errors_in(self.db, self.project, *decl);
+            let items = if errors.is_empty() { Vec::new() } else { items_of(self.db, *decl) };
+            errors.iter().any(|error| item_at(&items, *decl, &error.at).is_some_and(|item| item.is_operation))
         };
         let mut lost = flat.links_lost || flat.architectures.iter().any(has_wrong_operation);
         for Link { operation, source, target, .. } in &flat.links {

@@ -89,15 +89,15 @@ pub fn table_pattern(folder: &Path, pattern: &str) -> Result<GlobMatcher, globse
 
 /// Does a pattern name one of several paths, so that a table may be missing and nobody notices? (`[x]` is the letter `x`.)
 fn has_choice(pattern: &str) -> bool {
-    let mut parts = pattern.split('[');
-    let is_choice = |text: &str| text.contains(['{', '}']);
-    let is_first_choice = parts.next().is_some_and(is_choice);
-    is_first_choice
-        || parts.any(|part| {
-            let mut letters = part.chars();
-            let is_letter = letters.next().is_some() && letters.next() == Some(']');
-            !is_letter || is_choice(letters.as_str())
-        })
+    let mut letters = pattern.chars();
+    while let Some(letter) = letters.next() {
+        match letter {
+            '[' if letters.next().is_none() || letters.next() != Some(']') => return true,
+            '{' | '}' => return true,
+            _ => {}
+        }
+    }
+    false
 }
 
 /// The pattern of `[timing] tables` that names one path and no other.
@@ -578,4 +578,21 @@ fn is_known_elsewhere<'db>(db: &'db dyn ModelDb, project: Project<'db>, kind: Ki
 
 fn file_name(db: &dyn ModelDb, file: File) -> String {
     file.path(db).file_name().map_or_else(String::new, |name| Path::new(name).display().to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn the_pattern_of_a_path_names_it_and_chooses_nothing(path in "[a\\[\\]{}*?!^-]{1,12}") {
+            let pattern = pattern_of_path(&path);
+            prop_assert!(!has_choice(&pattern), "{}", pattern);
+            let glob = table_pattern("/robot".as_ref(), &pattern).unwrap();
+            prop_assert!(glob.is_match(Path::new("/robot").join(&path)), "{}", pattern);
+        }
+    }
 }

@@ -543,7 +543,7 @@ assume.codel = \"1 ms\"
     };
     assert_eq!(model("", ""), "a met 2 ms\nb met 1 ms\n");
     expect![[r#"
-        a not-analysed: core K: codel `f` may be lost: a file that may declare it is missing
+        a not-analysed: core K: codel `f` is not found: a file that may declare it is missing
         b met 1 ms
     "#]]
     .assert_eq(&model("include \"lost.mal\"", ""));
@@ -554,7 +554,7 @@ assume.codel = \"1 ms\"
     .assert_eq(&model("", "}"));
     // A half-typed word moves nothing; but it may have been the codel `f` of that library.
     expect![[r#"
-        a not-analysed: core K: codel `f` may be lost: library `near` has a syntax error
+        a not-analysed: core K: codel `f` is not found: a syntax error may hide its declaration
         b met 1 ms
     "#]]
     .assert_eq(&model("", "\n  cod\n"));

@@ -315,6 +315,15 @@ impl Lines {
         Lines { starts: HashMap::new(), width }
     }
 
+    /// ` (path:line)`; nothing for a whole file, which a message names.
+    pub(super) fn shown(&mut self, db: &Database, here: &Path, at: &Place<'_>) -> String {
+        if matches!(at, Place::Range(_, 0, 0)) {
+            return String::new();
+        }
+        let path = shown(at.file(db).path(db), here);
+        format!(" ({path}:{})", self.range(db, at).start.line)
+    }
+
     pub(super) fn range(&mut self, db: &Database, at: &Place<'_>) -> RangeDocument {
         let file = at.file(db);
         let text: &str = file.text(db);

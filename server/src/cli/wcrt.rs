@@ -1,6 +1,6 @@
 //! `mauve wcrt [PATH]`: the worst-case response times of deployments, of models or of the task sets in generated packages.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap, HashSet};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -9,12 +9,13 @@ use mauve_ide::{explain_response, explain_response_of};
 use mauve_model::diagnostics::errors_of_text;
 use mauve_model::item_tree::Name;
 use mauve_model::{
-    ActivityReport, Database, Decl, File, Priority, Project, Query, Refusal, Report, Verdict, Workspace,
-    cpu_names, response_times_of, timetable_of,
+    ActivityReport, Database, Decl, File, Place, Priority, Project, Query, Refusal, Report, Verdict,
+    Workspace, cpu_names, response_times_of, timetable_of,
 };
 use mauve_timing::task_set::{Exported, Parsed, TaskSet};
 use mauve_timing::{Level, Rounding, Status, Time};
 
+use super::check::Lines;
 use super::{Method, Paths, columns, counted, say, shown};
 use crate::Output;
 use crate::analysis_document::{
@@ -293,29 +294,41 @@ fn table(name: &str, it: &Deployed<'_>) -> String {
 /// Why there are no figures, and which rest on assumptions: a line each, with the levels where it is not said of all.
 fn notes(it: &Deployed<'_>) -> Vec<String> {
     let mut notes: Vec<(String, Vec<String>)> = Vec::new();
+    let mut index: HashMap<String, usize> = HashMap::new();
+    let mut lines = Lines::new(|text| text.chars().count());
+    let here = std::env::current_dir().unwrap_or_default();
     for (query, report) in &it.reports {
-        let nothing =
-            report.lost.iter().map(|lost| format!("nothing is analysed: {}", located(it, report, lost)));
-        // What is said of all activities is not said of each.
-        let not_analysed = report.activities.iter().filter_map(|activity| {
-            let mut reasons: Vec<String> = Vec::new();
-            for reason in activity.reasons.iter().filter(|reason| !report.lost.contains(reason)) {
-                let reason = located(it, report, reason);
-                if !reasons.contains(&reason) {
-                    reasons.push(reason);
-                }
+        // Activities are named already.
+        let named: HashSet<&Place<'_>> = report.activities.iter().map(|activity| &activity.row.at).collect();
+        let mut located = |reason: &Refusal<'_>| match it.origin {
+            Origin::Model(db, _) if !named.contains(&reason.at) => {
+                format!("{}{}", reason.message, lines.shown(db, &here, &reason.at))
             }
-            (!reasons.is_empty()).then(|| format!("{}: {}", activity.row.instance, reasons.join("; ")))
-        });
+            _ => reason.message.clone(),
+        };
+        let mut found: Vec<String> =
+            report.lost.iter().map(|lost| format!("nothing is analysed: {}", located(lost))).collect();
+        for activity in &report.activities {
+            // What is said of all activities is not said of each.
+            let own = activity.reasons.iter().filter(|reason| !report.lost.contains(reason));
+            let mut seen = HashSet::new();
+            let reasons: Vec<String> =
+                own.map(&mut located).filter(|reason| seen.insert(reason.clone())).collect();
+            if !reasons.is_empty() {
+                found.push(format!("{}: {}", activity.row.instance, reasons.join("; ")));
+            }
+        }
         let assumed = report.activities.iter().filter(|activity| !activity.assumed.is_empty());
-        let assumed = assumed.map(|it| format!("{}: {}", it.row.instance, assumptions(&it.assumed)));
-        for note in nothing.chain(not_analysed).chain(assumed) {
+        found.extend(assumed.map(|it| format!("{}: {}", it.row.instance, assumptions(&it.assumed))));
+        for note in found {
+            let at = *index.entry(note.clone()).or_insert(notes.len());
+            if at == notes.len() {
+                notes.push((note, Vec::new()));
+            }
             let level = query.level.to_string();
-            match notes.iter_mut().find(|(known, _)| *known == note) {
-                // Two activities of one instance have one reason.
-                Some((_, levels)) if levels.last() == Some(&level) => {}
-                Some((_, levels)) => levels.push(level),
-                None => notes.push((note, vec![level])),
+            // Two activities of one instance may have one reason.
+            if let Some((_, levels)) = notes.get_mut(at).filter(|(_, levels)| levels.last() != Some(&level)) {
+                levels.push(level);
             }
         }
     }
@@ -324,20 +337,6 @@ fn notes(it: &Deployed<'_>) -> Vec<String> {
         false => format!("  at {}: {note}\n", levels.join(", ")),
     };
     notes.into_iter().map(line).collect()
-}
-
-/// A reason, and where it stands; not where that is an activity or a whole file, which are named.
-fn located(it: &Deployed<'_>, report: &Report<'_>, reason: &Refusal<'_>) -> String {
-    let Origin::Model(db, _) = it.origin else { return reason.message.clone() };
-    let start = usize::from(reason.at.range(db).start());
-    let file = reason.at.file(db);
-    let before = file.text(db).get(..start).unwrap_or_default();
-    if start == 0 || report.activities.iter().any(|activity| activity.row.at == reason.at) {
-        return reason.message.clone();
-    }
-    let here = std::env::current_dir().unwrap_or_default();
-    let line = before.matches('\n').count() + 1;
-    format!("{} ({}:{line})", reason.message, shown(file.path(db), &here))
 }
 
 /// `assumes 5 ms for robot.plan`.
@@ -482,8 +481,8 @@ fn csv(all: &[Deployed<'_>]) -> String {
 
 /// Why a row has no figures, or why they are not what they seem to be: nothing, for most.
 fn remark(of_all: &[String], activity: &ActivityReport<'_>) -> String {
-    let reasons = activity.reasons.iter().map(|reason| reason.message.as_str());
-    reasons.chain(of_all.iter().map(String::as_str)).collect::<Vec<_>>().join("; ")
+    let remarks = of_all.iter().map(String::as_str);
+    activity.why().into_iter().chain(remarks).collect::<Vec<_>>().join("; ")
 }
 
 /// Why the figures of all rows of a deployment are not what they seem to be.

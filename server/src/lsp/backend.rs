@@ -43,8 +43,9 @@ pub(crate) struct Backend {
     client: Client,
     /// What the client can do, and what it gave as initialization options.
     session: OnceLock<(Capabilities, Settings)>,
-    /// How often the client was asked for its settings.
-    questions: Arc<AtomicU64>,
+    /// How often the client was asked for its settings, and the number of the newest question that it has answered.
+    questions: AtomicU64,
+    answered: Arc<AtomicU64>,
 }
 
 /// The methods that are ours alone.
@@ -65,10 +66,10 @@ pub(crate) fn with_custom_methods(build: LspServiceBuilder<Backend>) -> LspServi
 }
 
 const NOT_CONFIGURED: &str =
-    "The editor does not say what is set for mauve. Until it does, the settings of before hold.";
+    "The editor has not answered mauve's request for its settings. The previous settings stay in effect.";
 
-const LOST_FOLDERS: &str = "mauve could not understand all of the editor's message about its folders. Where one is missing, or is \
-                            there that was closed, restart the server.";
+const LOST_FOLDERS: &str = "mauve could not understand all of the editor's message about its folders. If a folder is missing, or a \
+                            closed one is still analysed, restart the server.";
 
 const LOST_MESSAGE: &str = "mauve could not understand a message of the editor, so the texts of open files are unknown: save \
                             them. If a file was opened just then, close and open it.";
@@ -81,7 +82,8 @@ impl Backend {
             raw: OnceLock::new(),
             client,
             session: OnceLock::new(),
-            questions: Arc::default(),
+            questions: AtomicU64::new(0),
+            answered: Arc::default(),
         }
     }
 
@@ -97,21 +99,25 @@ impl Backend {
             Some(given) => take(given),
             None if capabilities.configuration => {
                 let number = self.questions.fetch_add(1, Ordering::SeqCst) + 1;
-                let (questions, main_loop) = (Arc::clone(&self.questions), self.main_loop.clone());
+                let (answered, main_loop) = (Arc::clone(&self.answered), self.main_loop.clone());
                 tokio::spawn(async move {
                     let item = ConfigurationItem { scope_uri: None, section: Some(SECTION.to_owned()) };
                     let mut answer = Box::pin(client.configuration(vec![item]));
                     let answer = match timeout(PATIENCE, &mut answer).await {
                         Ok(answer) => answer,
                         Err(_) => {
-                            let _ = main_loop.send(Event::Warn(NOT_CONFIGURED.to_owned()));
+                            if answered.load(Ordering::SeqCst) < number {
+                                let _ = main_loop.send(Event::Warn(NOT_CONFIGURED.to_owned()));
+                            }
                             answer.await
                         }
                     };
                     match answer {
                         // A newer question has a newer answer, whichever comes first.
-                        Ok(_) if questions.load(Ordering::SeqCst) != number => {}
-                        Ok(given) => given.iter().for_each(take),
+                        Ok(given) if answered.fetch_max(number, Ordering::SeqCst) < number => {
+                            given.iter().for_each(take);
+                        }
+                        Ok(_) => {}
                         Err(error) => tracing::warn!("the client does not say what is set: {error}"),
                     }
                 });

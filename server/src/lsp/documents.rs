@@ -1,7 +1,7 @@
 //! The texts that the client has open, kept as it keeps them.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 use tower_lsp::lsp_types::{TextDocumentContentChangeEvent, TextDocumentItem, Url};
@@ -32,8 +32,13 @@ pub(crate) struct Documents(pub(crate) BTreeMap<Url, Open>);
 const LOST: &str = "mauve could not understand the editor's last message about this file, so its text is unknown: save the \
                     file, or close and open it";
 
-const LONE_RETURN: &str = "a carriage return stands without a line feed here, which some editors take for the end of a line, and \
-                           others not: after a change the text is unknown. Remove it, then save the file";
+/// Of a text with a carriage return that ends no line here; `line` counts from 1.
+fn lone_return(line: usize) -> String {
+    format!(
+        "line {line} has a carriage return without a line feed: editors disagree whether it ends a line, so the text is \
+         unknown after a change. Remove it and save the file"
+    )
+}
 
 impl Documents {
     /// Takes a text. One that is open already is replaced: the client knows best.
@@ -70,11 +75,9 @@ impl Documents {
         self.0.get(&self.address(uri)?)
     }
 
-    /// Why the text of the file at this place, behind all links, is unknown: by one of its addresses, it is.
-    pub(crate) fn problem_of(&self, file: &Path) -> Option<String> {
-        let unknown = self.0.values().filter(|open| open.problem.is_some());
-        let mut of_file = unknown.filter(|open| open.path == file || place(&open.path) == file);
-        of_file.next()?.problem.clone()
+    /// The files whose text is unknown by one of their addresses, behind all links, and why.
+    pub(crate) fn unknown(&self) -> BTreeMap<PathBuf, String> {
+        self.0.values().filter_map(|open| Some((place(&open.path), open.problem.clone()?))).collect()
     }
 
     fn get_mut(&mut self, uri: &Url) -> Option<&mut Open> {
@@ -111,8 +114,8 @@ impl Documents {
                     let (start, is_within) = offset(&open.text, range.start, encoding);
                     let (end, is_end_within) = offset(&open.text, range.end, encoding);
                     // Editors differ in what they mean by these.
-                    if has_lone_return(&open.text) {
-                        open.problem = Some(LONE_RETURN.to_owned());
+                    if let Some(line) = line_with_lone_return(&open.text) {
+                        open.problem = Some(lone_return(line));
                     } else if end < start || is_within || is_end_within {
                         open.problem = Some(LOST.to_owned());
                     }
@@ -136,10 +139,11 @@ impl Documents {
     /// Something came about a text that means nothing: from here on the text is unknown, whether it was open or not. Until it
     /// is known, the last one stands for it, or that of the disk. A folder has no text.
     pub(crate) fn lost(&mut self, uri: &Url) {
-        if place_of(uri).0.is_dir() {
+        let known = self.address(uri);
+        if known.is_none() && place_of(uri).0.is_dir() {
             return;
         }
-        let address = self.address(uri).unwrap_or_else(|| uri.clone());
+        let address = known.unwrap_or_else(|| uri.clone());
         let open = self.0.entry(address).or_insert_with(|| {
             let (path, is_file) = place_of(uri);
             let text = if is_file { text_of(&path).0 } else { String::new() };
@@ -150,9 +154,11 @@ impl Documents {
     }
 }
 
-/// Does a text have a carriage return that ends no line here? To some editors it ends one.
-fn has_lone_return(text: &str) -> bool {
-    text.match_indices('\r').any(|(at, _)| text.as_bytes().get(at + 1) != Some(&b'\n'))
+/// The first line, from 1, with a carriage return that ends no line here. To some editors it ends one.
+fn line_with_lone_return(text: &str) -> Option<usize> {
+    let mut returns = text.match_indices('\r').map(|(at, _)| at);
+    let at = returns.find(|at| text.as_bytes().get(at + 1) != Some(&b'\n'))?;
+    Some(text.get(..at)?.matches('\n').count() + 1)
 }
 
 /// Where a text is; a name of its own where it is no file. Only texts of our language are opened without a file.

@@ -4,7 +4,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, mpsc};
 use std::time::Instant;
@@ -215,7 +215,7 @@ impl MainLoop {
             Event::Disk { paths, missed } => {
                 if missed {
                     // Any folder may be another one than is watched.
-                    self.watcher.forget(Path::new("/"));
+                    self.watcher.forget_all();
                     self.reload = true;
                 }
                 self.disk(&paths);
@@ -310,9 +310,10 @@ impl MainLoop {
         // Of two addresses of one file, the one that was changed last counts.
         dirty.sort();
         let mut written: BTreeMap<Url, File> = BTreeMap::new();
+        let unknown = if dirty.is_empty() { BTreeMap::new() } else { self.documents.unknown() };
         for uri in dirty.into_iter().map(|(_, uri)| uri) {
             if let Some(open) = self.documents.0.get(uri) {
-                let problem = self.documents.problem_of(&place(&open.path)).map(Problem::Unknown);
+                let problem = unknown.get(&place(&open.path)).cloned().map(Problem::Unknown);
                 let file = self.loader.opened(&mut self.db, &open.path, &open.text, problem);
                 written.insert(uri.clone(), file);
             }

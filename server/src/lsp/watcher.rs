@@ -60,8 +60,8 @@ impl Watcher {
         Watcher { watcher, watched: BTreeSet::new() }
     }
 
-    /// A folder has come or gone, with all that is in it: what is there now is another one than was watched. Says whether it
-    /// was watched, or one in it: then it is to be watched anew.
+    /// Something has happened to a folder: it and those in it may be others than are watched. Says whether one of them was
+    /// watched: then it is to be watched anew.
     pub(crate) fn forget(&mut self, folder: &Path) -> bool {
         // What stands in a folder follows it in their order.
         let from = self.watched.range(folder.to_owned()..);
@@ -71,6 +71,13 @@ impl Watcher {
             self.watched.remove(folder);
         }
         !gone.is_empty()
+    }
+
+    /// Any folder may be another than is watched.
+    pub(crate) fn forget_all(&mut self) {
+        for folder in std::mem::take(&mut self.watched) {
+            let _ = self.watcher.as_mut().map(|watcher| watcher.unwatch(&folder));
+        }
     }
 
     /// Watches these folders, each by itself, and no others. Says whether one is new.

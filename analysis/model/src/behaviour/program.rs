@@ -397,8 +397,7 @@ impl<'db> Reader<'_, 'db> {
             }
             Err(Unresolved::Repeated) => self.refuse_here(&format!("codel `{name}` is declared twice")),
             Err(Unresolved::Lost) => {
-                let library = self.of.library(self.db).as_ref();
-                let why = format!("codel `{name}` may be lost: {}", self.names.why_lost(library));
+                let why = format!("codel `{name}` is not found: {}", self.names.why_lost());
                 self.refuse_in_doubt(&why);
             }
             // One mistake: the shell that may declare it is reported.
