@@ -164,7 +164,7 @@ fn tables_that_cannot_be_reached_are_not_ignored() {
     assert!(wcrt("tables-plain", "t/*.toml", &|_| ()).contains(",1,1,1,met"));
     // The name of a folder is no pattern, and the configuration is no table.
     assert!(wcrt("tables-[1]*", "t/*.toml", &|_| ()).contains(",1,1,1,met"));
-    assert!(wcrt("tables-config", "{t/,}*.toml", &|_| ()).contains(",1,1,1,met"));
+    assert!(wcrt("tables-config", "**/*.toml", &|_| ()).contains(",1,1,1,met"));
     let broken = wcrt("tables-broken-link", "t/*.toml", &|folder| {
         std::os::unix::fs::symlink("/nowhere", folder.join("t/b.toml")).unwrap();
     });

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use mauve_tests::{Client, Text, address, copy, mauve, models, scratch, write};
+use mauve_tests::{Client, Text, address, all_texts_in, copy, mauve, models, scratch, write};
 use serde_json::{Value, json};
 
 const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
@@ -161,23 +161,6 @@ fn apply(edit: &Value) -> Vec<(String, PathBuf)> {
     done
 }
 
-/// All files of a folder, with what is in them.
-fn texts(folder: &Path) -> BTreeMap<PathBuf, String> {
-    let mut found = BTreeMap::new();
-    let mut open = vec![folder.to_owned()];
-    while let Some(folder) = open.pop() {
-        for entry in std::fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                open.push(path);
-            } else {
-                found.insert(path.clone(), std::fs::read_to_string(&path).unwrap());
-            }
-        }
-    }
-    found
-}
-
 /// Generates all packages.
 fn generated(client: &mut Client, uri: &str) {
     let found = generate(client, uri).unwrap();
@@ -218,7 +201,7 @@ fn the_action_on_a_deployment_is_an_edit_that_makes_its_packages() {
     assert_eq!(confirmed[0]["uri"], text.uri.as_str());
     assert_eq!(confirmed[0]["options"], json!({"ignoreIfExists": true}));
     assert_eq!(annotations["Create files"]["description"], "in generated");
-    let before = texts(&folder);
+    let before = all_texts_in(&folder);
     let done = apply(edit);
     assert!(
         done.len() > 50 && done.iter().all(|(_, path)| path.starts_with(folder.join("generated"))),
@@ -484,7 +467,7 @@ fn what_is_not_generated_any_more_is_removed() {
     let folder = project("removed");
     let (mut client, mut text) = opened(&folder, &good_editor());
     generated(&mut client, &text.uri);
-    let before = texts(&folder.join("generated"));
+    let before = all_texts_in(&folder.join("generated"));
     // No codel, so no header for codels.
     client.edit(&mut text, "  codel scan(out n: int): int\n", "");
     client.edit(&mut text, "scan(n); ", "");
@@ -573,7 +556,7 @@ fn the_folder_is_in_that_of_the_workspace() {
         assert!(reason.contains(why), "{path}: {reason}");
         assert_eq!(generate(&mut client, &text.uri).unwrap_err(), reason);
     }
-    assert_eq!(texts(&elsewhere), BTreeMap::new());
+    assert_eq!(all_texts_in(&elsewhere), BTreeMap::new());
     // A package that leads out of it.
     out("cpp/robot");
     std::fs::create_dir_all(folder.join("cpp/robot")).unwrap();

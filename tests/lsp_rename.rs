@@ -2,10 +2,9 @@
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use mauve_tests::{Client, Text, address, copy, mauve, models, scratch, write};
+use mauve_tests::{Client, Text, address, all_texts_in, copy, mauve, models, scratch, write};
 use serde_json::{Value, json};
 
 const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
@@ -28,22 +27,6 @@ fn robot(name: &str) -> PathBuf {
                     \"navigation.Navigation/Waiting.asked.guard\" = 0.1\n\"Navigation/Planning.given_up.guard\" = 0.1\n";
     write(&folder, &[("timing/programs.toml", programs)]);
     folder
-}
-
-fn texts(folder: &Path) -> BTreeMap<PathBuf, String> {
-    let mut found = BTreeMap::new();
-    let mut open = vec![folder.to_owned()];
-    while let Some(folder) = open.pop() {
-        for entry in std::fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                open.push(path);
-            } else {
-                found.insert(path.clone(), std::fs::read_to_string(&path).unwrap());
-            }
-        }
-    }
-    found
 }
 
 /// Writes what an edit says; gives what was replaced, by file: lines and columns, and the new text.
@@ -154,14 +137,14 @@ fn the_robot_stays_what_it_is() {
     ];
     for (what, file, at, old, counts) in renamed {
         let folder = robot(&format!("lsp_rename_{what}"));
-        let (before, said) = (texts(&folder), says(&folder));
+        let (before, said) = (all_texts_in(&folder), says(&folder));
         let mut client = Client::start(MAUVE, &[]);
         let server = client.initialize(Some(&folder), &good_editor());
         assert_eq!(server["capabilities"]["renameProvider"], json!({"prepareProvider": true}));
         let text = client.open_file(&folder.join(file));
         let edit = rename(&mut client, &text, at, "quite_another").unwrap();
         let changed = apply(&edit);
-        let after = texts(&folder);
+        let after = all_texts_in(&folder);
         // Nothing else is replaced, and there and back is where it was.
         let mut shown = Vec::new();
         for (path, old_text) in &before {

@@ -538,7 +538,7 @@ fn a_text_is_unknown_by_each_of_its_addresses() {
         json!({"textDocument": {"uri": second.uri, "version": "x"}, "contentChanges": [{"text": "lost"}]});
     client.notify("textDocument/didChange", bad);
     client.wait_for_hint(&first, "activity navigation", |hint| hint.starts_with("not analysed"));
-    // What the first says of itself says nothing of the second.
+    // A change of the first does not make the text of the second known.
     client.edit(&mut first, "period = 1000", "period = 1001");
     client.edit(&mut first, "period = 1001", "period = 1000");
     client.diagnostics(&first);

@@ -5,7 +5,7 @@
 use std::path::{Path, PathBuf};
 
 use mauve_model::{Database, Workspace, projects};
-use mauve_tests::{Run, mauve, models, scratch, texts_in, write};
+use mauve_tests::{Run, files_in, mauve, models, scratch, texts_in, write};
 use serde_json::Value;
 
 fn run(folder: &Path, arguments: &[&str]) -> Run {
@@ -146,8 +146,9 @@ fn several_files_and_what_goes_with_none() {
     std::fs::create_dir(folder.join("folder.json")).unwrap();
     says(&["folder.json"], 2, "cannot read `folder.json`: it is no file");
     let machine = set.replace("P3dxDeployment.json", "Navigation.psm.json");
-    let machines =
-        walk(&folder).into_iter().find(|path| path.ends_with("Navigation.psm.json")).unwrap_or(machine);
+    let mut files = files_in(&folder).into_iter();
+    let machines = files.find(|path| path.ends_with("Navigation.psm.json"));
+    let machines = machines.map_or(machine, |path| path.display().to_string());
     says(&[&machines], 2, "is the state machine of component ");
     let text = std::fs::read_to_string(folder.join(&set)).unwrap();
     let changed = text.replacen("100000000", "200000000", 1);
@@ -179,23 +180,6 @@ fn several_files_and_what_goes_with_none() {
     );
     assert_eq!(document(&run(&folder, &["wcrt", "meant.json", "--format", "json"]))["unsealed"], true);
     assert_eq!(document(&run(&folder, &["wcrt", &set, "--format", "json"])).get("unsealed"), None);
-}
-
-/// The files below a folder, by their paths from there.
-fn walk(folder: &Path) -> Vec<String> {
-    let mut found = Vec::new();
-    let mut open = vec![folder.to_owned()];
-    while let Some(next) = open.pop() {
-        for entry in std::fs::read_dir(next).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                open.push(path);
-            } else {
-                found.push(path.strip_prefix(folder).unwrap().to_str().unwrap().to_owned());
-            }
-        }
-    }
-    found
 }
 
 #[test]

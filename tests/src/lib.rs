@@ -17,6 +17,7 @@ pub mod orocos;
 mod random_model;
 mod times;
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -73,22 +74,36 @@ pub fn models() -> PathBuf {
     PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/models"))
 }
 
-/// The models, timing tables and configurations below a folder, by their paths and in that order.
-pub fn texts_in(folder: &Path) -> Vec<(PathBuf, String)> {
-    let mut texts = Vec::new();
+/// All files below a folder, in the order of their paths.
+pub fn files_in(folder: &Path) -> Vec<PathBuf> {
+    let mut files = Vec::new();
     let mut open = vec![folder.to_owned()];
     while let Some(next) = open.pop() {
         for entry in std::fs::read_dir(next).unwrap() {
             let path = entry.unwrap().path();
             if path.is_dir() {
                 open.push(path);
-            } else if path.extension().is_some_and(|it| it == "mal" || it == "toml") {
-                texts.push((path.clone(), std::fs::read_to_string(path).unwrap()));
+            } else {
+                files.push(path);
             }
         }
     }
-    texts.sort();
-    texts
+    files.sort();
+    files
+}
+
+/// What all files below a folder say, by their paths.
+pub fn all_texts_in(folder: &Path) -> BTreeMap<PathBuf, String> {
+    let texts =
+        files_in(folder).into_iter().map(|path| (path.clone(), std::fs::read_to_string(path).unwrap()));
+    texts.collect()
+}
+
+/// The models, timing tables and configurations below a folder, by their paths and in that order.
+pub fn texts_in(folder: &Path) -> Vec<(PathBuf, String)> {
+    let is_ours = |path: &PathBuf| path.extension().is_some_and(|it| it == "mal" || it == "toml");
+    let files = files_in(folder).into_iter().filter(is_ours);
+    files.map(|path| (path.clone(), std::fs::read_to_string(path).unwrap())).collect()
 }
 
 /// A project of `files` models and about `lines` lines that has nothing to complain of: a root that includes all others, and for each

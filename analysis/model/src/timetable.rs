@@ -50,7 +50,7 @@ pub fn table_files(db: &dyn ModelDb, workspace: Workspace) -> TableFiles {
         };
         if has_choice(pattern) {
             let why =
-                "`{` and `[` choose between names, of which some may be missing: write a pattern for each";
+                "`{` and `[` choose between names, and a file may be missing: write a pattern for each name";
             errors.push((format!("`{pattern}`: {why}"), span.clone()));
             continue;
         }
@@ -87,12 +87,14 @@ pub fn table_pattern(folder: &Path, pattern: &str) -> Result<GlobMatcher, globse
     Ok(glob.compile_matcher())
 }
 
-/// Does a pattern name one of several paths, so that a table may be missing and nobody notices? (`[x]` is the letter `x`.)
+/// Does a pattern choose between names, so that a missing table goes unnoticed? (`[x]` is the letter `x`.)
 fn has_choice(pattern: &str) -> bool {
     let mut letters = pattern.chars();
     while let Some(letter) = letters.next() {
         match letter {
-            '[' if letters.next().is_none() || letters.next() != Some(']') => return true,
+            // `[!` and `[^` begin what is left out.
+            '[' if letters.next().is_none_or(|letter| matches!(letter, '!' | '^')) => return true,
+            '[' if letters.next() != Some(']') => return true,
             '{' | '}' => return true,
             _ => {}
         }

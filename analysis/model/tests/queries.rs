@@ -216,18 +216,7 @@ fn a_new_name_runs_no_response_times() {
 #[test]
 fn the_sample_robot_too() {
     let folder = mauve_tests::models().join("p3dx");
-    let mut texts = Vec::new();
-    let mut open = vec![folder.clone()];
-    while let Some(next) = open.pop() {
-        for entry in std::fs::read_dir(next).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                open.push(path);
-            } else {
-                texts.push((path.clone(), std::fs::read_to_string(path).unwrap()));
-            }
-        }
-    }
+    let mut texts: Vec<_> = mauve_tests::all_texts_in(&folder).into_iter().collect();
     texts.sort_by_key(|(path, _)| (path.parent() != Some(&folder), path.clone()));
     let deployment = folder.join("deployment.mal");
     let deployment = deployment.to_str().unwrap();

@@ -226,10 +226,12 @@ fn warn_of_deadlines(
             let Proved { proved, all, .. } = deployed.deadlines();
             let name = deployment.qualified(db);
             say(&format!(
-                "warning: {} of the {} of {name} {} not proved (`mauve wcrt` says why)",
-                all - proved,
-                counted(all, "deadline"),
-                if all - proved == 1 { "is" } else { "are" },
+                "warning: {} not proved (`mauve wcrt` says why)",
+                match (all - proved, all) {
+                    (_, 1) => format!("the deadline of {name} is"),
+                    (1, all) => format!("1 of the {all} deadlines of {name} is"),
+                    (open, all) => format!("{open} of the {all} deadlines of {name} are"),
+                },
             ));
         }
     }

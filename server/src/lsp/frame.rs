@@ -516,7 +516,7 @@ mod tests {
     }
 
     #[test]
-    fn who_counts_letters_is_believed_and_nobody_else() {
+    fn a_length_in_letters_is_believed_and_no_other() {
         let params = "{\"textDocument\":{\"uri\":\"file:///a.mal\",\"text\":\"\u{e9}\u{1f916}\"}}";
         let open = format!("{{\"method\":\"textDocument/didOpen\",\"params\":{params}}}");
         let (bytes, letters) = (open.len(), open.chars().count());

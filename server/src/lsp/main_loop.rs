@@ -214,7 +214,7 @@ impl MainLoop {
             Event::Closed(uri) => self.closed(&self.documents.address(&uri).unwrap_or(uri)),
             Event::Disk { paths, missed } => {
                 if missed {
-                    // Any folder may be another one than is watched.
+                    // The folders that are watched may be gone.
                     self.watcher.forget_all();
                     self.reload = true;
                 }

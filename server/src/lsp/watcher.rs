@@ -73,7 +73,7 @@ impl Watcher {
         !gone.is_empty()
     }
 
-    /// Any folder may be another than is watched.
+    /// Watches nothing any more: any folder may have been replaced.
     pub(crate) fn forget_all(&mut self) {
         for folder in std::mem::take(&mut self.watched) {
             let _ = self.watcher.as_mut().map(|watcher| watcher.unwatch(&folder));
