@@ -296,8 +296,8 @@ impl Loader {
         self.edited.contains(place) || place.is_file()
     }
 
-    /// Has a folder a configuration, or a link that leads nowhere or a folder in its place? That of a folder above is not
-    /// meant then.
+    /// Has a folder a configuration, or a link that leads nowhere or a folder in its place? Then the configuration of a
+    /// folder above does not count.
     fn has_config(&self, folder: &Path) -> bool {
         let config = folder.join(CONFIG_FILE);
         self.edited.contains(&config) || config.symlink_metadata().is_ok()

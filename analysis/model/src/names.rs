@@ -223,8 +223,10 @@ impl<'db> Names<'db> {
 
     /// That `what` is unknown, and whether that may be for a missing file, for a user.
     pub(crate) fn unknown(&self, what: &str) -> String {
-        let why = if self.missing { ": a file that may declare it is missing" } else { "" };
-        format!("{what} is unknown{why}")
+        match self.missing {
+            true => format!("{what} is unknown: {}", self.why_lost()),
+            false => format!("{what} is unknown"),
+        }
     }
 
     /// What to do about `path`, written in `library`, that means nothing: a library to use, with its name, or one that is

@@ -251,6 +251,9 @@ pub(super) fn tables(all: &[Deployed<'_>]) -> Vec<String> {
     all.iter().map(|it| table(&heading(it), it)).collect()
 }
 
+/// What is said of a task set that anybody may have written.
+const NO_DIGEST: &str = "no digest: the figures are those of the file's author";
+
 /// All figures at one level, or the responses at several.
 fn table(name: &str, it: &Deployed<'_>) -> String {
     let mut out = String::new();
@@ -279,7 +282,7 @@ fn table(name: &str, it: &Deployed<'_>) -> String {
         );
     }
     if it.is_unsealed() {
-        out += "  no digest: the figures are those of the file's author\n";
+        let _ = writeln!(out, "  {NO_DIGEST}");
     }
     if it.errors > 0 {
         let _ = writeln!(out, "  not proved: the project has {}", counted(it.errors, "error"));
@@ -488,8 +491,7 @@ fn remark(of_all: &[String], activity: &ActivityReport<'_>) -> String {
 /// Why the figures of all rows of a deployment are not what they seem to be.
 fn remarks(of: &Deployed<'_>, query: &Query) -> Vec<String> {
     let horizon = query.horizon.map(|horizon| format!("UNSAFE first_job_ms: --horizon {horizon}"));
-    let unsealed =
-        of.is_unsealed().then(|| "no digest: the figures are those of the file's author".to_owned());
+    let unsealed = of.is_unsealed().then(|| NO_DIGEST.to_owned());
     let errors = (of.errors > 0).then(|| "not proved: the project has errors".to_owned());
     [horizon, unsealed, errors].into_iter().flatten().collect()
 }

@@ -61,7 +61,8 @@ const MOST_WAITING: usize = 2000;
 
 /// What is said of a client whose messages have other lengths than it says.
 const MISCOUNTED: &str = "The `Content-Length` of the editor's messages is not their length in bytes. mauve reads them all the \
-                          same, and treats texts as unknown where bytes may be missing; please report this to the authors of the editor or its plugin.";
+                          same, and treats texts as unknown where bytes may be missing; please report this to the authors \
+                          of the editor or its plugin.";
 
 /// How often it is looked whether the client is still there.
 const HEARTBEAT: Duration = Duration::from_secs(1);
