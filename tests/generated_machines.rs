@@ -15,7 +15,7 @@ use mauve_tests::machines::{
     Component, Expr, Form, Library, Place, Program, Property, Signature, Statement, Ty, Value, Variable,
     codels_source, expected_run, library_text, program_source, random_library,
 };
-use mauve_tests::orocos::{build, configure, run};
+use mauve_tests::orocos::{build, component_library, configure, run};
 use mauve_tests::{scratch, write};
 
 fn setting(name: &str) -> Option<u64> {
@@ -80,7 +80,7 @@ fn runs(folder: &Path, compiler: &str) -> BTreeMap<String, Vec<String>> {
         "-DCMAKE_DISABLE_FIND_PACKAGE_catkin=ON".to_owned(),
     ]));
     run(&mut build(&built));
-    let library = built.join("libmachines-components-gnulinux.so");
+    let library = component_library(&built, "machines-components");
     let said = run(Command::new(built.join("rig")).arg(library));
     let mut runs: BTreeMap<String, Vec<String>> = BTreeMap::new();
     let mut name = String::new();

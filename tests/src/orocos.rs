@@ -16,6 +16,30 @@ pub fn shim() -> PathBuf {
     PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/rtt-shim"))
 }
 
+/// Is there a real RTT? Then a pass is one on Orocos.
+pub fn is_real() -> bool {
+    rtt() != shim()
+}
+
+/// The library of components that a package built below `folder`: `build` itself has it, or a folder for Orocos in there.
+pub fn component_library(folder: &Path, name: &str) -> PathBuf {
+    let file = format!("lib{name}-gnulinux.so");
+    let mut found = Vec::new();
+    let mut open = vec![folder.to_owned()];
+    while let Some(folder) = open.pop() {
+        for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+            let path = entry.path();
+            if path.is_dir() {
+                open.push(path);
+            } else if path.ends_with(&file) {
+                found.push(path);
+            }
+        }
+    }
+    found.sort();
+    found.into_iter().next().unwrap_or_else(|| panic!("no {file} below {}", folder.display()))
+}
+
 /// Runs it to its end, and gives what it writes.
 ///
 /// # Errors

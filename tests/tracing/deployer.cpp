@@ -9,7 +9,11 @@
 #include <dlfcn.h>
 
 #include <rtt/Activity.hpp>
+#include <rtt/InputPort.hpp>
+#include <rtt/OutputPort.hpp>
 #include <rtt/TaskContext.hpp>
+
+#include "../orocos/rig/main.hpp"
 
 // The component of a library that has one.
 static std::unique_ptr<RTT::TaskContext> create(const char* library, const std::string& instance) {
@@ -23,7 +27,7 @@ static std::unique_ptr<RTT::TaskContext> create(const char* library, const std::
   return std::unique_ptr<RTT::TaskContext>(component);
 }
 
-int main(int, char** arguments) {
+int ORO_main(int, char** arguments) {
   std::setvbuf(stdout, nullptr, _IOLBF, BUFSIZ);
   const auto source = create(arguments[1], "source");
   const auto pilot = create(arguments[2], "pilot");

@@ -21,8 +21,8 @@
 #include <rtt/Property.hpp>
 #include <rtt/TaskContext.hpp>
 #include <rtt/extras/SlaveActivity.hpp>
-#include <shim/Deployer.hpp>
 
+#include "library.hpp"
 #include "recorder.hpp"
 
 namespace rig {
@@ -249,7 +249,7 @@ inline std::string at_run_time(const std::string& name) {
 
 class Rig {
  public:
-  Rig(const shim::ComponentLibrary& library, const std::string& component, std::uint64_t seed)
+  Rig(const ComponentLibrary& library, const std::string& component, std::uint64_t seed)
       : random_(seed), other_("other") {
     results() = Random(~seed);
     line("== " + component);

@@ -21,12 +21,8 @@
 #include <rtt/TaskContext.hpp>
 #include <rtt/extras/SlaveActivity.hpp>
 #include <rtt/os/fosi.h>
-// RTT has a main of its own, which begins with what it needs.
-#if __has_include(<rtt/os/main.h>)
-#include <rtt/os/main.h>
-#else
-#define ORO_main main
-#endif
+
+#include "../../orocos/rig/main.hpp"
 
 namespace {
 
@@ -58,6 +54,16 @@ struct HasPublicHook : std::false_type {};
 template <class T>
 struct HasPublicHook<T, decltype(std::declval<T>().updateHook())> : std::true_type {};
 static_assert(!HasPublicHook<RTT::TaskContext&>::value, "hooks are protected");
+
+template <class F>
+bool throws(F f) {
+  try {
+    f();
+  } catch (...) {
+    return true;
+  }
+  return false;
+}
 
 // One output port and one input port.
 struct Ports {
@@ -161,6 +167,7 @@ class Task : public RTT::TaskContext {
     addOperation("twice", &Task::twice, this, RTT::OwnThread).doc("Twice a number.").arg("x", "The number.");
     addOperation("halve", &Task::halve, this, RTT::OwnThread);
     addOperation("note", &Task::note, this, RTT::OwnThread);
+    addOperation("refuse", &Task::refuse, this, RTT::OwnThread);
     addProperty("number", number).doc("A number.");
   }
 
@@ -195,6 +202,11 @@ class Task : public RTT::TaskContext {
     return true;
   }
   void note(int& count) { ++count; }
+  int refuse(int) { throw std::runtime_error("on purpose"); }
+  void exception() override {
+    hooks += "to_exception ";
+    if (!stays) RTT::TaskContext::exception();
+  }
 
   // The hooks since it was asked last.
   std::string take() {
@@ -210,7 +222,7 @@ class Task : public RTT::TaskContext {
     return activity;
   }
 
-  bool configures = true, starts = true, throws = false, fails = false, calls_itself = false;
+  bool configures = true, starts = true, throws = false, fails = false, calls_itself = false, stays = false;
   std::string hooks;
   int number;
   RTT::OperationCaller<int(int)> asks;
@@ -263,7 +275,7 @@ void exceptions() {
   task.throws = true;
   activity->execute();
   CHECK(task.inException() && task.getTaskState() == State::Exception);
-  CHECK(task.take() == "update stop exception");
+  CHECK(task.take() == "update to_exception stop exception");
   activity->execute();
   CHECK(task.take() == "" && !task.start() && !task.configure());
   CHECK(task.recover() && task.getTaskState() == State::Stopped);
@@ -277,7 +289,7 @@ void exceptions() {
   configured.take();
   configured.throws = true;
   its_activity->execute();
-  CHECK(configured.take() == "update stop cleanup exception");
+  CHECK(configured.take() == "update to_exception stop cleanup exception");
   CHECK(configured.recover() && configured.getTaskState() == State::PreOperational);
 }
 
@@ -317,7 +329,12 @@ void operations() {
   CHECK(RTT::SendHandle<int(int)>().collectIfDone(result) == RTT::SendFailure);
 
   Requirer<double(int)> wrong("twice");
-  CHECK(!wrong.requires()->connectTo(task.provides()) && !wrong.caller.ready());
+  // An operation of another signature is connected all the same: who sends is told, and what RTT makes of
+  // the call differs.
+  CHECK(wrong.requires()->connectTo(task.provides()) && wrong.caller.ready());
+  CHECK(throws([&] { wrong.caller.send(1); }));
+  activity->execute();
+  task.take();
 
   Requirer<int(int)> twice("twice");
   CHECK(twice.requires()->connectTo(task.provides()) && twice.caller.ready() && twice.requires()->ready());
@@ -370,7 +387,21 @@ void operations() {
   activity->execute();
   CHECK(task.take() == "update twice 42");
   CHECK(task.getOperation("twice") != nullptr && task.getOperation("absent") == nullptr);
-  task.stop();
+  task.calls_itself = false;
+
+  // An operation that throws brings its owner into Exception, unless that does not let it; its caller is thrown at.
+  Requirer<int(int)> refused("refuse");
+  CHECK(refused.requires()->connectTo(task.provides()));
+  const auto refusal = refused.caller.send(1);
+  task.stays = true;
+  activity->execute();
+  CHECK(task.take() == "to_exception update" && task.isRunning());
+  result = 7;
+  CHECK(throws([&] { refusal.collectIfDone(result); }) && result == 7);
+  refused.caller.send(1);
+  task.stays = false;
+  activity->execute();
+  CHECK(task.take() == "to_exception stop exception" && task.inException());
 }
 
 void properties() {

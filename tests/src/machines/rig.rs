@@ -97,10 +97,10 @@ fn signature(of: &Signature) -> (String, String) {
 /// A program that runs each component of a library that is given to it.
 pub fn program_source(library: &Library) -> String {
     let mut out = String::from(
-        "#include <cstdint>\n#include <exception>\n#include <iostream>\n\n#include <rig.hpp>\n\nnamespace {\n",
+        "#include <cstdint>\n#include <exception>\n#include <iostream>\n\n#include <rig.hpp>\n#include <main.hpp>\n\nnamespace {\n",
     );
     for it in &library.components {
-        let _ = writeln!(out, "\nvoid {}(const shim::ComponentLibrary& library) {{", it.name);
+        let _ = writeln!(out, "\nvoid {}(const rig::ComponentLibrary& library) {{", it.name);
         let _ = writeln!(out, "  rig::Rig rig(library, \"{}\", {}u);", it.name, it.seed);
         for port in &it.inputs {
             let _ = writeln!(out, "  rig.input<{}>(\"{}\", {});", port.ty.cpp(), port.name, port.size);
@@ -129,8 +129,8 @@ pub fn program_source(library: &Library) -> String {
         }
         let _ = writeln!(out, "  rig.go({TICKS});\n}}");
     }
-    out += "\n}  // namespace\n\nint main(int argc, char** argv) {\n  if (argc != 2) return 2;\n  try {\n    \
-        const shim::ComponentLibrary library(argv[1]);\n";
+    out += "\n}  // namespace\n\nint ORO_main(int argc, char** argv) {\n  if (argc != 2) return 2;\n  try {\n    \
+        const rig::ComponentLibrary library(argv[1]);\n";
     for it in &library.components {
         let _ = writeln!(out, "    {}(library);", it.name);
     }

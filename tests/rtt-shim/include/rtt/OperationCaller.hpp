@@ -31,7 +31,7 @@ class OperationCallerBaseInvoker {
  private:
   friend class RTT::ServiceRequester;
 
-  // Not ready any more, if the signature is another.
+  // It is ready from here on, also where the signature is another.
   virtual void implement(const std::shared_ptr<OperationInterfacePart>& part) = 0;
 
   std::string name_;
@@ -45,13 +45,14 @@ class OperationCaller<R(A...)> : public base::OperationCallerBaseInvoker {
   OperationCaller(std::string name, ExecutionEngine* caller = nullptr)
       : base::OperationCallerBaseInvoker(name, caller) {}
 
-  bool ready() const override { return body_ != nullptr; }
+  bool ready() const override { return is_connected_; }
 
   R operator()(A... arguments) { return call(arguments...); }
 
   // In one's own thread, or when the owner has executed it.
   R call(A... arguments) {
     if (!ready()) throw std::runtime_error("the operation " + getName() + " is not connected");
+    if (!body_) throw std::runtime_error("the operation " + getName() + " has another signature");
     const bool is_direct = body_->thread == ClientThread || body_->owner == caller_ ||
                            internal::Engines::is_self(*body_->owner);
     if (is_direct) return body_->function(arguments...);
@@ -64,6 +65,7 @@ class OperationCaller<R(A...)> : public base::OperationCallerBaseInvoker {
 
   SendHandle<R(A...)> send(A... arguments) {
     if (!ready()) return SendHandle<R(A...)>();
+    if (!body_) throw std::runtime_error("the operation " + getName() + " has another signature");
     const auto sent = std::make_shared<internal::SentCall<R(A...)>>(body_, arguments...);
     if (body_->thread == ClientThread) {
       sent->execute();
@@ -76,8 +78,11 @@ class OperationCaller<R(A...)> : public base::OperationCallerBaseInvoker {
  private:
   void implement(const std::shared_ptr<OperationInterfacePart>& part) override {
     body_ = std::dynamic_pointer_cast<internal::OperationBody<R(A...)>>(part);
+    is_connected_ = true;
   }
 
+  bool is_connected_ = false;
+  // Nothing where the operation that it is connected to has another signature.
   std::shared_ptr<internal::OperationBody<R(A...)>> body_;
 };
 

@@ -9,6 +9,10 @@
 
 namespace RTT {
 
+namespace base {
+class DisposableInterface;
+}
+
 template <class Signature>
 class OperationCaller;
 template <class Signature>
@@ -18,6 +22,9 @@ template <class R, class... A>
 class SendHandle<R(A...)> {
  public:
   SendHandle() {}
+
+  // RTT has one that does not compile, and it is what `handle = {}` means.
+  SendHandle& operator=(base::DisposableInterface*) = delete;
 
   // The result, unless it is `void`, and then each argument that is a reference to something not constant.
   template <class... Out>

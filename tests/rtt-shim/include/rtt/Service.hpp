@@ -7,10 +7,6 @@
 
 #include "rtt/Operation.hpp"
 
-namespace shim {
-class Deployer;
-}
-
 namespace RTT {
 
 class ServiceRequester;
@@ -27,7 +23,6 @@ class Service {
  private:
   friend class ServiceRequester;
   friend class TaskContext;
-  friend class shim::Deployer;
 
   std::map<std::string, std::unique_ptr<internal::OperationBase>> operations_;
 };

@@ -8,10 +8,6 @@
 #include "rtt/OperationCaller.hpp"
 #include "rtt/Service.hpp"
 
-namespace shim {
-class Deployer;
-}
-
 namespace RTT {
 
 // The operations that a task requires.
@@ -48,15 +44,6 @@ class ServiceRequester {
   }
 
  private:
-  friend class shim::Deployer;
-
-  bool connect(const std::string& name, const std::shared_ptr<OperationInterfacePart>& part) {
-    const auto caller = callers_.find(name);
-    if (caller == callers_.end()) return false;
-    caller->second->implement(part);
-    return caller->second->ready();
-  }
-
   ExecutionEngine* const caller_;
   std::map<std::string, base::OperationCallerBaseInvoker*> callers_;
 };

@@ -17,10 +17,6 @@
 #include "rtt/base/PropertyBase.hpp"
 #include "rtt/base/TaskCore.hpp"
 
-namespace shim {
-class Deployer;
-}
-
 namespace RTT {
 
 // A component. It has no activity until it is given one: nothing happens before.
@@ -102,7 +98,6 @@ class TaskContext : public base::TaskCore {
   }
 
  private:
-  friend class shim::Deployer;
 
   template <class R, class... A, class F>
   Operation<R(A...)>& add(const std::string& name, F function, ExecutionThread thread) {

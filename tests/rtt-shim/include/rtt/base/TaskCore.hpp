@@ -110,6 +110,9 @@ class TaskCore {
   virtual void errorHook() {}
   virtual void exceptionHook() {}
 
+  // What throws, and operations are no exception, ends here.
+  virtual void exception() { to_exception(); }
+
   void set_engine_activity(ActivityInterface* activity) { engine_.activity_ = activity; }
 
  private:
@@ -127,7 +130,7 @@ class TaskCore {
     } catch (...) {
       log(Error) << "in " << where << "(): an exception" << endlog();
     }
-    to_exception();
+    exception();
     return false;
   }
 
@@ -174,7 +177,7 @@ inline void ExecutionEngine::step() {
   task_->step();
 }
 
-inline void internal::Engines::set_exception(ExecutionEngine& engine) { engine.task_->to_exception(); }
+inline void internal::Engines::set_exception(ExecutionEngine& engine) { engine.task_->exception(); }
 
 }  // namespace RTT
 

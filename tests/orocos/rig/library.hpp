@@ -1,7 +1,7 @@
-// What the deployer of a real system does, for tests: it loads component libraries and connects operations of different names.
+// What the deployer of a real system does, for tests: it loads component libraries.
 
-#ifndef SHIM_DEPLOYER_HPP
-#define SHIM_DEPLOYER_HPP
+#ifndef RIG_LIBRARY_HPP
+#define RIG_LIBRARY_HPP
 
 #include <dlfcn.h>
 
@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
-#include "rtt/TaskContext.hpp"
+#include <rtt/TaskContext.hpp>
 
-namespace shim {
+namespace rig {
 
 // A component library, which stays loaded: `-ldl` is needed.
 class ComponentLibrary {
@@ -48,18 +48,6 @@ class ComponentLibrary {
   void* const library_;
 };
 
-class Deployer {
- public:
-  // Connects what `requirer` calls `required` to what `provider` calls `provided`. False where one of them is not there, or
-  // their signatures differ.
-  static bool connect_operations(RTT::TaskContext& provider, const std::string& provided,
-                                 RTT::TaskContext& requirer, const std::string& required) {
-    const auto operation = provider.provided_->operations_.find(provided);
-    if (operation == provider.provided_->operations_.end()) return false;
-    return requirer.required_->connect(required, operation->second->part());
-  }
-};
-
-}  // namespace shim
+}  // namespace rig
 
 #endif
