@@ -46,6 +46,9 @@ local function new_task(name)
   return closed({
     configure = function(_, ...) check(0, ...) return done("configure", name) end,
     start = function(_, ...) check(0, ...) return done("start", name) end,
+    stop = function(_, ...) check(0, ...) return done("stop", name) end,
+    mauve_runs_as = function(_, ...) check(2, ...) return done("mauve_runs_as", name, ...) end,
+    mauve_set = function(_, ...) check(2, ...) return done("mauve_set", name, ...) end,
     setCpuAffinity = function(_, ...) check(1, ...) return done("setCpuAffinity", name, ...) end,
     getProperty = function(_, property)
       return closed({ set = function(_, ...) check(1, ...) done("set", name, property, ...) end })
@@ -58,6 +61,10 @@ local deployer = closed({
   getPeer = function(_, name) return rawget(tasks, name) end,
   import = function(_, ...)
     check(1, ...)
+    -- What is not found by its name is looked for below its target, where it is not either.
+    if (...):match("^gnulinux/") then
+      return false
+    end
     imported[(...)] = true
     return done("import", ...)
   end,
@@ -68,6 +75,11 @@ local deployer = closed({
     assert(imported[class:match("^(.-)::[^:]+$")], "nothing is imported that has " .. class)
     tasks[name] = new_task(name)
     return done("load", ...)
+  end,
+  loadService = function(_, ...)
+    check(2, ...)
+    assert(rawget(tasks, (...)) and select(2, ...) == "marshalling", "no service")
+    return done("loadService", ...)
   end,
   connect = function(_, ...)
     check(3, ...)

@@ -20,7 +20,7 @@ pub enum Literal {
 }
 
 /// What a script does, in the order in which it does it: a function of the deployer or of a task, `load`, or `set` for a
-/// property; the connection policy is its type and its size.
+/// property; the connection policy is its type and its size. `failed` is the end of a script that names what is not there.
 #[derive(Clone, Debug, PartialEq)]
 #[allow(missing_docs, reason = "a call")]
 pub struct Call {
@@ -121,6 +121,9 @@ pub fn run(script: &str, fails: impl Fn(&Call) -> bool) -> Result<Vec<Call>, Str
         calls: Vec::new(),
         packages: BTreeSet::new(),
         tasks: BTreeSet::new(),
+        lost: BTreeSet::new(),
+        has_failed: false,
+        has_lost_package: false,
         flags: BTreeMap::new(),
         policies: BTreeMap::new(),
         block: None,
@@ -128,8 +131,23 @@ pub fn run(script: &str, fails: impl Fn(&Call) -> bool) -> Result<Vec<Call>, Str
     if !script.ends_with('\n') {
         return Err("the last statement has no end".to_owned());
     }
+    let (mut functions, mut in_function) = (Vec::new(), false);
     for (number, line) in script.lines().enumerate() {
-        machine.line(line).map_err(|why| format!("line {}: {why}: {line}", number + 1))?;
+        if machine.has_failed {
+            return Ok(machine.calls);
+        }
+        // Functions of the script itself: a real deployer shows whether they are right.
+        if let Some((name, _)) = line.strip_prefix("bool ").and_then(|rest| rest.split_once('(')) {
+            functions.push(name);
+            in_function = true;
+        } else if in_function {
+            in_function = line != "}";
+        } else {
+            machine.line(line).map_err(|why| format!("line {}: {why}: {line}", number + 1))?;
+        }
+    }
+    if !functions.is_empty() && functions != ["worked", "imported", "loaded"] {
+        return Err(format!("functions {functions:?}"));
     }
     if machine.block.is_some() { Err("a block has no end".to_owned()) } else { Ok(machine.calls) }
 }
@@ -139,6 +157,11 @@ struct Machine<'a> {
     calls: Vec<Call>,
     packages: BTreeSet<String>,
     tasks: BTreeSet<String>,
+    /// Those that could not be loaded: a script that names one ends there.
+    lost: BTreeSet<String>,
+    has_failed: bool,
+    /// Has an import failed? Then nothing can be said of what is missing later.
+    has_lost_package: bool,
     flags: BTreeMap<String, bool>,
     /// Type and size.
     policies: BTreeMap<String, (Option<String>, i32)>,
@@ -153,7 +176,7 @@ enum Token {
     Sign(&'static str),
 }
 
-const SIGNS: [&str; 9] = ["&&", "(", ")", "{", "}", ",", ".", "=", "-"];
+const SIGNS: [&str; 12] = ["&&", "!=", "!", "(", ")", "{", "}", ",", ".", "=", "-", "+"];
 
 fn tokens(line: &str) -> Result<Vec<Token>, String> {
     let mut found = Vec::new();
@@ -272,8 +295,18 @@ impl Machine<'_> {
     fn condition(&self, tokens: &[Token]) -> Result<bool, String> {
         let mut all = true;
         for part in tokens.split(|token| *token == Token::Sign("&&")) {
-            let [Token::Name(flag)] = part else { return Err("expected a variable".to_owned()) };
-            all &= *self.flags.get(flag).ok_or_else(|| format!("nothing is called {flag}"))?;
+            let (flag, expected) = match part {
+                [Token::Name(flag)] => (flag, true),
+                [Token::Sign("!"), Token::Name(flag)] => (flag, false),
+                // No file has values.
+                [Token::Name(values), Token::Sign("!="), Token::Literal(Literal::Text(text))]
+                    if values == "values" && text.is_empty() =>
+                {
+                    return Ok(false);
+                }
+                _ => return Err("expected a variable".to_owned()),
+            };
+            all &= *self.flags.get(flag).ok_or_else(|| format!("nothing is called {flag}"))? == expected;
         }
         Ok(all)
     }
@@ -290,6 +323,24 @@ impl Machine<'_> {
                     ("bool", [Token::Literal(Literal::Bool(value))]) => {
                         self.flags.insert(name.clone(), *value);
                     }
+                    (
+                        "bool" | "string",
+                        [
+                            Name(os),
+                            Sign("."),
+                            Name(getenv),
+                            Sign("("),
+                            Token::Literal(Literal::Text(_)),
+                            Sign(")"),
+                            rest @ ..,
+                        ],
+                    ) if os == "os" && getenv == "getenv" => match rest {
+                        [] if ty == "string" => {}
+                        [Sign("!="), Token::Literal(Literal::Text(_))] if ty == "bool" => {
+                            self.flags.insert(name.clone(), true);
+                        }
+                        _ => return Err("no question to the environment".to_owned()),
+                    },
                     ("ConnPolicy", [Name(ty), Sign("("), Sign(")")]) if ty == "ConnPolicy" => {
                         // A member of it would be a property of the task.
                         if self.tasks.contains(name) {
@@ -301,7 +352,30 @@ impl Machine<'_> {
                 }
                 Ok(())
             }
+            [Name(stopped), Sign("="), call @ ..] if stopped == "stopped" => self.call(call).map(|_| ()),
+            [Name(print), Sign("."), Name(err), Sign("("), Token::Literal(Literal::Text(_)), Sign(")")]
+                if print == "print" && err == "err" =>
+            {
+                Ok(())
+            }
+            [Name(require), Sign("("), Token::Literal(Literal::Text(service)), Sign(")")]
+                if require == "require" =>
+            {
+                let known = ["print", "os"].contains(&service.as_str());
+                if known { Ok(()) } else { Err("an unknown service".to_owned()) }
+            }
             [Name(flag), Sign("="), call @ .., Sign("&&"), Name(same)] if flag == same => {
+                let call = match call {
+                    [
+                        Name(worked),
+                        Sign("("),
+                        call @ ..,
+                        Sign(","),
+                        Token::Literal(Literal::Text(_)),
+                        Sign(")"),
+                    ] if worked == "worked" => call,
+                    call => call,
+                };
                 let succeeds = self.call(call)?;
                 let flag = self.flags.get_mut(flag).ok_or("an unknown variable")?;
                 *flag &= succeeds;
@@ -349,7 +423,12 @@ impl Machine<'_> {
     }
 
     /// A task with which a statement begins.
-    fn task<'a>(&self, name: &'a str) -> Result<&'a str, String> {
+    fn task<'a>(&mut self, name: &'a str) -> Result<&'a str, String> {
+        if self.lost.contains(name) {
+            self.has_failed = true;
+            self.calls.push(Call::new("failed", []));
+            return Ok(name);
+        }
         if let Some(word) = PREFIXES.into_iter().find(|word| name.starts_with(word)) {
             return Err(format!("`{name}` is read as `{word}`"));
         }
@@ -360,7 +439,7 @@ impl Machine<'_> {
     fn end(&self, text: &str) -> Result<Literal, String> {
         let (task, name) = text.split_once('.').ok_or_else(|| format!("{text} has no point"))?;
         checked(name)?;
-        match self.tasks.contains(task) {
+        match self.tasks.contains(task) || self.lost.contains(task) {
             true => Ok(Literal::Text(text.to_owned())),
             false => Err(format!("there is no task `{task}`")),
         }
@@ -375,7 +454,13 @@ impl Machine<'_> {
             [Name(task), Sign("."), Name(operation), Sign("("), arguments @ .., Sign(")")] => {
                 let task = Text(self.task(task)?.to_owned());
                 match (operation.as_str(), arguments) {
-                    ("configure" | "start", []) => Call::new(operation, [task]),
+                    ("configure" | "start" | "stop" | "getPeriod", []) => Call::new(operation, [task]),
+                    ("mauve_runs_as", [Value(Int(priority)), Sign(","), Value(mask)]) => {
+                        Call::new(operation, [task, Int(*priority), mask.clone()])
+                    }
+                    ("mauve_set", [Value(Text(property)), Sign(","), Value(Text(text))]) => {
+                        Call::new(operation, [task, Text(property.clone()), Text(text.clone())])
+                    }
                     ("setCpuAffinity", [Value(Int(mask @ 1..))]) => Call::new(operation, [task, Int(*mask)]),
                     ("setCpuAffinity", [Value(Unsigned(mask))]) => {
                         Call::new(operation, [task, Unsigned(*mask)])
@@ -383,17 +468,50 @@ impl Machine<'_> {
                     _ => return Err(format!("no task has an operation `{operation}` with such arguments")),
                 }
             }
+            [
+                Name(task),
+                Sign("."),
+                Name(service),
+                Sign("."),
+                Name(operation),
+                Sign("("),
+                Name(values),
+                Sign("+"),
+                Value(Text(_)),
+                Sign(")"),
+            ] if [service, operation, values] == ["marshalling", "updateProperties", "values"] => {
+                Call::new(operation, [Text(self.task(task)?.to_owned())])
+            }
             [Name(function), Sign("("), arguments @ .., Sign(")")] => {
                 let arguments: Vec<&[Token]> = arguments.split(|token| *token == comma).collect();
                 match (function.as_str(), arguments.as_slice()) {
-                    ("import", [[Value(Text(package))]]) => Call::new("import", [Text(package.clone())]),
-                    ("loadComponent", [[Value(Text(name))], [Value(Text(class))]]) => {
+                    ("imported", [[Value(Text(package))]]) => Call::new("import", [Text(package.clone())]),
+                    ("loadService", [[Value(Text(name))], [Value(Text(service))]])
+                        if service == "marshalling" =>
+                    {
+                        Call::new(function, [Text(name.clone()), Text(service.clone())])
+                    }
+                    ("aliasPeer", [[Value(Text(_))], [Value(Text(name))], [Value(Text(alias))]]) => {
+                        if self.block != Some(false) {
+                            self.tasks.insert(alias.clone());
+                        }
+                        self.lost.insert("all_is_well".to_owned());
+                        if self.tasks.contains(alias) {
+                            self.lost.remove(alias);
+                        }
+                        let _ = name;
+                        return Ok(true);
+                    }
+                    ("loaded", [[Value(Text(name))], [Value(Text(class))]]) => {
                         checked(name)?;
                         let (package, short) = class.split_once("::").ok_or("a class without a namespace")?;
                         if short.contains(':') {
                             return Err("a class in two namespaces".to_owned());
                         }
-                        if !self.packages.contains(package) {
+                        if !self.packages.contains(package)
+                            && self.block != Some(false)
+                            && !self.has_lost_package
+                        {
                             return Err(format!("nothing has been imported from {package}"));
                         }
                         if self.tasks.contains(name) {
@@ -429,7 +547,8 @@ impl Machine<'_> {
                             "ORO_SCHED_OTHER" => *priority == 0,
                             _ => false,
                         };
-                        if !is_right || *period == Double(0.0) || !self.tasks.contains(name) {
+                        let is_there = self.tasks.contains(name) || self.lost.contains(name);
+                        if !is_right || *period == Double(0.0) || !is_there {
                             return Err("no such activity".to_owned());
                         }
                         let scheduler = Text(of.clone());
@@ -455,7 +574,9 @@ impl Machine<'_> {
                         if [ros, comm, topic] != ["ros", "comm", "topic"] || self.tasks.contains("ros") {
                             return Err("no topic".to_owned());
                         }
-                        if !of_topics.into_iter().all(|package| self.packages.contains(package)) {
+                        if !self.has_lost_package
+                            && !of_topics.into_iter().all(|package| self.packages.contains(package))
+                        {
                             return Err("ROS has not been imported".to_owned());
                         }
                         Call::new("stream", [self.end(port)?, Text(name.clone())])
@@ -469,13 +590,19 @@ impl Machine<'_> {
     }
 
     fn execute(&mut self, call: Call) -> bool {
-        if self.block == Some(false) {
+        if self.block == Some(false) || self.has_failed {
+            return true;
+        }
+        // The script says so by naming what is there only where all has worked.
+        if call.function == "getPeriod" {
             return true;
         }
         let succeeds = !(self.fails)(&call);
         match call.function.as_str() {
             "import" if succeeds => drop(self.packages.insert(call.text(0).to_owned())),
+            "import" => self.has_lost_package = true,
             "load" if succeeds => drop(self.tasks.insert(call.text(0).to_owned())),
+            "load" => drop(self.lost.insert(call.text(0).to_owned())),
             _ => {}
         }
         self.calls.push(call);
@@ -488,7 +615,7 @@ mod tests {
     use super::*;
 
     fn wrong(script: &str) -> String {
-        let script = format!("import(\"p\")\nloadComponent(\"a\", \"p::A\")\n{script}\n");
+        let script = format!("imported(\"p\")\nloaded(\"a\", \"p::A\")\n{script}\n");
         run(&script, |_| false).expect_err(&script)
     }
 
@@ -503,7 +630,7 @@ mod tests {
             ("a.x = \"b", "a text has no end"),
             ("a.x = 2147483648", "too great"),
             ("a.x = 1.", "no number"),
-            ("a.stop()", "no task has an operation `stop`"),
+            ("a.cleanup()", "no task has an operation `cleanup`"),
             ("var ConnPolicy a = ConnPolicy()", "a is a task"),
             ("connect(\"a.x\", \"a.y\", cp)", "no policy"),
             ("connect(\"a.x\", \"b.y\", cp)", "no policy"),
@@ -511,11 +638,11 @@ mod tests {
             ("setActivity(\"a\", 0.0, 10, ORO_SCHED_RT)", "no such activity"),
             ("setActivity(\"a\", 0.1, 0, ORO_SCHED_RT)", "no such activity"),
             ("stream(\"a.x\", ros.comm.topic(\"/a/x\"))", "ROS has not been imported"),
-            ("loadComponent(\"done\", \"p::B\")", "a word of the scripts"),
-            ("loadComponent(\"_x\", \"p::B\")", "is no name"),
-            ("loadComponent(\"b\", \"q::B\")", "imported from q"),
-            ("loadComponent(\"b\", \"::p::B\")", "a class in two namespaces"),
-            ("loadComponent(\"donee\", \"p::B\")\ndonee.start()", "is read as `done`"),
+            ("loaded(\"done\", \"p::B\")", "a word of the scripts"),
+            ("loaded(\"_x\", \"p::B\")", "is no name"),
+            ("loaded(\"b\", \"q::B\")", "imported from q"),
+            ("loaded(\"b\", \"::p::B\")", "a class in two namespaces"),
+            ("loaded(\"donee\", \"p::B\")\ndonee.start()", "is read as `done`"),
             ("if ( ok ) then {\n}", "nothing is called ok"),
             ("var bool ok = true\nif ( ok ) then {", "has no end"),
         ] {
@@ -525,7 +652,7 @@ mod tests {
 
     #[test]
     fn what_fails_in_a_block_ends_it() {
-        let script = "import(\"p\")\nloadComponent(\"a\", \"p::A\")\nvar bool ok = true\nok = a.configure() && ok\n\
+        let script = "imported(\"p\")\nloaded(\"a\", \"p::A\")\nvar bool ok = true\nok = a.configure() && ok\n\
                       a.x = -2147483647 - 1\nif ( ok ) then {\n  a.start()\n  a.setCpuAffinity(1)\na.setCpuAffinity(2147483648u)\n}\n";
         let done = |failing: &str| {
             let calls = run(script, |call| call.function == failing).unwrap();
@@ -534,6 +661,6 @@ mod tests {
         assert_eq!(done(""), "import load configure set start setCpuAffinity setCpuAffinity");
         assert_eq!(done("start"), "import load configure set start");
         assert_eq!(done("configure"), "import load configure set");
-        assert!(run(script, |call| call.function == "load").is_err());
+        assert_eq!(done("load"), "import load failed");
     }
 }

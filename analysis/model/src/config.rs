@@ -36,6 +36,9 @@ pub struct Config {
     pub out: Option<(String, Range<usize>)>,
     /// `[generate] ros_streams`: are outputs, and inputs that nothing is connected to, ROS topics too? Where it is not said, they are.
     pub ros_streams: Option<bool>,
+    /// `[generate] introspection`: have generated components ports that show their state and their execution times? Where it is
+    /// not said, they have.
+    pub introspection: Option<bool>,
     /// `[generate] maintainer`: whom the generated packages name, and how to reach them.
     pub maintainer: Option<Maintainer>,
     /// `[generate] license` of the generated packages.
@@ -329,6 +332,10 @@ impl Reader<'_> {
                 Some(streams) => self.config.ros_streams = Some(streams),
                 None => self.lost("`ros_streams` is true or false".to_owned(), value.span()),
             },
+            "introspection" => match value.get_ref().as_bool() {
+                Some(introspection) => self.config.introspection = Some(introspection),
+                None => self.lost("`introspection` is true or false".to_owned(), value.span()),
+            },
             "maintainer" => match text.map(maintainer_of) {
                 Some(Some(maintainer)) => self.config.maintainer = Some(maintainer),
                 Some(None) => self.error(
@@ -344,7 +351,7 @@ impl Reader<'_> {
                 None => self.lost("`license` is a text".to_owned(), value.span()),
             },
             _ => {
-                let known = ["out", "ros_streams", "maintainer", "license"];
+                let known = ["out", "ros_streams", "introspection", "maintainer", "license"];
                 self.unknown(format!("key `{name}` in [generate]"), key, &known);
             }
         }

@@ -122,7 +122,7 @@ fn schema_and_reader_agree_on_configurations() {
         "[chains]\nscan-to-wheels = [\"hokuyo.scan\", \"guidance.command\"]\nempty = []\n",
         "[types.ArRobotPtr]\ncpp = \"ArRobot*\"\nheader = \"Aria.h\"\n[types.Empty]\n",
         "generate.out = \"generated\"\n",
-        "[generate]\nros_streams = false\nmaintainer = \"A B <a@b.org>\"\nlicense = \"BSD\"\n",
+        "[generate]\nros_streams = false\nintrospection = false\nmaintainer = \"A B <a@b.org>\"\nlicense = \"BSD\"\n",
         "[lints]\nlost-write = \"error\"\nmissing-else = \"allow\"\nunused-codel = \"warn\"\nno-effect = \"hint\"\n",
     ] {
         assert_eq!(configuration(good), (true, true), "{good}");
@@ -179,6 +179,7 @@ fn schema_and_reader_agree_on_configurations() {
         "types.X.header = [\"X.h\"]\n",
         "generate.out = 1\n",
         "generate.ros_streams = 1\n",
+        "generate.introspection = \"yes\"\n",
         "generate.maintainer = \"A B\"\n",
         "generate.license = \" \"\n",
         "types.X.cpp = \"int; }\"\n",

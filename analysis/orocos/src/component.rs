@@ -30,8 +30,8 @@ use mauve_model::item_tree::{
     Variable,
 };
 use mauve_model::{
-    Callee, Decl, File, Meaning, ModelDb, Place, Project, Type, Typing, Value, VariableKind, core, core_of,
-    external_types, features_of, shell_of, type_of, typing_of, values_of_shell,
+    Callee, Decl, File, Integer, Meaning, ModelDb, Place, Project, Type, Typing, Value, VariableKind,
+    config_of, core, core_of, external_types, features_of, shell_of, type_of, typing_of, values_of_shell,
 };
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -40,6 +40,8 @@ use crate::cpp_type::{cpp_type, operation_parameter_type};
 use crate::escape::comment;
 use crate::library::{Libraries, Library};
 use crate::package::{GeneratedFile, Owner};
+
+pub(crate) use source::ports_of_introspection;
 
 /// The classes of a library's components.
 pub(crate) fn component_files<'db>(
@@ -93,6 +95,10 @@ struct Class<'a, 'db> {
     by_key: FxHashMap<Key, usize>,
     /// The state machine, if it has one.
     machine: Option<Machine>,
+    /// Has it ports that show its state and its execution times?
+    introspection: bool,
+    /// The output ports whose values vary in size, each with a variable of the core that is written to it.
+    samples: Vec<(String, usize)>,
     /// The parameter of the constructor.
     instance: String,
     /// Variables that something reads, or gets a reference to.
@@ -163,6 +169,8 @@ struct Machine {
     values: Vec<String>,
     /// The state that the machine is in.
     current: String,
+    /// The function that shows it, where there is a port for it.
+    show: Option<String>,
     initial: usize,
 }
 
@@ -180,6 +188,8 @@ enum Key {
 struct Routine<'db> {
     /// Its name in C++.
     function: String,
+    /// Of an operation of the shell: the function that others call it by.
+    called: Option<String>,
     /// What it is in the model: `state Waiting, run`.
     what: String,
     /// Where it stands there.
@@ -199,6 +209,10 @@ struct CppParameter {
     name: String,
     /// With its type.
     declared: String,
+    /// The same, also where nothing uses it.
+    named: String,
+    /// Is it a text, a message, or a type of the user's?
+    is_large: bool,
 }
 
 enum Body<'db> {
@@ -241,6 +255,8 @@ impl<'a, 'db> Class<'a, 'db> {
             programs: Vec::new(),
             by_key: FxHashMap::default(),
             machine: None,
+            introspection: config_of(db, project.workspace(db)).introspection != Some(false),
+            samples: Vec::new(),
             instance: String::new(),
             read: FxHashSet::default(),
             named: FxHashSet::default(),
@@ -351,6 +367,23 @@ impl<'a, 'db> Class<'a, 'db> {
                 member.status = Some(self.names.declare(&format!("{}_status", member.data.name.name)));
             }
         }
+        let mut samples: Vec<(String, usize)> = Vec::new();
+        for expr in expressions(data) {
+            if let Expr::Call { callee, arguments, .. } = expr
+                && typing.callees.get(&callee.part) == Some(&Callee::Write)
+                && let [port, value] = arguments.as_slice()
+                && let Some((shell, index)) = port.part().as_ref().and_then(feature)
+                && let Some(member) = self.member(shell, index)
+                && matches!(member.ty, Type::String | Type::Message(..))
+                && let Some(Meaning::Variable(variable)) = value.part().and_then(|it| typing.values.get(&it))
+                && typing.variables.get(*variable).is_some_and(|it| it.kind == VariableKind::Core)
+            {
+                samples.push((member.name.clone(), *variable));
+            }
+        }
+        samples.sort();
+        samples.dedup_by(|second, first| second.0 == first.0);
+        self.samples = samples;
         let mut slots = Vec::new();
         for (index, variable) in typing.variables.iter().enumerate() {
             let Type::Handle(operation) = &variable.ty else { continue };
@@ -428,10 +461,12 @@ impl<'a, 'db> Class<'a, 'db> {
                 (result, _) => type_of(self.model.db, self.model.project, self.core, result.as_ref()),
             };
             let span = ["", name, "operation"].map(str::to_owned);
+            let called = function.is_some().then(|| self.names.declare(&format!("call_{name}")));
             let function = function.unwrap_or_else(|| self.names.declare(name));
             self.by_key.insert(Key::Operation(index), self.programs.len());
             self.programs.push(Routine {
                 function,
+                called,
                 what: format!("provide {name}"),
                 at: operation.name.part,
                 span,
@@ -473,6 +508,7 @@ impl<'a, 'db> Class<'a, 'db> {
             states: self.names.declare("State"),
             values: machine.states.iter().map(|state| values.declare(&state.name.name)).collect(),
             current: self.names.declare("current_state"),
+            show: self.introspection.then(|| self.names.declare("show_state")),
             initial: machine.states.iter().position(|state| state.initial).unwrap_or_default(),
         });
     }
@@ -488,7 +524,7 @@ impl<'a, 'db> Class<'a, 'db> {
     ) {
         let function = self.names.declare(function);
         self.by_key.insert(key, self.programs.len());
-        self.programs.push(Routine { function, what, at, span, gives, parameters: &[], body });
+        self.programs.push(Routine { function, called: None, what, at, span, gives, parameters: &[], body });
     }
 
     // What is asked of it.
@@ -505,6 +541,16 @@ impl<'a, 'db> Class<'a, 'db> {
     /// Notes that a condition may be always true, or never.
     fn note(&self, is_obvious: bool) {
         self.is_obvious.set(self.is_obvious.get() || is_obvious);
+    }
+
+    /// What a property is called in C++ where scripts set it: that which a constant is frozen from.
+    fn property<'m>(&self, member: &'m Member<'db>) -> &'m str {
+        member.property.as_ref().unwrap_or(&member.name)
+    }
+
+    /// The properties and constants that scripts can only set from a text.
+    fn set_from_text(&self) -> Vec<&Member<'db>> {
+        self.members().filter(|it| it.data.kind.is_value() && is_set_from_text(&it.ty)).collect()
     }
 
     /// A program, if it is there.
@@ -541,9 +587,10 @@ impl<'a, 'db> Class<'a, 'db> {
             let index = self.variable_at(it.name.part).filter(|index| self.named.contains(index));
             let name = names.declare(&it.name.name);
             // Compilers warn of those that nothing uses.
-            let declared =
-                if index.is_some() { format!("{cpp} {name}") } else { format!("{cpp} /*{name}*/") };
-            CppParameter { index, name, declared }
+            let named = format!("{cpp} {name}");
+            let declared = if index.is_some() { named.clone() } else { format!("{cpp} /*{name}*/") };
+            let is_large = matches!(ty, Type::String | Type::Message(..) | Type::External(_));
+            CppParameter { index, name, declared, named, is_large }
         };
         of.parameters.iter().map(&mut parameter).collect()
     }
@@ -600,6 +647,11 @@ impl<'a, 'db> Class<'a, 'db> {
     fn type_of_variable(&self, index: usize) -> Type {
         self.typing.variables.get(index).map_or(Type::Unknown, |variable| variable.ty.clone())
     }
+}
+
+/// Do RTT's scripts not know how to set a property of this type? They know no other whole numbers than `int` and `uint`.
+pub(crate) fn is_set_from_text(ty: &Type) -> bool {
+    matches!(ty, Type::Integer(integer) if !matches!(integer, Integer::Int | Integer::Uint32))
 }
 
 /// The statements of a core, those within others too.
@@ -766,6 +818,7 @@ mod tests {
                   return true;
                 }
                 bool Walker::startHook() {
+                  if (!mauve_may_start()) return false;
                   index = seen + 1;
                   if (!start_program()) {
                     RTT::log(RTT::Error) << getName() << ": the program start gives false" << RTT::endlog();
@@ -773,9 +826,12 @@ mod tests {
                   }
                   current_state = State::Waiting;
                   entry_Waiting();
+                  show_state();
+                  mauve_started();
                   return true;
                 }
                 void Walker::updateHook() {
+                  if (!mauve_begin()) return;
                   MAUVE_TRACE_COMPONENT(getName());
                   switch (current_state) {
                     case State::Waiting:
@@ -798,6 +854,8 @@ mod tests {
                       // transition never is never taken: model.mal:21
                       break;
                   }
+                  show_state();
+                  mauve_end();
                 }
                 bool Walker::guard_Waiting_again() {
                   MAUVE_TRACE_PROGRAM(getName(), "motion.Walker", "Waiting", "again", "guard");
@@ -833,11 +891,12 @@ mod tests {
             "component.hpp",
             &["class K", " protected", "shell S", "core C"],
             expect![[r#"
-                class K : public RTT::TaskContext {
+                class K : public MauveTask {
                  public:
                   explicit K(const std::string& name_);
                  protected:
                   bool configureHook() override;
+                  bool startHook() override;
                   void updateHook() override;
                   // shell S: model.mal:3
                   // property gap: double [0; 2 * width]: model.mal:5
@@ -866,7 +925,7 @@ mod tests {
             &from,
             expect![[r#"
                 K::K(const std::string& name_)
-                    : RTT::TaskContext(name_, RTT::TaskContext::PreOperational) {
+                    : MauveTask(name_) {
                   addProperty("name", name).doc("property name: string");
                   addProperty("gap", gap).doc("property gap: double [0; 2 * width]");
                   addProperty("led", led).doc("property led: uint8 [0; 7]");
@@ -874,6 +933,9 @@ mod tests {
                   addProperty("class", class_).doc("property class: string");
                   addPort("scan", scan).doc("input port scan: LaserScan");
                   addPort("to_", to).doc("output port to: float");
+                  addOperation("mauve_set", &K::mauve_set, this, RTT::ClientThread).doc("Sets what scripts cannot.")
+                      .arg("property", "").arg("text", "a whole number");
+                  mauve_add_period_port("period");
                 }
                 bool K::configureHook() {
                   // property gap: double [0; 2 * width]: model.mal:5
@@ -959,6 +1021,7 @@ mod tests {
                   bool is_plan_under_way();
                   void update_program();
                   bool reset(bool /*hard*/, std::string text, int& was);
+                  bool call_reset(bool hard, std::string text, int& was);
                 };
             "#]],
         );
@@ -970,48 +1033,49 @@ mod tests {
             &source,
             expect![[r#"
                 K::K(const std::string& name)
-                    : RTT::TaskContext(name, RTT::TaskContext::PreOperational),
+                    : MauveTask(name),
                       plan("plan"),
                       land("land") {
                   this->requires()->addOperationCaller(plan);
                   this->requires()->addOperationCaller(land);
-                  addOperation("reset", &K::reset, this, RTT::OwnThread)
+                  addOperation("reset", &K::call_reset, this, RTT::OwnThread)
                       .doc("provide reset(in hard: bool, in text: string, out was: int): bool")
                       .arg("hard", "in bool").arg("text", "in string").arg("was", "out int");
+                  mauve_add_period_port("period");
                 }
                 bool K::configureHook() {
                   n = 1;
                   x = 0.0;
                   t = "";
-                  planning = {};
-                  landing = {};
+                  planning = decltype(planning)();
+                  landing = decltype(landing)();
                   return true;
                 }
                 bool K::is_plan_under_way() {
                   int dropped{};
                   double dropped_2{};
                   std::string dropped_3{};
-                  return plan_last_call.collectIfDone(dropped, dropped_2, dropped_3) == RTT::SendNotReady;
+                  return mauve_collect(plan_last_call, dropped, dropped_2, dropped_3) == RTT::SendNotReady;
                 }
                 void K::update_program() {
                   MAUVE_TRACE_PROGRAM(getName(), "motion.K", "", "", "update");
                   if (!is_planning_under_way()) {
                     planning_way = t;
-                    planning_last_call = planning = plan.send(n, planning_cost, planning_way);
+                    planning_last_call = planning = mauve_send(plan, n, planning_cost, planning_way);
                   }
                   if (!is_plan_under_way()) {
                     plan_way = t;
-                    plan_last_call = plan.send(n + 1, plan_cost, plan_way);
+                    plan_last_call = mauve_send(plan, n + 1, plan_cost, plan_way);
                   }
-                  landing = land.send();
-                  if (planning.collectIfDone(n, x, t) == RTT::SendSuccess) {
+                  landing = mauve_send(land);
+                  if (mauve_collect(planning, n, x, t) == RTT::SendSuccess) {
                     const auto t_before = t;
                     reset(true, t_before, n);
                   } else {
                     int dropped{};
                     double dropped_2{};
                     std::string dropped_3{};
-                    if (planning.collectIfDone(dropped, dropped_2, dropped_3) > RTT::SendFailure) {
+                    if (mauve_collect(planning, dropped, dropped_2, dropped_3) > RTT::SendFailure) {
                       n = 1;
                     }
                   }

@@ -150,12 +150,13 @@ const CPP_WORDS: [&str; 141] = [
 ];
 
 /// Namespaces and functions that generated code names, which nothing in the namespace of a package may hide.
-const OUTER_WORDS: [&str; 13] = [
+const OUTER_WORDS: [&str; 14] = [
     "std",
     "RTT",
     "ros",
     "boost",
     "mauve",
+    "MauveTask",
     "log",
     "endlog",
     "trace",
@@ -167,7 +168,7 @@ const OUTER_WORDS: [&str; 13] = [
 ];
 
 /// Members of `RTT::TaskContext` and its bases, and what generated classes have beside what the model names.
-const TASK_CONTEXT_MEMBERS: [&str; 87] = [
+const TASK_CONTEXT_MEMBERS: [&str; 101] = [
     "activate",
     "addAlias",
     "addAttribute",
@@ -231,6 +232,20 @@ const TASK_CONTEXT_MEMBERS: [&str; 87] = [
     "isRunning",
     "localGet",
     "mTaskState",
+    "MauveCall",
+    "mauve_add_period_port",
+    "mauve_add_state_port",
+    "mauve_begin",
+    "mauve_collect",
+    "mauve_end",
+    "mauve_may_start",
+    "mauve_parse",
+    "mauve_runs_as",
+    "mauve_send",
+    "mauve_set",
+    "mauve_show_state",
+    "mauve_started",
+    "mauve_stopping",
     "operations",
     "our_act",
     "peers",
@@ -378,7 +393,19 @@ const STATEMENT_PREFIXES: [&str; 11] = [
 ];
 
 /// Services that every script finds where no task has their name, and variables of the scripts that are generated.
-const GLOBAL_SERVICES: [&str; 3] = ["ros", "connected", "configured"];
+const GLOBAL_SERVICES: [&str; 11] = [
+    "ros",
+    "print",
+    "os",
+    "worked",
+    "imported",
+    "loaded",
+    "values",
+    "ready",
+    "starts",
+    "stopped",
+    "all_is_well",
+];
 
 /// Macros of the headers that generated code includes, or a codel may: they mean something wherever they stand.
 static MACROS: LazyLock<FxHashSet<&str>> = LazyLock::new(|| words(include_str!("cpp_name/macros.txt")));

@@ -4,13 +4,14 @@ use std::collections::BTreeSet;
 
 use mauve_model::item_tree::{Expr, Name};
 use mauve_model::{
-    Decl, Features, Flat, FlatInstance, ModelDb, Place, Priority, Project, Row, Type, Value, ValueInEffect,
-    config_of, deployment, features_of, flat_of, mask, names_of, shell_of, system_of, type_of,
-    values_in_effect,
+    Decl, Features, Flat, FlatInstance, Integer, ModelDb, Place, Priority, Project, Row, Type, Value,
+    ValueInEffect, config_of, core as core_data, core_of, deployment, features_of, flat_of, mask, names_of,
+    shell_of, system_of, type_of, values_in_effect,
 };
 use mauve_timing::Time;
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use crate::component::{is_set_from_text, ports_of_introspection};
 use crate::cpp_name::{script_name, task_name};
 use crate::escape::comment;
 use crate::library::{Libraries, Library};
@@ -78,7 +79,10 @@ pub(crate) struct Task {
     /// The class: `motion::Guidance`.
     pub(crate) class: String,
     /// The properties that have other values here than their class gives them.
-    pub(crate) values: Vec<(String, Value)>,
+    /// Their names, their values, and whether scripts can only set them from a text.
+    pub(crate) values: Vec<(String, Value, bool)>,
+    /// Has it any property or constant?
+    pub(crate) has_values: bool,
     /// How it runs.
     pub(crate) activity: Activity,
 }
@@ -94,6 +98,54 @@ pub(crate) struct Activity {
     pub(crate) priority: Option<u32>,
     /// A bit for each CPU that it may use; none where it may use all.
     pub(crate) affinity: Option<u32>,
+}
+
+/// What is said where it is done, and where it cannot be.
+pub(crate) const LOADED: &str = "The instances, who provides operations before who requires them: the deployer stops them the \
+    other way round.";
+pub(crate) const ACTIVITIES: &str = "How they run: period in seconds, priority, scheduler; and on which CPUs, a bit for each. \
+    Each then looks whether its thread has that.";
+pub(crate) const STARTED: &str = "They start, unless MAUVE_START is false: who provides operations before who requires them. \
+    Where one does not start, all are stopped again.";
+pub(crate) const VALUES: &str =
+    "Values of this launch: NAME.cpf in the folder MAUVE_VALUES, for each that has properties.";
+pub(crate) const NOTHING_STARTS: &str = "Nothing runs.";
+pub(crate) const TOPICS: &str =
+    "Topics need rtt_ros_integration. Without them: `[generate] ros_streams = false` in mauve.toml.";
+
+/// What cannot be done, where it cannot.
+pub(crate) fn reading(name: &str) -> String {
+    format!("use the values in {name}.cpf")
+}
+
+pub(crate) fn connecting(one: &str, other: &str) -> String {
+    format!("connect {one} and {other}")
+}
+
+pub(crate) fn scheduling(name: &str) -> String {
+    format!("give {name} its activity")
+}
+
+pub(crate) fn pinning(name: &str) -> String {
+    format!("give {name} its CPUs: are they all there?")
+}
+
+pub(crate) fn streaming(topic: &str) -> String {
+    format!("make topic {topic}: does roscore run?")
+}
+
+impl Deployed {
+    /// The instances, in the order in which they are loaded, configured and started.
+    pub(crate) fn in_order(&self) -> impl Iterator<Item = &Task> {
+        self.order.iter().filter_map(|name| self.tasks.iter().find(|task| task.name == *name))
+    }
+
+    /// The packages that topics need.
+    pub(crate) fn ros_packages(&self) -> Vec<&str> {
+        let Some(streams) = &self.streams else { return Vec::new() };
+        let packages = streams.packages.iter().map(String::as_str);
+        ["rtt_ros", "rtt_rosnode", "rtt_roscomm"].into_iter().chain(packages).collect()
+    }
 }
 
 impl Activity {
@@ -117,6 +169,8 @@ pub(crate) struct Streams {
     pub(crate) packages: BTreeSet<String>,
     /// Port and topic.
     pub(crate) topics: Vec<[String; 2]>,
+    /// The ports that show what components do.
+    pub(crate) shown: Vec<[String; 2]>,
     /// Ports whose types no message has.
     pub(crate) left_out: Vec<String>,
 }
@@ -177,11 +231,17 @@ fn task<'db>(
     let mut values: Vec<&ValueInEffect<'db>> = in_effect.iter().filter(|it| set.contains(&it.name)).collect();
     values.sort_by_key(|it| place_in(features, it.declared.shell, it.declared.index));
     let values = values.into_iter();
+    let value = |it: &ValueInEffect<'db>| {
+        let data = it.declared.data(db)?;
+        let ty = type_of(db, project, it.declared.shell, data.ty.as_ref());
+        Some((script_name(&it.name), it.value.clone()?, is_set_from_text(&ty)))
+    };
     let row = system_of(db, project, of).rows.iter().find(|row| row.instance == instance.name)?;
     Some(Task {
         name: task_name(&instance.name),
         class,
-        values: values.filter_map(|it| Some((script_name(&it.name), it.value.clone()?))).collect(),
+        values: values.filter_map(value).collect(),
+        has_values: !in_effect.is_empty(),
         activity: activity(db, of, row),
     })
 }
@@ -283,6 +343,7 @@ fn ordered(all: Vec<(String, FxHashSet<String>)>) -> Vec<String> {
 }
 
 fn streams<'db>(db: &'db dyn ModelDb, project: Project<'db>, flat: &Flat<'db>) -> Streams {
+    let introspection = config_of(db, project.workspace(db)).introspection != Some(false);
     let connections = flat.links.iter().filter(|link| !link.operation);
     let connected: FxHashSet<_> = connections.map(|link| (&link.target.0, &link.target.1)).collect();
     let mut streams = Streams::default();
@@ -294,25 +355,43 @@ fn streams<'db>(db: &'db dyn ModelDb, project: Project<'db>, flat: &Flat<'db>) -
             ports.filter(|(name, port)| port.kind.is_port() && !connected.contains(&(&instance.name, *name)));
         let mut ports: Vec<_> = ports.collect();
         ports.sort_by_key(|(_, port)| place_in(features, port.shell, port.index));
+        if introspection {
+            let names: Vec<String> = features.by_name.keys().map(|name| script_name(name)).collect();
+            let [state, period] = ports_of_introspection(&names);
+            let core = instance.component.and_then(|component| core_of(db, project, component));
+            let has_machine =
+                core.and_then(|of| core_data(db, of)).is_some_and(|core| !core.machines.is_empty());
+            for port in has_machine.then_some(state).into_iter().chain([period]) {
+                let [task, topic] = [task_name(&instance.name), instance.name.to_string()];
+                streams.shown.push([format!("{task}.{port}"), format!("{topic}/{port}")]);
+                streams.packages.insert("rtt_std_msgs".to_owned());
+            }
+        }
         for (name, port) in ports {
             let ty = port.data(db).map(|data| type_of(db, project, port.shell, data.ty.as_ref()));
             let end = format!("{}.{}", task_name(&instance.name), script_name(name));
-            let package = match ty {
-                Some(Type::Message(package, _)) => package.to_string(),
-                // The wrappers of its messages carry plain numbers, texts and truth values.
-                Some(Type::Bool | Type::Integer(_) | Type::Float | Type::Double | Type::String) => {
-                    "std_msgs".to_owned()
-                }
-                _ => {
-                    streams.left_out.push(end);
-                    continue;
-                }
+            let Some(package) = ty.as_ref().and_then(topic_package) else {
+                streams.left_out.push(end);
+                continue;
             };
             streams.packages.insert(format!("rtt_{package}"));
-            streams.topics.push([end, format!("/{}/{name}", instance.name)]);
+            streams.topics.push([end, format!("{}/{name}", instance.name)]);
         }
     }
     streams
+}
+
+/// The message package whose typekit makes topics of such a type.
+pub(crate) fn topic_package(ty: &Type) -> Option<String> {
+    match ty {
+        Type::Message(package, _) => Some(package.to_string()),
+        // The wrappers of its messages carry plain numbers, texts and truth values.
+        Type::Integer(Integer::Char) => None,
+        Type::Bool | Type::Integer(_) | Type::Float | Type::Double | Type::String => {
+            Some("std_msgs".to_owned())
+        }
+        _ => None,
+    }
 }
 
 /// The lines of a comment, short enough to be read beside code.

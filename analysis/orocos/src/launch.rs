@@ -5,7 +5,7 @@ use crate::escape::xml;
 
 /// The launch file of a deployment that stands in `package`.
 pub(crate) fn launch_file(deployed: &Deployed, package: &str) -> String {
-    // Names have nothing that roslaunch would substitute: the only `$(find …)` are those here.
+    // Names have nothing that roslaunch would substitute: the only `$(find …)` and `$(arg …)` are those here.
     let script = xml(&format!("-s $(find {package})/scripts/{}.ops", deployed.name));
     let description: Vec<String> =
         comment_lines(&deployed.description).iter().map(|line| xml(line)).collect();
@@ -15,9 +15,22 @@ pub(crate) fn launch_file(deployed: &Deployed, package: &str) -> String {
 <!-- {description} -->
 <!-- Generated from the model: what is changed here is lost. -->
 <launch>
-  <include file="$(find rtt_ros)/launch/deployer.launch">
-    <arg name="DEPLOYER_ARGS" value="{script}"/>
-  </include>
+  <arg name="namespace" default="/" doc="Where the topics are"/>
+  <arg name="log_level" default="info" doc="What Orocos logs: error, warning, info or debug"/>
+  <arg name="start" default="true" doc="false: all is configured, and nothing starts"/>
+  <arg name="values" default="" doc="A folder with values of properties: INSTANCE.cpf"/>
+  <arg name="allow_non_realtime" default="false"
+       doc="true: starts also where threads are not scheduled as they were analysed"/>
+
+  <group ns="$(arg namespace)">
+    <env name="MAUVE_START" value="$(arg start)"/>
+    <env name="MAUVE_VALUES" value="$(arg values)"/>
+    <env name="MAUVE_ALLOW_NON_REALTIME" value="$(arg allow_non_realtime)"/>
+    <include file="$(find rtt_ros)/launch/deployer.launch">
+      <arg name="LOG_LEVEL" value="$(arg log_level)"/>
+      <arg name="DEPLOYER_ARGS" value="{script}"/>
+    </include>
+  </group>
 </launch>
 "#
     )

@@ -11,6 +11,7 @@
 //! | `cpp_name.rs` | names that C++, RTT and its scripts can have |
 //! | `cpp_type.rs` | C++ types and the headers that declare them |
 //! | `escape.rs` | texts of a model, as literals of the languages that are generated |
+//! | `task.rs` | what all components of a package have in common |
 //! | `trace.rs` | the tracing of what components execute, by LTTng-UST |
 //! | `origin.rs` | what generated comments say of the model |
 //! | `codels.rs` | the headers of types and codels, and the stubs that the user completes |
@@ -43,6 +44,7 @@ mod origin;
 mod package;
 mod plan;
 mod prototype;
+mod task;
 mod trace;
 
 pub use library::{Problem, problems};

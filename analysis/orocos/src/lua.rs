@@ -2,7 +2,10 @@
 
 use mauve_model::Value;
 
-use crate::deployment::{Activity, BACKGROUND, Deployed, STREAMS, Task, comment_lines};
+use crate::deployment::{
+    ACTIVITIES, Activity, BACKGROUND, Deployed, LOADED, STARTED, STREAMS, TOPICS, Task, VALUES,
+    comment_lines, connecting, pinning, scheduling, streaming,
+};
 use crate::escape::lua_string;
 
 /// What every script begins with.
@@ -14,12 +17,21 @@ if deployer:getName() ~= "Deployer" then
   deployer = assert(deployer:getPeer("Deployer"), "there is no Deployer")
 end
 
+local function worked(has_worked, what)
+  if not has_worked then
+    error("Cannot " .. what .. "\nNothing runs.", 0)
+  end
+end
+
+-- Beside the folder of a package, the deployer takes that for what is installed of it.
 local function import(package)
-  assert(deployer:import(package), "cannot import " .. package)
+  local is_there = deployer:import(package) or deployer:import("gnulinux/" .. package)
+  worked(is_there, "import package " .. package .. ": build it, and source its workspace")
 end
 
 local function load(name, class)
-  assert(deployer:loadComponent(name, class), "cannot load " .. name .. ", a " .. class)
+  local is_loaded = deployer:loadComponent(name, class)
+  worked(is_loaded, "load " .. name .. ", a " .. class .. ": build its package anew")
 end
 
 local function task(name)
@@ -39,11 +51,12 @@ pub(crate) fn script(deployed: &Deployed) -> String {
     script.comment("Generated from the model: what is changed here is lost.");
     script.text += PRELUDE;
     script.imports(deployed);
-    script.tasks(&deployed.tasks);
+    script.tasks(deployed);
+    script.values(deployed);
     script.connections(deployed);
     script.activities(&deployed.tasks);
     script.streams(deployed);
-    script.start(&deployed.order);
+    script.start(deployed);
     script.text
 }
 
@@ -71,30 +84,53 @@ impl Script {
         self.line(&format!("{function}({})", arguments.join(", ")));
     }
 
+    /// A step, and what cannot be done where it fails.
+    fn step(&mut self, call: &str, what: &str) {
+        self.call("worked", &[call, &lua_string(what)]);
+    }
+
     fn imports(&mut self, deployed: &Deployed) {
-        if let Some(streams) = &deployed.streams {
+        if deployed.streams.is_some() {
             self.section("ROS, and the types of the messages.");
-            for package in ["rtt_ros", "rtt_rosnode", "rtt_roscomm"] {
-                self.call("import", &[&lua_string(package)]);
-            }
-            streams.packages.iter().for_each(|it| self.call("import", &[&lua_string(it)]));
+            self.comment(TOPICS);
+            deployed.ros_packages().iter().for_each(|it| self.call("import", &[&lua_string(it)]));
         }
         self.section("The components.");
         deployed.packages.iter().for_each(|it| self.call("import", &[&lua_string(it)]));
     }
 
-    fn tasks(&mut self, tasks: &[Task]) {
-        self.section("The instances.");
-        for Task { name, class, .. } in tasks {
+    fn tasks(&mut self, deployed: &Deployed) {
+        self.section(LOADED);
+        for Task { name, class, .. } in deployed.in_order() {
             self.call("load", &[&lua_string(name), &lua_string(class)]);
         }
-        if tasks.iter().any(|task| !task.values.is_empty()) {
+        if deployed.tasks.iter().any(|task| !task.values.is_empty()) {
             self.section("Values that the model sets, and those that rest on them.");
         }
-        for task in tasks {
-            for (property, value) in &task.values {
-                self.call("set", &[&lua_string(&task.name), &lua_string(property), &literal(value)]);
+        for task in &deployed.tasks {
+            for (property, value, from_text) in &task.values {
+                let [name, property] = [&task.name, property].map(|text| lua_string(text));
+                if *from_text {
+                    let call = format!("task({name}):mauve_set({property}, {})", lua_string(&value.text()));
+                    self.step(&call, &format!("set {} of {}", property.trim_matches('"'), task.name));
+                } else {
+                    self.call("set", &[&name, &property, &literal(value)]);
+                }
             }
+        }
+    }
+
+    /// Values that come from files.
+    fn values(&mut self, deployed: &Deployed) {
+        let names: Vec<&String> =
+            deployed.in_order().filter(|task| task.has_values).map(|task| &task.name).collect();
+        if names.is_empty() {
+            return;
+        }
+        self.section(VALUES);
+        self.text += READ;
+        for name in names {
+            self.call("read", &[&lua_string(name)]);
         }
     }
 
@@ -106,66 +142,88 @@ impl Script {
             self.text += CONNECT;
         }
         for ([from, to], buffer) in &deployed.connections {
+            let what = lua_string(&connecting(from, to));
             let [from, to] = [from, to].map(|end| lua_string(end));
             match buffer {
-                None => self.call("connect", &[&from, &to]),
-                Some(size) => self.call("connect", &[&from, &to, &size.to_string()]),
+                None => self.call("connect", &[&from, &to, "nil", &what]),
+                Some(size) => self.call("connect", &[&from, &to, &size.to_string(), &what]),
             }
         }
         if !deployed.operations.is_empty() {
             self.section("The operations: who requires it, who provides it.");
         }
-        for ends in &deployed.operations {
-            let [required, provided] = ends.each_ref().map(|end| lua_string(end));
-            self.line(&format!("assert(deployer:connectOperations({required}, {provided}))"));
+        for [required, provided] in &deployed.operations {
+            let call =
+                format!("deployer:connectOperations({}, {})", lua_string(required), lua_string(provided));
+            self.step(&call, &connecting(required, provided));
         }
     }
 
     fn activities(&mut self, tasks: &[Task]) {
-        self.section(
-            "How they run: period in seconds, priority, scheduler; and on which CPUs, a bit for each.",
-        );
+        self.section(ACTIVITIES);
         for Task { name, activity, .. } in tasks {
             let Activity { period, assumed, affinity, .. } = activity;
             if *assumed {
                 self.comment(BACKGROUND);
             }
             let (priority, scheduler) = activity.scheduling();
-            let arguments = format!("{}, {period}, {priority}, rtt.globals.{scheduler}", lua_string(name));
-            self.line(&format!("assert(deployer:setActivity({arguments}))"));
-            if let Some(mask) = affinity {
-                self.line(&format!("task({}):setCpuAffinity({mask})", lua_string(name)));
+            let quoted = lua_string(name);
+            let arguments = format!("{quoted}, {period}, {priority}, rtt.globals.{scheduler}");
+            self.step(&format!("deployer:setActivity({arguments})"), &scheduling(name));
+            let mask = affinity.unwrap_or_default();
+            if affinity.is_some() {
+                self.step(&format!("task({quoted}):setCpuAffinity({mask})"), &pinning(name));
             }
+            let call = format!("task({quoted}):mauve_runs_as({priority}, {mask})");
+            self.step(&call, &format!("start {name}"));
         }
     }
 
     fn streams(&mut self, deployed: &Deployed) {
         let Some(streams) = &deployed.streams else { return };
-        if !streams.topics.is_empty() || !streams.left_out.is_empty() {
+        let topics: Vec<&[String; 2]> = streams.topics.iter().chain(&streams.shown).collect();
+        if !topics.is_empty() || !streams.left_out.is_empty() {
             self.section(STREAMS);
         }
-        if !streams.topics.is_empty() {
+        if !topics.is_empty() {
             self.line("local ros = rtt.provides(\"ros\"):provides(\"comm\")");
         }
-        for [port, topic] in &streams.topics {
-            self.line(&format!("deployer:stream({}, ros:topic({}))", lua_string(port), lua_string(topic)));
+        for [port, topic] in topics {
+            let call = format!("deployer:stream({}, ros:topic({}))", lua_string(port), lua_string(topic));
+            self.step(&call, &streaming(topic));
         }
         for port in &streams.left_out {
             self.comment(&format!("Not {port}: no message has its type."));
         }
     }
 
-    fn start(&mut self, order: &[String]) {
-        self.section("All are configured, and only if that succeeds for all, they start: who provides operations before \
-             who requires them.");
+    fn start(&mut self, deployed: &Deployed) {
+        self.section("Where all that has worked, all are configured.");
+        for name in &deployed.order {
+            self.step(&format!("task({}):configure()", lua_string(name)), &format!("configure {name}"));
+        }
+        self.section(STARTED);
         self.line("local order = {");
-        order.iter().for_each(|name| self.line(&format!("  {},", lua_string(name))));
+        deployed.order.iter().for_each(|name| self.line(&format!("  {},", lua_string(name))));
         self.line("}");
         self.text += START;
     }
 }
 
-const CONNECT: &str = r#"local function connect(from, to, size)
+const READ: &str = r#"local values = os.getenv("MAUVE_VALUES") or ""
+
+local function read(name)
+  local what = "use the values in " .. name .. ".cpf"
+  worked(deployer:loadService(name, "marshalling"), what)
+  if values ~= "" then
+    local marshalling = task(name):provides("marshalling")
+    worked(marshalling:updateProperties(values .. "/" .. name .. ".cpf"), what)
+  end
+end
+
+"#;
+
+const CONNECT: &str = r#"local function connect(from, to, size, what)
   local policy = rtt.Variable("ConnPolicy")
   if size then
     policy.type = rtt.globals.CIRCULAR_BUFFER
@@ -173,22 +231,25 @@ const CONNECT: &str = r#"local function connect(from, to, size)
   else
     policy.type = rtt.globals.DATA
   end
-  assert(deployer:connect(from, to, policy), "cannot connect " .. from .. " to " .. to)
+  worked(deployer:connect(from, to, policy), what)
 end
 
 "#;
 
 const START: &str = r#"
-local failed = {}
-for _, name in ipairs(order) do
-  if not task(name):configure() then
-    failed[#failed + 1] = name
+local function stop(last)
+  for index = last, 1, -1 do
+    task(order[index]):stop()
   end
 end
-assert(#failed == 0, "nothing starts, because these cannot be configured: " .. table.concat(failed, ", "))
 
-for _, name in ipairs(order) do
-  assert(task(name):start(), name .. " does not start")
+if os.getenv("MAUVE_START") ~= "false" then
+  for index, name in ipairs(order) do
+    if not task(name):start() then
+      stop(index - 1)
+      worked(false, "start " .. name)
+    end
+  end
 end
 "#;
 

@@ -10,23 +10,56 @@
 //! Each statement is parsed when all before it have been executed, one a line; what one gives stops nothing. A comment has its
 //! own line: behind a statement it would swallow the end of it.
 //!
-//! A whole number is an `int` to RTT. It is converted for properties of type `uint`, `float` and `double`; with the typekit of
-//! `rtt_roscomm` also for `short`, `int8`, `uint8` and `uint16`, which RTT itself does not know; for `char`, `long`, `int64`,
-//! `uint64` and `size_t` it is not, and no other text would be. Such a statement is an error, which ends the script before
-//! anything starts.
+//! RTT's deployer goes on where an import, a component or a connection fails, and reads what it does not know as a mistake of
+//! the script, with which the script ends. So each step is checked and says what is missing; steps that would crash without
+//! those before them stand in blocks; and the last statement only has a meaning where all has succeeded: the deployer tells
+//! by its exit code whether a script did.
+//!
+//! A whole number is an `int` to RTT, which it converts for properties of type `uint`, `float` and `double`, and for none of the
+//! other whole numbers: those are set from a text, by the component itself.
 
 use mauve_model::Value;
 
-use crate::deployment::{Activity, BACKGROUND, Deployed, STREAMS, Task, comment_lines};
+use crate::deployment::{
+    ACTIVITIES, Activity, BACKGROUND, Deployed, LOADED, NOTHING_STARTS, STARTED, STREAMS, TOPICS, Task,
+    VALUES, comment_lines, connecting, pinning, reading, scheduling, streaming,
+};
 use crate::escape::ops_string;
+
+/// What every script begins with. A package is also looked for below the name of its target: where the deployer is run beside
+/// the folder of a package, RTT takes that for what is installed of it.
+const PRELUDE: &str = r#"
+require("print")
+require("os")
+
+bool worked(bool has_worked, string what) {
+  if ( !has_worked ) then {
+    print.err("Cannot " + what)
+  }
+  return has_worked
+}
+bool imported(string package) {
+  var bool is_there = import(package)
+  if ( !is_there ) then {
+    is_there = import("gnulinux/" + package)
+  }
+  return worked(is_there, "import package " + package + ": build it, and source its workspace")
+}
+bool loaded(string name, string class) {
+  return worked(loadComponent(name, class), "load " + name + ", a " + class + ": build its package anew")
+}
+var bool ready = true
+"#;
 
 /// The script of a deployment.
 pub(crate) fn script(deployed: &Deployed) -> String {
     let mut script = Script { text: String::new(), tasks: &deployed.tasks };
     script.comment(&deployed.description);
     script.comment("Generated from the model: what is changed here is lost.");
+    script.text += PRELUDE;
     script.imports(deployed);
-    script.tasks();
+    script.tasks(deployed);
+    script.values(deployed);
     script.connections(deployed);
     script.activities();
     script.streams(deployed);
@@ -55,41 +88,82 @@ impl Script<'_> {
         self.comment(about);
     }
 
-    fn imports(&mut self, deployed: &Deployed) {
-        if let Some(streams) = &deployed.streams {
-            self.section("ROS, and the types of the messages.");
-            self.line("import(\"rtt_ros\")");
-            self.line("import(\"rtt_rosnode\")");
-            self.line("import(\"rtt_roscomm\")");
-            streams.packages.iter().for_each(|it| self.line(&format!("import({})", ops_string(it))));
-        }
-        self.section("The components.");
-        deployed.packages.iter().for_each(|it| self.line(&format!("import({})", ops_string(it))));
+    /// A step, and what cannot be done where it fails.
+    fn step(&mut self, indent: &str, call: &str, what: &str) {
+        self.line(&format!("{indent}ready = worked({call}, {}) && ready", ops_string(what)));
     }
 
-    fn tasks(&mut self) {
-        self.section("The instances.");
-        for Task { name, class, .. } in self.tasks {
-            self.line(&format!("loadComponent({}, {})", ops_string(name), ops_string(class)));
+    fn imports(&mut self, deployed: &Deployed) {
+        let import = |script: &mut Self, package: &str| {
+            script.line(&format!("ready = imported({}) && ready", ops_string(package)));
+        };
+        if deployed.streams.is_some() {
+            self.section("ROS, and the types of the messages.");
+            deployed.ros_packages().into_iter().for_each(|it| import(self, it));
+            self.line("if ( !ready ) then {");
+            self.line(&format!("  print.err({})", ops_string(TOPICS)));
+            self.line("}");
         }
+        self.section("The components.");
+        deployed.packages.iter().for_each(|it| import(self, it));
+    }
+
+    fn tasks(&mut self, deployed: &Deployed) {
+        self.section(LOADED);
+        for Task { name, class, .. } in deployed.in_order() {
+            self.line(&format!("ready = loaded({}, {}) && ready", ops_string(name), ops_string(class)));
+        }
+        self.line("if ( !ready ) then {");
+        self.line(&format!("  print.err({})", ops_string(NOTHING_STARTS)));
+        self.line("}");
         if self.tasks.iter().any(|task| !task.values.is_empty()) {
             self.section("Values that the model sets, and those that rest on them.");
         }
         for task in self.tasks {
-            for (property, value) in &task.values {
-                self.line(&format!("{}.{property} = {}", task.name, literal(value)));
+            for (property, value, from_text) in &task.values {
+                if *from_text {
+                    let text = ops_string(&value.text());
+                    self.line(&format!(
+                        "ready = {}.mauve_set({}, {text}) && ready",
+                        task.name,
+                        ops_string(property)
+                    ));
+                } else {
+                    self.line(&format!("{}.{property} = {}", task.name, literal(value)));
+                }
             }
         }
+    }
+
+    /// Values that come from files.
+    fn values(&mut self, deployed: &Deployed) {
+        let names: Vec<&String> =
+            deployed.in_order().filter(|task| task.has_values).map(|task| &task.name).collect();
+        if names.is_empty() {
+            return;
+        }
+        self.section(VALUES);
+        self.line("var string values = os.getenv(\"MAUVE_VALUES\")");
+        for name in &names {
+            self.step("", &format!("loadService({}, \"marshalling\")", ops_string(name)), &reading(name));
+        }
+        self.line("if ( values != \"\" ) then {");
+        for name in &names {
+            let call = format!("{name}.marshalling.updateProperties(values + \"/{name}.cpf\")");
+            self.step("  ", &call, &reading(name));
+        }
+        self.line("}");
     }
 
     fn connections(&mut self, deployed: &Deployed) {
         let mut buffers: Vec<Option<u32>> = deployed.connections.iter().map(|(_, buffer)| *buffer).collect();
         buffers.sort_unstable();
         buffers.dedup();
-        if buffers.is_empty() && deployed.operations.is_empty() {
-            return;
+        if !buffers.is_empty() {
+            self.section(
+                "The connections: from an output to an input, which keeps the last value or so many.",
+            );
         }
-        self.section("The connections: from an output to an input, which keeps the last value or so many.");
         for &buffer in &buffers {
             let policy = self.policy(buffer);
             self.line(&format!("var ConnPolicy {policy} = ConnPolicy()"));
@@ -101,19 +175,21 @@ impl Script<'_> {
                 }
             }
         }
-        self.line("var bool connected = true");
         for ([from, to], buffer) in &deployed.connections {
-            let [from, to] = [from, to].map(|end| ops_string(end));
             let policy = self.policy(*buffer);
-            self.line(&format!("connected = connect({from}, {to}, {policy}) && connected"));
+            let call = format!("connect({}, {}, {policy})", ops_string(from), ops_string(to));
+            self.step("", &call, &connecting(from, to));
         }
-        if !deployed.operations.is_empty() {
-            self.section("The operations: who requires it, who provides it.");
+        if deployed.operations.is_empty() {
+            return;
         }
-        for ends in &deployed.operations {
-            let [required, provided] = ends.each_ref().map(|end| ops_string(end));
-            self.line(&format!("connected = connectOperations({required}, {provided}) && connected"));
+        self.section("The operations: who requires it, who provides it. Where one is missing, the deployer would crash here.");
+        self.line("if ( ready ) then {");
+        for [required, provided] in &deployed.operations {
+            let call = format!("connectOperations({}, {})", ops_string(required), ops_string(provided));
+            self.step("  ", &call, &connecting(required, provided));
         }
+        self.line("}");
     }
 
     /// The variable of a policy, which no task may be called, because a member of it would be a property of that.
@@ -126,21 +202,22 @@ impl Script<'_> {
     }
 
     fn activities(&mut self) {
-        self.section(
-            "How they run: period in seconds, priority, scheduler; and on which CPUs, a bit for each.",
-        );
+        self.section(ACTIVITIES);
         for Task { name, activity, .. } in self.tasks {
             let Activity { period, assumed, affinity, .. } = activity;
             if *assumed {
                 self.comment(BACKGROUND);
             }
             let (priority, scheduler) = activity.scheduling();
-            self.line(&format!("setActivity({}, {period}, {priority}, {scheduler})", ops_string(name)));
-            if let Some(mask) = affinity {
-                // Numbers without a sign are marked.
-                let unsigned = if i32::try_from(*mask).is_ok() { "" } else { "u" };
-                self.line(&format!("{name}.setCpuAffinity({mask}{unsigned})"));
+            let call = format!("setActivity({}, {period}, {priority}, {scheduler})", ops_string(name));
+            self.step("", &call, &scheduling(name));
+            // Numbers without a sign are marked.
+            let mask = affinity.unwrap_or_default();
+            let mask = format!("{mask}{}", if i32::try_from(mask).is_ok() { "" } else { "u" });
+            if affinity.is_some() {
+                self.step("", &format!("{name}.setCpuAffinity({mask})"), &pinning(name));
             }
+            self.line(&format!("ready = {name}.mauve_runs_as({priority}, {mask}) && ready"));
         }
     }
 
@@ -149,8 +226,9 @@ impl Script<'_> {
         if !streams.topics.is_empty() || !streams.left_out.is_empty() {
             self.section(STREAMS);
         }
-        for [port, topic] in &streams.topics {
-            self.line(&format!("stream({}, ros.comm.topic({}))", ops_string(port), ops_string(topic)));
+        for [port, topic] in streams.topics.iter().chain(&streams.shown) {
+            let call = format!("stream({}, ros.comm.topic({}))", ops_string(port), ops_string(topic));
+            self.step("", &call, &streaming(topic));
         }
         for port in &streams.left_out {
             self.comment(&format!("Not {port}: no message has its type."));
@@ -158,18 +236,34 @@ impl Script<'_> {
     }
 
     fn start(&mut self, deployed: &Deployed) {
-        let is_connected = !deployed.connections.is_empty() || !deployed.operations.is_empty();
-        self.section("All are configured, and only if that succeeds for all, they start: who provides operations before \
-             who requires them. What fails says so in the log.");
-        self.line("var bool configured = true");
+        self.section("Where all that has worked, all are configured.");
+        self.line("if ( ready ) then {");
         for name in &deployed.order {
-            self.line(&format!("configured = {name}.configure() && configured"));
+            self.step("  ", &format!("{name}.configure()"), &format!("configure {name}"));
         }
-        self.text.push('\n');
-        let condition = if is_connected { "connected && configured" } else { "configured" };
-        self.line(&format!("if ( {condition} ) then {{"));
-        deployed.order.iter().for_each(|name| self.line(&format!("  {name}.start()")));
         self.line("}");
+        self.section(STARTED);
+        self.line("var bool starts = os.getenv(\"MAUVE_START\") != \"false\"");
+        for name in &deployed.order {
+            self.line("if ( ready && starts ) then {");
+            self.step("  ", &format!("{name}.start()"), &format!("start {name}"));
+            self.line("}");
+        }
+        self.line("var bool stopped = false");
+        self.line("if ( !ready ) then {");
+        for name in deployed.order.iter().rev() {
+            self.line(&format!("  stopped = {name}.stop()"));
+        }
+        self.line(&format!("  print.err({})", ops_string(NOTHING_STARTS)));
+        self.line("}");
+        let Some(first) = deployed.order.first() else { return };
+        self.section(
+            "Only then there is what the last line names: a script that fails is one to the deployer, too.",
+        );
+        self.line("if ( ready ) then {");
+        self.line(&format!("  aliasPeer(\"Deployer\", {}, \"all_is_well\")", ops_string(first)));
+        self.line("}");
+        self.line("all_is_well.getPeriod()");
     }
 }
 

@@ -8,6 +8,7 @@ use crate::component::component_files;
 use crate::deployment::deployment_files;
 use crate::export::export_files;
 use crate::library::{Libraries, Library, Problem, libraries, problems};
+use crate::task::task_files;
 use crate::trace::trace_files;
 
 /// A package that can be built.
@@ -71,6 +72,7 @@ fn package<'db>(
 ) -> Package {
     let mut files = codel_files(db, project, library);
     files.extend(component_files(db, project, libraries, library));
+    files.extend(task_files(library));
     files.extend(trace_files(library));
     files.extend(deployment_files(db, project, libraries, library));
     files.extend(export_files(db, project, library));

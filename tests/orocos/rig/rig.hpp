@@ -164,8 +164,15 @@ class AskedFor<R(A...)> : public Asked {
     send(random, std::index_sequence_for<A...>());
   }
 
+  // What does not run refuses: RTT throws here.
   void collect() override {
-    if (is_sent_) collect_from(std::is_void<R>(), std::index_sequence_for<A...>());
+    if (!is_sent_) return;
+    try {
+      collect_from(std::is_void<R>(), std::index_sequence_for<A...>());
+    } catch (const std::exception&) {
+      line("refused " + caller_.getName());
+      is_sent_ = false;
+    }
   }
 
  private:
@@ -352,7 +359,6 @@ class Rig {
       return;
     }
     if (!task_->isConfigured()) {
-      // Operations are executed before it is configured, too.
       if (random_.below(3) == 0) return;
       line("configure " + show(task_->configure()));
     }

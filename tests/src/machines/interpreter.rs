@@ -138,7 +138,15 @@ struct Call {
 /// An operation that the rig has asked for.
 struct Asked {
     arguments: Vec<Value>,
-    results: Option<Vec<Value>>,
+    answer: Option<Answer>,
+}
+
+/// What it has got.
+#[derive(Clone)]
+enum Answer {
+    Results(Vec<Value>),
+    /// The component does not run.
+    Refusal,
 }
 
 #[derive(Default)]
@@ -245,7 +253,7 @@ impl Run<'_> {
                     if *way == Way::Out { nothing(*ty) } else { self.random.value(*ty) }
                 };
                 let arguments = signature.parameters.iter().map(draw).collect();
-                self.asked[index] = Some(Asked { arguments, results: None });
+                self.asked[index] = Some(Asked { arguments, answer: None });
                 self.queue.push_back(index);
             }
         }
@@ -262,10 +270,15 @@ impl Run<'_> {
         }
         for (index, (signature, _, _)) in it.provided.iter().enumerate() {
             let Some(asked) = &self.asked[index] else { continue };
-            match asked.results.clone() {
+            match asked.answer.clone() {
                 None => self.line(format!("waits for {}", signature.name)),
-                Some(results) => {
-                    self.line(format!("done {} 1 -> {}", signature.name, list(&results)));
+                Some(answer) => {
+                    match answer {
+                        Answer::Results(results) => {
+                            self.line(format!("done {} 1 -> {}", signature.name, list(&results)))
+                        }
+                        Answer::Refusal => self.line(format!("refused {}", signature.name)),
+                    }
                     self.asked[index] = None;
                 }
             }
@@ -320,7 +333,6 @@ impl Run<'_> {
             return Ok(());
         }
         if self.life == Life::Unconfigured {
-            // Operations are executed before it is configured, too.
             if self.random.below(3) == 0 {
                 return Ok(());
             }
@@ -389,6 +401,12 @@ impl Run<'_> {
     fn step(&mut self) -> Step<()> {
         let it = self.it;
         while let Some(operation) = self.queue.pop_front() {
+            if self.life != Life::Running {
+                if let Some(asked) = &mut self.asked[operation] {
+                    asked.answer = Some(Answer::Refusal);
+                }
+                continue;
+            }
             let mut arguments =
                 self.asked[operation].as_ref().map(|asked| asked.arguments.clone()).unwrap_or_default();
             let result = self.operation(operation, &mut arguments)?;
@@ -399,7 +417,7 @@ impl Run<'_> {
                 }
             }
             if let Some(asked) = &mut self.asked[operation] {
-                asked.results = Some(results);
+                asked.answer = Some(Answer::Results(results));
             }
         }
         if self.life != Life::Running {

@@ -18,7 +18,11 @@ const CONFIG: [(&str, &str, &[&str]); 9] = [
     ("project", "the roots of the models", &["root", "roots"]),
     ("timing", "where execution times stand", &["tables", "significance"]),
     ("types", "types that no message package declares", &["cpp", "header"]),
-    ("generate", "where generated sources go", &["out", "ros_streams", "maintainer", "license"]),
+    (
+        "generate",
+        "where generated sources go",
+        &["out", "ros_streams", "introspection", "maintainer", "license"],
+    ),
     ("lints", "how bad a diagnostic is", &[]),
     ("assume", "times that the tables lack", &["codel"]),
     ("platform", "what the programs run on", &["cpus", "rt_throttling"]),
@@ -295,7 +299,7 @@ impl Toml<'_, '_> {
                 let levels: BTreeSet<String> = levels.map(ToString::to_string).collect();
                 levels.into_iter().map(|level| Completion::new(CompletionKind::Value, level)).collect()
             }
-            ("platform", "rt_throttling") | ("generate", "ros_streams") => {
+            ("platform", "rt_throttling") | ("generate", "ros_streams" | "introspection") => {
                 ["true", "false"].map(value).into()
             }
             ("lints", _) => ["allow", "hint", "warn", "error"].map(text).into(),

@@ -804,7 +804,8 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
         let handles = last.map(|last| last.name.clone()).into_iter();
         let handles = handles.chain(handler.map(|handler| self.variable_name(handler)));
         let targets: String = handles.map(|name| format!("{name} = ")).collect();
-        self.line(format!("{targets}{}.send({});", operation.name, texts.join(", ")));
+        texts.insert(0, operation.name.clone());
+        self.line(format!("{targets}mauve_send({});", texts.join(", ")));
         if last.is_some() {
             self.depth -= 1;
             self.line("}");
@@ -813,8 +814,9 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
 
     /// The body of the function that tells whether a call is under way.
     pub(super) fn ask_for_last_call(mut self, call: &LastCall<'db>, operation: &Member<'db>) -> Vec<Line> {
-        let dropped = self.nowhere(operation).join(", ");
-        self.line(format!("return {}.collectIfDone({dropped}) == RTT::SendNotReady;", call.name));
+        let mut given = vec![call.name.clone()];
+        given.extend(self.nowhere(operation));
+        self.line(format!("return mauve_collect({}) == RTT::SendNotReady;", given.join(", ")));
         self.lines
     }
 
@@ -830,8 +832,8 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
         {
             texts = self.nowhere(member);
         }
-        let name = self.variable_name(handler);
-        Code::primary(format!("{name}.collectIfDone({})", texts.join(", ")), Type::CallStatus)
+        texts.insert(0, self.variable_name(handler));
+        Code::primary(format!("mauve_collect({})", texts.join(", ")), Type::CallStatus)
     }
 
     /// Variables for what a call gives and nobody wants.

@@ -30,12 +30,13 @@ pub(super) fn text(class: &Class<'_, '_>) -> String {
     }
     text.gap();
     let (package, name) = (&class.library.package, &class.name);
+    text.line(0, &format!("#include <{package}/{package}-task.hpp>"));
     text.line(0, &format!("#include <{package}/{package}-types.hpp>"));
     text.gap();
     text.line(0, &format!("namespace {package} {{"));
     text.gap();
     text.line(0, &format!("// {}", class.declared(class.component)));
-    text.line(0, &format!("class {name} : public RTT::TaskContext {{"));
+    text.line(0, &format!("class {name} : public MauveTask {{"));
     text.line(0, " public:");
     text.line(1, &format!("explicit {name}(const std::string& {});", class.instance));
     text.gap();
@@ -53,7 +54,7 @@ pub(super) fn text(class: &Class<'_, '_>) -> String {
 }
 
 fn rtt_headers(class: &Class<'_, '_>) -> BTreeSet<&'static str> {
-    let mut headers = BTreeSet::from(["TaskContext"]);
+    let mut headers = BTreeSet::new();
     for member in class.members() {
         match member.data.kind {
             FeatureKind::Input => headers.insert("InputPort"),
@@ -181,15 +182,26 @@ fn known<'db>(class: &Class<'_, 'db>, value: &'db Expr, ty: &Type) -> Option<Str
 }
 
 fn programs(class: &Class<'_, '_>, text: &mut Text) {
+    if !class.set_from_text().is_empty() {
+        text.line(1, "bool mauve_set(const std::string& property, const std::string& text);");
+    }
+    if let Some(show) = class.machine.as_ref().and_then(|machine| machine.show.as_ref()) {
+        text.line(1, &format!("void {show}();"));
+    }
     for call in &class.last_calls {
         text.line(1, &format!("bool {}();", call.is_under_way));
     }
     for routine in &class.programs {
         let mut names = class.names.clone();
-        let parameters: Vec<String> =
-            class.parameters(routine, &mut names).into_iter().map(|it| it.declared).collect();
+        let parameters = class.parameters(routine, &mut names);
         let gives = class.cpp(&routine.gives);
-        text.line(1, &format!("{gives} {}({});", routine.function, parameters.join(", ")));
+        let mut declare = |function: &str, parameters: Vec<&str>| {
+            text.line(1, &format!("{gives} {function}({});", parameters.join(", ")));
+        };
+        declare(&routine.function, parameters.iter().map(|it| it.declared.as_str()).collect());
+        if let Some(called) = &routine.called {
+            declare(called, parameters.iter().map(|it| it.named.as_str()).collect());
+        }
     }
 }
 
@@ -206,15 +218,24 @@ impl<'db> Class<'_, 'db> {
             .any(|it| it.data.interval.is_some() || it.property.is_some() || it.status.is_some());
         let all = [
             (
-                has(HookKind::Configure) || has_value || !self.data.handlers.is_empty() || checks,
+                has(HookKind::Configure)
+                    || has_value
+                    || !self.data.handlers.is_empty()
+                    || checks
+                    || !self.samples.is_empty(),
                 ("bool", "configureHook"),
             ),
-            (has(HookKind::Start) || self.machine.is_some(), ("bool", "startHook")),
+            (true, ("bool", "startHook")),
             (true, ("void", "updateHook")),
-            (has(HookKind::Stop), ("void", "stopHook")),
+            (has(HookKind::Stop) || self.is_called(), ("void", "stopHook")),
             (has(HookKind::Cleanup), ("void", "cleanupHook")),
         ];
         all.into_iter().filter(|(is_there, _)| *is_there).map(|(_, hook)| hook).collect()
+    }
+
+    /// Has it operations that others call?
+    pub(super) fn is_called(&self) -> bool {
+        self.programs.iter().any(|routine| routine.called.is_some())
     }
 
     /// The first line of each file.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use mauve_model::item_tree::{FeatureKind, HookKind, MethodKind, Variable};
+use mauve_model::item_tree::{Direction, FeatureKind, HookKind, MethodKind, Variable};
 use mauve_model::{Callee, Integer, Type, Value};
 
 use super::expression::{Code, Line, Writer, ends};
@@ -10,7 +10,7 @@ use super::header::direction;
 use super::layout::Text;
 use super::obvious::MEANT;
 use super::program::definition;
-use super::{Class, Key, Machine, Member};
+use super::{Class, Key, Machine, Member, Routine};
 use crate::cpp_name::script_name;
 use crate::escape::cpp_string;
 
@@ -22,11 +22,16 @@ pub(super) fn text(class: &Class<'_, '_>) -> String {
     start_hook(class, &mut body);
     update_hook(class, &mut body);
     for (kind, hook) in [(HookKind::Stop, "stopHook"), (HookKind::Cleanup, "cleanupHook")] {
-        if let Some(program) = class.program(Key::Hook(kind)) {
-            let call = Line::new(1, format!("{}();", program.function));
-            function(&mut body, &format!("void {}::{hook}()", class.name), &[call]);
+        let closes = kind == HookKind::Stop && class.is_called();
+        let mut lines = if closes { vec![Line::new(1, "mauve_stopping();")] } else { Vec::new() };
+        let program = class.program(Key::Hook(kind));
+        lines.extend(program.map(|program| Line::new(1, format!("{}();", program.function))));
+        if !lines.is_empty() {
+            function(&mut body, &format!("void {}::{hook}()", class.name), &lines);
         }
     }
+    set(class, &mut body);
+    show(class, &mut body);
     for call in &class.last_calls {
         let Some(operation) = class.member(call.shell, call.index) else { continue };
         let lines = Writer::new(class).ask_for_last_call(call, operation);
@@ -37,6 +42,7 @@ pub(super) fn text(class: &Class<'_, '_>) -> String {
         let (head, lines) = definition(class, routine);
         body.line(0, &format!("// {}: {}", routine.what, class.at(class.core, routine.at)));
         function(&mut body, &head, &lines);
+        called(class, routine, &mut body);
     }
     let mut text = Text::default();
     includes(class, &body.out, &mut text);
@@ -101,7 +107,7 @@ fn function(text: &mut Text, head: &str, lines: &[Line]) {
 
 fn constructor(class: &Class<'_, '_>, text: &mut Text) {
     let instance = &class.instance;
-    let mut first = vec![format!("RTT::TaskContext({instance}, RTT::TaskContext::PreOperational)")];
+    let mut first = vec![format!("MauveTask({instance})")];
     let required = class.members().filter(|member| member.data.kind == FeatureKind::Required);
     first.extend(required.map(|it| format!("{}({})", it.name, cpp_string(&script_name(&it.data.name.name)))));
     text.line(0, &format!("{0}::{0}(const std::string& {instance})", class.name));
@@ -119,6 +125,25 @@ fn constructor(class: &Class<'_, '_>, text: &mut Text) {
     for member in class.members().filter(is_defined) {
         text.line(1, &added(class, member));
     }
+    if !class.set_from_text().is_empty() {
+        text.line(
+            1,
+            &format!(
+                "addOperation(\"mauve_set\", &{}::mauve_set, this, RTT::ClientThread).doc(\"Sets what scripts cannot.\")\
+                 .arg(\"property\", \"\").arg(\"text\", \"a whole number\");",
+                class.name
+            ),
+        );
+    }
+    if class.introspection {
+        let names: Vec<String> = class.members().map(|it| script_name(&it.data.name.name)).collect();
+        let [state, period] = ports_of_introspection(&names);
+        if let Some(machine) = class.data.machines.first() {
+            let longest = machine.states.iter().map(|state| state.name.name.len()).max().unwrap_or_default();
+            text.line(1, &format!("mauve_add_state_port({}, {longest});", cpp_string(state)));
+        }
+        text.line(1, &format!("mauve_add_period_port({});", cpp_string(period)));
+    }
     text.line(0, "}");
     text.gap();
 }
@@ -130,7 +155,7 @@ fn added(class: &Class<'_, '_>, member: &Member<'_>) -> String {
     let doc = cpp_string(&class.shown(member));
     match data.kind {
         FeatureKind::Property | FeatureKind::Constant => {
-            let property = member.property.as_ref().unwrap_or(name);
+            let property = class.property(member);
             format!("addProperty({known}, {property}).doc({doc});")
         }
         FeatureKind::Input | FeatureKind::Output => format!("addPort({known}, {name}).doc({doc});"),
@@ -142,7 +167,9 @@ fn added(class: &Class<'_, '_>, member: &Member<'_>) -> String {
                 format!(".arg({}, {})", cpp_string(name), cpp_string(&doc))
             });
             let arguments: String = arguments.collect();
-            let function = format!("&{}::{name}", class.name);
+            let mut called = class.programs.iter().filter(|routine| routine.function == *name);
+            let called = called.find_map(|routine| routine.called.as_ref()).unwrap_or(name);
+            let function = format!("&{}::{called}", class.name);
             format!("addOperation({known}, {function}, this, RTT::OwnThread).doc({doc}){arguments};")
         }
     }
@@ -167,9 +194,20 @@ fn configure_hook<'db>(class: &Class<'_, 'db>, text: &mut Text) {
     lines.extend(first_values(class, &class.data.variables));
     for handler in &class.data.handlers {
         let name = class.variable_at(handler.name.part).and_then(|index| class.variables.get(&index));
-        lines.extend(name.map(|name| Line::new(1, format!("{name} = {{}};"))));
+        // RTT has an assignment that `{}` would mean, and that does not compile.
+        lines.extend(name.map(|name| Line::new(1, format!("{name} = decltype({name})();"))));
     }
     lines.extend(agreed(class, HookKind::Configure));
+    if !class.samples.is_empty() {
+        lines.push(Line::new(
+            1,
+            "// Connections get room for values of these sizes: writing them allocates nothing.",
+        ));
+    }
+    for (port, variable) in &class.samples {
+        let variable = class.variables.get(variable);
+        lines.extend(variable.map(|it| Line::new(1, format!("{port}.setDataSample({it});"))));
+    }
     lines.push(Line::new(1, "return true;"));
     function(text, &format!("bool {}::configureHook()", class.name), &lines);
 }
@@ -209,7 +247,7 @@ fn interval_check<'db>(class: &Class<'_, 'db>, member: &Member<'db>) -> Vec<Line
     let Some(interval) = &member.data.interval else { return Vec::new() };
     let mut writer = Writer::of_shell(class);
     let (low, high) = (writer.value(&interval.low, &member.ty), writer.value(&interval.high, &member.ty));
-    let value = member.property.as_ref().unwrap_or(&member.name);
+    let value = class.property(member);
     let (least, greatest) = match &member.ty {
         Type::Integer(integer) => {
             let (least, greatest) = ends(*integer);
@@ -252,12 +290,9 @@ fn interval_check<'db>(class: &Class<'_, 'db>, member: &Member<'db>) -> Vec<Line
 
 /// Starts the state machine.
 fn start_hook(class: &Class<'_, '_>, text: &mut Text) {
-    if !class.hooks().iter().any(|(_, hook)| *hook == "startHook") {
-        return;
-    }
     let head = format!("bool {}::startHook()", class.name);
-    let mut lines =
-        class.data.machines.first().map_or_else(Vec::new, |it| first_values(class, &it.variables));
+    let mut lines = vec![Line::new(1, "if (!mauve_may_start()) return false;")];
+    lines.extend(class.data.machines.iter().take(1).flat_map(|it| first_values(class, &it.variables)));
     lines.extend(agreed(class, HookKind::Start));
     if let Some(machine) = &class.machine
         && let Some(initial) = machine.values.get(machine.initial)
@@ -265,14 +300,79 @@ fn start_hook(class: &Class<'_, '_>, text: &mut Text) {
         lines.push(Line::new(1, format!("{} = {}::{initial};", machine.current, machine.states)));
         let entry = class.program(Key::Method(machine.initial, MethodKind::Entry));
         lines.extend(entry.map(|entry| Line::new(1, format!("{}();", entry.function))));
+        lines.extend(machine.show.as_ref().map(|show| Line::new(1, format!("{show}();"))));
     }
-    lines.push(Line::new(1, "return true;"));
+    lines.extend(["mauve_started();", "return true;"].map(|line| Line::new(1, line)));
+    function(text, &head, &lines);
+}
+
+/// The ports that show the state and the periods of a component whose features have these names: no feature is called `state`
+/// in scripts.
+pub(crate) fn ports_of_introspection(names: &[String]) -> [&'static str; 2] {
+    ["state", if names.iter().any(|name| name == "period") { "mauve_period" } else { "period" }]
+}
+
+/// Shows the state on its port.
+fn show(class: &Class<'_, '_>, text: &mut Text) {
+    let Some(machine) = &class.machine else { return };
+    let (Some(show), Some(data)) = (&machine.show, class.data.machines.first()) else { return };
+    let names: Vec<String> = data.states.iter().map(|state| cpp_string(&state.name.name)).collect();
+    let lines = [
+        Line::new(1, format!("static const char* const names[]{{{}}};", names.join(", "))),
+        Line::new(1, format!("mauve_show_state(names[static_cast<int>({})]);", machine.current)),
+    ];
+    function(text, &format!("void {}::{show}()", class.name), &lines);
+}
+
+/// Sets the properties that scripts cannot.
+fn set(class: &Class<'_, '_>, text: &mut Text) {
+    let members = class.set_from_text();
+    if members.is_empty() {
+        return;
+    }
+    let set = |member: &&Member<'_>| {
+        let known = cpp_string(&script_name(&member.data.name.name));
+        let name = class.property(member);
+        Line::new(1, format!("if (property == {known} && mauve_parse(text, this->{name})) return true;"))
+    };
+    let mut lines: Vec<Line> = members.iter().map(set).collect();
+    lines.push(Line::new(
+        1,
+        "RTT::log(RTT::Error) << getName() << \": no property \" << property << \" can be \" << text << RTT::endlog();",
+    ));
+    lines.push(Line::new(1, "return false;"));
+    let head =
+        format!("bool {}::mauve_set(const std::string& property, const std::string& text)", class.name);
+    function(text, &head, &lines);
+}
+
+/// An operation as other components call it.
+fn called<'db>(class: &Class<'_, 'db>, routine: &Routine<'db>, text: &mut Text) {
+    let Some(called) = &routine.called else { return };
+    let mut names = class.names.clone();
+    let parameters = class.parameters(routine, &mut names);
+    let call = names.declare("call");
+    let declared: Vec<&str> = parameters.iter().map(|it| it.named.as_str()).collect();
+    // What is no number would be copied once more.
+    let given = parameters.iter().zip(routine.parameters).map(|(it, of)| match it.is_large {
+        true if of.direction == Direction::In => format!("std::move({})", it.name),
+        _ => it.name.clone(),
+    });
+    let given: Vec<String> = given.collect();
+    let operation = cpp_string(routine.what.trim_start_matches("provide "));
+    let lines = [
+        Line::new(1, format!("const MauveCall {call}(*this, {operation});")),
+        Line::new(1, format!("return {}({});", routine.function, given.join(", "))),
+    ];
+    text.line(0, &format!("// {}, as other components call it", routine.what));
+    let head = format!("{} {}::{called}({})", class.cpp(&routine.gives), class.name, declared.join(", "));
     function(text, &head, &lines);
 }
 
 /// One period.
 fn update_hook(class: &Class<'_, '_>, text: &mut Text) {
-    let mut lines = vec![Line::new(1, "MAUVE_TRACE_COMPONENT(getName());")];
+    let mut lines =
+        vec![Line::new(1, "if (!mauve_begin()) return;"), Line::new(1, "MAUVE_TRACE_COMPONENT(getName());")];
     if let Some(update) = class.program(Key::Hook(HookKind::Update)) {
         lines.push(Line::new(1, format!("{}();", update.function)));
     }
@@ -284,6 +384,10 @@ fn update_hook(class: &Class<'_, '_>, text: &mut Text) {
             lines.push(Line::new(3, "break;"));
         }
         lines.push(Line::new(1, "}"));
+        lines.extend(machine.show.as_ref().map(|show| Line::new(1, format!("{show}();"))));
+    }
+    if class.introspection {
+        lines.push(Line::new(1, "mauve_end();"));
     }
     function(text, &format!("void {}::updateHook()", class.name), &lines);
 }
