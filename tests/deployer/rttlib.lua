@@ -100,6 +100,11 @@ local deployer = closed({
     assert(rawget(tasks, (...)), "no task for an activity")
     return done("setActivity", ...)
   end,
+  setWaitPeriodPolicy = function(_, ...)
+    check(2, ...)
+    assert(rawget(tasks, (...)), "no task for a policy")
+    return done("setWaitPeriodPolicy", ...)
+  end,
   stream = function(_, ...)
     check(2, ...)
     local port, topic = ...
@@ -115,6 +120,7 @@ rtt = closed({
     CIRCULAR_BUFFER = "CIRCULAR_BUFFER",
     ORO_SCHED_RT = "ORO_SCHED_RT",
     ORO_SCHED_OTHER = "ORO_SCHED_OTHER",
+    ORO_WAIT_REL = "ORO_WAIT_REL",
   }),
   Variable = function(name)
     assert(name == "ConnPolicy")

@@ -554,6 +554,11 @@ impl Machine<'_> {
                         let scheduler = Text(of.clone());
                         Call::new(function, [Text(name.clone()), period.clone(), Int(*priority), scheduler])
                     }
+                    ("setWaitPeriodPolicy", [[Value(Text(name))], [Name(policy)]])
+                        if policy == "ORO_WAIT_REL" =>
+                    {
+                        Call::new(function, [Text(name.clone()), Text(policy.clone())])
+                    }
                     (
                         "stream",
                         [

@@ -136,13 +136,15 @@ pub fn built_in_type(name: &str) -> Option<Type> {
 }
 
 /// The names of [`built_in_type`] that are the language's own, and what they mean.
-pub static LANGUAGE_TYPES: [(&str, Type); 6] = [
+pub static LANGUAGE_TYPES: [(&str, Type); 8] = [
     ("bool", Type::Bool),
     ("int", Type::INT),
     ("double", Type::Double),
     ("float", Type::Float),
     ("string", Type::String),
     ("void", Type::Void),
+    ("port_status", Type::PortStatus),
+    ("call_status", Type::CallStatus),
 ];
 
 /// The others: the scalars of C.

@@ -20,14 +20,15 @@ use crate::{launch, lua, ops};
 
 /// How often an instance runs in the background where its model does not say.
 ///
-/// RTT runs what has no period once when it starts, and then only when something triggers it, which nothing does: a state
-/// machine would never leave its initial state. Ten times a second is what most activities of such robots do, and in the
-/// background it costs no other activity anything.
-const BACKGROUND_PERIOD: Time = Time::from_nanos(100_000_000);
+/// The paper executes such a component "sporadically": whenever there is something to do. RTT runs what has no period once
+/// when it starts, and then only when something triggers it. New data on an input alone must not be what does: a state machine
+/// also waits for operations, and for what its own codels find. To run again at once, without a pause, would keep a CPU busy
+/// with nothing. So it runs again soon after each run: the pause is a period that is counted from the run before.
+const BACKGROUND_PERIOD: Time = Time::from_nanos(10_000_000);
 
 /// What is said of that where it is assumed.
-pub(crate) const BACKGROUND: &str = "In the background, and the model gives no period. Without one RTT would run it only \
-    once, so 100 ms are assumed: a `period` in its activity says another.";
+pub(crate) const BACKGROUND: &str = "In the background, and the model gives no period: it runs again 10 ms after it began, or \
+    when it has ended. A `period` in its activity says another time.";
 
 /// The scripts and launch files of the deployments in a library.
 pub(crate) fn deployment_files<'db>(

@@ -170,6 +170,10 @@ impl Script {
             let quoted = lua_string(name);
             let arguments = format!("{quoted}, {period}, {priority}, rtt.globals.{scheduler}");
             self.step(&format!("deployer:setActivity({arguments})"), &scheduling(name));
+            if activity.priority.is_none() {
+                let arguments = format!("{quoted}, rtt.globals.ORO_WAIT_REL");
+                self.step(&format!("deployer:setWaitPeriodPolicy({arguments})"), &scheduling(name));
+            }
             let mask = affinity.unwrap_or_default();
             if affinity.is_some() {
                 self.step(&format!("task({quoted}):setCpuAffinity({mask})"), &pinning(name));

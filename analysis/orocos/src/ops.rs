@@ -211,6 +211,10 @@ impl Script<'_> {
             let (priority, scheduler) = activity.scheduling();
             let call = format!("setActivity({}, {period}, {priority}, {scheduler})", ops_string(name));
             self.step("", &call, &scheduling(name));
+            if activity.priority.is_none() {
+                let call = format!("setWaitPeriodPolicy({}, ORO_WAIT_REL)", ops_string(name));
+                self.step("", &call, &scheduling(name));
+            }
             // Numbers without a sign are marked.
             let mask = affinity.unwrap_or_default();
             let mask = format!("{mask}{}", if i32::try_from(mask).is_ok() { "" } else { "u" });

@@ -96,10 +96,12 @@ worked(deployer:setActivity("arm", 0.033333333, 9, rtt.globals.ORO_SCHED_RT), "g
 worked(task("arm"):setCpuAffinity(3), "give arm its CPUs: are they all there?")
 worked(task("arm"):mauve_runs_as(9, 3), "start arm")
 worked(deployer:setActivity("mal_true_hand", 0.25, 0, rtt.globals.ORO_SCHED_OTHER), "give mal_true_hand its activity")
+worked(deployer:setWaitPeriodPolicy("mal_true_hand", rtt.globals.ORO_WAIT_REL), "give mal_true_hand its activity")
 worked(task("mal_true_hand"):mauve_runs_as(0, 0), "start mal_true_hand")
--- In the background, and the model gives no period. Without one RTT would run it only once, so 100
--- ms are assumed: a `period` in its activity says another.
-worked(deployer:setActivity("last_3", 0.1, 0, rtt.globals.ORO_SCHED_OTHER), "give last_3 its activity")
+-- In the background, and the model gives no period: it runs again 10 ms after it began, or when it
+-- has ended. A `period` in its activity says another time.
+worked(deployer:setActivity("last_3", 0.01, 0, rtt.globals.ORO_SCHED_OTHER), "give last_3 its activity")
+worked(deployer:setWaitPeriodPolicy("last_3", rtt.globals.ORO_WAIT_REL), "give last_3 its activity")
 worked(task("last_3"):setCpuAffinity(2), "give last_3 its CPUs: are they all there?")
 worked(task("last_3"):mauve_runs_as(0, 2), "start last_3")
 

@@ -159,9 +159,10 @@ worked(task("p3dx_driver"):mauve_runs_as(10, 1), "start p3dx_driver")
 worked(deployer:setActivity("hokuyo", 0.1, 9, rtt.globals.ORO_SCHED_RT), "give hokuyo its activity")
 worked(task("hokuyo"):setCpuAffinity(1), "give hokuyo its CPUs: are they all there?")
 worked(task("hokuyo"):mauve_runs_as(9, 1), "start hokuyo")
--- In the background, and the model gives no period. Without one RTT would run it only once, so 100
--- ms are assumed: a `period` in its activity says another.
-worked(deployer:setActivity("exploration", 0.1, 0, rtt.globals.ORO_SCHED_OTHER), "give exploration its activity")
+-- In the background, and the model gives no period: it runs again 10 ms after it began, or when it
+-- has ended. A `period` in its activity says another time.
+worked(deployer:setActivity("exploration", 0.01, 0, rtt.globals.ORO_SCHED_OTHER), "give exploration its activity")
+worked(deployer:setWaitPeriodPolicy("exploration", rtt.globals.ORO_WAIT_REL), "give exploration its activity")
 worked(task("exploration"):mauve_runs_as(0, 0), "start exploration")
 
 -- Outputs are topics, and inputs that nothing is connected to. On the other inputs a topic would
