@@ -39,7 +39,7 @@ pub(crate) fn deployment_files<'db>(
 ) -> Vec<GeneratedFile> {
     let mut files = Vec::new();
     for &decl in &library.deployments {
-        let Some(deployed) = deployed(db, project, libraries, decl) else { continue };
+        let Some(deployed) = deployed(db, project, libraries, &library.package, decl) else { continue };
         let name = decl.name(db);
         let texts = [
             (format!("scripts/{name}.ops"), ops::script(&deployed)),
@@ -56,6 +56,8 @@ pub(crate) fn deployment_files<'db>(
 pub(crate) struct Deployed {
     /// The name of the deployment.
     pub(crate) name: String,
+    /// The package that it stands in.
+    pub(crate) package: String,
     /// What it is, and where it stands.
     pub(crate) description: String,
     /// The packages of its components, those that others call first.
@@ -180,6 +182,7 @@ fn deployed<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     libraries: &Libraries<'db>,
+    package: &str,
     of: Decl<'db>,
 ) -> Option<Deployed> {
     let target = deployment(db, of)?.targets.first()?;
@@ -202,6 +205,7 @@ fn deployed<'db>(
     };
     Some(Deployed {
         name: of.name(db).to_string(),
+        package: package.to_owned(),
         description: format!(
             "Deployment `{}` of architecture `{}` ({}).",
             of.qualified(db),

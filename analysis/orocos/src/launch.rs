@@ -2,6 +2,7 @@
 
 use crate::deployment::{Deployed, comment_lines};
 use crate::escape::xml;
+use crate::origin::generated_from;
 
 /// The launch file of a deployment that stands in `package`.
 pub(crate) fn launch_file(deployed: &Deployed, package: &str) -> String {
@@ -10,10 +11,11 @@ pub(crate) fn launch_file(deployed: &Deployed, package: &str) -> String {
     let description: Vec<String> =
         comment_lines(&deployed.description).iter().map(|line| xml(line)).collect();
     let description = description.join("\n     ");
+    let generated = generated_from(package);
     format!(
         r#"<?xml version="1.0"?>
+<!-- {generated} -->
 <!-- {description} -->
-<!-- Generated from the model: what is changed here is lost. -->
 <launch>
   <arg name="namespace" default="/" doc="Where the topics are"/>
   <arg name="log_level" default="info" doc="What Orocos logs: error, warning, info or debug"/>

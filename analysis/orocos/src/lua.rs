@@ -7,6 +7,7 @@ use crate::deployment::{
     comment_lines, connecting, pinning, scheduling, streaming,
 };
 use crate::escape::lua_string;
+use crate::origin::generated_from;
 
 /// What every script begins with.
 const PRELUDE: &str = r#"
@@ -47,8 +48,8 @@ end
 /// The script of a deployment.
 pub(crate) fn script(deployed: &Deployed) -> String {
     let mut script = Script { text: String::new() };
+    script.comment(&generated_from(&deployed.package));
     script.comment(&deployed.description);
-    script.comment("Generated from the model: what is changed here is lost.");
     script.text += PRELUDE;
     script.imports(deployed);
     script.tasks(deployed);

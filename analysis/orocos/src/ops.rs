@@ -25,6 +25,7 @@ use crate::deployment::{
     VALUES, comment_lines, connecting, pinning, reading, scheduling, streaming,
 };
 use crate::escape::ops_string;
+use crate::origin::generated_from;
 
 /// What every script begins with. A package is also looked for below the name of its target: where the deployer is run beside
 /// the folder of a package, RTT takes that for what is installed of it.
@@ -54,8 +55,8 @@ var bool ready = true
 /// The script of a deployment.
 pub(crate) fn script(deployed: &Deployed) -> String {
     let mut script = Script { text: String::new(), tasks: &deployed.tasks };
+    script.comment(&generated_from(&deployed.package));
     script.comment(&deployed.description);
-    script.comment("Generated from the model: what is changed here is lost.");
     script.text += PRELUDE;
     script.imports(deployed);
     script.tasks(deployed);

@@ -59,7 +59,7 @@ pub enum Action {
 pub struct ChangedCodel {
     /// The user's file, from the folder of the packages.
     pub path: String,
-    /// What it was written for; empty where nobody knows any more.
+    /// What it defines, or what it was written for; empty where nobody knows any more.
     pub before: String,
     /// What the model says now.
     pub now: String,
@@ -214,13 +214,23 @@ impl Planner<'_> {
         let is_for = |known: &CodelFile| {
             known.prototype.as_ref().is_some_and(|before| Prototype::is_same(before, prototype))
         };
-        if is_for(&known) || Prototype::read(prototype).is_some_and(|it| it.is_defined_in(text)) {
+        let read = Prototype::read(prototype);
+        // Two parameters of one type that have changed places are the same to a compiler.
+        let has_moved =
+            known.prototype.as_ref().is_some_and(|before| Prototype::has_moved(before, prototype));
+        let other = read.as_ref().and_then(|it| it.other_in(prototype, text));
+        let is_defined = read.is_some_and(|it| it.is_defined_in(text));
+        let names = has_moved.then(|| known.prototype.clone()).flatten();
+        let follows = names.is_none_or(|before| {
+            Prototype::read(&before).is_some_and(|it| it.other_in(&before, text).is_some())
+        });
+        if other.is_none() && (is_for(&known) && !has_moved || is_defined && follows) {
             self.withdraw(path, known.offered.as_ref())?;
             return Ok(CodelFile { prototype: Some(prototype.to_owned()), offered: None });
         }
         self.plan.changed_codels.push(ChangedCodel {
             path: self.path(path),
-            before: known.prototype.clone().unwrap_or_default(),
+            before: other.or_else(|| known.prototype.clone()).unwrap_or_default(),
             now: prototype.to_owned(),
         });
         let offer = Offer { prototype: prototype.to_owned(), hash: hash(&stub.text) };

@@ -56,6 +56,53 @@ impl<'a> Prototype<'a> {
         })
     }
 
+    /// What a text defines by this name, where that is another function for certain: its parameters are of other types of the
+    /// language itself, or their names stand in another order. `prototype` is the text of this one.
+    ///
+    /// ```text
+    /// double clearance(double range, double width)          the model
+    /// double clearance(const double& range, double width)   another: it would not link
+    /// double clearance(double width, double range)          another: it would link, and do something else
+    /// ```
+    pub(crate) fn other_in(&self, prototype: &str, text: &str) -> Option<String> {
+        let tokens = tokens(text);
+        let calls = tokens.windows(2).enumerate().filter(|(_, pair)| *pair == [self.name, "("]);
+        let definitions = calls.filter_map(|(at, _)| {
+            let (inner, after) = parenthesised(tokens.get(at + 2..)?)?;
+            matches!(after.first(), Some(&("{" | "noexcept" | "try"))).then(|| parameters(inner))
+        });
+        let definitions: Vec<Vec<&[&str]>> = definitions.collect();
+        let is_same = |found: &&Vec<&[&str]>| {
+            found.len() == self.parameters.len()
+                && self.parameters.iter().zip(*found).all(|(expected, found)| is_parameter(expected, found))
+        };
+        let other = match definitions.iter().find(is_same) {
+            Some(found) => {
+                let named: Vec<&str> = found.iter().filter_map(|it| it.last().copied()).collect();
+                is_in_another_order(&names(prototype), &named).then_some(found)
+            }
+            // A name could be that of any type.
+            None => definitions.iter().find(|found| {
+                let types = found.iter().map(|it| match it.split_last() {
+                    Some((name, ty)) if may_be_a_name(name) && !STANDARD_TYPES.contains(name) => ty,
+                    _ => it,
+                });
+                let own = self.parameters.iter().map(Vec::as_slice);
+                own.chain(types).flatten().all(|it| !may_be_a_name(it) || STANDARD_TYPES.contains(it))
+            }),
+        };
+        other.map(|found| {
+            let words: Vec<String> = found.iter().map(|parameter| parameter.join(" ")).collect();
+            let shown = format!("{} {}({})", self.result.join(" "), self.name, words.join(", "));
+            shown.replace(" :: ", "::").replace(" &", "&").replace(" *", "*")
+        })
+    }
+
+    /// Do the parameters of two prototypes have the same names, in another order?
+    pub(crate) fn has_moved(before: &str, now: &str) -> bool {
+        is_in_another_order(&names(before), &names(now))
+    }
+
     /// Does what stands before a function's name end with this result, and the namespaces of the name perhaps?
     fn is_result_of(&self, before: &[&str]) -> bool {
         let ends_a_declaration = |token: &&str| matches!(*token, ";" | "{" | "}" | ")" | ":");
@@ -75,6 +122,29 @@ impl<'a> Prototype<'a> {
             }
         }
     }
+}
+
+/// Types of the standard library that a model knows too.
+const STANDARD_TYPES: [&str; 11] = [
+    "std", "string", "size_t", "int8_t", "int16_t", "int32_t", "int64_t", "uint8_t", "uint16_t", "uint32_t",
+    "uint64_t",
+];
+
+/// The names of a prototype's parameters.
+fn names(prototype: &str) -> Vec<&str> {
+    let tokens = tokens(prototype);
+    let open = tokens.iter().position(|token| *token == "(").and_then(|at| tokens.get(at + 1..));
+    let inner = open.and_then(parenthesised).map(|(inner, _)| parameters(inner));
+    inner.into_iter().flatten().filter_map(|it| it.last().copied()).collect()
+}
+
+fn is_in_another_order(some: &[&str], others: &[&str]) -> bool {
+    let sorted = |names: &[&str]| {
+        let mut names: Vec<String> = names.iter().map(|&name| name.to_owned()).collect();
+        names.sort_unstable();
+        names
+    };
+    some != others && sorted(some) == sorted(others)
 }
 
 /// Is this parameter, which may have a name, of this type?
@@ -297,6 +367,35 @@ mod tests {
         assert!(is_defined("void f(::A<::B, C>& x)", "void f(A<B,C>& y){"));
         assert!(is_defined("::ArRobot* f(unsigned long n)", "ArRobot* lib::f(unsigned long) {"));
         assert!(is_defined("::A<::B> f()", "A<B> lib::f() {"));
+    }
+
+    #[test]
+    fn what_is_another_function_for_certain() {
+        let other =
+            |prototype: &str, text: &str| Prototype::read(prototype).unwrap().other_in(prototype, text);
+        let gap = "double gap(double range, double width)";
+        for (text, shown) in [
+            (
+                "double gap(const double& range, double width) {",
+                "double gap(const double& range, double width)",
+            ),
+            ("double gap(double width, double range) {", "double gap(double width, double range)"),
+            ("double gap(double) {", "double gap(double)"),
+            ("double gap(std::string range, double w) {", "double gap(std::string range, double w)"),
+        ] {
+            assert_eq!(other(gap, text).as_deref(), Some(shown));
+        }
+        // Names of one's own, types that may be others of the same, another definition beside it, none at all.
+        for text in [
+            "double gap(double r, double w) {",
+            "double gap(Metres range, double width) {",
+            "double gap(int n) { }\ndouble gap(double range, double width) {",
+            "GAP { }",
+        ] {
+            assert_eq!(other(gap, text), None);
+        }
+        assert!(Prototype::has_moved(gap, "double gap(double width, double range)"));
+        assert!(!Prototype::has_moved(gap, "double gap(double range, double height)"));
     }
 
     #[test]
