@@ -37,6 +37,9 @@ pub(crate) struct CodelFile {
     /// The prototype that it was written for; none where nobody knows.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) prototype: Option<String>,
+    /// Has the user removed the stub for that prototype, and so said that the file is right as it is?
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub(crate) is_right: bool,
     /// The stub that was put beside it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) offered: Option<Offer>,
@@ -123,7 +126,7 @@ mod tests {
     #[test]
     fn what_is_written_is_read() {
         let offered = Some(Offer { prototype: "int f()".to_owned(), hash: hash("") });
-        let codel = CodelFile { prototype: Some("void f()".to_owned()), offered };
+        let codel = CodelFile { prototype: Some("void f()".to_owned()), is_right: true, offered };
         let manifest = Manifest {
             files: BTreeMap::from([("a/b.hpp".to_owned(), hash("b"))]),
             codels: BTreeMap::from([("f.cpp".to_owned(), codel), ("g.cpp".to_owned(), CodelFile::default())]),

@@ -189,7 +189,7 @@ impl Planner<'_> {
             None => {
                 self.step(path, Action::Create(stub.text.clone()));
                 self.withdraw(path, known.offered.as_ref())?;
-                CodelFile { prototype: Some(prototype.to_owned()), offered: None }
+                CodelFile { prototype: Some(prototype.to_owned()), ..CodelFile::default() }
             }
         };
         self.now.codels.insert(path.to_owned(), now);
@@ -209,7 +209,7 @@ impl Planner<'_> {
         let there = self.text(&beside)?;
         // Whoever removes the stub has seen it.
         if let Some(offer) = known.offered.take_if(|_| there.is_none()) {
-            known.prototype = Some(offer.prototype);
+            known = CodelFile { prototype: Some(offer.prototype), is_right: true, offered: None };
         }
         let is_for = |known: &CodelFile| {
             known.prototype.as_ref().is_some_and(|before| Prototype::is_same(before, prototype))
@@ -224,9 +224,11 @@ impl Planner<'_> {
         let follows = names.is_none_or(|before| {
             Prototype::read(&before).is_some_and(|it| it.other_in(&before, text).is_some())
         });
-        if other.is_none() && (is_for(&known) && !has_moved || is_defined && follows) {
+        let is_as_said = is_for(&known) && !has_moved;
+        if is_as_said && known.is_right || other.is_none() && (is_as_said || is_defined && follows) {
             self.withdraw(path, known.offered.as_ref())?;
-            return Ok(CodelFile { prototype: Some(prototype.to_owned()), offered: None });
+            let is_right = is_as_said && known.is_right;
+            return Ok(CodelFile { prototype: Some(prototype.to_owned()), is_right, offered: None });
         }
         self.plan.changed_codels.push(ChangedCodel {
             path: self.path(path),
@@ -691,7 +693,9 @@ mod tests {
             let mut fresh = Folder::default();
             fresh.apply(&fresh.plan(&packages));
             let manifest = format!("p/{MANIFEST}");
-            prop_assert!(is_same_text(&world.folder.0[&manifest], &fresh.0[&manifest]));
+            // But for what the user has said of them.
+            let known = world.folder.0[&manifest].replace("\r\n", "\n").replace(",\n      \"is_right\": true", "");
+            prop_assert!(is_same_text(&known, &fresh.0[&manifest]));
         }
     }
 }

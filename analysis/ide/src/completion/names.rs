@@ -305,6 +305,8 @@ mod tests {
             1 float
             1 string
             1 void
+            1 port_status
+            1 call_status
             1 Laser (laser::Handle*)
         "#]]
         .assert_eq(&offered(text, 3));
