@@ -231,9 +231,16 @@ impl Script<'_> {
         if !streams.topics.is_empty() || !streams.left_out.is_empty() {
             self.section(STREAMS);
         }
-        for [port, topic] in streams.topics.iter().chain(&streams.shown) {
-            let call = format!("stream({}, ros.comm.topic({}))", ops_string(port), ops_string(topic));
-            self.step("", &call, &streaming(topic));
+        let topics: Vec<&[String; 2]> = streams.topics.iter().chain(&streams.shown).collect();
+        // Where the first one fails, the others would for the same reason.
+        let (first, others) = topics.split_at(topics.len().min(1));
+        for topics in [first, others].into_iter().filter(|topics| !topics.is_empty()) {
+            self.line("if ( ready ) then {");
+            for [port, topic] in topics {
+                let call = format!("stream({}, ros.comm.topic({}))", ops_string(port), ops_string(topic));
+                self.step("  ", &call, &streaming(topic));
+            }
+            self.line("}");
         }
         for port in &streams.left_out {
             self.comment(&format!("Not {port}: no message has its type."));
