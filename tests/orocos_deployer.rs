@@ -1,7 +1,8 @@
 //! A deployment in the deployer of a real Orocos, under both of its script languages: what its components say is what the
 //! model says. Then with faults: nothing half started, and who reads the log is told why.
 //!
-//! Orocos is in no package registry: these run where `MAUVE_RTT_PREFIX` names a folder with RTT and OCL, and `tests/run` says
+//! What all generated components have in common is looked at with the stand-in for Orocos, too. Orocos is in no package registry:
+//! the others run where `MAUVE_RTT_PREFIX` names a folder with RTT and OCL, and `tests/run` says
 //! in its last lines whether they did. What can be tested without is in `deployment_scripts.rs`. They need two CPUs, and root, who
 //! may run threads in real time.
 
@@ -16,7 +17,7 @@ use std::time::{Duration, Instant};
 
 use mauve_model::{Database, Workspace, projects};
 use mauve_orocos::{Owner, packages};
-use mauve_tests::orocos::{COMPILERS, build, configure, is_real, rtt, run};
+use mauve_tests::orocos::{COMPILERS, build, component_library, configure, is_real, rtt, run};
 use mauve_tests::{scratch, texts_in, write};
 
 /// One after the other: threads of one deployment would wait for those of another.
@@ -26,12 +27,12 @@ fn source() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/orocos/yard")
 }
 
-/// Generates the packages with some texts changed, and gives the folder.
-fn generate(name: &str, change: &dyn Fn(&str) -> String) -> PathBuf {
+/// Generates the packages, and gives the folder.
+fn generate(name: &str) -> PathBuf {
     let folder = scratch(env!("CARGO_TARGET_TMPDIR"), &format!("deployer_{name}"));
     let db = Database::default();
     let texts = texts_in(&source()).into_iter();
-    let texts = texts.map(|(path, text)| (Path::new("/").join(path.file_name().unwrap()), change(&text)));
+    let texts = texts.map(|(path, text)| (Path::new("/").join(path.file_name().unwrap()), text));
     let workspace = Workspace::of_texts(&db, "/".into(), texts);
     let codels = std::fs::read_to_string(source().join("codels.cpp")).unwrap();
     for package in packages(&db, projects(&db, workspace)[0], None).expect("a model without mistakes") {
@@ -51,7 +52,7 @@ fn generate(name: &str, change: &dyn Fn(&str) -> String) -> PathBuf {
 
 /// Builds and installs the packages with a compiler, once.
 fn installed(compiler: &str) -> PathBuf {
-    let folder = generate(compiler, &str::to_owned);
+    let folder = generate(compiler);
     let prefix = folder.join("prefix");
     for package in ["yard", "deploy"] {
         let built = folder.join("build").join(package);
@@ -377,5 +378,26 @@ fn orocos_deployer_survives_a_codel_that_throws() {
             run.log
         );
         assert_eq!(run.code, Some(0), "{}", run.log);
+    }
+}
+
+/// What their threads have, who may call them and when, values that scripts cannot set, what they show.
+#[test]
+fn orocos_components_have_the_same_in_common() {
+    for compiler in COMPILERS {
+        let folder = generate(&format!("task_{compiler}"));
+        let built = folder.join("build");
+        let mut configuration = configure(&source(), &built, compiler, &[]);
+        configuration.args([
+            format!("-DPACKAGE={}", folder.join("yard").display()),
+            "-DCMAKE_DISABLE_FIND_PACKAGE_catkin=ON".to_owned(),
+            "-DCMAKE_CXX_FLAGS=-Wall -Wextra -Werror".to_owned(),
+        ]);
+        run(&mut configuration);
+        run(&mut build(&built));
+        let said = run(Command::new(built.join("task")).arg(component_library(&built, "yard-components")));
+        let held = said.lines().find_map(|line| line.strip_prefix("= ")).unwrap();
+        let (held, all) = held.strip_suffix(" checks hold").unwrap().split_once(" of ").unwrap();
+        assert!(held == all && all.parse::<usize>().unwrap() > 25, "{said}");
     }
 }
