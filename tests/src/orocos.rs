@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use crate::files_in;
+
 /// With which generated code has to compile.
 pub const COMPILERS: [&str; 2] = ["g++", "clang++"];
 
@@ -24,20 +26,8 @@ pub fn is_real() -> bool {
 /// The library of components that a package built below `folder`: `build` itself has it, or a folder for Orocos in there.
 pub fn component_library(folder: &Path, name: &str) -> PathBuf {
     let file = format!("lib{name}-gnulinux.so");
-    let mut found = Vec::new();
-    let mut open = vec![folder.to_owned()];
-    while let Some(folder) = open.pop() {
-        for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
-            let path = entry.path();
-            if path.is_dir() {
-                open.push(path);
-            } else if path.ends_with(&file) {
-                found.push(path);
-            }
-        }
-    }
-    found.sort();
-    found.into_iter().next().unwrap_or_else(|| panic!("no {file} below {}", folder.display()))
+    let found = files_in(folder).into_iter().find(|path| path.ends_with(&file));
+    found.unwrap_or_else(|| panic!("no {file} below {}", folder.display()))
 }
 
 /// Runs it to its end, and gives what it writes.

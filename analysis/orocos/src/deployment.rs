@@ -143,6 +143,11 @@ impl Deployed {
         self.order.iter().filter_map(|name| self.tasks.iter().find(|task| task.name == *name))
     }
 
+    /// The instances with properties, in that order.
+    pub(crate) fn with_values(&self) -> Vec<&str> {
+        self.in_order().filter(|task| task.has_values).map(|task| task.name.as_str()).collect()
+    }
+
     /// The packages that topics need.
     pub(crate) fn ros_packages(&self) -> Vec<&str> {
         let Some(streams) = &self.streams else { return Vec::new() };

@@ -123,8 +123,7 @@ impl Script {
 
     /// Values that come from files.
     fn values(&mut self, deployed: &Deployed) {
-        let names: Vec<&String> =
-            deployed.in_order().filter(|task| task.has_values).map(|task| &task.name).collect();
+        let names = deployed.with_values();
         if names.is_empty() {
             return;
         }
