@@ -1,4 +1,5 @@
-// Runs both components, each in its thread, until a line comes in. The arguments are their libraries.
+// Runs both components, each in its thread, until a line comes in. The arguments are their libraries. None is in real time:
+// something else preempts them.
 
 #include <cstdio>
 #include <cstdlib>
@@ -31,8 +32,8 @@ int ORO_main(int, char** arguments) {
   std::setvbuf(stdout, nullptr, _IOLBF, BUFSIZ);
   const auto source = create(arguments[1], "source");
   const auto pilot = create(arguments[2], "pilot");
-  source->setActivity(new RTT::Activity(ORO_SCHED_RT, 2, 0.06, 0x1u, nullptr, "source"));
-  pilot->setActivity(new RTT::Activity(ORO_SCHED_RT, 1, 0.02, 0x1u, nullptr, "pilot"));
+  source->setActivity(new RTT::Activity(ORO_SCHED_OTHER, 0, 0.06, 0x1u, nullptr, "source"));
+  pilot->setActivity(new RTT::Activity(ORO_SCHED_OTHER, 0, 0.02, 0x1u, nullptr, "pilot"));
   bool fine = source->getPort("value")->connectTo(pilot->getPort("value"), RTT::ConnPolicy::data());
   fine = fine && pilot->requires()->connectTo(source->provides());
   for (const auto& task : {source.get(), pilot.get()}) fine = fine && task->configure() && task->start();
