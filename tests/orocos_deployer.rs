@@ -143,6 +143,8 @@ impl<'a> Deployer<'a> {
         {
             std::thread::sleep(Duration::from_millis(50));
         }
+        // A signal ends a deployer in order only when its scripts have ended.
+        std::thread::sleep(Duration::from_millis(500));
         // Lua's prompt ends with its input.
         drop(deployer.stdin.take());
         if !is_lua && deployer.try_wait().unwrap().is_none() {

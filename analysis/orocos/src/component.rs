@@ -898,6 +898,7 @@ mod tests {
                   bool configureHook() override;
                   bool startHook() override;
                   void updateHook() override;
+                  void stopHook() override;
                   // shell S: model.mal:3
                   // property gap: double [0; 2 * width]: model.mal:5
                   double gap = 0.5;

@@ -168,7 +168,7 @@ const OUTER_WORDS: [&str; 14] = [
 ];
 
 /// Members of `RTT::TaskContext` and its bases, and what generated classes have beside what the model names.
-const TASK_CONTEXT_MEMBERS: [&str; 101] = [
+const TASK_CONTEXT_MEMBERS: [&str; 102] = [
     "activate",
     "addAlias",
     "addAttribute",
@@ -238,6 +238,7 @@ const TASK_CONTEXT_MEMBERS: [&str; 101] = [
     "mauve_begin",
     "mauve_collect",
     "mauve_end",
+    "mauve_makes_room",
     "mauve_may_start",
     "mauve_parse",
     "mauve_runs_as",
@@ -273,7 +274,10 @@ const TASK_CONTEXT_MEMBERS: [&str; 101] = [
 ];
 
 /// Operations that every task has, functions and keywords of RTT's scripts, and of Lua: in scripts nothing is called so.
-const SCRIPT_WORDS: [&str; 101] = [
+const SCRIPT_WORDS: [&str; 104] = [
+    "mauve_period",
+    "mauve_runs_as",
+    "mauve_set",
     "activate",
     "cleanup",
     "configure",

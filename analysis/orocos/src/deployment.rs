@@ -320,6 +320,8 @@ fn activity<'db>(db: &'db dyn ModelDb, of: Decl<'db>, row: &Row<'db>) -> Activit
     let activities = deployment(db, of).into_iter().flat_map(|data| &data.activities);
     let mut fields = activities.filter(|it| it.instance.name == row.instance).flat_map(|it| &it.fields);
     let affinity = fields.find(|field| field.name.name == "affinity").and_then(|field| mask(&field.value));
+    // What is not pinned by the model was analysed on certain CPUs all the same: it runs there.
+    let affinity = if row.priority == Priority::Background { affinity } else { row.cpus.or(affinity) };
     let affinity = affinity.and_then(|mask| u32::try_from(mask).ok()).filter(|mask| *mask != 0);
     let priority = match row.priority {
         Priority::RealTime(priority) => Some(priority),

@@ -272,7 +272,7 @@ impl Script<'_> {
             "Only then there is what the last line names: a script that fails is one to the deployer, too.",
         );
         self.line("if ( ready ) then {");
-        self.line(&format!("  aliasPeer(\"Deployer\", {}, \"all_is_well\")", ops_string(first)));
+        self.line(&format!("  aliasPeer(\"this\", {}, \"all_is_well\")", ops_string(first)));
         self.line("}");
         self.line("all_is_well.getPeriod()");
     }

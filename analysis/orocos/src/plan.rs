@@ -216,8 +216,9 @@ impl Planner<'_> {
         };
         let read = Prototype::read(prototype);
         // Two parameters of one type that have changed places are the same to a compiler.
-        let has_moved =
-            known.prototype.as_ref().is_some_and(|before| Prototype::has_moved(before, prototype));
+        let has_moved = known.prototype.as_ref().is_some_and(|before| {
+            Prototype::is_same(before, prototype) && Prototype::has_moved(before, prototype)
+        });
         let other = read.as_ref().and_then(|it| it.other_in(prototype, text));
         let is_defined = read.is_some_and(|it| it.is_defined_in(text));
         let names = has_moved.then(|| known.prototype.clone()).flatten();

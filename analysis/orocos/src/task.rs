@@ -38,13 +38,14 @@ const HEADER: &str = r#"// {generated}
 #include <sched.h>
 #include <time.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstdlib>
 #include <exception>
 #include <limits>
 #include <sstream>
-#include <stdexcept>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -76,16 +77,16 @@ class MauveTask : public RTT::TaskContext {
   }
 
  protected:
-  // A call of an operation by another component. Outside of `start` and `stop` it is refused: the
-  // caller gets `failure`. In there, no hook of the deployer's thread is executed meanwhile.
+  // A call of an operation by another component. Where this one does not run, it is refused: the
+  // caller gets `failure`. Where it does, no hook of the deployer's thread is executed meanwhile.
   class MauveCall {
    public:
-    MauveCall(MauveTask& task, const char* operation) : task_(task) {
+    explicit MauveCall(MauveTask& task) : task_(task) {
       Gate expected = Open;
-      task.is_refusing_ = !task.gate_.compare_exchange_strong(expected, Busy);
-      if (task.is_refusing_) {
-        throw std::runtime_error(task.getName() + " does not run, and refuses " + operation);
-      }
+      const bool refuses = !task.isRunning() || !task.gate_.compare_exchange_strong(expected, Busy);
+      task.refuses_in_ = refuses ? std::this_thread::get_id() : std::thread::id();
+      if (refuses) throw Refusal();
+      task.executes_in_ = std::this_thread::get_id();
     }
     ~MauveCall() { task_.gate_ = Open; }
     MauveCall(const MauveCall&) = delete;
@@ -147,16 +148,23 @@ class MauveTask : public RTT::TaskContext {
   }
 
   // At the beginning of a period. False in a first one whose thread is not scheduled as it was
-  // analysed: then nothing is executed, now or later.
+  // analysed: then no period is executed, and the component is in its exception state.
   bool mauve_begin() {
-    is_refusing_ = false;
+    // What `startHook` has written in another thread is seen from here on.
+    if (gate_.load() == Closed) return false;
+    refuses_in_ = std::thread::id();
+    executes_in_ = std::this_thread::get_id();
     if (is_first_period_ && is_known_ && !mauve_is_scheduled()) {
       exception();
       return false;
     }
     if (has_period_port_) {
       begin_ = mauve_now(CLOCK_THREAD_CPUTIME_ID);
-      release_ = is_first_period_ ? mauve_now(CLOCK_MONOTONIC) : release_ + getPeriod();
+      // A period that begins late says nothing of when the next one has to; in the background the
+      // next one is counted from this one.
+      const double now = mauve_now(CLOCK_MONOTONIC);
+      const bool is_new = is_first_period_ || (is_known_ && priority_ == 0);
+      release_ = is_new ? now : std::min(release_ + getPeriod(), now);
     }
     is_first_period_ = false;
     return true;
@@ -183,14 +191,23 @@ class MauveTask : public RTT::TaskContext {
     }
   }
 
-  // A call whose operation throws has failed.
+  // A call whose operation throws has failed. RTT throws each time that it is asked for: an empty
+  // handle has failed, too, and throws nothing.
   template <class Handle, class... Results>
-  static RTT::SendStatus mauve_collect(const Handle& handle, Results&... results) {
+  static RTT::SendStatus mauve_collect(Handle& handle, Results&... results) {
     try {
       return handle.collectIfDone(results...);
     } catch (const std::exception&) {
+      handle = Handle();
       return RTT::SendFailure;
     }
+  }
+
+  // For the first time? Later, connections may be read while it is configured.
+  bool mauve_makes_room() {
+    const bool is_first = !has_room_;
+    has_room_ = true;
+    return is_first;
   }
 
   // Reads a whole number. What is not one, or none of this type, leaves the value as it is.
@@ -213,14 +230,24 @@ class MauveTask : public RTT::TaskContext {
   }
 
   // RTT brings whoever's operation throws into its exception state. That it is called while it does
-  // not run is no fault of it.
+  // not run is no fault of it; and where the deployer is stopping it, that executes the same hooks.
   void exception() override {
-    if (is_refusing_.exchange(false)) return;
+    const std::thread::id self = std::this_thread::get_id();
+    if (refuses_in_.load() == self) {
+      refuses_in_ = std::thread::id();
+      return;
+    }
+    if (executes_in_.load() == self && isRunning() && getTargetState() == Stopped) return;
+    gate_ = Closed;
     RTT::TaskContext::exception();
   }
 
  private:
   enum Gate { Closed, Open, Busy };
+
+  struct Refusal : std::exception {
+    const char* what() const noexcept override { return "the component does not run: it refuses a call"; }
+  };
 
   static double mauve_now(clockid_t clock) {
     timespec now = {};
@@ -241,9 +268,11 @@ class MauveTask : public RTT::TaskContext {
   }
 
   std::string mauve_difference() const {
-    int policy = 0;
+    // Of this thread, from the kernel: what the library of threads says is what it was told before.
     sched_param has = {};
-    if (pthread_getschedparam(pthread_self(), &policy, &has) != 0) return "its thread does not say";
+    const int said = sched_getscheduler(0);
+    if (said < 0 || sched_getparam(0, &has) != 0) return "its thread does not say";
+    const int policy = said & ~SCHED_RESET_ON_FORK;
     std::ostringstream out;
     if (priority_ == 0 && policy != SCHED_OTHER) {
       out << "it runs in real time, and belongs into the background; ";
@@ -274,7 +303,10 @@ class MauveTask : public RTT::TaskContext {
   }
 
   std::atomic<Gate> gate_{Closed};
-  std::atomic<bool> is_refusing_{false};
+  // The thread that has refused a call last, and the one that executes periods and calls.
+  std::atomic<std::thread::id> refuses_in_{std::thread::id()};
+  std::atomic<std::thread::id> executes_in_{std::thread::id()};
+  bool has_room_ = false;
   // As it was analysed, where somebody has said how that was.
   bool is_known_ = false;
   bool is_scheduled_ = false;

@@ -159,16 +159,22 @@ impl<'a> System<'a> {
             if priority == 0 {
                 add("setWaitPeriodPolicy", &[name.clone(), text("ORO_WAIT_REL")]);
             }
-            if let Some(mask) = field("affinity") {
-                let mask = match mask.strip_prefix("0x") {
-                    Some(digits) => i32::from_str_radix(digits, 16).unwrap(),
-                    None => mask.parse().unwrap(),
-                };
+            let mask_of = |text: &str| match text.strip_prefix("0x") {
+                Some(digits) => i32::from_str_radix(digits, 16).unwrap(),
+                None => text.parse().unwrap(),
+            };
+            let all = self.deployment.activities.iter().flat_map(|it| &it.fields);
+            let named = all.filter(|(name, _)| name == "affinity").fold(0, |all, (_, it)| all | mask_of(it));
+            // In real time each is where it was analysed: on the CPUs that others name, or on the first one.
+            let mask = match field("affinity").map(mask_of) {
+                Some(mask) => mask,
+                None if priority == 0 => 0,
+                None => named.max(1),
+            };
+            if mask != 0 {
                 add("setCpuAffinity", &[name.clone(), Literal::Int(mask)]);
-                add("mauve_runs_as", &[name, Literal::Int(priority), Literal::Int(mask)]);
-            } else {
-                add("mauve_runs_as", &[name, Literal::Int(priority), Literal::Int(0)]);
             }
+            add("mauve_runs_as", &[name, Literal::Int(priority), Literal::Int(mask)]);
         }
         calls
     }

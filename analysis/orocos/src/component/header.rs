@@ -228,15 +228,10 @@ impl<'db> Class<'_, 'db> {
             ),
             (true, ("bool", "startHook")),
             (true, ("void", "updateHook")),
-            (has(HookKind::Stop) || self.is_called(), ("void", "stopHook")),
+            (true, ("void", "stopHook")),
             (has(HookKind::Cleanup), ("void", "cleanupHook")),
         ];
         all.into_iter().filter(|(is_there, _)| *is_there).map(|(_, hook)| hook).collect()
-    }
-
-    /// Has it operations that others call?
-    pub(super) fn is_called(&self) -> bool {
-        self.programs.iter().any(|routine| routine.called.is_some())
     }
 
     /// The first line of each file.

@@ -22,8 +22,8 @@ pub(super) fn text(class: &Class<'_, '_>) -> String {
     start_hook(class, &mut body);
     update_hook(class, &mut body);
     for (kind, hook) in [(HookKind::Stop, "stopHook"), (HookKind::Cleanup, "cleanupHook")] {
-        let closes = kind == HookKind::Stop && class.is_called();
-        let mut lines = if closes { vec![Line::new(1, "mauve_stopping();")] } else { Vec::new() };
+        let mut lines =
+            if kind == HookKind::Stop { vec![Line::new(1, "mauve_stopping();")] } else { Vec::new() };
         let program = class.program(Key::Hook(kind));
         lines.extend(program.map(|program| Line::new(1, format!("{}();", program.function))));
         if !lines.is_empty() {
@@ -203,10 +203,12 @@ fn configure_hook<'db>(class: &Class<'_, 'db>, text: &mut Text) {
             1,
             "// Connections get room for values of these sizes: writing them allocates nothing.",
         ));
-    }
-    for (port, variable) in &class.samples {
-        let variable = class.variables.get(variable);
-        lines.extend(variable.map(|it| Line::new(1, format!("{port}.setDataSample({it});"))));
+        lines.push(Line::new(1, "if (mauve_makes_room()) {"));
+        for (port, variable) in &class.samples {
+            let variable = class.variables.get(variable);
+            lines.extend(variable.map(|it| Line::new(2, format!("{port}.setDataSample({it});"))));
+        }
+        lines.push(Line::new(1, "}"));
     }
     lines.push(Line::new(1, "return true;"));
     function(text, &format!("bool {}::configureHook()", class.name), &lines);
@@ -333,7 +335,12 @@ fn set(class: &Class<'_, '_>, text: &mut Text) {
     let set = |member: &&Member<'_>| {
         let known = cpp_string(&script_name(&member.data.name.name));
         let name = class.property(member);
-        Line::new(1, format!("if (property == {known} && mauve_parse(text, this->{name})) return true;"))
+        Line::new(
+            1,
+            format!(
+                "if (property == {known} && !isRunning() && mauve_parse(text, this->{name})) return true;"
+            ),
+        )
     };
     let mut lines: Vec<Line> = members.iter().map(set).collect();
     lines.push(Line::new(
@@ -359,9 +366,8 @@ fn called<'db>(class: &Class<'_, 'db>, routine: &Routine<'db>, text: &mut Text) 
         _ => it.name.clone(),
     });
     let given: Vec<String> = given.collect();
-    let operation = cpp_string(routine.what.trim_start_matches("provide "));
     let lines = [
-        Line::new(1, format!("const MauveCall {call}(*this, {operation});")),
+        Line::new(1, format!("const MauveCall {call}(*this);")),
         Line::new(1, format!("return {}({});", routine.function, given.join(", "))),
     ];
     text.line(0, &format!("// {}, as other components call it", routine.what));

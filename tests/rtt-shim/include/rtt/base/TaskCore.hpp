@@ -79,6 +79,8 @@ class TaskCore {
   virtual bool trigger() { return engine_.activity_ != nullptr && engine_.activity_->trigger(); }
 
   virtual TaskState getTaskState() const { return state_; }
+  // Where it is on its way to. Here nothing is seen on its way.
+  virtual TaskState getTargetState() const { return state_; }
   virtual bool isConfigured() const { return state_ >= Stopped; }
   virtual bool isRunning() const { return state_ >= Running; }
   virtual bool inException() const { return state_ == Exception; }
