@@ -1,9 +1,11 @@
 //! What holds for any text: run by `cargo fuzz`, and on a bounded number of texts by `analysis/model/tests/fuzz.rs`.
 
 use mauve_model::diagnostics::workspace_diagnostics;
-use mauve_model::{Database, Workspace};
+use mauve_model::{Database, File, Query, Workspace, read_message, response_times_of};
 use mauve_syntax::format::formatted;
 use mauve_syntax::{SyntaxKind, is_whole};
+use mauve_timing::Method;
+use mauve_timing::task_set::{Exported, Parsed};
 
 /// No byte is lost, every error lies in the text, and what is lost is marked.
 pub(crate) fn parse(text: &str) {
@@ -41,14 +43,65 @@ fn tokens(text: &str) -> Vec<(SyntaxKind, String)> {
 
 /// Whatever a model says, everything that is wrong in it has a place in it.
 pub(crate) fn check(text: &str) {
+    findings_have_places(&[("/a.mal", text)]);
+}
+
+/// The same holds for a configuration.
+pub(crate) fn config(text: &str) {
+    findings_have_places(&[("/mauve.toml", text), ("/a.mal", ROBOT), ("/t.toml", TABLE)]);
+}
+
+/// The same holds for a timing table.
+pub(crate) fn table(text: &str) {
+    findings_have_places(&[
+        ("/mauve.toml", "timing.tables = [\"t.toml\"]"),
+        ("/a.mal", ROBOT),
+        ("/t.toml", text),
+    ]);
+}
+
+const ROBOT: &str = "library l { codel f(in a: int): int  shell S { }  core K(S) { var v: int = 0  statemachine { \
+    initial state A { run = { v = f(v); } transition go if v == f(1) to B } state B { } } }  component C(S, K) } \
+    architecture A { instance a: l.C  instance b: l.C } deployment D { architecture A \
+    activity a { affinity = 1 priority = 2 period = 10 } activity b { affinity = 1 priority = 1 period = 30 } }";
+
+const TABLE: &str = "levels = [1e-3, 1e-4]\n[codel]\n\"l.f\" = [1, 2]\n";
+
+fn findings_have_places(texts: &[(&str, &str)]) {
     let db = Database::default();
-    let workspace = Workspace::of_texts(&db, "/".into(), [("/a.mal".into(), text.to_owned())]);
+    let texts = texts.iter().map(|(path, text)| ((*path).into(), (*text).to_owned()));
+    let workspace = Workspace::of_texts(&db, "/".into(), texts);
     for finding in workspace_diagnostics(&db, workspace) {
         let related = finding.diagnostic.related.iter().map(|(at, _)| at);
         let edits = finding.diagnostic.fixes.iter().flat_map(|fix| &fix.edits).map(|(at, _)| at);
         for at in [&finding.diagnostic.at].into_iter().chain(related).chain(edits) {
             let range = std::ops::Range::<usize>::from(at.range(&db));
-            assert!(text.get(range).is_some(), "{:?}", finding.diagnostic);
+            assert!(at.file(&db).text(&db).get(range).is_some(), "{:?}", finding.diagnostic);
+        }
+    }
+}
+
+/// What is read of a `.msg` text says the same when it is read again.
+pub(crate) fn message(text: &str) {
+    let message = read_message(text);
+    let fields = message.fields.iter().map(ToString::to_string);
+    let again: Vec<String> = fields.chain(message.constants.iter().map(ToString::to_string)).collect();
+    let read = read_message(&again.join("\n"));
+    assert_eq!((read.fields, read.constants), (message.fields, message.constants));
+}
+
+/// A task set that is read is written as it was, and analysed at each of its levels.
+pub(crate) fn task_set(text: &str) {
+    let Ok(Parsed { content, .. }) = Exported::parse(text) else { return };
+    let written = content.to_json();
+    let again = Exported::parse(&written).map(|parsed| parsed.content);
+    assert_eq!(again.as_ref(), Ok(&content));
+    if let Exported::Deployment(set) = &content {
+        let db = Database::default();
+        let file = File::new(&db, "/set.json".into(), "".into(), None);
+        for &level in &set.levels {
+            let query = Query { level, method: Method::Psm, horizon: None };
+            assert!(response_times_of(&db, file, set, query).is_some());
         }
     }
 }

@@ -1,0 +1,25 @@
+#![no_main]
+
+#[path = "../../../server/src/lsp/frame.rs"]
+#[allow(dead_code, reason = "the target only reads")]
+mod frame;
+
+// Whatever bytes come, reading ends, and every message that is read is found again when it is written alone.
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
+    for message in messages(bytes) {
+        let mut written = Vec::new();
+        frame::write(&mut written, &message.to_string()).expect("a vector takes all");
+        assert_eq!(messages(&written), [message]);
+    }
+});
+
+fn messages(bytes: &[u8]) -> Vec<serde_json::Value> {
+    let mut frames = frame::Frames::new(std::io::Cursor::new(bytes.to_vec())).expect("a thread");
+    let mut found = Vec::new();
+    while let Ok(Some(frame)) = frames.next() {
+        if let frame::Frame::Message(message) = frame {
+            found.push(message);
+        }
+    }
+    found
+}
