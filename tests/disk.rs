@@ -36,7 +36,7 @@ impl Session {
     fn new(name: &str, files: &[(&str, &str)], prepare: impl FnOnce(&Path)) -> Session {
         let top = scratch(env!("CARGO_TARGET_TMPDIR"), &format!("disk_{name}"));
         write(&top, &[("robot/robot.mal", MODEL), ("robot/mauve.toml", &config("times/*.toml"))]);
-        write(&top, &[("robot/times/plan.toml", table(17).as_str())]);
+        write(&top, &[("robot/times/plan.toml", table(17).as_str()), (".git/HEAD", "")]);
         write(&top, files);
         prepare(&top);
         let mut client = Client::of_folder(MAUVE, &top.join("robot"));

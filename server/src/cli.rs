@@ -103,6 +103,15 @@ struct Paths {
     paths: Vec<PathBuf>,
 }
 
+/// What may be read of files that are none of the project's.
+#[derive(Debug, clap::Args)]
+struct Outside {
+    /// Read also what models and mauve.toml name outside of their repository and of the named folders. Only for projects
+    /// that you trust: messages may quote such files.
+    #[arg(long)]
+    allow_outside: bool,
+}
+
 /// How an analysis bounds the demand of several jobs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Method {

@@ -2,12 +2,12 @@
 
 mod packages;
 mod surroundings;
+mod walk;
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use ignore::WalkBuilder;
 use mauve_model::item_tree::Name;
 use mauve_model::{
     CONFIG_FILE, DECLARATIONS, Database, File, ModelDb, Package, Problem, Workspace, config_file, config_of,
@@ -16,14 +16,14 @@ use mauve_model::{
 use mauve_timing::Level;
 use salsa::Setter;
 
+use crate::disk::{Boundary, LONGEST, text_of};
 use packages::Places;
 use surroundings::Surroundings;
+use walk::Walks;
+pub(crate) use walk::{Walk, Walked};
 
-/// Folders that hold what tools made.
-const MADE_BY_TOOLS: [&str; 4] = ["build", "devel", "install", "log"];
-
-/// A file that is longer is not read.
-pub(crate) const LONGEST: u64 = 1 << 28;
+/// All files of the workspaces together are not longer: what stands in the others is not read.
+const LONGEST_TOGETHER: u64 = 2 * LONGEST;
 
 /// The texts that were read, and the workspaces that they make up.
 ///
@@ -47,6 +47,18 @@ pub(crate) struct Loader {
     /// The significance level that is shown in all workspaces, those that are yet to come too; see
     /// [`Workspace::significance`].
     significance: Option<Level>,
+    /// What the folders have in them.
+    walks: Walks,
+    /// May files be read that no project has any business with? See [`Boundary`].
+    allows_outside: bool,
+    /// What the user named, behind all links.
+    named: Vec<PathBuf>,
+    /// What the workspace may read that is being loaded.
+    boundary: Boundary,
+    /// What was named elsewhere, and was not read: by the path that leads there.
+    outside: BTreeMap<PathBuf, File>,
+    /// How many bytes may still be read.
+    left: u64,
 }
 
 /// What is to be read of a folder.
@@ -56,8 +68,6 @@ struct Asked {
     whole: bool,
     /// Models that were named.
     models: Vec<PathBuf>,
-    /// What is in it, where that was looked for already.
-    found: Option<Found>,
 }
 
 /// The workspaces that `paths` name, the current folder without any.
@@ -65,14 +75,27 @@ struct Asked {
 /// # Errors
 ///
 /// A path that does not exist or has no model in it, in words for the user.
-pub(crate) fn load(db: &mut Database, paths: &[PathBuf]) -> Result<Vec<Workspace>, String> {
+pub(crate) fn load(
+    db: &mut Database,
+    paths: &[PathBuf],
+    allows_outside: bool,
+) -> Result<Vec<Workspace>, String> {
     let here = [PathBuf::from(".")];
     let paths = if paths.is_empty() { &here[..] } else { paths };
-    let (workspaces, problems) = Loader::default().load(db, paths);
-    match problems.into_iter().next() {
-        Some(problem) => Err(problem),
-        None => Ok(workspaces),
+    let mut loader = Loader { allows_outside, ..Loader::default() };
+    match loader.load(db, paths) {
+        Ok(Loaded { workspaces, problems }) => problems.into_iter().next().map_or(Ok(workspaces), Err),
+        // It walks by itself.
+        Err(_) => Err("the folders were not looked through".to_owned()),
     }
+}
+
+/// What was loaded.
+pub(crate) struct Loaded {
+    /// The workspaces that the paths name.
+    pub(crate) workspaces: Vec<Workspace>,
+    /// Which paths do not exist or have no model in them, in words for the user.
+    pub(crate) problems: Vec<String>,
 }
 
 /// The models that `paths` name or have in them, by the path behind all links and in its order; those of the current folder
@@ -98,23 +121,41 @@ pub(crate) fn models_in(paths: &[PathBuf]) -> Result<BTreeSet<PathBuf>, String> 
             continue;
         }
         let folder = if is_config { absolute.parent().unwrap_or(Path::new("/")) } else { &absolute };
-        let models = Loader::default().find(folder, None).models;
-        if models.is_empty() {
+        let walked = Walk::Models { folder: folder.to_owned(), depth: None }.run(&|| false);
+        if let Some((at, why)) = walked.problems.first() {
+            return Err(format!("not all models are known: `{}`: {why}", at.display()));
+        }
+        if walked.files.is_empty() {
             return Err(format!("no model (*.mal) in `{}`", path.display()));
         }
-        found.extend(models.iter().map(|model| place(model)).filter(|model| model.starts_with(folder)));
+        let models = walked.files.iter().map(|model| place(model));
+        found.extend(models.filter(|model| model.starts_with(folder)));
     }
     Ok(found)
 }
 
 impl Loader {
-    /// The workspaces that `paths` name; and which paths do not exist or have no model in them, in words for the user.
+    /// A loader that does not walk through folders itself, see [`Loader::load`]; `allows_outside`: projects may read what
+    /// is none of theirs.
+    pub(crate) fn told(allows_outside: bool) -> Loader {
+        let mut loader = Loader { allows_outside, ..Loader::default() };
+        loader.walks.is_told = true;
+        loader
+    }
+
+    /// The workspaces that `paths` name.
     ///
     /// A folder is the workspace of the nearest `mauve.toml` above it, and there is one more for each `mauve.toml` below.
     /// A model is seen as part of the projects that have it.
-    pub(crate) fn load(&mut self, db: &mut Database, paths: &[PathBuf]) -> (Vec<Workspace>, Vec<String>) {
+    ///
+    /// # Errors
+    ///
+    /// What is to be walked through first, by somebody else: see [`Loader::told`] and [`Loader::learn`].
+    pub(crate) fn load(&mut self, db: &mut Database, paths: &[PathBuf]) -> Result<Loaded, Vec<Walk>> {
         self.surroundings = Surroundings::default();
         self.packages.clear();
+        self.left = LONGEST_TOGETHER;
+        self.named = paths.iter().map(|path| place(path)).collect();
         let mut problems = Vec::new();
         let mut asked: Vec<(PathBuf, Asked)> = Vec::new();
         let mut index: BTreeMap<PathBuf, usize> = BTreeMap::new();
@@ -151,7 +192,7 @@ impl Loader {
             }
             let folder =
                 if is_config { absolute.parent().unwrap_or(Path::new("/")).to_owned() } else { absolute };
-            let found = self.find(&folder, None);
+            let Some(found) = self.find(&folder, None) else { continue };
             let mut homes: BTreeSet<PathBuf> =
                 found.configs.iter().filter_map(|it| Some(it.parent()?.to_owned())).collect();
             if found.models.iter().any(|model| owner(model, &homes).is_none()) {
@@ -160,23 +201,32 @@ impl Loader {
             if homes.is_empty() {
                 problems.push(format!("no model (*.mal) and no {CONFIG_FILE} in `{}`", path.display()));
             }
-            let mut found = Some(found);
             for home in homes {
-                let is_looked_for = home == folder;
                 let at = of_folder(&mut asked, home);
                 asked[at].1.whole = true;
-                if is_looked_for {
-                    asked[at].1.found = found.take();
-                }
             }
         }
-        let read = asked.into_iter().map(|(folder, asked)| self.read(db, &folder, asked));
+        let read = asked.into_iter().filter_map(|(folder, asked)| self.read(db, &folder, &asked));
         let workspaces: Vec<Workspace> = read.collect();
+        let wanted = self.walks.wanted();
+        if !wanted.is_empty() {
+            return Err(wanted);
+        }
         let files = workspaces.iter().flat_map(|workspace| workspace.files(db).values());
         self.current = files.map(|file| file.path(db).clone()).collect();
         let configs = workspaces.iter().filter_map(|&workspace| config_file(db, workspace));
         self.configs = configs.map(|file| file.path(db).clone()).collect();
-        (workspaces, problems)
+        Ok(Loaded { workspaces, problems })
+    }
+
+    /// The disk may be another one: forgets what was found in folders, and gives what is to be walked through anew.
+    pub(crate) fn forget_walks(&mut self) -> Vec<Walk> {
+        self.walks.forget()
+    }
+
+    /// Somebody has walked.
+    pub(crate) fn learn(&mut self, walk: Walk, walked: Walked) {
+        self.walks.learn(walk, walked);
     }
 
     /// Where files may come and go.
@@ -316,40 +366,30 @@ impl Loader {
         outermost.unwrap_or(folder).to_owned()
     }
 
-    /// The models and configurations below `folder`, without what tools made and what `.gitignore` names.
-    fn find(&mut self, folder: &Path, depth: Option<usize>) -> Found {
-        let mut found = Found { models: Vec::new(), configs: Vec::new() };
-        let made = |name: &std::ffi::OsStr| MADE_BY_TOOLS.iter().any(|made| name == *made);
-        let walk = WalkBuilder::new(folder)
-            .require_git(false)
-            .max_depth(depth)
-            .sort_by_file_path(Path::cmp)
-            .filter_entry(move |entry| {
-                entry.depth() == 0 || !made(entry.file_name()) || entry.path().is_file()
-            })
-            .build();
-        for entry in walk.flatten() {
-            let path = entry.path();
-            // A link that leads nowhere is read as well: that it cannot be is said.
-            let is_text = path.is_file() || entry.path_is_symlink() && !path.exists();
-            if path.ends_with(CONFIG_FILE) && entry.depth() > 0 {
-                found.configs.push(path.to_owned());
-            } else if entry.file_type().is_some_and(|kind| kind.is_dir()) {
-                self.surroundings.look_through(path.to_owned());
-            } else if is_model(path) && is_text {
-                found.models.push(path.to_owned());
-            }
+    /// The models and configurations below `folder`; nothing where it is yet to be walked through.
+    fn find(&mut self, folder: &Path, depth: Option<usize>) -> Option<Found> {
+        let walked = self.walks.walked(Walk::Models { folder: folder.to_owned(), depth })?;
+        for folder in &walked.folders {
+            self.surroundings.look_through(folder.clone());
         }
+        let mut found =
+            Found { models: walked.files.clone(), configs: walked.configs.clone(), unread: Vec::new() };
         // Those that an editor has and has not saved yet.
         let new = self.edited.iter().filter(|path| depth.is_none() && path.starts_with(folder));
         let new = new.filter(|path| path.ends_with(CONFIG_FILE) && !path.exists());
         found.configs.extend(new.cloned());
-        found
+        // What may be in such a folder is missing: it stands for models that cannot be read.
+        let unread = walked.problems.iter().map(|(folder, why)| (folder.join("*.mal"), why.clone()));
+        found.unread.extend(unread);
+        Some(found)
     }
 
     /// Reads the workspace of `folder`: its models, its configuration, the tables that this names, and whatever the
     /// models include from elsewhere.
-    fn read(&mut self, db: &mut Database, folder: &Path, asked: Asked) -> Workspace {
+    ///
+    /// Nothing where something is yet to be walked through.
+    fn read(&mut self, db: &mut Database, folder: &Path, asked: &Asked) -> Option<Workspace> {
+        self.boundary = Boundary::new(folder, &self.named, model_path(), self.allows_outside);
         self.home(folder, &[]);
         for above in folder.ancestors() {
             self.surroundings.await_path(&above.join(".gitignore"));
@@ -358,7 +398,7 @@ impl Loader {
         let config = folder.join(CONFIG_FILE);
         // A model by itself is seen together with what stands beside it.
         let depth = if asked.whole || self.has_config(folder) { None } else { Some(1) };
-        let found = asked.found.unwrap_or_else(|| self.find(folder, depth));
+        let found = self.find(folder, depth)?;
         let inner: BTreeSet<PathBuf> = found
             .configs
             .iter()
@@ -366,30 +406,16 @@ impl Loader {
             .filter(|it| it != folder)
             .collect();
         let mut files = BTreeMap::new();
-        for path in found.models.iter().filter(|model| owner(model, &inner).is_none()) {
-            self.add(db, &mut files, path);
-            // Nobody names it: it may be of the other language that has this extension.
-            if files.get(path).is_some_and(|&file| is_foreign(db, file)) {
-                files.remove(path);
-            }
-        }
-        for path in &asked.models {
-            self.add(db, &mut files, path);
-        }
         if self.has_config(folder) {
             self.add(db, &mut files, &config);
         }
-        let only: Vec<File> = match asked.whole {
-            true => Vec::new(),
-            false => asked.models.iter().filter_map(|only| files.get(only).copied()).collect(),
-        };
         let workspace = match self.workspaces.get(folder) {
             Some(&workspace) => {
                 if workspace.files(db).get(&config) != files.get(&config) {
-                    workspace.set_files(db).to(Arc::new(files.clone()));
-                }
-                if *workspace.only(db) != only {
-                    workspace.set_only(db).to(only);
+                    let mut known = BTreeMap::clone(workspace.files(db));
+                    known.remove(&config);
+                    known.extend(files.clone());
+                    workspace.set_files(db).to(Arc::new(known));
                 }
                 workspace
             }
@@ -399,7 +425,7 @@ impl Loader {
                     folder.to_owned(),
                     known,
                     model_path(),
-                    only,
+                    Vec::new(),
                     Vec::new(),
                     Arc::default(),
                 )
@@ -410,6 +436,23 @@ impl Loader {
             }
         };
         let config = config_of(db, workspace).clone();
+        let walks: Vec<Option<Tables>> =
+            config.tables.iter().map(|(pattern, _)| self.tables(folder, pattern)).collect();
+        let walks = walks.into_iter().collect::<Option<Vec<Tables>>>()?;
+        for path in found.models.iter().filter(|model| owner(model, &inner).is_none()) {
+            self.add(db, &mut files, path);
+            // Nobody names it: it may be of the other language that has this extension.
+            if files.get(path).is_some_and(|&file| is_foreign(db, file)) {
+                files.remove(path);
+            }
+        }
+        for (path, why) in found.unread {
+            let file = self.put(db, path.clone(), "", Some(Problem::Cut(why)));
+            files.insert(path, file);
+        }
+        for path in &asked.models {
+            self.add(db, &mut files, path);
+        }
         for (root, _) in &config.roots {
             let root = normalised(&folder.join(root));
             self.surroundings.await_path(&root);
@@ -418,10 +461,16 @@ impl Loader {
             }
         }
         let mut unreadable = Vec::new();
-        for (pattern, _) in &config.tables {
-            for path in self.tables(folder, pattern, &mut unreadable) {
-                self.add(db, &mut files, &path);
-            }
+        for tables in walks {
+            unreadable.extend(tables.problems);
+            tables.files.iter().for_each(|path| self.add(db, &mut files, path));
+        }
+        let only: Vec<File> = match asked.whole {
+            true => Vec::new(),
+            false => asked.models.iter().filter_map(|only| files.get(only).copied()).collect(),
+        };
+        if *workspace.only(db) != only {
+            workspace.set_only(db).to(only);
         }
         let own: BTreeSet<PathBuf> = files.keys().cloned().collect();
         self.follow_includes(db, workspace, &mut files);
@@ -436,7 +485,7 @@ impl Loader {
             workspace.set_unreadable(db).to(unreadable);
         }
         self.find_packages(db, workspace);
-        workspace
+        Some(workspace)
     }
 
     /// Adds a file to those of a workspace, and reads it: nobody may have watched it until now.
@@ -453,12 +502,49 @@ impl Loader {
         }
         let file = match self.files.get(&place) {
             Some(&file) if self.edited.contains(&place) => file,
-            _ => {
-                let (text, problem) = text_of(&place);
-                self.put(db, place, &text, problem.map(Problem::Cut))
-            }
+            _ => match self.boundary.refusal(&place).filter(|_| place.exists()) {
+                Some(why) => self.refused(db, path, why),
+                None => self.read_file(db, place),
+            },
         };
         files.insert(path.to_owned(), file);
+    }
+
+    /// Reads a file that is to be read.
+    fn read_file(&mut self, db: &mut Database, place: PathBuf) -> File {
+        let (mut text, mut problem) = text_of(&place);
+        match self.left.checked_sub(text.len() as u64) {
+            Some(left) => self.left = left,
+            None => {
+                text.clear();
+                let most = LONGEST_TOGETHER >> 20;
+                problem = Some(format!(
+                    "the files of this project have more than {most} MiB: this one is not read"
+                ));
+            }
+        }
+        let is_outside = !self.boundary.has(&place);
+        let file = self.put(db, place, &text, problem.map(Problem::Cut));
+        if file.is_outside(db) != is_outside {
+            file.set_is_outside(db).to(is_outside);
+        }
+        file
+    }
+
+    /// A file that is not to be read stands for itself by the path that leads there: no text, and why.
+    fn refused(&mut self, db: &mut Database, path: &Path, why: String) -> File {
+        let problem = Some(Problem::Cut(why));
+        match self.outside.get(path) {
+            Some(&file) => {
+                write(db, file, "", problem);
+                file
+            }
+            None => {
+                let file = File::builder(path.to_owned(), "".into(), problem).is_outside(true).new(db);
+                self.outside.insert(path.to_owned(), file);
+                file
+            }
+        }
     }
 
     fn follow_includes(
@@ -491,9 +577,10 @@ impl Loader {
     }
 
     /// The files that a pattern of `[timing] tables` names, whether they can be read or not; and what kept some folder
-    /// from being looked into.
-    fn tables(&mut self, folder: &Path, pattern: &str, unreadable: &mut Vec<String>) -> Vec<PathBuf> {
-        let Ok(glob) = table_pattern(folder, pattern) else { return Vec::new() };
+    /// from being looked into. Nothing where it is yet to be walked through.
+    fn tables(&mut self, folder: &Path, pattern: &str) -> Option<Tables> {
+        let mut tables = Tables { files: Vec::new(), problems: Vec::new() };
+        let Ok(glob) = table_pattern(folder, pattern) else { return Some(tables) };
         let is_fixed = |part: &std::path::Component<'_>| {
             !part.as_os_str().to_string_lossy().contains(['*', '?', '[', '{'])
         };
@@ -504,36 +591,24 @@ impl Loader {
         self.surroundings.name(glob.clone());
         if parts.iter().all(is_fixed) {
             let is_there = self.edited.contains(&from) || from.symlink_metadata().is_ok();
-            return if is_there { vec![from] } else { Vec::new() };
+            tables.files.extend(Some(from).filter(|_| is_there));
+            return Some(tables);
         }
         let depth = parts.len() - fixed.components().count();
-        // What the configuration names is read, whatever `.gitignore` says, and wherever a link leads.
-        let walk = WalkBuilder::new(&from)
-            .standard_filters(false)
-            .follow_links(true)
-            .max_depth(if pattern.contains("**") { None } else { Some(depth) })
-            .sort_by_file_path(Path::cmp)
-            .build();
-        let mut found = Vec::new();
-        for entry in walk {
-            match entry {
-                Ok(entry) if entry.path().is_dir() => {
-                    self.surroundings.look_through(entry.into_path());
-                }
-                Ok(entry) => found.push(entry.into_path()),
-                Err(error) => match path_of(&error) {
-                    // A link that leads nowhere is a table that cannot be read.
-                    Some(path) if !path.is_dir() && path.symlink_metadata().is_ok() => {
-                        found.push(path.to_owned())
-                    }
-                    _ if from.exists() => unreadable.push(error.to_string()),
-                    _ => {}
-                },
-            }
+        let depth = if pattern.contains("**") { None } else { Some(depth) };
+        let (folder, pattern) = (folder.to_owned(), pattern.to_owned());
+        let boundary = self.boundary.clone();
+        let walked = self.walks.walked(Walk::Tables { from, depth, folder, pattern, boundary })?;
+        for folder in &walked.folders {
+            self.surroundings.look_through(folder.clone());
         }
-        found.extend(self.edited.iter().filter(|path| !path.exists()).cloned());
-        found.retain(|path| glob.is_match(path));
-        found
+        tables.files.extend(walked.files.iter().cloned());
+        let new = self.edited.iter().filter(|path| !path.exists() && glob.is_match(path));
+        tables.files.extend(new.cloned());
+        tables
+            .problems
+            .extend(walked.problems.iter().map(|(path, why)| format!("`{}`: {why}", path.display())));
+        Some(tables)
     }
 }
 
@@ -630,6 +705,13 @@ fn owner<'a>(model: &Path, homes: &'a BTreeSet<PathBuf>) -> Option<&'a PathBuf> 
 struct Found {
     models: Vec<PathBuf>,
     configs: Vec<PathBuf>,
+    /// What stands for the models of folders that were not looked through, and why.
+    unread: Vec<(PathBuf, String)>,
+}
+
+struct Tables {
+    files: Vec<PathBuf>,
+    problems: Vec<String>,
 }
 
 /// Sets a text, where it is another: setting ends whatever is being computed. Says whether it was.
@@ -650,42 +732,6 @@ pub(crate) fn place(path: &Path) -> PathBuf {
         let folder = path.parent().and_then(|folder| folder.canonicalize().ok());
         folder.zip(path.file_name()).map_or_else(|| path.to_owned(), |(folder, name)| folder.join(name))
     })
-}
-
-/// The text of a file up to where it stops being UTF-8, and why it is not all of it.
-pub(crate) fn text_of(path: &Path) -> (String, Option<String>) {
-    match std::fs::metadata(path) {
-        Err(error) => return (String::new(), Some(format!("cannot be read: {error}"))),
-        Ok(data) if !data.is_file() => return (String::new(), Some("this is not a file".to_owned())),
-        Ok(data) if data.len() > LONGEST => {
-            return (
-                String::new(),
-                Some(format!("this file is longer than {LONGEST} bytes, and is not read")),
-            );
-        }
-        Ok(_) => {}
-    }
-    match std::fs::read(path) {
-        Err(error) => (String::new(), Some(format!("cannot be read: {error}"))),
-        Ok(bytes) => match String::from_utf8(bytes) {
-            Ok(text) => (text, None),
-            Err(error) => {
-                let valid = error.utf8_error().valid_up_to();
-                let mut bytes = error.into_bytes();
-                bytes.truncate(valid);
-                let text = String::from_utf8(bytes).unwrap_or_default();
-                (text, Some(format!("this is not UTF-8 text from byte {valid} on, and is not read further")))
-            }
-        },
-    }
-}
-
-fn path_of(error: &ignore::Error) -> Option<&Path> {
-    match error {
-        ignore::Error::WithPath { path, .. } => Some(path),
-        ignore::Error::WithDepth { err, .. } | ignore::Error::WithLineNumber { err, .. } => path_of(err),
-        _ => None,
-    }
 }
 
 #[cfg(test)]

@@ -73,7 +73,8 @@ const PATIENCE: Duration = Duration::from_secs(30);
 /// What is said last is given so long to be read.
 const FAREWELL: Duration = Duration::from_secs(1);
 
-/// Serves one client on these streams until it is done; gives the exit code, see [`transport::serve`].
+/// Serves one client on these streams until it is done; gives the exit code, see [`transport::serve`]. Where it
+/// `allows_outside`, projects may read files that are none of theirs.
 ///
 /// # Errors
 ///
@@ -82,6 +83,7 @@ pub(crate) fn run(
     input: impl std::io::Read + Send + 'static,
     output: impl Write + Send + 'static,
     mirror: Option<Mirror>,
+    allows_outside: bool,
 ) -> Result<u8, String> {
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_time()
@@ -97,7 +99,7 @@ pub(crate) fn run(
 
     let (busy, is_busy) = watch::channel(false);
     let publisher = Publisher::new(Arc::clone(&outbox));
-    let main_loop = MainLoop::new(events.clone(), runtime.handle().clone(), publisher, busy);
+    let main_loop = MainLoop::new(events.clone(), runtime.handle().clone(), publisher, busy, allows_outside);
     let spawn = |name: &str, thread: Box<dyn FnOnce() + Send>| {
         let thread = std::thread::Builder::new().name(name.to_owned()).spawn(thread);
         thread.map_err(|error| format!("the server cannot begin: {error}"))

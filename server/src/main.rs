@@ -8,6 +8,7 @@
 
 mod analysis_document;
 mod cli;
+mod disk;
 mod generate;
 mod load;
 mod lsp;

@@ -26,6 +26,10 @@ pub struct File {
     /// Why the text is not all of it, or not what is in it.
     #[returns(ref)]
     pub problem: Option<Problem>,
+    /// Is it none of the project's, so that messages show nothing of its text?
+    #[default]
+    #[returns(copy)]
+    pub is_outside: bool,
 }
 
 /// What is wrong with the text of a file.

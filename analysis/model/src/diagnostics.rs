@@ -377,7 +377,9 @@ pub fn file_diagnostics<'db>(
     file: File,
 ) -> Box<[Diagnostic<'db>]> {
     let mut found = Vec::new();
-    if let Some(problem) = file.problem(db) {
+    // What is none of the project's is wrong where it is included.
+    let is_elsewhere = |file: File| file.is_outside(db) && workspace.included(db).contains(file.path(db));
+    if let Some(problem) = file.problem(db).as_ref().filter(|_| !is_elsewhere(file)) {
         let end = file.text(db).len() as u32;
         found.push(unreadable_file::report(Place::Range(file, end, end), problem.message()));
     }
@@ -393,6 +395,11 @@ pub fn file_diagnostics<'db>(
     let errors = parse(db, file).errors();
     for (index, (path, target)) in tree.includes.iter().zip(includes(db, workspace, file)).enumerate() {
         let at = Place::Include(file, index as u32);
+        let refused = target.filter(|target| is_elsewhere(*target)).and_then(|it| it.problem(db).as_ref());
+        if let Some(problem) = refused {
+            found.push(unreadable_file::report(at, problem.message()));
+            continue;
+        }
         match (path, target) {
             // A path with a syntax error in it is one mistake.
             (Some(_), None) if errors.iter().any(|it| it.range.intersect(at.range(db)).is_some()) => {}

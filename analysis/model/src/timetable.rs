@@ -1,5 +1,6 @@
 //! The execution times of a project: its timing tables, joined, with the names in them resolved.
 
+use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -43,30 +44,28 @@ pub fn table_files(db: &dyn ModelDb, workspace: Workspace) -> TableFiles {
     for (pattern, span) in &config_of(db, workspace).tables {
         let glob = match table_pattern(workspace.folder(db), pattern) {
             Ok(glob) => glob,
-            Err(error) => {
-                errors.push((format!("`{pattern}` is not a pattern of paths: {error}"), span.clone()));
+            Err(why) => {
+                errors.push((format!("`{}`: {why}", shortened(pattern)), span.clone()));
                 continue;
             }
         };
-        if has_choice(pattern) {
-            let why =
-                "`{` and `[` choose between names, and a file may be missing: write a pattern for each name";
-            errors.push((format!("`{pattern}`: {why}"), span.clone()));
-            continue;
-        }
         let known = workspace.files(db).iter().filter(|(path, _)| **path != config);
         let named = known.filter(|(path, _)| glob.is_match(path));
         let named: Vec<File> = named.map(|(_, file)| *file).collect();
         if named.is_empty() {
             errors.push((format!("`{pattern}` names no timing table: no such file"), span.clone()));
         }
-        files.extend(named.into_iter().map(|file| (file.path(db).as_path(), file)));
+        for file in named {
+            match file.problem(db).as_ref().filter(|_| file.is_outside(db)) {
+                Some(problem) => errors.push((problem.message().to_owned(), span.clone())),
+                None => _ = files.insert(file.path(db).as_path(), file),
+            }
+        }
     }
     if let Some((_, span)) = config_of(db, workspace).tables.first() {
         let unreadable = workspace.unreadable(db).iter();
-        errors.extend(
-            unreadable.map(|why| (format!("a folder of timing tables cannot be read: {why}"), span.clone())),
-        );
+        errors
+            .extend(unreadable.map(|why| (format!("not all timing tables are known: {why}"), span.clone())));
     }
     TableFiles { files: files.into_values().collect(), errors }
 }
@@ -76,15 +75,35 @@ pub fn table_files(db: &dyn ModelDb, workspace: Workspace) -> TableFiles {
 ///
 /// # Errors
 ///
-/// The pattern is none.
-pub fn table_pattern(folder: &Path, pattern: &str) -> Result<GlobMatcher, globset::Error> {
+/// The pattern is none, is too long, or chooses between names: why, in words for the user.
+pub fn table_pattern(folder: &Path, pattern: &str) -> Result<GlobMatcher, String> {
+    if has_choice(pattern) {
+        let why =
+            "`{` and `[` choose between names, and a file may be missing: write a pattern for each name";
+        return Err(why.to_owned());
+    }
+    // No system has longer paths.
+    if pattern.len() > LONGEST_PATTERN {
+        return Err(format!("a pattern has at most {LONGEST_PATTERN} bytes"));
+    }
     // The folder is a path, whatever letters it has: only the pattern is one.
     let escaped = PathBuf::from(globset::escape(&folder.to_string_lossy()));
     let absolute = normalised(&escaped.join(pattern));
     let absolute = absolute.to_string_lossy();
     // A backslash is a letter of a folder's name; `[*]` is a star.
-    let glob = GlobBuilder::new(&absolute).literal_separator(true).backslash_escape(false).build()?;
-    Ok(glob.compile_matcher())
+    let glob = GlobBuilder::new(&absolute).literal_separator(true).backslash_escape(false).build();
+    let not_one = |error| format!("this is not a pattern of paths: {error}");
+    Ok(glob.map_err(not_one)?.compile_matcher())
+}
+
+const LONGEST_PATTERN: usize = 4096;
+
+/// The beginning of a text, where all of it would be too long for a message.
+fn shortened(text: &str) -> Cow<'_, str> {
+    match text.char_indices().nth(80) {
+        Some((end, _)) => Cow::Owned(format!("{}…", text.get(..end).unwrap_or_default())),
+        None => Cow::Borrowed(text),
+    }
 }
 
 /// Does a pattern choose between names, so that a missing table goes unnoticed? (`[x]` is the letter `x`.)

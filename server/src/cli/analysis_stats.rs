@@ -31,7 +31,7 @@ impl AnalysisStats {
         };
 
         let start = Instant::now();
-        let workspaces = load(&mut db, &self.paths.paths)?;
+        let workspaces = load(&mut db, &self.paths.paths, false)?;
         line("load", start.elapsed(), counted(workspaces.len(), "workspace"));
 
         let projects: Vec<_> =

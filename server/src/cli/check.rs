@@ -6,7 +6,7 @@ use std::collections::{BTreeSet, HashMap};
 use std::io::IsTerminal as _;
 use std::path::{Path, PathBuf};
 
-use annotate_snippets::{AnnotationKind, Level, Message, Renderer, Snippet, Title};
+use annotate_snippets::{AnnotationKind, Level, Message, Origin, Renderer, Snippet, Title};
 use clap::ValueEnum;
 use mauve_model::diagnostics::{
     Code, Diagnostic, Finding, Fix, Severity, codes, errors_of_text, workspace_diagnostics,
@@ -14,7 +14,7 @@ use mauve_model::diagnostics::{
 use mauve_model::{Database, File, Place, Workspace};
 use serde::Serialize;
 
-use super::{Paths, counted, shown, wcrt};
+use super::{Outside, Paths, counted, shown, wcrt};
 use crate::Output;
 use crate::analysis_document::{AnalysisDocument, Deployed, Proved, analysis_document};
 use crate::load::load;
@@ -23,6 +23,8 @@ use crate::load::load;
 pub(crate) struct Check {
     #[command(flatten)]
     paths: Paths,
+    #[command(flatten)]
+    outside: Outside,
     /// How to show what is found.
     #[arg(long, value_enum, default_value = "human")]
     format: Format,
@@ -74,7 +76,7 @@ impl Denied {
 impl Check {
     pub(crate) fn run(self) -> Result<Output, String> {
         let mut db = Database::default();
-        let workspaces = load(&mut db, &self.paths.paths)?;
+        let workspaces = load(&mut db, &self.paths.paths, self.outside.allow_outside)?;
         let mut findings: Vec<Finding<'_>> =
             workspaces.iter().flat_map(|&workspace| workspace_diagnostics(&db, workspace)).collect();
         for finding in &mut findings {
@@ -206,6 +208,11 @@ pub(super) fn with_excerpts(
     let mut group = annotate_snippets::Group::with_title(title);
     for (file, path) in files.iter().zip(&paths) {
         let text: &str = file.text(db);
+        if file.is_outside(db) {
+            // What came from elsewhere shows nothing of other files.
+            group = group.element(Origin::path(path.as_str()));
+            continue;
+        }
         let mut snippet = Snippet::source(text).path(path.as_str()).fold(true);
         for (at, message, kind) in places.iter().filter(|(at, ..)| at.file(db) == *file) {
             let range = at.range(db);

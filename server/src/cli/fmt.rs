@@ -10,7 +10,8 @@ use mauve_syntax::format::{applied, format};
 
 use super::{Paths, counted, say, shown};
 use crate::Output;
-use crate::load::{is_of_another_language, models_in, text_of};
+use crate::disk::text_of;
+use crate::load::{is_of_another_language, models_in};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Fmt {

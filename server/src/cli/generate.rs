@@ -11,7 +11,7 @@ use mauve_model::{Database, Decl, Project, Query, Workspace, projects};
 use mauve_orocos::{Package, Plan, Problem, packages, plan, problems};
 
 use super::check::{Lines, MOST_EXCERPTS, excerpt, with_excerpts};
-use super::{counted, say};
+use super::{Outside, counted, say};
 use crate::Output;
 use crate::analysis_document::{Deployed, Proved, deployments};
 use crate::generate::{Made, Site, behind_links, configured_out, left_packages, merged, read};
@@ -23,6 +23,8 @@ pub(crate) struct Generate {
     /// A model, a folder or a mauve.toml; the current folder when left out.
     #[arg(value_name = "PATH")]
     path: Option<PathBuf>,
+    #[command(flatten)]
+    outside: Outside,
     /// Only the packages that this deployment needs.
     #[arg(long, value_name = "NAME")]
     deployment: Option<String>,
@@ -61,7 +63,7 @@ struct Planned {
 impl Generate {
     pub(crate) fn run(self) -> Result<Output, String> {
         let mut db = Database::default();
-        let workspaces = load(&mut db, self.path.as_slice())?;
+        let workspaces = load(&mut db, self.path.as_slice(), self.outside.allow_outside)?;
         let asked: Vec<(Project<'_>, Option<Decl<'_>>)> = match &self.deployment {
             Some(name) => {
                 let found = deployments(&db, &workspaces, Some(name))?;

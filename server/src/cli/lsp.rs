@@ -9,7 +9,7 @@ use tracing::Level;
 use tracing_subscriber::filter::Targets;
 use tracing_subscriber::prelude::*;
 
-use super::say;
+use super::{Outside, say};
 use crate::Output;
 use crate::lsp::{mirror::Mirror, run};
 
@@ -21,6 +21,8 @@ pub(crate) struct Lsp {
     /// Record everything that is said into this file, texts included, for `mauve replay`.
     #[arg(long, value_name = "FILE")]
     mirror: Option<PathBuf>,
+    #[command(flatten)]
+    outside: Outside,
     /// What editors say to servers that know other ways: it changes nothing.
     #[arg(long, hide = true)]
     stdio: bool,
@@ -47,7 +49,7 @@ impl Lsp {
             let mirror = Mirror::create(&path);
             mirror.map_err(|error| format!("cannot record into `{}`: {error}", path.display()))
         });
-        let code = run(std::io::stdin(), std::io::stdout(), mirror.transpose()?)?;
+        let code = run(std::io::stdin(), std::io::stdout(), mirror.transpose()?, self.outside.allow_outside)?;
         Ok(Output { text: String::new(), code })
     }
 }

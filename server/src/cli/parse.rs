@@ -7,7 +7,8 @@ use mauve_syntax::{NodeOrToken, SyntaxNode};
 use serde_json::{Value, json};
 
 use crate::Output;
-use crate::load::text_of;
+use crate::disk::text_of;
+use crate::load::place;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Parse {
@@ -28,7 +29,7 @@ enum Format {
 
 impl Parse {
     pub(crate) fn run(self) -> Result<Output, String> {
-        let (text, problem) = text_of(&self.file);
+        let (text, problem) = text_of(&place(&self.file));
         if let Some(problem) = problem {
             return Err(format!("`{}`: {problem}", self.file.display()));
         }

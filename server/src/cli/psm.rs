@@ -9,6 +9,7 @@ use mauve_model::{Database, Decl, Project, config_of, names_of, projects, psm_of
 use mauve_timing::Level;
 use serde_json::json;
 
+use super::Outside;
 use crate::Output;
 use crate::analysis_document::milliseconds;
 use crate::load::load;
@@ -19,6 +20,8 @@ pub(crate) struct Psm {
     /// The component, after the path of its model if that is not in the current folder.
     #[arg(value_name = "[PATH] COMPONENT", num_args = 1..=2, required = true)]
     component: Vec<String>,
+    #[command(flatten)]
+    outside: Outside,
     /// The significance level of the times; by default that of mauve.toml, else 1e-4.
     #[arg(long, value_name = "LEVEL")]
     significance: Option<f64>,
@@ -45,7 +48,7 @@ impl Psm {
             _ => return Err("expected a component".to_owned()),
         };
         let mut db = Database::default();
-        let workspaces = load(&mut db, &path)?;
+        let workspaces = load(&mut db, &path, self.outside.allow_outside)?;
         let asked = match self.significance {
             Some(level) => Some(
                 Level::from_f64(level).ok_or("the significance is a number between 0 and 1, such as 1e-4")?,

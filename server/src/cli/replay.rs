@@ -126,7 +126,7 @@ impl Session {
     fn begin() -> Result<Session, String> {
         let pipe = || std::io::pipe().map_err(|error| format!("no pipe to the server: {error}"));
         let ((server_input, input), (output, server_output)) = (pipe()?, pipe()?);
-        std::thread::spawn(move || run(server_input, server_output, None));
+        std::thread::spawn(move || run(server_input, server_output, None, false));
         let (sender, said) = mpsc::channel();
         std::thread::spawn(move || listen(output, &sender));
         Ok(Session { input: Some(input), said, heard: Vec::new(), missing: Vec::new() })

@@ -16,17 +16,20 @@ use mauve_timing::task_set::{Exported, Parsed, TaskSet};
 use mauve_timing::{Level, Rounding, Status, Time};
 
 use super::check::Lines;
-use super::{Method, Paths, columns, counted, say, shown};
+use super::{Method, Outside, Paths, columns, counted, say, shown};
 use crate::Output;
 use crate::analysis_document::{
     AnalysisDocument, Deployed, Origin, Significance, analysis_document, deployments, levels,
 };
-use crate::load::{LONGEST, load};
+use crate::disk::{LONGEST, read};
+use crate::load::load;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Wcrt {
     #[command(flatten)]
     paths: Paths,
+    #[command(flatten)]
+    outside: Outside,
     /// Only this deployment.
     #[arg(long, value_name = "NAME")]
     deployment: Option<String>,
@@ -80,7 +83,7 @@ impl Wcrt {
             }
             return self.task_sets(&db, &query);
         }
-        let workspaces = load(&mut db, &self.paths.paths)?;
+        let workspaces = load(&mut db, &self.paths.paths, self.outside.allow_outside)?;
         let found = deployments(&db, &workspaces, self.deployment.as_deref())?;
         let errors = workspaces.iter().map(|&workspace| errors_of_text(&db, workspace)).sum();
         if found.is_empty() {
@@ -177,13 +180,10 @@ impl Wcrt {
 /// Reads a task set, and gives it with its path behind all links, and whether it has a digest.
 fn task_set(path: &Path) -> Result<(PathBuf, TaskSet, bool), String> {
     let shown = path.display();
-    let read = || {
+    let read = || -> std::io::Result<(String, PathBuf)> {
         let path = path.canonicalize()?;
-        let data = std::fs::metadata(&path)?;
-        if !data.is_file() || data.len() > LONGEST {
-            return Err(std::io::Error::other("it is no file, or too long"));
-        }
-        Ok((std::fs::read_to_string(&path)?, path))
+        let text = String::from_utf8(read(&path, LONGEST)?);
+        Ok((text.map_err(|_| std::io::Error::other("this is no UTF-8 text"))?, path))
     };
     let (text, path) = read().map_err(|error| format!("cannot read `{shown}`: {error}"))?;
     let Parsed { content, is_sealed } = Exported::parse(&text).map_err(|why| format!("`{shown}`: {why}"))?;

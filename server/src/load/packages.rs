@@ -125,11 +125,7 @@ fn entries(folder: &Path) -> Vec<PathBuf> {
 }
 
 fn message_in(path: &Path) -> Option<Message> {
-    let data = std::fs::metadata(path).ok()?;
-    if !data.is_file() || data.len() > LONGEST {
-        return None;
-    }
-    let text = std::fs::read_to_string(path).ok()?;
+    let text = String::from_utf8(crate::disk::read(path, LONGEST).ok()?).ok()?;
     Some(Message { path: Some(path.to_owned()), ..read_message(&text) })
 }
 

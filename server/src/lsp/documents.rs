@@ -7,7 +7,8 @@ use std::time::Instant;
 use tower_lsp::lsp_types::{TextDocumentContentChangeEvent, TextDocumentItem, Url};
 
 use super::position::{Encoding, offset};
-use crate::load::{place, text_of};
+use crate::disk::text_of;
+use crate::load::place;
 
 /// An open text.
 #[derive(Debug)]
@@ -146,7 +147,7 @@ impl Documents {
         let address = known.unwrap_or_else(|| uri.clone());
         let open = self.0.entry(address).or_insert_with(|| {
             let (path, is_file) = place_of(uri);
-            let text = if is_file { text_of(&path).0 } else { String::new() };
+            let text = if is_file { text_of(&place(&path)).0 } else { String::new() };
             Open { path, is_file, version: 0, text, problem: None, dirty: None }
         });
         open.problem = Some(LOST.to_owned());

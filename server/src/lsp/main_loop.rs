@@ -5,7 +5,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, mpsc};
 use std::time::Instant;
 
@@ -25,7 +25,7 @@ use super::settings::Settings;
 use super::snapshot::{Document, Failure, Snapshot, attempt};
 use super::tokens::Tokens;
 use super::watcher::Watcher;
-use crate::load::{Loader, place};
+use crate::load::{Loaded, Loader, Walk, Walked, place};
 
 /// What the main loop is told.
 pub(crate) enum Event {
@@ -45,6 +45,8 @@ pub(crate) enum Event {
     Saved(DidSaveTextDocumentParams),
     /// It is the disk's again.
     Closed(Url),
+    /// These folders were looked through, unless that was called off.
+    Walked(Arc<AtomicBool>, Vec<(Walk, Walked)>),
     /// Files that have come, gone or changed; and perhaps more, which nobody can name.
     Disk { paths: BTreeSet<PathBuf>, missed: bool },
     /// The client's folders have changed.
@@ -54,7 +56,7 @@ pub(crate) enum Event {
     /// What the user has set in his editor, and what was wrong with it.
     Configured(Settings, Vec<String>),
     /// Something to compute.
-    Job(Box<dyn FnOnce(Snapshot) + Send>),
+    Job(Job),
     /// The user does not want to wait for the analysis that is running.
     Stop,
     /// A handler panicked: its request had an error for an answer, and the user is told once.
@@ -72,6 +74,9 @@ pub(crate) enum Event {
     /// A worker has checked everything as it was at this generation.
     Checked(u64, Result<Checked, Failure>),
 }
+
+/// Something to compute.
+pub(crate) type Job = Box<dyn FnOnce(Snapshot) + Send>;
 
 /// After so many attempts in a row to read what is missing, what is there is shown.
 const MOST_RELOADS: u32 = 3;
@@ -94,6 +99,12 @@ pub(crate) struct MainLoop {
     strays: BTreeSet<Url>,
     /// Files or folders have come or gone: the workspaces are to be looked for again.
     reload: bool,
+    /// Another thread is looking through folders: set to call that off.
+    walking: Option<Arc<AtomicBool>>,
+    /// What is to be computed once it is done.
+    waiting: Vec<Job>,
+    /// How often in a row folders were read again that nobody had watched.
+    passes: u32,
     /// How often in a row a check has found that something was to be read first.
     reloads: u32,
     /// A check is due.
@@ -121,16 +132,18 @@ pub(crate) struct MainLoop {
 }
 
 impl MainLoop {
-    /// A server that knows nothing yet. Its own workers report to `sender`.
+    /// A server that knows nothing yet. Its own workers report to `sender`. Where it `allows_outside`, projects may read
+    /// what is none of theirs.
     pub(crate) fn new(
         sender: mpsc::Sender<Event>,
         workers: Handle,
         publisher: Publisher,
         busy: watch::Sender<bool>,
+        allows_outside: bool,
     ) -> MainLoop {
         MainLoop {
             db: Database::default(),
-            loader: Loader::default(),
+            loader: Loader::told(allows_outside),
             documents: Documents::default(),
             folders: Vec::new(),
             settings: Settings::default(),
@@ -139,6 +152,9 @@ impl MainLoop {
             shared_documents: Arc::default(),
             strays: BTreeSet::new(),
             reload: false,
+            walking: None,
+            waiting: Vec::new(),
+            passes: 0,
             reloads: 0,
             check: false,
             generation: 0,
@@ -166,7 +182,8 @@ impl MainLoop {
             }
             self.settle();
             // What could not be loaded is not checked: nothing is known of it.
-            if self.is_initialized && !self.reload && std::mem::take(&mut self.check) {
+            let is_loaded = !self.reload && self.walking.is_none();
+            if self.is_initialized && is_loaded && std::mem::take(&mut self.check) {
                 self.start_check();
             }
         }
@@ -226,6 +243,9 @@ impl MainLoop {
                 self.folders.retain(|folder| !removed.contains(folder));
                 self.folders.extend(paths(added));
                 self.reload = true;
+                if let Some(walking) = self.walking.take() {
+                    walking.store(true, Ordering::Relaxed);
+                }
             }
             Event::Significance(level) => {
                 if self.loader.set_significance(&mut self.db, level) {
@@ -235,9 +255,12 @@ impl MainLoop {
             Event::Configured(settings, problems) => self.configured(settings, problems),
             Event::Job(job) => {
                 self.settle();
-                let snapshot = self.snapshot();
-                self.spawn(move || job(snapshot));
+                match self.walking {
+                    Some(_) => self.waiting.push(job),
+                    None => self.start(job),
+                }
             }
+            Event::Walked(walking, walked) => self.walked(&walking, walked),
             Event::Stop => self.stop(),
             Event::Defect(message) => self.publisher.defect(&message),
             Event::Pulled(about) => {
@@ -305,6 +328,18 @@ impl MainLoop {
         if self.reload {
             self.find_again();
         }
+        self.settle_documents();
+        if self.reload && self.walking.is_none() {
+            self.stir();
+            self.reload = false;
+            match self.loader.forget_walks() {
+                walks if walks.is_empty() => self.reload_now(),
+                walks => self.walk(walks),
+            }
+        }
+    }
+
+    fn settle_documents(&mut self) {
         let mut dirty: Vec<(Instant, &Url)> =
             self.documents.0.iter().filter_map(|(uri, open)| Some((open.dirty?, uri))).collect();
         // Of two addresses of one file, the one that was changed last counts.
@@ -336,15 +371,61 @@ impl MainLoop {
             self.shared_documents = Arc::new(shared);
             self.stir();
         }
-        if self.reload {
-            self.stir();
-            self.reload = false;
-            if let Err(Failure::Panicked(message)) = self.load() {
+    }
+
+    /// Looks through folders on a thread of its own: nobody knows how many there are, and how slow the disk is.
+    fn walk(&mut self, walks: Vec<Walk>) {
+        let cancelled = Arc::new(AtomicBool::new(false));
+        self.walking = Some(Arc::clone(&cancelled));
+        let sender = self.sender.clone();
+        let walk = move || {
+            let is_cancelled = || cancelled.load(Ordering::Relaxed);
+            let walked = walks.into_iter().map(|walk| {
+                let walked = walk.run(&is_cancelled);
+                (walk, walked)
+            });
+            let walked = walked.collect();
+            let _ = sender.send(Event::Walked(cancelled, walked));
+        };
+        // Not one of the workers: all of them may be busy with what is outdated.
+        if let Err(error) = std::thread::Builder::new().name("walk".to_owned()).spawn(walk) {
+            self.walking = None;
+            self.reload = true;
+            self.publisher.warn(format!("The folders cannot be looked through: {error}."));
+        }
+    }
+
+    /// Takes what was found in folders; then what has waited for it is computed, before they are looked through again.
+    fn walked(&mut self, walking: &Arc<AtomicBool>, walked: Vec<(Walk, Walked)>) {
+        if !self.walking.as_ref().is_some_and(|it| Arc::ptr_eq(it, walking)) {
+            return;
+        }
+        self.walking = None;
+        walked.into_iter().for_each(|(walk, walked)| self.loader.learn(walk, walked));
+        self.stir();
+        self.reload_now();
+        if self.walking.is_none() {
+            self.settle_documents();
+            std::mem::take(&mut self.waiting).into_iter().for_each(|job| self.start(job));
+        }
+    }
+
+    fn start(&self, job: Job) {
+        let snapshot = self.snapshot();
+        self.spawn(move || job(snapshot));
+    }
+
+    fn reload_now(&mut self) {
+        match self.load() {
+            Ok(wanted) if wanted.is_empty() => {}
+            Ok(wanted) => self.walk(wanted),
+            Err(Failure::Panicked(message)) => {
                 // Nothing is known until it succeeds.
                 self.workspaces = Arc::new([]);
                 self.reload = true;
                 self.panicked(&message);
             }
+            Err(Failure::Overtaken | Failure::Cancelled) => {}
         }
     }
 
@@ -397,7 +478,8 @@ impl MainLoop {
         }
     }
 
-    fn load(&mut self) -> Result<(), Failure> {
+    /// Loads the workspaces anew. Gives what is to be looked through first.
+    fn load(&mut self) -> Result<Vec<Walk>, Failure> {
         let begin = Instant::now();
         let folders: Vec<PathBuf> = self.folders.iter().map(|folder| place(folder)).collect();
         let mut paths = self.folders.clone();
@@ -415,38 +497,42 @@ impl MainLoop {
                 _ => {}
             }
         }
-        for _ in 0..MOST_PASSES {
-            // What is read rests on queries, and they on what anybody has written.
-            let mut loaded = attempt(|| self.loader.load(&mut self.db, &paths))?;
-            // A text that the models in the folders include is a part of their projects, and no project by itself.
-            let strays = elsewhere.iter().filter(|(file, _)| !is_in_a_folder(&self.db, &loaded.0, *file));
-            let strays: Vec<PathBuf> = strays.map(|(_, path)| path.clone()).collect();
-            if !strays.is_empty() {
-                let all = [paths.as_slice(), strays.as_slice()].concat();
-                loaded = attempt(|| self.loader.load(&mut self.db, &all))?;
+        // What is read rests on queries, and they on what anybody has written.
+        let mut loaded = match attempt(|| self.loader.load(&mut self.db, &paths))? {
+            Ok(loaded) => loaded,
+            Err(wanted) => return Ok(wanted),
+        };
+        // A text that the models in the folders include is a part of their projects, and no project by itself.
+        let is_stray = |(file, _): &&(File, PathBuf)| !is_in_a_folder(&self.db, &loaded.workspaces, *file);
+        let strays: Vec<PathBuf> = elsewhere.iter().filter(is_stray).map(|(_, path)| path.clone()).collect();
+        if !strays.is_empty() {
+            let all = [paths.as_slice(), strays.as_slice()].concat();
+            loaded = match attempt(|| self.loader.load(&mut self.db, &all))? {
+                Ok(loaded) => loaded,
+                Err(wanted) => return Ok(wanted),
+            };
+        }
+        let Loaded { mut workspaces, problems } = loaded;
+        problems.iter().for_each(|problem| tracing::info!("{problem}"));
+        workspaces.extend(alone.iter().map(|&file| self.loader.alone(&mut self.db, file)));
+        self.workspaces = workspaces.into();
+        // What was written before a folder was watched was perhaps not read.
+        match self.watcher.watch(&self.loader.surroundings().watched()) {
+            Ok(is_new) if is_new && self.passes < MOST_PASSES => {
+                self.passes += 1;
+                self.reload = true;
             }
-            let (mut workspaces, problems) = loaded;
-            problems.iter().for_each(|problem| tracing::info!("{problem}"));
-            workspaces.extend(alone.iter().map(|&file| self.loader.alone(&mut self.db, file)));
-            self.workspaces = workspaces.into();
-            // What was written before a folder was watched was perhaps not read.
-            match self.watcher.watch(&self.loader.surroundings().watched()) {
-                Ok(true) => {}
-                Ok(false) => break,
-                Err(error) => {
-                    self.publisher.warn(format!(
-                        "Files that change outside the editor may not be noticed: {error}. Restart the server after such a change."
-                    ));
-                    break;
-                }
-            }
+            Ok(_) => self.passes = 0,
+            Err(error) => self.publisher.warn(format!(
+                "Files that change outside the editor may not be noticed: {error}. Restart the server after such a change."
+            )),
         }
         // Where a folder was taken away, the open texts in it are there only because they are open.
         let is_stray = |document: &Document| !is_in_a_folder(&self.db, &self.workspaces, document.file);
         let strays = self.shared_documents.iter().filter(|(_, document)| is_stray(document));
         self.strays.extend(strays.map(|(uri, _)| uri.clone()));
         tracing::debug!("{} workspaces loaded in {:?}", self.workspaces.len(), begin.elapsed());
-        Ok(())
+        Ok(Vec::new())
     }
 
     fn snapshot(&self) -> Snapshot {

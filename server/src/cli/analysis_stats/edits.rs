@@ -27,7 +27,7 @@ const MOST: usize = 25;
 pub(super) fn table(paths: &[PathBuf]) -> Result<String, String> {
     // The log is written while the clock runs, a line for each query.
     let mut db = Database::with_log();
-    let workspaces = load(&mut db, paths)?;
+    let workspaces = load(&mut db, paths, false)?;
     show(&db, &workspaces)?;
     let models = models(&db, &workspaces);
     let mut tables: Vec<File> =
@@ -195,7 +195,7 @@ mod tests {
     fn every_kind_of_edit_leaves_a_whole_model() {
         let paths = [normalised(&std::path::absolute("../tests/models/p3dx").unwrap_or_default())];
         let mut db = Database::default();
-        let workspaces = load(&mut db, &paths).unwrap_or_default();
+        let workspaces = load(&mut db, &paths, false).unwrap_or_default();
         let texts = |edits: Vec<Edit>| edits.into_iter().map(|it| it.new.to_string()).collect::<Vec<_>>();
         let models = models(&db, &workspaces);
         let of_models = |edits: fn(&Database, File) -> Vec<Edit>| {

@@ -1,0 +1,223 @@
+//! Reads what others have written. A project may come from a stranger: only regular files are read, so much of each and no
+//! more, and nothing that the kernel makes up (`/proc/self/pagemap` has no end). [`Boundary`] says which files are those of
+//! a project.
+
+use std::collections::BTreeSet;
+use std::fs::File;
+use std::io::{self, Read as _};
+use std::path::{Path, PathBuf};
+
+/// A model, a table or another text that is longer is not read: an analysis needs some hundred times as much memory.
+pub(crate) const LONGEST: u64 = 16 << 20;
+
+/// Below these folders the kernel makes up what is read.
+const MADE_UP: [&str; 3] = ["/proc", "/sys", "/dev"];
+
+/// But this one is memory, where people put folders.
+const MEMORY: &str = "/dev/shm";
+
+/// The folders that the files of a project may be read from, behind all links.
+///
+/// What a model or a `mauve.toml` names elsewhere, by a path or by a link, could be anybody's secret, and messages show
+/// texts: it is not read.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub(crate) struct Boundary {
+    folders: BTreeSet<PathBuf>,
+    /// Is everything to be read, since the user said so?
+    is_open: bool,
+}
+
+impl Boundary {
+    /// What the project of `folder` may read: the folder itself, the repository around it, those of the folders that the
+    /// user `named` that have it in them, and those of `others`.
+    pub(crate) fn new<'a>(
+        folder: &Path,
+        named: impl IntoIterator<Item = &'a PathBuf>,
+        others: impl IntoIterator<Item = PathBuf>,
+        is_open: bool,
+    ) -> Boundary {
+        let repository = folder.ancestors().find(|above| above.join(".git").symlink_metadata().is_ok());
+        let named = named.into_iter().filter(|named| folder.starts_with(named)).cloned();
+        let others = others.into_iter().filter_map(|other| other.canonicalize().ok());
+        let own = std::iter::once(folder).chain(repository).map(Path::to_owned);
+        Boundary { folders: own.chain(named).chain(others).collect(), is_open }
+    }
+
+    /// Is this path, behind all links, one of the project's?
+    pub(crate) fn has(&self, real: &Path) -> bool {
+        real.ancestors().any(|above| self.folders.contains(above))
+    }
+
+    /// Why the file that `real` is behind all links is not read; nothing where it is.
+    pub(crate) fn refusal(&self, real: &Path) -> Option<String> {
+        if self.is_open || self.has(real) {
+            return None;
+        }
+        // The outermost: others are most often in it.
+        let folder = self.folders.iter().min_by_key(|folder| folder.components().count());
+        let folder = folder.map(|folder| folder.display().to_string()).unwrap_or_default();
+        Some(format!(
+            "`{}` is outside of `{folder}`, and is not read: where this project may show other files of yours, say \
+             `--allow-outside`, or name a folder that has both",
+            real.display()
+        ))
+    }
+}
+
+/// The bytes of a file, `longest` at most.
+///
+/// # Errors
+///
+/// Those of the file system; it is no regular file, or one of the kernel's; it is longer.
+pub(crate) fn read(path: &Path, longest: u64) -> io::Result<Vec<u8>> {
+    read_real(&path.canonicalize()?, longest)
+}
+
+/// The same for a path that is behind all links: one that has become a link since is not followed.
+pub(crate) fn read_real(real: &Path, longest: u64) -> io::Result<Vec<u8>> {
+    if is_made_up(real) {
+        return Err(io::Error::other("this is a file of the kernel, and no text"));
+    }
+    let file = open(real)?;
+    if !file.metadata()?.is_file() || is_of_the_kernel(&file) {
+        return Err(io::Error::other("this is not a file"));
+    }
+    // The length that a file says it has may be anything.
+    let mut bytes = Vec::new();
+    file.take(longest + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > longest {
+        return Err(io::Error::other(format!("this file is longer than {longest} bytes, and is not read")));
+    }
+    Ok(bytes)
+}
+
+/// The text of a file, whose path is behind all links, up to where it stops being UTF-8; and why it is not all of it.
+pub(crate) fn text_of(real: &Path) -> (String, Option<String>) {
+    match read_real(real, LONGEST).map(String::from_utf8) {
+        Err(error) => (String::new(), Some(format!("cannot be read: {error}"))),
+        Ok(Ok(text)) => (text, None),
+        Ok(Err(error)) => {
+            let valid = error.utf8_error().valid_up_to();
+            let mut bytes = error.into_bytes();
+            bytes.truncate(valid);
+            let text = String::from_utf8(bytes).unwrap_or_default();
+            (text, Some(format!("this is not UTF-8 text from byte {valid} on, and is not read further")))
+        }
+    }
+}
+
+/// Does a path lead to what the kernel makes up? The file itself is asked as well: such folders may be mounted anywhere.
+pub(crate) fn is_made_up(real: &Path) -> bool {
+    MADE_UP.iter().any(|folder| real.starts_with(folder)) && !real.starts_with(MEMORY)
+}
+
+#[cfg(unix)]
+fn open(real: &Path) -> io::Result<File> {
+    use rustix::fs::{Mode, OFlags};
+    // Who opens a pipe or a device waits for it, if it has become one.
+    let flags = OFlags::RDONLY | OFlags::CLOEXEC | OFlags::NONBLOCK | OFlags::NOCTTY | OFlags::NOFOLLOW;
+    #[cfg(target_os = "linux")]
+    {
+        use rustix::fs::{CWD, ResolveFlags, openat2};
+        use rustix::io::Errno;
+        match openat2(CWD, real, flags, Mode::empty(), ResolveFlags::NO_SYMLINKS) {
+            // An old kernel, or a container that knows no such call.
+            Err(Errno::NOSYS | Errno::PERM) => {}
+            opened => return Ok(File::from(opened?)),
+        }
+    }
+    Ok(File::from(rustix::fs::open(real, flags, Mode::empty())?))
+}
+
+#[cfg(not(unix))]
+fn open(real: &Path) -> io::Result<File> {
+    File::open(real)
+}
+
+#[cfg(target_os = "linux")]
+fn is_of_the_kernel(file: &File) -> bool {
+    // proc, sysfs, debugfs, tracefs, securityfs, cgroup and cgroup2, devpts, bpf, efivarfs: `statfs(2)`.
+    const KERNEL: [u64; 10] = [
+        0x9fa0,
+        0x6265_6572,
+        0x6462_6720,
+        0x7472_6163,
+        0x7363_6673,
+        0x0027_e0eb,
+        0x6367_7270,
+        0x1cd1,
+        0xcafe_4a11,
+        0xde5e_81e4,
+    ];
+    rustix::fs::fstatfs(file).is_ok_and(|it| KERNEL.contains(&(it.f_type as u64 & 0xffff_ffff)))
+}
+
+#[cfg(not(target_os = "linux"))]
+fn is_of_the_kernel(_: &File) -> bool {
+    false
+}
+
+#[cfg(test)]
+#[cfg(target_os = "linux")]
+mod tests {
+    use super::*;
+
+    fn scratch(name: &str) -> PathBuf {
+        let folder = std::env::temp_dir().join(format!("mauve-disk-{}-{name}", std::process::id()));
+        let _ = std::fs::remove_dir_all(&folder);
+        std::fs::create_dir_all(&folder).unwrap();
+        folder.canonicalize().unwrap()
+    }
+
+    #[test]
+    fn only_regular_files_of_a_bounded_length_are_read() {
+        let folder = scratch("read");
+        std::fs::write(folder.join("a"), "12345").unwrap();
+        assert_eq!(read(&folder.join("a"), 5).unwrap(), b"12345");
+        let why = |path: &Path| read(path, 4).unwrap_err().to_string();
+        assert_eq!(why(&folder.join("a")), "this file is longer than 4 bytes, and is not read");
+        assert_eq!(why(&folder), "this is not a file");
+        for made_up in ["/proc/self/pagemap", "/proc/self/environ", "/dev/zero", "/sys/kernel/notes"] {
+            let link = folder.join("link");
+            std::os::unix::fs::symlink(made_up, &link).unwrap();
+            assert_eq!(why(&link), "this is a file of the kernel, and no text", "{made_up}");
+            std::fs::remove_file(link).unwrap();
+        }
+        let pipe = folder.join("pipe");
+        rustix::fs::mkfifoat(rustix::fs::CWD, &pipe, rustix::fs::Mode::RWXU).unwrap();
+        assert_eq!(why(&pipe), "this is not a file");
+        std::os::unix::fs::symlink(folder.join("a"), folder.join("b")).unwrap();
+        assert!(read_real(&folder.join("b"), 9).is_err(), "it has become a link");
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn files_of_the_kernel_are_known_wherever_they_are_mounted() {
+        let file = File::open("/proc/self/status").unwrap();
+        assert!(is_of_the_kernel(&file) && !is_of_the_kernel(&File::open("/etc/passwd").unwrap()));
+    }
+
+    #[test]
+    fn a_boundary_is_the_repository_and_what_was_named() {
+        let top = scratch("boundary");
+        for folder in ["repo/.git", "repo/robot", "repo/common", "elsewhere", "models"] {
+            std::fs::create_dir_all(top.join(folder)).unwrap();
+        }
+        let robot = top.join("repo/robot");
+        let boundary = Boundary::new(&robot, [&top.join("elsewhere")], [top.join("models")], false);
+        for (path, is_within) in [
+            ("repo/robot/a.mal", true),
+            ("repo/common/a.mal", true),
+            ("models/a.mal", true),
+            ("elsewhere/a.mal", false),
+            ("a.mal", false),
+            ("repository/a.mal", false),
+        ] {
+            assert_eq!(boundary.refusal(&top.join(path)).is_none(), is_within, "{path}");
+        }
+        assert_eq!(Boundary::new(&robot, [], [], true).refusal(Path::new("/etc/passwd")), None);
+        let named = Boundary::new(&robot, [&top], [], false);
+        assert!(named.has(&top.join("elsewhere/a.mal")), "a folder that was named encloses it");
+        std::fs::remove_dir_all(top).unwrap();
+    }
+}
