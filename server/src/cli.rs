@@ -163,6 +163,7 @@ fn columns(header: &[&str], rows: &[Vec<String>]) -> String {
         let cells = rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count());
         cells.chain(header.get(column).map(|name| name.chars().count())).max().unwrap_or(0)
     };
+    let widths: Vec<usize> = (0..header.len()).map(width).collect();
     let right: Vec<bool> = (0..header.len())
         .map(|column| rows.iter().filter_map(|row| row.get(column)).any(|cell| is_number(cell)))
         .collect();
@@ -171,7 +172,8 @@ fn columns(header: &[&str], rows: &[Vec<String>]) -> String {
     for row in std::iter::once(&names).chain(rows) {
         let mut line = String::from(" ");
         for (column, cell) in row.iter().enumerate() {
-            let gap = " ".repeat(width(column).saturating_sub(cell.chars().count()));
+            let width = widths.get(column).copied().unwrap_or_default();
+            let gap = " ".repeat(width.saturating_sub(cell.chars().count()));
             match right.get(column) {
                 Some(true) => line += &format!(" {gap}{cell} "),
                 _ => line += &format!(" {cell}{gap} "),

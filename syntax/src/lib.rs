@@ -42,7 +42,7 @@ pub use lexer::{Lexed, lex};
 pub use reparse::Tier;
 pub use rowan::{GreenNode, NodeOrToken, TextRange, TextSize, WalkEvent};
 pub use spelling::similar;
-pub use tree::{Parse, SyntaxError, is_whole};
+pub use tree::{Parse, SyntaxError, is_whole, token_at, token_before};
 
 /// Ties rowan's untyped kinds to [`SyntaxKind`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -1,7 +1,7 @@
 //! What a misspelt word may be.
 
-/// The one of `words` that `word` may be a misspelling of. Of very many only the first thousand are looked at: a missing
-/// file must not make every name in its place slow.
+/// The one of `words` that `word` may be a misspelling of. Of very many only the first are looked at: a missing file
+/// must not make every name in its place slow.
 ///
 /// ```
 /// use mauve_syntax::similar;
@@ -14,7 +14,7 @@ pub fn similar<'a>(word: &str, words: impl IntoIterator<Item = &'a str>) -> Opti
     let mut allowed = ((word.len() + 1) / 3).min(3);
     let mut rows = Rows::default();
     let mut best: Option<(usize, &str)> = None;
-    for other in words.into_iter().take(1000) {
+    for other in words.into_iter().take(MOST_WORDS) {
         if other.len() > LONGEST * 4 {
             continue;
         }
@@ -27,8 +27,14 @@ pub fn similar<'a>(word: &str, words: impl IntoIterator<Item = &'a str>) -> Opti
     best.map(|(_, other)| other)
 }
 
+/// So many words are looked at.
+const MOST_WORDS: usize = 500;
+
 /// Of longer words only the beginning is looked at.
 const LONGEST: usize = 64;
+
+/// More than any word is away from another.
+const FAR: usize = usize::MAX / 2;
 
 /// The last three rows of a table of distances between the beginnings of two words.
 #[derive(Default)]
@@ -48,21 +54,32 @@ impl Rows {
         if self.other.len().abs_diff(word.len()) > allowed {
             return None;
         }
+        // What both begin and end with needs no change.
+        let same = word.iter().zip(&self.other).take_while(|(x, y)| x == y).count();
+        self.other.drain(..same);
+        let word = &word[same..];
+        let same = word.iter().rev().zip(self.other.iter().rev()).take_while(|(x, y)| x == y).count();
+        self.other.truncate(self.other.len() - same);
+        let word = &word[..word.len() - same];
         let width = self.other.len() + 1;
         self.last.clear();
         self.last.extend(0..width);
         self.before_last.clear();
-        self.before_last.resize(width, usize::MAX / 2);
+        self.before_last.resize(width, FAR);
         for (i, &x) in word.iter().enumerate() {
             self.row.clear();
-            self.row.push(i + 1);
-            for (j, &y) in self.other.iter().enumerate() {
+            self.row.resize(width, FAR);
+            self.row[0] = i + 1;
+            // Further from the diagonal there are more changes than are allowed.
+            let band = i.saturating_sub(allowed)..(i + allowed + 1).min(self.other.len());
+            for j in band {
+                let y = self.other[j];
                 let change = self.last[j] + usize::from(x != y);
                 let mut best = change.min(self.last[j + 1] + 1).min(self.row[j] + 1);
                 if i > 0 && j > 0 && x == self.other[j - 1] && word[i - 1] == y {
                     best = best.min(self.before_last[j - 1] + 1);
                 }
-                self.row.push(best);
+                self.row[j + 1] = best;
             }
             if self.row.iter().all(|&distance| distance > allowed) {
                 return None;

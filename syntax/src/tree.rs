@@ -6,7 +6,7 @@ use rowan::{GreenNode, GreenNodeBuilder, Language as _, TextRange, TextSize};
 
 use crate::lexer::{LexError, Lexed};
 use crate::parser::{Event, Events};
-use crate::{Mauve, SyntaxKind, SyntaxNode};
+use crate::{Mauve, SyntaxKind, SyntaxNode, SyntaxToken};
 
 /// A tree and what is wrong with its text.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -174,4 +174,22 @@ pub(crate) fn comment_error(lexed: &Lexed) -> Option<SyntaxError> {
         range: TextRange::at(start, TextSize::new(2)),
         message: error.message().to_owned(),
     })
+}
+/// The token that has the byte at `offset`; none at the end of the text.
+///
+/// By halves: rowan's `token_at_offset` walks over all siblings, and a list may have very many.
+///
+/// ```
+/// let root = mauve_syntax::parse("codel f(): int").syntax();
+/// assert_eq!(mauve_syntax::token_at(&root, 6.into()).unwrap().text(), "f");
+/// assert_eq!(mauve_syntax::token_at(&root, 14.into()), None);
+/// ```
+pub fn token_at(root: &SyntaxNode, offset: TextSize) -> Option<SyntaxToken> {
+    let byte = TextRange::at(offset, 1.into());
+    root.text_range().contains_range(byte).then(|| root.covering_element(byte).into_token()).flatten()
+}
+
+/// The token that ends at `offset`, or has it within.
+pub fn token_before(root: &SyntaxNode, offset: TextSize) -> Option<SyntaxToken> {
+    token_at(root, offset.checked_sub(1.into())?)
 }

@@ -249,6 +249,7 @@ codes! {
     blocking_call::BLOCKING_CALL;
     inheritance_cycle::INHERITANCE_CYCLE;
     import_cycle::IMPORT_CYCLE;
+    too_large::TOO_LARGE;
     deployment_target::DEPLOYMENT_TARGET;
     missing_activity::MISSING_ACTIVITY;
     missing_field::MISSING_FIELD;
@@ -362,6 +363,7 @@ pub fn project_diagnostics<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> 
     }
     let names = names_of(db, project);
     found.extend(duplicates(db, project));
+    found.extend(crate::size::too_large(db, project).map(|of| too_large::report(db, of)));
     for &decl in &names.all {
         found.extend(declaration_diagnostics(db, project, decl).iter().cloned());
     }

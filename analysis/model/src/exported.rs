@@ -188,7 +188,7 @@ pub fn response_times_of<'db>(
     let at = Place::Range(file, 0, 0);
     let lost: Vec<Refusal<'db>> = set.not_analysed.iter().map(|reason| reported(reason, &at)).collect();
     let throttled = set.rt_throttling == Some(true);
-    Some(report(db, &Asked { rows: &rows, psms: &psms, lost: &lost, throttled }, query))
+    Some(report(db, &Asked { rows: &rows, psms: &psms, lost: &lost, throttled, is_brief: false }, query))
 }
 
 /// The machine as it is in a model, at the level of this number; none where it has no times there.

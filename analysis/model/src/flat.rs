@@ -10,6 +10,7 @@ use crate::names::{FeatureOf, Features, features_of, names_of, similar};
 use crate::project::Project;
 use crate::psm::shell_of;
 use crate::settings::deployed;
+use crate::size::too_large;
 use crate::source::{Decl, Place, architecture, deployment};
 use crate::values::whole_number;
 
@@ -85,6 +86,10 @@ pub struct FlatInstance<'db> {
 pub fn flat_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Flat<'db> {
     let names = names_of(db, project);
     let mut flat = Flat::default();
+    if let Some(at) = too_large(db, project) {
+        flat.lost.push(Refusal::reported("the project is too large", Place::name_of(at)));
+        return flat;
+    }
     let mut all = vec![of];
     let mut seen: FxHashSet<Decl<'db>> = all.iter().copied().collect();
     let mut next = 0;

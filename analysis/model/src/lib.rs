@@ -29,6 +29,7 @@
 //! | `supposed.rs` | a deployment with other values in its activities: what if? |
 //! | `settings.rs`, `wiring.rs`, `urgency.rs` | values of properties; what connections carry and what is left open; priorities |
 //! | `declared.rs` | names and types as they are declared, and what nothing uses |
+//! | `size.rs` | whether a project is too large to be analysed |
 //! | `skeleton.rs` | the definition of an operation that is still to be written |
 //! | `response.rs` | response times, and what a codel without a time may take |
 //! | `exported.rs` | task sets and state machines that stand alone, made of models and analysed as these are |
@@ -57,6 +58,7 @@ mod project;
 mod psm;
 mod response;
 mod settings;
+mod size;
 mod skeleton;
 mod source;
 mod supposed;

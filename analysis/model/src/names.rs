@@ -6,6 +6,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::item_tree::{Feature, FeatureKind, Kind, Name, TypeRef};
 use crate::project::{Project, includes, is_model, project_files};
+use crate::size::too_large;
 use crate::source::{Decl, declarations, shell};
 use crate::{File, ModelDb, Problem};
 
@@ -344,6 +345,10 @@ impl<'db> Features<'db> {
 pub fn features_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Features<'db> {
     let names = names_of(db, project);
     let mut features = Features::default();
+    if too_large(db, project).is_some() {
+        features.lost = true;
+        return features;
+    }
     let mut seen: FxHashSet<Decl<'db>> = FxHashSet::from_iter([of]);
     let mut open = vec![of];
     while let Some(current) = open.pop() {

@@ -120,7 +120,9 @@ pub(crate) fn psm_with<'db>(
     }
     let behaviour = behaviour_of(db, project, core);
     if !behaviour.refusals.is_empty() {
-        return Err(Refused { refusals: behaviour.refusals.clone(), missing: Vec::new() });
+        // One is enough, and every activity that executes the component repeats them.
+        let refusals = behaviour.refusals.iter().take(MOST_REASONS).cloned().collect();
+        return Err(Refused { refusals, missing: Vec::new() });
     }
     let features = features_of(db, project, shell);
     if features.lost || features.cycle {

@@ -1,6 +1,7 @@
 //! The response times of a deployment: its system, with the state machines of its components, analysed.
 
 use rustc_hash::{FxHashMap, FxHashSet};
+use std::cell::Cell;
 
 use mauve_timing::{
     Analysis, Bound, CycleMean, Demand, Level, Method, Options, StateMachine, Status, Task, Time,
@@ -226,7 +227,7 @@ fn report_of<'db>(
 ) -> Report<'db> {
     let psms = &psms_of(db, project, system, query.level);
     let throttled = platform_of(db, project.workspace(db)).rt_throttling == Some(true);
-    report(db, &Asked { rows: &system.rows, psms, lost, throttled }, query)
+    report(db, &Asked { rows: &system.rows, psms, lost, throttled, is_brief: false }, query)
 }
 
 /// What is analysed: a deployment, or what a file says of one.
@@ -238,6 +239,8 @@ pub(crate) struct Asked<'a, 'db> {
     pub(crate) lost: &'a [Refusal<'db>],
     /// Does Linux keep some time from real-time tasks?
     pub(crate) throttled: bool,
+    /// See [`Options::is_brief`].
+    pub(crate) is_brief: bool,
 }
 
 /// What each activity of a deployment executes.
@@ -377,7 +380,7 @@ fn analysed<'db>(db: &'db dyn ModelDb, asked: &Asked<'_, 'db>, query: Query) -> 
     if asked.throttled {
         tasks.extend(throttling(&tasks));
     }
-    let options = Options { method: query.method, horizon: query.horizon };
+    let options = Options { method: query.method, horizon: query.horizon, is_brief: asked.is_brief };
     let analysis = analyse(&tasks, &options, &|| db.unwind_if_revision_cancelled());
     Analysed { reasons, row_of, tasks, analysis }
 }
@@ -520,6 +523,9 @@ fn utilisation_above(tasks: &[Task], shares: &[f64], of: &Task) -> f64 {
 /// an analysis for each bit of it.
 const MOST_BUDGETS: usize = 8;
 
+/// So many activities are analysed for all of them: as often as a deployment has room in it.
+const MOST_SUPPOSED: usize = 1 << 12;
+
 /// What a codel without a time may take: the greatest with which every deadline of the deployment still holds, when
 /// the other codels without a time take nothing.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
@@ -555,7 +561,9 @@ pub fn budgets<'db>(
         return Vec::new();
     }
     let throttled = platform_of(db, project.workspace(db)).rt_throttling == Some(true);
+    let left = Cell::new(MOST_SUPPOSED / system.rows.len().max(1));
     let holds = |codel: Decl<'db>, time: Time| -> Option<bool> {
+        left.set(left.get().checked_sub(1)?);
         let suppose = |of: Decl<'db>| {
             let supposed = if of == codel { time } else { Time::ZERO };
             missing.contains(&of).then_some(supposed)
@@ -572,7 +580,7 @@ pub fn budgets<'db>(
             supposed.get(&component).or_else(|| Some(psm_of(db, project, component, query.level)))
         };
         let psms: Vec<_> = system.rows.iter().map(psm).collect();
-        let asked = Asked { rows: &system.rows, psms: &psms, lost: &[], throttled };
+        let asked = Asked { rows: &system.rows, psms: &psms, lost: &[], throttled, is_brief: true };
         let Analysed { tasks, analysis, .. } = analysed(db, &asked, query);
         let statuses =
             || tasks.iter().zip(&analysis.responses).map(|(task, response)| response.status(task.deadline));
@@ -593,7 +601,9 @@ pub fn budgets<'db>(
                     let middle = good + (bad - good) / 2;
                     match holds(codel, Time::from_nanos(middle)) {
                         Some(true) => good = middle,
-                        _ => bad = middle,
+                        Some(false) => bad = middle,
+                        // What was not looked at is not claimed.
+                        None => return budgets,
                     }
                 }
                 Some(Time::from_nanos(good))

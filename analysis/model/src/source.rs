@@ -4,7 +4,7 @@
 
 use std::sync::Arc;
 
-use mauve_syntax::{Parse, SyntaxKind, SyntaxNode, SyntaxToken, TextRange, TextSize};
+use mauve_syntax::{Parse, SyntaxKind, SyntaxNode, SyntaxToken, TextRange, TextSize, token_at};
 use rustc_hash::FxHashMap;
 
 use crate::item_tree::{Data, Declaration, ItemTree, Kind, Name, Part, TypeRef};
@@ -204,7 +204,7 @@ impl<'db> Place<'db> {
             }),
             Place::Inside(decl, it) => part(decl, it).map(|range| {
                 let root = parse(db, decl.file(db)).syntax();
-                let behind = root.token_at_offset(range.end()).right_biased();
+                let behind = token_at(&root, range.end());
                 let brace = tokens_from(&root, behind).find(|token| token.kind() == SyntaxKind::L_CURLY);
                 TextRange::empty(brace.map_or(range.end(), |brace| brace.text_range().end()))
             }),
@@ -227,13 +227,13 @@ impl<'db> Place<'db> {
 /// The token before `token`: one that an empty node stands before has one too.
 pub(crate) fn token_before(root: &SyntaxNode, token: &SyntaxToken) -> Option<SyntaxToken> {
     let start = token.text_range().start();
-    root.token_at_offset(start).left_biased().filter(|before| before.text_range().end() <= start)
+    mauve_syntax::token_before(root, start).filter(|before| before.text_range().end() <= start)
 }
 
 /// The token behind `token`, as [`token_before`].
 fn token_behind(root: &SyntaxNode, token: &SyntaxToken) -> Option<SyntaxToken> {
     let end = token.text_range().end();
-    root.token_at_offset(end).right_biased().filter(|behind| behind.text_range().start() >= end)
+    token_at(root, end).filter(|behind| behind.text_range().start() >= end)
 }
 
 fn tokens_from(root: &SyntaxNode, first: Option<SyntaxToken>) -> impl Iterator<Item = SyntaxToken> {
@@ -254,7 +254,7 @@ fn whole_item(root: &SyntaxNode, part: TextRange) -> TextRange {
                 | SyntaxKind::FIELD
         )
     };
-    let token = root.token_at_offset(part.start()).right_biased();
+    let token = token_at(root, part.start());
     let Some(node) = token.and_then(|token| token.parent_ancestors().find(is_item)) else { return part };
     let is_white = |token: &SyntaxToken| token.kind() == SyntaxKind::WHITESPACE;
     let is_comment = |token: &SyntaxToken| token.kind().is_trivia() && !is_white(token);
@@ -275,8 +275,7 @@ fn whole_item(root: &SyntaxNode, part: TextRange) -> TextRange {
         .take_while(|token| token.kind().is_trivia() && !(is_white(token) && ends_line(token)));
     let rest: Vec<SyntaxToken> = rest.collect();
     let line_end = rest.last().map_or(end, |token| token.text_range().end());
-    let next =
-        root.token_at_offset(line_end).right_biased().filter(|token| token.text_range().start() >= line_end);
+    let next = token_at(root, line_end).filter(|token| token.text_range().start() >= line_end);
     let is_last = next.as_ref().is_none_or(|next| is_white(next) && ends_line(next));
 
     // The comments above it, each on lines of its own, with no empty line between.

@@ -154,6 +154,7 @@ impl<'db> Reader<'db> {
         // Instances whose activity has a misspelt name: that is one mistake.
         let mut misspelt: FxHashSet<Name> = FxHashSet::default();
         let mut strays = Vec::new();
+        let mut twice: FxHashMap<&Name, Refusal<'db>> = FxHashMap::default();
         for activity in activities.iter().filter(|activity| !activity.instance.name.is_empty()) {
             let name = &activity.instance.name;
             let first = first_of.insert(name, activity);
@@ -177,11 +178,14 @@ impl<'db> Reader<'db> {
                 let diagnostic = diagnostics::duplicate_activity::report(at.clone(), name, earlier);
                 let refusal = Refusal::reported(diagnostic.message.clone(), at);
                 self.found.diagnostics.push(diagnostic);
-                // Which one counts is unknown: both may be as urgent as anything.
-                for row in self.found.rows.iter_mut().filter(|row| row.instance == *name) {
-                    row.refusals.push(refusal.clone());
-                    row.forget("which has two activities");
-                }
+                twice.entry(name).or_insert(refusal);
+            }
+        }
+        // Which one counts is unknown: both may be as urgent as anything.
+        for row in &mut self.found.rows {
+            if let Some(refusal) = twice.get(&row.instance) {
+                row.refusals.push(refusal.clone());
+                row.forget("which has two activities");
             }
         }
         // One activity too much and one too few are one mistake, which is reported.

@@ -634,6 +634,7 @@ fn a_lost_call_that_shows_as_an_error_refuses_its_core() {
         "missing-value",
         "operation-signature",
         "outside-interval",
+        "too-large",
         "two-writers",
         "unknown-field",
         "unreadable-file",

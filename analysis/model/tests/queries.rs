@@ -136,6 +136,7 @@ fn a_changed_period_runs_only_its_deployments_response_times() {
             ("target_of", 1),
             ("errors_in", 1),
             ("lost_in", 1),
+            ("shape_of", 1),
             ("response_times", 1),
             ("declaration_diagnostics", 1),
         ],
@@ -226,6 +227,7 @@ fn the_sample_robot_too() {
     check(
         &counts,
         &[
+            ("shape_of", 1),
             ("system_of", 1),
             ("target_of", 1),
             ("errors_in", 1),

@@ -87,7 +87,10 @@ const OPERATORS: &[(&str, Operator)] = &[
 ];
 
 /// Errors that no text of a model has.
-const EXCEPTIONS: &[(&str, &str)] = &[("unreadable-file", "it is about a file that is no text")];
+const EXCEPTIONS: &[(&str, &str)] = &[
+    ("unreadable-file", "it is about a file that is no text"),
+    ("too-large", "no mistake makes a model so large"),
+];
 
 type Operator = fn(&mut Seed) -> Option<()>;
 

@@ -43,16 +43,31 @@ impl<'a> Prototype<'a> {
     /// Does a text of C++ define this function?
     pub(crate) fn is_defined_in(&self, text: &str) -> bool {
         let tokens = tokens(text);
+        self.definitions(&tokens).any(|(before, found)| self.has(&found) && self.is_result_of(before))
+    }
+
+    /// Are these the parameters?
+    fn has(&self, found: &[&[&str]]) -> bool {
+        found.len() == self.parameters.len()
+            && self.parameters.iter().zip(found).all(|(expected, found)| is_parameter(expected, found))
+    }
+
+    /// The definitions of functions of this name: what stands before the name, and the parameters. None of them stands in
+    /// the parentheses of another.
+    fn definitions<'t>(
+        &self,
+        tokens: &'t [&'a str],
+    ) -> impl Iterator<Item = (&'t [&'a str], Vec<&'t [&'a str]>)> {
+        let ends = ends_of_parentheses(tokens);
+        let mut behind = 0;
         let calls = tokens.windows(2).enumerate().filter(|(_, pair)| *pair == [self.name, "("]);
-        let mut places = calls.map(|(at, _)| at);
-        places.any(|at| {
-            let (Some(before), Some(after)) = (tokens.get(..at), tokens.get(at + 2..)) else { return false };
-            let Some((inner, after)) = parenthesised(after) else { return false };
-            let found = parameters(inner);
-            matches!(after.first(), Some(&("{" | "noexcept" | "try")))
-                && found.len() == self.parameters.len()
-                && self.parameters.iter().zip(found).all(|(expected, found)| is_parameter(expected, found))
-                && self.is_result_of(before)
+        let places: Vec<usize> = calls.map(|(at, _)| at).collect();
+        places.into_iter().filter_map(move |at| {
+            let end = ends.get(at + 1).copied().flatten().filter(|_| at >= behind)?;
+            behind = end;
+            let is_defined = matches!(tokens.get(end + 1), Some(&("{" | "noexcept" | "try")));
+            let inner = tokens.get(at + 2..end).filter(|inner| is_defined && inner.len() <= MOST_TOKENS)?;
+            Some((tokens.get(..at)?, parameters(inner)))
         })
     }
 
@@ -66,17 +81,8 @@ impl<'a> Prototype<'a> {
     /// ```
     pub(crate) fn other_in(&self, prototype: &str, text: &str) -> Option<String> {
         let tokens = tokens(text);
-        let calls = tokens.windows(2).enumerate().filter(|(_, pair)| *pair == [self.name, "("]);
-        let definitions = calls.filter_map(|(at, _)| {
-            let (inner, after) = parenthesised(tokens.get(at + 2..)?)?;
-            matches!(after.first(), Some(&("{" | "noexcept" | "try"))).then(|| parameters(inner))
-        });
-        let definitions: Vec<Vec<&[&str]>> = definitions.collect();
-        let is_same = |found: &&Vec<&[&str]>| {
-            found.len() == self.parameters.len()
-                && self.parameters.iter().zip(*found).all(|(expected, found)| is_parameter(expected, found))
-        };
-        let other = match definitions.iter().find(is_same) {
+        let definitions: Vec<Vec<&[&str]>> = self.definitions(&tokens).map(|(_, found)| found).collect();
+        let other = match definitions.iter().find(|found| self.has(found)) {
             Some(found) => {
                 let named: Vec<&str> = found.iter().filter_map(|it| it.last().copied()).collect();
                 is_in_another_order(&names(prototype), &named).then_some(found)
@@ -105,6 +111,7 @@ impl<'a> Prototype<'a> {
 
     /// Does what stands before a function's name end with this result, and the namespaces of the name perhaps?
     fn is_result_of(&self, before: &[&str]) -> bool {
+        let before = before.get(before.len().saturating_sub(MOST_WORDS)..).unwrap_or_default();
         let ends_a_declaration = |token: &&str| matches!(*token, ";" | "{" | "}" | ")" | ":");
         let start = before.iter().rposition(ends_a_declaration).map_or(0, |at| at + 1);
         let specifies = |token: &&str| *token == "inline" || *token == "extern" || token.starts_with('"');
@@ -123,6 +130,10 @@ impl<'a> Prototype<'a> {
         }
     }
 }
+
+/// A function has no more tokens in the parentheses of its parameters, and before its name: one that has is not found.
+const MOST_TOKENS: usize = 4096;
+const MOST_WORDS: usize = 64;
 
 /// Types of the standard library that a model knows too.
 const STANDARD_TYPES: [&str; 11] = [
@@ -163,6 +174,23 @@ fn is_word(token: &str) -> bool {
     token.starts_with(|c: char| c.is_alphabetic() || c == '_')
 }
 
+/// Where each parenthesis closes that does.
+fn ends_of_parentheses(tokens: &[&str]) -> Vec<Option<usize>> {
+    let (mut ends, mut open) = (vec![None; tokens.len()], Vec::new());
+    for (at, token) in tokens.iter().enumerate() {
+        match *token {
+            "(" => open.push(at),
+            ")" => {
+                if let Some(end) = open.pop().and_then(|begin| ends.get_mut(begin)) {
+                    *end = Some(at);
+                }
+            }
+            _ => {}
+        }
+    }
+    ends
+}
+
 /// What stands up to the parenthesis that closes, and what follows.
 fn parenthesised<'t, 'a>(tokens: &'t [&'a str]) -> Option<(&'t [&'a str], &'t [&'a str])> {
     let mut depth = 0;
@@ -200,14 +228,21 @@ fn parameters<'t, 'a>(tokens: &'t [&'a str]) -> Vec<&'t [&'a str]> {
 fn normalised<'a>(tokens: &[&'a str]) -> Vec<&'a str> {
     let mut out: Vec<&'a str> = Vec::new();
     let mut rest = tokens;
+    // Where one attribute does not end, none behind it does.
+    let mut may_end = true;
     while let [token, after @ ..] = rest {
         rest = after;
         if let ["[", ..] = after
             && *token == "["
-            && let Some(end) = after.windows(2).position(|pair| pair == ["]", "]"])
+            && may_end
         {
-            rest = after.get(end + 2..).unwrap_or_default();
-            continue;
+            match after.windows(2).position(|pair| pair == ["]", "]"]) {
+                Some(end) => {
+                    rest = after.get(end + 2..).unwrap_or_default();
+                    continue;
+                }
+                None => may_end = false,
+            }
         }
         // From the root of all names, or from where we are: the compiler will know.
         let qualifies = out.last().is_some_and(|last| *last == ">" || (is_word(last) && *last != "const"));
@@ -331,9 +366,11 @@ fn raw_string(text: &str, word: usize) -> Option<usize> {
     if !matches!(prefix, "R" | "LR" | "uR" | "UR" | "u8R") {
         return None;
     }
-    let (delimiter, _) = literal.strip_prefix('"')?.split_once('(')?;
-    let end = format!("){delimiter}\"");
-    literal.find(&end).map(|at| word + at + end.len())
+    // At most 16 letters, as C++ has it; one that does not end takes the rest.
+    let inner = literal.strip_prefix('"')?;
+    let (at, _) = inner.char_indices().take(17).find(|(_, letter)| *letter == '(')?;
+    let end = format!("){}\"", inner.get(..at)?);
+    Some(literal.find(&end).map_or(text.len(), |at| word + at + end.len()))
 }
 
 #[cfg(test)]

@@ -105,7 +105,7 @@ fn system(seed: u64, tasks: usize, states: u32, periods: Periods) -> Vec<Task> {
 }
 
 fn analyse(tasks: &[Task]) -> Analysis {
-    response_times(tasks, &Options { method: Method::Psm, horizon: None }, &|| ())
+    response_times(tasks, &Options { method: Method::Psm, horizon: None, is_brief: false }, &|| ())
 }
 
 fn describe(name: &str, tasks: &[Task]) {

@@ -41,7 +41,7 @@ use crate::{
 ///     demand: Demand::Machine { machine: StateMachine::single(Time::from_nanos(cost)), whole: None },
 /// };
 /// let tasks = [task("laser", 2, 10, 4), task("pilot", 1, 30, 11)];
-/// let options = Options { method: Method::Psm, horizon: None };
+/// let options = Options { method: Method::Psm, horizon: None, is_brief: false };
 /// let analysis = response_times(&tasks, &options, &|| ());
 /// assert_eq!(analysis.responses[1].bound, Bound::Response(Time::from_nanos(19)));
 /// assert_eq!(analysis.responses[1].interference[0].jobs, 2);
@@ -95,6 +95,18 @@ pub fn response_times(tasks: &[Task], options: &Options, interrupt: &dyn Fn()) -
 
 /// The steps that one task may take: members of hp(i) looked at.
 const BUDGET: u64 = 1 << 23;
+
+/// Those that all tasks of a CPU may take: each has the same part of it, so that their order does not matter.
+const BUDGET_OF_CPU: u64 = 1 << 28;
+
+/// The same where [`Options::is_brief`].
+const BRIEF_BUDGET_OF_CPU: u64 = 1 << 17;
+
+/// But so often each looks at all others.
+const FEWEST_PASSES: u64 = 16;
+
+/// So many sums of utilisations near 1 are computed as fractions for one CPU: those have very many digits.
+const MOST_EXACT: u32 = 8;
 
 /// How many values of an iteration are kept.
 const KEPT_ITERATIONS: usize = 32;
@@ -226,6 +238,8 @@ struct Walk<'a> {
     members: Vec<Member<'a>>,
     options: &'a Options,
     interrupt: &'a dyn Fn(),
+    /// See [`MOST_EXACT`].
+    exact_left: u32,
     results: Vec<(usize, Response)>,
 }
 
@@ -237,8 +251,14 @@ impl<'a> Walk<'a> {
         options: &'a Options,
         interrupt: &'a dyn Fn(),
     ) -> Walk<'a> {
-        let mut walk =
-            Walk { cpu, members: Vec::with_capacity(members.len()), options, interrupt, results: Vec::new() };
+        let mut walk = Walk {
+            cpu,
+            members: Vec::with_capacity(members.len()),
+            options,
+            interrupt,
+            exact_left: MOST_EXACT,
+            results: Vec::new(),
+        };
         for &index in members {
             interrupt();
             let task = &tasks[index];
@@ -279,7 +299,7 @@ impl<'a> Walk<'a> {
             for &place in group {
                 utilisation.push(self.members[place].share);
             }
-            let load = utilisation.compare_with_one();
+            let load = self.load(&utilisation, None);
             if let &[place] = group {
                 let response = self.response(place, &mut counts, load_above, load);
                 self.results.push((self.members[place].index, response));
@@ -293,7 +313,10 @@ impl<'a> Walk<'a> {
                 for &place in group {
                     let mut counts = all.clone();
                     counts.exclude(place);
-                    let load_others = if load == Ordering::Less { load } else { self.load_of(&counts) };
+                    let load_others = match load {
+                        Ordering::Less => load,
+                        _ => self.load(&utilisation, Some(place)),
+                    };
                     let response = self.response(place, &mut counts, load_others, load);
                     let window = response.window.as_ref().map(|window| window.length.as_nanos());
                     longest = longest.max(window.unwrap_or(0));
@@ -315,10 +338,26 @@ impl<'a> Walk<'a> {
         counts.include(place, member.period, cost);
     }
 
-    /// The utilisation of the members of hp(i), compared with 1.
-    fn load_of(&self, counts: &Counts) -> Ordering {
-        let present = self.members.iter().zip(&counts.jobs).filter(|&(_, &jobs)| jobs > 0);
-        Utilisation::sum(present.map(|(member, _)| member.share)).compare_with_one()
+    /// A utilisation, `without` that of one member perhaps, compared with 1. Where that is too much to compute, it counts
+    /// as overloaded: then nothing gets a bound.
+    fn load(&mut self, utilisation: &Utilisation, without: Option<usize>) -> Ordering {
+        let share = without.map(|place| self.members[place].share);
+        if let Some(load) = utilisation.compare_roughly(share.as_ref()) {
+            return load;
+        }
+        let Some(left) = self.exact_left.checked_sub(1) else { return Ordering::Greater };
+        self.exact_left = left;
+        match share {
+            Some(share) => utilisation.without(&share).compare_with_one(),
+            None => utilisation.compare_with_one(),
+        }
+    }
+
+    /// The steps that each task may take.
+    fn budget(&self) -> u64 {
+        let members = (self.members.len() as u64).max(1);
+        let of_cpu = if self.options.is_brief { BRIEF_BUDGET_OF_CPU } else { BUDGET_OF_CPU };
+        (of_cpu / members).max(FEWEST_PASSES * members).min(BUDGET)
     }
 
     /// The response of the member at `place`, with the `counts` of hp(i) below its fixed point.
@@ -333,7 +372,7 @@ impl<'a> Walk<'a> {
             interference: Vec::new(),
             window: None,
         };
-        let mut budget = BUDGET;
+        let mut budget = self.budget();
         // M(n) ≥ λ·n, since λ is the limit of M(n)/n and M is subadditive. So where hp(i) has a utilisation of 1 or
         // more, Σ Mⱼ(⌈t/Tⱼ⌉) ≥ t, and no t is its own demand or more plus at least 1 ns: no first job ends. Where it is
         // less than 1, the demand grows more slowly than t, and one does.
@@ -503,7 +542,7 @@ impl<'a> Walk<'a> {
     /// last values. `None` where it takes too long or does not fit.
     fn iterations(&mut self, own: u64, counts: &Counts, horizon: Option<Time>) -> Option<Vec<Time>> {
         let own = own.max(1);
-        let mut budget = BUDGET;
+        let mut budget = self.budget();
         let mut window = own;
         let mut values = std::collections::VecDeque::with_capacity(KEPT_ITERATIONS);
         loop {
@@ -581,8 +620,8 @@ mod tests {
     use expect_test::{Expect, expect};
     use proptest::prelude::*;
 
-    const PSM: Options = Options { method: Method::Psm, horizon: None };
-    const CLASSIC: Options = Options { method: Method::Classic, horizon: None };
+    const PSM: Options = Options { method: Method::Psm, horizon: None, is_brief: false };
+    const CLASSIC: Options = Options { method: Method::Classic, horizon: None, is_brief: false };
 
     fn task(name: &str, priority: u32, period: u64, machine: StateMachine) -> Task {
         Task {
@@ -905,7 +944,7 @@ mod tests {
     #[test]
     fn a_horizon_cuts_the_first_job_only() {
         let tasks = [single("high", 2, 10, 9), single("low", 1, 100, 20), single("none", 0, 10, 10)];
-        let options = Options { method: Method::Psm, horizon: Some(Time::from_nanos(25)) };
+        let options = Options { method: Method::Psm, horizon: Some(Time::from_nanos(25)), is_brief: false };
         check(
             &tasks,
             options,
@@ -1177,7 +1216,7 @@ mod tests {
             horizon in proptest::option::of((0..40u64).prop_map(Time::from_nanos)),
             is_psm: bool,
         ) {
-            let options = Options { method: if is_psm { Method::Psm } else { Method::Classic }, horizon };
+            let options = Options { method: if is_psm { Method::Psm } else { Method::Classic }, horizon, is_brief: false };
             let straight = analyse(&tasks, options);
             let other_tasks: Vec<Task> = shuffled.iter().map(|&task| tasks[task].clone()).collect();
             let other = analyse(&other_tasks, options);

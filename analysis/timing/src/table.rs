@@ -152,6 +152,9 @@ pub struct Level {
     bits: u64,
 }
 
+/// A table or a task set has no more levels.
+pub(crate) const MOST_LEVELS: usize = 64;
+
 impl Level {
     /// 10⁻⁴.
     pub const TEN_TO_MINUS_FOUR: Level = Level { bits: 1e-4_f64.to_bits() };
@@ -355,6 +358,11 @@ impl Reader {
                 format!("the levels are {found}: expected an array of probabilities, such as [1e-3, 1e-4]"),
             );
         };
+        if array.len() > MOST_LEVELS {
+            self.levels = None;
+            let message = format!("{} levels: at most {MOST_LEVELS} are read", array.len());
+            return self.error(value.span(), message);
+        }
         let mut levels = Vec::with_capacity(array.len());
         for item in array.iter() {
             let probability = match item.get_ref() {

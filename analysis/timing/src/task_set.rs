@@ -54,6 +54,7 @@ use std::fmt;
 use serde::Deserialize;
 use serde::de::{Deserializer, Error as _, Unexpected, Visitor};
 
+use crate::table::MOST_LEVELS;
 use crate::{Edge as Period, Level, Method, StateMachine, Time};
 
 /// What stands in a file.
@@ -624,6 +625,9 @@ fn is_one_line(text: &str) -> Result<(), String> {
 }
 
 fn check_levels(levels: &[Level]) -> Result<(), String> {
+    if levels.len() > MOST_LEVELS {
+        return Err(format!("it has {} levels: at most {MOST_LEVELS} are read", levels.len()));
+    }
     let mut seen = HashSet::new();
     match levels.iter().find(|level| !seen.insert(**level)) {
         Some(level) => Err(format!("the level {level} is there twice")),

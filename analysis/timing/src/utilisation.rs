@@ -87,17 +87,35 @@ impl Utilisation {
 
     /// The exact comparison with 1.
     pub fn compare_with_one(&self) -> Ordering {
-        let doubt = u128::from(self.rounded);
-        if self.lower > ONE {
-            Ordering::Greater
-        } else if self.lower + doubt < ONE {
-            Ordering::Less
-        } else if doubt == 0 {
-            Ordering::Equal
-        } else {
+        self.compare_roughly(None).unwrap_or_else(|| {
             let (numerator, denominator) = self.exact();
             numerator.cmp(&denominator)
+        })
+    }
+
+    /// The comparison with 1, without one of the shares perhaps, where the sum in units of 2⁻⁶² decides it.
+    pub(crate) fn compare_roughly(&self, without: Option<&Share>) -> Option<Ordering> {
+        // What did not fit is far more than 1, whichever share is taken away: each fits.
+        let (mut lower, mut doubt) = (self.lower, u128::from(self.rounded));
+        if let Some(share) = without.filter(|_| lower < u128::MAX) {
+            lower = lower.saturating_sub(share.lower);
+            doubt = doubt.saturating_sub(u128::from(share.is_rounded));
         }
+        match () {
+            () if lower > ONE => Some(Ordering::Greater),
+            () if lower + doubt < ONE => Some(Ordering::Less),
+            () if doubt == 0 => Some(Ordering::Equal),
+            () => None,
+        }
+    }
+
+    /// The sum without one of its shares.
+    pub(crate) fn without(&self, share: &Share) -> Utilisation {
+        let mut shares = self.shares.clone();
+        if let Some(at) = shares.iter().position(|it| it == share) {
+            shares.swap_remove(at);
+        }
+        Utilisation::sum(shares.into_iter())
     }
 
     /// The sum as one fraction, not reduced: its denominator is the product of the different ones.

@@ -27,7 +27,7 @@ fn task(priority: u32, period: u64, machine: StateMachine) -> Task {
 }
 
 fn bounds(tasks: &[Task], method: Method) -> Vec<Option<u64>> {
-    let analysis = response_times(tasks, &Options { method, horizon: None }, &|| ());
+    let analysis = response_times(tasks, &Options { method, horizon: None, is_brief: false }, &|| ());
     let bound = |bound: &Bound| match bound {
         Bound::Response(time) => Some(time.as_nanos()),
         Bound::Unbounded { .. } | Bound::NoBound(_) => None,

@@ -39,7 +39,7 @@ fn task(priority: u32, period: u64, states: u32, edges: &[(u32, u32, u64)]) -> T
 }
 
 fn psm(tasks: &[Task]) -> Analysis {
-    response_times(tasks, &Options { method: Method::Psm, horizon: None }, &|| ())
+    response_times(tasks, &Options { method: Method::Psm, horizon: None, is_brief: false }, &|| ())
 }
 
 fn bounds(tasks: &[Task]) -> Vec<Option<u64>> {

@@ -69,7 +69,7 @@ fn robot(level: usize, astar: Astar) -> Vec<Task> {
 
 fn analyse(level: usize, astar: Astar, method: Method, horizon: Option<Time>) -> (Vec<Task>, Analysis) {
     let tasks = robot(level, astar);
-    let analysis = response_times(&tasks, &Options { method, horizon }, &|| ());
+    let analysis = response_times(&tasks, &Options { method, horizon, is_brief: false }, &|| ());
     (tasks, analysis)
 }
 

@@ -34,13 +34,17 @@ pub(crate) fn none<'db>(of: Decl<'db>, machine: &Machine) -> Diagnostic<'db> {
     }
 }
 
+const MOST_FIXES: usize = 16;
+
 /// `initial` are the states that are, two or more.
 pub(crate) fn several<'db>(of: Decl<'db>, first: &State, second: &State, initial: &[&State]) -> Diagnostic<'db> {
     let (one, other) = (&first.name, &second.name);
     let message = format!("`{}` is initial, and so is `{}`: a machine starts in one state", other.name, one.name);
     let found = Diagnostic::new(&INITIAL_STATE, Place::Part(of, other.part), message);
     let mut found = found.related(Place::Part(of, one.part), "the first is here");
-    for state in initial {
+    // Nobody chooses among more.
+    let offered = if initial.len() <= MOST_FIXES { initial } else { &[] };
+    for state in offered {
         let others = initial.iter().filter(|other| other.start != state.start);
         let edits = others.map(|other| (Place::Part(of, other.start), String::new()));
         found.fixes.push(Fix { title: format!("Start in `{}`", state.name.name), edits: edits.collect() });

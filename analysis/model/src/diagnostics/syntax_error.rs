@@ -22,7 +22,7 @@
 //! program uses: a name that its own library lacks is not looked for in others meanwhile.
 
 use mauve_syntax::ast::{AstNode as _, BinaryExpr, Expr};
-use mauve_syntax::{NodeOrToken, Parse, SyntaxError, SyntaxKind, SyntaxNode, SyntaxToken, TextRange, TextSize};
+use mauve_syntax::{NodeOrToken, Parse, SyntaxError, SyntaxKind, SyntaxNode, SyntaxToken, TextRange, TextSize, token_at};
 
 use super::*;
 use crate::source::token_before;
@@ -61,8 +61,8 @@ fn forgotten(parse: &Parse, error: &SyntaxError) -> Option<(TextSize, String)> {
     }
     let root = parse.syntax();
     let next = match is_found {
-        true => root.token_at_offset(error.range.start()).right_biased(),
-        false => root.token_at_offset(error.range.start()).left_biased()?.next_token(),
+        true => token_at(&root, error.range.start()),
+        false => mauve_syntax::token_before(&root, error.range.start())?.next_token(),
     };
     let is_there = |token: &SyntaxToken| !token.kind().is_trivia();
     let next = next.and_then(|token| following(token, is_there));
@@ -76,7 +76,7 @@ fn forgotten(parse: &Parse, error: &SyntaxError) -> Option<(TextSize, String)> {
         ";" | ")" | "]" => sign.to_owned(),
         "}" => {
             // The brace goes where the line begins that opened it.
-            let offset = root.token_at_offset(before).left_biased()?;
+            let offset = mauve_syntax::token_before(&root, before)?;
             let mut lists = offset.parent_ancestors();
             let list = lists.find(|node| {
                 let mut tokens = node.children_with_tokens().filter_map(NodeOrToken::into_token);
@@ -110,15 +110,19 @@ fn single_equals(parse: &Parse, error: &SyntaxError) -> Option<TextRange> {
         return None;
     }
     let root = parse.syntax();
-    let sign = root.token_at_offset(error.range.start()).right_biased()?;
+    let sign = token_at(&root, error.range.start())?;
     let ends = [SyntaxKind::IF_KW, SyntaxKind::SEMICOLON, SyntaxKind::L_CURLY, SyntaxKind::R_CURLY];
     let end = tokens_before(&root, &sign).find(|token| ends.contains(&token.kind()))?;
     (sign.kind() == SyntaxKind::EQ && end.kind() == SyntaxKind::IF_KW).then(|| sign.text_range())
 }
 
-/// The tokens before `token`, backwards.
+/// A condition has no more tokens: for a longer one nothing is offered.
+const MOST_TOKENS: usize = 1000;
+
+/// The tokens before `token`, backwards, the nearest of them.
 fn tokens_before(root: &SyntaxNode, token: &SyntaxToken) -> impl Iterator<Item = SyntaxToken> {
-    std::iter::successors(token_before(root, token), |token| token_before(root, token))
+    let all = std::iter::successors(token_before(root, token), |token| token_before(root, token));
+    all.take(MOST_TOKENS)
 }
 
 /// May a value begin with it?
@@ -132,13 +136,15 @@ fn begins_value(token: &SyntaxToken) -> bool {
 }
 
 fn following(token: SyntaxToken, is_it: impl Fn(&SyntaxToken) -> bool) -> Option<SyntaxToken> {
-    std::iter::successors(Some(token), SyntaxToken::next_token).find(|token| is_it(token))
+    let all = std::iter::successors(Some(token), SyntaxToken::next_token);
+    all.take(MOST_TOKENS).find(|token| is_it(token))
 }
 
 /// The white space with which the line of `node` begins.
 fn indentation(node: &SyntaxNode) -> String {
     let token = node.first_token();
-    let line = std::iter::successors(token, SyntaxToken::prev_token).find(|token| token.text().contains('\n'));
+    let mut before = std::iter::successors(token, SyntaxToken::prev_token).take(MOST_TOKENS);
+    let line = before.find(|token| token.text().contains('\n'));
     let line = line.map(|token| token.text().rsplit('\n').next().unwrap_or_default().to_owned());
     line.filter(|line| line.trim().is_empty()).unwrap_or_default()
 }
@@ -148,7 +154,7 @@ fn chained(parse: &Parse, error: &SyntaxError) -> Option<(TextSize, String)> {
     if !error.message.starts_with("comparisons do not chain") {
         return None;
     }
-    let operator = parse.syntax().token_at_offset(error.range.start()).right_biased()?;
+    let operator = token_at(&parse.syntax(), error.range.start())?;
     let whole = operator.parent_ancestors().find_map(BinaryExpr::cast)?;
     let Some(Expr::BinaryExpr(inner)) = whole.lhs() else { return None };
     let middle = inner.rhs()?;

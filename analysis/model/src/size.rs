@@ -1,0 +1,190 @@
+//! How much a project becomes when shells have what they extend, architectures what they import, and deployments an activity
+//! for each instance: a few lines may say a product of many. What is too large is not expanded.
+
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use crate::ModelDb;
+use crate::item_tree::{Kind, TypeRef};
+use crate::names::names_of;
+use crate::project::Project;
+use crate::source::{Decl, architecture, component, deployment, shell};
+
+/// So many features, instances and connections a project may have in all its shells, architectures and deployments,
+/// with what each takes from others.
+const MOST: usize = 1 << 19;
+
+/// What two activities of a deployment may tell of each other is a part of that.
+const PAIRS_TO_ONE: usize = 16;
+
+/// The declaration with which a project becomes too large to be analysed.
+///
+/// Values, comments and places change nothing here.
+#[salsa::tracked(returns(copy))]
+pub(crate) fn too_large<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Option<Decl<'db>> {
+    let mut sizes = Sizes { db, project, left: MOST, features: FxHashMap::default() };
+    names_of(db, project).all.iter().copied().find(|&decl| sizes.add(decl).is_none())
+}
+
+/// What a declaration has, and what it takes over or instantiates.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+struct Shape {
+    own: usize,
+    taken: Vec<TypeRef>,
+    instances: Vec<TypeRef>,
+}
+
+#[salsa::tracked(returns(ref))]
+fn shape_of<'db>(db: &'db dyn ModelDb, decl: Decl<'db>) -> Shape {
+    let shape = match decl.kind(db) {
+        Kind::Shell => shell(db, decl).map(|it| Shape {
+            own: it.features.len(),
+            taken: it.bases.clone(),
+            ..Shape::default()
+        }),
+        Kind::Architecture => architecture(db, decl).map(|it| Shape {
+            own: it.connections.len() + it.operations.len() + it.settings.len(),
+            taken: it.imports.iter().flatten().cloned().collect(),
+            instances: it.instances.iter().filter_map(|it| it.component.clone()).collect(),
+        }),
+        Kind::Component => component(db, decl)
+            .map(|it| Shape { taken: it.shell.iter().cloned().collect(), ..Shape::default() }),
+        Kind::Deployment => deployment(db, decl).map(|it| Shape {
+            own: it.activities.len(),
+            taken: it.targets.clone(),
+            ..Shape::default()
+        }),
+        _ => None,
+    };
+    shape.unwrap_or_default()
+}
+
+struct Sizes<'db> {
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    /// How much more there may be.
+    left: usize,
+    /// The features of components.
+    features: FxHashMap<Decl<'db>, usize>,
+}
+
+impl<'db> Sizes<'db> {
+    /// Adds a declaration; nothing where that is too much.
+    fn add(&mut self, decl: Decl<'db>) -> Option<()> {
+        match decl.kind(self.db) {
+            Kind::Shell | Kind::Architecture => {
+                for of in self.all_of(decl, decl.kind(self.db))? {
+                    let shape = shape_of(self.db, of);
+                    self.take(shape.own + shape.instances.len())?;
+                }
+            }
+            Kind::Deployment => {
+                let Some(target) = self.resolved(decl, Kind::Architecture).next() else { return Some(()) };
+                let mut activities = shape_of(self.db, decl).own;
+                for of in self.all_of(target, Kind::Architecture)? {
+                    for component in &shape_of(self.db, of).instances {
+                        activities += 1;
+                        let features = self.features(of, component)?;
+                        self.take(2 * (1 + features))?;
+                    }
+                }
+                self.take(activities.saturating_mul(activities) / PAIRS_TO_ONE)?;
+            }
+            _ => {}
+        }
+        Some(())
+    }
+
+    fn take(&mut self, size: usize) -> Option<()> {
+        self.left = self.left.checked_sub(size)?;
+        Some(())
+    }
+
+    /// A shell with all that it extends, or an architecture with all that it imports.
+    fn all_of(&mut self, decl: Decl<'db>, kind: Kind) -> Option<Vec<Decl<'db>>> {
+        let mut all = vec![decl];
+        let mut seen: FxHashSet<Decl<'db>> = FxHashSet::from_iter([decl]);
+        let mut next = 0;
+        while let Some(&current) = all.get(next) {
+            next += 1;
+            self.take(1)?;
+            all.extend(self.resolved(current, kind).filter(|it| seen.insert(*it)));
+        }
+        Some(all)
+    }
+
+    fn resolved(&self, of: Decl<'db>, kind: Kind) -> impl Iterator<Item = Decl<'db>> + use<'db> {
+        let (db, names) = (self.db, names_of(self.db, self.project));
+        shape_of(db, of).taken.iter().filter_map(move |it| names.resolve_type(db, of, kind, Some(it)).ok())
+    }
+
+    /// How many features the component has that `of` instantiates.
+    fn features(&mut self, of: Decl<'db>, component: &TypeRef) -> Option<usize> {
+        let names = names_of(self.db, self.project);
+        let Ok(component) = names.resolve_type(self.db, of, Kind::Component, Some(component)) else {
+            return Some(0);
+        };
+        if let Some(&known) = self.features.get(&component) {
+            return Some(known);
+        }
+        let mut features = 0;
+        if let Some(shell) = self.resolved(component, Kind::Shell).next() {
+            features = self.all_of(shell, Kind::Shell)?.into_iter().map(|it| shape_of(self.db, it).own).sum();
+        }
+        self.features.insert(component, features);
+        Some(features)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::diagnostics::workspace_diagnostics;
+    use crate::{Database, Workspace};
+
+    fn codes(text: String) -> Vec<&'static str> {
+        let db = Database::default();
+        let workspace = Workspace::of_texts(&db, "/".into(), [("/a.mal".into(), text)]);
+        let found = workspace_diagnostics(&db, workspace);
+        found.iter().map(|it| it.diagnostic.code.name).collect()
+    }
+
+    fn many(count: usize, line: impl Fn(usize) -> String) -> String {
+        (0..count).map(line).collect()
+    }
+
+    #[test]
+    fn a_product_of_many_is_too_large() {
+        let component = "shell S { property p: int = 0  property q: int = 0 } core C(S) { update = { } }\n\
+                         component K(S, C)\n";
+        let instances = |count| many(count, |it| format!("instance i{it}: K\n"));
+        for (what, text) in [
+            ("a chain of shells", many(1100, |it| format!("shell S{} extends S{it} {{ }}\n", it + 1))),
+            ("a chain of imports", many(1100, |it| format!("architecture A{} {{ import A{it} }}\n", it + 1))),
+            ("a ring", many(800, |it| format!("architecture A{} {{ import A{it} }}\n", (it + 1) % 800))),
+            (
+                "a deployment with very many activities",
+                format!(
+                    "{component} architecture A {{ {} }} deployment D {{ architecture A }}",
+                    instances(3000)
+                ),
+            ),
+            (
+                "very many deployments",
+                format!("{component} architecture A {{ {} }}\n", instances(200))
+                    + &many(300, |it| format!("deployment D{it} {{ architecture A }}\n")),
+            ),
+        ] {
+            let found = codes(text);
+            assert_eq!(found.iter().filter(|code| **code == "too-large").count(), 1, "{what}: {found:?}");
+        }
+    }
+
+    #[test]
+    fn a_large_robot_is_not() {
+        let text = "shell Base { property p: int = 0 } core C(Base) { update = { } }\n".to_owned()
+            + &many(2000, |it| format!("shell S{it} extends Base {{ property q: int = 0 }}\n"))
+            + "component K(Base, C)\n"
+            + &format!("architecture A {{ {} }}\n", many(1000, |it| format!("instance i{it}: K\n")))
+            + "deployment D { architecture A }";
+        assert!(!codes(text).contains(&"too-large"));
+    }
+}
