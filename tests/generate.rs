@@ -338,6 +338,10 @@ fn files_that_no_manifest_knows() {
             "\"../../robot.mal\" is no path in the package",
         ),
         ("{\"format\":9}", "its format is 9, and this mauve knows 1"),
+        (
+            "{\"format\":1,\"files\":{\"mine.txt\":\"0\"},\"codels\":{}}",
+            "\"mine.txt\" is no file that the generator makes",
+        ),
     ] {
         it.put(manifest, text);
         let before = it.everything();
@@ -358,6 +362,41 @@ fn files_that_no_manifest_knows() {
     assert_eq!(it.texts("here").len(), 2, "the file and its folder");
     it.expect(0, &[]);
     assert_eq!(it.text("out/motion/mine.txt"), "mine\n");
+}
+
+/// A folder of packages may come from a stranger, whose manifest knows the hash of any file.
+#[test]
+fn a_manifest_from_elsewhere_takes_nothing_of_the_users() {
+    let it = Project::generated("forged");
+    let manifest = "out/motion/.mauve-manifest.json";
+    let mine = "out/motion/launch/mine.launch";
+    let hash = "fcbc800db3f1867000b852f1ce0044b8f1584f76ade1ed6e65189824f95c3cda";
+    let cases: [(&str, &[&str]); 4] = [(hash, &[]), ("0", &[]), (hash, &["--force"]), ("0", &["--force"])];
+    for (known, arguments) in cases {
+        it.put(mine, "mine\n");
+        let listed = format!("\"files\": {{\n    \"launch/mine.launch\": {known:?},");
+        it.change(manifest, "\"files\": {", &listed);
+        let document = it.json(1, &["--check"]);
+        let folder = &document["folders"][0];
+        assert_eq!(folder["left_files"], json!(["motion/launch/mine.launch"]));
+        assert_eq!((&folder["edited"], &folder["removed"]), (&json!([]), &json!([])));
+        let said = it.expect(0, arguments);
+        assert!(
+            said.contains("out/motion/launch/mine.launch: listed as generated, and made no more"),
+            "{said}"
+        );
+        assert_eq!(it.text(mine), "mine\n");
+        assert_eq!(it.expect(0, &[]), "3 packages in out: nothing changed\n", "it is said once");
+    }
+    // What is made is not overwritten without force either.
+    let path = "out/motion/CMakeLists.txt";
+    let (made, text) = (it.text(path), it.text(manifest));
+    let known = text.split("\"CMakeLists.txt\": \"").nth(1).unwrap().split('"').next().unwrap();
+    it.put(path, "mine\n");
+    it.put(manifest, &text.replace(known, hash));
+    assert!(it.expect(1, &[]).contains("edited        out/motion/CMakeLists.txt\n"));
+    it.expect(0, &["--force"]);
+    assert_eq!(it.text(path), made);
 }
 
 #[test]

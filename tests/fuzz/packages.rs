@@ -9,7 +9,8 @@ use mauve_orocos::{Action, MANIFEST, Package, packages, plan};
 /// A text that the generator did not write. A forged manifest may know its hash.
 pub(crate) const MINE: &str = "mine\n";
 
-static PACKAGES: LazyLock<Vec<Package>> = LazyLock::new(|| {
+/// The packages of a small model.
+pub(crate) static PACKAGES: LazyLock<Vec<Package>> = LazyLock::new(|| {
     let db = Database::default();
     let model = "library l { codel f(in a: int, in b: double, out c: string): int \
         shell S { } core K(S) { var n: int  var s: string  update = { n = f(n, 0.5, s); } } component C(S, K) } \
@@ -21,15 +22,17 @@ static PACKAGES: LazyLock<Vec<Package>> = LazyLock::new(|| {
 
 /// Whatever a manifest says, nothing that the generator did not write is removed, and what it overwrites needs force.
 pub(crate) fn manifest(text: &str) {
-    let read = |path: &str| {
-        Ok(Some(if path.ends_with(MANIFEST) { text.to_owned() } else { MINE.to_owned() }))
-    };
+    let read =
+        |path: &str| Ok(Some(if path.ends_with(MANIFEST) { text.to_owned() } else { MINE.to_owned() }));
     let Ok(plan) = plan(&PACKAGES, &read) else { return };
     for step in &plan.steps {
         match step.action {
             Action::Remove => panic!("{} is removed", step.path),
             Action::Create(_) => panic!("{} is there", step.path),
-            Action::Change(_) => {}
+            Action::Change(_) => {
+                let is_known = step.path.ends_with(MANIFEST) || plan.edited.contains(&step.path);
+                assert!(is_known, "{} is overwritten without force", step.path);
+            }
         }
     }
 }

@@ -215,6 +215,15 @@ fn codels_header<'db>(
     out + &format!("}}  // namespace {package}\n")
 }
 
+/// The first line of a stub. What begins otherwise, the user has written.
+pub(crate) const STUB: &str =
+    "// This file is yours: `mauve generate` wrote it once, and never overwrites it.";
+
+/// Does a file begin as a stub does?
+pub(crate) fn is_stub(text: &str) -> bool {
+    text.lines().next() == Some(STUB)
+}
+
 fn stub<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -225,7 +234,7 @@ fn stub<'db>(
     let file = origin_file(db, project.workspace(db), &Place::name_of(codel));
     let words = words_of(db, codel);
     let mut out = format!(
-        "// This file is yours: `mauve generate` wrote it once, and never overwrites it.\n//\n// Codel `{}` of {file}{}\n",
+        "{STUB}\n//\n// Codel `{}` of {file}{}\n",
         codel.qualified(db),
         if words.is_empty() { "." } else { ":" },
     );

@@ -5,6 +5,8 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
+use crate::package::{is_codel_path, is_generated_path};
+
 /// The file of a package that says what the generator wrote into it.
 pub const MANIFEST: &str = ".mauve-manifest.json";
 
@@ -81,9 +83,15 @@ impl Manifest {
         {
             return Err(format!("{path:?} is no path in the package"));
         }
-        // What is listed and no longer made is removed: nothing of the user's may be.
-        match manifest.files.keys().find(|path| is_the_users(path)) {
-            Some(path) => Err(format!("{path:?} is the user's, and no generated file")),
+        // What is listed and no longer made is removed: nothing of the user's may be, nor anything else that is not ours.
+        if let Some(path) = manifest.files.keys().find(|path| is_the_users(path)) {
+            return Err(format!("{path:?} is the user's, and no generated file"));
+        }
+        if let Some(path) = manifest.files.keys().find(|path| !is_generated_path(path)) {
+            return Err(format!("{path:?} is no file that the generator makes"));
+        }
+        match manifest.codels.keys().find(|path| !is_codel_path(path)) {
+            Some(path) => Err(format!("{path:?} is no file of a codel")),
             None => Ok(manifest),
         }
     }
@@ -128,8 +136,11 @@ mod tests {
         let offered = Some(Offer { prototype: "int f()".to_owned(), hash: hash("") });
         let codel = CodelFile { prototype: Some("void f()".to_owned()), is_right: true, offered };
         let manifest = Manifest {
-            files: BTreeMap::from([("a/b.hpp".to_owned(), hash("b"))]),
-            codels: BTreeMap::from([("f.cpp".to_owned(), codel), ("g.cpp".to_owned(), CodelFile::default())]),
+            files: BTreeMap::from([("B/B-component.hpp".to_owned(), hash("b"))]),
+            codels: BTreeMap::from([
+                ("src/codels/f.cpp".to_owned(), codel),
+                ("src/codels/g.cpp".to_owned(), CodelFile::default()),
+            ]),
             ..Manifest::default()
         };
         assert_eq!(Manifest::read(&manifest.text().unwrap()), Ok(manifest));
@@ -168,6 +179,15 @@ mod tests {
         for path in ["user.cmake", "src/codels/plan.cpp"] {
             let files = serde_json::json!({ "format": 1, "files": { path: hash("mine") }, "codels": {} });
             assert_eq!(why(&files.to_string()), format!("{path:?} is the user's, and no generated file"));
+        }
+        // A forged one may know the hash of any file.
+        for path in
+            ["main.cpp", "src/main.cpp", ".bashrc", "User.cmake", "src/Codels/plan.cpp", "models/robot.mal"]
+        {
+            let files = serde_json::json!({ "format": 1, "files": { path: hash("mine") }, "codels": {} });
+            assert_eq!(why(&files.to_string()), format!("{path:?} is no file that the generator makes"));
+            let codels = serde_json::json!({ "format": 1, "files": {}, "codels": { path: {} } });
+            assert_eq!(why(&codels.to_string()), format!("{path:?} is no file of a codel"));
         }
     }
 }

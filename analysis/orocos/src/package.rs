@@ -43,6 +43,51 @@ pub enum Owner {
     },
 }
 
+/// Is it such a path as those of [`package`] that are the generator's? Others no manifest can list truthfully.
+///
+/// What a manifest lists and nothing makes any more is removed, so that what is not of these shapes never is, whoever wrote
+/// the manifest.
+pub(crate) fn is_generated_path(path: &str) -> bool {
+    let ends =
+        |file: &str, ends: &[&str]| ends.iter().any(|end| file.strip_suffix(*end).is_some_and(is_name));
+    let is_header_of = |package: &str, file: &str| {
+        let end = file.strip_prefix(package).and_then(|rest| rest.strip_prefix('-')?.strip_suffix(".hpp"));
+        is_name(package) && end.is_some_and(is_name)
+    };
+    let is_class_of = |component: &str, file: &str| {
+        is_name(component)
+            && matches!(file.strip_prefix(component), Some("-component.hpp" | "-component.cpp"))
+    };
+    match *path.split('/').collect::<Vec<&str>>().as_slice() {
+        ["CMakeLists.txt" | "package.xml"] => true,
+        ["include", package, file] => is_header_of(package, file),
+        // A component may be called as one of these folders.
+        [folder, file] => {
+            is_class_of(folder, file)
+                || match folder {
+                    "src" => ends(file, &["-components.cpp"]),
+                    "tracing" => ends(file, &["-tp.c", "-tp.h"]),
+                    "scripts" => ends(file, &[".ops", ".lua"]),
+                    "launch" => ends(file, &[".launch"]),
+                    "models" => ends(file, &[".psm.json", ".json"]),
+                    _ => false,
+                }
+        }
+        _ => false,
+    }
+}
+
+/// Is it the path of a codel's file, which is the user's?
+pub(crate) fn is_codel_path(path: &str) -> bool {
+    let name = path.strip_prefix("src/codels/").and_then(|file| file.strip_suffix(".cpp"));
+    name.is_some_and(is_name)
+}
+
+/// Has it only the letters of a name in a model, which are those of a name in C++?
+fn is_name(text: &str) -> bool {
+    !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_')
+}
+
 /// The packages that a deployment needs, or all of a project, those that others need first.
 ///
 /// # Errors
@@ -80,4 +125,119 @@ fn package<'db>(
     let build = build_files(db, project, libraries, library, &files);
     files.extend(build);
     Package { name: library.package.clone(), files }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::PathBuf;
+
+    use mauve_model::{Database, Workspace, projects};
+
+    use super::*;
+    use crate::codels::is_stub;
+    use crate::origin::is_marked;
+
+    /// The packages of the sample robot, and of random models.
+    fn samples() -> Vec<Package> {
+        let robot = mauve_tests::models().join("p3dx");
+        let robot_texts = mauve_tests::texts_in(&robot);
+        let random = (0..30).map(|seed| {
+            let files = mauve_tests::random_model(seed).written().files;
+            (PathBuf::from("/"), files.into_iter().map(|(path, text)| (PathBuf::from(path), text)).collect())
+        });
+        let mut all = Vec::new();
+        for (folder, texts) in random.chain([(robot, robot_texts)]) {
+            let db = Database::default();
+            let texts: Vec<(PathBuf, String)> = texts;
+            let workspace = Workspace::of_texts(&db, folder, texts);
+            for &project in projects(&db, workspace) {
+                all.extend(packages(&db, project, None).unwrap());
+            }
+        }
+        all
+    }
+
+    #[test]
+    fn all_that_is_generated_is_known_for_it() {
+        let samples = samples();
+        for file in samples.iter().flat_map(|package| &package.files) {
+            let GeneratedFile { path, text, owner } = file;
+            let is_generators = *owner == Owner::Generator;
+            assert_eq!(
+                (is_generated_path(path), is_codel_path(path)),
+                (is_generators, !is_generators),
+                "{path}"
+            );
+            assert_eq!(
+                (is_marked(path, text), is_stub(text)),
+                (is_generators, !is_generators),
+                "{path}\n{text}"
+            );
+        }
+        let count = |end: &str| {
+            samples.iter().flat_map(|package| &package.files).filter(|file| file.path.ends_with(end)).count()
+        };
+        for end in [
+            "package.xml",
+            "CMakeLists.txt",
+            "-types.hpp",
+            "-codels.hpp",
+            "-task.hpp",
+            "-trace.hpp",
+            "-tp.c",
+            "-tp.h",
+            "-component.hpp",
+            "-component.cpp",
+            ".ops",
+            ".lua",
+            ".launch",
+            ".psm.json",
+        ] {
+            assert!(count(end) > 0, "{end}");
+        }
+    }
+
+    #[test]
+    fn other_paths_are_nobodys_but_the_users() {
+        for path in [
+            "include/p/p-types.hpp",
+            "src/p-components.cpp",
+            "src/src-component.hpp",
+            "models/C.psm.json",
+            "scripts/scripts-component.cpp",
+        ] {
+            assert!(is_generated_path(path), "{path}");
+        }
+        for path in [
+            "",
+            "main.cpp",
+            "src/main.cpp",
+            "src/-components.cpp",
+            "src/p-components.hpp",
+            "src/codels/f.cpp",
+            "SRC/codels/f.cpp",
+            "cmakelists.txt",
+            "package.xml/a",
+            "user.cmake",
+            "include/p/q-types.hpp",
+            "include/p/p-a.b.hpp",
+            "include/p-types.hpp",
+            "C/D-component.hpp",
+            "C/C-component.h",
+            "a b/a b-component.hpp",
+            "models/.json",
+            "models/a.b.json",
+            "models/robot.mal",
+            "scripts/a-b.lua",
+            "launch/deep/a.launch",
+            "\u{e9}/\u{e9}-component.hpp",
+        ] {
+            assert!(!is_generated_path(path), "{path}");
+        }
+        for path in
+            ["src/codels/f.h", "src/codels/.cpp", "src/codels/a/f.cpp", "src/f.cpp", "src/codels/f.cpp.new"]
+        {
+            assert!(!is_codel_path(path), "{path}");
+        }
+    }
 }

@@ -4,13 +4,19 @@
 //! hash that the manifest of its package has for it (`manifest.rs`). Otherwise somebody edited it, or it is not ours: that
 //! needs force. Line ends do not count, since checkouts change them.
 //!
+//! A folder may have come from a stranger, and its manifest may know the hash of any file. So only what says of itself that
+//! the generator wrote it is removed, with force too, and is overwritten without. Names that differ in case alone are one
+//! file on some file systems: what is made no more stays where it is called almost as what is made.
+//!
 //! A codel's file is the user's, and is written only where there is none. When the prototype is another one, a stub of it
 //! is put beside: `clearance.cpp.new`. That is settled when the user's file defines what the model says now
 //! (`prototype.rs`), or when the user has removed the stub; then the stub goes, unless it was edited. No force changes that.
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 
+use crate::codels::is_stub;
 use crate::manifest::{CodelFile, MANIFEST, Manifest, Offer, hash};
+use crate::origin::is_marked;
 use crate::package::{GeneratedFile, Owner, Package};
 use crate::prototype::Prototype;
 
@@ -25,6 +31,9 @@ pub struct Plan {
     pub changed_codels: Vec<ChangedCodel>,
     /// Files of codels that are in the model no more: their paths. They are the user's, and stay.
     pub left_codels: Vec<String>,
+    /// Files that a manifest lists as generated, that are made no more, and that may be the user's all the same: their paths.
+    /// They stay, and the manifest lists them no more.
+    pub left_files: Vec<String>,
 }
 
 impl Plan {
@@ -126,18 +135,41 @@ impl Planner<'_> {
                 Owner::User { prototype } => self.codel(file, prototype)?,
             }
         }
-        let paths: BTreeSet<&str> = self.package.files.iter().map(|file| file.path.as_str()).collect();
+        // As a file system may compare them.
+        let paths = self.package.files.iter().map(|file| file.path.as_str());
+        let paths: BTreeMap<String, &str> = paths.map(|path| (path.to_ascii_lowercase(), path)).collect();
         let before = std::mem::take(&mut self.before);
-        for (path, written) in before.files.iter().filter(|(path, _)| !paths.contains(path.as_str())) {
-            self.stale(path, written)?;
-        }
-        for (path, known) in before.codels.iter().filter(|(path, _)| !paths.contains(path.as_str())) {
-            if self.text(path)?.is_some() {
-                self.plan.left_codels.push(self.path(path));
+        for (path, written) in &before.files {
+            match paths.get(&path.to_ascii_lowercase()) {
+                None => self.stale(path, written)?,
+                Some(current) if path != current && self.is_another(path, current)? => {
+                    self.plan.left_files.push(self.path(path));
+                }
+                Some(_) => {}
             }
-            self.withdraw(path, known.offered.as_ref())?;
+        }
+        for (path, known) in &before.codels {
+            match paths.get(&path.to_ascii_lowercase()) {
+                None => {
+                    if self.text(path)?.is_some() {
+                        self.plan.left_codels.push(self.path(path));
+                    }
+                    self.withdraw(path, known.offered.as_ref())?;
+                }
+                Some(current) if path != current && self.is_another(path, current)? => {
+                    self.plan.left_codels.push(self.path(path));
+                }
+                Some(_) => {}
+            }
         }
         Ok(())
+    }
+
+    /// Is there a file at `path`, and another one at `current`, which differs from it in case only? Where a file system
+    /// ignores case, both paths give one text.
+    fn is_another(&self, path: &str, current: &str) -> Result<bool, String> {
+        let there = self.text(path)?;
+        Ok(there.is_some() && there != self.text(current)?)
     }
 
     fn path(&self, path: &str) -> String {
@@ -159,7 +191,9 @@ impl Planner<'_> {
             None => self.step(path, Action::Create(file.text.clone())),
             Some(text) if is_same_text(&text, &file.text) => {}
             Some(text) => {
-                if self.before.files.get(path) != Some(&hash(&text)) {
+                let mut listed = self.before.files.iter().filter(|(it, _)| it.eq_ignore_ascii_case(path));
+                let is_written = listed.any(|(_, written)| *written == hash(&text));
+                if !is_written || !is_marked(path, &text) {
                     self.plan.edited.push(self.path(path));
                 }
                 self.step(path, Action::Change(file.text.clone()));
@@ -169,14 +203,17 @@ impl Planner<'_> {
         Ok(())
     }
 
-    /// A file that the generator wrote, and makes no more.
+    /// A file that the manifest says the generator wrote, and that is made no more.
     fn stale(&mut self, path: &str, written: &str) -> Result<(), String> {
-        if let Some(text) = self.text(path)? {
-            if hash(&text) != written {
-                self.plan.edited.push(self.path(path));
-            }
-            self.step(path, Action::Remove);
+        let Some(text) = self.text(path)? else { return Ok(()) };
+        if !is_marked(path, &text) {
+            self.plan.left_files.push(self.path(path));
+            return Ok(());
         }
+        if hash(&text) != written {
+            self.plan.edited.push(self.path(path));
+        }
+        self.step(path, Action::Remove);
         Ok(())
     }
 
@@ -237,7 +274,7 @@ impl Planner<'_> {
             now: prototype.to_owned(),
         });
         let offer = Offer { prototype: prototype.to_owned(), hash: hash(&stub.text) };
-        let is_ours = |text: &str| known.offered.as_ref().is_some_and(|it| it.hash == hash(text));
+        let is_ours = |text: &str| known.offered.as_ref().is_some_and(|it| is_offered(it, text));
         match there {
             None => self.step(&beside, Action::Create(stub.text.clone())),
             Some(text) if is_same_text(&text, &stub.text) => {}
@@ -252,12 +289,17 @@ impl Planner<'_> {
     fn withdraw(&mut self, path: &str, offered: Option<&Offer>) -> Result<(), String> {
         let beside = offered_path(path);
         if let Some(offer) = offered
-            && self.text(&beside)?.is_some_and(|text| hash(&text) == offer.hash)
+            && self.text(&beside)?.is_some_and(|text| is_offered(offer, &text))
         {
             self.step(&beside, Action::Remove);
         }
         Ok(())
     }
+}
+
+/// Is a text the stub that was put beside a file of the user's, as it was put there?
+fn is_offered(offer: &Offer, text: &str) -> bool {
+    offer.hash == hash(text) && is_stub(text)
 }
 
 /// Where the stub for a changed prototype is put.
@@ -267,11 +309,13 @@ fn offered_path(path: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use std::collections::BTreeMap;
+    use std::collections::BTreeSet;
 
     use proptest::prelude::*;
 
     use super::*;
+    use crate::codels::STUB;
+    use crate::origin::generated_from;
 
     /// The files of a folder.
     #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -310,31 +354,38 @@ mod tests {
     fn shown(plan: &Plan) -> String {
         let mut out = String::new();
         for Step { path, action } in plan.steps.iter().filter(|step| !step.path.ends_with(MANIFEST)) {
+            // Each begins with a mark.
+            let rest = |text: &str| text.split_once('\n').map(|(_, rest)| rest.trim().to_owned());
             let (sign, text) = match action {
-                Action::Create(text) => ("+", text.trim()),
-                Action::Change(text) => ("~", text.trim()),
-                Action::Remove => ("-", ""),
+                Action::Create(text) => ("+", rest(text).unwrap()),
+                Action::Change(text) => ("~", rest(text).unwrap()),
+                Action::Remove => ("-", String::new()),
             };
             out += format!("{sign} {path} {text}").trim();
             out.push('\n');
         }
         plan.edited.iter().for_each(|path| out += &format!("edited {path}\n"));
-        plan.left_codels.iter().for_each(|path| out += &format!("left {path}\n"));
+        plan.left_codels.iter().chain(&plan.left_files).for_each(|path| out += &format!("left {path}\n"));
         for ChangedCodel { path, before, now } in &plan.changed_codels {
             out += &format!("changed {path}: {before:?} to {now:?}\n");
         }
         out
     }
 
+    /// A text as the generator writes it.
+    fn marked(text: &str) -> String {
+        format!("# {}\n{text}", generated_from("p"))
+    }
+
     fn generated(path: &str, text: &str) -> GeneratedFile {
-        GeneratedFile { path: path.to_owned(), text: text.to_owned(), owner: Owner::Generator }
+        GeneratedFile { path: path.to_owned(), text: marked(text), owner: Owner::Generator }
     }
 
     /// The stub of `f`, with this prototype.
     fn codel(name: &str, prototype: &str) -> GeneratedFile {
         GeneratedFile {
             path: format!("src/codels/{name}.cpp"),
-            text: format!("{prototype} {{ }}\n"),
+            text: format!("{STUB}\n{prototype} {{ }}\n"),
             owner: Owner::User { prototype: prototype.to_owned() },
         }
     }
@@ -343,52 +394,62 @@ mod tests {
         [Package { name: "p".to_owned(), files }]
     }
 
+    const A: &str = "launch/a.launch";
+    const B: &str = "launch/b.launch";
+    const C: &str = "scripts/c.ops";
+    const D: &str = "scripts/d.ops";
+
     const F: &str = "p/src/codels/f.cpp";
     const NEW: &str = "p/src/codels/f.cpp.new";
 
     #[test]
     fn only_what_changes_is_written() {
         let mut folder = Folder::default();
-        let first = package(vec![generated("a", "a 1\n"), generated("b/c", "c 1\n"), codel("f", "int f()")]);
-        assert_eq!(folder.generate(&first), "+ p/a a 1\n+ p/b/c c 1\n+ p/src/codels/f.cpp int f() { }\n");
+        let first = package(vec![generated(A, "a 1\n"), generated(C, "c 1\n"), codel("f", "int f()")]);
+        assert_eq!(
+            folder.generate(&first),
+            "+ p/launch/a.launch a 1\n+ p/scripts/c.ops c 1\n+ p/src/codels/f.cpp int f() { }\n"
+        );
         assert!(folder.plan(&first).is_settled());
-        let second = package(vec![generated("a", "a 2\n"), generated("d", "d 1\n"), codel("f", "int f()")]);
-        assert_eq!(folder.generate(&second), "~ p/a a 2\n- p/b/c\n+ p/d d 1\n");
+        let second = package(vec![generated(A, "a 2\n"), generated(D, "d 1\n"), codel("f", "int f()")]);
+        assert_eq!(
+            folder.generate(&second),
+            "~ p/launch/a.launch a 2\n- p/scripts/c.ops\n+ p/scripts/d.ops d 1\n"
+        );
         assert!(folder.plan(&second).is_settled());
         // What was taken away comes again.
-        folder.0.remove("p/a");
-        assert_eq!(folder.generate(&second), "+ p/a a 2\n");
+        folder.0.remove("p/launch/a.launch");
+        assert_eq!(folder.generate(&second), "+ p/launch/a.launch a 2\n");
     }
 
     #[test]
     fn a_generated_file_that_was_edited_is_for_force_alone() {
         let mut folder = Folder::default();
-        let first = package(vec![generated("a", "a 1\n"), generated("b", "b 1\n")]);
+        let first = package(vec![generated(A, "a 1\n"), generated(B, "b 1\n")]);
         folder.generate(&first);
-        *folder.text("p/a") += "mine\n";
-        let edited = "~ p/a a 1\nedited p/a\n";
+        *folder.text("p/launch/a.launch") += "mine\n";
+        let edited = "~ p/launch/a.launch a 1\nedited p/launch/a.launch\n";
         assert_eq!(folder.generate(&first), edited);
         assert_eq!(folder.generate(&first), edited);
-        assert_eq!(folder.generate(&package(Vec::new())), "- p/a\n- p/b\nedited p/a\n");
-        // What the edit made of it is what the model makes of it now.
         assert_eq!(
-            folder.generate(&package(vec![generated("a", "a 1\nmine\n"), generated("b", "b 1\n")])),
-            ""
+            folder.generate(&package(Vec::new())),
+            "- p/launch/a.launch\n- p/launch/b.launch\nedited p/launch/a.launch\n"
         );
-        assert!(
-            folder.plan(&package(vec![generated("a", "a 1\nmine\n"), generated("b", "b 1\n")])).is_settled()
-        );
+        // What the edit made of it is what the model makes of it now.
+        let as_edited = package(vec![generated(A, "a 1\nmine\n"), generated(B, "b 1\n")]);
+        assert_eq!(folder.generate(&as_edited), "");
+        assert!(folder.plan(&as_edited).is_settled());
     }
 
     #[test]
     fn a_file_that_no_manifest_knows_is_somebodys() {
         let mut folder = Folder::default();
-        folder.0.insert("p/a".to_owned(), "mine\n".to_owned());
-        folder.0.insert("p/b".to_owned(), "b 1\r\n".to_owned());
-        let first = package(vec![generated("a", "a 1\n"), generated("b", "b 1\n")]);
-        assert_eq!(folder.generate(&first), "~ p/a a 1\nedited p/a\n");
+        folder.0.insert("p/launch/a.launch".to_owned(), "mine\n".to_owned());
+        folder.0.insert("p/launch/b.launch".to_owned(), marked("b 1\n").replace('\n', "\r\n"));
+        let first = package(vec![generated(A, "a 1\n"), generated(B, "b 1\n")]);
+        assert_eq!(folder.generate(&first), "~ p/launch/a.launch a 1\nedited p/launch/a.launch\n");
         // A manifest that was lost.
-        folder.0.insert("p/a".to_owned(), "a 1\n".to_owned());
+        folder.0.insert("p/launch/a.launch".to_owned(), marked("a 1\n"));
         assert_eq!(folder.generate(&first), "");
         folder.0.remove("p/.mauve-manifest.json");
         assert_eq!(folder.generate(&first), "");
@@ -398,14 +459,74 @@ mod tests {
     #[test]
     fn line_ends_do_not_count() {
         let mut folder = Folder::default();
-        let first = package(vec![generated("a", "a 1\n"), codel("f", "int f()"), generated("s", "s 1\n")]);
+        let first = package(vec![generated(A, "a 1\n"), codel("f", "int f()"), generated(C, "c 1\n")]);
         folder.generate(&first);
         folder.0.values_mut().for_each(|text| *text = text.replace('\n', "\r\n"));
         let checkout = folder.clone();
         assert_eq!((folder.generate(&first), &folder), (String::new(), &checkout));
         assert!(folder.plan(&first).is_settled());
-        let second = package(vec![generated("a", "a 2\n"), codel("f", "int f()")]);
-        assert_eq!(folder.generate(&second), "~ p/a a 2\n- p/s\n");
+        let second = package(vec![generated(A, "a 2\n"), codel("f", "int f()")]);
+        assert_eq!(folder.generate(&second), "~ p/launch/a.launch a 2\n- p/scripts/c.ops\n");
+    }
+
+    #[test]
+    fn what_the_generator_did_not_write_is_not_removed() {
+        const MINE: &str = "int mine;\n";
+        let paths = ["launch/a.launch", "models/a.json", "src/a-components.cpp"];
+        for known in [hash(MINE), "0".to_owned()] {
+            // Somebody has made a manifest for it.
+            let offered = Some(Offer { prototype: "int f()".to_owned(), hash: known.clone() });
+            let codel_file =
+                |offered| CodelFile { prototype: Some("int f()".to_owned()), is_right: false, offered };
+            let mut forged = Manifest::default();
+            forged.files.extend(paths.map(|path| (path.to_owned(), known.clone())));
+            for path in ["src/codels/f.cpp", "src/codels/g.cpp"] {
+                forged.codels.insert(path.to_owned(), codel_file(offered.clone()));
+            }
+            let mut folder = Folder::default();
+            let beside = ["src/codels/f.cpp", "src/codels/f.cpp.new", "src/codels/g.cpp.new"];
+            for path in paths.iter().chain(&beside) {
+                folder.0.insert(format!("p/{path}"), MINE.to_owned());
+            }
+            folder.0.insert(format!("p/{MANIFEST}"), forged.text().unwrap());
+            let all = package(vec![codel("f", "int f()")]);
+            let plan = folder.plan(&all);
+            assert!(plan.steps.iter().all(|step| step.path.ends_with(MANIFEST)), "{plan:?}");
+            assert_eq!(plan.left_files, paths.map(|path| format!("p/{path}")));
+            assert_eq!(plan.edited, [""; 0]);
+            folder.apply(&plan);
+            assert_eq!(folder.plan(&all), Plan::default(), "it is said once");
+            // Nor is it overwritten without force, nor the stub for a prototype that changed.
+            folder.0.insert(format!("p/{MANIFEST}"), forged.text().unwrap());
+            let others = package(vec![generated(A, "a 1\n"), codel("f", "void f(int x)")]);
+            let plan = folder.plan(&others);
+            assert_eq!(plan.edited, ["p/launch/a.launch"]);
+            assert!(plan.steps.iter().all(|step| !step.path.contains("/codels/")), "{plan:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_called_almost_as_what_is_made_stays() {
+        let before = package(vec![generated("Go/Go-component.hpp", "1\n"), codel("F", "int F()")]);
+        let now = package(vec![generated("go/go-component.hpp", "2\n"), codel("f", "int f()")]);
+        let mut folder = Folder::default();
+        folder.generate(&before);
+        assert_eq!(
+            folder.clone().generate(&now),
+            "+ p/go/go-component.hpp 2\n+ p/src/codels/f.cpp int f() { }\nleft p/src/codels/F.cpp\n\
+             left p/Go/Go-component.hpp\n"
+        );
+        // A file system that ignores case has but one of them.
+        let read = |path: &str| {
+            let mut all = folder.0.iter();
+            Ok(all.find(|(it, _)| it.eq_ignore_ascii_case(path)).map(|(_, text)| text.clone()))
+        };
+        let plan = plan(&now, &read).unwrap();
+        assert_eq!(
+            shown(&plan),
+            "~ p/go/go-component.hpp 2\n+ p/src/codels/f.cpp.new int f() { }\n\
+             changed p/src/codels/f.cpp: \"\" to \"int f()\"\n"
+        );
     }
 
     /// A package with `f` in the user's words.
@@ -550,7 +671,7 @@ mod tests {
         ]
     }
 
-    const NAMES: [&str; 3] = ["a.hpp", "src/b.cpp", "package.xml"];
+    const NAMES: [&str; 3] = ["launch/a.launch", "src/b-components.cpp", "package.xml"];
     const CODELS: [&str; 2] = ["f", "g"];
 
     /// A model, and a folder in which a user works.
@@ -657,7 +778,8 @@ mod tests {
                 return;
             }
             let again = self.folder.plan(&packages);
-            assert_eq!((&again.steps, &again.edited, &again.left_codels), (&vec![], &vec![], &vec![]));
+            assert_eq!((&again.steps, &again.edited), (&vec![], &vec![]));
+            assert_eq!((&again.left_codels, &again.left_files), (&vec![], &vec![]));
             assert_eq!(again.changed_codels, plan.changed_codels);
             // All is there that a fresh folder would have.
             let mut fresh = Folder::default();

@@ -10,6 +10,7 @@ interface Generated {
   files: { path: string; action: "create" | "change" | "remove" }[];
   changedCodels: { path: string; before: string; now: string }[];
   leftCodels: string[];
+  leftFiles: string[];
   leftPackages: string[];
   edit: WorkspaceEdit;
 }
@@ -37,6 +38,7 @@ export async function generate(server: Server, uri: string, deployment?: string 
     before === "" ? `${path} is to define "${now}".` : `${path} is to define "${now}", and was written for "${before}".`,
   );
   codels.push(...generated.leftCodels.map((path) => `${path} is of no codel of the model any more.`));
+  codels.push(...generated.leftFiles.map((path) => `${path} is listed as generated, made no more, and may be yours.`));
   if (codels.length > 0) {
     void vscode.window.showWarningMessage(`Your own files in ${generated.folder} stay as they are. ${codels.join(" ")}`);
   }

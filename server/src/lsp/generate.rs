@@ -65,7 +65,10 @@ impl Generated {
             before => format!("{} is to define `{}`, and was written for `{before}`", it.path, it.now),
         });
         let left = plan.left_codels.iter().map(|path| format!("{path} is of no codel of the model any more"));
-        let all: Vec<String> = changed.chain(left).collect();
+        let files = plan.left_files.iter();
+        let files =
+            files.map(|path| format!("{path} is listed as generated, made no more, and may be yours"));
+        let all: Vec<String> = changed.chain(left).chain(files).collect();
         let mut said = Vec::new();
         if !all.is_empty() {
             said.push(format!(

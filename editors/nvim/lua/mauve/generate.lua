@@ -23,6 +23,7 @@ end
 ---@field files { path: string, action: 'create'|'change'|'remove' }[]
 ---@field changedCodels { path: string, before: string, now: string }[]
 ---@field leftCodels string[]
+---@field leftFiles string[]
 ---@field leftPackages string[]
 ---@field edit lsp.WorkspaceEdit
 
@@ -78,7 +79,7 @@ local TO_DO = { create = 'to create', change = 'to change', remove = 'to remove'
 local DONE = { create = 'created', change = 'changed', remove = 'removed' }
 
 --- What stays, though the models have left it behind: the codels of which the user's files are of another prototype, as
---- differences; files of no codel, and packages.
+--- differences; files of no codel, files that may be the user's, and packages.
 ---@param generated mauve.Generated
 ---@return string[]
 local function left(generated)
@@ -95,6 +96,9 @@ local function left(generated)
   end
   for _, path in ipairs(generated.leftCodels) do
     table.insert(lines, ('%s: this codel is no longer in the model; the file is yours, and stays'):format(path))
+  end
+  for _, path in ipairs(generated.leftFiles) do
+    table.insert(lines, ('%s: listed as generated, and made no more; it may be yours, and stays'):format(path))
   end
   for _, name in ipairs(generated.leftPackages) do
     table.insert(lines, ('%s: the models make this package no more; remove it if nobody needs it'):format(name))

@@ -40,6 +40,12 @@ pub(super) fn report(it: &Planned, doing: Doing) -> String {
         let path = path(it);
         text += &format!("{path}: this codel is no longer in the model; the file is yours, and stays\n");
     }
+    for it in &plan.left_files {
+        let path = path(it);
+        text += &format!(
+            "{path}: listed as generated, and made no more; it may be yours, and stays: remove it if nobody needs it\n"
+        );
+    }
     for name in left_packages {
         let path = path(name);
         text += &format!("{path}: these models make this package no more; remove it if nobody needs it\n");
@@ -182,6 +188,7 @@ pub(super) struct FolderDocument {
     edited: Vec<String>,
     changed_codels: Vec<CodelDocument>,
     left_codels: Vec<String>,
+    left_files: Vec<String>,
     left_packages: Vec<String>,
 }
 
@@ -216,6 +223,7 @@ pub(super) fn document(it: &Planned) -> FolderDocument {
             })
             .collect(),
         left_codels: plan.left_codels.clone(),
+        left_files: plan.left_files.clone(),
         left_packages: left_packages.clone(),
     }
 }

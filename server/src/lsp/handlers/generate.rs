@@ -8,10 +8,11 @@
 //!
 //! The result has the `folder` of the packages, absolute; `files`, each with its `path` in there and the `action` that is
 //! due, `create`, `change` or `remove`; `changedCodels`, files of the user's that were written for another prototype, with
-//! the `path`, the prototype `before` and `now`; `leftCodels`, such files of no codel of the model any more; `leftPackages`,
-//! folders of packages that the models make no more, which stay as well; and the `edit` that does it all. Each text edit in it gives a file all of
-//! its text, and the manifest of a package comes last. It is refused in words for the user where something is to be put
-//! right first.
+//! the `path`, the prototype `before` and `now`; `leftCodels`, such files of no codel of the model any more; `leftFiles`,
+//! files that a manifest lists as generated, that are made no more, and that may be the user's all the same; `leftPackages`,
+//! folders of packages that the models make no more; all of these stay. And the `edit` that does it all: each text edit in it
+//! gives a file all of its text, and the manifest of a package comes last. It is refused in words for the user where something
+//! is to be put right first.
 //!
 //! A client that has the command `mauve.generateOrocos` itself says so in its capabilities, `experimental.commands`. Then
 //! code actions are that command, with the same arguments, and the client asks by the request.
@@ -57,6 +58,7 @@ pub(crate) struct GenerateDocument {
     files: Vec<FileDocument>,
     changed_codels: Vec<ChangedCodelDocument>,
     left_codels: Vec<String>,
+    left_files: Vec<String>,
     left_packages: Vec<String>,
     edit: WorkspaceEdit,
     /// What is to be said when it is done, or instead of it.
@@ -132,6 +134,7 @@ pub(crate) fn generate(snapshot: &Snapshot, params: &GenerateParams) -> Result<G
         files: files.collect(),
         changed_codels: changed.collect(),
         left_codels: generated.plan.left_codels.clone(),
+        left_files: generated.plan.left_files.clone(),
         left_packages: generated.left_packages.clone(),
         edit,
         said: Said { warning: generated.warning(), nothing: generated.nothing() },
