@@ -411,6 +411,12 @@ const GLOBAL_SERVICES: [&str; 11] = [
     "all_is_well",
 ];
 
+/// Devices of Windows: no file and no folder there can be called so, whatever its end and its case.
+const DEVICES: [&str; 22] = [
+    "con", "prn", "aux", "nul", "com1", "com2", "com3", "com4", "com5", "com6", "com7", "com8", "com9",
+    "lpt1", "lpt2", "lpt3", "lpt4", "lpt5", "lpt6", "lpt7", "lpt8", "lpt9",
+];
+
 /// Macros of the headers that generated code includes, or a codel may: they mean something wherever they stand.
 static MACROS: LazyLock<FxHashSet<&str>> = LazyLock::new(|| words(include_str!("cpp_name/macros.txt")));
 
@@ -515,6 +521,13 @@ pub(crate) fn task_name(name: &str) -> String {
     with_prefix(name, is_taken) + with_suffix(name)
 }
 
+/// What is named after `name` on the disk: the name itself, unless it is that of a device. Two names never become one.
+pub(crate) fn file_name(name: &str) -> String {
+    let bare = name.trim_end_matches('_');
+    let is_device = DEVICES.iter().any(|device| bare.eq_ignore_ascii_case(device));
+    if is_device { format!("{name}_") } else { name.to_owned() }
+}
+
 /// `name` with one more `mal_` before it, where it cannot be used without.
 fn with_prefix(name: &str, is_taken: impl Fn(&str) -> bool) -> String {
     let bare = name.trim_start_matches("mal_");
@@ -577,6 +590,18 @@ mod tests {
         assert_eq!(task_name("laser"), "laser");
         assert_eq!(task_name("true_heading"), "mal_true_heading");
         assert_eq!(task_name("ros"), "mal_ros");
+    }
+
+    #[test]
+    fn no_file_is_called_as_a_device() {
+        let names = ["con", "Aux", "LPT9", "con_", "con__", "com0", "com10", "console", "_con", "nul1"];
+        let files = names.map(file_name);
+        let expected =
+            ["con_", "Aux_", "LPT9_", "con__", "con___", "com0", "com10", "console", "_con", "nul1"];
+        assert_eq!(files, expected);
+        // In C++ they are two as well.
+        let mut all = CppNames::of_namespace();
+        assert_eq!(["con", "con_"].map(|name| all.declare(&file_name(name))), ["con_", "con_0_"]);
     }
 
     #[test]

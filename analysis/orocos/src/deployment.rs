@@ -12,7 +12,7 @@ use mauve_timing::Time;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::component::{is_set_from_text, ports_of_introspection};
-use crate::cpp_name::{script_name, task_name};
+use crate::cpp_name::{file_name, script_name, task_name};
 use crate::escape::comment;
 use crate::library::{Libraries, Library};
 use crate::package::{GeneratedFile, Owner};
@@ -40,7 +40,7 @@ pub(crate) fn deployment_files<'db>(
     let mut files = Vec::new();
     for &decl in &library.deployments {
         let Some(deployed) = deployed(db, project, libraries, &library.package, decl) else { continue };
-        let name = decl.name(db);
+        let name = &deployed.name;
         let texts = [
             (format!("scripts/{name}.ops"), ops::script(&deployed)),
             (format!("scripts/{name}.lua"), lua::script(&deployed)),
@@ -54,7 +54,7 @@ pub(crate) fn deployment_files<'db>(
 /// A deployment, by the names that everything has at run time.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Deployed {
-    /// The name of the deployment.
+    /// What its files are called.
     pub(crate) name: String,
     /// The package that it stands in.
     pub(crate) package: String,
@@ -209,7 +209,7 @@ fn deployed<'db>(
         required.map(|link| task_name(&link.source.0)).collect()
     };
     Some(Deployed {
-        name: of.name(db).to_string(),
+        name: file_name(of.name(db)),
         package: package.to_owned(),
         description: format!(
             "Deployment `{}` of architecture `{}` ({}).",

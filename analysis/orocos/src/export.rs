@@ -5,6 +5,7 @@
 use mauve_model::{ModelDb, Project, exported_component, task_set_of};
 use mauve_timing::task_set::Exported;
 
+use crate::cpp_name::file_name;
 use crate::library::Library;
 use crate::package::{GeneratedFile, Owner};
 
@@ -16,11 +17,11 @@ pub(crate) fn export_files<'db>(
 ) -> Vec<GeneratedFile> {
     let components = library.components.iter().map(|&(component, _)| {
         let content = Exported::Component(exported_component(db, project, component));
-        (format!("models/{}.psm.json", component.name(db)), content)
+        (format!("models/{}.psm.json", file_name(component.name(db))), content)
     });
     let deployments = library.deployments.iter().map(|&deployment| {
         let content = Exported::Deployment(task_set_of(db, project, deployment));
-        (format!("models/{}.json", deployment.name(db)), content)
+        (format!("models/{}.json", file_name(deployment.name(db))), content)
     });
     let file = |(path, content): (String, Exported)| GeneratedFile {
         path,

@@ -11,7 +11,7 @@ use mauve_model::{
 };
 use rustc_hash::FxHashMap;
 
-use crate::cpp_name::CppNames;
+use crate::cpp_name::{CppNames, file_name};
 use crate::cpp_type::cpp_type;
 
 /// Packages that generated ones depend on, beside those of messages, and what CMake keeps for itself: `project(CMAKE)` would
@@ -148,13 +148,13 @@ impl<'db> Reader<'db> {
         let mut all: Vec<Library<'db>> = Vec::new();
         for library in &order {
             let name = library.as_ref().map_or_else(|| root_name(db, project), ToString::to_string);
-            let package = names.declare(&name);
+            let package = names.declare(&file_name(&name));
             let mut inner = CppNames::of_namespace();
             inner.take(&package);
             external_types(db, project.workspace(db)).values().for_each(|it| inner.take_type(&it.cpp));
             let mut of_kind = |kind: Kind| -> Vec<(Decl<'db>, String)> {
                 let all = declared.get(library).into_iter().flatten().filter(|decl| decl.kind(db) == kind);
-                all.map(|&decl| (decl, inner.declare(decl.name(db)))).collect()
+                all.map(|&decl| (decl, inner.declare(&file_name(decl.name(db))))).collect()
             };
             let (codels, components) = (of_kind(Kind::Codel), of_kind(Kind::Component));
             let deployments = of_kind(Kind::Deployment).into_iter().map(|(decl, _)| decl).collect();
@@ -177,6 +177,7 @@ impl<'db> Reader<'db> {
                 library.runs.extend(self.components_of(deployment).into_iter().filter_map(number));
             }
         }
+        self.check_files(&all);
         all.iter().for_each(|library| self.check_types(library));
         all.iter().flat_map(|library| &library.deployments).for_each(|&it| self.check_affinities(it));
         let all = self.ordered(all);
@@ -199,6 +200,49 @@ impl<'db> Reader<'db> {
         let target = names_of(db, project).resolve_type(db, of, Kind::Architecture, target).ok();
         let instances = target.into_iter().flat_map(|target| &flat_of(db, project, target).instances);
         instances.filter_map(|instance| instance.component).collect()
+    }
+
+    /// Reports names that C++ tells apart, while a file system that ignores case does not.
+    fn check_files(&mut self, all: &[Library<'db>]) {
+        let db = self.db;
+        let first = |library: &Library<'db>| {
+            let named = library.codels.iter().chain(&library.components).map(|(decl, _)| *decl);
+            named.chain(library.deployments.iter().copied()).next()
+        };
+        let packages =
+            all.iter().filter_map(|it| Some((it.package.clone(), it.package.as_str(), first(it)?)));
+        self.check_case("packages", "folder", packages);
+        for library in all {
+            // Sources are called as in C++, what was analysed as in the model.
+            let in_cpp = |(decl, name): &(Decl<'db>, String)| (name.clone(), decl.name(db).as_str(), *decl);
+            let in_model = |decl: Decl<'db>| (file_name(decl.name(db)), decl.name(db).as_str(), decl);
+            self.check_case("codels", "file", library.codels.iter().map(in_cpp));
+            self.check_case("components", "folder", library.components.iter().map(in_cpp));
+            let components = library.components.iter().map(|(decl, _)| in_model(*decl));
+            self.check_case("components", "folder", components);
+            self.check_case("deployments", "file", library.deployments.iter().copied().map(in_model));
+        }
+    }
+
+    /// `named`: what each is called on the disk, and in the model, and where that stands.
+    fn check_case<'n>(
+        &mut self,
+        what: &str,
+        made: &str,
+        named: impl Iterator<Item = (String, &'n str, Decl<'db>)>,
+    ) {
+        let mut seen: FxHashMap<String, &str> = FxHashMap::default();
+        for (file, name, decl) in named {
+            let file = file.to_ascii_lowercase();
+            let Some(first) = seen.get(&file) else {
+                seen.insert(file, name);
+                continue;
+            };
+            let message = format!(
+                "{what} `{first}` and `{name}` would be one {made} where a file system ignores case: rename one of them"
+            );
+            self.report(message, Place::name_of(decl));
+        }
     }
 
     /// Reports the types that C++ does not know.
@@ -345,4 +389,87 @@ fn root_name(db: &dyn ModelDb, project: Project<'_>) -> String {
     let name: String = stem.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
     let name = name.trim_matches('_').to_ascii_lowercase();
     if name.starts_with(|c: char| c.is_ascii_alphabetic()) { name } else { format!("robot_{name}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use mauve_model::{Database, Workspace, projects};
+
+    use super::*;
+    use crate::{Package, packages};
+
+    /// The packages of a model; or what is wrong, and at which word.
+    fn generated(model: &str) -> Result<Vec<Package>, Vec<String>> {
+        let db = Database::default();
+        let texts = mauve_tests::fixture(model).into_iter().map(|(path, text)| (path.into(), text));
+        let workspace = Workspace::of_texts(&db, "/".into(), texts);
+        let [project] = projects(&db, workspace)[..] else { panic!("one project") };
+        packages(&db, project, None).map_err(|problems| {
+            let shown = problems.iter().map(|it| {
+                let range = it.at.range(&db);
+                let at = &it.at.file(&db).text(&db)[usize::from(range.start())..usize::from(range.end())];
+                format!("{at}: {}", it.message)
+            });
+            shown.collect()
+        })
+    }
+
+    const END: &str = "would be one file where a file system ignores case: rename one of them";
+
+    #[test]
+    fn names_that_differ_in_case_only_are_one_file_somewhere() {
+        let model = "library l { codel plan(): int  codel Plan(): int  codel plan_(): int } library L { codel plan(): int }";
+        let folder = END.replace("file where", "folder where");
+        assert_eq!(
+            generated(model).unwrap_err(),
+            [format!("plan: packages `l` and `L` {folder}"), format!("Plan: codels `plan` and `Plan` {END}")]
+        );
+        let parts = "shell S { } core K(S) { update = { } } component Go(S, K) component GO(S, K) \
+            architecture A { instance a: Go } deployment D { architecture A activity a { priority = 1 period = 10 } } \
+            deployment d { architecture A activity a { priority = 1 period = 10 } }";
+        assert_eq!(
+            generated(parts).unwrap_err(),
+            [format!("GO: components `Go` and `GO` {folder}"), format!("d: deployments `D` and `d` {END}")]
+        );
+        // One is called otherwise in C++, and the other in what was analysed.
+        let parts = "shell S { } core K(S) { update = { } } component log(S, K) component Log(S, K)";
+        assert_eq!(generated(parts).unwrap_err(), [format!("Log: components `log` and `Log` {folder}")]);
+        let parts = "shell S { } core K(S) { update = { } } component log(S, K) component LOG_(S, K)";
+        assert_eq!(generated(parts).unwrap_err(), [format!("LOG_: components `log` and `LOG_` {folder}")]);
+        // Things of different kinds are in different places.
+        let others = "library l { codel go(): int shell S { } core K(S) { update = { go(); } } component Go(S, K) } \
+            library m { codel Go(): int }";
+        assert_eq!(generated(others).map(|packages| packages.len()), Ok(2));
+    }
+
+    #[test]
+    fn no_file_has_the_name_of_a_device() {
+        let model = "library con { codel aux(): int shell S { } core K(S) { update = { aux(); } } component nul(S, K) } \
+            library m { use con architecture A { instance i: nul } \
+            deployment prn { architecture A activity i { priority = 1 period = 10 } } }";
+        let packages = generated(model).unwrap();
+        let files: Vec<(String, &str)> = packages
+            .iter()
+            .flat_map(|package| package.files.iter().map(move |file| (package.name.as_str(), file)))
+            .map(|(package, file)| (format!("{package}/{}", file.path), file.text.as_str()))
+            .collect();
+        for (path, _) in &files {
+            let devices = ["con", "prn", "aux", "nul"];
+            assert!(
+                !path.split('/').any(|part| devices.contains(&part.split('.').next().unwrap())),
+                "{path}"
+            );
+        }
+        let text = |path: &str| files.iter().find(|(it, _)| it == path).unwrap_or_else(|| panic!("{path}")).1;
+        for path in ["con_/src/codels/aux_.cpp", "con_/nul_/nul_-component.cpp", "con_/models/nul_.psm.json"]
+        {
+            text(path);
+        }
+        for path in ["m/scripts/prn_.lua", "m/models/prn_.json", "con_/include/con_/con_-codels.hpp"] {
+            text(path);
+        }
+        assert!(text("m/launch/prn_.launch").contains("/scripts/prn_.ops"));
+        assert!(text("m/scripts/prn_.ops").contains("\"con_::nul_\""));
+        assert!(text("con_/CMakeLists.txt").contains("src/codels/aux_.cpp"));
+    }
 }

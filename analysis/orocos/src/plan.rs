@@ -79,13 +79,24 @@ pub struct ChangedCodel {
 ///
 /// # Errors
 ///
-/// What `read` says of a file that cannot be read, or why a manifest cannot be understood.
+/// What `read` says of a file that cannot be read, why a manifest cannot be understood, or that two packages would be one
+/// folder where a file system ignores case.
 pub fn plan(
     packages: &[Package],
     read: &dyn Fn(&str) -> Result<Option<String>, String>,
 ) -> Result<Plan, String> {
     let mut plan = Plan::default();
-    for package in packages {
+    for (index, package) in packages.iter().enumerate() {
+        // Of one project that is a problem already; several may go to one folder.
+        let is_almost =
+            |it: &&Package| it.name != package.name && it.name.eq_ignore_ascii_case(&package.name);
+        if let Some(other) = packages.iter().take(index).find(is_almost) {
+            return Err(format!(
+                "packages `{}` and `{}` would be one folder where a file system ignores case: generate each into a folder \
+                 of its own (`--out`), or rename the library of one",
+                other.name, package.name
+            ));
+        }
         let manifest = format!("{}/{MANIFEST}", package.name);
         let text = read(&manifest)?;
         let before = text.as_deref().map_or_else(|| Ok(Manifest::default()), Manifest::read).map_err(|why| {
@@ -527,6 +538,18 @@ mod tests {
             "~ p/go/go-component.hpp 2\n+ p/src/codels/f.cpp.new int f() { }\n\
              changed p/src/codels/f.cpp: \"\" to \"int f()\"\n"
         );
+    }
+
+    #[test]
+    fn two_packages_are_two_folders() {
+        let [one, other] = ["p", "P"].map(|name| Package { name: name.to_owned(), files: Vec::new() });
+        let read = |_: &str| Ok(None);
+        assert!(
+            plan(&[one.clone(), other], &read)
+                .unwrap_err()
+                .starts_with("packages `p` and `P` would be one folder")
+        );
+        assert!(plan(&[one], &read).is_ok());
     }
 
     /// A package with `f` in the user's words.
