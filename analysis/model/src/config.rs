@@ -1,5 +1,7 @@
 //! `mauve.toml`: what the user says about a workspace.
 
+mod cpp;
+
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -7,6 +9,7 @@ use mauve_timing::{Level, Rounding, Time};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use self::cpp::is_cpp_type;
 use crate::diagnostics::{Severity, codes};
 use crate::item_tree::Name;
 
@@ -318,8 +321,13 @@ impl Reader<'_> {
             self.error(format!("`{key}` is {what}"), value.span());
             None
         };
-        let cpp = text("cpp", is_cpp_type, "the name of a type in C++, such as \"ArRobot*\"");
-        let header = text("header", is_header, "a header as an #include names it, such as \"Aria/Aria.h\"");
+        let cpp = text("cpp", is_cpp_type, "a type in C++ and nothing else, such as \"ArRobot*\"");
+        let header = text(
+            "header",
+            is_header,
+            "a header as an #include names it, such as \"Aria/Aria.h\": a relative path, no part of which begins with \
+             `.` or `-`",
+        );
         self.config.types.insert(name.into(), ExternalType { cpp: cpp.unwrap_or_default(), header });
     }
 
@@ -413,24 +421,11 @@ fn number(value: &Value<'_>) -> Option<f64> {
     text.replace('_', "").parse().ok()
 }
 
-/// May this stand where C++ wants the name of a type, and be nothing else? It goes into generated code as it is.
-fn is_cpp_type(text: &str) -> bool {
-    let is_part = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | ':' | '<' | '>' | ',' | ' ' | '*');
-    let mut depth = 0_i32;
-    let nests = text.chars().all(|c| {
-        depth += i32::from(c == '<') - i32::from(c == '>');
-        depth >= 0
-    });
-    nests
-        && depth == 0
-        && text.starts_with(|c: char| c.is_ascii_alphabetic() || c == ':')
-        && text.chars().all(is_part)
-}
-
-/// May this stand between the brackets of an `#include`?
+/// May this stand between the brackets of an `#include`, and name a file that the compiler looks for in its own folders?
 fn is_header(text: &str) -> bool {
-    let is_part = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '+' | '.' | '/');
-    !text.is_empty() && text.chars().all(is_part)
+    let is_sign = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '+' | '.');
+    let is_part = |part: &str| !part.is_empty() && !part.starts_with(['.', '-']) && part.chars().all(is_sign);
+    text.split('/').all(is_part)
 }
 
 /// `Ada Lovelace <ada@example.org>`
@@ -486,11 +481,24 @@ mod tests {
 
     #[test]
     fn what_goes_into_generated_code_is_what_it_says_it_is() {
-        for cpp in ["int; } evil", "X\n#include", "std::vector<int", "a>b<", "", "*", "x(\"y\")"] {
+        for cpp in ["int; } evil", "X\n#include", "std::vector<int", "a>b<", "", "*", "x(\"y\")", "int x, y"]
+        {
             let text = format!("[types.X]\ncpp = {cpp:?}\n");
             assert_eq!((messages(&text).0.len(), read(&text).types["X"].cpp.as_str()), (1, ""), "{cpp}");
         }
-        for header in ["a.h>\n#error", "\"", "", "a b.h"] {
+        for header in [
+            "a.h>\n#error",
+            "\"",
+            "",
+            "a b.h",
+            "/etc/passwd",
+            "../a.h",
+            "a/../b.h",
+            "./a.h",
+            "a//b.h",
+            "a/",
+            "-a.h",
+        ] {
             let text = format!("[types.X]\nheader = {header:?}\n");
             assert_eq!(
                 (messages(&text).0.len(), read(&text).types["X"].header.is_none()),
@@ -513,6 +521,9 @@ mod tests {
         }
         let text = "[types.X]\ncpp = \"std::map<int, const ns::T *>\"\n";
         assert_eq!(messages(text), (Vec::new(), false));
+        for header in ["map", "a-b/c++/d_e.1.hpp"] {
+            assert_eq!(messages(&format!("[types.X]\nheader = {header:?}\n")), (Vec::new(), false));
+        }
     }
 
     #[test]

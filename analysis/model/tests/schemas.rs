@@ -184,6 +184,9 @@ fn schema_and_reader_agree_on_configurations() {
         "generate.license = \" \"\n",
         "types.X.cpp = \"int; }\"\n",
         "types.X.header = \"a b.h\"\n",
+        "types.X.header = \"/usr/include/a.h\"\n",
+        "types.X.header = \"a/../b.h\"\n",
+        "types.X.header = \"-a.h\"\n",
         "generate.output = \"generated\"\n",
         "lints.lost-write = \"warning\"\n",
         "lints.lost-write = true\n",
@@ -193,10 +196,11 @@ fn schema_and_reader_agree_on_configurations() {
     ] {
         assert_eq!(configuration(bad), (false, false), "{bad}");
     }
-    // To a schema 2.0 is a whole number, and it knows neither the longest time nor the sign of zero.
+    // To a schema 2.0 is a whole number, and it knows neither the longest time, nor the sign of zero, nor what a type is.
     for (text, both) in [
         ("platform.cpus = 2.0\n", (true, false)),
         ("assume.codel = \"1e99 s\"\n", (true, false)),
+        ("types.X.cpp = \"int x, y\"\n", (true, false)),
         ("assume.codel = \"-0 ms\"\n", (false, true)),
     ] {
         assert_eq!(configuration(text), both, "{text}");
