@@ -18,6 +18,7 @@ use mauve_syntax::{SyntaxKind, SyntaxNode, TextRange, TextSize, comment_above};
 
 use crate::definition::{Target, definition_of, names};
 use crate::explanation::explain_response;
+use crate::markdown;
 use crate::occurrences::Meaning;
 use crate::project::{name_of_root, projects_with};
 
@@ -42,7 +43,7 @@ pub fn hover(db: &dyn ModelDb, workspaces: &[Workspace], file: File, offset: Tex
     let Some((range, explanations)) = of_activity(db, &projects, file, offset) else { return of_name };
     let mut markdown = String::new();
     for explanation in explanations {
-        let _ = writeln!(markdown, "```text\n{}\n```\n", explanation.trim_end());
+        let _ = writeln!(markdown, "{}", markdown::block("text", explanation.trim_end()));
     }
     match of_name {
         Some(name) => Some(Hover { range: name.range, markdown: markdown + &name.markdown }),
@@ -95,8 +96,8 @@ fn of_name(db: &dyn ModelDb, workspaces: &[Workspace], file: File, offset: TextS
     let mut markdown = String::new();
     for target in found.targets.iter().filter(|target| !target.name.is_empty()) {
         let Some(node) = declaration_at(db, target) else { continue };
-        let _ = writeln!(markdown, "```mauve\n{}\n```\n", head(&node));
-        let comment = comment_above(&node);
+        let _ = writeln!(markdown, "{}", markdown::block("mauve", &head(&node)));
+        let comment = markdown::comment(&comment_above(&node));
         if !comment.is_empty() {
             let _ = writeln!(markdown, "{comment}\n");
         }
@@ -158,16 +159,17 @@ fn of_message(db: &dyn ModelDb, projects: &[Project<'_>], file: File, offset: Te
 pub(crate) fn fields(package: &Package, name: &str, message: &Message) -> String {
     let fields = message.fields.iter().map(ToString::to_string);
     let lines: Vec<String> = fields.chain(message.constants.iter().map(ToString::to_string)).collect();
-    let mut out = format!("```msg\n# {}/{name}\n", package.name);
+    let mut out = format!("# {}/{name}\n", package.name);
     for line in lines.iter().take(MOST_LINES) {
         let _ = writeln!(out, "{line}");
     }
     if let Some(more) = lines.len().checked_sub(MOST_LINES).filter(|more| *more > 0) {
         let _ = writeln!(out, "# and {more} more");
     }
+    let out = markdown::block("msg", &out);
     match &message.path {
-        Some(path) => out + &format!("```\n\nfrom `{}`\n", path.display()),
-        None => out + "```\n\nbuilt in: no such package was found on this machine\n",
+        Some(path) => format!("{out}\nfrom {}\n", markdown::code(&path.display().to_string())),
+        None => out + "\nbuilt in: no such package was found on this machine\n",
     }
 }
 
@@ -204,7 +206,7 @@ fn times<'db>(db: &'db dyn ModelDb, project: Project<'db>, codel: Decl<'db>) -> 
         let mark = if level == shown { ", the level that is shown" } else { "" };
         let _ = writeln!(out, "{time} at {level}{mark}");
     }
-    format!("```text\n{out}```\n")
+    markdown::block("text", &out)
 }
 
 #[cfg(test)]
@@ -302,6 +304,35 @@ deployment D {
         assert_eq!(text(&unset).matches(assumed).count(), 1);
         // Of what is not analysed, nothing is claimed that would rest on it.
         assert!(!text(&unset.replace("plan = [60, 70]", "")).contains(assumed));
+    }
+
+    #[test]
+    fn a_comment_of_a_stranger_is_text() {
+        let fixture =
+            robot("$1").replace("// Slowly.", "/* ![x](https://e.org/x.png) <b>[x](command:evil)\n```` */");
+        check(
+            &fixture.replace("times.toml", "ti`mes.toml"),
+            expect![[r#"
+                plan
+                ---
+                ```mauve
+                codel plan(in goal: int, out path: int): int
+                ```
+
+                Finds a way.
+                ![x]\(https://e.org/x.png) &lt;b>[x]\(command:evil)
+                ```
+
+                ```
+
+                ```text
+                60 ms at 1e-3
+                70 ms at 1e-4, the level that is shown
+                ```
+                from ``ti`mes.toml``, line 3
+
+            "#]],
+        );
     }
 
     #[test]

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `inlay_hints.rs` | response times beside activities, and what is left out |
 //! | `hover.rs` | what stands under the cursor, and where a response time comes from |
+//! | `markdown.rs` | texts that may have come from a stranger, in a hover: comments, names of files |
 //! | `occurrences.rs` | every name in a text, and what it stands for |
 //! | `code_lens.rs` | lines above declarations: deadlines that are met, levels, instances, files |
 //! | `definition.rs`, `declaration.rs` | where a name is declared, or what it does |
@@ -54,6 +55,7 @@ mod implementation;
 mod inlay_hints;
 mod levels;
 mod machine_view;
+mod markdown;
 mod occurrences;
 mod program;
 mod project;

@@ -10,6 +10,7 @@ use mauve_syntax::SyntaxKind::*;
 use mauve_syntax::{SyntaxKind, SyntaxNode, comment_above};
 
 use crate::hover::{fields, head};
+use crate::markdown;
 
 /// What an item stands for.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -71,9 +72,9 @@ pub fn documentation(db: &dyn ModelDb, workspaces: &[Workspace], subject: &Subje
                 Some(member) => member_of(&all, member)?,
                 None => all,
             };
-            let comment = comment_above(&node);
+            let comment = markdown::comment(&comment_above(&node));
             let comment = if comment.is_empty() { String::new() } else { format!("\n{comment}\n") };
-            Some(format!("```mauve\n{}\n```\n{comment}", head(&node)))
+            Some(markdown::block("mauve", &head(&node)) + &comment)
         }
     }
 }
@@ -134,6 +135,24 @@ mod tests {
 
             In metres.
         "#]],
+        );
+    }
+
+    #[test]
+    fn a_comment_is_no_more_than_a_comment() {
+        check(
+            "// ![x](https://e.org/x.png)\n// ```\ncodel plan(in goal: int): bool\nshell S {} core C(S) { update = { $0 } }",
+            "plan",
+            expect![[r#"
+                ```mauve
+                codel plan(in goal: int): bool
+                ```
+
+                ![x]\(https://e.org/x.png)
+                ```
+
+                ```
+            "#]],
         );
     }
 

@@ -12,6 +12,7 @@ use mauve_timing::Time;
 
 use crate::document_symbols::SymbolKind;
 use crate::inlay_hints::components_of;
+use crate::markdown;
 use crate::occurrences::{Found, Meaning};
 
 /// So many lines of each are shown.
@@ -52,7 +53,7 @@ fn block(mut lines: Vec<String>) -> String {
         lines.truncate(MOST_LINES);
         lines.push(format!("and {more} more"));
     }
-    format!("```text\n{}\n```\n", lines.join("\n"))
+    markdown::block("text", &lines.join("\n"))
 }
 
 /// `from timing/robot.toml, line 3`, for each table that has the codel.
@@ -69,8 +70,9 @@ fn table_of_codel<'db>(db: &'db dyn ModelDb, project: Project<'db>, codel: Decl<
             }
             let before = file.text(db).get(..entry.key_span.start).unwrap_or_default();
             let path = file.path(db);
-            let path = path.strip_prefix(workspace.folder(db)).unwrap_or(path).display();
-            let _ = writeln!(out, "from `{path}`, line {}\n", before.matches('\n').count() + 1);
+            let path = path.strip_prefix(workspace.folder(db)).unwrap_or(path).display().to_string();
+            let line = before.matches('\n').count() + 1;
+            let _ = writeln!(out, "from {}, line {line}\n", markdown::code(&path));
         }
     }
     out
@@ -92,7 +94,7 @@ fn resolved_type<'db>(
         feature.map(|feature| type_of(db, project, of, feature.ty.as_ref()).to_string())
     };
     match ty {
-        Some(ty) if !shown.contains(&ty) => format!("of type `{ty}`\n\n"),
+        Some(ty) if !shown.contains(&ty) => format!("of type {}\n\n", markdown::code(&ty)),
         _ => String::new(),
     }
 }

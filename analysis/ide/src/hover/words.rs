@@ -7,6 +7,7 @@ use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxToken, TextSize};
 
 use super::Hover;
+use crate::markdown;
 
 /// Functions that programs call as codels are called, with their shape.
 const FUNCTIONS: [(&str, &str, &str); 5] = [
@@ -116,7 +117,7 @@ fn meaning(token: &SyntaxToken) -> Option<String> {
     match (parent.kind(), kind_of_owner) {
         (LITERAL, _) => keyword(&STATUSES),
         (HOOK | METHOD, _) => keyword(&PROGRAMS),
-        (BUFFER, _) => Some(format!("`{}`: {}\n", parent.text().to_string().trim(), BUFFERED)),
+        (BUFFER, _) => Some(format!("{}: {BUFFERED}\n", markdown::code(parent.text().to_string().trim()))),
         (NAME_REF, Some(CALL_EXPR)) => {
             let (_, shape, meaning) = FUNCTIONS.iter().find(|(name, ..)| *name == text)?;
             Some(format!("```mauve\n{shape}\n```\n\n{meaning}\n"))
