@@ -36,6 +36,8 @@ export async function activate(context: vscode.ExtensionContext): Promise<void> 
         void server.restart();
       }
     }),
+    // Then programs in it count too.
+    vscode.workspace.onDidGrantWorkspaceTrust(() => server.restart()),
     vscode.workspace.onDidOpenTextDocument(recognise),
   );
   await Promise.all(vscode.workspace.textDocuments.map(recognise));

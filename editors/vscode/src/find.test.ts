@@ -1,9 +1,9 @@
 import assert from "node:assert/strict";
-import { chmodSync, mkdirSync, mkdtempSync, rmSync, writeFileSync } from "node:fs";
+import { chmodSync, mkdirSync, mkdtempSync, rmSync, symlinkSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import * as path from "node:path";
 import { test } from "node:test";
-import { findServer } from "./find";
+import { findServer, Places } from "./find";
 
 /** A folder with an extension that has a server in it, one on PATH, and a file that is no program. */
 function installed(files: string[], check: (root: string) => void): void {
@@ -22,13 +22,15 @@ function installed(files: string[], check: (root: string) => void): void {
   }
 }
 
-function find(root: string, setting: string) {
+function find(root: string, setting: string, more: Partial<Places> = {}) {
   return findServer({
     setting,
-    folder: root,
+    folders: [root],
+    isTrusted: true,
     extension: path.join(root, "extension"),
     PATH: ["", path.join(root, "nowhere"), path.join(root, "other"), path.join(root, "bin")].join(path.delimiter),
     platform: "linux",
+    ...more,
   });
 }
 
@@ -58,6 +60,52 @@ test("a setting that is wrong is said, and nothing else is taken", () =>
       assert.match(found.problem, new RegExp(`mauve.server.path is "${setting}".*${what}`));
       assert.deepEqual(found.lookedFor, [path.join(root, setting)]);
     }
+  }));
+
+test("a relative folder on PATH does not count: it would be one of the workspace", () =>
+  installed(["bin/mauve"], (root) => {
+    const before = process.cwd();
+    process.chdir(path.join(root, "bin"));
+    try {
+      for (const folder of ["", ".", "../bin", "./", "..//bin"]) {
+        const found = find(root, "", { PATH: [folder, path.join(root, "other")].join(path.delimiter) });
+        assert.ok("problem" in found, folder);
+        assert.deepEqual(
+          found.lookedFor,
+          ["extension/server", "other"].map((folder) => path.join(root, folder, "mauve")),
+        );
+      }
+      assert.deepEqual(find(root, "", { PATH: [".", path.join(root, "bin")].join(path.delimiter) }), {
+        path: path.join(root, "bin/mauve"),
+      });
+    } finally {
+      process.chdir(before);
+    }
+  }));
+
+test("a program in a workspace that is not trusted does not count", () =>
+  installed(["bin/mauve", "model.mal"], (root) => {
+    const [workspace, bin] = [path.join(root, "bin"), path.join(root, "bin/mauve")];
+    mkdirSync(path.join(root, "links"));
+    symlinkSync(bin, path.join(root, "links/mauve"));
+    symlinkSync(workspace, path.join(root, "folder"));
+    for (const [folder, opened] of [
+      ["bin", "bin"],
+      ["bin", "."],
+      ["links", "bin"],
+      ["bin", "folder"],
+      ["folder", "bin"],
+    ]) {
+      const places = { folders: ["/nowhere", path.join(root, opened)], PATH: path.join(root, folder) };
+      assert.ok("path" in find(root, "", places), `${folder} ${opened}`);
+      assert.ok("problem" in find(root, "", { ...places, isTrusted: false }), `${folder} ${opened}`);
+    }
+    const others = { folders: [path.join(root, "bi"), path.join(root, "bin/mauve-2")], isTrusted: false };
+    assert.deepEqual(find(root, "", others), { path: bin });
+    const found = find(root, "mauve", { folders: [workspace], isTrusted: false });
+    assert.ok("problem" in found);
+    assert.match(found.problem, /mauve.server.path is "mauve", but .* is in a workspace that is not trusted/);
+    assert.deepEqual(find(root, "mauve", { folders: [workspace] }), { path: bin });
   }));
 
 test("nowhere: the places are told", () =>

@@ -85,10 +85,12 @@ export class Server {
   private async start(): Promise<void> {
     this.set({ kind: "starting" });
     const settings = vscode.workspace.getConfiguration("mauve.server");
-    const folder = vscode.workspace.workspaceFolders?.find(({ uri }) => uri.scheme === "file")?.uri.fsPath;
+    const opened = vscode.workspace.workspaceFolders?.filter(({ uri }) => uri.scheme === "file") ?? [];
+    const folders = opened.map(({ uri }) => uri.fsPath);
     const found = findServer({
       setting: settings.get("path", "").trim(),
-      folder: folder ?? "",
+      folders,
+      isTrusted: vscode.workspace.isTrusted,
       extension: this.extension,
       PATH: process.env.PATH ?? "",
       platform: process.platform,
@@ -104,7 +106,7 @@ export class Server {
     let ended: string | undefined;
     const run = async (): Promise<ChildProcess> => {
       const [program, ...args] = commandLine;
-      const server = spawn(program, args, { cwd: folder });
+      const server = spawn(program, args, { cwd: folders[0] });
       this.process = server;
       server.on("exit", (code, signal) => {
         ended = signal === null ? `exit code ${code}` : `signal ${signal}`;

@@ -49,6 +49,25 @@ check('a server that is not there is said once', function()
   equal(true, report:find('ERROR "' .. vim.env.MAUVE_TEST_SERVER .. '" is not found', 1, true) ~= nil, report)
 end)
 
+check('a program in a relative folder is none', function()
+  local mauve = require('mauve')
+  local path, settings, here = vim.env.PATH, vim.g.mauve, vim.fn.getcwd()
+  local program = write('somebodys', '#!/bin/sh')
+  local folder = vim.fs.dirname(program)
+  vim.fn.setfperm(program, 'rwx------')
+  vim.cmd.cd(folder)
+  for _, set in ipairs({ 'somebodys', './somebodys' }) do
+    vim.g.mauve = { server = { path = set } }
+    vim.env.PATH = '.::' .. path
+    equal(0, vim.fn.executable(mauve.command()[1]), set)
+  end
+  vim.g.mauve = { server = { path = 'somebodys', arguments = { 'lsp', '--log', 'x' } } }
+  vim.env.PATH = '.:' .. folder
+  equal({ program, 'lsp', '--log', 'x' }, mauve.command())
+  vim.env.PATH, vim.g.mauve = path, settings
+  vim.cmd.cd(here)
+end)
+
 local function check_indent(path)
   vim.cmd.edit(path)
   local text = vim.api.nvim_buf_get_lines(0, 0, -1, false)

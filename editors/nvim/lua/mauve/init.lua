@@ -12,12 +12,39 @@ function M.settings()
   return vim.g.mauve or {}
 end
 
+local function is_absolute(path)
+  if vim.fn.has('win32') == 1 then
+    return path:find('^%a:[/\\]') ~= nil or path:find('^[/\\][/\\]') ~= nil
+  end
+  return vim.startswith(path, '/')
+end
+
+--- A program by its whole path: itself, or in the first absolute folder of PATH that has it. The server is started in the
+--- folder of the project, where a stranger may have put anything: what is relative, such as `.`, would be in there.
+---@param path string
+---@return string
+local function program_of(path)
+  local is_name = not path:find('[/\\]')
+  path = vim.fs.normalize(path)
+  if is_absolute(path) then
+    return path
+  end
+  local separator = vim.fn.has('win32') == 1 and ';' or ':'
+  for _, folder in ipairs(is_name and vim.split(vim.env.PATH or '', separator, { plain = true }) or {}) do
+    local program = is_absolute(folder) and vim.fn.exepath(vim.fs.joinpath(folder, path)) or ''
+    if program ~= '' then
+      return program
+    end
+  end
+  -- A name would be looked for once more by whoever starts it, from the project's folder. No file is called so.
+  return '/not found: ' .. path
+end
+
 --- The command that starts the server, as the settings have it.
 ---@return string[]
 function M.command()
   local server = M.settings().server or {}
-  local path = server.path and vim.fs.normalize(server.path) or 'mauve'
-  return vim.list_extend({ path }, server.arguments or { 'lsp' })
+  return vim.list_extend({ program_of(server.path or 'mauve') }, server.arguments or { 'lsp' })
 end
 
 --- The server's configuration: that of `lsp/mauve.lua`, with what the user changed by `vim.lsp.config`.
