@@ -398,6 +398,17 @@ fn a_recorded_session_can_be_said_again() {
     assert_eq!(client.hint(&text, "activity navigation"), "R 997 ms > 700 ms ✗");
     assert_eq!(client.shut_down(), Some(0));
     assert!(std::fs::read_to_string(&log).unwrap().contains("workspaces loaded"));
+    // They have the texts of the models.
+    #[cfg(unix)]
+    for path in [&mirror, &log] {
+        use std::os::unix::fs::PermissionsExt as _;
+        assert_eq!(
+            std::fs::metadata(path).unwrap().permissions().mode() & 0o777,
+            0o600,
+            "{}",
+            path.display()
+        );
+    }
 
     let arguments = ["replay", mirror.to_str().unwrap()];
     let run = mauve(MAUVE, &folder, &arguments);

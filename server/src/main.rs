@@ -12,6 +12,7 @@ mod disk;
 mod generate;
 mod load;
 mod lsp;
+mod private;
 
 use std::io::Write as _;
 use std::process::ExitCode;

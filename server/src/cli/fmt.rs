@@ -1,7 +1,8 @@
 //! `mauve fmt [PATH…] [--check]`: models with the white space that they should have.
 //!
 //! Only files in the named paths are written, whatever they include, and only where something changes. A file is replaced
-//! as a whole, by a new one with its permissions: whoever reads it meanwhile has the old text or the new one.
+//! as a whole, by a new one with its permissions: whoever reads it meanwhile has the old text or the new one, and whoever may
+//! not read it has neither.
 
 use std::io::{Read as _, Write as _};
 use std::path::{Path, PathBuf};
@@ -12,6 +13,7 @@ use super::{Paths, counted, say, shown};
 use crate::Output;
 use crate::disk::text_of;
 use crate::load::{is_of_another_language, models_in};
+use crate::private::private;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Fmt {
@@ -131,14 +133,45 @@ fn replace(path: &Path, text: &str) -> std::io::Result<()> {
     name.push(path.file_name().unwrap_or_default());
     name.push(format!(".{}.tmp", std::process::id()));
     let beside = path.with_file_name(name);
-    let mut file = std::fs::OpenOptions::new().write(true).create_new(true).open(&beside)?;
+    let mut file = private().write(true).create_new(true).open(&beside)?;
+    // Before there is anything to read in it.
     let written = file
-        .write_all(text.as_bytes())
-        .and_then(|()| file.set_permissions(permissions))
+        .set_permissions(permissions)
+        .and_then(|()| file.write_all(text.as_bytes()))
         .and_then(|()| file.sync_all())
         .and_then(|()| std::fs::rename(&beside, path));
     if written.is_err() {
         let _ = std::fs::remove_file(&beside);
     }
     written
+}
+
+#[cfg(test)]
+#[cfg(unix)]
+mod tests {
+    use std::fs;
+    use std::os::unix::fs::{PermissionsExt as _, symlink};
+
+    use super::*;
+
+    #[test]
+    fn a_new_file_has_the_permissions_of_the_old_one() {
+        let folder = std::env::temp_dir().join(format!("mauve-fmt-{}", std::process::id()));
+        let _ = fs::remove_dir_all(&folder);
+        fs::create_dir_all(&folder).unwrap();
+        let path = folder.join("a.mal");
+        for mode in [0o600, 0o640, 0o644] {
+            fs::write(&path, "old").unwrap();
+            fs::set_permissions(&path, fs::Permissions::from_mode(mode)).unwrap();
+            replace(&path, "new").unwrap();
+            assert_eq!(fs::metadata(&path).unwrap().permissions().mode() & 0o777, mode);
+            assert_eq!(fs::read_to_string(&path).unwrap(), "new");
+        }
+        // Somebody has put something where the new file is to be.
+        let beside = folder.join(format!(".a.mal.{}.tmp", std::process::id()));
+        symlink(folder.join("elsewhere"), &beside).unwrap();
+        assert!(replace(&path, "newer").is_err());
+        assert!(fs::read_to_string(&path).unwrap() == "new" && !folder.join("elsewhere").exists());
+        fs::remove_dir_all(&folder).unwrap();
+    }
 }

@@ -1,6 +1,5 @@
 //! `mauve lsp`: the language server.
 
-use std::fs::File;
 use std::io::IsTerminal as _;
 use std::path::PathBuf;
 use std::sync::Mutex;
@@ -12,6 +11,7 @@ use tracing_subscriber::prelude::*;
 use super::{Outside, say};
 use crate::Output;
 use crate::lsp::{mirror::Mirror, run};
+use crate::private::private;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Lsp {
@@ -32,7 +32,7 @@ impl Lsp {
     /// Serves until the client is done.
     pub(crate) fn run(self) -> Result<Output, String> {
         if let Some(path) = &self.log {
-            let file = File::options()
+            let file = private()
                 .create(true)
                 .append(true)
                 .open(path)

@@ -14,6 +14,8 @@ use std::time::Instant;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use crate::private::private;
+
 /// Who said something.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -40,7 +42,7 @@ pub(crate) struct Mirror {
 
 impl Mirror {
     /// A record at `path`, behind what is there already: an editor starts a server again that has ended by a defect, and
-    /// that session is the one to be looked at.
+    /// that session is the one to be looked at. It has the texts of the models, so only the user may read it.
     ///
     /// # Errors
     ///
@@ -48,7 +50,7 @@ impl Mirror {
     pub(crate) fn create(path: &Path) -> std::io::Result<Mirror> {
         Ok(Mirror {
             begin: Instant::now(),
-            file: Arc::new(Mutex::new(File::options().create(true).append(true).open(path)?)),
+            file: Arc::new(Mutex::new(private().create(true).append(true).open(path)?)),
         })
     }
 
