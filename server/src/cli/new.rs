@@ -1,6 +1,8 @@
 //! `mauve new DIR`: a small project that shows response times at once.
 
-use std::path::PathBuf;
+use std::fs::File;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
 
 use crate::Output;
 
@@ -25,12 +27,47 @@ impl New {
             return Err(format!("`{}` is not empty: nothing was written", folder.display()));
         }
         std::fs::create_dir_all(folder).map_err(failed)?;
-        let mut text = String::new();
-        for (name, content) in FILES {
-            std::fs::write(folder.join(name), content).map_err(failed)?;
-            text += &format!("wrote {}\n", folder.join(name).display());
+        let text = written(folder)?;
+        Ok(Output::fine(format!("{text}\nNow try: mauve check {}\n", folder.display())))
+    }
+}
+
+/// Writes the files into a folder, and says so. It was empty: what is there by now is somebody else's, be it a file or a link.
+fn written(folder: &Path) -> Result<String, String> {
+    let mut text = String::new();
+    for (name, content) in FILES {
+        let path = folder.join(name);
+        File::create_new(&path)
+            .and_then(|mut file| file.write_all(content.as_bytes()))
+            .map_err(|error| format!("cannot write `{}`: {error}", path.display()))?;
+        text += &format!("wrote {}\n", path.display());
+    }
+    Ok(text)
+}
+
+#[cfg(test)]
+#[cfg(unix)]
+mod tests {
+    use std::fs;
+    use std::os::unix::fs::symlink;
+
+    use super::*;
+
+    #[test]
+    fn nothing_is_overwritten_and_no_link_is_followed() {
+        let folder = std::env::temp_dir().join(format!("mauve-new-{}", std::process::id()));
+        let _ = fs::remove_dir_all(&folder);
+        for inner in ["file", "link"] {
+            fs::create_dir_all(folder.join(inner)).unwrap();
         }
-        text += &format!("\nNow try: mauve check {}\n", folder.display());
-        Ok(Output::fine(text))
+        fs::write(folder.join("file/robot.mal"), "mine").unwrap();
+        symlink("../elsewhere", folder.join("link/robot.mal")).unwrap();
+        for inner in ["file", "link"] {
+            let why = written(&folder.join(inner)).unwrap_err();
+            assert!(why.starts_with("cannot write `") && why.contains("robot.mal`: "), "{why}");
+        }
+        assert_eq!(fs::read_to_string(folder.join("file/robot.mal")).unwrap(), "mine");
+        assert!(!folder.join("elsewhere").exists());
+        fs::remove_dir_all(&folder).unwrap();
     }
 }

@@ -1,6 +1,8 @@
 //! The pages of the diagnostics as files, so that an editor can open the one behind a code.
 
-use std::path::PathBuf;
+use std::fs::File;
+use std::io::{self, ErrorKind, Write as _};
+use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use mauve_model::diagnostics::{codes, page};
@@ -15,19 +17,62 @@ pub(crate) fn address(code: &str) -> Option<Url> {
 }
 
 /// Writes the pages of this version to the user's cache. Another server may do the same: they are the same.
-fn written() -> std::io::Result<PathBuf> {
+fn written() -> io::Result<PathBuf> {
     let variable = |name| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
     let cache = variable("XDG_CACHE_HOME").or_else(|| variable("LOCALAPPDATA"));
     let cache = cache.or_else(|| variable("HOME").map(|home| home.join(".cache")));
-    let cache = cache.ok_or_else(|| std::io::Error::other("neither XDG_CACHE_HOME nor HOME is set"))?;
+    let cache = cache.ok_or_else(|| io::Error::other("neither XDG_CACHE_HOME nor HOME is set"))?;
     let folder = cache.join("mauve").join(format!("pages-{}", env!("CARGO_PKG_VERSION")));
     std::fs::create_dir_all(&folder)?;
     for code in codes() {
         let (path, page) = (folder.join(format!("{}.md", code.name)), page(code.name).unwrap_or_default());
-        if std::fs::read_to_string(&path).is_ok_and(|there| there == page) {
-            continue;
-        }
-        std::fs::write(path, page)?;
+        write(&path, &page)?;
     }
     Ok(folder)
+}
+
+/// Writes a page where there is another one. What a link in its place leads to is none of ours.
+fn write(path: &Path, page: &str) -> io::Result<()> {
+    if !path.is_symlink() && std::fs::read_to_string(path).is_ok_and(|there| there == page) {
+        return Ok(());
+    }
+    match std::fs::remove_file(path) {
+        Err(error) if error.kind() != ErrorKind::NotFound => return Err(error),
+        _ => {}
+    }
+    match File::create_new(path).and_then(|mut file| file.write_all(page.as_bytes())) {
+        // Another server was faster.
+        Err(error) if error.kind() == ErrorKind::AlreadyExists => Ok(()),
+        written => written,
+    }
+}
+
+#[cfg(test)]
+#[cfg(unix)]
+mod tests {
+    use std::fs;
+    use std::os::unix::fs::symlink;
+
+    use super::*;
+
+    #[test]
+    fn a_page_takes_the_place_of_another_and_of_a_link() {
+        let folder = std::env::temp_dir().join(format!("mauve-pages-{}", std::process::id()));
+        let _ = fs::remove_dir_all(&folder);
+        fs::create_dir_all(&folder).unwrap();
+        let (page, other) = (folder.join("page.md"), folder.join("other"));
+        for text in ["new", "newer", "newer"] {
+            write(&page, text).unwrap();
+            assert_eq!(fs::read_to_string(&page).unwrap(), text);
+        }
+        for text in ["mine", "newer"] {
+            fs::write(&other, text).unwrap();
+            fs::remove_file(&page).unwrap();
+            symlink(&other, &page).unwrap();
+            write(&page, "newer").unwrap();
+            assert!(!page.is_symlink() && fs::read_to_string(&page).unwrap() == "newer");
+            assert_eq!(fs::read_to_string(&other).unwrap(), text);
+        }
+        fs::remove_dir_all(&folder).unwrap();
+    }
 }
