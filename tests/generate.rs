@@ -536,6 +536,17 @@ fn mauve_toml_does_not_choose_a_folder_elsewhere() {
         assert_eq!(it.everything(), before);
     }
     assert_eq!(it.json(0, &["robot", "--out", "elsewhere"])["written"], true);
+    // Nor one in which nobody looks, and which tools obey.
+    fs::create_dir_all(it.0.join("robot/.git/hooks")).unwrap();
+    symlink(".git", it.0.join("robot/seen")).unwrap();
+    for out in [".git/hooks", ".github", "a/.b/c", "seen", "seen/hooks"] {
+        it.put("robot/mauve.toml", &CONFIG.replace("\"out\"", &format!("{out:?}")));
+        let before = it.everything();
+        let said = it.expect(2, &["robot"]);
+        assert!(said.contains("which is in a hidden folder: name another one, or say `--out`"), "{said}");
+        assert_eq!(it.everything(), before);
+    }
+    it.expect(0, &["robot", "--out", ".hidden"]);
     for out in ["generated/deep", ".", "a/../b"] {
         it.put("robot/mauve.toml", &CONFIG.replace("\"out\"", &format!("{out:?}")));
         it.expect(0, &["robot"]);
@@ -600,19 +611,30 @@ fn links_lead_nobody_out_of_the_folder() {
         for arguments in [&[][..], &["--force"]] {
             let said = it.expect(2, arguments);
             assert!(
-                said.contains("is a link that leads out of") && said.contains("; nothing was changed")
-                    || said.contains("nothing is written there"),
+                said.contains("is a link that leads out of") && said.contains("and is not read: put a file"),
                 "{said}"
             );
             assert_eq!(it.everything(), before);
         }
-        it.expect(1, &["--check"]);
+        it.expect(2, &["--check"]);
         fs::remove_file(it.0.join(path)).unwrap();
         fs::rename(it.0.join("elsewhere"), it.0.join(path)).unwrap();
     }
-    // A codel that is kept elsewhere is only read; and a link to the folder itself is what was asked for.
+    // Nor does it show a text from there.
     fs::rename(it.0.join(CODEL), it.0.join("mine.cpp")).unwrap();
     symlink("../../../../mine.cpp", it.0.join(CODEL)).unwrap();
+    let before = it.everything();
+    let said = it.expect(2, &[]);
+    assert!(
+        said.contains("clearance.cpp` is a link that leads out of") && !said.contains("double"),
+        "{said}"
+    );
+    assert_eq!(it.everything(), before);
+    fs::remove_file(it.0.join(CODEL)).unwrap();
+    // A codel that is elsewhere in the folder is only read; and a link to the folder itself is what was asked
+    // for.
+    fs::rename(it.0.join("mine.cpp"), it.0.join("out/mine.cpp")).unwrap();
+    symlink("../../../mine.cpp", it.0.join(CODEL)).unwrap();
     fs::rename(it.0.join("out"), it.0.join("real")).unwrap();
     symlink("real", it.0.join("out")).unwrap();
     it.expect(0, &["--out", "out"]);

@@ -544,6 +544,8 @@ fn the_folder_is_in_that_of_the_workspace() {
         (&absolute, "which is not in the folder of the workspace"),
         ("link", "which is not in the folder of the workspace"),
         ("link/inner", "which is not in the folder of the workspace"),
+        (".git/hooks", "which is in a hidden folder"),
+        ("inner/.github", "which is in a hidden folder"),
         ("dangling/inner", "is a link that leads nowhere"),
         ("dangling", "is a link that leads nowhere"),
         ("file", "file is a file"),

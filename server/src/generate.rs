@@ -1,38 +1,93 @@
 //! Generated packages on the disk: where they go, what is there already, how they are written.
+//!
+//! The folder that they go to, or one in it, may be exchanged for a link at any time. So its path is looked at
+//! once, and what was found is opened without following a link from then on (`generate/handle.rs`).
 
+mod handle;
 mod write;
 
 use std::collections::BTreeSet;
-use std::io::ErrorKind;
-use std::path::{Path, PathBuf};
+use std::ffi::{OsStr, OsString};
+use std::fs::File;
+use std::io::{self, ErrorKind, Read as _};
+use std::path::{Component, Path, PathBuf};
 
-use mauve_model::{Database, Project, Workspace, config_of, normalised};
+use mauve_model::{CONFIG_FILE, Database, Project, Workspace, config_of, normalised};
 use mauve_orocos::{MANIFEST, Package};
 
+use handle::{Folder, Folders, Kind};
 pub(crate) use write::{Site, target};
 
 /// A file that is longer is nothing that the generator wrote, nor a codel.
-const LONGEST: u64 = 1 << 28;
+const LONGEST: u64 = 1 << 24;
+
+/// The folder that packages go to.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Out {
+    /// As the user knows it.
+    pub(crate) shown: PathBuf,
+    /// Behind all links: what was checked, and what is opened.
+    pub(crate) real: PathBuf,
+}
+
+impl Out {
+    /// A folder that the user has named: he may have it anywhere.
+    ///
+    /// # Errors
+    ///
+    /// Why nobody knows where it is.
+    pub(crate) fn named(path: &Path) -> Result<Out, String> {
+        Ok(Out { shown: path.to_owned(), real: behind_links(path)? })
+    }
+}
 
 /// The folder that `[generate] out` names; nothing where it does not.
 ///
 /// # Errors
 ///
 /// Why nothing may be written there.
-pub(crate) fn configured_out(db: &Database, workspace: Workspace) -> Result<Option<PathBuf>, String> {
+pub(crate) fn configured_out(db: &Database, workspace: Workspace) -> Result<Option<Out>, String> {
     let Some((out, _)) = &config_of(db, workspace).out else { return Ok(None) };
     let folder = workspace.folder(db);
-    let path = normalised(&folder.join(out));
-    let home = behind_links(folder)?;
-    if out.is_empty() || !path.starts_with(folder) || !behind_links(&path)?.starts_with(&home) {
-        return Err(format!(
+    let shown = normalised(&folder.join(out));
+    let outside = || {
+        format!(
             "`[generate] out` of {} is {out:?}, which leads out of its folder: a model that came from elsewhere shall \
              not choose where files are written; if that is what you want, say `--out {}`",
-            folder.join(mauve_model::CONFIG_FILE).display(),
-            path.display(),
-        ));
+            folder.join(CONFIG_FILE).display(),
+            shown.display(),
+        )
+    };
+    if out.is_empty() || !shown.starts_with(folder) {
+        return Err(outside());
     }
-    Ok(Some(path))
+    let [home, real] = [behind_links(folder)?, behind_links(&shown)?];
+    if !real.starts_with(&home) {
+        return Err(outside());
+    }
+    refuse_hidden(folder, out, [(folder, &shown), (&home, &real)])?;
+    Ok(Some(Out { shown, real }))
+}
+
+/// Refuses `out` of the configuration in a folder where one of the ways that it stands for, each from a folder
+/// to another, goes through a hidden one: nobody looks there, and tools obey what they find, such as
+/// `.git/hooks` and `.github`.
+///
+/// # Errors
+///
+/// That it does, in words for the user.
+pub(crate) fn refuse_hidden(folder: &Path, out: &str, ways: [(&Path, &Path); 2]) -> Result<(), String> {
+    let is_hidden = |name: &OsStr| name.as_encoded_bytes().starts_with(b".");
+    let is_hidden_way = |(from, to): (&Path, &Path)| {
+        to.strip_prefix(from).is_ok_and(|below| below.components().any(|part| is_hidden(part.as_os_str())))
+    };
+    if !ways.into_iter().any(is_hidden_way) {
+        return Ok(());
+    }
+    Err(format!(
+        "`[generate] out` of {} is {out:?}, which is in a hidden folder: name another one, or say `--out`",
+        folder.join(CONFIG_FILE).display()
+    ))
 }
 
 /// Where a path is behind all links, be there a file or not.
@@ -41,18 +96,22 @@ pub(crate) fn configured_out(db: &Database, workspace: Workspace) -> Result<Opti
 ///
 /// Why nobody knows: a folder that cannot be read, a link that leads nowhere.
 pub(crate) fn behind_links(path: &Path) -> Result<PathBuf, String> {
+    let path = std::path::absolute(path).map_err(|error| not_read(path, &error))?;
     let mut rest = Vec::new();
     for above in path.ancestors() {
         match above.canonicalize() {
-            Ok(found) => return Ok(rest.iter().rev().fold(found, |path, name| path.join(name))),
-            Err(error) if error.kind() != ErrorKind::NotFound => {
-                return Err(format!("`{}` cannot be read: {error}", above.display()));
+            Ok(found) => {
+                let path = rest.iter().rev().fold(found, |path, part| path.join(part));
+                // From what is not there `..` leads back, to what may be a link.
+                let leads_back = rest.contains(&Component::ParentDir);
+                return if leads_back { behind_links(&normalised(&path)) } else { Ok(path) };
             }
+            Err(error) if error.kind() != ErrorKind::NotFound => return Err(not_read(above, &error)),
             Err(_) if above.is_symlink() => return Err(leads_nowhere(above)),
-            Err(_) => rest.extend(above.file_name()),
+            Err(_) => rest.extend(above.components().next_back()),
         }
     }
-    Ok(path.to_owned())
+    Ok(path)
 }
 
 /// The text of a file below a folder; nothing where there is none. What is not UTF-8 in it is replaced: the generator writes
@@ -61,29 +120,84 @@ pub(crate) fn behind_links(path: &Path) -> Result<PathBuf, String> {
 /// # Errors
 ///
 /// Why it cannot be read, in words for the user.
-pub(crate) fn read(folder: &Path, path: &str) -> Result<Option<String>, String> {
-    let file = folder.join(path);
-    let failed = |error: std::io::Error| format!("`{}` cannot be read: {error}", file.display());
-    let data = match std::fs::metadata(&file) {
-        Ok(data) => data,
-        Err(error) => {
-            let mut above = file.ancestors().skip(1).take_while(|above| above.starts_with(folder));
-            return match above.find(|above| above.symlink_metadata().is_ok_and(|data| !data.is_dir())) {
-                Some(above) if !above.is_dir() => Err(not_a_folder(above)),
-                _ if error.kind() == ErrorKind::NotFound && file.is_symlink() => Err(leads_nowhere(&file)),
-                _ if error.kind() == ErrorKind::NotFound => Ok(None),
-                _ => Err(failed(error)),
-            };
-        }
-    };
-    if data.is_dir() {
-        return Err(not_a_file(&file));
+pub(crate) fn read(out: &Out, path: &str) -> Result<Option<String>, String> {
+    let shown = out.shown.join(path);
+    let Some(file) = open(out, path)? else { return Ok(None) };
+    let mut bytes = Vec::new();
+    file.take(LONGEST + 1).read_to_end(&mut bytes).map_err(|error| not_read(&shown, &error))?;
+    if bytes.len() as u64 > LONGEST {
+        return Err(not_generated(&shown));
     }
-    if !data.is_file() || data.len() > LONGEST {
-        return Err(format!("`{}` is no file that could have been generated", file.display()));
-    }
-    let bytes = std::fs::read(&file).map_err(failed)?;
     Ok(Some(String::from_utf8_lossy(&bytes).into_owned()))
+}
+
+/// Opens a file below a folder, and follows links that do not lead out of it; nothing where there is none.
+fn open(out: &Out, path: &str) -> Result<Option<File>, String> {
+    let Out { mut shown, real: mut at } = out.clone();
+    let mut folders = match Folder::open(&at) {
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
+        root => Folders::below(root.map_err(|error| not_read(&shown, &error))?),
+    };
+    let mut parts = path.split('/').peekable();
+    while let Some(part) = parts.next() {
+        if !is_name(part) {
+            return Err(no_path(path));
+        }
+        at.push(part);
+        shown.push(part);
+        let mut kind = match folders.kind(&at) {
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
+            kind => kind.map_err(|error| not_read(&shown, &error))?,
+        };
+        if kind == Kind::Link {
+            at = inside(out, &at, &shown)?;
+            kind = folders.kind(&at).map_err(|error| not_read(&shown, &error))?;
+        }
+        match (parts.peek(), kind) {
+            (None, Kind::File) | (Some(_), Kind::Folder) => {}
+            (None, Kind::Folder) => return Err(not_a_file(&shown)),
+            (None, _) => return Err(not_generated(&shown)),
+            (Some(_), _) => return Err(not_a_folder(&shown)),
+        }
+    }
+    match folders.above(&at).and_then(|(folder, name)| folder.open_read(name)) {
+        // Somebody removed it meanwhile.
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
+        file => file.map(Some).map_err(|error| not_read(&shown, &error)),
+    }
+}
+
+/// Where a link in a folder leads to, in there.
+fn inside(out: &Out, link: &Path, shown: &Path) -> Result<PathBuf, String> {
+    let real = link.canonicalize().map_err(|error| match error.kind() {
+        ErrorKind::NotFound => leads_nowhere(shown),
+        _ => not_read(shown, &error),
+    })?;
+    if !real.starts_with(&out.real) {
+        return Err(format!(
+            "`{}` is a link that leads out of `{}`, and is not read: put a file in its place",
+            shown.display(),
+            out.shown.display()
+        ));
+    }
+    Ok(real)
+}
+
+/// Is it one part of a path, on every system, that leads on?
+fn is_name(part: &str) -> bool {
+    !matches!(part, "" | "." | "..") && !part.contains(['\\', ':'])
+}
+
+fn no_path(path: &str) -> String {
+    format!("{path:?} is no path of a generated file")
+}
+
+fn not_read(path: &Path, error: &io::Error) -> String {
+    format!("`{}` cannot be read: {error}", path.display())
+}
+
+fn not_generated(path: &Path) -> String {
+    format!("`{}` is no file that could have been generated", path.display())
 }
 
 fn not_a_folder(path: &Path) -> String {
@@ -141,13 +255,149 @@ fn difference<'a>(a: &'a Package, b: &'a Package) -> Option<&'a str> {
     only(a, b).or_else(|| only(b, a)).map(|file| file.path.as_str())
 }
 
-/// Folders below `folder` that hold a package, none of which is among `packages`: their names.
-pub(crate) fn left_packages(folder: &Path, packages: &[Package]) -> Vec<String> {
+/// Folders below one that hold a package, none of which is among `packages`: their names.
+pub(crate) fn left_packages(out: &Out, packages: &[Package]) -> Vec<String> {
     let ours: BTreeSet<&str> = packages.iter().map(|package| package.name.as_str()).collect();
-    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
-    let held = entries.filter(|entry| entry.path().join(MANIFEST).is_file());
-    let names = held.filter_map(|entry| entry.file_name().into_string().ok());
+    let Ok(folder) = Folder::open(&out.real) else { return Vec::new() };
+    let is_held = |name: &OsString| {
+        let manifest = folder.folder(name).and_then(|package| package.kind(MANIFEST.as_ref()));
+        manifest.is_ok_and(|kind| kind == Kind::File)
+    };
+    let held = folder.names().unwrap_or_default().into_iter().filter(is_held);
+    let names = held.filter_map(|name| name.into_string().ok());
     let mut left: Vec<String> = names.filter(|name| !ours.contains(name.as_str())).collect();
     left.sort();
     left
+}
+
+#[cfg(test)]
+#[cfg(unix)]
+mod tests {
+    use std::fs;
+    use std::os::unix::fs::symlink;
+    use std::process::Command;
+
+    use super::*;
+
+    fn scratch(name: &str) -> PathBuf {
+        let folder = std::env::temp_dir().join(format!("mauve-generate-{}-{name}", std::process::id()));
+        let _ = fs::remove_dir_all(&folder);
+        fs::create_dir_all(&folder).unwrap();
+        folder.canonicalize().unwrap()
+    }
+
+    #[test]
+    fn a_path_is_found_behind_links_and_beyond_what_is_there() {
+        let top = scratch("behind");
+        fs::create_dir_all(top.join("real/deep")).unwrap();
+        fs::write(top.join("file"), "").unwrap();
+        symlink("real/deep", top.join("link")).unwrap();
+        symlink("nowhere", top.join("dangling")).unwrap();
+        for (path, found) in [
+            ("real", "real"),
+            ("link", "real/deep"),
+            ("link/..", "real"),
+            ("link/new/one", "real/deep/new/one"),
+            ("link/new/../other", "real/deep/other"),
+            ("new/../link/x", "real/deep/x"),
+            ("new/one/../../../no-such-folder/x", "../no-such-folder/x"),
+            ("./link/./new/.", "real/deep/new"),
+        ] {
+            assert_eq!(behind_links(&top.join(path)), Ok(normalised(&top.join(found))), "{path}");
+        }
+        for (path, message) in
+            [("dangling", "leads nowhere"), ("dangling/new", "leads nowhere"), ("file/new", "cannot be read")]
+        {
+            assert!(behind_links(&top.join(path)).unwrap_err().contains(message), "{path}");
+        }
+        assert!(behind_links(Path::new("")).is_err());
+        let here = std::env::current_dir().unwrap().canonicalize().unwrap();
+        assert_eq!(behind_links(Path::new("no-such-folder/new")), Ok(here.join("no-such-folder/new")));
+        fs::remove_dir_all(&top).unwrap();
+    }
+
+    #[test]
+    fn hidden_folders_are_refused() {
+        let refused = |out: &str, real: &str| {
+            let [home, behind] = [Path::new("/.home/robot"), Path::new("/.real/robot")];
+            refuse_hidden(home, out, [(home, &normalised(&home.join(out))), (behind, Path::new(real))])
+        };
+        for (out, real) in
+            [("out", "/.real/robot/out"), (".", "/.real/robot"), ("a/.b/../c", "/.real/robot/a/c")]
+        {
+            assert_eq!(refused(out, real), Ok(()), "{out}");
+        }
+        for (out, real) in [
+            (".git/hooks", "/.real/robot/.git/hooks"),
+            ("a/.github", "/.real/robot/a/.github"),
+            ("link", "/.real/robot/.git"),
+            (".link", "/.real/robot/out"),
+        ] {
+            let why = refused(out, real).unwrap_err();
+            assert_eq!(
+                why,
+                format!(
+                    "`[generate] out` of /.home/robot/mauve.toml is {out:?}, which is in a hidden folder: \
+                     name another one, or say `--out`"
+                )
+            );
+        }
+    }
+
+    #[test]
+    fn what_is_read_is_a_file_in_the_folder() {
+        let top = scratch("read");
+        fs::create_dir_all(top.join("out/p/deep")).unwrap();
+        fs::create_dir_all(top.join("elsewhere")).unwrap();
+        fs::write(top.join("elsewhere/secret"), "secret").unwrap();
+        fs::write(top.join("out/p/deep/file"), "text \u{e9}").unwrap();
+        fs::write(top.join("out/p/bytes"), b"\xff").unwrap();
+        File::create(top.join("out/p/longest")).unwrap().set_len(LONGEST).unwrap();
+        File::create(top.join("out/p/longer")).unwrap().set_len(LONGEST + 1).unwrap();
+        symlink("deep", top.join("out/p/folder")).unwrap();
+        symlink("../p/folder/file", top.join("out/p/link")).unwrap();
+        symlink("../../elsewhere/secret", top.join("out/p/outside")).unwrap();
+        symlink("/dev/zero", top.join("out/p/device")).unwrap();
+        symlink(top.join("elsewhere"), top.join("out/q")).unwrap();
+        symlink("nowhere", top.join("out/p/dangling")).unwrap();
+        assert!(Command::new("mkfifo").arg(top.join("out/p/pipe")).status().unwrap().success());
+        symlink("out", top.join("named")).unwrap();
+        let out = Out::named(&top.join("named")).unwrap();
+        assert_eq!(out.real, top.join("out"));
+        for (path, text) in [
+            ("p/deep/file", Some("text \u{e9}")),
+            ("p/folder/file", Some("text \u{e9}")),
+            ("p/link", Some("text \u{e9}")),
+            ("p/bytes", Some("\u{fffd}")),
+            ("p/nothing", None),
+            ("nothing/deep/file", None),
+        ] {
+            assert_eq!(read(&out, path), Ok(text.map(str::to_owned)), "{path}");
+        }
+        assert_eq!(read(&out, "p/longest").unwrap().map(|text| text.len() as u64), Some(LONGEST));
+        for (path, message) in [
+            ("p/outside", "outside` is a link that leads out of"),
+            ("p/device", "is a link that leads out of"),
+            ("q/secret", "q` is a link that leads out of"),
+            ("p/dangling", "is a link that leads nowhere"),
+            ("p/longer", "is no file that could have been generated"),
+            ("p/pipe", "is no file that could have been generated"),
+            ("p/deep", "is a folder"),
+            ("p/bytes/file", "bytes` is no folder"),
+            ("../elsewhere/secret", "is no path of a generated file"),
+            ("p//bytes", "is no path of a generated file"),
+        ] {
+            let why = read(&out, path).unwrap_err();
+            assert!(why.contains(message), "{why}");
+        }
+        // It becomes a link after it was looked at.
+        fs::rename(top.join("out"), top.join("real")).unwrap();
+        symlink("real", top.join("out")).unwrap();
+        let why = read(&out, "p/deep/file").unwrap_err();
+        assert!(why.contains("is no folder, or has become a link"), "{why}");
+        assert_eq!(left_packages(&out, &[]), Vec::<String>::new());
+        let missing = Out { shown: top.join("missing"), real: top.join("missing") };
+        assert_eq!(read(&missing, "p/file"), Ok(None));
+        fs::remove_dir_all(&top).unwrap();
+    }
 }

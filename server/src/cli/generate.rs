@@ -14,7 +14,7 @@ use super::check::{Lines, MOST_EXCERPTS, excerpt, with_excerpts};
 use super::{Outside, counted, say};
 use crate::Output;
 use crate::analysis_document::{Deployed, Proved, deployments};
-use crate::generate::{Made, Site, behind_links, configured_out, left_packages, merged, read};
+use crate::generate::{Made, Out, Site, configured_out, left_packages, merged, read};
 use crate::load::load;
 use report::{Document, Doing, ProblemDocument, document, report};
 
@@ -123,19 +123,19 @@ impl Generate {
         &self,
         db: &'db Database,
         asked: &[(Project<'db>, Option<Decl<'db>>)],
-    ) -> Result<Vec<(PathBuf, Vec<Package>)>, String> {
-        let mut folders: Vec<(PathBuf, Made<'db>)> = Vec::new();
+    ) -> Result<Vec<(Out, Vec<Package>)>, String> {
+        let mut folders: Vec<(Out, Made<'db>)> = Vec::new();
         for &(project, deployment) in asked {
             let out = match &self.out {
                 Some(out) if out.as_os_str().is_empty() => return Err("--out is the path of a folder".to_owned()),
-                Some(out) => out.clone(),
+                Some(out) => Out::named(out)?,
                 None => configured_out(db, project.workspace(db))?.ok_or(
                     "where to? Say `--out DIR`, or in mauve.toml `[generate] out = \"generated\"`, from its folder",
                 )?,
             };
             // They have no problems: that was asked.
             let made = packages(db, project, deployment).unwrap_or_default();
-            let is_same = |(known, _): &&mut (PathBuf, _)| behind_links(known) == behind_links(&out);
+            let is_same = |(known, _): &&mut (Out, _)| known.real == out.real;
             match folders.iter_mut().find(is_same) {
                 Some((_, all)) => all.push((project, made)),
                 None => folders.push((out, vec![(project, made)])),
@@ -148,7 +148,7 @@ impl Generate {
         &self,
         db: &Database,
         workspaces: &[Workspace],
-        out: PathBuf,
+        out: Out,
         packages: Vec<Package>,
     ) -> Result<Planned, String> {
         // From here on nobody else writes.
@@ -157,7 +157,7 @@ impl Generate {
         let is_whole =
             self.deployment.is_none() && workspaces.iter().all(|workspace| workspace.only(db).is_empty());
         let left_packages = if is_whole { left_packages(&out, &packages) } else { Vec::new() };
-        Ok(Planned { out, packages, plan, left_packages, site })
+        Ok(Planned { out: out.shown, packages, plan, left_packages, site })
     }
 
     /// What is wrong in the models, and that nothing was generated from them.

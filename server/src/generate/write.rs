@@ -4,15 +4,20 @@
 //! place; what was there is kept until the last one has. When anything fails, everything is put back. Of a run that was
 //! killed the next one finds files of two kinds, those that it would have written and those that the manifest knows,
 //! since manifests come last: it writes the others.
+//!
+//! A folder may be exchanged for a link meanwhile. Each is opened once, without following any, and is held to
+//! the end: what was checked is what is written to, and where something is put back.
 
-use std::fs::{self, File};
+use std::ffi::{OsStr, OsString};
+use std::fs::{self, File, Permissions};
 use std::io::{self, ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use mauve_orocos::{Action, MANIFEST, Step};
 
-use super::{leads_nowhere, not_a_file, not_a_folder};
+use super::handle::{Folder, Folders, Kind};
+use super::{Out, is_name, leads_nowhere, no_path, not_a_file, not_a_folder};
 
 /// Where new texts wait, and old ones.
 const STAGING: &str = ".mauve-staging";
@@ -20,20 +25,23 @@ const STAGING: &str = ".mauve-staging";
 /// Another run has so long to end.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// A folder of packages, for one run alone.
+/// A folder of packages, for one run alone. Its parts go in their order: the lock last.
 pub(crate) struct Site {
-    /// Behind all links.
-    root: PathBuf,
-    /// Folders that were made for it, the outermost first: they go again where nothing is put into them.
-    made: Vec<PathBuf>,
-    /// Held as long as this is open.
-    lock: Option<File>,
+    root: Folder,
+    _made: Made,
+    _lock: Option<File>,
 }
 
-impl Drop for Site {
+/// Folders that were made for a site, the outermost first: they go again where nothing is put into them.
+struct Made {
+    /// Below the top of the file system.
+    folders: Folders,
+    paths: Vec<PathBuf>,
+}
+
+impl Drop for Made {
     fn drop(&mut self) {
-        remove_empty(self.made.iter().rev());
-        drop(self.lock.take());
+        remove_empty(&mut self.folders, self.paths.iter().rev().map(PathBuf::as_path));
     }
 }
 
@@ -43,26 +51,34 @@ impl Site {
     /// # Errors
     ///
     /// Why there can be no such folder, in words for the user.
-    pub(crate) fn open(folder: &Path) -> Result<Site, String> {
-        if folder.exists() && !folder.is_dir() {
-            return Err(not_a_folder(folder));
+    pub(crate) fn open(out: &Out) -> Result<Site, String> {
+        if out.real.exists() && !out.real.is_dir() {
+            return Err(not_a_folder(&out.shown));
         }
-        let failed = |error: io::Error| format!("the folder `{}` cannot be made: {error}", folder.display());
+        let failed =
+            |error: io::Error| format!("the folder `{}` cannot be made: {error}", out.shown.display());
+        let busy = || {
+            let folder = out.shown.display();
+            format!("another `mauve generate` is at work in `{folder}`: nothing was written")
+        };
         let start = Instant::now();
         loop {
-            let mut site = Site { root: PathBuf::new(), made: Vec::new(), lock: None };
+            let top = Folder::top(&out.real).map_err(failed)?;
+            let mut made = Made { folders: Folders::below(top), paths: Vec::new() };
             let patience = PATIENCE.saturating_sub(start.elapsed());
-            let made = make_folder(folder, &mut site.made).and_then(|()| folder.canonicalize());
-            site.root = match made {
+            let root = match made.folders.make(&out.real, &mut made.paths) {
                 // A run that failed took it away meanwhile.
                 Err(error) if error.kind() == ErrorKind::NotFound && !patience.is_zero() => continue,
-                made => made.map_err(failed)?,
+                root => root.map_err(failed)?,
             };
-            site.lock = lock(&site.root, patience).map_err(|Busy| {
-                format!("another `mauve generate` is at work in `{}`: nothing was written", folder.display())
-            })?;
-            if is_locked(site.lock.as_ref(), &site.root) {
+            let lock = lock(&root, patience).map_err(|Busy| busy())?;
+            let site = Site { root, _made: made, _lock: lock };
+            // Is this the folder that is there, and not another one by now?
+            if Folder::open(&out.real).is_ok_and(|there| there.is(&site.root)) {
                 return Ok(site);
+            }
+            if patience.is_zero() {
+                return Err(busy());
             }
         }
     }
@@ -79,34 +95,64 @@ impl Site {
         let is_manifest = |step: &&Step| step.path.ends_with(MANIFEST);
         let is_other = |step: &&Step| !is_manifest(step);
         let ordered = steps.iter().filter(is_other).chain(steps.iter().filter(is_manifest));
-        let target = |step| target(&self.root, step).map(|path| (step, path));
+        let target = |step| target(self.root.path(), step).map(|path| (step, path));
         let targets: Vec<(&Step, PathBuf)> = ordered.map(target).collect::<Result<_, _>>()?;
-        let mut undo = Undo::default();
-        let staging = self.root.join(STAGING);
-        if holds_originals(&staging) {
+        let kept = self.root.path().join(STAGING);
+        if self.holds_originals() {
             return Err(format!(
                 "a run was cut off, and what it had put aside is in `{}`: put back what is yours, then remove that \
                  folder; nothing was written",
-                staging.display()
+                kept.display()
             ));
         }
-        let written = failing(&staging, discard(&staging).and_then(|()| fs::create_dir(&staging)))
-            .and_then(|()| stage(&targets, &staging))
-            .and_then(|()| put(&targets, &staging, &mut undo));
-        if let Err(error) = written {
-            let lost: Vec<String> = undo.all().iter().map(|path| format!("`{}`", path.display())).collect();
+        let mut run = failing(&kept, self.begin(&targets)).map_err(|error| self.given_up(&error))?;
+        if let Err(error) = run.stage().and_then(|()| run.put()) {
+            let lost: Vec<String> = run.undo().iter().map(|path| format!("`{}`", path.display())).collect();
             if !lost.is_empty() {
-                let kept = staging.display();
+                let kept = kept.display();
                 return Err(format!("{error}; {} could not be put back: see `{kept}`", lost.join(", ")));
             }
-            let _ = discard(&staging);
-            return Err(format!("{error}; nothing was changed"));
+            return Err(self.given_up(&error));
         }
-        let _ = discard(&staging);
+        let _ = self.discard();
         for (_, path) in targets.iter().filter(|(step, _)| step.action == Action::Remove) {
-            remove_empty(path.ancestors().skip(1).take_while(|above| *above != self.root));
+            let above = path.ancestors().skip(1).take_while(|above| *above != self.root.path());
+            remove_empty(&mut run.folders, above);
         }
         Ok(())
+    }
+
+    /// A run that has done nothing yet.
+    fn begin<'a>(&self, targets: &'a [(&'a Step, PathBuf)]) -> io::Result<Run<'a>> {
+        self.discard()?;
+        if !self.root.make_folder(OsStr::new(STAGING))? {
+            return Err(ErrorKind::AlreadyExists.into());
+        }
+        let staging = self.root.folder(OsStr::new(STAGING))?;
+        Ok(Run { folders: Folders::below(self.root.clone()), staging, targets, done: Vec::new() })
+    }
+
+    /// Ends a run of which nothing is left; gives what the user is told.
+    fn given_up(&self, error: &str) -> String {
+        let _ = self.discard();
+        format!("{error}; nothing was changed")
+    }
+
+    /// Is there anything put aside that may be nowhere else? A run that comes to its end leaves nothing.
+    fn holds_originals(&self) -> bool {
+        let is_original = |name: &OsString| Path::new(name).extension().is_some_and(|end| end == "old");
+        let names = self.root.folder(OsStr::new(STAGING)).and_then(|staging| staging.names());
+        names.is_ok_and(|names| names.iter().any(is_original))
+    }
+
+    /// Removes what a run has put aside.
+    fn discard(&self) -> io::Result<()> {
+        let staging = OsStr::new(STAGING);
+        match self.root.kind(staging) {
+            Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
+            Ok(Kind::Folder) => self.root.remove_all(staging),
+            _ => self.root.remove_file(staging),
+        }
     }
 }
 
@@ -114,9 +160,8 @@ impl Site {
 struct Busy;
 
 /// Keeps others out of a folder, as far as its file system knows how. The folder itself is locked, so that nothing is left.
-#[cfg(unix)]
-fn lock(folder: &Path, patience: Duration) -> Result<Option<File>, Busy> {
-    let Ok(file) = File::open(folder) else { return Ok(None) };
+fn lock(folder: &Folder, patience: Duration) -> Result<Option<File>, Busy> {
+    let Ok(file) = folder.as_file() else { return Ok(None) };
     let start = Instant::now();
     loop {
         match file.try_lock() {
@@ -127,65 +172,14 @@ fn lock(folder: &Path, patience: Duration) -> Result<Option<File>, Busy> {
     }
 }
 
-/// Is this the folder that was locked, and not another one by now?
-#[cfg(unix)]
-fn is_locked(lock: Option<&File>, folder: &Path) -> bool {
-    use std::os::unix::fs::MetadataExt as _;
-    let [locked, there] = [lock.and_then(|lock| lock.metadata().ok()), fs::metadata(folder).ok()]
-        .map(|data| data.map(|data| (data.dev(), data.ino())));
-    there.is_some() && (lock.is_none() || locked == there)
-}
-
-/// Folders cannot be locked here: two runs at once may give each other's files, and the next one mends it.
-#[cfg(not(unix))]
-fn lock(_: &Path, _: Duration) -> Result<Option<File>, Busy> {
-    Ok(None)
-}
-
-#[cfg(not(unix))]
-fn is_locked(_: Option<&File>, _: &Path) -> bool {
-    true
-}
-
-/// Makes a folder, and those above; `made` gets them, the outermost first.
-fn make_folder(folder: &Path, made: &mut Vec<PathBuf>) -> io::Result<()> {
-    if folder.is_dir() || folder.as_os_str().is_empty() {
-        return Ok(());
-    }
-    if let Some(above) = folder.parent() {
-        make_folder(above, made)?;
-    }
-    match fs::create_dir(folder) {
-        Ok(()) => made.push(folder.to_owned()),
-        // Another run was faster.
-        Err(_) if folder.is_dir() => {}
-        Err(error) => return Err(error),
-    }
-    Ok(())
-}
-
 /// Removes folders up to the first that is not empty.
-fn remove_empty(mut folders: impl Iterator<Item = impl AsRef<Path>>) {
-    let _ = folders.find(|folder| fs::remove_dir(folder).is_err());
+fn remove_empty<'a>(folders: &mut Folders, mut paths: impl Iterator<Item = &'a Path>) {
+    let mut remove = |path: &Path| folders.above(path).and_then(|(folder, name)| folder.remove_folder(name));
+    let _ = paths.find(|&path| remove(path).is_err());
 }
 
-/// Is there anything in it that may be nowhere else? A run that comes to its end leaves nothing.
-fn holds_originals(staging: &Path) -> bool {
-    let is_original = |name: &std::ffi::OsStr| Path::new(name).extension().is_some_and(|end| end == "old");
-    let mut entries = fs::read_dir(staging).into_iter().flatten().flatten();
-    entries.any(|entry| is_original(&entry.file_name()))
-}
-
-/// Removes what a run has put aside.
-fn discard(staging: &Path) -> io::Result<()> {
-    match fs::symlink_metadata(staging) {
-        Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
-        Ok(data) if data.is_dir() => fs::remove_dir_all(staging),
-        _ => fs::remove_file(staging),
-    }
-}
-
-/// Where a step writes: below the root, whatever links there are.
+/// Where a step writes: below the root, whatever links there are. Whoever writes follows no link on that path:
+/// it may be a new one.
 ///
 /// # Errors
 ///
@@ -196,8 +190,8 @@ pub(crate) fn target(root: &Path, step: &Step) -> Result<PathBuf, String> {
     let mut within = root.to_owned();
     let mut parts = step.path.split('/').peekable();
     while let Some(part) = parts.next() {
-        if matches!(part, "" | "." | "..") || part.contains(['\\', ':']) {
-            return Err(format!("{:?} is no path of a generated file", step.path));
+        if !is_name(part) {
+            return Err(no_path(&step.path));
         }
         at.push(part);
         let is_last = parts.peek().is_none();
@@ -209,6 +203,13 @@ pub(crate) fn target(root: &Path, step: &Step) -> Result<PathBuf, String> {
         };
         let mut is_folder = data.is_dir();
         if data.is_symlink() {
+            // A manifest may have come from anywhere, and name what is the user's.
+            if step.action == Action::Remove {
+                let link = at.display();
+                return Err(format!(
+                    "`{link}` is a link, and nothing is removed behind one: remove it yourself"
+                ));
+            }
             let real = at.canonicalize().map_err(|_| leads_nowhere(&at))?;
             if !real.starts_with(&within) {
                 return Err(format!(
@@ -241,91 +242,118 @@ fn failing<T>(path: &Path, result: io::Result<T>) -> Result<T, String> {
     result.map_err(|error| format!("`{}` cannot be written: {error}", path.display()))
 }
 
-/// Writes the new texts to the disk, each under its number.
-fn stage(targets: &[(&Step, PathBuf)], staging: &Path) -> Result<(), String> {
-    for (number, (step, path)) in targets.iter().enumerate() {
-        let (Action::Create(text) | Action::Change(text)) = &step.action else { continue };
-        let staged = || -> io::Result<()> {
-            let mut file = File::create_new(staging.join(number.to_string()))?;
-            if let Action::Change(_) = step.action {
-                // A folder that may be written to is no leave to replace a file that may not.
-                fs::OpenOptions::new().write(true).open(path)?;
-                file.set_permissions(fs::metadata(path)?.permissions())?;
-            }
-            file.write_all(text.as_bytes())?;
-            file.sync_all()
-        };
-        failing(path, staged())?;
-    }
-    Ok(())
+/// A run at work.
+struct Run<'a> {
+    /// Below the root.
+    folders: Folders,
+    /// Where new texts are, each under the number of its step, and what was put aside.
+    staging: Folder,
+    targets: &'a [(&'a Step, PathBuf)],
+    /// What was done until now.
+    done: Vec<Done>,
 }
-
-/// Puts everything in its place.
-fn put(targets: &[(&Step, PathBuf)], staging: &Path, undo: &mut Undo) -> Result<(), String> {
-    for (number, (step, path)) in targets.iter().enumerate() {
-        let [new, old] = [number.to_string(), format!("{number}.old")].map(|name| staging.join(name));
-        failing(path, put_one(&step.action, path, &new, &old, undo))?;
-    }
-    Ok(())
-}
-
-fn put_one(action: &Action, path: &Path, new: &Path, old: &Path, undo: &mut Undo) -> io::Result<()> {
-    match action {
-        Action::Create(_) => {
-            let folder = path.parent().unwrap_or(path);
-            let mut made = Vec::new();
-            let is_made = make_folder(folder, &mut made);
-            undo.0.extend(made.into_iter().map(Done::Made));
-            is_made?;
-            // A link takes nobody's place, whoever writes at the same time; some file systems have none.
-            match fs::hard_link(new, path) {
-                Ok(()) => {}
-                Err(_) if path.symlink_metadata().is_ok() => {
-                    return Err(io::Error::new(ErrorKind::AlreadyExists, "somebody else wrote it meanwhile"));
-                }
-                Err(_) => fs::rename(new, path)?,
-            }
-            undo.0.push(Done::Created(path.to_owned()));
-        }
-        Action::Change(_) => {
-            // So that it is never missing; some file systems have no such links.
-            fs::hard_link(path, old).or_else(|_| fs::rename(path, old))?;
-            undo.0.push(Done::Taken { path: path.to_owned(), old: old.to_owned() });
-            fs::rename(new, path)?;
-        }
-        Action::Remove => {
-            fs::rename(path, old)?;
-            undo.0.push(Done::Taken { path: path.to_owned(), old: old.to_owned() });
-        }
-    }
-    Ok(())
-}
-
-/// What was done until now.
-#[derive(Default)]
-struct Undo(Vec<Done>);
 
 enum Done {
     /// A folder was made.
     Made(PathBuf),
     /// A file was put where none was.
     Created(PathBuf),
-    /// A file was put aside.
-    Taken { path: PathBuf, old: PathBuf },
+    /// A file was put aside, under this name.
+    Taken { path: PathBuf, old: OsString },
 }
 
-impl Undo {
+impl Run<'_> {
+    /// Writes the new texts to the disk.
+    fn stage(&mut self) -> Result<(), String> {
+        let targets = self.targets;
+        for (number, (step, path)) in targets.iter().enumerate() {
+            failing(path, self.stage_one(&step.action, path, number))?;
+        }
+        Ok(())
+    }
+
+    fn stage_one(&mut self, action: &Action, path: &Path, number: usize) -> io::Result<()> {
+        let (text, like) = match action {
+            Action::Create(text) => (text, None),
+            Action::Change(text) => (text, Some(self.permissions(path)?)),
+            Action::Remove => return Ok(()),
+        };
+        let mut file = self.staging.create_new(number.to_string().as_ref(), like.as_ref())?;
+        file.write_all(text.as_bytes())?;
+        file.sync_all()
+    }
+
+    /// The permissions of a file that is replaced. A folder that may be written to is no leave to replace a file
+    /// that may not.
+    fn permissions(&mut self, path: &Path) -> io::Result<Permissions> {
+        let (folder, name) = self.folders.above(path)?;
+        if folder.kind(name)? != Kind::Link {
+            return folder.writable(name);
+        }
+        // The link is replaced, by a file that may be read as what it led to.
+        let real = path.canonicalize()?;
+        let (folder, name) = self.folders.above(&real)?;
+        folder.writable(name)
+    }
+
+    /// Puts everything in its place.
+    fn put(&mut self) -> Result<(), String> {
+        let targets = self.targets;
+        for (number, (step, path)) in targets.iter().enumerate() {
+            failing(path, self.put_one(&step.action, path, number))?;
+        }
+        Ok(())
+    }
+
+    fn put_one(&mut self, action: &Action, path: &Path, number: usize) -> io::Result<()> {
+        let [new, old] = [number.to_string(), format!("{number}.old")].map(OsString::from);
+        match action {
+            Action::Create(_) => {
+                let mut made = Vec::new();
+                let found = self.folders.make_above(path, &mut made);
+                self.done.extend(made.into_iter().map(Done::Made));
+                let (folder, name) = found?;
+                self.staging.put_new(&new, &folder, name).map_err(|error| match error.kind() {
+                    kind @ ErrorKind::AlreadyExists => {
+                        io::Error::new(kind, "somebody else wrote it meanwhile")
+                    }
+                    _ => error,
+                })?;
+                self.done.push(Done::Created(path.to_owned()));
+            }
+            Action::Change(_) => {
+                let (folder, name) = self.folders.above(path)?;
+                // So that it is never missing; some file systems have no such links.
+                let linked = folder.hard_link(name, &self.staging, &old);
+                linked.or_else(|_| folder.rename(name, &self.staging, &old))?;
+                self.done.push(Done::Taken { path: path.to_owned(), old });
+                self.staging.rename(&new, &folder, name)?;
+            }
+            Action::Remove => {
+                let (folder, name) = self.folders.above(path)?;
+                folder.rename(name, &self.staging, &old)?;
+                self.done.push(Done::Taken { path: path.to_owned(), old: old.clone() });
+                // Nobody can exchange it any more.
+                if self.staging.kind(&old)? != Kind::File {
+                    return Err(io::Error::other("it is no file any more"));
+                }
+            }
+        }
+        Ok(())
+    }
+
     /// Puts everything back, the last thing first. Gives what could not be.
-    fn all(self) -> Vec<PathBuf> {
+    fn undo(&mut self) -> Vec<PathBuf> {
         let mut lost = Vec::new();
-        for done in self.0.into_iter().rev() {
-            let (path, result) = match done {
-                Done::Made(path) => (path.clone(), fs::remove_dir(path)),
-                Done::Created(path) => (path.clone(), fs::remove_file(path)),
-                Done::Taken { path, old } => (path.clone(), fs::rename(old, path)),
-            };
-            if result.is_err() {
-                lost.push(path);
+        for done in std::mem::take(&mut self.done).into_iter().rev() {
+            let (Done::Made(path) | Done::Created(path) | Done::Taken { path, .. }) = &done;
+            let undone = self.folders.above(path).and_then(|(folder, name)| match &done {
+                Done::Made(_) => folder.remove_folder(name),
+                Done::Created(_) => folder.remove_file(name),
+                Done::Taken { old, .. } => self.staging.rename(old, &folder, name),
+            });
+            if undone.is_err() {
+                lost.push(path.clone());
             }
         }
         lost
@@ -354,6 +382,10 @@ mod tests {
         step(path, Action::Create(format!("new {path}")))
     }
 
+    fn open(folder: &Path) -> Site {
+        Site::open(&Out::named(folder).unwrap()).unwrap()
+    }
+
     /// Every file and folder, with its text, its inode and the time of its last change.
     fn everything(folder: &Path) -> Vec<(PathBuf, String, u64, i64)> {
         let mut found = Vec::new();
@@ -377,9 +409,9 @@ mod tests {
         let folder = scratch("all");
         fs::create_dir_all(folder.join("p/old")).unwrap();
         fs::write(folder.join("p/changed"), "old").unwrap();
-        fs::set_permissions(folder.join("p/changed"), fs::Permissions::from_mode(0o640)).unwrap();
+        fs::set_permissions(folder.join("p/changed"), Permissions::from_mode(0o640)).unwrap();
         fs::write(folder.join("p/old/removed"), "old").unwrap();
-        let site = Site::open(&folder).unwrap();
+        let site = open(&folder);
         let changed = step("p/changed", Action::Change("new".to_owned()));
         site.write(&[create("p/a/b"), changed, step("p/old/removed", Action::Remove)]).unwrap();
         let found: Vec<_> = everything(&folder).into_iter().map(|(path, text, ..)| (path, text)).collect();
@@ -395,7 +427,7 @@ mod tests {
         let aside = folder.join(STAGING).join("0.old");
         fs::create_dir_all(folder.join(STAGING)).unwrap();
         fs::write(&aside, "mine").unwrap();
-        let why = Site::open(&folder).unwrap().write(&[create("p/a")]).unwrap_err();
+        let why = open(&folder).write(&[create("p/a")]).unwrap_err();
         assert!(why.contains("put back what is yours"), "{why}");
         assert_eq!(fs::read_to_string(&aside).unwrap(), "mine");
         assert!(!folder.join("p").exists());
@@ -413,7 +445,7 @@ mod tests {
         let before = everything(&folder);
         fs::create_dir(folder.join(STAGING)).unwrap();
         fs::write(folder.join(STAGING).join("0"), "left").unwrap();
-        let site = Site::open(&folder).unwrap();
+        let site = open(&folder);
         let good = [
             create("p/a/b/c"),
             step("p/changed", Action::Change("new".to_owned())),
@@ -454,13 +486,16 @@ mod tests {
         symlink("deep", top.join("out/p/own")).unwrap();
         symlink("deep/file", top.join("out/p/inner")).unwrap();
         let before = everything(&top);
-        let site = Site::open(&top.join("out")).unwrap();
+        let site = open(&top.join("out"));
         let change = |path: &str| step(path, Action::Change(String::new()));
         for (step, message) in [
             (create("p/folder/new"), "leads out of"),
             (change("p/folder/file"), "leads out of"),
             (change("p/file"), "leads out of"),
-            (step("p/file", Action::Remove), "leads out of"),
+            (step("p/file", Action::Remove), "nothing is removed behind one"),
+            (step("p/inner", Action::Remove), "nothing is removed behind one"),
+            (step("p/own/file", Action::Remove), "nothing is removed behind one"),
+            (step("p/nowhere", Action::Remove), "nothing is removed behind one"),
             (change("p/nowhere"), "leads nowhere"),
             (create("p/nowhere/new"), "leads nowhere"),
             (create("../elsewhere/new"), "no path"),
@@ -468,7 +503,8 @@ mod tests {
             (create("p//new"), "no path"),
             (create("p/plain/new"), "is no folder"),
             (change("p/inside"), "leads out of"),
-            (step("p/inside/file", Action::Remove), "leads out of"),
+            (create("p/inside/new"), "leads out of"),
+            (step("p/inside/file", Action::Remove), "nothing is removed behind one"),
             (change("q"), "is a folder"),
         ] {
             let error = site.write(&[create("p/first"), step]).unwrap_err();
@@ -483,14 +519,82 @@ mod tests {
     }
 
     #[test]
+    fn a_package_that_becomes_a_link_after_it_was_checked_is_not_followed() {
+        let top = scratch("package");
+        for (path, text) in [("out/p/src/old", "ours"), ("outside/src/old", "theirs")] {
+            let path = top.join(path);
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(path, text).unwrap();
+        }
+        let site = open(&top.join("out"));
+        let change = step("p/src/old", Action::Change("mine".to_owned()));
+        let steps = [create("p/src/new"), create("p/deep/new"), change, step("p/src/old", Action::Remove)];
+        let targets = steps.each_ref().map(|step| (step, target(site.root.path(), step).unwrap()));
+        let exchange = || {
+            fs::rename(top.join("out/p"), top.join("out/q")).unwrap();
+            symlink("../outside", top.join("out/p")).unwrap();
+        };
+        exchange();
+        let before = everything(&top);
+        for one in &targets {
+            let mut run = site.begin(std::slice::from_ref(one)).unwrap();
+            let error = run.stage().and_then(|()| run.put()).unwrap_err();
+            assert!(error.contains("is no folder, or has become a link"), "{error}");
+            assert_eq!(run.undo(), Vec::<PathBuf>::new());
+            site.discard().unwrap();
+            assert_eq!(everything(&top), before);
+        }
+        // In the middle of it, everything goes to the folder that it was, and is put back there.
+        fs::remove_file(top.join("out/p")).unwrap();
+        fs::rename(top.join("out/q"), top.join("out/p")).unwrap();
+        let outside = everything(&top.join("outside"));
+        let [new, _, change, _] = &targets;
+        let both = [new.clone(), change.clone()];
+        let mut run = site.begin(&both).unwrap();
+        run.stage().unwrap();
+        exchange();
+        run.put().unwrap();
+        assert_eq!(fs::read_to_string(top.join("out/q/src/old")).unwrap(), "mine");
+        assert_eq!(fs::read_to_string(top.join("out/q/src/new")).unwrap(), "new p/src/new");
+        assert_eq!(run.undo(), Vec::<PathBuf>::new());
+        assert_eq!(fs::read_to_string(top.join("out/q/src/old")).unwrap(), "ours");
+        assert!(!top.join("out/q/src/new").exists());
+        assert_eq!(everything(&top.join("outside")), outside);
+        fs::remove_dir_all(&top).unwrap();
+    }
+
+    #[test]
+    fn a_folder_that_becomes_a_link_after_it_was_checked_is_not_followed() {
+        let top = scratch("root");
+        for folder in ["out", "outside/p"] {
+            fs::create_dir_all(top.join(folder)).unwrap();
+        }
+        let out = Out::named(&top.join("out")).unwrap();
+        let inner = Out::named(&top.join("out/new/deep")).unwrap();
+        let site = Site::open(&out).unwrap();
+        fs::rename(top.join("out"), top.join("moved")).unwrap();
+        symlink("outside", top.join("out")).unwrap();
+        let before = everything(&top.join("outside"));
+        for out in [&out, &inner] {
+            let why = Site::open(out).err().unwrap();
+            assert!(why.contains("is no folder, or has become a link"), "{why}");
+        }
+        // Whoever has it open writes to what it was.
+        site.write(&[create("p/new"), create("q/new")]).unwrap();
+        assert_eq!(fs::read_to_string(top.join("moved/p/new")).unwrap(), "new p/new");
+        assert_eq!(everything(&top.join("outside")), before);
+        fs::remove_dir_all(&top).unwrap();
+    }
+
+    #[test]
     fn a_folder_that_nothing_came_into_goes_again() {
         let top = scratch("empty");
-        let site = Site::open(&top.join("a/b")).unwrap();
+        let site = open(&top.join("a/b"));
         assert!(top.join("a/b").is_dir());
         assert!(site.write(&[step("p/gone", Action::Remove)]).is_err());
         drop(site);
         assert_eq!(everything(&top), []);
-        Site::open(&top.join("a/b")).unwrap().write(&[create("p/new")]).unwrap();
+        open(&top.join("a/b")).write(&[create("p/new")]).unwrap();
         assert!(top.join("a/b/p/new").is_file());
         fs::remove_dir_all(&top).unwrap();
     }
@@ -502,14 +606,15 @@ mod tests {
             .map(|_| {
                 let folder = top.join("out");
                 std::thread::spawn(move || {
-                    let site = Site::open(&folder).unwrap();
+                    let site = open(&folder);
                     site.write(&[create("p/a"), create("p/b")]).unwrap();
                     site.write(&[step("p/a", Action::Remove), step("p/b", Action::Remove)]).unwrap();
                 })
             })
             .collect();
         sites.into_iter().for_each(|site| site.join().unwrap());
-        let [site, other] = [&top, &top].map(|folder| lock(folder, Duration::from_millis(50)));
+        let folder = Folder::open(&top).unwrap();
+        let [site, other] = [&folder, &folder].map(|folder| lock(folder, Duration::from_millis(50)));
         assert!(site.is_ok() && other.is_err());
         fs::remove_dir_all(&top).unwrap();
     }

@@ -18,7 +18,7 @@ use tower_lsp::lsp_types::Url;
 
 use super::position::{Encoding, line_index};
 use super::snapshot::{Document, Snapshot};
-use crate::generate::{behind_links, clean, left_packages, merged, read, target};
+use crate::generate::{Out, behind_links, clean, left_packages, merged, read, refuse_hidden, target};
 use crate::load::place;
 
 /// The folder of the packages, where `mauve.toml` does not say it.
@@ -242,13 +242,14 @@ impl<'db> Meant<'db> {
         }
         let (folder, shown_folder) = self.folder.clone()?;
         let packages = self.packages(snapshot)?;
+        let out = Out { shown: folder.clone(), real: folder.clone() };
         let before = RefCell::new(HashMap::new());
         let read = |path: &str| {
             // A disk may be slow, and an edit waits for this.
             snapshot.db.unwind_if_revision_cancelled();
             let text = match open(snapshot, &folder.join(path)) {
                 Some((_, document)) => Some(document.file.text(&snapshot.db).to_string()),
-                None => read(&folder, path)?,
+                None => read(&out, path)?,
             };
             before.borrow_mut().extend(text.clone().map(|text| (path.to_owned(), text)));
             Ok(text)
@@ -275,7 +276,7 @@ impl<'db> Meant<'db> {
         // A manifest says what was written: last, since whoever writes may be stopped.
         plan.steps.sort_by_key(|step| step.path.ends_with(MANIFEST));
         let left_packages = match self.is_whole(snapshot, &folder) {
-            true => left_packages(&folder, &packages),
+            true => left_packages(&out, &packages),
             false => Vec::new(),
         };
         Ok(Generated { folder, shown_folder, plan, before: before.into_inner(), left_packages })
@@ -294,18 +295,20 @@ fn out_folder(snapshot: &Snapshot, workspace: Workspace) -> Result<(PathBuf, Str
     if home.as_os_str().is_empty() {
         return Err("this text is no file yet: save it first".to_owned());
     }
-    let out = config_of(db, workspace).out.as_ref();
-    let asked = normalised(&home.join(out.map_or(FOLDER, |(out, _)| out)));
+    let out = config_of(db, workspace).out.as_ref().map_or(FOLDER, |(out, _)| out);
+    let asked = normalised(&home.join(out));
     let folder = behind_links(&asked)?;
     let shown = shown(db, workspace, &asked);
     let mut homes = std::iter::once(home).chain(snapshot.folders.iter());
-    if !homes.any(|home| home.canonicalize().is_ok_and(|home| folder.starts_with(home))) {
+    let holder = homes.find_map(|home| home.canonicalize().ok().filter(|home| folder.starts_with(home)));
+    let Some(holder) = holder else {
         return Err(format!(
             "`[generate] out` in mauve.toml leads to {}, which is not in the folder of the workspace: `mauve generate \
              --out` may write there",
             folder.display()
         ));
-    }
+    };
+    refuse_hidden(home, out, [(home, &asked), (&holder, &folder)])?;
     if folder.exists() && !folder.is_dir() {
         return Err(format!("{shown} is a file, and not the folder that the packages would go to"));
     }

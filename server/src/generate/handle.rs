@@ -1,0 +1,577 @@
+//! Folders that are held open. A path that was checked may lead elsewhere when it is used: somebody puts a
+//! link in the place of a folder in between. So whatever is done below a folder starts from its handle, and
+//! goes from one folder to the next without following a link.
+
+use std::collections::HashMap;
+use std::ffi::{OsStr, OsString};
+use std::fs::{File, Permissions};
+use std::io::{self, ErrorKind};
+use std::path::{Path, PathBuf};
+
+#[cfg(unix)]
+use {
+    rustix::fs::{
+        AtFlags, Dir, FileType, Mode, OFlags, RawMode, fstat, linkat, mkdirat, open, openat, renameat,
+        statat, unlinkat,
+    },
+    rustix::io::Errno,
+    std::os::fd::OwnedFd,
+    std::os::unix::ffi::OsStrExt as _,
+    std::os::unix::fs::PermissionsExt as _,
+    std::sync::Arc,
+};
+
+/// A folder that is held open. Names in it are one part of a path each.
+#[derive(Debug, Clone)]
+pub(super) struct Folder {
+    #[cfg(unix)]
+    handle: Arc<OwnedFd>,
+    /// Behind all links, when it was opened.
+    path: PathBuf,
+}
+
+/// What has a name in a folder: links are not followed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    File,
+    Folder,
+    Link,
+    Other,
+}
+
+impl Folder {
+    /// Opens a folder by its path behind all links.
+    ///
+    /// # Errors
+    ///
+    /// It cannot be opened, or a part of the path is a link by now.
+    pub(super) fn open(real: &Path) -> io::Result<Folder> {
+        Folders::below(Folder::top(real)?).folder(real)
+    }
+
+    /// Where it was when it was opened: for messages, and to find paths below it.
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Gives a file another name, in another folder, that nobody has: nothing is replaced, whoever writes at
+    /// the same time.
+    pub(super) fn put_new(&self, from: &OsStr, to: &Folder, name: &OsStr) -> io::Result<()> {
+        // Some file systems have no such links.
+        match self.hard_link(from, to, name) {
+            Err(error) if error.kind() != ErrorKind::AlreadyExists => self.rename_new(from, to, name),
+            done => done,
+        }
+    }
+
+    /// Removes a folder with the files in it. Folders in it are nobody's whom this serves, and stop it.
+    pub(super) fn remove_all(&self, name: &OsStr) -> io::Result<()> {
+        let folder = self.folder(name)?;
+        for inner in folder.names()? {
+            folder.remove_file(&inner)?;
+        }
+        self.remove_folder(name)
+    }
+}
+
+/// A process may not hold more than so many files: folders beyond that are opened anew each time.
+const MOST_HELD: usize = 128;
+
+/// The folders below one, by their paths. Each is opened once and held: whatever takes its place later, it is
+/// this one that is looked at, written to, and put in order again.
+#[derive(Debug)]
+pub(super) struct Folders {
+    top: Folder,
+    held: HashMap<PathBuf, Folder>,
+}
+
+impl Folders {
+    pub(super) fn below(top: Folder) -> Folders {
+        Folders { top, held: HashMap::new() }
+    }
+
+    /// A folder, by a path that begins with that of the top.
+    pub(super) fn folder(&mut self, path: &Path) -> io::Result<Folder> {
+        self.walk(path, &mut |above: &Folder, name: &OsStr| above.folder(name))
+    }
+
+    /// The same, where folders that are missing are made; `made` gets them, the outermost first.
+    pub(super) fn make(&mut self, path: &Path, made: &mut Vec<PathBuf>) -> io::Result<Folder> {
+        self.walk(path, &mut |above: &Folder, name: &OsStr| match above.folder(name) {
+            Err(error) if error.kind() == ErrorKind::NotFound => {
+                if above.make_folder(name)? {
+                    made.push(above.path.join(name));
+                }
+                above.folder(name)
+            }
+            found => found,
+        })
+    }
+
+    /// The folder that a path is in, and its name there.
+    pub(super) fn above<'a>(&mut self, path: &'a Path) -> io::Result<(Folder, &'a OsStr)> {
+        let (above, name) = split(path)?;
+        Ok((self.folder(above)?, name))
+    }
+
+    /// The same, where folders that are missing are made.
+    pub(super) fn make_above<'a>(
+        &mut self,
+        path: &'a Path,
+        made: &mut Vec<PathBuf>,
+    ) -> io::Result<(Folder, &'a OsStr)> {
+        let (above, name) = split(path)?;
+        Ok((self.make(above, made)?, name))
+    }
+
+    /// What has a path.
+    pub(super) fn kind(&mut self, path: &Path) -> io::Result<Kind> {
+        if path == self.top.path() {
+            return Ok(Kind::Folder);
+        }
+        let (folder, name) = self.above(path)?;
+        folder.kind(name)
+    }
+
+    fn walk(
+        &mut self,
+        path: &Path,
+        next: &mut dyn FnMut(&Folder, &OsStr) -> io::Result<Folder>,
+    ) -> io::Result<Folder> {
+        if path == self.top.path() {
+            return Ok(self.top.clone());
+        }
+        if let Some(known) = self.held.get(path) {
+            return Ok(known.clone());
+        }
+        let (above, name) = split(path)?;
+        let above = self.walk(above, next)?;
+        let found = next(&above, name)?;
+        if self.held.len() < MOST_HELD {
+            self.held.insert(path.to_owned(), found.clone());
+        }
+        Ok(found)
+    }
+}
+
+/// The folder of a path, and its last part.
+fn split(path: &Path) -> io::Result<(&Path, &OsStr)> {
+    let parts = path.parent().zip(path.file_name());
+    let outside = || format!("`{}` is not in the folder", path.display());
+    parts.ok_or_else(|| io::Error::new(ErrorKind::InvalidInput, outside()))
+}
+
+/// The top of the file system that a path is in.
+fn top_of(path: &Path) -> PathBuf {
+    path.ancestors().last().unwrap_or(path).to_owned()
+}
+
+fn no_folder(path: &Path) -> io::Error {
+    let what = format!("`{}` is no folder, or has become a link", path.display());
+    io::Error::new(ErrorKind::NotADirectory, what)
+}
+
+fn no_file() -> io::Error {
+    io::Error::new(ErrorKind::InvalidInput, "it is no file, or has become a link")
+}
+
+/// How folders are opened. They need not be readable, where the system has a word for that.
+#[cfg(unix)]
+fn as_folder() -> OFlags {
+    #[cfg(target_os = "linux")]
+    let access = OFlags::PATH;
+    #[cfg(not(target_os = "linux"))]
+    let access = OFlags::RDONLY;
+    access | OFlags::DIRECTORY | OFlags::NOFOLLOW | OFlags::CLOEXEC
+}
+
+#[cfg(unix)]
+impl Folder {
+    /// The top of the file system that a path is in.
+    pub(super) fn top(path: &Path) -> io::Result<Folder> {
+        let path = top_of(path);
+        let handle = open(&path, as_folder(), Mode::empty())?;
+        Ok(Folder { handle: Arc::new(handle), path })
+    }
+
+    /// A folder in it.
+    pub(super) fn folder(&self, name: &OsStr) -> io::Result<Folder> {
+        let path = self.path.join(name);
+        match openat(&self.handle, name, as_folder(), Mode::empty()) {
+            Ok(handle) => Ok(Folder { handle: Arc::new(handle), path }),
+            Err(Errno::NOTDIR | Errno::LOOP) => Err(no_folder(&path)),
+            Err(error) => Err(error.into()),
+        }
+    }
+
+    /// Makes a folder in it; false where the name is taken.
+    pub(super) fn make_folder(&self, name: &OsStr) -> io::Result<bool> {
+        match mkdirat(&self.handle, name, Mode::from_raw_mode(0o777)) {
+            Ok(()) => Ok(true),
+            Err(Errno::EXIST) => Ok(false),
+            Err(error) => Err(error.into()),
+        }
+    }
+
+    /// Makes a file in it. It has its permissions from the beginning: what is written to it is never to be read
+    /// by more people than may read it in the end.
+    pub(super) fn create_new(&self, name: &OsStr, like: Option<&Permissions>) -> io::Result<File> {
+        let mode = like.map_or(0o666, |like| like.mode() & 0o7777);
+        let flags = OFlags::WRONLY | OFlags::CREATE | OFlags::EXCL | OFlags::NOFOLLOW | OFlags::CLOEXEC;
+        let file = File::from(openat(&self.handle, name, flags, Mode::from_raw_mode(mode as RawMode))?);
+        if like.is_some() {
+            // Adds what umask took away.
+            file.set_permissions(Permissions::from_mode(mode))?;
+        }
+        Ok(file)
+    }
+
+    /// What has a name in it.
+    pub(super) fn kind(&self, name: &OsStr) -> io::Result<Kind> {
+        let data = statat(&self.handle, name, AtFlags::SYMLINK_NOFOLLOW)?;
+        Ok(match FileType::from_raw_mode(data.st_mode) {
+            FileType::RegularFile => Kind::File,
+            FileType::Directory => Kind::Folder,
+            FileType::Symlink => Kind::Link,
+            _ => Kind::Other,
+        })
+    }
+
+    /// Opens a file in it for reading. Nothing else is opened, and a pipe that nobody writes to is not waited
+    /// for.
+    pub(super) fn open_read(&self, name: &OsStr) -> io::Result<File> {
+        self.file(name, OFlags::RDONLY)
+    }
+
+    /// The permissions of a file in it that may be written.
+    ///
+    /// # Errors
+    ///
+    /// Also where it may not be written.
+    pub(super) fn writable(&self, name: &OsStr) -> io::Result<Permissions> {
+        Ok(self.file(name, OFlags::WRONLY)?.metadata()?.permissions())
+    }
+
+    fn file(&self, name: &OsStr, access: OFlags) -> io::Result<File> {
+        let flags = access | OFlags::NOFOLLOW | OFlags::NONBLOCK | OFlags::NOCTTY | OFlags::CLOEXEC;
+        let file = match openat(&self.handle, name, flags, Mode::empty()) {
+            Ok(handle) => File::from(handle),
+            Err(Errno::LOOP) => return Err(no_file()),
+            Err(error) => return Err(error.into()),
+        };
+        if file.metadata()?.is_file() { Ok(file) } else { Err(no_file()) }
+    }
+
+    /// Moves a file to another folder; what has the name there is replaced.
+    pub(super) fn rename(&self, from: &OsStr, to: &Folder, name: &OsStr) -> io::Result<()> {
+        Ok(renameat(&self.handle, from, &to.handle, name)?)
+    }
+
+    /// Gives a file, or a link itself, one more name.
+    pub(super) fn hard_link(&self, from: &OsStr, to: &Folder, name: &OsStr) -> io::Result<()> {
+        Ok(linkat(&self.handle, from, &to.handle, name, AtFlags::empty())?)
+    }
+
+    /// Moves a file to a name that nobody has.
+    fn rename_new(&self, from: &OsStr, to: &Folder, name: &OsStr) -> io::Result<()> {
+        #[cfg(target_os = "linux")]
+        {
+            let flags = rustix::fs::RenameFlags::NOREPLACE;
+            match rustix::fs::renameat_with(&self.handle, from, &to.handle, name, flags) {
+                // Not every file system can say that.
+                Err(Errno::INVAL | Errno::NOSYS) => {}
+                done => return Ok(done?),
+            }
+        }
+        match to.kind(name) {
+            Err(error) if error.kind() == ErrorKind::NotFound => self.rename(from, to, name),
+            Err(error) => Err(error),
+            Ok(_) => Err(ErrorKind::AlreadyExists.into()),
+        }
+    }
+
+    /// Removes a file from it, or a link itself.
+    pub(super) fn remove_file(&self, name: &OsStr) -> io::Result<()> {
+        Ok(unlinkat(&self.handle, name, AtFlags::empty())?)
+    }
+
+    /// Removes an empty folder from it.
+    pub(super) fn remove_folder(&self, name: &OsStr) -> io::Result<()> {
+        Ok(unlinkat(&self.handle, name, AtFlags::REMOVEDIR)?)
+    }
+
+    /// All names in it.
+    pub(super) fn names(&self) -> io::Result<Vec<OsString>> {
+        let mut names = Vec::new();
+        for entry in Dir::new(self.readable()?)? {
+            let name = OsStr::from_bytes(entry?.file_name().to_bytes()).to_owned();
+            if name != "." && name != ".." {
+                names.push(name);
+            }
+        }
+        Ok(names)
+    }
+
+    /// The folder itself as a file, which can be locked.
+    pub(super) fn as_file(&self) -> io::Result<File> {
+        self.readable().map(File::from)
+    }
+
+    fn readable(&self) -> io::Result<OwnedFd> {
+        let flags = OFlags::RDONLY | OFlags::DIRECTORY | OFlags::CLOEXEC;
+        Ok(openat(&self.handle, ".", flags, Mode::empty())?)
+    }
+
+    /// Is it the same folder, whichever paths led there?
+    pub(super) fn is(&self, other: &Folder) -> bool {
+        let [own, others] =
+            [self, other].map(|it| fstat(&it.handle).map(|data| (data.st_dev, data.st_ino)).ok());
+        own.is_some() && own == others
+    }
+}
+
+/// Without handles: links are refused as they are seen.
+#[cfg(not(unix))]
+impl Folder {
+    pub(super) fn top(path: &Path) -> io::Result<Folder> {
+        Ok(Folder { path: top_of(path) })
+    }
+
+    pub(super) fn folder(&self, name: &OsStr) -> io::Result<Folder> {
+        match self.kind(name)? {
+            Kind::Folder => Ok(Folder { path: self.path.join(name) }),
+            _ => Err(no_folder(&self.path.join(name))),
+        }
+    }
+
+    pub(super) fn make_folder(&self, name: &OsStr) -> io::Result<bool> {
+        match std::fs::create_dir(self.path.join(name)) {
+            Ok(()) => Ok(true),
+            Err(error) if error.kind() == ErrorKind::AlreadyExists => Ok(false),
+            Err(error) => Err(error),
+        }
+    }
+
+    pub(super) fn create_new(&self, name: &OsStr, like: Option<&Permissions>) -> io::Result<File> {
+        let file = File::create_new(self.path.join(name))?;
+        like.map_or(Ok(()), |like| file.set_permissions(like.clone()))?;
+        Ok(file)
+    }
+
+    pub(super) fn kind(&self, name: &OsStr) -> io::Result<Kind> {
+        let kind = self.path.join(name).symlink_metadata()?.file_type();
+        Ok(match kind {
+            _ if kind.is_file() => Kind::File,
+            _ if kind.is_dir() => Kind::Folder,
+            _ if kind.is_symlink() => Kind::Link,
+            _ => Kind::Other,
+        })
+    }
+
+    pub(super) fn open_read(&self, name: &OsStr) -> io::Result<File> {
+        if self.kind(name)? == Kind::File { File::open(self.path.join(name)) } else { Err(no_file()) }
+    }
+
+    pub(super) fn writable(&self, name: &OsStr) -> io::Result<Permissions> {
+        if self.kind(name)? != Kind::File {
+            return Err(no_file());
+        }
+        let file = std::fs::OpenOptions::new().write(true).open(self.path.join(name))?;
+        Ok(file.metadata()?.permissions())
+    }
+
+    pub(super) fn rename(&self, from: &OsStr, to: &Folder, name: &OsStr) -> io::Result<()> {
+        std::fs::rename(self.path.join(from), to.path.join(name))
+    }
+
+    pub(super) fn hard_link(&self, from: &OsStr, to: &Folder, name: &OsStr) -> io::Result<()> {
+        std::fs::hard_link(self.path.join(from), to.path.join(name))
+    }
+
+    fn rename_new(&self, from: &OsStr, to: &Folder, name: &OsStr) -> io::Result<()> {
+        match to.kind(name) {
+            Err(error) if error.kind() == ErrorKind::NotFound => self.rename(from, to, name),
+            Err(error) => Err(error),
+            Ok(_) => Err(ErrorKind::AlreadyExists.into()),
+        }
+    }
+
+    pub(super) fn remove_file(&self, name: &OsStr) -> io::Result<()> {
+        std::fs::remove_file(self.path.join(name))
+    }
+
+    pub(super) fn remove_folder(&self, name: &OsStr) -> io::Result<()> {
+        std::fs::remove_dir(self.path.join(name))
+    }
+
+    pub(super) fn names(&self) -> io::Result<Vec<OsString>> {
+        std::fs::read_dir(&self.path)?.map(|entry| Ok(entry?.file_name())).collect()
+    }
+
+    /// Folders cannot be locked here: two runs at once may give each other's files, and the next one mends
+    /// it.
+    pub(super) fn as_file(&self) -> io::Result<File> {
+        Err(ErrorKind::Unsupported.into())
+    }
+
+    pub(super) fn is(&self, _: &Folder) -> bool {
+        true
+    }
+}
+
+#[cfg(test)]
+#[cfg(unix)]
+mod tests {
+    use std::fs;
+    use std::os::unix::fs::{MetadataExt as _, symlink};
+    use std::process::Command;
+
+    use super::*;
+
+    fn scratch(name: &str) -> PathBuf {
+        let folder = std::env::temp_dir().join(format!("mauve-handle-{}-{name}", std::process::id()));
+        let _ = fs::remove_dir_all(&folder);
+        fs::create_dir_all(&folder).unwrap();
+        folder.canonicalize().unwrap()
+    }
+
+    fn open_file(real: &Path) -> io::Result<File> {
+        let (folder, name) = Folders::below(Folder::top(real)?).above(real)?;
+        folder.open_read(name)
+    }
+
+    fn name(text: &str) -> &OsStr {
+        OsStr::new(text)
+    }
+
+    #[test]
+    fn no_part_of_a_path_is_a_link() {
+        let top = scratch("links");
+        fs::create_dir_all(top.join("real/deep")).unwrap();
+        fs::write(top.join("real/deep/file"), "text").unwrap();
+        symlink("real", top.join("link")).unwrap();
+        symlink("file", top.join("real/deep/inner")).unwrap();
+        assert!(Folder::open(&top.join("real/deep")).is_ok());
+        assert!(open_file(&top.join("real/deep/file")).is_ok());
+        for path in ["link", "link/deep", "real/deep/file", "real/deep/inner"] {
+            assert_eq!(Folder::open(&top.join(path)).unwrap_err().kind(), ErrorKind::NotADirectory, "{path}");
+        }
+        for path in ["link/deep/file", "real/deep/inner", "real/deep"] {
+            assert!(open_file(&top.join(path)).is_err(), "{path}");
+        }
+        for path in ["nothing", "real/../real", "real/.."] {
+            assert!(Folder::open(&top.join(path)).is_err(), "{path}");
+        }
+        let mut made = Vec::new();
+        let mut folders = Folders::below(Folder::open(&top).unwrap());
+        assert!(folders.make(&top.join("link/new"), &mut made).is_err());
+        assert!(folders.folder(&std::env::temp_dir()).is_err(), "it is not below");
+        folders.make(&top.join("real/new/deep"), &mut made).unwrap();
+        assert_eq!(made, [top.join("real/new"), top.join("real/new/deep")]);
+        fs::remove_dir_all(&top).unwrap();
+    }
+
+    #[test]
+    fn a_folder_that_is_held_is_the_same_under_another_name() {
+        let top = scratch("held");
+        fs::create_dir_all(top.join("a/b")).unwrap();
+        let mut folders = Folders::below(Folder::open(&top).unwrap());
+        let (folder, _) = folders.above(&top.join("a/b/c")).unwrap();
+        fs::rename(top.join("a"), top.join("moved")).unwrap();
+        fs::create_dir_all(top.join("a/b")).unwrap();
+        let path = top.join("a/b/c");
+        let (again, end) = folders.above(&path).unwrap();
+        assert!(again.is(&folder) && !again.is(&Folder::open(&top.join("a/b")).unwrap()));
+        again.create_new(end, None).unwrap();
+        assert!(top.join("moved/b/c").is_file() && !top.join("a/b/c").exists());
+        fs::remove_dir_all(&top).unwrap();
+    }
+
+    #[test]
+    fn a_new_file_has_its_permissions_before_its_content() {
+        let top = scratch("permissions");
+        let folder = Folder::open(&top).unwrap();
+        fs::write(top.join("old"), "old").unwrap();
+        for mode in [0o600, 0o640, 0o666, 0o777, 0o200] {
+            fs::set_permissions(top.join("old"), Permissions::from_mode(mode)).unwrap();
+            let like = folder.writable(name("old")).unwrap();
+            let file = folder.create_new(name("new"), Some(&like)).unwrap();
+            let data = file.metadata().unwrap();
+            assert_eq!((data.mode() & 0o7777, data.len()), (mode, 0));
+            assert_eq!(
+                folder.create_new(name("new"), None).unwrap_err().kind(),
+                ErrorKind::AlreadyExists,
+                "nothing is opened that somebody else made"
+            );
+            folder.remove_file(name("new")).unwrap();
+        }
+        let file = folder.create_new(name("new"), None).unwrap();
+        // What others make here has them, too.
+        fs::write(top.join("other"), "").unwrap();
+        assert_eq!(file.metadata().unwrap().mode(), fs::metadata(top.join("other")).unwrap().mode());
+        fs::remove_dir_all(&top).unwrap();
+    }
+
+    #[test]
+    fn only_files_are_opened_and_nothing_is_waited_for() {
+        let top = scratch("kinds");
+        let folder = Folder::open(&top).unwrap();
+        fs::write(top.join("file"), "").unwrap();
+        fs::create_dir(top.join("folder")).unwrap();
+        symlink("file", top.join("link")).unwrap();
+        assert!(Command::new("mkfifo").arg(top.join("pipe")).status().unwrap().success());
+        for (path, kind) in
+            [("file", Kind::File), ("folder", Kind::Folder), ("link", Kind::Link), ("pipe", Kind::Other)]
+        {
+            assert_eq!(folder.kind(name(path)).unwrap(), kind);
+            let is_file = kind == Kind::File;
+            assert_eq!(folder.open_read(name(path)).is_ok(), is_file, "{path}");
+            assert_eq!(folder.writable(name(path)).is_ok(), is_file, "{path}");
+        }
+        let mut names = folder.names().unwrap();
+        names.sort();
+        assert_eq!(names, ["file", "folder", "link", "pipe"]);
+        fs::remove_dir_all(&top).unwrap();
+    }
+
+    #[test]
+    fn nothing_takes_the_place_of_a_file_that_is_there() {
+        let top = scratch("new");
+        let folder = Folder::open(&top).unwrap();
+        fs::write(top.join("theirs"), "theirs").unwrap();
+        fs::write(top.join("ours"), "ours").unwrap();
+        symlink("/nowhere", top.join("link")).unwrap();
+        for taken in ["theirs", "link"] {
+            for put in [Folder::put_new, Folder::rename_new] {
+                let error = put(&folder, name("ours"), &folder, name(taken)).unwrap_err();
+                assert_eq!(error.kind(), ErrorKind::AlreadyExists);
+            }
+        }
+        assert_eq!(fs::read_to_string(top.join("theirs")).unwrap(), "theirs");
+        folder.put_new(name("ours"), &folder, name("linked")).unwrap();
+        folder.rename_new(name("ours"), &folder, name("renamed")).unwrap();
+        assert!(!top.join("ours").exists());
+        assert_eq!(fs::read_to_string(top.join("linked")).unwrap(), "ours");
+        assert_eq!(fs::read_to_string(top.join("renamed")).unwrap(), "ours");
+        fs::remove_dir_all(&top).unwrap();
+    }
+
+    #[test]
+    fn only_files_are_removed_with_their_folder() {
+        let top = scratch("remove");
+        let folder = Folder::open(&top).unwrap();
+        fs::create_dir_all(top.join("flat")).unwrap();
+        fs::create_dir_all(top.join("deep/folder")).unwrap();
+        fs::write(top.join("theirs"), "theirs").unwrap();
+        symlink("../theirs", top.join("flat/link")).unwrap();
+        fs::write(top.join("flat/file"), "").unwrap();
+        fs::write(top.join("deep/folder/file"), "").unwrap();
+        symlink("deep", top.join("link")).unwrap();
+        folder.remove_all(name("flat")).unwrap();
+        assert!(folder.remove_all(name("deep")).is_err());
+        assert!(folder.remove_all(name("link")).is_err());
+        assert!(!top.join("flat").exists() && top.join("theirs").exists());
+        assert!(top.join("deep/folder/file").exists());
+        fs::remove_dir_all(&top).unwrap();
+    }
+}
