@@ -16,6 +16,7 @@ mod wcrt;
 use std::path::{Path, PathBuf};
 
 use crate::Output;
+use crate::harmless::harmless;
 use clap::{CommandFactory as _, Parser, Subcommand, ValueEnum};
 
 /// Response times of component-based robots, from their MAUVE models.
@@ -89,7 +90,7 @@ impl Arguments {
             Command::Completions { shell } => {
                 let mut text = Vec::new();
                 clap_complete::generate(shell, &mut Arguments::command(), "mauve", &mut text);
-                Ok(Output::fine(String::from_utf8_lossy(&text)))
+                Ok(Output::document(String::from_utf8_lossy(&text), 0))
             }
         }
     }
@@ -133,7 +134,7 @@ impl From<Method> for mauve_timing::Method {
 /// Says something to the user on standard error.
 pub(crate) fn say(message: &str) {
     use std::io::Write as _;
-    let _ = writeln!(anstream::stderr(), "mauve: {message}");
+    let _ = writeln!(anstream::stderr(), "mauve: {}", harmless(message));
 }
 
 /// A path as it is shown: from `here`, where it is below.

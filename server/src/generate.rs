@@ -215,11 +215,6 @@ fn leads_nowhere(path: &Path) -> String {
 /// What projects that go into one folder make.
 pub(crate) type Made<'db> = Vec<(Project<'db>, Vec<Package>)>;
 
-/// A text without what a terminal would obey: a manifest may have come from anywhere.
-pub(crate) fn clean(text: &str) -> String {
-    text.replace(char::is_control, "\u{fffd}")
-}
-
 /// The packages of several projects that go into one folder, each once.
 ///
 /// # Errors

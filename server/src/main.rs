@@ -10,6 +10,7 @@ mod analysis_document;
 mod cli;
 mod disk;
 mod generate;
+mod harmless;
 mod load;
 mod lsp;
 mod private;
@@ -18,6 +19,8 @@ use std::io::Write as _;
 use std::process::ExitCode;
 
 use clap::Parser as _;
+
+use harmless::harmless;
 
 /// What a command gives: its text, and how it ends.
 pub(crate) struct Output {
@@ -28,9 +31,14 @@ pub(crate) struct Output {
 }
 
 impl Output {
-    /// All is well.
-    pub(crate) fn fine(text: impl Into<String>) -> Output {
-        Output { text: text.into(), code: 0 }
+    /// What people read, without what their terminal would obey.
+    pub(crate) fn said(text: impl AsRef<str>, code: u8) -> Output {
+        Output { text: harmless(text.as_ref()), code }
+    }
+
+    /// What programs read, or what is harmless already.
+    pub(crate) fn document(text: impl Into<String>, code: u8) -> Output {
+        Output { text: text.into(), code }
     }
 }
 
@@ -51,7 +59,7 @@ fn main() -> ExitCode {
             }
         }
         Err(message) => {
-            let _ = writeln!(anstream::stderr(), "mauve: {message}");
+            cli::say(&message);
             ExitCode::from(2)
         }
     }

@@ -9,7 +9,7 @@ use mauve_model::{
     core_of, cpu_names, deployment, external_types, features_of, flat_of, mask, names_of, shell_of, type_of,
     typing_of,
 };
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::cpp_name::{CppNames, file_name};
 use crate::cpp_type::cpp_type;
@@ -20,7 +20,7 @@ const OTHER_PACKAGES: [&str; 8] =
     ["rtt", "ocl", "rtt_ros", "rtt_roscomm", "rtt_rosnode", "genmsg", "CMAKE", "PROJECT"];
 
 /// Something that must be put right before anything is generated.
-#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
 pub struct Problem<'db> {
     /// What is wrong, and what to do.
     pub message: String,
@@ -91,11 +91,12 @@ pub fn problems<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<Problem
     let configured =
         configured.flat_map(|file| diagnostics_of_file(db, workspace, file)).map(|it| it.diagnostic);
     let mut found: Vec<Problem<'db>> = Vec::new();
+    let mut seen: FxHashSet<Problem<'db>> = FxHashSet::default();
     for diagnostic in own.chain(configured) {
         let here = lints.get(diagnostic.code.name).copied().flatten();
         let is_error = diagnostic.code.severity == Severity::Error || here == Some(Severity::Error);
         let problem = Problem { message: diagnostic.message, at: diagnostic.at };
-        if is_error && diagnostic.code.name != "deadline-missed" && !found.contains(&problem) {
+        if is_error && diagnostic.code.name != "deadline-missed" && seen.insert(problem.clone()) {
             found.push(problem);
         }
     }

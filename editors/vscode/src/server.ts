@@ -101,7 +101,9 @@ export class Server {
       return this.fail(found.problem);
     }
 
-    const commandLine = [found.path, "lsp", ...settings.get<string[]>("arguments", [])];
+    const outside = settings.get("allowOutside", false) && vscode.workspace.isTrusted;
+    const allowed = outside ? ["--allow-outside"] : [];
+    const commandLine = [found.path, "lsp", ...allowed, ...settings.get<string[]>("arguments", [])];
     this.log.appendLine(`Starting ${commandLine.join(" ")}`);
     let ended: string | undefined;
     const run = async (): Promise<ChildProcess> => {

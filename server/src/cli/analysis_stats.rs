@@ -115,7 +115,7 @@ impl AnalysisStats {
         }
         drop(db);
         let _ = write!(out, "\n{}", edits::table(&self.paths.paths)?);
-        Ok(Output::fine(out))
+        Ok(Output::said(out, 0))
     }
 }
 

@@ -17,6 +17,7 @@ use serde::Serialize;
 use super::{Outside, Paths, counted, shown, wcrt};
 use crate::Output;
 use crate::analysis_document::{AnalysisDocument, Deployed, Proved, analysis_document};
+use crate::harmless::{harmless, harmless_but_for_styles};
 use crate::load::load;
 
 #[derive(Debug, clap::Args)]
@@ -103,7 +104,7 @@ impl Check {
                 if let Some(more) = findings.len().checked_sub(MOST_EXCERPTS).filter(|more| *more > 0) {
                     parts.push(format!("… and {more} more: `--format json` shows all\n"));
                 }
-                parts.extend(wcrt::tables(&deployed));
+                parts.extend(wcrt::tables(&deployed).iter().map(|table| harmless(table)));
                 let mut found = format!("{}, {}", counted(errors, "error"), counted(warnings, "warning"));
                 if hints > 0 {
                     found += &format!(", {}", counted(hints, "hint"));
@@ -116,7 +117,7 @@ impl Check {
             }
         };
         let proved = deployed.iter().all(Deployed::schedulable);
-        Ok(Output { text, code: u8::from(errors > 0 || !proved) })
+        Ok(Output::document(text, u8::from(errors > 0 || !proved)))
     }
 }
 
@@ -177,13 +178,13 @@ pub(super) fn excerpt(db: &Database, here: &Path, finding: &Finding<'_>) -> Stri
         Severity::Warning => Level::WARNING,
         Severity::Hint => Level::HELP.with_name(Severity::Hint.name()),
     };
-    let title = level.primary_title(&diagnostic.message).id(diagnostic.code.name);
+    let title = level.primary_title(harmless(&diagnostic.message)).id(diagnostic.code.name);
     let mut places = vec![(&diagnostic.at, "", AnnotationKind::Primary)];
     let related = diagnostic.related.iter();
     places.extend(related.map(|(at, message)| (at, message.as_str(), AnnotationKind::Context)));
     let fixes = diagnostic.fixes.iter().filter(|fix| !is_said(&diagnostic.message, fix));
-    let mut notes: Vec<_> = fixes.map(|fix| Level::HELP.message(&fix.title)).collect();
-    let only = finding.only_in.map(|project| shown(project.root(db).path(db), here));
+    let mut notes: Vec<_> = fixes.map(|fix| Level::HELP.message(harmless(&fix.title))).collect();
+    let only = finding.only_in.map(|project| harmless(&shown(project.root(db).path(db), here)));
     notes.extend(only.map(|root| Level::NOTE.message(format!("in the project of {root}"))));
     with_excerpts(db, here, title, &places, notes)
 }
@@ -204,30 +205,35 @@ pub(super) fn with_excerpts(
             files.push(file);
         }
     }
-    let paths: Vec<String> = files.iter().map(|file| shown(file.path(db), here)).collect();
+    let paths: Vec<String> = files.iter().map(|file| harmless(&shown(file.path(db), here))).collect();
     let mut group = annotate_snippets::Group::with_title(title);
     for (file, path) in files.iter().zip(&paths) {
-        let text: &str = file.text(db);
         if file.is_outside(db) {
             // What came from elsewhere shows nothing of other files.
             group = group.element(Origin::path(path.as_str()));
             continue;
         }
-        let mut snippet = Snippet::source(text).path(path.as_str()).fold(true);
+        // The styles are ours alone: what begins one has one byte, as what stands for it.
+        let text = file.text(db).replace('\u{1b}', "?");
+        let mut annotations = Vec::new();
         for (at, message, kind) in places.iter().filter(|(at, ..)| at.file(db) == *file) {
             let range = at.range(db);
-            let span = clamp(text, range.start().into(), range.end().into());
+            let span = clamp(&text, range.start().into(), range.end().into());
             let annotation = kind.span(span);
-            snippet =
-                snippet.annotation(if message.is_empty() { annotation } else { annotation.label(*message) });
+            annotations.push(if message.is_empty() {
+                annotation
+            } else {
+                annotation.label(harmless(message))
+            });
         }
-        group = group.element(snippet);
+        let snippet = Snippet::source(text).path(path.as_str()).fold(true);
+        group = group.element(snippet.annotations(annotations));
     }
     for note in notes {
         group = group.element(note);
     }
     let renderer = if std::io::stdout().is_terminal() { Renderer::styled() } else { Renderer::plain() };
-    renderer.render(&[group]) + "\n"
+    harmless_but_for_styles(&(renderer.render(&[group]) + "\n"))
 }
 
 /// Does the message quote what the fix would write, so that its title says no more?

@@ -17,7 +17,7 @@ impl Explain {
             let line = |code: &mauve_model::diagnostics::Code| {
                 format!("{:<24} {}\n", code.name, code.severity.name())
             };
-            return Ok(Output::fine(codes().map(line).collect::<String>()));
+            return Ok(Output::said(codes().map(line).collect::<String>(), 0));
         }
         if let Some(page) = page(&self.code) {
             // Examples of several files.
@@ -25,7 +25,7 @@ impl Explain {
                 Some(path) => format!("── {path} ──\n"),
                 None => format!("{line}\n"),
             };
-            return Ok(Output::fine(page.lines().map(line).collect::<String>()));
+            return Ok(Output::said(page.lines().map(line).collect::<String>(), 0));
         }
         Err(unknown(&self.code))
     }

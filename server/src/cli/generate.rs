@@ -2,6 +2,7 @@
 
 mod report;
 
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use annotate_snippets::{AnnotationKind, Level};
@@ -15,6 +16,7 @@ use super::{Outside, counted, say};
 use crate::Output;
 use crate::analysis_document::{Deployed, Proved, deployments};
 use crate::generate::{Made, Out, Site, configured_out, left_packages, merged, read};
+use crate::harmless::harmless;
 use crate::load::load;
 use report::{Document, Doing, ProblemDocument, document, report};
 
@@ -74,12 +76,9 @@ impl Generate {
                 all.map(|&project| (project, None)).collect()
             }
         };
-        let mut found: Vec<Problem<'_>> = Vec::new();
-        for problem in asked.iter().flat_map(|&(project, _)| problems(&db, project)) {
-            if !found.contains(&problem) {
-                found.push(problem);
-            }
-        }
+        let all = asked.iter().flat_map(|&(project, _)| problems(&db, project));
+        let mut seen: HashSet<Problem<'_>> = HashSet::new();
+        let found: Vec<Problem<'_>> = all.filter(|problem| seen.insert(problem.clone())).collect();
         if !found.is_empty() {
             return self.refused(&db, &workspaces, &found);
         }
@@ -108,14 +107,14 @@ impl Generate {
             _ => Doing::Done,
         };
         let text = match self.format {
-            Format::Human => folders.iter().map(|it| report(it, doing)).collect(),
+            Format::Human => folders.iter().map(|it| harmless(&report(it, doing))).collect(),
             Format::Json => {
                 let folders = folders.iter().map(document).collect();
                 super::json(&Document { problems: Vec::new(), folders, written: is_written })?
             }
         };
         let is_stale = self.check && folders.iter().any(|it| !it.plan.is_settled());
-        Ok(Output { text, code: u8::from(is_refused || is_stale) })
+        Ok(Output::document(text, u8::from(is_refused || is_stale)))
     }
 
     /// The packages that go to each folder.
@@ -189,7 +188,7 @@ impl Generate {
                 super::json(&Document { problems, folders: Vec::new(), written: false })?
             }
         };
-        Ok(Output { text, code: 1 })
+        Ok(Output::document(text, 1))
     }
 }
 
@@ -203,7 +202,7 @@ fn problem_excerpt(db: &Database, here: &Path, problem: &Problem<'_>, findings: 
             excerpt(db, here, &Finding { diagnostic, severity: Severity::Error, only_in: finding.only_in })
         }
         None => {
-            let title = Level::ERROR.primary_title(&problem.message);
+            let title = Level::ERROR.primary_title(harmless(&problem.message));
             with_excerpts(db, here, title, &[(&problem.at, "", AnnotationKind::Primary)], Vec::new())
         }
     }

@@ -46,7 +46,7 @@ impl Parse {
                 super::json(&json!({ "tree": node(&parse.syntax()), "errors": errors }))?
             }
         };
-        Ok(Output { text, code })
+        Ok(Output::document(text, code))
     }
 }
 

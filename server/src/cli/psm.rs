@@ -90,10 +90,10 @@ fn show<'db>(
                 "no times for the state machine of {name} at {level}: {}",
                 reasons.join("; ")
             ));
-            return Ok(Output { text: String::new(), code: 1 });
+            return Ok(Output::document("", 1));
         }
     };
-    Ok(Output::fine(match format {
+    let text = match format {
         Format::Dot => draw_state_machine(name, level, psm, Drawing::Dot),
         Format::Svg => draw_state_machine(name, level, psm, Drawing::Svg),
         Format::Json => {
@@ -130,5 +130,6 @@ fn show<'db>(
                 "assumed": psm.assumed.iter().map(|(codel, _)| codel).collect::<Vec<_>>(),
             }))?
         }
-    }))
+    };
+    Ok(Output::document(text, 0))
 }

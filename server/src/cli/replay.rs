@@ -87,7 +87,7 @@ impl Replay {
                 differences.iter().for_each(|difference| out += difference);
             }
         }
-        Ok(Output { text: out, code })
+        Ok(Output::said(out, code))
     }
 }
 

@@ -24,10 +24,11 @@ enum Of {
 
 impl Schema {
     pub(crate) fn run(self) -> Output {
-        Output::fine(match self.of {
+        let text = match self.of {
             Of::Configuration => include_str!("../../../editors/schemas/mauve.schema.json"),
             Of::Table => include_str!("../../../editors/schemas/timing-table.schema.json"),
             Of::TaskSet => include_str!("../../../editors/schemas/task-set.schema.json"),
-        })
+        };
+        Output::document(text, 0)
     }
 }

@@ -22,6 +22,7 @@ use crate::analysis_document::{
     AnalysisDocument, Deployed, Origin, Significance, analysis_document, deployments, levels,
 };
 use crate::disk::{LONGEST, read};
+use crate::harmless::harmless;
 use crate::load::load;
 
 #[derive(Debug, clap::Args)]
@@ -109,7 +110,7 @@ impl Wcrt {
             say(&with_errors(errors));
         }
         let proved = all.iter().all(Deployed::schedulable);
-        Ok(Output { text, code: u8::from(!proved || errors > 0) })
+        Ok(Output::document(text, u8::from(!proved || errors > 0)))
     }
 
     /// The response times of task sets that were written to files.
@@ -158,13 +159,13 @@ impl Wcrt {
             })
             .collect();
         let text = self.text(&all)?;
-        Ok(Output { text, code: u8::from(!all.iter().all(Deployed::schedulable)) })
+        Ok(Output::document(text, u8::from(!all.iter().all(Deployed::schedulable))))
     }
 
     fn text(&self, all: &[Deployed<'_>]) -> Result<String, String> {
         Ok(match (&self.explain, self.format) {
-            (Some(instance), _) => explain(all, instance)?,
-            (None, Format::Table) => tables(all).join("\n"),
+            (Some(instance), _) => harmless(&explain(all, instance)?),
+            (None, Format::Table) => harmless(&tables(all).join("\n")),
             (None, Format::Csv) => csv(all),
             (None, Format::Json) => {
                 let documents: Vec<AnalysisDocument> = all.iter().map(analysis_document).collect();

@@ -223,7 +223,7 @@ impl MainLoop {
                     self.touched(&uri);
                 }
             }
-            Event::Warn(message) => self.publisher.warn(message),
+            Event::Warn(message) => self.publisher.warn(&message),
             Event::Saved(params) => {
                 self.documents.saved(&params.text_document.uri, params.text);
                 self.touched(&params.text_document.uri);
@@ -391,7 +391,7 @@ impl MainLoop {
         if let Err(error) = std::thread::Builder::new().name("walk".to_owned()).spawn(walk) {
             self.walking = None;
             self.reload = true;
-            self.publisher.warn(format!("The folders cannot be looked through: {error}."));
+            self.publisher.warn(&format!("The folders cannot be looked through: {error}."));
         }
     }
 
@@ -466,7 +466,7 @@ impl MainLoop {
         if before != settings {
             self.stir();
         }
-        problems.into_iter().for_each(|problem| self.publisher.warn(problem));
+        problems.iter().for_each(|problem| self.publisher.warn(problem));
     }
 
     /// Ends whatever is computed. Nothing is known then, and that is said, until the next edit.
@@ -523,7 +523,7 @@ impl MainLoop {
                 self.reload = true;
             }
             Ok(_) => self.passes = 0,
-            Err(error) => self.publisher.warn(format!(
+            Err(error) => self.publisher.warn(&format!(
                 "Files that change outside the editor may not be noticed: {error}. Restart the server after such a change."
             )),
         }

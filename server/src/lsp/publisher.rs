@@ -13,6 +13,7 @@ use super::PATIENCE;
 use super::check::{Found, result_id};
 use super::pulls::{Pulls, ResultId};
 use super::to_proto;
+use crate::harmless::harmless;
 
 /// What was published, and what is to be.
 pub(crate) struct Publisher {
@@ -163,7 +164,7 @@ impl Publisher {
 
     /// Shows that something of ours went wrong.
     pub(crate) fn defect(&mut self, message: &str) {
-        self.warn(format!("A defect of mauve: {message}. Please report it."));
+        self.warn(&format!("A defect of mauve: {message}. Please report it."));
     }
 
     /// Has the client ask for something again.
@@ -172,7 +173,8 @@ impl Publisher {
     }
 
     /// Shows a warning, each once.
-    pub(crate) fn warn(&mut self, message: String) {
+    pub(crate) fn warn(&mut self, message: &str) {
+        let message = harmless(message);
         tracing::warn!("{message}");
         if self.warnings.insert(message.clone()) {
             self.outbox.put(|waiting| waiting.warnings.push(message));

@@ -17,13 +17,14 @@ use tower_lsp::lsp_types::{
 use super::pages;
 use super::position::line_index;
 use super::snapshot::{ANOTHER_TEXT, Snapshot};
+use crate::harmless::harmless;
 
 /// A diagnostic.
 pub(crate) fn diagnostic(snapshot: &Snapshot, finding: &Finding<'_>) -> Diagnostic {
     let (db, found) = (&snapshot.db, &finding.diagnostic);
     let related = found.related.iter().filter(|_| snapshot.capabilities.related);
     let related = related.filter_map(|(at, message)| {
-        Some(DiagnosticRelatedInformation { location: location(snapshot, at)?, message: message.clone() })
+        Some(DiagnosticRelatedInformation { location: location(snapshot, at)?, message: harmless(message) })
     });
     let related: Vec<_> = related.collect();
     let only = finding.only_in.map(|project| {
@@ -43,7 +44,7 @@ pub(crate) fn diagnostic(snapshot: &Snapshot, finding: &Finding<'_>) -> Diagnost
             false => None,
         },
         source: Some("mauve".to_owned()),
-        message: found.message.clone() + &only.unwrap_or_default(),
+        message: harmless(&found.message) + &harmless(&only.unwrap_or_default()),
         related_information: (!related.is_empty()).then_some(related),
         tags: found.code.unused.then(|| vec![DiagnosticTag::UNNECESSARY]),
         ..Diagnostic::default()

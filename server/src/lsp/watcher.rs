@@ -15,6 +15,9 @@ use super::main_loop::Event;
 const QUIET: Duration = Duration::from_millis(10);
 const LONGEST: Duration = Duration::from_millis(100);
 
+/// So many folders are watched: the system has so many for all programs together.
+const MOST_FOLDERS: usize = 10_000;
+
 /// Watches the folders of the workspaces.
 pub(crate) struct Watcher {
     /// None where the system gives none.
@@ -96,6 +99,10 @@ impl Watcher {
         for folder in folders {
             if self.watched.contains(folder) {
                 continue;
+            }
+            if self.watched.len() >= MOST_FOLDERS {
+                failed = Some(format!("there are more than {MOST_FOLDERS} folders"));
+                break;
             }
             match watcher.watch(folder, RecursiveMode::NonRecursive) {
                 Ok(()) => {

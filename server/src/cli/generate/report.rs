@@ -9,7 +9,6 @@ use serde::Serialize;
 use super::super::check::{Lines, RangeDocument};
 use super::super::{counted, shown};
 use super::Planned;
-use crate::generate::clean;
 
 /// What becomes of a plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -27,7 +26,7 @@ pub(super) fn report(it: &Planned, doing: Doing) -> String {
     let Planned { out, packages, plan, left_packages, .. } = it;
     let here = std::env::current_dir().unwrap_or_default();
     let out = shown(&normalised(&here.join(out)), &here);
-    let path = |path: &str| clean(&Path::new(&out).join(path).display().to_string());
+    let path = |path: &str| Path::new(&out).join(path).display().to_string();
     let mut text = match doing {
         Doing::Refused => String::new(),
         _ => files(plan, doing, &path),
@@ -57,7 +56,7 @@ pub(super) fn report(it: &Planned, doing: Doing) -> String {
         return text + "nothing to generate: no codel, component or deployment\n";
     }
     let out = if out.is_empty() { "." } else { out.as_str() };
-    text + &format!("{} in {}: {}\n", counted(packages.len(), "package"), clean(out), summary(plan, doing))
+    text + &format!("{} in {}: {}\n", counted(packages.len(), "package"), out, summary(plan, doing))
 }
 
 fn line(what: &str, path: &str) -> String {
@@ -137,9 +136,8 @@ fn summary(plan: &Plan, doing: Doing) -> String {
 
 /// The prototypes of a codel as a unified diff.
 fn prototypes(codel: &ChangedCodel, path: &str) -> String {
-    let lines = |sign: char, text: &str| -> String {
-        text.lines().map(|line| format!("{sign}{}\n", clean(line))).collect()
-    };
+    let lines =
+        |sign: char, text: &str| -> String { text.lines().map(|line| format!("{sign}{line}\n")).collect() };
     let range = |text: &str| match text.lines().count() {
         0 => "0,0".to_owned(),
         1 => "1".to_owned(),
