@@ -165,6 +165,9 @@ struct ActivityDocument {
     #[serde(skip_serializing_if = "Option::is_none")]
     window: Option<WindowDocument>,
     interference: Vec<InterferenceDocument>,
+    /// How many more there are than those, which are the greatest.
+    #[serde(skip_serializing_if = "is_zero")]
+    interference_left: usize,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     assumed: Vec<AssumedDocument>,
     reasons: Vec<String>,
@@ -207,6 +210,9 @@ pub(crate) fn analysis_document(it: &Deployed<'_>) -> AnalysisDocument {
     }
 }
 
+/// Of so many others an activity tells: each activity of a thousand has a thousand.
+const MOST_INTERFERENCE: usize = 100;
+
 fn is_zero(count: &usize) -> bool {
     *count == 0
 }
@@ -228,7 +234,9 @@ fn level_document(of: &Deployed<'_>, query: Query, report: &Report<'_>) -> Level
 
 fn activity_document(query: Query, activity: &ActivityReport<'_>) -> ActivityDocument {
     let row = &activity.row;
-    let interference = activity.interference.iter().map(|it| InterferenceDocument {
+    let shown = activity.greatest_interference(MOST_INTERFERENCE);
+    let interference_left = activity.interference.len() - shown.len();
+    let interference = shown.into_iter().map(|it| InterferenceDocument {
         instance: it.instance.to_string(),
         jobs: it.jobs,
         time: milliseconds(it.time),
@@ -255,6 +263,7 @@ fn activity_document(query: Query, activity: &ActivityReport<'_>) -> ActivityDoc
         status: activity.verdict.name(),
         window,
         interference: interference.collect(),
+        interference_left,
         assumed: assumed.collect(),
         reasons: activity.why().into_iter().map(str::to_owned).collect(),
     }

@@ -43,9 +43,10 @@ impl Boundary {
         Boundary { folders: own.chain(named).chain(others).collect(), is_open }
     }
 
-    /// Is this path, behind all links, one of the project's?
+    /// Is this path, behind all links, one of the project's? What is hidden is not: in `.git` and `.env` stand secrets.
     pub(crate) fn has(&self, real: &Path) -> bool {
-        real.ancestors().any(|above| self.folders.contains(above))
+        let below = self.folders.iter().filter_map(|folder| real.strip_prefix(folder).ok());
+        below.into_iter().any(|path| !path.iter().any(|part| part.as_encoded_bytes().starts_with(b".")))
     }
 
     /// Why the file that `real` is behind all links is not read; nothing where it is.
@@ -56,9 +57,12 @@ impl Boundary {
         // The outermost: others are most often in it.
         let folder = self.folders.iter().min_by_key(|folder| folder.components().count());
         let folder = folder.map(|folder| folder.display().to_string()).unwrap_or_default();
+        let why = match self.folders.iter().any(|folder| real.starts_with(folder)) {
+            true => "is hidden".to_owned(),
+            false => format!("is outside of `{folder}`"),
+        };
         Some(format!(
-            "`{}` is outside of `{folder}`, and is not read: where this project may show other files of yours, say \
-             `--allow-outside`, or name a folder that has both",
+            "`{}` {why}, and is not read: say `--allow-outside` if this project may show other files of yours",
             real.display()
         ))
     }
@@ -212,6 +216,8 @@ mod tests {
             ("elsewhere/a.mal", false),
             ("a.mal", false),
             ("repository/a.mal", false),
+            ("repo/.git/config", false),
+            ("repo/robot/.env", false),
         ] {
             assert_eq!(boundary.refusal(&top.join(path)).is_none(), is_within, "{path}");
         }

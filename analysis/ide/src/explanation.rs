@@ -13,6 +13,9 @@ use rustc_hash::FxHashSet;
 /// How many periods of the worst trace are shown.
 const SHOWN_PERIODS: usize = 12;
 
+/// Of so many others the explanation tells.
+const MOST_INTERFERENCE: usize = 100;
+
 /// How many iterations of a search are shown: the first, and the last.
 const SHOWN_ITERATIONS: usize = 12;
 
@@ -112,13 +115,18 @@ fn explain(report: &Report<'_>, activity: &ActivityReport<'_>, query: Query, ori
             Some(_) => "and what interferes:\n",
             None => "\nwhat interferes until its first job ends:\n",
         };
-        for it in &activity.interference {
+        let shown = activity.greatest_interference(MOST_INTERFERENCE);
+        let left = activity.interference.len() - shown.len();
+        for it in shown {
             let jobs = if it.jobs == 1 { "job" } else { "jobs" };
             let mut others = report.activities.iter().filter(|other| other.row.instance == it.instance);
             let is_assumed = others.any(|other| !other.assumed.is_empty());
             let assumed = if is_assumed { "  (with assumed times)" } else { "" };
             let time = it.time.to_string();
             let _ = writeln!(out, "  {time:>12}  {:>4} {jobs:<4}  {}{assumed}", it.jobs, it.instance);
+        }
+        if left > 0 {
+            let _ = writeln!(out, "  and {left} more, each of which takes no longer");
         }
     }
     if let (Some(window), Some(period), Some(deadline)) = (&activity.window, row.period, row.deadline)

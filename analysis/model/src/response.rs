@@ -79,6 +79,17 @@ pub struct ActivityReport<'db> {
 }
 
 impl ActivityReport<'_> {
+    /// What interferes, the `most` that take longest, in the order of the rows.
+    pub fn greatest_interference(&self, most: usize) -> Vec<&InterferenceReport> {
+        let mut greatest: Vec<(usize, &InterferenceReport)> = self.interference.iter().enumerate().collect();
+        if greatest.len() > most {
+            greatest.sort_by_key(|(_, it)| std::cmp::Reverse(it.time));
+            greatest.truncate(most);
+            greatest.sort_by_key(|(number, _)| *number);
+        }
+        greatest.into_iter().map(|(_, it)| it).collect()
+    }
+
     /// [`ActivityReport::reasons`] in words, each once: one mistake may stand in several places.
     pub fn why(&self) -> Vec<&str> {
         let mut seen = FxHashSet::default();

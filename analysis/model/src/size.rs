@@ -79,14 +79,15 @@ impl<'db> Sizes<'db> {
             }
             Kind::Deployment => {
                 let Some(target) = self.resolved(decl, Kind::Architecture).next() else { return Some(()) };
-                let mut activities = shape_of(self.db, decl).own;
+                let mut instances = 0;
                 for of in self.all_of(target, Kind::Architecture)? {
                     for component in &shape_of(self.db, of).instances {
-                        activities += 1;
+                        instances += 1;
                         let features = self.features(of, component)?;
                         self.take(2 * (1 + features))?;
                     }
                 }
+                let activities = shape_of(self.db, decl).own.max(instances);
                 self.take(activities.saturating_mul(activities) / PAIRS_TO_ONE)?;
             }
             _ => {}

@@ -16,9 +16,46 @@ const PIECES: &str = "include \"a.mal\" library l { } use m codel f ( in a : int
     state A run entry exit handle transition t if to B component architecture import instance i : C connection a . b -> [ 4 ] \
     operation deployment activity priority = 9 period = 10.5 background 0x1F \"open /* */ // \n \n \t é \u{feff} § 1e9 5ms";
 
+/// The same for tables, configurations, messages and task sets.
+const OTHER_PIECES: &str = "[codel] [program] [component] [overhead] [timing] [types.X] [generate] [lints] levels = [1e-3,1e-4] \
+    \"l.f\" l.f = [1,2] K/A.run = 3 unit = \"us\" tables = [\"t.toml\"] significance = 1e-3 cpp = \"int\" header \"a/b.h\" \
+    out \"out\" dispatch { } . , # ' \"\"\" \n \n \n uint8 FULL=1 string<=3 s \"x\" int32[] v geometry_msgs/Pose[<=4] p é";
+
+const TASK_SET: &str = r#"{"format":"mauve-1","unit":"ns","deployment":{"name":"D","levels":[1e-4],"significance":1e-4,
+    "cpus":1,"rt_throttling":null,"not_analysed":[],"activities":[{"instance":"i","component":"K","affinity":1,
+    "priority":1,"period":90,"deadline":80,"not_analysed":[],"doubt":null,"machine":{"states":["u"],"initial":"u",
+    "overhead":[0],"component_time":[null],"assumed":[],"programs":[{"program":"p","time":[5]}],
+    "edges":[{"source":"u","target":"u","transition":null,"programs":["p"],"cost":[5]}]}}]}}"#;
+
+fn tried() -> usize {
+    std::env::var("MAUVE_FUZZ").map_or(1500, |count| count.parse().expect("a number"))
+}
+
+#[test]
+fn the_task_set_is_one() {
+    assert!(mauve_timing::task_set::Exported::parse(TASK_SET).is_ok());
+}
+
+#[test]
+fn properties_hold_for_what_stands_beside_models() {
+    let pieces: Vec<&str> = OTHER_PIECES.split(' ').collect();
+    let mut random = Random(0x9e37_79b9_7f4a_7c15);
+    for _ in 0..tried() / 5 {
+        let soup: Vec<&str> = (0..random.below(30)).map(|_| pieces[random.below(pieces.len())]).collect();
+        let text = soup.join(["", " ", "\n"][random.below(3)]);
+        properties::config(&text);
+        properties::table(&text);
+        properties::message(&text);
+        // One number, name or sign is another.
+        let at = random.below(TASK_SET.len());
+        let other = pieces[random.below(pieces.len())].chars().next().unwrap_or('9');
+        properties::task_set(&format!("{}{other}{}", &TASK_SET[..at], &TASK_SET[at + 1..]));
+    }
+}
+
 #[test]
 fn properties_hold_for_any_text() {
-    let count = std::env::var("MAUVE_FUZZ").map_or(1500, |count| count.parse().expect("a number"));
+    let count = tried();
     let sample = std::fs::read_to_string(models().join("p3dx/components/navigation.mal")).unwrap();
     let pieces: Vec<&str> = PIECES.split(' ').collect();
     let mut random = Random(0x2545_f491_4f6c_dd1d);

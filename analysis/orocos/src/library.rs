@@ -396,7 +396,6 @@ fn root_name(db: &dyn ModelDb, project: Project<'_>) -> String {
 mod tests {
     use mauve_model::{Database, Workspace, projects};
 
-    use super::*;
     use crate::{Package, packages};
 
     /// The packages of a model; or what is wrong, and at which word.

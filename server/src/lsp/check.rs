@@ -1,11 +1,11 @@
 //! Everything that is wrong, in the client's terms: what is published after each change.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 
 use mauve_ide::{CodeLens, LensKind};
-use mauve_model::diagnostics::{diagnostics_of_file, workspace_diagnostics};
-use mauve_model::is_model;
+use mauve_model::diagnostics::{Severity, diagnostics_of_file, workspace_diagnostics};
+use mauve_model::{File, is_model};
 use mauve_syntax::{TextRange, TextSize};
 use tower_lsp::lsp_types::{Diagnostic, TextDocumentIdentifier, Url};
 
@@ -53,17 +53,38 @@ pub(crate) fn diagnostics(snapshot: &Snapshot) -> Found {
     if snapshot.is_stopped {
         return found;
     }
+    let mut counts: HashMap<File, BTreeMap<Severity, usize>> = HashMap::new();
     for &workspace in snapshot.workspaces.iter() {
         for finding in workspace_diagnostics(db, workspace) {
+            let file = finding.diagnostic.at.file(db);
+            let count = counts.entry(file).or_default().entry(finding.severity).or_default();
+            *count += 1;
+            if *count > MOST {
+                continue;
+            }
             let diagnostic = to_proto::diagnostic(snapshot, &finding);
-            for url in snapshot.urls(finding.diagnostic.at.file(db)) {
+            for url in snapshot.urls(file) {
                 if snapshot.documents.get(&url).is_none_or(|document| document.is_analysed) {
                     add(&mut found.entry(url).or_default().1, diagnostic.clone());
                 }
             }
         }
     }
+    for (file, counts) in counts {
+        for url in snapshot.urls(file) {
+            let more = more_than_most(&counts);
+            found.entry(url).or_default().1.extend(more);
+        }
+    }
     found
+}
+
+/// So many diagnostics of one severity are shown of a file: nobody reads more, and each costs the client.
+const MOST: usize = 1000;
+
+fn more_than_most(counts: &BTreeMap<Severity, usize>) -> impl Iterator<Item = Diagnostic> {
+    let more = counts.iter().filter(|(_, count)| **count > MOST);
+    more.map(|(severity, count)| to_proto::more(*severity, count - MOST))
 }
 
 /// What is wrong in one file, in the same words; nothing where nobody knows it.
@@ -72,11 +93,17 @@ pub(crate) fn diagnostics_of(snapshot: &Snapshot, url: &Url) -> Option<(Url, OfF
     let mut found = document.map_or_else(Vec::new, |document| of_document(snapshot, document));
     if !snapshot.is_stopped && document.is_none_or(|document| document.is_analysed) {
         let (file, _) = snapshot.file(&TextDocumentIdentifier::new(url.clone())).ok()?;
+        let mut counts: BTreeMap<Severity, usize> = BTreeMap::new();
         for &workspace in snapshot.workspaces.iter() {
             for finding in diagnostics_of_file(&snapshot.db, workspace, file) {
-                add(&mut found, to_proto::diagnostic(snapshot, &finding));
+                let count = counts.entry(finding.severity).or_default();
+                *count += 1;
+                if *count <= MOST {
+                    add(&mut found, to_proto::diagnostic(snapshot, &finding));
+                }
             }
         }
+        found.extend(more_than_most(&counts));
     }
     Some((url.clone(), (document.map(|document| document.version), found)))
 }

@@ -33,11 +33,7 @@ pub(crate) fn diagnostic(snapshot: &Snapshot, finding: &Finding<'_>) -> Diagnost
     });
     Diagnostic {
         range: range(snapshot, &found.at),
-        severity: Some(match finding.severity {
-            Severity::Error => DiagnosticSeverity::ERROR,
-            Severity::Warning => DiagnosticSeverity::WARNING,
-            Severity::Hint => DiagnosticSeverity::HINT,
-        }),
+        severity: Some(severity_of(finding.severity)),
         code: Some(NumberOrString::String(found.code.name.to_owned())),
         code_description: match snapshot.capabilities.pages {
             true => pages::address(found.code.name).map(|href| CodeDescription { href }),
@@ -48,6 +44,14 @@ pub(crate) fn diagnostic(snapshot: &Snapshot, finding: &Finding<'_>) -> Diagnost
         related_information: (!related.is_empty()).then_some(related),
         tags: found.code.unused.then(|| vec![DiagnosticTag::UNNECESSARY]),
         ..Diagnostic::default()
+    }
+}
+
+fn severity_of(severity: Severity) -> DiagnosticSeverity {
+    match severity {
+        Severity::Error => DiagnosticSeverity::ERROR,
+        Severity::Warning => DiagnosticSeverity::WARNING,
+        Severity::Hint => DiagnosticSeverity::HINT,
     }
 }
 
@@ -69,6 +73,12 @@ pub(crate) fn defect(message: &str) -> Diagnostic {
         "a defect of mauve: {message}. Nothing was analysed, and no response time is known; please report it"
     );
     whole_file(DiagnosticSeverity::ERROR, "internal-error", message)
+}
+
+/// That a file has more of such a severity than are shown.
+pub(crate) fn more(severity: Severity, count: usize) -> Diagnostic {
+    let message = format!("… and {count} more: `mauve check --format json` shows all");
+    whole_file(severity_of(severity), "more", message)
 }
 
 fn whole_file(severity: DiagnosticSeverity, code: &str, message: String) -> Diagnostic {
