@@ -1,9 +1,8 @@
 //! Generated packages on the disk: where they go, what is there already, how they are written.
 //!
 //! The folder that they go to, or one in it, may be exchanged for a link at any time. So its path is looked at
-//! once, and what was found is opened without following a link from then on (`generate/handle.rs`).
+//! once, and what was found is opened without following a link from then on (`folder.rs`).
 
-mod handle;
 mod write;
 
 use std::collections::BTreeSet;
@@ -15,7 +14,8 @@ use std::path::{Component, Path, PathBuf};
 use mauve_model::{CONFIG_FILE, Database, Project, Workspace, config_of, normalised};
 use mauve_orocos::{MANIFEST, Package};
 
-use handle::{Folder, Folders, Kind};
+use crate::folder::{Folder, Folders, Kind};
+
 pub(crate) use write::{Site, target};
 
 /// A file that is longer is nothing that the generator wrote, nor a codel.

@@ -12,8 +12,8 @@ use mauve_syntax::format::{applied, format};
 use super::{Paths, counted, say, shown};
 use crate::Output;
 use crate::disk::text_of;
+use crate::folder::Folder;
 use crate::load::{is_of_another_language, models_in};
-use crate::private::private;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Fmt {
@@ -124,24 +124,24 @@ fn difference(old: &str, new: &str) -> Option<String> {
     }
 }
 
-/// Puts a new file with this text, and with the permissions of the old one, in its place.
+/// Puts a new file with this text, and with the permissions of the old one, in its place. The path is behind all links: where
+/// it leads through one by now, nothing is written.
 fn replace(path: &Path, text: &str) -> std::io::Result<()> {
-    let permissions = std::fs::metadata(path)?.permissions();
+    let name = path.file_name().unwrap_or_default();
+    // Held open: it may be another one by the time that the text is written.
+    let folder = Folder::open(path.parent().unwrap_or(path))?;
     // A folder that may be written to is no leave to replace a file that may not.
-    std::fs::OpenOptions::new().write(true).open(path)?;
-    let mut name = std::ffi::OsString::from(".");
-    name.push(path.file_name().unwrap_or_default());
-    name.push(format!(".{}.tmp", std::process::id()));
-    let beside = path.with_file_name(name);
-    let mut file = private().write(true).create_new(true).open(&beside)?;
-    // Before there is anything to read in it.
+    let permissions = folder.writable(name)?;
+    let mut beside = std::ffi::OsString::from(".");
+    beside.push(name);
+    beside.push(format!(".{}.tmp", std::process::id()));
+    let mut file = folder.create_new(&beside, Some(&permissions))?;
     let written = file
-        .set_permissions(permissions)
-        .and_then(|()| file.write_all(text.as_bytes()))
+        .write_all(text.as_bytes())
         .and_then(|()| file.sync_all())
-        .and_then(|()| std::fs::rename(&beside, path));
+        .and_then(|()| folder.rename(&beside, &folder, name));
     if written.is_err() {
-        let _ = std::fs::remove_file(&beside);
+        let _ = folder.remove_file(&beside);
     }
     written
 }

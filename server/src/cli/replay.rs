@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 use serde_json::{Value, json};
 
 use crate::Output;
+use crate::disk::read;
 use crate::lsp::frame::{self, Frame, Frames};
 use crate::lsp::mirror::{Line, Side};
 use crate::lsp::run;
@@ -23,6 +24,9 @@ pub(crate) struct Replay {
     folder: Option<PathBuf>,
 }
 
+/// A record that is longer is not read.
+const LONGEST: u64 = 1 << 28;
+
 /// No answer takes longer, unless something is wrong.
 const PATIENCE: Duration = Duration::from_secs(30);
 
@@ -30,8 +34,9 @@ impl Replay {
     /// Says again what the client said, each message when what it had been told before has come; and compares.
     pub(crate) fn run(self) -> Result<Output, String> {
         let path = self.file.display();
+        let bytes = read(&self.file, LONGEST).map_err(|error| format!("cannot read `{path}`: {error}"))?;
         let text =
-            std::fs::read_to_string(&self.file).map_err(|error| format!("cannot read `{path}`: {error}"))?;
+            String::from_utf8(bytes).map_err(|_| format!("cannot read `{path}`: this is no UTF-8 text"))?;
         let text = match &self.folder {
             Some(folder) => moved(&text, folder)?,
             None => text,

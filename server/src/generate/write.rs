@@ -16,8 +16,8 @@ use std::time::{Duration, Instant};
 
 use mauve_orocos::{Action, MANIFEST, Step};
 
-use super::handle::{Folder, Folders, Kind};
 use super::{Out, is_name, leads_nowhere, no_path, not_a_file, not_a_folder};
+use crate::folder::{Folder, Folders, Kind};
 
 /// Where new texts wait, and old ones.
 const STAGING: &str = ".mauve-staging";

@@ -23,7 +23,7 @@ use {
 
 /// A folder that is held open. Names in it are one part of a path each.
 #[derive(Debug, Clone)]
-pub(super) struct Folder {
+pub(crate) struct Folder {
     #[cfg(unix)]
     handle: Arc<OwnedFd>,
     /// Behind all links, when it was opened.
@@ -32,7 +32,7 @@ pub(super) struct Folder {
 
 /// What has a name in a folder: links are not followed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(crate) enum Kind {
     File,
     Folder,
     Link,
@@ -45,18 +45,18 @@ impl Folder {
     /// # Errors
     ///
     /// It cannot be opened, or a part of the path is a link by now.
-    pub(super) fn open(real: &Path) -> io::Result<Folder> {
+    pub(crate) fn open(real: &Path) -> io::Result<Folder> {
         Folders::below(Folder::top(real)?).folder(real)
     }
 
     /// Where it was when it was opened: for messages, and to find paths below it.
-    pub(super) fn path(&self) -> &Path {
+    pub(crate) fn path(&self) -> &Path {
         &self.path
     }
 
     /// Gives a file another name, in another folder, that nobody has: nothing is replaced, whoever writes at
     /// the same time.
-    pub(super) fn put_new(&self, from: &OsStr, to: &Folder, name: &OsStr) -> io::Result<()> {
+    pub(crate) fn put_new(&self, from: &OsStr, to: &Folder, name: &OsStr) -> io::Result<()> {
         // Some file systems have no such links.
         match self.hard_link(from, to, name) {
             Err(error) if error.kind() != ErrorKind::AlreadyExists => self.rename_new(from, to, name),
@@ -65,7 +65,7 @@ impl Folder {
     }
 
     /// Removes a folder with the files in it. Folders in it are nobody's whom this serves, and stop it.
-    pub(super) fn remove_all(&self, name: &OsStr) -> io::Result<()> {
+    pub(crate) fn remove_all(&self, name: &OsStr) -> io::Result<()> {
         let folder = self.folder(name)?;
         for inner in folder.names()? {
             folder.remove_file(&inner)?;
@@ -80,23 +80,23 @@ const MOST_HELD: usize = 128;
 /// The folders below one, by their paths. Each is opened once and held: whatever takes its place later, it is
 /// this one that is looked at, written to, and put in order again.
 #[derive(Debug)]
-pub(super) struct Folders {
+pub(crate) struct Folders {
     top: Folder,
     held: HashMap<PathBuf, Folder>,
 }
 
 impl Folders {
-    pub(super) fn below(top: Folder) -> Folders {
+    pub(crate) fn below(top: Folder) -> Folders {
         Folders { top, held: HashMap::new() }
     }
 
     /// A folder, by a path that begins with that of the top.
-    pub(super) fn folder(&mut self, path: &Path) -> io::Result<Folder> {
+    pub(crate) fn folder(&mut self, path: &Path) -> io::Result<Folder> {
         self.walk(path, &mut |above: &Folder, name: &OsStr| above.folder(name))
     }
 
     /// The same, where folders that are missing are made; `made` gets them, the outermost first.
-    pub(super) fn make(&mut self, path: &Path, made: &mut Vec<PathBuf>) -> io::Result<Folder> {
+    pub(crate) fn make(&mut self, path: &Path, made: &mut Vec<PathBuf>) -> io::Result<Folder> {
         self.walk(path, &mut |above: &Folder, name: &OsStr| match above.folder(name) {
             Err(error) if error.kind() == ErrorKind::NotFound => {
                 if above.make_folder(name)? {
@@ -109,13 +109,13 @@ impl Folders {
     }
 
     /// The folder that a path is in, and its name there.
-    pub(super) fn above<'a>(&mut self, path: &'a Path) -> io::Result<(Folder, &'a OsStr)> {
+    pub(crate) fn above<'a>(&mut self, path: &'a Path) -> io::Result<(Folder, &'a OsStr)> {
         let (above, name) = split(path)?;
         Ok((self.folder(above)?, name))
     }
 
     /// The same, where folders that are missing are made.
-    pub(super) fn make_above<'a>(
+    pub(crate) fn make_above<'a>(
         &mut self,
         path: &'a Path,
         made: &mut Vec<PathBuf>,
@@ -125,7 +125,7 @@ impl Folders {
     }
 
     /// What has a path.
-    pub(super) fn kind(&mut self, path: &Path) -> io::Result<Kind> {
+    pub(crate) fn kind(&mut self, path: &Path) -> io::Result<Kind> {
         if path == self.top.path() {
             return Ok(Kind::Folder);
         }
@@ -188,14 +188,14 @@ fn as_folder() -> OFlags {
 #[cfg(unix)]
 impl Folder {
     /// The top of the file system that a path is in.
-    pub(super) fn top(path: &Path) -> io::Result<Folder> {
+    pub(crate) fn top(path: &Path) -> io::Result<Folder> {
         let path = top_of(path);
         let handle = open(&path, as_folder(), Mode::empty())?;
         Ok(Folder { handle: Arc::new(handle), path })
     }
 
     /// A folder in it.
-    pub(super) fn folder(&self, name: &OsStr) -> io::Result<Folder> {
+    pub(crate) fn folder(&self, name: &OsStr) -> io::Result<Folder> {
         let path = self.path.join(name);
         match openat(&self.handle, name, as_folder(), Mode::empty()) {
             Ok(handle) => Ok(Folder { handle: Arc::new(handle), path }),
@@ -205,7 +205,7 @@ impl Folder {
     }
 
     /// Makes a folder in it; false where the name is taken.
-    pub(super) fn make_folder(&self, name: &OsStr) -> io::Result<bool> {
+    pub(crate) fn make_folder(&self, name: &OsStr) -> io::Result<bool> {
         match mkdirat(&self.handle, name, Mode::from_raw_mode(0o777)) {
             Ok(()) => Ok(true),
             Err(Errno::EXIST) => Ok(false),
@@ -215,7 +215,7 @@ impl Folder {
 
     /// Makes a file in it. It has its permissions from the beginning: what is written to it is never to be read
     /// by more people than may read it in the end.
-    pub(super) fn create_new(&self, name: &OsStr, like: Option<&Permissions>) -> io::Result<File> {
+    pub(crate) fn create_new(&self, name: &OsStr, like: Option<&Permissions>) -> io::Result<File> {
         let mode = like.map_or(0o666, |like| like.mode() & 0o7777);
         let flags = OFlags::WRONLY | OFlags::CREATE | OFlags::EXCL | OFlags::NOFOLLOW | OFlags::CLOEXEC;
         let file = File::from(openat(&self.handle, name, flags, Mode::from_raw_mode(mode as RawMode))?);
@@ -227,7 +227,7 @@ impl Folder {
     }
 
     /// What has a name in it.
-    pub(super) fn kind(&self, name: &OsStr) -> io::Result<Kind> {
+    pub(crate) fn kind(&self, name: &OsStr) -> io::Result<Kind> {
         let data = statat(&self.handle, name, AtFlags::SYMLINK_NOFOLLOW)?;
         Ok(match FileType::from_raw_mode(data.st_mode) {
             FileType::RegularFile => Kind::File,
@@ -239,7 +239,7 @@ impl Folder {
 
     /// Opens a file in it for reading. Nothing else is opened, and a pipe that nobody writes to is not waited
     /// for.
-    pub(super) fn open_read(&self, name: &OsStr) -> io::Result<File> {
+    pub(crate) fn open_read(&self, name: &OsStr) -> io::Result<File> {
         self.file(name, OFlags::RDONLY)
     }
 
@@ -248,7 +248,7 @@ impl Folder {
     /// # Errors
     ///
     /// Also where it may not be written.
-    pub(super) fn writable(&self, name: &OsStr) -> io::Result<Permissions> {
+    pub(crate) fn writable(&self, name: &OsStr) -> io::Result<Permissions> {
         Ok(self.file(name, OFlags::WRONLY)?.metadata()?.permissions())
     }
 
@@ -263,12 +263,12 @@ impl Folder {
     }
 
     /// Moves a file to another folder; what has the name there is replaced.
-    pub(super) fn rename(&self, from: &OsStr, to: &Folder, name: &OsStr) -> io::Result<()> {
+    pub(crate) fn rename(&self, from: &OsStr, to: &Folder, name: &OsStr) -> io::Result<()> {
         Ok(renameat(&self.handle, from, &to.handle, name)?)
     }
 
     /// Gives a file, or a link itself, one more name.
-    pub(super) fn hard_link(&self, from: &OsStr, to: &Folder, name: &OsStr) -> io::Result<()> {
+    pub(crate) fn hard_link(&self, from: &OsStr, to: &Folder, name: &OsStr) -> io::Result<()> {
         Ok(linkat(&self.handle, from, &to.handle, name, AtFlags::empty())?)
     }
 
@@ -291,17 +291,17 @@ impl Folder {
     }
 
     /// Removes a file from it, or a link itself.
-    pub(super) fn remove_file(&self, name: &OsStr) -> io::Result<()> {
+    pub(crate) fn remove_file(&self, name: &OsStr) -> io::Result<()> {
         Ok(unlinkat(&self.handle, name, AtFlags::empty())?)
     }
 
     /// Removes an empty folder from it.
-    pub(super) fn remove_folder(&self, name: &OsStr) -> io::Result<()> {
+    pub(crate) fn remove_folder(&self, name: &OsStr) -> io::Result<()> {
         Ok(unlinkat(&self.handle, name, AtFlags::REMOVEDIR)?)
     }
 
     /// All names in it.
-    pub(super) fn names(&self) -> io::Result<Vec<OsString>> {
+    pub(crate) fn names(&self) -> io::Result<Vec<OsString>> {
         let mut names = Vec::new();
         for entry in Dir::new(self.readable()?)? {
             let name = OsStr::from_bytes(entry?.file_name().to_bytes()).to_owned();
@@ -313,7 +313,7 @@ impl Folder {
     }
 
     /// The folder itself as a file, which can be locked.
-    pub(super) fn as_file(&self) -> io::Result<File> {
+    pub(crate) fn as_file(&self) -> io::Result<File> {
         self.readable().map(File::from)
     }
 
@@ -323,7 +323,7 @@ impl Folder {
     }
 
     /// Is it the same folder, whichever paths led there?
-    pub(super) fn is(&self, other: &Folder) -> bool {
+    pub(crate) fn is(&self, other: &Folder) -> bool {
         let [own, others] =
             [self, other].map(|it| fstat(&it.handle).map(|data| (data.st_dev, data.st_ino)).ok());
         own.is_some() && own == others
@@ -333,18 +333,18 @@ impl Folder {
 /// Without handles: links are refused as they are seen.
 #[cfg(not(unix))]
 impl Folder {
-    pub(super) fn top(path: &Path) -> io::Result<Folder> {
+    pub(crate) fn top(path: &Path) -> io::Result<Folder> {
         Ok(Folder { path: top_of(path) })
     }
 
-    pub(super) fn folder(&self, name: &OsStr) -> io::Result<Folder> {
+    pub(crate) fn folder(&self, name: &OsStr) -> io::Result<Folder> {
         match self.kind(name)? {
             Kind::Folder => Ok(Folder { path: self.path.join(name) }),
             _ => Err(no_folder(&self.path.join(name))),
         }
     }
 
-    pub(super) fn make_folder(&self, name: &OsStr) -> io::Result<bool> {
+    pub(crate) fn make_folder(&self, name: &OsStr) -> io::Result<bool> {
         match std::fs::create_dir(self.path.join(name)) {
             Ok(()) => Ok(true),
             Err(error) if error.kind() == ErrorKind::AlreadyExists => Ok(false),
@@ -352,13 +352,13 @@ impl Folder {
         }
     }
 
-    pub(super) fn create_new(&self, name: &OsStr, like: Option<&Permissions>) -> io::Result<File> {
+    pub(crate) fn create_new(&self, name: &OsStr, like: Option<&Permissions>) -> io::Result<File> {
         let file = File::create_new(self.path.join(name))?;
         like.map_or(Ok(()), |like| file.set_permissions(like.clone()))?;
         Ok(file)
     }
 
-    pub(super) fn kind(&self, name: &OsStr) -> io::Result<Kind> {
+    pub(crate) fn kind(&self, name: &OsStr) -> io::Result<Kind> {
         let kind = self.path.join(name).symlink_metadata()?.file_type();
         Ok(match kind {
             _ if kind.is_file() => Kind::File,
@@ -368,11 +368,11 @@ impl Folder {
         })
     }
 
-    pub(super) fn open_read(&self, name: &OsStr) -> io::Result<File> {
+    pub(crate) fn open_read(&self, name: &OsStr) -> io::Result<File> {
         if self.kind(name)? == Kind::File { File::open(self.path.join(name)) } else { Err(no_file()) }
     }
 
-    pub(super) fn writable(&self, name: &OsStr) -> io::Result<Permissions> {
+    pub(crate) fn writable(&self, name: &OsStr) -> io::Result<Permissions> {
         if self.kind(name)? != Kind::File {
             return Err(no_file());
         }
@@ -380,11 +380,11 @@ impl Folder {
         Ok(file.metadata()?.permissions())
     }
 
-    pub(super) fn rename(&self, from: &OsStr, to: &Folder, name: &OsStr) -> io::Result<()> {
+    pub(crate) fn rename(&self, from: &OsStr, to: &Folder, name: &OsStr) -> io::Result<()> {
         std::fs::rename(self.path.join(from), to.path.join(name))
     }
 
-    pub(super) fn hard_link(&self, from: &OsStr, to: &Folder, name: &OsStr) -> io::Result<()> {
+    pub(crate) fn hard_link(&self, from: &OsStr, to: &Folder, name: &OsStr) -> io::Result<()> {
         std::fs::hard_link(self.path.join(from), to.path.join(name))
     }
 
@@ -396,25 +396,25 @@ impl Folder {
         }
     }
 
-    pub(super) fn remove_file(&self, name: &OsStr) -> io::Result<()> {
+    pub(crate) fn remove_file(&self, name: &OsStr) -> io::Result<()> {
         std::fs::remove_file(self.path.join(name))
     }
 
-    pub(super) fn remove_folder(&self, name: &OsStr) -> io::Result<()> {
+    pub(crate) fn remove_folder(&self, name: &OsStr) -> io::Result<()> {
         std::fs::remove_dir(self.path.join(name))
     }
 
-    pub(super) fn names(&self) -> io::Result<Vec<OsString>> {
+    pub(crate) fn names(&self) -> io::Result<Vec<OsString>> {
         std::fs::read_dir(&self.path)?.map(|entry| Ok(entry?.file_name())).collect()
     }
 
     /// Folders cannot be locked here: two runs at once may give each other's files, and the next one mends
     /// it.
-    pub(super) fn as_file(&self) -> io::Result<File> {
+    pub(crate) fn as_file(&self) -> io::Result<File> {
         Err(ErrorKind::Unsupported.into())
     }
 
-    pub(super) fn is(&self, _: &Folder) -> bool {
+    pub(crate) fn is(&self, _: &Folder) -> bool {
         true
     }
 }
