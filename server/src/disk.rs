@@ -45,8 +45,7 @@ impl Boundary {
 
     /// Is this path, behind all links, one of the project's? What is hidden is not: in `.git` and `.env` stand secrets.
     pub(crate) fn has(&self, real: &Path) -> bool {
-        let below = self.folders.iter().filter_map(|folder| real.strip_prefix(folder).ok());
-        below.into_iter().any(|path| !path.iter().any(|part| part.as_encoded_bytes().starts_with(b".")))
+        self.folders.iter().any(|folder| real.strip_prefix(folder).is_ok_and(|path| !is_hidden(path)))
     }
 
     /// Why the file that `real` is behind all links is not read; nothing where it is.
@@ -68,6 +67,11 @@ impl Boundary {
     }
 }
 
+/// Is something on this path hidden, such as `.git`?
+pub(crate) fn is_hidden(path: &Path) -> bool {
+    path.iter().any(|part| part.as_encoded_bytes().starts_with(b".") && part != ".." && part != ".")
+}
+
 /// The bytes of a file, `longest` at most.
 ///
 /// # Errors
@@ -82,7 +86,11 @@ pub(crate) fn read_real(real: &Path, longest: u64) -> io::Result<Vec<u8>> {
     if is_made_up(real) {
         return Err(io::Error::other("this is a file of the kernel, and no text"));
     }
-    let file = open(real)?;
+    bytes_of(open(real)?, longest)
+}
+
+/// The same for a file that is open.
+pub(crate) fn bytes_of(file: File, longest: u64) -> io::Result<Vec<u8>> {
     if !file.metadata()?.is_file() || is_of_the_kernel(&file) {
         return Err(io::Error::other("this is not a file"));
     }

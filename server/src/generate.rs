@@ -6,20 +6,18 @@
 mod write;
 
 use std::collections::BTreeSet;
-use std::ffi::{OsStr, OsString};
+use std::ffi::OsString;
 use std::fs::File;
-use std::io::{self, ErrorKind, Read as _};
+use std::io::{self, ErrorKind};
 use std::path::{Component, Path, PathBuf};
 
 use mauve_model::{CONFIG_FILE, Database, Project, Workspace, config_of, normalised};
 use mauve_orocos::{MANIFEST, Package};
 
+use crate::disk::{LONGEST, bytes_of, is_hidden};
 use crate::folder::{Folder, Folders, Kind};
 
 pub(crate) use write::{Site, target};
-
-/// A file that is longer is nothing that the generator wrote, nor a codel.
-const LONGEST: u64 = 1 << 24;
 
 /// The folder that packages go to.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -77,10 +75,7 @@ pub(crate) fn configured_out(db: &Database, workspace: Workspace) -> Result<Opti
 ///
 /// That it does, in words for the user.
 pub(crate) fn refuse_hidden(folder: &Path, out: &str, ways: [(&Path, &Path); 2]) -> Result<(), String> {
-    let is_hidden = |name: &OsStr| name.as_encoded_bytes().starts_with(b".");
-    let is_hidden_way = |(from, to): (&Path, &Path)| {
-        to.strip_prefix(from).is_ok_and(|below| below.components().any(|part| is_hidden(part.as_os_str())))
-    };
+    let is_hidden_way = |(from, to): (&Path, &Path)| to.strip_prefix(from).is_ok_and(is_hidden);
     if !ways.into_iter().any(is_hidden_way) {
         return Ok(());
     }
@@ -123,11 +118,7 @@ pub(crate) fn behind_links(path: &Path) -> Result<PathBuf, String> {
 pub(crate) fn read(out: &Out, path: &str) -> Result<Option<String>, String> {
     let shown = out.shown.join(path);
     let Some(file) = open(out, path)? else { return Ok(None) };
-    let mut bytes = Vec::new();
-    file.take(LONGEST + 1).read_to_end(&mut bytes).map_err(|error| not_read(&shown, &error))?;
-    if bytes.len() as u64 > LONGEST {
-        return Err(not_generated(&shown));
-    }
+    let bytes = bytes_of(file, LONGEST).map_err(|error| not_read(&shown, &error))?;
     Ok(Some(String::from_utf8_lossy(&bytes).into_owned()))
 }
 

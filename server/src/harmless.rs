@@ -27,14 +27,14 @@ fn made_visible(text: &str, has_styles: bool) -> String {
             out.push('\n');
         }
         let mut rest = line.strip_suffix('\r').unwrap_or(line);
-        if rest.trim_start().starts_with("::") {
-            let (space, colons) = rest.split_at(rest.len() - rest.trim_start().len());
-            out += space;
-            out += ": ";
-            rest = colons.get(1..).unwrap_or_default();
-        }
+        let begins = rest.trim_start();
         while let Some(first) = rest.chars().next() {
             let length = match first {
+                ':' if rest.len() == begins.len() && rest.starts_with("::") => {
+                    out += ": ";
+                    rest = rest.get(1..).unwrap_or_default();
+                    continue;
+                }
                 '\u{1b}' if has_styles && style(rest).is_some() => style(rest).unwrap_or_default(),
                 '#' if command(rest).is_some() => {
                     let name = command(rest).unwrap_or_default();
