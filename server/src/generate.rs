@@ -266,10 +266,7 @@ mod tests {
     use super::*;
 
     fn scratch(name: &str) -> PathBuf {
-        let folder = std::env::temp_dir().join(format!("mauve-generate-{}-{name}", std::process::id()));
-        let _ = fs::remove_dir_all(&folder);
-        fs::create_dir_all(&folder).unwrap();
-        folder.canonicalize().unwrap()
+        mauve_tests::own_scratch(&format!("generate-{name}"))
     }
 
     #[test]

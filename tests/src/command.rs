@@ -42,6 +42,13 @@ pub fn scratch(target: &str, name: &str) -> std::path::PathBuf {
     folder
 }
 
+/// The same for the tests of a unit, which no one gives a folder: behind all links, and this process's alone.
+pub fn own_scratch(name: &str) -> std::path::PathBuf {
+    let name = format!("mauve-{}-{name}", std::process::id());
+    let folder = scratch(&std::env::temp_dir().to_string_lossy(), &name);
+    folder.canonicalize().unwrap_or_else(|error| panic!("cannot read {}: {error}", folder.display()))
+}
+
 /// Writes files, by their paths below `folder`.
 pub fn write<S: AsRef<str>>(folder: &Path, files: &[(S, S)]) {
     for (path, text) in files {

@@ -156,9 +156,7 @@ mod tests {
 
     #[test]
     fn a_new_file_has_the_permissions_of_the_old_one() {
-        let folder = std::env::temp_dir().join(format!("mauve-fmt-{}", std::process::id()));
-        let _ = fs::remove_dir_all(&folder);
-        fs::create_dir_all(&folder).unwrap();
+        let folder = mauve_tests::own_scratch("fmt");
         let path = folder.join("a.mal");
         for mode in [0o600, 0o640, 0o644] {
             fs::write(&path, "old").unwrap();

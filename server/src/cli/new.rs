@@ -55,8 +55,7 @@ mod tests {
 
     #[test]
     fn nothing_is_overwritten_and_no_link_is_followed() {
-        let folder = std::env::temp_dir().join(format!("mauve-new-{}", std::process::id()));
-        let _ = fs::remove_dir_all(&folder);
+        let folder = mauve_tests::own_scratch("new");
         for inner in ["file", "link"] {
             fs::create_dir_all(folder.join(inner)).unwrap();
         }

@@ -368,10 +368,7 @@ mod tests {
     use super::*;
 
     fn scratch(name: &str) -> PathBuf {
-        let folder = std::env::temp_dir().join(format!("mauve-write-{}-{name}", std::process::id()));
-        let _ = fs::remove_dir_all(&folder);
-        fs::create_dir_all(&folder).unwrap();
-        folder.canonicalize().unwrap()
+        mauve_tests::own_scratch(&format!("write-{name}"))
     }
 
     fn step(path: &str, action: Action) -> Step {

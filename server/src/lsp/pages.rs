@@ -57,9 +57,7 @@ mod tests {
 
     #[test]
     fn a_page_takes_the_place_of_another_and_of_a_link() {
-        let folder = std::env::temp_dir().join(format!("mauve-pages-{}", std::process::id()));
-        let _ = fs::remove_dir_all(&folder);
-        fs::create_dir_all(&folder).unwrap();
+        let folder = mauve_tests::own_scratch("pages");
         let (page, other) = (folder.join("page.md"), folder.join("other"));
         for text in ["new", "newer", "newer"] {
             write(&page, text).unwrap();
