@@ -90,6 +90,10 @@ impl Site {
     /// What failed, in words for the user; everything is as it was then.
     pub(crate) fn write(&self, steps: &[Step]) -> Result<(), String> {
         if steps.is_empty() {
+            // A run that was killed after its last step has left copies there.
+            if !self.holds_originals() {
+                let _ = self.discard();
+            }
             return Ok(());
         }
         let is_manifest = |step: &&Step| step.path.ends_with(MANIFEST);
@@ -415,6 +419,16 @@ mod tests {
         let expected = [("p", ""), ("p/a", ""), ("p/a/b", "new p/a/b"), ("p/changed", "new")];
         assert_eq!(found, expected.map(|(path, text)| (folder.join(path), text.to_owned())));
         assert_eq!(fs::metadata(folder.join("p/changed")).unwrap().permissions().mode() & 0o777, 0o640);
+        fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[test]
+    fn copies_of_a_run_that_was_cut_off_go() {
+        let folder = scratch("copies");
+        fs::create_dir_all(folder.join(STAGING)).unwrap();
+        fs::write(folder.join(STAGING).join("0"), "new").unwrap();
+        open(&folder).write(&[]).unwrap();
+        assert_eq!(everything(&folder), []);
         fs::remove_dir_all(&folder).unwrap();
     }
 
