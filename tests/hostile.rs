@@ -14,6 +14,7 @@
 //! //> a.mal /dev/zero        a link
 //! //| a.mal                  a pipe
 //! //! a                      nobody may look into this folder
+//! //~ a                      nor enter this one, whose names may be read
 //! ```
 
 #![cfg(unix)]
@@ -59,8 +60,9 @@ impl Project {
         let text = fs::read_to_string(path).unwrap();
         let mut open: Option<PathBuf> = None;
         for line in text.split_inclusive('\n').skip(1) {
-            let Some(made) =
-                line.strip_prefix("//").filter(|it| it.starts_with(['-', '+', '*', 'x', '0', '>', '|', '!']))
+            let Some(made) = line
+                .strip_prefix("//")
+                .filter(|it| it.starts_with(['-', '+', '*', 'x', '0', '>', '|', '!', '~']))
             else {
                 match (line.strip_prefix("run "), &open) {
                     (_, Some(path)) => append(path, &unescaped(line)),
@@ -82,7 +84,7 @@ impl Project {
         let (sign, rest) = line.split_at(1);
         let rest = rest.strip_prefix(' ').unwrap();
         let (path, more) = match sign {
-            "-" | "|" | "!" => (rest, ""),
+            "-" | "|" | "!" | "~" => (rest, ""),
             _ => rest.split_once(' ').unwrap(),
         };
         let path = self.folder.join(unescaped(path));
@@ -113,6 +115,7 @@ impl Project {
             "0" => fs::File::create(&path).unwrap().set_len(count().0 as u64).unwrap(),
             ">" => symlink(more, &path).unwrap(),
             "|" => assert!(Command::new("mkfifo").arg(&path).status().unwrap().success()),
+            "~" => fs::set_permissions(&path, fs::Permissions::from_mode(0o444)).unwrap(),
             _ => fs::set_permissions(&path, fs::Permissions::from_mode(0)).unwrap(),
         }
         None

@@ -22,25 +22,33 @@ const MEMORY: &str = "/dev/shm";
 /// texts: it is not read.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub(crate) struct Boundary {
+    /// The outermost of the folders around the project.
+    project: PathBuf,
     folders: BTreeSet<PathBuf>,
     /// Is everything to be read, since the user said so?
     is_open: bool,
 }
 
 impl Boundary {
-    /// What the project of `folder` may read: the folder itself, the repository around it, those of the folders that the
-    /// user `named` that have it in them, and those of `others`.
+    /// What the project of `folder` may read: the folder itself, the repository around it, what the user `named` around it
+    /// and in it, and the folders of `others`.
     pub(crate) fn new<'a>(
         folder: &Path,
         named: impl IntoIterator<Item = &'a PathBuf>,
         others: impl IntoIterator<Item = PathBuf>,
         is_open: bool,
     ) -> Boundary {
-        let repository = folder.ancestors().find(|above| above.join(".git").symlink_metadata().is_ok());
-        let named = named.into_iter().filter(|named| folder.starts_with(named)).cloned();
+        let repository = folder.ancestors().find(|above| is_repository(above, folder));
+        let named: Vec<&PathBuf> = named.into_iter().collect();
+        let around = named.iter().filter(|named| folder.starts_with(named)).map(|named| named.as_path());
+        let around: Vec<&Path> = around.chain(repository).chain([folder]).collect();
+        // The outermost: others are most often in it.
+        let project = around.iter().min_by_key(|folder| folder.components().count());
+        let project = project.map(|folder| folder.to_path_buf()).unwrap_or_default();
+        let within = named.iter().filter(|named| named.starts_with(folder)).map(|named| named.to_path_buf());
         let others = others.into_iter().filter_map(|other| other.canonicalize().ok());
-        let own = std::iter::once(folder).chain(repository).map(Path::to_owned);
-        Boundary { folders: own.chain(named).chain(others).collect(), is_open }
+        let around = around.iter().map(|folder| folder.to_path_buf());
+        Boundary { project, folders: around.chain(within).chain(others).collect(), is_open }
     }
 
     /// Is this path, behind all links, one of the project's? What is hidden is not: in `.git` and `.env` stand secrets.
@@ -53,17 +61,32 @@ impl Boundary {
         if self.is_open || self.has(real) {
             return None;
         }
-        // The outermost: others are most often in it.
-        let folder = self.folders.iter().min_by_key(|folder| folder.components().count());
-        let folder = folder.map(|folder| folder.display().to_string()).unwrap_or_default();
         let why = match self.folders.iter().any(|folder| real.starts_with(folder)) {
             true => "is hidden".to_owned(),
-            false => format!("is outside of `{folder}`"),
+            false => format!("is outside of `{}`", self.project.display()),
         };
         Some(format!(
             "`{}` {why}, and is not read: say `--allow-outside` if this project may show other files of yours",
             real.display()
         ))
+    }
+}
+
+/// Does a repository begin at `above`? Where anybody may make folders, that of somebody else counts for nothing: it would
+/// make all beside it a part of every project below.
+fn is_repository(above: &Path, folder: &Path) -> bool {
+    let Ok(data) = above.join(".git").symlink_metadata() else { return false };
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::MetadataExt as _;
+        let owner = folder.metadata().map(|data| data.uid());
+        let trusted = [Some(0), Some(rustix::process::geteuid().as_raw()), owner.ok()];
+        trusted.contains(&Some(data.uid()))
+    }
+    #[cfg(not(unix))]
+    {
+        let _ = (data, folder);
+        true
     }
 }
 

@@ -16,11 +16,11 @@ use mauve_model::{
 use mauve_timing::Level;
 use salsa::Setter;
 
-use crate::disk::{Boundary, LONGEST, text_of};
+use crate::disk::{Boundary, LONGEST, is_hidden, text_of};
 use packages::Places;
 use surroundings::Surroundings;
 use walk::Walks;
-pub(crate) use walk::{Walk, Walked};
+pub(crate) use walk::{Left, Walk, Walked};
 
 /// All files of the workspaces together are not longer: what stands in the others is not read.
 const LONGEST_TOGETHER: u64 = 2 * LONGEST;
@@ -59,6 +59,8 @@ pub(crate) struct Loader {
     outside: BTreeMap<PathBuf, File>,
     /// How many bytes may still be read.
     left: u64,
+    /// What was read from the disk for the workspaces as they are, and how many bytes of each.
+    read: BTreeMap<PathBuf, (u64, File)>,
 }
 
 /// What is to be read of a folder.
@@ -112,6 +114,11 @@ pub(crate) fn models_in(paths: &[PathBuf]) -> Result<BTreeSet<PathBuf>, String> 
         let absolute =
             path.canonicalize().map_err(|error| format!("cannot read `{}`: {error}", path.display()))?;
         let is_config = absolute.ends_with(CONFIG_FILE);
+        let beside = place(path.parent().filter(|it| !it.as_os_str().is_empty()).unwrap_or(Path::new(".")));
+        if absolute.is_file() && !absolute.starts_with(beside) {
+            let (path, absolute) = (path.display(), absolute.display());
+            return Err(format!("`{path}` is a link that leads elsewhere: name `{absolute}` itself"));
+        }
         if absolute.is_file() && !is_config {
             if !is_model(&absolute) {
                 let path = path.display();
@@ -121,7 +128,8 @@ pub(crate) fn models_in(paths: &[PathBuf]) -> Result<BTreeSet<PathBuf>, String> 
             continue;
         }
         let folder = if is_config { absolute.parent().unwrap_or(Path::new("/")) } else { &absolute };
-        let walked = Walk::Models { folder: folder.to_owned(), depth: None }.run(&|| false);
+        let walk = Walk::Models { folder: folder.to_owned(), depth: None, is_own: false };
+        let walked = walk.run(&mut Left::default(), &|| false);
         if let Some((at, why)) = walked.problems.first() {
             return Err(format!("not all models are known: `{}`: {why}", at.display()));
         }
@@ -129,7 +137,7 @@ pub(crate) fn models_in(paths: &[PathBuf]) -> Result<BTreeSet<PathBuf>, String> 
             return Err(format!("no model (*.mal) in `{}`", path.display()));
         }
         let models = walked.files.iter().map(|model| place(model));
-        found.extend(models.filter(|model| model.starts_with(folder)));
+        found.extend(models.filter(|model| model.strip_prefix(folder).is_ok_and(|below| !is_hidden(below))));
     }
     Ok(found)
 }
@@ -152,9 +160,10 @@ impl Loader {
     ///
     /// What is to be walked through first, by somebody else: see [`Loader::told`] and [`Loader::learn`].
     pub(crate) fn load(&mut self, db: &mut Database, paths: &[PathBuf]) -> Result<Loaded, Vec<Walk>> {
-        self.surroundings = Surroundings::default();
+        let before = std::mem::take(&mut self.surroundings);
         self.packages.clear();
         self.left = LONGEST_TOGETHER;
+        self.read.clear();
         self.named = paths.iter().map(|path| place(path)).collect();
         let mut problems = Vec::new();
         let mut asked: Vec<(PathBuf, Asked)> = Vec::new();
@@ -192,7 +201,7 @@ impl Loader {
             }
             let folder =
                 if is_config { absolute.parent().unwrap_or(Path::new("/")).to_owned() } else { absolute };
-            let Some(found) = self.find(&folder, None) else { continue };
+            let Some(found) = self.find(&folder, None, false) else { continue };
             let mut homes: BTreeSet<PathBuf> =
                 found.configs.iter().filter_map(|it| Some(it.parent()?.to_owned())).collect();
             if found.models.iter().any(|model| owner(model, &homes).is_none()) {
@@ -210,6 +219,8 @@ impl Loader {
         let workspaces: Vec<Workspace> = read.collect();
         let wanted = self.walks.wanted();
         if !wanted.is_empty() {
+            // Until all is known, what mattered before matters too.
+            self.surroundings.extend(before);
             return Err(wanted);
         }
         let files = workspaces.iter().flat_map(|workspace| workspace.files(db).values());
@@ -323,11 +334,13 @@ impl Loader {
         }
     }
 
-    /// Takes a file's text from the disk again.
-    pub(crate) fn closed(&mut self, db: &mut Database, file: File) {
+    /// Takes a file's text from the disk again. Says whether the workspaces are to be loaded again, since no project may have
+    /// it otherwise than from an editor.
+    pub(crate) fn closed(&mut self, db: &mut Database, file: File) -> bool {
         let place = file.path(db).clone();
         self.edited.remove(&place);
         self.changed(db, &place);
+        !self.read.contains_key(&place)
     }
 
     /// Reads a file again that may have changed on the disk, if it was read before. Says whether it is another one now.
@@ -336,10 +349,20 @@ impl Loader {
         if self.edited.contains(&place) {
             return false;
         }
-        self.files.get(&place).copied().is_some_and(|file| {
-            let (text, problem) = text_of(&place);
-            write(db, file, &text, problem.map(Problem::Cut))
-        })
+        // What an editor had open and no project may read is not read now; nor is more than the bounds allow.
+        let Some((before, file)) = self.read.get(&place).copied() else { return false };
+        let (mut text, mut problem) = text_of(&place);
+        match (self.left + before).checked_sub(text.len() as u64) {
+            Some(left) => {
+                self.left = left;
+                self.read.insert(place, (text.len() as u64, file));
+            }
+            None => {
+                text.clear();
+                problem = Some("this file has become too long, and is not read".to_owned());
+            }
+        }
+        write(db, file, &text, problem.map(Problem::Cut))
     }
 
     fn is_file(&self, place: &Path) -> bool {
@@ -366,9 +389,14 @@ impl Loader {
         outermost.unwrap_or(folder).to_owned()
     }
 
-    /// The models and configurations below `folder`; nothing where it is yet to be walked through.
-    fn find(&mut self, folder: &Path, depth: Option<usize>) -> Option<Found> {
-        let walked = self.walks.walked(Walk::Models { folder: folder.to_owned(), depth })?;
+    /// The models and configurations below `folder`, its own or all; nothing where it is yet to be walked through.
+    fn find(&mut self, folder: &Path, depth: Option<usize>, is_own: bool) -> Option<Found> {
+        let walk = |is_own| Walk::Models { folder: folder.to_owned(), depth, is_own };
+        // All are its own where no other configuration is below.
+        let own = folder.join(CONFIG_FILE);
+        let is_all =
+            self.walks.known(&walk(false)).is_some_and(|all| all.configs.iter().all(|it| *it == own));
+        let walked = self.walks.walked(walk(is_own && !is_all))?;
         for folder in &walked.folders {
             self.surroundings.look_through(folder.clone());
         }
@@ -398,7 +426,7 @@ impl Loader {
         let config = folder.join(CONFIG_FILE);
         // A model by itself is seen together with what stands beside it.
         let depth = if asked.whole || self.has_config(folder) { None } else { Some(1) };
-        let found = self.find(folder, depth)?;
+        let found = self.find(folder, depth, true)?;
         let inner: BTreeSet<PathBuf> = found
             .configs
             .iter()
@@ -501,7 +529,13 @@ impl Loader {
             self.surroundings.await_path(path);
         }
         let file = match self.files.get(&place) {
-            Some(&file) if self.edited.contains(&place) => file,
+            Some(&file) if self.edited.contains(&place) => {
+                // Once the editor has it no more, it is read, or is not to be.
+                if self.boundary.refusal(&place).is_none() {
+                    self.read.entry(place).or_insert((0, file));
+                }
+                file
+            }
             _ => match self.boundary.refusal(&place).filter(|_| place.exists()) {
                 Some(why) => self.refused(db, path, why),
                 None => self.read_file(db, place),
@@ -510,8 +544,11 @@ impl Loader {
         files.insert(path.to_owned(), file);
     }
 
-    /// Reads a file that is to be read.
+    /// Reads a file that is to be read, once for all projects that have it.
     fn read_file(&mut self, db: &mut Database, place: PathBuf) -> File {
+        if let Some(&(_, file)) = self.read.get(&place) {
+            return file;
+        }
         let (mut text, mut problem) = text_of(&place);
         match self.left.checked_sub(text.len() as u64) {
             Some(left) => self.left = left,
@@ -523,11 +560,8 @@ impl Loader {
                 ));
             }
         }
-        let is_outside = !self.boundary.has(&place);
-        let file = self.put(db, place, &text, problem.map(Problem::Cut));
-        if file.is_outside(db) != is_outside {
-            file.set_is_outside(db).to(is_outside);
-        }
+        let file = self.put(db, place.clone(), &text, problem.map(Problem::Cut));
+        self.read.insert(place, (text.len() as u64, file));
         file
     }
 
@@ -679,7 +713,17 @@ pub(crate) fn is_of_another_language(text: &str) -> bool {
     }
     let lexed = mauve_syntax::lex(text);
     let tokens = (0..lexed.len()).filter(|&index| !lexed.kind(index).is_trivia());
-    let mut tokens = tokens.filter_map(|index| text.get(lexed.range(index))).peekable();
+    let tokens: Vec<&str> = tokens.filter_map(|index| text.get(lexed.range(index))).collect();
+    // Also behind a brace, and where an editor sees no line.
+    let is_word = |token: &str| token.starts_with(|letter: char| letter.is_alphabetic() || letter == '_');
+    let declares = |pair: &[&str]| match pair {
+        [keyword, name] => DECLARATIONS.contains(keyword) && *keyword != "include" && is_word(name),
+        _ => false,
+    };
+    if tokens.windows(2).any(declares) {
+        return false;
+    }
+    let mut tokens = tokens.into_iter().peekable();
     while tokens.next_if_eq(&"include").is_some() {
         tokens.next_if(|path| path.starts_with('"'));
     }
@@ -759,6 +803,8 @@ mod tests {
             "# TODO: shorten",
             "#id: \"a\"\ndeployment D { architecture A }",
             "category System { }\n  component K(S, C)",
+            "category X { } deployment D { architecture A }",
+            "#id: \"a\"\rdeployment D { architecture A }\r",
         ] {
             assert!(!is_of_another_language(text), "{text}");
         }

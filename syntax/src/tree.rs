@@ -175,6 +175,7 @@ pub(crate) fn comment_error(lexed: &Lexed) -> Option<SyntaxError> {
         message: error.message().to_owned(),
     })
 }
+
 /// The token that has the byte at `offset`; none at the end of the text.
 ///
 /// By halves: rowan's `token_at_offset` walks over all siblings, and a list may have very many.

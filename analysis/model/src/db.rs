@@ -26,7 +26,7 @@ pub struct File {
     /// Why the text is not all of it, or not what is in it.
     #[returns(ref)]
     pub problem: Option<Problem>,
-    /// Is it none of the project's, so that messages show nothing of its text?
+    /// The file is outside of the project and was not read: its text is empty.
     #[default]
     #[returns(copy)]
     pub is_outside: bool,

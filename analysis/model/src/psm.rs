@@ -120,7 +120,7 @@ pub(crate) fn psm_with<'db>(
     }
     let behaviour = behaviour_of(db, project, core);
     if !behaviour.refusals.is_empty() {
-        // One is enough, and every activity that executes the component repeats them.
+        // A few are enough, and every activity that executes the component repeats them.
         let refusals = behaviour.refusals.iter().take(MOST_REASONS).cloned().collect();
         return Err(Refused { refusals, missing: Vec::new() });
     }

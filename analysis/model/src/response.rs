@@ -593,10 +593,15 @@ pub fn budgets<'db>(
         let psms: Vec<_> = system.rows.iter().map(psm).collect();
         let asked = Asked { rows: &system.rows, psms: &psms, lost: &[], throttled, is_brief: true };
         let Analysed { tasks, analysis, .. } = analysed(db, &asked, query);
-        let statuses =
-            || tasks.iter().zip(&analysis.responses).map(|(task, response)| response.status(task.deadline));
-        (!statuses().any(|status| status == Status::NotAnalysed))
-            .then(|| statuses().all(|status| status == Status::Met))
+        let statuses = tasks.iter().zip(&analysis.responses);
+        let statuses: Vec<Status> = statuses.map(|(task, response)| response.status(task.deadline)).collect();
+        let has = |status| statuses.contains(&status);
+        match () {
+            () if has(Status::NotAnalysed) => None,
+            () if has(Status::Missed) || has(Status::Unbounded) => Some(false),
+            // Where the search was given up, nobody knows.
+            () => statuses.iter().all(|status| *status == Status::Met).then_some(true),
+        }
     };
     let longest = system.rows.iter().filter_map(|row| row.deadline).max().unwrap_or_default();
     let mut budgets = Vec::new();
@@ -612,9 +617,9 @@ pub fn budgets<'db>(
                     let middle = good + (bad - good) / 2;
                     match holds(codel, Time::from_nanos(middle)) {
                         Some(true) => good = middle,
-                        Some(false) => bad = middle,
                         // What was not looked at is not claimed.
-                        None => return budgets,
+                        None if left.get() == 0 => return budgets,
+                        Some(false) | None => bad = middle,
                     }
                 }
                 Some(Time::from_nanos(good))

@@ -78,9 +78,9 @@ impl<'db> Sizes<'db> {
                 }
             }
             Kind::Deployment => {
-                let Some(target) = self.resolved(decl, Kind::Architecture).next() else { return Some(()) };
+                let target = self.resolved(decl, Kind::Architecture).next();
                 let mut instances = 0;
-                for of in self.all_of(target, Kind::Architecture)? {
+                for of in target.map_or(Some(Vec::new()), |target| self.all_of(target, Kind::Architecture))? {
                     for component in &shape_of(self.db, of).instances {
                         instances += 1;
                         let features = self.features(of, component)?;
@@ -166,6 +166,13 @@ mod tests {
                 format!(
                     "{component} architecture A {{ {} }} deployment D {{ architecture A }}",
                     instances(3000)
+                ),
+            ),
+            (
+                "very many activities of nothing",
+                format!(
+                    "deployment D {{ architecture A\n{} }}",
+                    many(3000, |it| format!("activity i{it} {{ }}\n"))
                 ),
             ),
             (

@@ -15,6 +15,7 @@ use crate::item_tree::{
 use crate::names::{Features, features_of, names_of, similar};
 use crate::project::{Project, platform_of};
 use crate::psm::{core_of, shell_of};
+use crate::size::too_large;
 use crate::source::{Decl, Place, architecture, core_interface, deployment};
 use crate::{ModelDb, values};
 
@@ -91,6 +92,10 @@ pub(crate) fn read<'db>(
     if !data.whole {
         let why = format!("deployment {} has a syntax error: an activity may be missing in it", of.name(db));
         reader.found.lost.push(Refusal::reported(why, Place::name_of(of)));
+    }
+    if let Some(at) = too_large(db, project) {
+        reader.found.lost.push(Refusal::reported("the project is too large", Place::name_of(at)));
+        return reader.found;
     }
     let names = names_of(db, project);
     if names.in_library(of.library(db).as_ref(), Kind::Deployment, of.name(db)).len() > 1 {

@@ -96,16 +96,16 @@ pub fn response_times(tasks: &[Task], options: &Options, interrupt: &dyn Fn()) -
 /// The steps that one task may take: members of hp(i) looked at.
 const BUDGET: u64 = 1 << 23;
 
-/// Those that all tasks of a CPU may take: each has the same part of it, so that their order does not matter.
+/// The steps of all tasks of a CPU, shared equally: the order of the tasks does not matter.
 const BUDGET_OF_CPU: u64 = 1 << 28;
 
 /// The same where [`Options::is_brief`].
 const BRIEF_BUDGET_OF_CPU: u64 = 1 << 17;
 
-/// But so often each looks at all others.
+/// Each task may pass over all members at least this often.
 const FEWEST_PASSES: u64 = 16;
 
-/// So many sums of utilisations near 1 are computed as fractions for one CPU: those have very many digits.
+/// At most this many exact comparisons per CPU: the fractions have thousands of digits.
 const MOST_EXACT: u32 = 8;
 
 /// How many values of an iteration are kept.
@@ -288,7 +288,7 @@ impl<'a> Walk<'a> {
         let mut counts = Counts::new(self.members.len());
         // Of all that is at least as urgent as the group, and of all that is more urgent.
         let mut utilisation = Utilisation::default();
-        let mut load_above = Ordering::Less;
+        let mut load_above = Some(Ordering::Less);
         let priority = |walk: &Walk, place: usize| walk.members[place].task.priority;
         let mut rest = places.as_slice();
         while let Some(&first) = rest.first() {
@@ -299,7 +299,7 @@ impl<'a> Walk<'a> {
             for &place in group {
                 utilisation.push(self.members[place].share);
             }
-            let load = self.load(&utilisation, None);
+            let load = self.load(&utilisation, None, true);
             if let &[place] = group {
                 let response = self.response(place, &mut counts, load_above, load);
                 self.results.push((self.members[place].index, response));
@@ -310,12 +310,18 @@ impl<'a> Walk<'a> {
                 for &place in group {
                     self.include(&mut all, place);
                 }
+                // All of a group or none: which of them comes first must not matter.
+                let is_close = |&&place: &&usize| {
+                    utilisation.compare_roughly(Some(&self.members[place].share)).is_none()
+                };
+                let close = group.iter().filter(is_close).count();
+                let is_exact = u32::try_from(close).is_ok_and(|close| close <= self.exact_left);
                 for &place in group {
                     let mut counts = all.clone();
                     counts.exclude(place);
                     let load_others = match load {
-                        Ordering::Less => load,
-                        _ => self.load(&utilisation, Some(place)),
+                        Some(Ordering::Less) => load,
+                        _ => self.load(&utilisation, Some(place), is_exact),
                     };
                     let response = self.response(place, &mut counts, load_others, load);
                     let window = response.window.as_ref().map(|window| window.length.as_nanos());
@@ -338,19 +344,23 @@ impl<'a> Walk<'a> {
         counts.include(place, member.period, cost);
     }
 
-    /// A utilisation, `without` that of one member perhaps, compared with 1. Where that is too much to compute, it counts
-    /// as overloaded: then nothing gets a bound.
-    fn load(&mut self, utilisation: &Utilisation, without: Option<usize>) -> Ordering {
+    /// A utilisation, `without` that of one member perhaps, compared with 1; nothing where that is too much to compute, or
+    /// is not to be computed exactly.
+    fn load(
+        &mut self,
+        utilisation: &Utilisation,
+        without: Option<usize>,
+        is_exact: bool,
+    ) -> Option<Ordering> {
         let share = without.map(|place| self.members[place].share);
         if let Some(load) = utilisation.compare_roughly(share.as_ref()) {
-            return load;
+            return Some(load);
         }
-        let Some(left) = self.exact_left.checked_sub(1) else { return Ordering::Greater };
-        self.exact_left = left;
-        match share {
+        self.exact_left = self.exact_left.checked_sub(1).filter(|_| is_exact)?;
+        Some(match share {
             Some(share) => utilisation.without(&share).compare_with_one(),
             None => utilisation.compare_with_one(),
-        }
+        })
     }
 
     /// The steps that each task may take.
@@ -362,8 +372,14 @@ impl<'a> Walk<'a> {
 
     /// The response of the member at `place`, with the `counts` of hp(i) below its fixed point.
     ///
-    /// `load_hp` compares the utilisation of hp(i) with 1, `load` that of hp(i) and the task itself.
-    fn response(&mut self, place: usize, counts: &mut Counts, load_hp: Ordering, load: Ordering) -> Response {
+    /// `load_hp` compares the utilisation of hp(i) with 1, `load` that of hp(i) and the task itself; see [`Walk::load`].
+    fn response(
+        &mut self,
+        place: usize,
+        counts: &mut Counts,
+        load_hp: Option<Ordering>,
+        load: Option<Ordering>,
+    ) -> Response {
         let own = self.own(place, 1).unwrap_or(u64::MAX);
         let mut response = Response {
             own: Some(Time::from_nanos(own)),
@@ -376,10 +392,10 @@ impl<'a> Walk<'a> {
         // M(n) ≥ λ·n, since λ is the limit of M(n)/n and M is subadditive. So where hp(i) has a utilisation of 1 or
         // more, Σ Mⱼ(⌈t/Tⱼ⌉) ≥ t, and no t is its own demand or more plus at least 1 ns: no first job ends. Where it is
         // less than 1, the demand grows more slowly than t, and one does.
-        let first_job = if load_hp == Ordering::Less {
-            self.settle(place, 1, counts, &mut budget)
-        } else {
-            Err(NoBoundReason::FullyLoaded)
+        let first_job = match load_hp {
+            Some(Ordering::Less) => self.settle(place, 1, counts, &mut budget),
+            Some(_) => Err(NoBoundReason::FullyLoaded),
+            None => Err(NoBoundReason::Budget),
         };
         match first_job {
             Ok(length) if length <= self.members[place].period => {
@@ -392,12 +408,14 @@ impl<'a> Walk<'a> {
             }
             Ok(length) => {
                 response.first_job = Some(Time::from_nanos(length));
-                let busiest = if load == Ordering::Greater {
-                    None
-                } else {
+                let busiest = match load {
+                    Some(Ordering::Greater) => None,
                     // At less than the full load, the window ends.
-                    let last = if load == Ordering::Equal { self.last_job(place, counts) } else { None };
-                    Some(self.busiest_job(place, length, last, counts, &mut budget))
+                    Some(load) => {
+                        let last = if load == Ordering::Equal { self.last_job(place, counts) } else { None };
+                        Some(self.busiest_job(place, length, last, counts, &mut budget))
+                    }
+                    None => Some(Err(NoBoundReason::Budget)),
                 };
                 match busiest {
                     Some(Ok(busiest)) => {
@@ -411,7 +429,7 @@ impl<'a> Walk<'a> {
                     None => response.interference = self.interference_in(length, counts),
                 }
             }
-            Err(_) if load == Ordering::Greater => {}
+            Err(_) if load == Some(Ordering::Greater) => {}
             Err(reason) => response.bound = no_bound(reason, load),
         }
         if let Some(horizon) = self.options.horizon {
@@ -607,8 +625,8 @@ fn jobs_within(horizon: Option<Time>, period: u64) -> u64 {
     horizon.map_or(u64::MAX, |horizon| horizon.as_nanos().div_ceil(period))
 }
 
-fn no_bound(reason: NoBoundReason, load: Ordering) -> Bound {
-    let is_full = reason == NoBoundReason::Budget && load == Ordering::Equal;
+fn no_bound(reason: NoBoundReason, load: Option<Ordering>) -> Bound {
+    let is_full = reason == NoBoundReason::Budget && load == Some(Ordering::Equal);
     Bound::NoBound(if is_full { NoBoundReason::FullyLoaded } else { reason })
 }
 

@@ -83,7 +83,7 @@ pub struct Options {
     /// Unsafe, for comparison with the paper only: in [`Response::first_job`], interfering tasks execute nothing after
     /// the jobs of this time, Mⱼ(min(n, ⌈H/Tⱼ⌉)). [`Response::bound`] does not depend on it.
     pub horizon: Option<Time>,
-    /// Give up sooner: more tasks have no bound then. For whoever analyses very many systems only to compare them.
+    /// Uses a smaller budget: more tasks end as [`Bound::NoBound`]. For searches that analyse many variants.
     pub is_brief: bool,
 }
 

@@ -243,6 +243,9 @@ struct Document {
 
 const FORMAT: &str = "mauve-1";
 
+/// A task set has no more activities: what they tell of each other grows with the square.
+const MOST_ACTIVITIES: usize = 2896;
+
 impl Exported {
     /// Reads a file.
     ///
@@ -329,6 +332,10 @@ impl TaskSet {
         check_levels(&self.levels)?;
         if self.cpus == 0 {
             return Err("`cpus` is 0: there is one at least".to_owned());
+        }
+        let count = self.activities.len();
+        if count > MOST_ACTIVITIES {
+            return Err(format!("it has {count} activities: at most {MOST_ACTIVITIES} are analysed"));
         }
         let mut known: HashMap<&str, &Activity> = HashMap::new();
         for activity in &self.activities {

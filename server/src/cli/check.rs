@@ -209,7 +209,7 @@ pub(super) fn with_excerpts(
     let mut group = annotate_snippets::Group::with_title(title);
     for (file, path) in files.iter().zip(&paths) {
         if file.is_outside(db) {
-            // What came from elsewhere shows nothing of other files.
+            // It was not read.
             group = group.element(Origin::path(path.as_str()));
             continue;
         }

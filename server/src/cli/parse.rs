@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 
 use crate::Output;
 use crate::disk::text_of;
+use crate::harmless::harmless;
 use crate::load::place;
 
 #[derive(Debug, clap::Args)]
@@ -36,7 +37,7 @@ impl Parse {
         let parse = mauve_syntax::parse(&text);
         let code = u8::from(!parse.errors().is_empty());
         let text = match self.format {
-            Format::Tree => parse.debug_dump(),
+            Format::Tree => harmless(&parse.debug_dump()),
             Format::Json => {
                 let error = |error: &mauve_syntax::SyntaxError| {
                     let (start, end): (u32, u32) = (error.range.start().into(), error.range.end().into());

@@ -144,9 +144,16 @@ impl Site {
 
     /// Is there anything put aside that may be nowhere else? A run that comes to its end leaves nothing.
     fn holds_originals(&self) -> bool {
-        let is_original = |name: &OsString| Path::new(name).extension().is_some_and(|end| end == "old");
-        let names = self.root.folder(OsStr::new(STAGING)).and_then(|staging| staging.names());
-        names.is_ok_and(|names| names.iter().any(is_original))
+        // A new text stands under its number.
+        let is_copy = |name: &OsString| name.as_encoded_bytes().iter().all(u8::is_ascii_digit);
+        match self.root.kind(OsStr::new(STAGING)) {
+            Ok(Kind::Folder) => {
+                let names = self.root.folder(OsStr::new(STAGING)).and_then(|staging| staging.names());
+                names.is_ok_and(|names| !names.iter().all(is_copy))
+            }
+            Ok(_) => true,
+            Err(_) => false,
+        }
     }
 
     /// Removes what a run has put aside.
@@ -154,8 +161,7 @@ impl Site {
         let staging = OsStr::new(STAGING);
         match self.root.kind(staging) {
             Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
-            Ok(Kind::Folder) => self.root.remove_all(staging),
-            _ => self.root.remove_file(staging),
+            _ => self.root.remove_all(staging),
         }
     }
 }

@@ -29,6 +29,14 @@ impl Surroundings {
         self.folders.insert(folder);
     }
 
+    /// Adds what was looked through and looked for another time.
+    pub(super) fn extend(&mut self, other: Surroundings) {
+        self.folders.extend(other.folders);
+        self.awaited.extend(other.awaited);
+        self.messages.extend(other.messages);
+        self.patterns.extend(other.patterns);
+    }
+
     /// Whatever message comes, goes or changes in this folder matters.
     pub(super) fn read_messages(&mut self, folder: PathBuf) {
         self.messages.insert(folder);
@@ -42,6 +50,9 @@ impl Surroundings {
     /// Remembers that it matters whether `path` comes, goes, or becomes another, and every link on the way to it. Where its
     /// folder is not there, that is what is waited for.
     pub(super) fn await_path(&mut self, path: &Path) {
+        if self.awaited.contains(path) {
+            return;
+        }
         let mut links = 0;
         // What is behind all links so far, and what is still to go.
         let mut here = PathBuf::new();

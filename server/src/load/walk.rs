@@ -2,29 +2,55 @@
 //! that a server can walk on another thread than the one that edits wait for.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use ignore::{DirEntry, WalkBuilder};
+use ignore::gitignore::{Gitignore, GitignoreBuilder};
+use ignore::{DirEntry, Match, WalkBuilder};
 use mauve_model::{CONFIG_FILE, is_model, table_pattern};
 
-use crate::disk::Boundary;
+use crate::disk::{Boundary, read};
 
 /// Folders that hold what tools made.
 const MADE_BY_TOOLS: [&str; 4] = ["build", "devel", "install", "log"];
 
-/// So many files and folders are looked at for models, and for the tables of one pattern.
+/// So many files and folders are looked at for models, and for all tables.
 const MOST_FOR_MODELS: usize = 500_000;
 const MOST_FOR_TABLES: usize = 20_000;
 
-/// A `.gitignore` that is longer is not read.
+/// No folder of models is further below.
+const DEEPEST: usize = 100;
+
+/// A `.gitignore` that is longer is not read, nor more of all of them: a pattern takes much more room than its text.
 const LONGEST_IGNORE: u64 = 1 << 16;
+const MOST_IGNORED: u64 = 1 << 20;
+
+/// What may still be looked at.
+#[derive(Debug)]
+pub(crate) struct Left {
+    models: usize,
+    tables: usize,
+    ignored: u64,
+}
+
+impl Default for Left {
+    fn default() -> Left {
+        Left { models: MOST_FOR_MODELS, tables: MOST_FOR_TABLES, ignored: MOST_IGNORED }
+    }
+}
 
 /// What is to be looked for on the disk.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Walk {
     /// The models and configurations below a folder, without what tools made and what `.gitignore` names.
-    Models { folder: PathBuf, depth: Option<usize> },
+    Models {
+        folder: PathBuf,
+        depth: Option<usize>,
+        /// Is what belongs to a configuration further below left to it?
+        is_own: bool,
+    },
     /// The files that a pattern of `[timing] tables` names.
     Tables {
         /// Where the pattern begins to be one.
@@ -58,6 +84,7 @@ pub(super) struct Walks {
     asked: BTreeSet<Walk>,
     /// Is somebody else to walk?
     pub(super) is_told: bool,
+    left: Left,
 }
 
 impl Walks {
@@ -70,7 +97,7 @@ impl Walks {
         if self.is_told {
             return None;
         }
-        let walked = Arc::new(walk.run(&|| false));
+        let walked = Arc::new(walk.run(&mut self.left, &|| false));
         self.known.insert(walk, walked.clone());
         Some(walked)
     }
@@ -87,17 +114,27 @@ impl Walks {
     /// Forgets everything; gives what was asked for.
     pub(super) fn forget(&mut self) -> Vec<Walk> {
         self.known.clear();
+        self.left = Left::default();
         std::mem::take(&mut self.asked).into_iter().collect()
+    }
+
+    /// What is known of a walk, if anything.
+    pub(super) fn known(&self, walk: &Walk) -> Option<&Walked> {
+        self.known.get(walk).map(Arc::as_ref)
     }
 }
 
 impl Walk {
-    /// Looks at the disk until `is_cancelled`: what is found then is not all.
-    pub(crate) fn run(&self, is_cancelled: &dyn Fn() -> bool) -> Walked {
+    /// Looks at the disk until `is_cancelled`: what is found then is not all. Takes from what is `left`, for whoever
+    /// walks several times.
+    pub(crate) fn run(&self, left: &mut Left, is_cancelled: &dyn Fn() -> bool) -> Walked {
         match self {
-            Walk::Models { folder, depth } => models(folder, *depth, is_cancelled),
+            Walk::Models { folder, depth, is_own } => {
+                let (found, (everywhere, _)) = (Walked::default(), Gitignore::global());
+                Models { found, left, is_cancelled, everywhere, is_own: *is_own }.walk(folder, *depth)
+            }
             Walk::Tables { from, depth, folder, pattern, boundary } => {
-                tables(from, *depth, folder, pattern, boundary, is_cancelled)
+                tables(from, *depth, folder, pattern, boundary, left, is_cancelled)
             }
         }
     }
@@ -109,76 +146,155 @@ fn note(problems: &Problems, path: &Path, why: String) {
     problems.lock().unwrap_or_else(PoisonError::into_inner).push((path.to_owned(), why));
 }
 
-fn models(folder: &Path, depth: Option<usize>, is_cancelled: &dyn Fn() -> bool) -> Walked {
-    let mut found = Walked::default();
-    let problems = Problems::default();
-    let made = |name: &std::ffi::OsStr| MADE_BY_TOOLS.iter().any(|made| name == *made);
-    let noted = problems.clone();
-    let is_wanted = move |entry: &DirEntry| {
-        let is_folder = entry.file_type().is_some_and(|kind| kind.is_dir());
-        if entry.depth() > 0 && is_folder && made(entry.file_name()) {
-            return false;
-        }
-        // It is read before what stands beside it.
-        let bad = if is_folder { bad_ignore(entry.path()) } else { None };
-        bad.is_none_or(|why| {
-            note(&noted, entry.path(), why);
-            false
-        })
-    };
-    let bad_above = folder.ancestors().skip(1).any(|above| bad_ignore(above).is_some());
-    let walk = WalkBuilder::new(folder)
-        .require_git(false)
-        .git_exclude(false)
-        .parents(!bad_above)
-        .max_depth(depth)
-        .sort_by_file_path(Path::cmp)
-        .filter_entry(is_wanted)
-        .build();
-    for (number, entry) in walk.enumerate() {
-        if is_cancelled() {
-            break;
-        }
-        if number >= MOST_FOR_MODELS {
-            let why =
-                format!("there are more than {MOST_FOR_MODELS} files and folders: open a smaller folder");
-            note(&problems, folder, why);
-            break;
-        }
-        let entry = match entry {
-            Ok(entry) => entry,
-            Err(error) => {
-                if let Some(path) = path_of(&error).filter(|path| path.is_dir()) {
-                    note(&problems, path, cannot_be_read(&error));
-                }
-                continue;
-            }
-        };
-        let path = entry.path();
-        // A link that leads nowhere is read as well: that it cannot be is said.
-        let is_text = || path.is_file() || entry.path_is_symlink() && !path.exists();
-        if path.ends_with(CONFIG_FILE) && entry.depth() > 0 {
-            found.configs.push(path.to_owned());
-        } else if entry.file_type().is_some_and(|kind| kind.is_dir()) {
-            found.folders.push(path.to_owned());
-        } else if is_model(path) && is_text() {
-            found.files.push(path.to_owned());
-        }
-    }
-    found.problems = std::mem::take(&mut *problems.lock().unwrap_or_else(PoisonError::into_inner));
-    found
+/// Files that name what is not to be looked at; what the first names counts more.
+const IGNORING: [&str; 2] = [".ignore", ".gitignore"];
+
+/// What the files of a folder and of those above say of what is to be ignored, in the order of [`IGNORING`].
+struct Rules {
+    own: [Gitignore; 2],
+    /// Does a repository begin here? What stands above it says nothing of what git ignores in it.
+    is_repository: bool,
+    above: Option<Rc<Rules>>,
 }
 
-/// Why the files of a folder that name what is to be ignored cannot be read: whoever reads them trusts them.
-fn bad_ignore(folder: &Path) -> Option<String> {
-    [".gitignore", ".ignore"].iter().find_map(|name| {
-        let path = folder.join(name);
-        // Nothing there, or a link that leads nowhere, ignores nothing.
-        let data = std::fs::metadata(&path).ok()?;
-        let real = path.canonicalize().ok()?;
-        let is_good = data.is_file() && data.len() <= LONGEST_IGNORE && !crate::disk::is_made_up(&real);
-        (!is_good).then(|| format!("this folder is not looked through: its `{name}` is no file, or longer than {LONGEST_IGNORE} bytes"))
-    })
+impl Rules {
+    fn ignores(&self, path: &Path, is_folder: bool) -> bool {
+        for kind in 0..IGNORING.len() {
+            let mut rules = Some(self);
+            while let Some(here) = rules {
+                match here.own.get(kind).map(|own| own.matched(path, is_folder)) {
+                    Some(Match::Ignore(_)) => return true,
+                    Some(Match::Whitelist(_)) => return false,
+                    _ => {}
+                }
+                let ends = here.is_repository && IGNORING.get(kind) == Some(&".gitignore");
+                rules = here.above.as_deref().filter(|_| !ends);
+            }
+        }
+        false
+    }
+}
+
+/// A walk for models.
+struct Models<'a> {
+    found: Walked,
+    left: &'a mut Left,
+    is_cancelled: &'a dyn Fn() -> bool,
+    /// What the user has git ignore everywhere.
+    everywhere: Gitignore,
+    /// Is what belongs to a configuration further below left to it?
+    is_own: bool,
+}
+
+impl Models<'_> {
+    fn walk(mut self, folder: &Path, depth: Option<usize>) -> Walked {
+        let mut above: Vec<&Path> = folder.ancestors().skip(1).collect();
+        above.reverse();
+        let mut rules = None;
+        for folder in above {
+            // What cannot be read there says nothing of this folder for certain: it is looked through.
+            rules = Some(Rc::new(self.rules(folder, rules).unwrap_or_else(|(_, above)| Rules {
+                own: [Gitignore::empty(), Gitignore::empty()],
+                is_repository: false,
+                above,
+            })));
+        }
+        self.folder(folder, depth.unwrap_or(DEEPEST), depth.is_none(), 0, rules);
+        self.found
+    }
+
+    /// Looks through a folder, and `deeper` below it; whoever walks without a depth is told where that is not all.
+    fn folder(&mut self, folder: &Path, deeper: usize, is_all: bool, depth: usize, above: Option<Rc<Rules>>) {
+        let problem = |why: String| (folder.to_owned(), why);
+        let rules = match self.rules(folder, above) {
+            Ok(rules) => Rc::new(rules),
+            Err((why, _)) => return self.found.problems.push(problem(why)),
+        };
+        let entries = std::fs::read_dir(folder).and_then(|entries| entries.collect::<Result<Vec<_>, _>>());
+        let mut entries = match entries {
+            Ok(entries) => entries,
+            Err(error) => {
+                return self.found.problems.push(problem(format!("this folder cannot be read: {error}")));
+            }
+        };
+        entries.sort_by_key(std::fs::DirEntry::file_name);
+        if self.is_own && depth > 0 && entries.iter().any(|entry| entry.file_name() == CONFIG_FILE) {
+            self.found.configs.push(folder.join(CONFIG_FILE));
+            return;
+        }
+        self.found.folders.push(folder.to_owned());
+        for entry in entries {
+            if (self.is_cancelled)() {
+                return;
+            }
+            let Some(left) = self.left.models.checked_sub(1) else {
+                let why =
+                    format!("there are more than {MOST_FOR_MODELS} files and folders: open a smaller folder");
+                return self.found.problems.push(problem(why));
+            };
+            self.left.models = left;
+            let (path, name) = (entry.path(), entry.file_name());
+            let is_folder = entry.file_type().is_ok_and(|kind| kind.is_dir());
+            let is_hidden = name.as_encoded_bytes().starts_with(b".");
+            if is_hidden
+                || rules.ignores(&path, is_folder)
+                || self.everywhere.matched(&path, is_folder).is_ignore()
+            {
+                continue;
+            }
+            if name == CONFIG_FILE {
+                self.found.configs.push(path);
+            } else if is_folder {
+                match deeper.checked_sub(1) {
+                    _ if MADE_BY_TOOLS.iter().any(|made| name == *made) => {}
+                    Some(deeper) if deeper > 0 => {
+                        self.folder(&path, deeper, is_all, depth + 1, Some(Rc::clone(&rules)));
+                    }
+                    _ if is_all => {
+                        let why = format!(
+                            "this folder is more than {DEEPEST} folders deep, and is not looked through"
+                        );
+                        self.found.problems.push((path, why));
+                    }
+                    _ => {}
+                }
+            } else if is_model(&path) && !path.is_dir() {
+                // Also what cannot be read, is a pipe, or leads nowhere: that is said.
+                self.found.files.push(path);
+            }
+        }
+    }
+
+    /// What the files of a folder say of what is to be ignored; or why that is not known.
+    fn rules(
+        &mut self,
+        folder: &Path,
+        above: Option<Rc<Rules>>,
+    ) -> Result<Rules, (String, Option<Rc<Rules>>)> {
+        let mut own = [Gitignore::empty(), Gitignore::empty()];
+        for (name, own) in IGNORING.iter().zip(&mut own) {
+            let path = folder.join(name);
+            let bytes = match read(&path, LONGEST_IGNORE.min(self.left.ignored)) {
+                Ok(bytes) => bytes,
+                // Nothing there, or a link that leads nowhere, ignores nothing.
+                Err(error) if error.kind() == ErrorKind::NotFound => continue,
+                Err(error) => {
+                    let why =
+                        format!("this folder is not looked through: its `{name}` cannot be read: {error}");
+                    return Err((why, above));
+                }
+            };
+            self.left.ignored -= bytes.len() as u64;
+            let mut rules = GitignoreBuilder::new(folder);
+            for line in String::from_utf8_lossy(&bytes).lines() {
+                // A line that means nothing ignores nothing.
+                let _ = rules.add_line(None, line);
+            }
+            *own = rules.build().unwrap_or_else(|_| Gitignore::empty());
+        }
+        let is_repository = folder.join(".git").symlink_metadata().is_ok();
+        Ok(Rules { own, is_repository, above })
+    }
 }
 
 fn tables(
@@ -187,6 +303,7 @@ fn tables(
     folder: &Path,
     pattern: &str,
     boundary: &Boundary,
+    left: &mut Left,
     is_cancelled: &dyn Fn() -> bool,
 ) -> Walked {
     let mut found = Walked::default();
@@ -198,6 +315,10 @@ fn tables(
     let problems = Problems::default();
     let (noted, allowed) = (problems.clone(), boundary.clone());
     let is_within = move |entry: &DirEntry| {
+        // As in a shell, a star stands for nothing hidden.
+        if entry.depth() > 0 && entry.file_name().as_encoded_bytes().starts_with(b".") {
+            return false;
+        }
         if !entry.path_is_symlink() || !entry.path().is_dir() {
             return true;
         }
@@ -215,17 +336,18 @@ fn tables(
         .sort_by_file_path(Path::cmp)
         .filter_entry(is_within)
         .build();
-    for (number, entry) in walk.enumerate() {
+    for entry in walk {
         if is_cancelled() {
             break;
         }
-        if number >= MOST_FOR_TABLES {
+        let Some(less) = left.tables.checked_sub(1) else {
             let why = format!(
-                "more than {MOST_FOR_TABLES} files and folders stand below it: name a smaller folder"
+                "patterns look at {MOST_FOR_TABLES} files and folders, and here are more: name smaller folders"
             );
             note(&problems, from, why);
             break;
-        }
+        };
+        left.tables = less;
         match entry {
             Ok(entry) if entry.path().is_dir() => found.folders.push(entry.into_path()),
             Ok(entry) => found.files.extend(Some(entry.into_path()).filter(|path| glob.is_match(path))),

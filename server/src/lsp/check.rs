@@ -70,10 +70,12 @@ pub(crate) fn diagnostics(snapshot: &Snapshot) -> Found {
             }
         }
     }
-    for (file, counts) in counts {
+    for (file, counts) in counts.into_iter().filter(|(_, counts)| counts.values().any(|count| *count > MOST))
+    {
         for url in snapshot.urls(file) {
-            let more = more_than_most(&counts);
-            found.entry(url).or_default().1.extend(more);
+            if let Some((_, found)) = found.get_mut(&url).filter(|(_, found)| !found.is_empty()) {
+                found.extend(more_than_most(&counts));
+            }
         }
     }
     found

@@ -25,7 +25,7 @@ use super::settings::Settings;
 use super::snapshot::{Document, Failure, Snapshot, attempt};
 use super::tokens::Tokens;
 use super::watcher::Watcher;
-use crate::load::{Loaded, Loader, Walk, Walked, place};
+use crate::load::{Left, Loaded, Loader, Walk, Walked, place};
 
 /// What the main loop is told.
 pub(crate) enum Event {
@@ -45,8 +45,8 @@ pub(crate) enum Event {
     Saved(DidSaveTextDocumentParams),
     /// It is the disk's again.
     Closed(Url),
-    /// These folders were looked through, unless that was called off.
-    Walked(Arc<AtomicBool>, Vec<(Walk, Walked)>),
+    /// These folders were looked through, unless that was called off; none: it has failed.
+    Walked(Arc<AtomicBool>, Option<Vec<(Walk, Walked)>>),
     /// Files that have come, gone or changed; and perhaps more, which nobody can name.
     Disk { paths: BTreeSet<PathBuf>, missed: bool },
     /// The client's folders have changed.
@@ -99,6 +99,8 @@ pub(crate) struct MainLoop {
     strays: BTreeSet<Url>,
     /// Files or folders have come or gone: the workspaces are to be looked for again.
     reload: bool,
+    /// The workspaces could not be loaded the last time.
+    failed: bool,
     /// Another thread is looking through folders: set to call that off.
     walking: Option<Arc<AtomicBool>>,
     /// What is to be computed once it is done.
@@ -152,6 +154,7 @@ impl MainLoop {
             shared_documents: Arc::default(),
             strays: BTreeSet::new(),
             reload: false,
+            failed: false,
             walking: None,
             waiting: Vec::new(),
             passes: 0,
@@ -182,7 +185,7 @@ impl MainLoop {
             }
             self.settle();
             // What could not be loaded is not checked: nothing is known of it.
-            let is_loaded = !self.reload && self.walking.is_none();
+            let is_loaded = !self.reload && !self.failed && self.walking.is_none();
             if self.is_initialized && is_loaded && std::mem::take(&mut self.check) {
                 self.start_check();
             }
@@ -190,6 +193,17 @@ impl MainLoop {
     }
 
     fn handle(&mut self, event: Event) {
+        let is_news = matches!(
+            event,
+            Event::Opened(_)
+                | Event::Changed(_)
+                | Event::Saved(_)
+                | Event::Closed(_)
+                | Event::Disk { .. }
+                | Event::Folders { .. }
+        );
+        // What could not be loaded is tried again when something has happened.
+        self.reload |= is_news && std::mem::take(&mut self.failed);
         match event {
             Event::Initialize { capabilities, folders } => {
                 self.capabilities = capabilities;
@@ -304,7 +318,7 @@ impl MainLoop {
             }
         }
         if !is_open {
-            self.loader.closed(&mut self.db, document.file);
+            self.reload |= self.loader.closed(&mut self.db, document.file);
             self.reload |= !document.file.path(&self.db).is_file()
                 || self.loader.is_config(document.file.path(&self.db));
         }
@@ -337,6 +351,7 @@ impl MainLoop {
                 walks => self.walk(walks),
             }
         }
+        self.start_waiting();
     }
 
     fn settle_documents(&mut self) {
@@ -380,11 +395,15 @@ impl MainLoop {
         let sender = self.sender.clone();
         let walk = move || {
             let is_cancelled = || cancelled.load(Ordering::Relaxed);
-            let walked = walks.into_iter().map(|walk| {
-                let walked = walk.run(&is_cancelled);
-                (walk, walked)
-            });
-            let walked = walked.collect();
+            let run = || {
+                let mut left = Left::default();
+                let walked = walks.into_iter().map(|walk| {
+                    let walked = walk.run(&mut left, &is_cancelled);
+                    (walk, walked)
+                });
+                walked.collect()
+            };
+            let walked = catch_unwind(AssertUnwindSafe(run)).ok();
             let _ = sender.send(Event::Walked(cancelled, walked));
         };
         // Not one of the workers: all of them may be busy with what is outdated.
@@ -396,16 +415,29 @@ impl MainLoop {
     }
 
     /// Takes what was found in folders; then what has waited for it is computed, before they are looked through again.
-    fn walked(&mut self, walking: &Arc<AtomicBool>, walked: Vec<(Walk, Walked)>) {
+    fn walked(&mut self, walking: &Arc<AtomicBool>, walked: Option<Vec<(Walk, Walked)>>) {
         if !self.walking.as_ref().is_some_and(|it| Arc::ptr_eq(it, walking)) {
             return;
         }
         self.walking = None;
-        walked.into_iter().for_each(|(walk, walked)| self.loader.learn(walk, walked));
         self.stir();
-        self.reload_now();
+        match walked {
+            Some(walked) => {
+                walked.into_iter().for_each(|(walk, walked)| self.loader.learn(walk, walked));
+                self.reload_now();
+            }
+            None => {
+                self.workspaces = Arc::new([]);
+                self.panicked("the folders could not be looked through");
+            }
+        }
+        self.settle_documents();
+        self.start_waiting();
+    }
+
+    /// What waits for folders to be looked through is computed, if nothing is to be waited for any more.
+    fn start_waiting(&mut self) {
         if self.walking.is_none() {
-            self.settle_documents();
             std::mem::take(&mut self.waiting).into_iter().for_each(|job| self.start(job));
         }
     }
@@ -420,12 +452,12 @@ impl MainLoop {
             Ok(wanted) if wanted.is_empty() => {}
             Ok(wanted) => self.walk(wanted),
             Err(Failure::Panicked(message)) => {
-                // Nothing is known until it succeeds.
+                // Nothing is known until something happens, and it succeeds.
                 self.workspaces = Arc::new([]);
-                self.reload = true;
+                self.failed = true;
                 self.panicked(&message);
             }
-            Err(Failure::Overtaken | Failure::Cancelled) => {}
+            Err(Failure::Overtaken | Failure::Cancelled) => self.reload = true,
         }
     }
 
@@ -439,7 +471,7 @@ impl MainLoop {
             .map(|(file, _)| file)
             .collect();
         for &file in &left {
-            self.loader.closed(&mut self.db, file);
+            self.reload |= self.loader.closed(&mut self.db, file);
         }
         for (uri, document) in
             self.shared_documents.iter().filter(|(_, document)| left.contains(&document.file))

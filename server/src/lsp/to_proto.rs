@@ -78,7 +78,7 @@ pub(crate) fn defect(message: &str) -> Diagnostic {
 /// That a file has more of such a severity than are shown.
 pub(crate) fn more(severity: Severity, count: usize) -> Diagnostic {
     let message = format!("… and {count} more: `mauve check --format json` shows all");
-    whole_file(severity_of(severity), "more", message)
+    Diagnostic { code: None, ..whole_file(severity_of(severity), "", message) }
 }
 
 fn whole_file(severity: DiagnosticSeverity, code: &str, message: String) -> Diagnostic {
