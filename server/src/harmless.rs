@@ -15,6 +15,11 @@ pub(crate) fn harmless(text: &str) -> String {
     made_visible(text, false)
 }
 
+/// The same for what stands in a line, such as a name.
+pub(crate) fn harmless_line(text: &str) -> String {
+    harmless(text).replace('\n', "\\u{a}")
+}
+
 /// The same for a text that was given styles: those stay. Whoever calls this has let no other begin in it.
 pub(crate) fn harmless_but_for_styles(text: &str) -> String {
     made_visible(text, true)
@@ -102,6 +107,11 @@ mod tests {
         ] {
             assert_eq!(harmless(text), shown);
         }
+    }
+
+    #[test]
+    fn a_name_stays_in_its_line() {
+        assert_eq!(harmless_line("a\n::error::b"), "a\\u{a}: :error::b");
     }
 
     #[test]

@@ -19,7 +19,7 @@ use tower_lsp::lsp_types::Url;
 use super::position::{Encoding, line_index};
 use super::snapshot::{Document, Snapshot};
 use crate::generate::{Out, behind_links, left_packages, merged, read, refuse_hidden, target};
-use crate::harmless::harmless;
+use crate::harmless::harmless_line;
 use crate::load::place;
 
 /// The folder of the packages, where `mauve.toml` does not say it.
@@ -85,7 +85,7 @@ impl Generated {
                 self.left_packages.join(", ")
             ));
         }
-        (!said.is_empty()).then(|| harmless(&said.join(" ")))
+        (!said.is_empty()).then(|| harmless_line(&said.join(" ")))
     }
 
     /// That there is nothing to do, if there is not.
@@ -156,7 +156,7 @@ impl<'db> Meant<'db> {
                     .collect();
                 let near = similar(name, all.iter().map(String::as_str));
                 let near = near.map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
-                Err(format!("no deployment `{}` in the projects of this file{near}", harmless(name)))
+                Err(format!("no deployment `{}` in the projects of this file{near}", harmless_line(name)))
             }
             several => Err(format!("`{name}` may be {}", several.join(" or "))),
         }
@@ -180,7 +180,7 @@ impl<'db> Meant<'db> {
         let start = line_index(db, file).position(first.at.range(db).start(), Encoding::Utf32);
         let path = match self.projects.first() {
             Some((project, _)) => shown(db, project.workspace(db), file.path(db)),
-            None => harmless(&file.path(db).display().to_string()),
+            None => harmless_line(&file.path(db).display().to_string()),
         };
         let at = format!("{path}:{}:{}", start.line + 1, start.character + 1);
         Some(match problems.len() {
@@ -258,7 +258,7 @@ impl<'db> Meant<'db> {
         let mut plan = plan(&packages, &read)?;
         if !plan.edited.is_empty() {
             let edited: Vec<String> =
-                plan.edited.iter().map(|it| format!("{shown_folder}/{}", harmless(it))).collect();
+                plan.edited.iter().map(|it| format!("{shown_folder}/{}", harmless_line(it))).collect();
             return Err(format!(
                 "these generated files were edited, and would lose that: {}. `mauve generate --force` writes them anew",
                 edited.join(", ")
@@ -270,7 +270,7 @@ impl<'db> Meant<'db> {
                 return Err(format!(
                     "{shown_folder}/{} is a link, and what it leads to would be written: put a file in its place, or run \
                      `mauve generate`, which does",
-                    harmless(&step.path)
+                    harmless_line(&step.path)
                 ));
             }
         }
@@ -286,7 +286,7 @@ impl<'db> Meant<'db> {
 
 /// A path as the user knows it: from the workspace's folder.
 fn shown(db: &dyn ModelDb, workspace: Workspace, path: &Path) -> String {
-    harmless(&path.strip_prefix(workspace.folder(db)).unwrap_or(path).display().to_string())
+    harmless_line(&path.strip_prefix(workspace.folder(db)).unwrap_or(path).display().to_string())
 }
 
 /// The folder that the packages of a workspace go to, behind all links, and as the user knows it.
