@@ -116,7 +116,7 @@ impl Project {
             ">" => symlink(more, &path).unwrap(),
             "|" => assert!(Command::new("mkfifo").arg(&path).status().unwrap().success()),
             "~" => fs::set_permissions(&path, fs::Permissions::from_mode(0o444)).unwrap(),
-            _ => fs::set_permissions(&path, fs::Permissions::from_mode(0)).unwrap(),
+            _ => fs::set_permissions(&path, fs::Permissions::from_mode(0o000)).unwrap(),
         }
         None
     }

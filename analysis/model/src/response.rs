@@ -537,8 +537,8 @@ const MOST_BUDGETS: usize = 8;
 /// So many activities are analysed for all of them: as often as a deployment has room in it.
 const MOST_SUPPOSED: usize = 1 << 12;
 
-/// What a codel without a time may take: the greatest with which every deadline of the deployment still holds, when
-/// the other codels without a time take nothing.
+/// What a codel without a time may take: the greatest time with which a brief analysis proves every deadline of the
+/// deployment, when the other codels without a time take nothing. A large deployment may get none.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub struct Budget<'db> {
     /// The codel.

@@ -1252,6 +1252,16 @@ mod tests {
         }
 
         #[test]
+        fn a_brief_analysis_gives_no_other_bound(tasks in known_tasks()) {
+            let brief = analyse(&tasks, Options { is_brief: true, ..PSM });
+            for (brief, full) in brief.responses.iter().zip(analyse(&tasks, PSM).responses) {
+                if !matches!(brief.bound, Bound::NoBound(_)) {
+                    prop_assert_eq!(&brief.bound, &full.bound);
+                }
+            }
+        }
+
+        #[test]
         fn the_unit_of_time_does_not_matter(tasks in known_tasks(), factor in 1..1_000_000_000u64) {
             let scale = |time: Time| time.checked_mul(factor).unwrap();
             let scaled: Vec<Task> = tasks

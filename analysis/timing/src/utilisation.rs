@@ -156,7 +156,15 @@ mod tests {
         });
         let utilisation = Utilisation::new(tasks.clone());
         assert_eq!(utilisation.compare_with_one(), expected, "{terms:?}");
-        assert_eq!(utilisation, Utilisation::new(tasks.rev()));
+        assert_eq!(utilisation, Utilisation::new(tasks.clone().rev()));
+        for left_out in 0..terms.len() {
+            let others = tasks.clone().enumerate().filter(|(at, _)| *at != left_out).map(|(_, task)| task);
+            let expected = Utilisation::new(others);
+            let share = tasks.clone().nth(left_out).map(|(mean, period)| Share::new(mean, period)).unwrap();
+            assert_eq!(utilisation.without(&share), expected, "{terms:?} without {left_out}");
+            let rough = utilisation.compare_roughly(Some(&share));
+            assert!(rough.is_none_or(|it| it == expected.compare_with_one()), "{terms:?} without {left_out}");
+        }
     }
 
     #[test]
