@@ -101,15 +101,15 @@ pub(crate) struct Loaded {
 }
 
 /// The models that `paths` name or have in them, by the path behind all links and in its order; those of the current folder
-/// without any. What a link in a folder leads to elsewhere is not in it.
+/// without any. What a link in a folder leads to elsewhere is not in it. And which folders were not looked through, and why.
 ///
 /// # Errors
 ///
 /// A path that does not exist or has no model in it, in words for the user.
-pub(crate) fn models_in(paths: &[PathBuf]) -> Result<BTreeSet<PathBuf>, String> {
+pub(crate) fn models_in(paths: &[PathBuf]) -> Result<(BTreeSet<PathBuf>, Vec<String>), String> {
     let here = [PathBuf::from(".")];
     let paths = if paths.is_empty() { &here[..] } else { paths };
-    let mut found = BTreeSet::new();
+    let (mut found, mut problems) = (BTreeSet::new(), Vec::new());
     for path in paths {
         let absolute =
             path.canonicalize().map_err(|error| format!("cannot read `{}`: {error}", path.display()))?;
@@ -130,16 +130,14 @@ pub(crate) fn models_in(paths: &[PathBuf]) -> Result<BTreeSet<PathBuf>, String> 
         let folder = if is_config { absolute.parent().unwrap_or(Path::new("/")) } else { &absolute };
         let walk = Walk::Models { folder: folder.to_owned(), depth: None, is_own: false };
         let walked = walk.run(&mut Left::default(), &|| false);
-        if let Some((at, why)) = walked.problems.first() {
-            return Err(format!("not all models are known: `{}`: {why}", at.display()));
-        }
-        if walked.files.is_empty() {
+        problems.extend(walked.problems.iter().map(|(at, why)| format!("`{}`: {why}", at.display())));
+        if walked.files.is_empty() && walked.problems.is_empty() {
             return Err(format!("no model (*.mal) in `{}`", path.display()));
         }
         let models = walked.files.iter().map(|model| place(model));
         found.extend(models.filter(|model| model.strip_prefix(folder).is_ok_and(|below| !is_hidden(below))));
     }
-    Ok(found)
+    Ok((found, problems))
 }
 
 impl Loader {

@@ -59,7 +59,12 @@ impl Fmt {
         let here = std::env::current_dir().unwrap_or_default();
         let (mut changed, mut unchanged, mut problems) = (0, 0, 0);
         let mut text = String::new();
-        for path in models_in(paths)? {
+        let (models, unread) = models_in(paths)?;
+        for problem in unread {
+            say(&problem);
+            problems += 1;
+        }
+        for path in models {
             let name = shown(&path, &here);
             let (old, problem) = text_of(&path);
             if let Some(problem) = problem {

@@ -377,7 +377,8 @@ impl MainLoop {
             let is_analysed = **file.text(&self.db) == *open.text;
             shared.insert(uri.clone(), Document { file, version: open.version, is_analysed });
             if known.is_none() && !is_in_a_folder(&self.db, &self.workspaces, file) {
-                self.reload |= self.strays.insert(uri.clone());
+                // What is loaded once the folders are looked through has it.
+                self.reload |= self.strays.insert(uri.clone()) && self.walking.is_none();
             }
             // Behind a link that has become another one.
             self.reload |= known.is_some_and(|known| known != file);
@@ -428,6 +429,7 @@ impl MainLoop {
             }
             None => {
                 self.workspaces = Arc::new([]);
+                self.failed = true;
                 self.panicked("the folders could not be looked through");
             }
         }
