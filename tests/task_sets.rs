@@ -144,7 +144,7 @@ fn several_files_and_what_goes_with_none() {
     says(&[&set, "--deployment", "Other"], 2, "no deployment `Other` in these files");
     says(&["nowhere.json"], 2, "cannot read `nowhere.json`");
     std::fs::create_dir(folder.join("folder.json")).unwrap();
-    says(&["folder.json"], 2, "cannot read `folder.json`: it is no file");
+    says(&["folder.json"], 2, "cannot read `folder.json`: this is not a file");
     let machine = set.replace("P3dxDeployment.json", "Navigation.psm.json");
     let mut files = files_in(&folder).into_iter();
     let machines = files.find(|path| path.ends_with("Navigation.psm.json"));
