@@ -52,7 +52,7 @@ impl Boundary {
     }
 
     /// Is this path, behind all links, one of the project's? What is hidden is not: in `.git` and `.env` stand secrets.
-    pub(crate) fn has(&self, real: &Path) -> bool {
+    fn has(&self, real: &Path) -> bool {
         self.folders.iter().any(|folder| real.strip_prefix(folder).is_ok_and(|path| !is_hidden(path)))
     }
 
@@ -105,7 +105,7 @@ pub(crate) fn read(path: &Path, longest: u64) -> io::Result<Vec<u8>> {
 }
 
 /// The same for a path that is behind all links: one that has become a link since is not followed.
-pub(crate) fn read_real(real: &Path, longest: u64) -> io::Result<Vec<u8>> {
+fn read_real(real: &Path, longest: u64) -> io::Result<Vec<u8>> {
     if is_made_up(real) {
         return Err(io::Error::other("this is a file of the kernel, and no text"));
     }
@@ -142,31 +142,25 @@ pub(crate) fn text_of(real: &Path) -> (String, Option<String>) {
 }
 
 /// Does a path lead to what the kernel makes up? The file itself is asked as well: such folders may be mounted anywhere.
-pub(crate) fn is_made_up(real: &Path) -> bool {
+fn is_made_up(real: &Path) -> bool {
     MADE_UP.iter().any(|folder| real.starts_with(folder)) && !real.starts_with(MEMORY)
 }
 
-#[cfg(unix)]
+/// Opens a file without following a link anywhere on its path: in one call where the system has it, else folder by folder.
 fn open(real: &Path) -> io::Result<File> {
-    use rustix::fs::{Mode, OFlags};
-    // Who opens a pipe or a device waits for it, if it has become one.
-    let flags = OFlags::RDONLY | OFlags::CLOEXEC | OFlags::NONBLOCK | OFlags::NOCTTY | OFlags::NOFOLLOW;
     #[cfg(target_os = "linux")]
     {
-        use rustix::fs::{CWD, ResolveFlags, openat2};
+        use rustix::fs::{CWD, Mode, OFlags, ResolveFlags, openat2};
         use rustix::io::Errno;
+        // Who opens a pipe or a device waits for it, if it has become one.
+        let flags = OFlags::RDONLY | OFlags::CLOEXEC | OFlags::NONBLOCK | OFlags::NOCTTY | OFlags::NOFOLLOW;
         match openat2(CWD, real, flags, Mode::empty(), ResolveFlags::NO_SYMLINKS) {
             // An old kernel, or a container that knows no such call.
             Err(Errno::NOSYS | Errno::PERM) => {}
             opened => return Ok(File::from(opened?)),
         }
     }
-    Ok(File::from(rustix::fs::open(real, flags, Mode::empty())?))
-}
-
-#[cfg(not(unix))]
-fn open(real: &Path) -> io::Result<File> {
-    File::open(real)
+    crate::folder::open_file(real)
 }
 
 #[cfg(target_os = "linux")]

@@ -154,6 +154,12 @@ impl Folders {
     }
 }
 
+/// Opens a regular file for reading by its path behind all links.
+pub(crate) fn open_file(real: &Path) -> io::Result<File> {
+    let (folder, name) = Folders::below(Folder::top(real)?).above(real)?;
+    folder.open_read(name)
+}
+
 /// The folder of a path, and its last part.
 fn split(path: &Path) -> io::Result<(&Path, &OsStr)> {
     let parts = path.parent().zip(path.file_name());
@@ -430,11 +436,6 @@ mod tests {
 
     fn scratch(name: &str) -> PathBuf {
         mauve_tests::own_scratch(&format!("folder-{name}"))
-    }
-
-    fn open_file(real: &Path) -> io::Result<File> {
-        let (folder, name) = Folders::below(Folder::top(real)?).above(real)?;
-        folder.open_read(name)
     }
 
     fn name(text: &str) -> &OsStr {

@@ -173,8 +173,7 @@ impl Loader {
             })
         };
         // A folder or a model within one of these folders belongs to the outermost.
-        let folders: Vec<PathBuf> =
-            paths.iter().map(|path| place(path)).filter(|path| path.is_dir()).collect();
+        let folders: Vec<PathBuf> = self.named.iter().filter(|path| path.is_dir()).cloned().collect();
         for path in paths {
             let absolute = place(path);
             // A link on the way may lead elsewhere tomorrow.

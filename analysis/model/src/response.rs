@@ -599,7 +599,7 @@ pub fn budgets<'db>(
         match () {
             () if has(Status::NotAnalysed) => None,
             () if has(Status::Missed) || has(Status::Unbounded) => Some(false),
-            // Where the search was given up, nobody knows.
+            // A search that was given up proves neither.
             () => statuses.iter().all(|status| *status == Status::Met).then_some(true),
         }
     };

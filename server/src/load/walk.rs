@@ -11,7 +11,7 @@ use ignore::gitignore::{Gitignore, GitignoreBuilder};
 use ignore::{DirEntry, Match, WalkBuilder};
 use mauve_model::{CONFIG_FILE, is_model, table_pattern};
 
-use crate::disk::{Boundary, read};
+use crate::disk::{Boundary, is_hidden, read};
 
 /// Folders that hold what tools made.
 const MADE_BY_TOOLS: [&str; 4] = ["build", "devel", "install", "log"];
@@ -70,7 +70,7 @@ pub(crate) struct Walked {
     pub(super) folders: Vec<PathBuf>,
     /// Models or tables, whether they can be read or not.
     pub(super) files: Vec<PathBuf>,
-    /// Below the first folder.
+    /// The configurations, that of the first folder too.
     pub(super) configs: Vec<PathBuf>,
     /// What was not looked through, and why.
     pub(super) problems: Vec<(PathBuf, String)>,
@@ -235,7 +235,7 @@ impl Models<'_> {
             self.left.models = left;
             let (path, name) = (entry.path(), entry.file_name());
             let is_folder = entry.file_type().is_ok_and(|kind| kind.is_dir());
-            let is_hidden = name.as_encoded_bytes().starts_with(b".");
+            let is_hidden = is_hidden(Path::new(&name));
             if is_hidden
                 || rules.ignores(&path, is_folder)
                 || self.everywhere.matched(&path, is_folder).is_ignore()
@@ -316,7 +316,7 @@ fn tables(
     let (noted, allowed) = (problems.clone(), boundary.clone());
     let is_within = move |entry: &DirEntry| {
         // As in a shell, a star stands for nothing hidden.
-        if entry.depth() > 0 && entry.file_name().as_encoded_bytes().starts_with(b".") {
+        if entry.depth() > 0 && is_hidden(Path::new(entry.file_name())) {
             return false;
         }
         if !entry.path_is_symlink() || !entry.path().is_dir() {
