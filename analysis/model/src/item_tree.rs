@@ -436,6 +436,15 @@ pub enum HookKind {
 }
 
 impl HookKind {
+    /// All hooks of a core.
+    pub const ALL: [HookKind; 5] =
+        [HookKind::Configure, HookKind::Start, HookKind::Update, HookKind::Stop, HookKind::Cleanup];
+
+    /// Returns the hook that begins with `keyword`.
+    pub fn from_keyword(keyword: &str) -> Option<HookKind> {
+        HookKind::ALL.into_iter().find(|kind| kind.keyword() == keyword)
+    }
+
     /// The keyword.
     pub fn keyword(self) -> &'static str {
         match self {
@@ -500,6 +509,15 @@ pub enum MethodKind {
 }
 
 impl MethodKind {
+    /// All methods of a state.
+    pub const ALL: [MethodKind; 4] =
+        [MethodKind::Entry, MethodKind::Run, MethodKind::Handle, MethodKind::Exit];
+
+    /// Returns the method that begins with `keyword`.
+    pub fn from_keyword(keyword: &str) -> Option<MethodKind> {
+        MethodKind::ALL.into_iter().find(|kind| kind.keyword() == keyword)
+    }
+
     /// The keyword.
     pub fn keyword(self) -> &'static str {
         match self {

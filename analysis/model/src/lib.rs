@@ -23,6 +23,7 @@
 //! | `flow.rs` | how values flow through a core's states: what is read too early, written and lost, never executed |
 //! | `behaviour.rs`, `behaviour/program.rs` | a core's states and edges; what its programs cost |
 //! | `timetable.rs` | the timing tables, joined |
+//! | `program_id.rs` | which program of a component: its key in timing tables |
 //! | `psm.rs` | behaviour + times: the periodic state machine of a component |
 //! | `flat.rs` | an architecture with all that it imports |
 //! | `system.rs` | a deployment's activities |
@@ -54,6 +55,7 @@ pub mod item_tree;
 mod lower;
 mod messages;
 mod names;
+mod program_id;
 mod project;
 mod psm;
 mod response;
@@ -81,6 +83,7 @@ pub use messages::{
     package, read_message, used_packages,
 };
 pub use names::{FeatureOf, Features, Names, Unresolved, features_of, names_of, similar};
+pub use program_id::{ProgramId, ProgramKey};
 pub use project::{
     CONFIG_FILE, Project, config_file, config_of, external_types, include_candidates, includes, is_model,
     project_files, projects,
