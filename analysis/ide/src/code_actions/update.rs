@@ -4,9 +4,10 @@
 //! (`behaviour.rs` in the model reads `update` as the `run` of its only state). The times that tables have for the program
 //! change their keys with it.
 
-use mauve_model::item_tree::Kind;
+use mauve_model::item_tree::{Kind, MethodKind};
 use mauve_model::{
-    Decl, File, ModelDb, Project, Workspace, core_of, declaration_at, names_of, projects, table, table_files,
+    Decl, File, ModelDb, ProgramId, ProgramKey, Project, Workspace, core_of, declaration_at, names_of,
+    projects, table, table_files,
 };
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::format::Replacement;
@@ -71,8 +72,8 @@ fn to_machine(
         db,
         workspaces,
         declaration_at(db, file, core.syntax().text_range())?,
-        "update",
-        &format!("{STATE}.run"),
+        &ProgramId::UPDATE,
+        &ProgramId::Method { state: STATE.into(), kind: MethodKind::Run },
     );
     keys.map(|keys| with_keys(file, edits, keys)).transpose()
 }
@@ -140,10 +141,10 @@ fn to_update(
         }
     }
     edits.push(Replacement { range: TextRange::new(inside.end(), all.end()), text: String::new() });
-    let keyword = method.keyword()?.text().to_owned();
-    let from = format!("{}.{keyword}", state.name()?.syntax().text());
-    let keys =
-        renamed_keys(db, workspaces, declaration_at(db, file, core.syntax().text_range())?, &from, "update");
+    let kind = MethodKind::from_keyword(method.keyword()?.text())?;
+    let from = ProgramId::Method { state: state.name()?.syntax().text().to_string().into(), kind };
+    let core = declaration_at(db, file, core.syntax().text_range())?;
+    let keys = renamed_keys(db, workspaces, core, &from, &ProgramId::UPDATE);
     keys.map(|keys| with_keys(file, edits, keys)).transpose()
 }
 
@@ -197,8 +198,8 @@ fn renamed_keys(
     db: &dyn ModelDb,
     workspaces: &[Workspace],
     core: Decl<'_>,
-    from: &str,
-    to: &str,
+    from: &ProgramId,
+    to: &ProgramId,
 ) -> Result<Change, String> {
     let mut change = Change::default();
     let mut seen = FxHashSet::default();
@@ -218,8 +219,8 @@ fn renamed_keys(
             return Err(format!("{path} cannot be read, and may have a time of this program"));
         }
         for entry in &table(db, file).programs {
-            let Some((component, program)) = entry.key.split_once('/') else { continue };
-            if program != from && program != to {
+            let Some(ProgramKey { component, program }) = ProgramKey::parse(&entry.key) else { continue };
+            if program != *from && program != *to {
                 continue;
             }
             let (mut is_of_it, mut other) = (false, None);
@@ -236,7 +237,7 @@ fn renamed_keys(
                 continue;
             }
             let key = &entry.key;
-            if program == to {
+            if program == *to {
                 return Err(format!("`{key}` stands in {path} already"));
             }
             if let Some(project) = other {
@@ -245,15 +246,16 @@ fn renamed_keys(
                     "`{key}` in {path} may be a time of something else in the project of {root}"
                 ));
             }
+            let from_key = from.to_string();
             // Quoted, as every key with a `/` is; what is written in pieces or with escapes, nobody can replace.
             let written = file.text(db).get(entry.key_span.clone()).unwrap_or_default();
             let inner = written.strip_suffix(['"', '\'']).unwrap_or(written);
-            let Some(before) = inner.strip_suffix(from).filter(|before| before.ends_with('/')) else {
+            let Some(before) = inner.strip_suffix(&*from_key).filter(|before| before.ends_with('/')) else {
                 return Err(format!("`{key}` is written in another way in {path}, which nobody can replace"));
             };
             let start = (entry.key_span.start + before.len()) as u32;
-            let range = TextRange::at(start.into(), (from.len() as u32).into());
-            if !change.replace(file, Replacement { range, text: to.to_owned() }) {
+            let range = TextRange::at(start.into(), (from_key.len() as u32).into());
+            if !change.replace(file, Replacement { range, text: to.to_string() }) {
                 return Err(format!("`{key}` stands in {path} twice"));
             }
         }

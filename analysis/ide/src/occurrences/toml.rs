@@ -1,9 +1,11 @@
 //! The names in timing tables and in `mauve.toml`: they are parts of keys and of texts.
 
+use std::ops::Range;
+
 use mauve_model::item_tree::{Endpoint, Kind, NameRef, Part};
 use mauve_model::{
-    Decl, File, ModelDb, Place, Project, config_of, core, core_of, deployment, features_of, names_of,
-    shell_of, table, table_files,
+    Decl, File, ModelDb, Place, ProgramId, ProgramKey, Project, config_of, core, core_of, deployment,
+    features_of, names_of, shell_of, table, table_files,
 };
 use mauve_syntax::{TextRange, TextSize};
 use rustc_hash::FxHashSet;
@@ -58,8 +60,8 @@ impl<'db> Reader<'db> {
     /// A name that is written at `range`; where it is not written as it is, it is somewhere in `whole`.
     fn add(
         &mut self,
-        range: Option<std::ops::Range<usize>>,
-        whole: &std::ops::Range<usize>,
+        range: Option<Range<usize>>,
+        whole: &Range<usize>,
         meaning: Meaning<'db>,
         kind: SymbolKind,
     ) {
@@ -97,7 +99,7 @@ impl<'db> Reader<'db> {
         let deployed: Vec<Decl<'db>> = deployed.into_iter().filter(|target| seen.insert(*target)).collect();
         let chains = config.chains.iter().flat_map(|chain| &chain.ends);
         for (end, span) in config.synchronised.iter().chain(chains) {
-            let written = std::ops::Range::<usize>::from(unquoted(text, range_of(span)));
+            let written = Range::<usize>::from(unquoted(text, range_of(span)));
             let is_verbatim = text.get(written.clone()) == Some(end.as_str());
             let piece =
                 |from: usize, to: usize| is_verbatim.then_some(written.start + from..written.start + to);
@@ -129,24 +131,25 @@ impl<'db> Reader<'db> {
         ];
         let entries = sections.into_iter().flat_map(|(of, entries)| entries.iter().map(move |it| (of, it)));
         for (of, entry) in entries {
-            let (key, program) = match entry.key.split_once('/') {
-                Some((component, program)) => (component, Some(program)),
+            let (key, program) = match ProgramKey::parse(&entry.key) {
+                Some(ProgramKey { component, program }) => (component, Some(program)),
                 None => (entry.key.as_str(), None),
             };
-            let mut add = |before: usize, piece: &str, meaning, kind| {
-                let range = entry.written(before..before + piece.len());
+            let mut add = |range: Range<usize>, meaning, kind| {
+                let range = entry.written(range);
                 self.add(range, &entry.key_span, meaning, kind);
             };
             let (library, name) = key.rsplit_once('.').map_or((None, key), |(of, name)| (Some(of), name));
             for &decl in names_of(db, project).by_key(of, key) {
-                add(key.len() - name.len(), name, Meaning::Declaration(decl), kind_of(of));
+                add(key.len() - name.len()..key.len(), Meaning::Declaration(decl), kind_of(of));
                 if let Some(library) = library {
-                    add(0, library, Meaning::Library(library.into()), SymbolKind::Library);
+                    add(0..library.len(), Meaning::Library(library.into()), SymbolKind::Library);
                 }
-                if let Some(program) = program {
+                if let Some(program) = &program {
                     let start = key.len() + 1;
-                    for (before, piece, meaning, kind) in in_program(db, project, decl, program) {
-                        add(start + before, piece, meaning, kind);
+                    for (Range { start: from, end }, meaning, kind) in in_program(db, project, decl, program)
+                    {
+                        add(start + from..start + end, meaning, kind);
                     }
                 }
             }
@@ -154,43 +157,46 @@ impl<'db> Reader<'db> {
     }
 }
 
-/// The names in the key of a program of `component`, each with where it begins: `state.method`, `state.transition.effect`,
-/// `operation`.
-fn in_program<'a, 'db>(
+/// The names in the key of a program of `component`, each with its bytes there: `state.method`, `state.transition.effect`,
+/// `operation`. A key of no program can name a state and a transition too: `state.transition`.
+fn in_program<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     component: Decl<'db>,
-    program: &'a str,
-) -> Vec<(usize, &'a str, Meaning<'db>, SymbolKind)> {
+    program: &ProgramId,
+) -> Vec<(Range<usize>, Meaning<'db>, SymbolKind)> {
     let Some(of) = core_of(db, project, component) else { return Vec::new() };
     let Some(data) = core(db, of) else { return Vec::new() };
     let part = |name: &NameRef| Meaning::Part(Place::Part(of, name.part));
-    let Some((name, rest)) = program.split_once('.') else {
+    let key = program.to_string();
+    let Some((name, rest)) = key.split_once('.') else {
         let shell = shell_of(db, project, component);
-        let declared = shell.and_then(|shell| features_of(db, project, shell).get(program));
+        let declared = shell.and_then(|shell| features_of(db, project, shell).get(&key));
         let declared = declared.and_then(|it| Some(Place::Part(it.shell, it.data(db)?.name.part)));
-        let own = || data.operations.iter().find(|operation| *operation.name.name == *program);
+        let own = || data.operations.iter().find(|operation| *operation.name.name == *key);
         let operation = declared.map(Meaning::Part).or_else(|| own().map(|own| part(&own.name)));
-        let hook = data.hooks.iter().find(|hook| hook.kind.keyword() == program);
+        let hook = data.hooks.iter().find(|hook| *program == ProgramId::Hook(hook.kind));
         let hook = hook.map(|hook| (Meaning::Part(Place::Part(of, hook.part)), SymbolKind::Hook));
         let found = hook.or_else(|| operation.map(|it| (it, SymbolKind::Operation)));
-        return found.map(|(meaning, kind)| (0, program, meaning, kind)).into_iter().collect();
+        return found.map(|(meaning, kind)| (0..key.len(), meaning, kind)).into_iter().collect();
     };
     let mut states = data.machines.iter().flat_map(|machine| &machine.states);
     let Some(state) = states.find(|state| *state.name.name == *name) else { return Vec::new() };
-    let mut found = vec![(0, name, part(&state.name), SymbolKind::State)];
+    let mut found = vec![(0..name.len(), part(&state.name), SymbolKind::State)];
+    let start = name.len() + 1;
     if let Some((transition, _)) = rest.split_once('.')
         && let Some(it) = state.transitions.iter().find(|it| *it.name.name == *transition)
     {
-        found.push((name.len() + 1, transition, part(&it.name), SymbolKind::Transition));
-    } else if let Some(method) = state.methods.iter().find(|method| method.kind.keyword() == rest) {
-        let meaning = Meaning::Part(Place::Part(of, method.part));
-        found.push((name.len() + 1, rest, meaning, SymbolKind::Hook));
+        found.push((start..start + transition.len(), part(&it.name), SymbolKind::Transition));
+    } else if let ProgramId::Method { kind, .. } = program
+        && let Some(method) = state.methods.iter().find(|method| method.kind == *kind)
+    {
+        found.push((start..key.len(), Meaning::Part(Place::Part(of, method.part)), SymbolKind::Hook));
     }
     found
 }
 
-fn range_of(span: &std::ops::Range<usize>) -> TextRange {
+fn range_of(span: &Range<usize>) -> TextRange {
     TextRange::new((span.start as u32).into(), (span.end.max(span.start) as u32).into())
 }
 

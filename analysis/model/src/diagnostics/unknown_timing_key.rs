@@ -22,6 +22,7 @@
 //! `dispatch` and `context_switch` outside `[overhead]` say that its header was lost: nothing is analysed.
 
 use super::*;
+use crate::program_id::ProgramKey;
 
 code!(UNKNOWN_TIMING_KEY, Warning, "unknown-timing-key");
 
@@ -33,7 +34,7 @@ pub(crate) fn report<'db>(
     near: Option<Name>,
     fixed: Option<String>,
 ) -> Diagnostic<'db> {
-    if key.contains('/') {
+    if ProgramKey::parse(key).is_some() {
         let message = format!("`{key}` is the key of a program: it belongs under [program]");
         return Diagnostic::new(&UNKNOWN_TIMING_KEY, at, message);
     }
