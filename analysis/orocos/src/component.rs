@@ -26,12 +26,12 @@ mod source;
 use std::cell::{Cell, RefCell};
 
 use mauve_model::item_tree::{
-    Core, Direction, Expr, Feature, FeatureKind, HookKind, MethodKind, Parameter, Part, Program, Statement,
-    Variable,
+    Core, Direction, Expr, Feature, FeatureKind, HookKind, Parameter, Part, Program, Statement, Variable,
 };
 use mauve_model::{
-    Callee, Decl, File, Integer, Meaning, ModelDb, Place, Project, Type, Typing, Value, VariableKind,
-    config_of, core, core_of, external_types, features_of, shell_of, type_of, typing_of, values_of_shell,
+    Callee, Decl, File, Integer, Meaning, ModelDb, Place, ProgramId, Project, Type, Typing, Value,
+    VariableKind, config_of, core, core_of, external_types, features_of, shell_of, type_of, typing_of,
+    values_of_shell,
 };
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -92,7 +92,7 @@ struct Class<'a, 'db> {
     last_calls: Vec<LastCall<'db>>,
     /// What it executes.
     programs: Vec<Routine<'db>>,
-    by_key: FxHashMap<Key, usize>,
+    by_id: FxHashMap<ProgramId, usize>,
     /// The state machine, if it has one.
     machine: Option<Machine>,
     /// Has it ports that show its state and its execution times?
@@ -174,28 +174,16 @@ struct Machine {
     initial: usize,
 }
 
-/// Which program.
-#[derive(Clone, Copy, PartialEq, Eq, Hash)]
-enum Key {
-    Hook(HookKind),
-    Operation(usize),
-    Method(usize, MethodKind),
-    Guard(usize, usize),
-    Effect(usize, usize),
-}
-
 /// A program as a member function.
 struct Routine<'db> {
     /// Its name in C++.
     function: String,
     /// Of an operation of the shell: the function that others call it by.
     called: Option<String>,
-    /// What it is in the model: `state Waiting, run`.
-    what: String,
+    /// What it is in the model.
+    program: ProgramId,
     /// Where it stands there.
     at: Part,
-    /// State, transition and program, as traces name them.
-    span: [String; 3],
     /// What it gives.
     gives: Type,
     parameters: &'db [Parameter],
@@ -253,7 +241,7 @@ impl<'a, 'db> Class<'a, 'db> {
             slots: Vec::new(),
             last_calls: Vec::new(),
             programs: Vec::new(),
-            by_key: FxHashMap::default(),
+            by_id: FxHashMap::default(),
             machine: None,
             introspection: config_of(db, project.workspace(db)).introspection != Some(false),
             samples: Vec::new(),
@@ -445,13 +433,9 @@ impl<'a, 'db> Class<'a, 'db> {
                 HookKind::Configure | HookKind::Start => Type::Bool,
                 HookKind::Update | HookKind::Stop | HookKind::Cleanup => Type::Void,
             };
-            let word = hook.kind.keyword();
-            let span = ["", "", word].map(str::to_owned);
-            let what = (word.to_owned(), hook.part);
-            let body = Body::Program(&hook.program);
-            self.routine(Key::Hook(hook.kind), &format!("{word}_program"), what, span, gives, body);
+            self.routine(ProgramId::Hook(hook.kind), hook.part, gives, Body::Program(&hook.program));
         }
-        for (index, operation) in data.operations.iter().enumerate() {
+        for operation in &data.operations {
             let name = &operation.name.name;
             let declared = self.members().find(|it| it.data.name.name == *name);
             // It has the name of the feature.
@@ -460,46 +444,34 @@ impl<'a, 'db> Class<'a, 'db> {
                 (None, Some(member)) => member.ty.clone(),
                 (result, _) => type_of(self.model.db, self.model.project, self.core, result.as_ref()),
             };
-            let span = ["", name, "operation"].map(str::to_owned);
             let called = function.is_some().then(|| self.names.declare(&format!("call_{name}")));
             let function = function.unwrap_or_else(|| self.names.declare(name));
-            self.by_key.insert(Key::Operation(index), self.programs.len());
-            self.programs.push(Routine {
+            self.add(Routine {
                 function,
                 called,
-                what: format!("provide {name}"),
+                program: ProgramId::Operation(name.clone()),
                 at: operation.name.part,
-                span,
                 gives,
                 parameters: &operation.parameters,
                 body: Body::Program(&operation.program),
             });
         }
         let Some(machine) = data.machines.first() else { return };
-        for (number, state) in machine.states.iter().enumerate() {
-            let name = &state.name.name;
-            for method in &state.methods {
-                let word = method.kind.keyword();
-                let what = (format!("state {name}, {word}"), method.part);
-                let span = [name, "", word].map(str::to_owned);
-                let body = Body::Program(&method.program);
-                let key = Key::Method(number, method.kind);
-                self.routine(key, &format!("{word}_{name}"), what, span, Type::Void, body);
+        for declared in &machine.states {
+            let state = || declared.name.name.clone();
+            for method in &declared.methods {
+                let id = ProgramId::Method { state: state(), kind: method.kind };
+                self.routine(id, method.part, Type::Void, Body::Program(&method.program));
             }
-            for (index, transition) in state.transitions.iter().enumerate() {
-                let own = &transition.name.name;
-                let what =
-                    |part: &str| (format!("state {name}, transition {own}, {part}"), transition.name.part);
-                let span = |part: &str| [name, own, part].map(str::to_owned);
-                if let Some(guard) = &transition.guard {
-                    let (function, body) = (format!("guard_{name}_{own}"), Body::Guard(&guard.condition));
-                    let key = Key::Guard(number, index);
-                    self.routine(key, &function, what("guard"), span("guard"), Type::Bool, body);
+            for it in &declared.transitions {
+                let (transition, at) = (|| it.name.name.clone(), it.name.part);
+                if let Some(guard) = &it.guard {
+                    let id = ProgramId::Guard { state: state(), transition: transition() };
+                    self.routine(id, at, Type::Bool, Body::Guard(&guard.condition));
                 }
-                if let Some(effect) = &transition.effect {
-                    let (function, body) = (format!("effect_{name}_{own}"), Body::Program(effect));
-                    let key = Key::Effect(number, index);
-                    self.routine(key, &function, what("effect"), span("effect"), Type::Void, body);
+                if let Some(effect) = &it.effect {
+                    let id = ProgramId::Effect { state: state(), transition: transition() };
+                    self.routine(id, at, Type::Void, Body::Program(effect));
                 }
             }
         }
@@ -513,18 +485,20 @@ impl<'a, 'db> Class<'a, 'db> {
         });
     }
 
-    fn routine(
-        &mut self,
-        key: Key,
-        function: &str,
-        (what, at): (String, Part),
-        span: [String; 3],
-        gives: Type,
-        body: Body<'db>,
-    ) {
-        let function = self.names.declare(function);
-        self.by_key.insert(key, self.programs.len());
-        self.programs.push(Routine { function, called: None, what, at, span, gives, parameters: &[], body });
+    fn routine(&mut self, program: ProgramId, at: Part, gives: Type, body: Body<'db>) {
+        let function = self.names.declare(&match &program {
+            ProgramId::Hook(kind) => format!("{}_program", kind.keyword()),
+            ProgramId::Operation(name) => name.to_string(),
+            ProgramId::Method { state, kind } => format!("{}_{state}", kind.keyword()),
+            ProgramId::Guard { state, transition } => format!("guard_{state}_{transition}"),
+            ProgramId::Effect { state, transition } => format!("effect_{state}_{transition}"),
+        });
+        self.add(Routine { function, called: None, program, at, gives, parameters: &[], body });
+    }
+
+    fn add(&mut self, routine: Routine<'db>) {
+        self.by_id.insert(routine.program.clone(), self.programs.len());
+        self.programs.push(routine);
     }
 
     // What is asked of it.
@@ -554,8 +528,8 @@ impl<'a, 'db> Class<'a, 'db> {
     }
 
     /// A program, if it is there.
-    fn program(&self, key: Key) -> Option<&Routine<'db>> {
-        self.by_key.get(&key).and_then(|index| self.programs.get(*index))
+    fn program(&self, id: &ProgramId) -> Option<&Routine<'db>> {
+        self.by_id.get(id).and_then(|index| self.programs.get(*index))
     }
 
     /// A type in C++; everything here is generated from models of which all types are known.

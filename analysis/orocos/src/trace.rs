@@ -28,6 +28,8 @@
 //! Works with LTTng-UST 2.7 and later: it had no enumerations, so a phase is a number, and no macros with `LTTNG_UST_`, and
 //! later versions still know those without.
 
+use mauve_model::ProgramId;
+
 use crate::library::Library;
 use crate::origin::generated_from;
 use crate::package::{GeneratedFile, Owner};
@@ -50,6 +52,17 @@ pub(crate) fn trace_files(library: &Library<'_>) -> Vec<GeneratedFile> {
         owner: Owner::Generator,
     };
     files.map(file).into()
+}
+
+/// Returns the state, the transition and the program that a trace records for `program`.
+pub(crate) fn span_of(program: &ProgramId) -> [&str; 3] {
+    match program {
+        ProgramId::Hook(kind) => ["", "", kind.keyword()],
+        ProgramId::Operation(name) => ["", name, "operation"],
+        ProgramId::Method { state, kind } => [state, "", kind.keyword()],
+        ProgramId::Guard { state, transition } => [state, transition, "guard"],
+        ProgramId::Effect { state, transition } => [state, transition, "effect"],
+    }
 }
 
 const HEADER: &str = r#"// {generated}

@@ -12,11 +12,11 @@
 use mauve_model::item_tree::{
     BinaryOperator, Direction, Expr, Literal, NameRef, Part, TypeRef, UnaryOperator,
 };
-use mauve_model::{Callee, Decl, Integer, Meaning, Type, Value, VariableKind, codel, type_of};
+use mauve_model::{Callee, Decl, Integer, Meaning, ProgramId, Type, Value, VariableKind, codel, type_of};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::obvious::{Comparison, are_obvious, comparison, is_obvious};
-use super::{Class, Key, LastCall, Member};
+use super::{Class, LastCall, Member};
 use crate::cpp_name::{CppNames, as_identifier};
 use crate::escape::cpp_string;
 
@@ -695,7 +695,9 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
                 Code::primary(format!("MAUVE_TRACE_CODEL(getName(), {key}, {call})"), result)
             }
             Callee::Operation(index) => {
-                let routine = self.class.program(Key::Operation(*index));
+                let operation = self.class.data.operations.get(*index);
+                let id = operation.map(|it| ProgramId::Operation(it.name.name.clone()));
+                let routine = id.and_then(|id| self.class.program(&id));
                 let Some(routine) = routine else { return Code::primary("{}", Type::Unknown) };
                 let (db, project, core) = (db, self.class.model.project, self.class.core);
                 let parameters = routine.parameters.iter();

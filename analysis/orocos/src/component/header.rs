@@ -2,12 +2,12 @@
 
 use std::collections::BTreeSet;
 
-use mauve_model::Type;
 use mauve_model::item_tree::{Direction, Expr, FeatureKind, HookKind, Variable};
+use mauve_model::{ProgramId, Type};
 
 use super::expression::{Writer, literal_text};
 use super::layout::Text;
-use super::{Class, Key, Member};
+use super::{Class, Member};
 use crate::origin::generated_from;
 
 /// `<Component>-component.hpp`
@@ -209,7 +209,7 @@ fn programs(class: &Class<'_, '_>, text: &mut Text) {
 impl<'db> Class<'_, 'db> {
     /// The hooks of RTT that it has, with what they give.
     pub(super) fn hooks(&self) -> Vec<(&'static str, &'static str)> {
-        let has = |kind| self.program(Key::Hook(kind)).is_some();
+        let has = |kind| self.program(&ProgramId::Hook(kind)).is_some();
         let has_value = !self
             .variables_of(&self.data.variables)
             .iter()

@@ -6,6 +6,7 @@ use mauve_model::{Callee, Type};
 use super::expression::{Line, Writer};
 use super::{Body, Class, Routine};
 use crate::escape::cpp_string;
+use crate::trace::span_of;
 
 /// The definition of a program: its head, and the lines between the braces.
 pub(super) fn definition<'db>(class: &Class<'_, 'db>, routine: &Routine<'db>) -> (String, Vec<Line>) {
@@ -18,7 +19,7 @@ pub(super) fn definition<'db>(class: &Class<'_, 'db>, routine: &Routine<'db>) ->
     }
     let head =
         format!("{} {}::{}({})", class.cpp(&routine.gives), class.name, routine.function, texts.join(", "));
-    let [state, transition, program] = routine.span.each_ref().map(|it| cpp_string(it));
+    let [state, transition, program] = span_of(&routine.program).map(cpp_string);
     let component = cpp_string(&class.qualified());
     writer.line(format!("MAUVE_TRACE_PROGRAM(getName(), {component}, {state}, {transition}, {program});"));
     match &routine.body {

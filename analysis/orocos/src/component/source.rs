@@ -3,14 +3,14 @@
 use std::collections::BTreeSet;
 
 use mauve_model::item_tree::{Direction, FeatureKind, HookKind, MethodKind, Variable};
-use mauve_model::{Callee, Integer, Type, Value};
+use mauve_model::{Callee, Integer, ProgramId, Type, Value};
 
 use super::expression::{Code, Line, Writer, ends};
 use super::header::direction;
 use super::layout::Text;
 use super::obvious::MEANT;
 use super::program::definition;
-use super::{Class, Key, Machine, Member, Routine};
+use super::{Class, Machine, Member, Routine};
 use crate::cpp_name::script_name;
 use crate::escape::cpp_string;
 
@@ -24,7 +24,7 @@ pub(super) fn text(class: &Class<'_, '_>) -> String {
     for (kind, hook) in [(HookKind::Stop, "stopHook"), (HookKind::Cleanup, "cleanupHook")] {
         let mut lines =
             if kind == HookKind::Stop { vec![Line::new(1, "mauve_stopping();")] } else { Vec::new() };
-        let program = class.program(Key::Hook(kind));
+        let program = class.program(&ProgramId::Hook(kind));
         lines.extend(program.map(|program| Line::new(1, format!("{}();", program.function))));
         if !lines.is_empty() {
             function(&mut body, &format!("void {}::{hook}()", class.name), &lines);
@@ -40,7 +40,7 @@ pub(super) fn text(class: &Class<'_, '_>) -> String {
     }
     for routine in &class.programs {
         let (head, lines) = definition(class, routine);
-        body.line(0, &format!("// {}: {}", routine.what, class.at(class.core, routine.at)));
+        body.line(0, &format!("// {}: {}", described(&routine.program), class.at(class.core, routine.at)));
         function(&mut body, &head, &lines);
         called(class, routine, &mut body);
     }
@@ -216,7 +216,7 @@ fn configure_hook<'db>(class: &Class<'_, 'db>, text: &mut Text) {
 
 /// Calls a program that may refuse, and says so: Orocos itself does not say why.
 fn agreed(class: &Class<'_, '_>, kind: HookKind) -> Vec<Line> {
-    let Some(program) = class.program(Key::Hook(kind)) else { return Vec::new() };
+    let Some(program) = class.program(&ProgramId::Hook(kind)) else { return Vec::new() };
     let said = cpp_string(&format!(": the program {} gives false", kind.keyword()));
     vec![
         Line::new(1, format!("if (!{}()) {{", program.function)),
@@ -300,7 +300,11 @@ fn start_hook(class: &Class<'_, '_>, text: &mut Text) {
         && let Some(initial) = machine.values.get(machine.initial)
     {
         lines.push(Line::new(1, format!("{} = {}::{initial};", machine.current, machine.states)));
-        let entry = class.program(Key::Method(machine.initial, MethodKind::Entry));
+        let state = class.data.machines.first().and_then(|it| it.states.get(machine.initial));
+        let entry = state.and_then(|state| {
+            let state = state.name.name.clone();
+            class.program(&ProgramId::Method { state, kind: MethodKind::Entry })
+        });
         lines.extend(entry.map(|entry| Line::new(1, format!("{}();", entry.function))));
         lines.extend(machine.show.as_ref().map(|show| Line::new(1, format!("{show}();"))));
     }
@@ -370,16 +374,27 @@ fn called<'db>(class: &Class<'_, 'db>, routine: &Routine<'db>, text: &mut Text) 
         Line::new(1, format!("const MauveCall {call}(*this);")),
         Line::new(1, format!("return {}({});", routine.function, given.join(", "))),
     ];
-    text.line(0, &format!("// {}, as other components call it", routine.what));
+    text.line(0, &format!("// {}, as other components call it", described(&routine.program)));
     let head = format!("{} {}::{called}({})", class.cpp(&routine.gives), class.name, declared.join(", "));
     function(text, &head, &lines);
+}
+
+/// What a program is in the model, for a comment: `state Waiting, run`.
+fn described(program: &ProgramId) -> String {
+    match program {
+        ProgramId::Hook(kind) => kind.keyword().to_owned(),
+        ProgramId::Operation(name) => format!("provide {name}"),
+        ProgramId::Method { state, kind } => format!("state {state}, {}", kind.keyword()),
+        ProgramId::Guard { state, transition } => format!("state {state}, transition {transition}, guard"),
+        ProgramId::Effect { state, transition } => format!("state {state}, transition {transition}, effect"),
+    }
 }
 
 /// One period.
 fn update_hook(class: &Class<'_, '_>, text: &mut Text) {
     let mut lines =
         vec![Line::new(1, "if (!mauve_begin()) return;"), Line::new(1, "MAUVE_TRACE_COMPONENT(getName());")];
-    if let Some(update) = class.program(Key::Hook(HookKind::Update)) {
+    if let Some(update) = class.program(&ProgramId::UPDATE) {
         lines.push(Line::new(1, format!("{}();", update.function)));
     }
     if let Some(machine) = &class.machine {
@@ -400,17 +415,19 @@ fn update_hook(class: &Class<'_, '_>, text: &mut Text) {
 
 /// What a period that begins in a state executes.
 fn state(class: &Class<'_, '_>, machine: &Machine, number: usize) -> Vec<Line> {
-    let call = |key, depth| class.program(key).map(|it| Line::new(depth, format!("{}();", it.function)));
-    let method = |kind, depth| call(Key::Method(number, kind), depth);
-    let mut lines: Vec<Line> = method(MethodKind::Run, 3).into_iter().collect();
     let states = class.data.machines.first().map_or(&[] as &[_], |machine| &machine.states);
-    let Some(data) = states.get(number) else { return lines };
+    let Some(data) = states.get(number) else { return Vec::new() };
+    let name = || data.name.name.clone();
+    let call = |id, depth| class.program(&id).map(|it| Line::new(depth, format!("{}();", it.function)));
+    let method = |kind, depth| call(ProgramId::Method { state: name(), kind }, depth);
+    let mut lines: Vec<Line> = method(MethodKind::Run, 3).into_iter().collect();
     // The first of them that is taken.
     let always = data.transitions.iter().position(|transition| transition.guard.is_none());
     let taken = always.map_or(data.transitions.len(), |always| always + 1);
     let mut before = "";
-    for (index, transition) in data.transitions.iter().take(taken).enumerate() {
-        let guard = class.program(Key::Guard(number, index));
+    for transition in data.transitions.iter().take(taken) {
+        let own = || transition.name.name.clone();
+        let guard = class.program(&ProgramId::Guard { state: name(), transition: own() });
         let depth = match guard {
             Some(guard) => {
                 lines.push(Line::new(3, format!("{before}if ({}()) {{", guard.function)));
@@ -426,11 +443,14 @@ fn state(class: &Class<'_, '_>, machine: &Machine, number: usize) -> Vec<Line> {
         let target = target.and_then(|target| states.iter().position(|it| it.name.name == target.name));
         let target = target.unwrap_or(number);
         lines.extend(method(MethodKind::Exit, depth));
-        lines.extend(call(Key::Effect(number, index), depth));
+        lines.extend(call(ProgramId::Effect { state: name(), transition: own() }, depth));
         if let Some(value) = machine.values.get(target) {
             lines.push(Line::new(depth, format!("{} = {}::{value};", machine.current, machine.states)));
         }
-        lines.extend(call(Key::Method(target, MethodKind::Entry), depth));
+        lines.extend(states.get(target).and_then(|target| {
+            let state = target.name.name.clone();
+            call(ProgramId::Method { state, kind: MethodKind::Entry }, depth)
+        }));
         if guard.is_some() {
             before = "} else ";
         }
