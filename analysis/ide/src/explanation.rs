@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 
 use mauve_model::{
-    ActivityReport, ModelDb, Priority, Project, Psm, Query, Report, Verdict, config_of, psm_at, psm_of,
-    worst_path,
+    ActivityReport, ModelDb, Priority, ProgramId, Project, Psm, Query, Report, Verdict, config_of, psm_at,
+    psm_of, worst_path,
 };
 use mauve_timing::task_set::TaskSet;
 use mauve_timing::{Method, Status, Time, worst_trace};
@@ -29,7 +29,7 @@ pub fn explain_response<'db>(
 ) -> String {
     let component = activity.row.component;
     let psm = component.and_then(|component| psm_of(db, project, component, query.level).as_ref().ok());
-    let path = |program: &str| {
+    let path = |program: &ProgramId| {
         component.map_or_else(Vec::new, |of| worst_path(db, project, of, query.level, program))
     };
     let throttling = config_of(db, project.workspace(db)).rt_throttling;
@@ -56,7 +56,7 @@ struct Origin<'a> {
     throttling: Option<bool>,
     psm: Option<&'a Psm>,
     /// The codels of a program along its worst path, with their times.
-    worst_path: &'a dyn Fn(&str) -> Vec<(String, Time)>,
+    worst_path: &'a dyn Fn(&ProgramId) -> Vec<(String, Time)>,
 }
 
 fn explain(report: &Report<'_>, activity: &ActivityReport<'_>, query: Query, origin: &Origin<'_>) -> String {
@@ -171,7 +171,12 @@ fn explain(report: &Report<'_>, activity: &ActivityReport<'_>, query: Query, ori
 }
 
 /// The greatest edge, program by program, codel by codel; or the table's time for the whole component.
-fn own_time(out: &mut String, psm: &Psm, method: Method, worst_path: &dyn Fn(&str) -> Vec<(String, Time)>) {
+fn own_time(
+    out: &mut String,
+    psm: &Psm,
+    method: Method,
+    worst_path: &dyn Fn(&ProgramId) -> Vec<(String, Time)>,
+) {
     let greatest = psm.machine.greatest_edge();
     let (Some(edge), Some(described)) = (psm.machine.edges().get(greatest), psm.edges.get(greatest)) else {
         return;

@@ -1,10 +1,10 @@
 //! A component's state machine as a panel shows it: states and edges with their times, where each of them stands, and the
 //! worst periods in a row.
 
-use mauve_model::item_tree::{Kind, Name};
+use mauve_model::item_tree::{HookKind, Kind, Name};
 use mauve_model::{
-    Decl, File, ModelDb, Place, Project, Psm, Workspace, architecture, behaviour_of, core, core_of,
-    declaration_at, names_of, psm_of, system_of,
+    Decl, File, ModelDb, Place, ProgramId, Project, Psm, Workspace, architecture, behaviour_of, core,
+    core_of, declaration_at, names_of, psm_of, system_of,
 };
 use mauve_syntax::{TextRange, TextSize};
 use mauve_timing::{Level, Time, worst_trace};
@@ -51,8 +51,8 @@ pub struct MachineEdge<'db> {
     pub transition: Option<Name>,
     /// What it costs at most.
     pub time: Option<Time>,
-    /// The programs that it executes, in their order, by their keys in a timing table.
-    pub programs: Vec<(String, Option<Time>)>,
+    /// The programs that it executes, in their order.
+    pub programs: Vec<(ProgramId, Option<Time>)>,
     /// Where the transition is declared.
     pub at: Option<Place<'db>>,
 }
@@ -88,7 +88,7 @@ pub fn state_machine<'db>(
         data.into_iter().flat_map(|data| &data.machines).flat_map(|machine| &machine.states).collect();
     let state = |name: &Name| declared.iter().find(|state| state.name.name == *name).copied();
     // A core without a machine is what its `update` does.
-    let update = data.and_then(|data| data.hooks.iter().find(|hook| hook.kind.keyword() == "update"));
+    let update = data.and_then(|data| data.hooks.iter().find(|hook| hook.kind == HookKind::Update));
     let update = update.map(|hook| Place::Part(of, hook.part));
     for (index, name) in behaviour.states.iter().enumerate() {
         let at = state(name).map(|state| Place::Part(of, state.name.part)).or_else(|| update.clone());
@@ -102,7 +102,7 @@ pub fn state_machine<'db>(
         });
         let programs = edge.programs.iter().filter_map(|&program| {
             let time = view.psm.and_then(|psm| Some(psm.programs.get(program)?.1));
-            Some((behaviour.programs.get(program)?.key.clone(), time))
+            Some((behaviour.programs.get(program)?.id.clone(), time))
         });
         view.edges.push(MachineEdge {
             source: edge.source,
@@ -180,6 +180,7 @@ mod tests {
             }
             for edge in &view.edges {
                 let MachineEdge { source, target, transition, time, programs, at } = edge;
+                let programs: Vec<_> = programs.iter().map(|(id, time)| (id.to_string(), time)).collect();
                 shown +=
                     &format!("{source} -> {target} {transition:?} @{} {time:?} {programs:?}\n", place(at));
             }

@@ -14,6 +14,7 @@ use crate::item_tree::{
     Core, FeatureKind, HookKind, Kind, Machine, MethodKind, Name, Part, Program, State, Transition, Variable,
 };
 use crate::names::{Features, Names, features_of, names_of, similar};
+use crate::program_id::ProgramId;
 use crate::project::Project;
 use crate::source::{Decl, Place, core};
 use crate::values::Value;
@@ -55,8 +56,8 @@ pub struct Edge {
 /// A program with a key of its own in a timing table.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub struct TimedProgram<'db> {
-    /// The key behind `Component/`: `update`, `state.run`, `state.transition.guard`, `operation`.
-    pub key: String,
+    /// Which program: its key behind `Component/`.
+    pub id: ProgramId,
     /// What it costs at most.
     pub cost: Cost<'db>,
 }
@@ -208,7 +209,7 @@ impl<'db> Reader<'_, 'db> {
             ([], Some(update)) => {
                 let cost = self.program(update);
                 self.found.states.push(UPDATE_STATE.into());
-                self.found.programs.push(TimedProgram { key: UPDATE_STATE.to_owned(), cost });
+                self.found.programs.push(TimedProgram { id: ProgramId::UPDATE, cost });
                 self.found.edges.push(Edge { source: 0, target: 0, transition: None, programs: vec![0] });
             }
             // Where there is an error, it may have hidden that.
@@ -277,7 +278,8 @@ impl<'db> Reader<'_, 'db> {
             // executes in the core's own thread.
             let cost = self.program(&operation.program);
             self.scope.truncate(depth);
-            self.found.operations.push(TimedProgram { key: operation.name.name.to_string(), cost });
+            let id = ProgramId::Operation(operation.name.name.clone());
+            self.found.operations.push(TimedProgram { id, cost });
         }
         self.order_operations();
         for operation in &self.core.operations {
@@ -401,7 +403,6 @@ impl<'db> Reader<'_, 'db> {
             if !transition.whole {
                 self.refuse_here("a transition has a syntax error");
             }
-            let key = |part: &str| format!("{}.{}.{part}", state.name.name, transition.name.name);
             let mut value = None;
             if let Some(guard) = &transition.guard {
                 if !guard.whole {
@@ -409,12 +410,14 @@ impl<'db> Reader<'_, 'db> {
                 }
                 let mut costs = Vec::new();
                 value = self.expr(&guard.condition, &mut costs);
-                self.push_program(&mut before, key("guard"), Cost::Sum(costs));
+                let (state, transition) = (state.name.name.clone(), transition.name.name.clone());
+                self.push_program(&mut before, ProgramId::Guard { state, transition }, Cost::Sum(costs));
             }
             let mut own = Vec::new();
             if let Some(effect) = &transition.effect {
                 let cost = self.program(effect);
-                self.push_program(&mut own, key("effect"), cost);
+                let (state, transition) = (state.name.name.clone(), transition.name.name.clone());
+                self.push_program(&mut own, ProgramId::Effect { state, transition }, cost);
             }
             let target = self.target(machine, transition);
             // What comes after a transition without a guard never happens, but it is read all the same.
@@ -452,9 +455,9 @@ impl<'db> Reader<'_, 'db> {
         }
     }
 
-    fn push_program(&mut self, programs: &mut Vec<usize>, key: String, cost: Cost<'db>) {
+    fn push_program(&mut self, programs: &mut Vec<usize>, id: ProgramId, cost: Cost<'db>) {
         programs.push(self.found.programs.len());
-        self.found.programs.push(TimedProgram { key, cost });
+        self.found.programs.push(TimedProgram { id, cost });
     }
 
     /// The index of a method's program, read when it is first met.
@@ -466,7 +469,8 @@ impl<'db> Reader<'_, 'db> {
         }
         let cost = self.program(&method.program);
         self.methods.insert((name, kind), self.found.programs.len());
-        self.found.programs.push(TimedProgram { key: format!("{name}.{}", kind.keyword()), cost });
+        let id = ProgramId::Method { state: name.clone(), kind };
+        self.found.programs.push(TimedProgram { id, cost });
         Some(self.found.programs.len() - 1)
     }
 

@@ -6,6 +6,7 @@ use mauve_timing::{Level, Time};
 use crate::ModelDb;
 use crate::behaviour::Refusal;
 use crate::db::File;
+use crate::program_id::ProgramId;
 use crate::project::{Project, config_of, platform_of};
 use crate::psm::{Psm, PsmEdge, Refused, psm_of};
 use crate::response::{Asked, Query, Report, lost_in, psms_of, report};
@@ -126,7 +127,7 @@ fn machine_of(psms: &Psms<'_>) -> Option<Machine> {
         at_levels.iter().map(|psm| psm.and_then(time)).collect()
     };
     let state = |number: u32| shape.states.get(number as usize).map_or_else(String::new, ToString::to_string);
-    let key = |index: &usize| shape.programs.get(*index).map(|(key, _)| key.clone());
+    let key = |index: &usize| shape.programs.get(*index).map(|(program, _)| program.to_string());
     let mut used: Vec<usize> = shape.edges.iter().flat_map(|edge| edge.programs.iter().copied()).collect();
     used.sort_unstable();
     used.dedup();
@@ -208,7 +209,7 @@ pub fn psm_at(machine: &Machine, column: usize) -> Option<Psm> {
         programs: machine
             .programs
             .iter()
-            .map(|it| (it.program.clone(), time(&it.time).unwrap_or_default()))
+            .map(|it| (ProgramId::from(it.program.as_str()), time(&it.time).unwrap_or_default()))
             .collect(),
         operations: Vec::new(),
         overhead: time(&machine.overhead)?,

@@ -9,6 +9,7 @@ use crate::behaviour::{Behaviour, Cost, Refusal, TimedProgram, behaviour_of, ope
 use crate::diagnostics::{MOST_REASONS, errors_in};
 use crate::item_tree::{Kind, Name};
 use crate::names::{features_of, names_of};
+use crate::program_id::ProgramId;
 use crate::project::Project;
 use crate::source::{Decl, Place, codel, component, core_interface};
 use crate::timetable::{Lookup, Timetable, timetable_of};
@@ -25,10 +26,10 @@ pub struct Psm {
     pub machine: StateMachine,
     /// What each edge executes.
     pub edges: Vec<PsmEdge>,
-    /// The programs, by their keys, with their times: 0 where no edge executes them.
-    pub programs: Vec<(String, Time)>,
+    /// The programs with their times: 0 where no edge executes them.
+    pub programs: Vec<(ProgramId, Time)>,
     /// Its own operations that programs may call, likewise; no time where none was needed.
-    pub operations: Vec<(String, Option<Time>)>,
+    pub operations: Vec<(ProgramId, Option<Time>)>,
     /// Dispatch and context switches, in each edge.
     pub overhead: Time,
     /// The component's own time, for the classic method, where a table has one; why not, where it cannot be used.
@@ -224,7 +225,7 @@ impl<'db> Evaluator<'_, 'db> {
                 };
                 let sum = cost.and_then(|cost| cost.checked_add(time));
                 if cost.is_some() && sum.is_none() {
-                    self.refuse(format!("the time of `{}` exceeds 584 years", program.key));
+                    self.refuse(format!("the time of `{}` exceeds 584 years", program.id));
                 }
                 cost = sum;
             }
@@ -254,9 +255,9 @@ impl<'db> Evaluator<'_, 'db> {
             Lookup::Absent => Ok(None),
             Lookup::OtherLevels(why) | Lookup::Unusable(why) => Err(why),
         };
-        let key = |program: &TimedProgram<'db>| program.key.clone();
+        let id = |program: &TimedProgram<'db>| program.id.clone();
         let programs =
-            behaviour.programs.iter().map(key).zip(programs.into_iter().map(Option::unwrap_or_default));
+            behaviour.programs.iter().map(id).zip(programs.into_iter().map(Option::unwrap_or_default));
         let operations = std::mem::take(&mut self.operations);
         Ok(Psm {
             states: behaviour.states.clone(),
@@ -264,7 +265,7 @@ impl<'db> Evaluator<'_, 'db> {
             machine,
             edges: described,
             programs: programs.collect(),
-            operations: behaviour.operations.iter().map(key).zip(operations).collect(),
+            operations: behaviour.operations.iter().map(id).zip(operations).collect(),
             overhead: overhead.unwrap_or_default(),
             whole,
             assumed: std::mem::take(&mut self.assumed).into_iter().collect(),
@@ -297,7 +298,7 @@ impl<'db> Evaluator<'_, 'db> {
 
     /// The time of a program: the table's, as a whole, or the sum of its codels.
     fn program(&mut self, program: &TimedProgram<'db>) -> Option<Time> {
-        match self.times.program_time(self.db, self.component, &program.key, self.level) {
+        match self.times.program_time(self.db, self.component, &program.id, self.level) {
             Lookup::Known(time) | Lookup::Assumed(time) => Some(time),
             Lookup::Absent => self.cost(&program.cost),
             Lookup::OtherLevels(why) | Lookup::Unusable(why) => {
@@ -368,20 +369,20 @@ pub fn worst_path<'db>(
     project: Project<'db>,
     component: Decl<'db>,
     level: Level,
-    program: &str,
+    program: &ProgramId,
 ) -> Vec<(String, Time)> {
     let Some(core) = core_of(db, project, component) else { return Vec::new() };
     let Ok(psm) = psm_of(db, project, component, level) else { return Vec::new() };
     let times = timetable_of(db, project);
     let is_whole = times.program_time(db, component, program, level) != Lookup::Absent;
-    let program = behaviour_of(db, project, core).programs.iter().find(|it| it.key == program && !is_whole);
+    let program = behaviour_of(db, project, core).programs.iter().find(|it| it.id == *program && !is_whole);
     let time = |cost: &Cost<'db>| match cost {
         Cost::Codel(codel) => match times.codel_time(db, *codel, level) {
             Lookup::Known(time) | Lookup::Assumed(time) => Some((codel.qualified(db), time)),
             _ => None,
         },
         Cost::Operation(index) => {
-            psm.operations.get(*index).and_then(|(key, time)| Some((key.clone(), (*time)?)))
+            psm.operations.get(*index).and_then(|(id, time)| Some((id.to_string(), (*time)?)))
         }
         Cost::Sum(_) | Cost::Greatest(_) => None,
     };

@@ -13,8 +13,9 @@ use rustc_hash::FxHashMap;
 use crate::behaviour::behaviour_of;
 use crate::config::Mistake;
 use crate::diagnostics::{Diagnostic, invalid_table, unknown_timing_key};
-use crate::item_tree::{FeatureKind, Kind, Name};
+use crate::item_tree::{FeatureKind, HookKind, Kind, Name};
 use crate::names::{features_of, names_of, similar};
+use crate::program_id::{ProgramId, ProgramKey};
 use crate::project::{CONFIG_FILE, Project, all_roots, config_file, config_of};
 use crate::psm::{core_of, is_core_for, shell_of};
 use crate::source::{Decl, Place};
@@ -130,8 +131,8 @@ pub fn pattern_of_path(path: &str) -> String {
 #[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
 enum Of<'db> {
     Codel(Decl<'db>),
-    /// By the key behind `Component/`.
-    Program(Decl<'db>, String),
+    /// By [`ProgramId::in_table`].
+    Program(Decl<'db>, ProgramId),
     Component(Decl<'db>),
 }
 
@@ -323,7 +324,7 @@ impl<'db> Joining<'db> {
                 // It may also stand in the wrong section, below a header that was lost.
                 let last = key.rsplit('.').next().unwrap_or(key);
                 let names_component = !names.anywhere(Kind::Component, last).is_empty();
-                if is_program || key.contains('/') {
+                if is_program || ProgramKey::parse(key).is_some() {
                     self.lost(file, &format!("`{}` means nothing", entry.key));
                 }
                 if kind == Kind::Component || names_component {
@@ -373,7 +374,7 @@ impl<'db> Joining<'db> {
 
     fn program(&mut self, entry: &Entry, slot: Slot, at: Place<'db>) {
         let (db, file) = (self.db, slot.file);
-        let Some((component, program)) = entry.key.split_once('/') else {
+        let Some(ProgramKey { component, program }) = ProgramKey::parse(&entry.key) else {
             let message = "the key of a program is `Component/update`, `Component/state.run`, \
                            `Component/state.transition.guard`, `Component/state.transition.effect` or \
                            `Component/operation`";
@@ -381,36 +382,38 @@ impl<'db> Joining<'db> {
             self.lost(file, &format!("`{}` is not the key of a program", entry.key));
             return;
         };
-        let named = self.add(entry, component, Kind::Component, slot, |decl| key_of(decl, program));
+        let of = |decl| Of::Program(decl, program.clone());
+        let named = self.add(entry, component, Kind::Component, slot, of);
         // Programs that no period executes: measured, and of no weight.
-        let is_hook = ["configure", "start", "stop", "cleanup"].contains(&program);
+        let is_hook = matches!(program, ProgramId::Hook(kind) if kind != HookKind::Update);
         let last = component.rsplit('.').next().unwrap_or(component);
         let namesakes = names_of(db, self.project).anywhere(Kind::Component, last).to_vec();
         let addressed: Vec<Decl<'db>> = named.map_or_else(|| namesakes.clone(), |named| vec![named]);
         let wrong = addressed.into_iter().find_map(|component| {
-            let keys = self.programs_of(component);
-            match keys.iter().filter(|key| *key == program).count() {
+            let programs = self.programs_of(component);
+            match programs.iter().filter(|it| **it == program).count() {
                 0 if is_hook => None,
                 1 => None,
-                count => Some((component, keys, count)),
+                count => Some((component, programs, count)),
             }
         });
-        let Some((component, keys, count)) = wrong else { return };
-        let name = component.name(db);
+        let Some((found, programs, count)) = wrong else { return };
+        let name = found.name(db);
         let what = if count == 0 { "no program" } else { "several programs" };
         let why = format!("{name} has {what} `{program}`");
         // The transition alone is neither its guard nor its program.
-        let longer =
-            keys.iter().find(|key| key.strip_prefix(program).is_some_and(|rest| rest.starts_with('.')));
-        let near = longer.cloned().or_else(|| similar(program, &keys));
-        let near = near.map(|near| format!("{name}/{near}").into());
+        let keys: Vec<Name> = programs.iter().map(|it| it.to_string().into()).collect();
+        let key = program.to_string();
+        let longer = keys.iter().find(|it| it.strip_prefix(&*key).is_some_and(|rest| rest.starts_with('.')));
+        let near = longer.cloned().or_else(|| similar(&key, &keys));
+        let near_of = |component: &str| {
+            let program = near.as_deref()?.into();
+            Some(ProgramKey { component, program }.to_string())
+        };
         // Where the core is wrong, it may have the program when it is right.
-        if named.is_some() && self.is_read(component, program) {
-            let fixed = near.as_deref().and_then(|near: &str| near.split_once('/'));
-            let fixed = fixed.zip(entry.key.split_once('/'));
-            let fixed = fixed.map(|((_, program), (component, _))| format!("{component}/{program}"));
-            let fixed = fixed.filter(|fixed| may_replace(db, file, entry, fixed));
-            self.report(unknown_timing_key::of_program(at, &why, near, fixed));
+        if named.is_some() && self.is_read(found, &key) {
+            let fixed = near_of(component).filter(|fixed| may_replace(db, file, entry, fixed));
+            self.report(unknown_timing_key::of_program(at, &why, near_of(name).map(Name::from), fixed));
         }
         // It may be meant for another component of that name.
         for namesake in namesakes {
@@ -418,12 +421,12 @@ impl<'db> Joining<'db> {
         }
     }
 
-    /// The keys of a component's programs and operations.
-    fn programs_of(&self, component: Decl<'db>) -> Vec<Name> {
+    /// A component's programs and operations, as tables name them.
+    fn programs_of(&self, component: Decl<'db>) -> Vec<ProgramId> {
         let core = core_of(self.db, self.project, component);
         let known = core.map(|core| behaviour_of(self.db, self.project, core));
         let programs = known.into_iter().flat_map(|it| it.programs.iter().chain(&it.operations));
-        programs.map(|it| it.key.as_str().into()).collect()
+        programs.map(|it| it.id.in_table()).collect()
     }
 
     /// Is it known what a component executes, but for operations that it should define?
@@ -464,10 +467,6 @@ impl<'db> Joining<'db> {
     }
 }
 
-fn key_of<'db>(component: Decl<'db>, program: &str) -> Of<'db> {
-    Of::Program(component, program.to_owned())
-}
-
 impl<'db> Timetable<'db> {
     /// The time of one execution of a codel.
     pub fn codel_time(&self, db: &'db dyn ModelDb, codel: Decl<'db>, level: Level) -> Lookup {
@@ -484,15 +483,16 @@ impl<'db> Timetable<'db> {
         }
     }
 
-    /// The time of a program as a whole, by the key behind `Component/`.
+    /// The time of a program as a whole.
     pub fn program_time(
         &self,
         db: &'db dyn ModelDb,
         component: Decl<'db>,
-        key: &str,
+        program: &ProgramId,
         level: Level,
     ) -> Lookup {
-        self.time(db, &key_of(component, key), level, || format!("`{}/{key}`", component.name(db)))
+        let of = Of::Program(component, program.in_table());
+        self.time(db, &of, level, || format!("`{}/{program}`", component.name(db)))
     }
 
     /// The time of a component as a whole, for the classic method.

@@ -282,6 +282,24 @@ fn a_program_of_a_table_replaces_its_codels() {
 }
 
 #[test]
+fn an_operation_with_the_name_of_a_hook_has_its_key() {
+    let times = providing("provide update(): void  provide start(): void ");
+    let machine = |core: &str, program: &str| {
+        machine(&format!("core K(S) {{ {core} }}{times}[program]\n\"C/{program}\" = 1\n"), "C")
+    };
+    let operations = "provide update() = { big(); }  provide start() = { big(); }";
+    let states =
+        format!("{operations} statemachine {{ initial state A {{ run = {{ update(); start(); }} }} }}");
+    assert_eq!(machine(&states, "A.run"), "A stay A: 1 ms\n");
+    assert_eq!(machine(&states, "update"), "A stay A: 17 ms\n");
+    assert_eq!(machine(&states, "start"), "A stay A: 17 ms\n");
+    assert_eq!(machine(&states, "configure"), "A stay A: 32 ms\n");
+    let both = format!("{operations} start = {{ big(); }} update = {{ start(); }}");
+    assert_eq!(machine(&both, "start"), "update stay update: 1 ms\n");
+    assert_eq!(machine(&both, "update"), "refused: times.toml: C has several programs `update`\n");
+}
+
+#[test]
 fn what_never_happens_needs_no_time() {
     let times = CODELS.replace("big = 16\n", "");
     let model = "core K(S) { configure = { big(); } statemachine {

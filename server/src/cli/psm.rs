@@ -106,7 +106,7 @@ fn show<'db>(
                 .map(|(edge, described)| {
                     let programs = described.programs.iter().filter_map(|&index| psm.programs.get(index));
                     let programs: Vec<_> = programs
-                        .map(|(key, time)| json!({ "program": key, "time": milliseconds(*time) }))
+                        .map(|(program, time)| json!({ "program": program.to_string(), "time": milliseconds(*time) }))
                         .collect();
                     json!({
                         "source": state(edge.source),

@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use mauve_model::diagnostics::codes;
 use mauve_model::item_tree::{FeatureKind, Kind, Name};
 use mauve_model::{
-    File, ModelDb, Project, Workspace, behaviour_of, config_file, core_of, flat_of, is_model, names_of,
-    table_files, timetable_of,
+    File, ModelDb, ProgramKey, Project, Workspace, behaviour_of, config_file, core_of, flat_of, is_model,
+    names_of, table_files, timetable_of,
 };
 use mauve_syntax::{TextRange, TextSize};
 
@@ -346,10 +346,9 @@ impl Toml<'_, '_> {
                         }
                         let core = core_of(db, project, decl);
                         let known = core.map(|core| behaviour_of(db, project, core));
-                        for program in
-                            known.into_iter().flat_map(|it| it.programs.iter().chain(&it.operations))
-                        {
-                            add(format!("{key}/{}", program.key), CompletionKind::Operation);
+                        for it in known.into_iter().flat_map(|it| it.programs.iter().chain(&it.operations)) {
+                            let program = ProgramKey { component: &key, program: it.id.clone() };
+                            add(program.to_string(), CompletionKind::Operation);
                         }
                     }
                 }

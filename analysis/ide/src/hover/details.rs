@@ -3,10 +3,10 @@
 
 use std::fmt::Write as _;
 
-use mauve_model::item_tree::{Kind, Name, Part};
+use mauve_model::item_tree::{HookKind, Kind, Name, Part};
 use mauve_model::{
-    Decl, Flat, ModelDb, Place, Project, Query, architecture, core, deployment, features_of, flat_of,
-    names_of, psm_of, shell, shell_of, table, table_files, type_of, typing_of, values_in_effect,
+    Decl, Flat, ModelDb, Place, ProgramId, Project, Query, architecture, core, deployment, features_of,
+    flat_of, names_of, psm_of, shell, shell_of, table, table_files, type_of, typing_of, values_in_effect,
 };
 use mauve_timing::Time;
 
@@ -178,21 +178,22 @@ fn programs<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, par
     let Some(data) = core(db, of) else { return Vec::new() };
     let level = Query::shown(db, project).level;
     let states = data.machines.iter().flat_map(|machine| &machine.states);
-    // What begins its keys, and the state and the transition that it is.
-    let key = states.into_iter().find_map(|state| {
+    let declared = states.into_iter().find_map(|state| {
         let name = &state.name.name;
         if state.name.part == part {
-            return Some((format!("{name}."), name.clone(), None));
+            return Some((name.clone(), None));
         }
         let transition = state.transitions.iter().find(|it| it.name.part == part)?;
-        let transition = &transition.name.name;
-        Some((format!("{name}.{transition}."), name.clone(), Some(transition.clone())))
+        Some((name.clone(), Some(transition.name.name.clone())))
     });
-    let is_update = data.hooks.iter().any(|hook| hook.part == part && hook.kind.keyword() == "update");
-    let Some((key, state, transition)) =
-        key.or_else(|| is_update.then(|| ("update".to_owned(), "update".into(), None)))
-    else {
+    let is_update = data.hooks.iter().any(|hook| hook.part == part && hook.kind == HookKind::Update);
+    let Some((state, transition)) = declared.or_else(|| is_update.then(|| ("update".into(), None))) else {
         return Vec::new();
+    };
+    let is_of_it = |program: &ProgramId| {
+        let is_of_state = program.state() == Some(&state);
+        let is_of_transition = transition.is_none() || program.transition() == transition.as_ref();
+        if is_update { *program == ProgramId::UPDATE } else { is_of_state && is_of_transition }
     };
     let mut lines = Vec::new();
     for &component in components_of(db, project, of) {
@@ -208,7 +209,7 @@ fn programs<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, par
         lines.push(format!("{name} at {level}"));
         let executed = |index: usize| psm.edges.iter().any(|edge| edge.programs.contains(&index));
         for (index, (program, time)) in psm.programs.iter().enumerate() {
-            if program.starts_with(&key) && executed(index) {
+            if is_of_it(program) && executed(index) {
                 lines.push(format!("  {:>12}  {program}", time.to_string()));
             }
         }

@@ -1,7 +1,7 @@
 //! What the programs of a core take, and what a period takes at most in each state and with each transition.
 
-use mauve_model::item_tree::{Kind, Name, Part};
-use mauve_model::{Decl, ModelDb, Place, Project, Query, core, core_of, names_of, parse, psm_of};
+use mauve_model::item_tree::{HookKind, Kind, Name, Part};
+use mauve_model::{Decl, ModelDb, Place, ProgramId, Project, Query, core, core_of, names_of, parse, psm_of};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxNode, SyntaxToken, TextRange, TextSize};
 use mauve_timing::{Level, Time};
@@ -36,15 +36,15 @@ pub(super) fn of_core<'db>(
         }
     };
     let at = format!(" at {level}");
-    for hook in data.hooks.iter().filter(|hook| hook.kind.keyword() == "update") {
-        add(hook.part, "", &at, &|costs| costs.programs.get("update"));
+    for hook in data.hooks.iter().filter(|hook| hook.kind == HookKind::Update) {
+        add(hook.part, "", &at, &|costs| costs.programs.get(&ProgramId::UPDATE));
     }
     for state in data.machines.iter().flat_map(|machine| &machine.states) {
         let name = &state.name.name;
         add(state.name.part, "takes ≤ ", &format!(" a period{at}"), &|costs| costs.states.get(name));
         for method in &state.methods {
-            let key = format!("{name}.{}", method.kind.keyword());
-            add(method.part, "", "", &|costs| costs.programs.get(&key));
+            let program = ProgramId::Method { state: name.clone(), kind: method.kind };
+            add(method.part, "", "", &|costs| costs.programs.get(&program));
         }
         for transition in &state.transitions {
             let of = (name.clone(), transition.name.name.clone());
@@ -56,8 +56,8 @@ pub(super) fn of_core<'db>(
 /// What a component takes.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
 struct Costs {
-    /// Each program that some period executes and that takes time, by its key.
-    programs: FxHashMap<String, Time>,
+    /// Each program that some period executes and that takes time.
+    programs: FxHashMap<ProgramId, Time>,
     /// The longest period that begins in a state.
     states: FxHashMap<Name, Time>,
     /// The longest with a transition, by its state and its name.
@@ -82,9 +82,9 @@ fn costs_of<'db>(
     }
     let longer = |known: &mut Time, cost: Time| *known = (*known).max(cost);
     for (edge, described) in psm.machine.edges().iter().zip(&psm.edges) {
-        for (key, time) in described.programs.iter().filter_map(|&program| psm.programs.get(program)) {
-            if *time > Time::ZERO && !costs.programs.contains_key(key) {
-                costs.programs.insert(key.clone(), *time);
+        for (program, time) in described.programs.iter().filter_map(|&index| psm.programs.get(index)) {
+            if *time > Time::ZERO && !costs.programs.contains_key(program) {
+                costs.programs.insert(program.clone(), *time);
             }
         }
         let source = edge.source as usize;

@@ -120,7 +120,10 @@ pub(crate) fn state_machine(
         transition: edge.transition.as_ref().map(ToString::to_string),
         time: edge.time.map(milliseconds),
         programs: (edge.programs.iter())
-            .map(|(program, time)| ProgramDocument { program: program.clone(), time: time.map(milliseconds) })
+            .map(|(program, time)| ProgramDocument {
+                program: program.to_string(),
+                time: time.map(milliseconds),
+            })
             .collect(),
         location: location(&edge.at),
     });
