@@ -542,13 +542,7 @@ impl Lowering<'_> {
                 }
                 ast::CoreItem::Hook(it) => {
                     let Some(keyword) = it.keyword() else { continue };
-                    let kind = match keyword.kind() {
-                        SyntaxKind::CONFIGURE_KW => HookKind::Configure,
-                        SyntaxKind::START_KW => HookKind::Start,
-                        SyntaxKind::UPDATE_KW => HookKind::Update,
-                        SyntaxKind::STOP_KW => HookKind::Stop,
-                        _ => HookKind::Cleanup,
-                    };
+                    let Some(kind) = HookKind::from_keyword(keyword.text()) else { continue };
                     let part = self.part(keyword.text_range());
                     let program = self.program(it.block(), it.syntax());
                     lowered.hooks.push(Hook { kind, part, program });
@@ -619,12 +613,7 @@ impl Lowering<'_> {
             match item {
                 ast::StateItem::Method(it) => {
                     let Some(keyword) = it.keyword() else { continue };
-                    let kind = match keyword.kind() {
-                        SyntaxKind::ENTRY_KW => MethodKind::Entry,
-                        SyntaxKind::RUN_KW => MethodKind::Run,
-                        SyntaxKind::HANDLE_KW => MethodKind::Handle,
-                        _ => MethodKind::Exit,
-                    };
+                    let Some(kind) = MethodKind::from_keyword(keyword.text()) else { continue };
                     let part = self.part(keyword.text_range());
                     methods.push(Method { kind, part, program: self.program(it.block(), it.syntax()) });
                 }
