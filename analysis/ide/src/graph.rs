@@ -4,6 +4,7 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::fmt::Write as _;
 
+use mauve_model::diagnostics::reasons::reason;
 use mauve_model::item_tree::{Kind, Name};
 use mauve_model::{
     ActivityReport, Decl, File, FlatInstance, ModelDb, Place, Project, Query, Report, Verdict, Workspace,
@@ -151,7 +152,7 @@ pub fn graph<'db>(
         let (source, target) = (end(&link.source)?, end(&link.target)?);
         Some(GraphEdge { source, target, operation: link.operation, at: link.at.clone() })
     });
-    let mut lost: Vec<String> = flat.lost.iter().map(|lost| lost.message.clone()).collect();
+    let mut lost: Vec<String> = flat.lost.iter().map(|lost| reason(db, &lost.reason)).collect();
     if flat.links_lost {
         lost.push("a connection has an error".to_owned());
     }

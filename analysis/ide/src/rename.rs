@@ -8,8 +8,7 @@ mod check;
 
 use mauve_model::item_tree::{Core, Data, Kind, NameRef, Part, Statement};
 use mauve_model::{
-    BUILT_IN_FUNCTIONS, Decl, File, ModelDb, Place, Project, Workspace, data, features_of, flat_of, is_model,
-    names_of,
+    Builtin, Decl, File, ModelDb, Place, Project, Workspace, data, features_of, flat_of, is_model, names_of,
 };
 use mauve_syntax::format::Replacement;
 use mauve_syntax::{TextRange, TextSize};
@@ -165,7 +164,7 @@ fn check_name(kind: SymbolKind, name: &str) -> Result<(), String> {
     if in_programs && VALUES.contains(&name) {
         return Err(format!("`{name}` is a value of the language"));
     }
-    if matches!(kind, SymbolKind::Codel | SymbolKind::Operation) && BUILT_IN_FUNCTIONS.contains(&name) {
+    if matches!(kind, SymbolKind::Codel | SymbolKind::Operation) && Builtin::of_name(name).is_some() {
         return Err(format!("`{name}` is a function of the language"));
     }
     Ok(())

@@ -4,8 +4,8 @@ use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 
 use mauve_model::item_tree::{FeatureKind, Part};
 use mauve_model::{
-    BUILT_IN_FUNCTIONS, Decl, File, ModelDb, Place, Project, Workspace, built_in_type, declarations,
-    is_model, parse, shell, source_map,
+    Builtin, Decl, File, ModelDb, Place, Project, Workspace, built_in_type, declarations, is_model, parse,
+    shell, source_map,
 };
 use mauve_syntax::{NodeOrToken, SyntaxKind, SyntaxToken, TextRange, TextSize};
 
@@ -267,7 +267,7 @@ fn word(token: &SyntaxToken, found: &mut Vec<SemanticToken>) {
             match around.map(|around| around.kind()) {
                 Some(SyntaxKind::FIELD) => TokenKind::Field,
                 Some(SyntaxKind::NAME_EXPR) if is_value && token.text() == "background" => TokenKind::Keyword,
-                Some(SyntaxKind::CALL_EXPR) if BUILT_IN_FUNCTIONS.contains(&token.text()) => {
+                Some(SyntaxKind::CALL_EXPR) if Builtin::of_name(token.text()).is_some() => {
                     TokenKind::Function
                 }
                 _ => return,

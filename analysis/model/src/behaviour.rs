@@ -9,9 +9,12 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use program::Scope;
 
 use crate::ModelDb;
-use crate::diagnostics::{self, Diagnostic};
+use crate::fact::{
+    CorePart, CoreReason, Defined, Fact, FactKind, Reason, Unreachable, repeated, unresolved_type,
+};
 use crate::item_tree::{
-    Core, FeatureKind, HookKind, Kind, Machine, MethodKind, Name, Part, Program, State, Transition, Variable,
+    Core, FeatureKind, HookKind, Kind, Machine, MethodKind, Name, NameRef, Part, Program, State, Transition,
+    Variable,
 };
 use crate::names::{Features, Names, features_of, names_of, similar};
 use crate::program_id::ProgramId;
@@ -34,10 +37,10 @@ pub struct Behaviour<'db> {
     pub operations: Vec<TimedProgram<'db>>,
     /// The operations, each after those that it calls.
     pub order: Vec<usize>,
-    /// Why the core cannot be analysed, in the user's words; then the rest is not to be used.
+    /// Why the core cannot be analysed; then the rest is not to be used.
     pub refusals: Vec<Refusal<'db>>,
     /// What is wrong in the core.
-    pub diagnostics: Vec<Diagnostic<'db>>,
+    pub facts: Vec<Fact<'db>>,
 }
 
 /// One way through a period: from a state to a state, executing these programs one after the other.
@@ -78,8 +81,8 @@ pub enum Cost<'db> {
 /// Why something is not analysed.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub struct Refusal<'db> {
-    /// In the user's words.
-    pub message: String,
+    /// Why.
+    pub reason: Reason<'db>,
     /// Where the reason stands.
     pub at: Place<'db>,
     /// Does a diagnostic of its own say so already?
@@ -88,13 +91,13 @@ pub struct Refusal<'db> {
 
 impl<'db> Refusal<'db> {
     /// A reason that another diagnostic reports at its place.
-    pub(crate) fn reported(message: impl Into<String>, at: Place<'db>) -> Refusal<'db> {
-        Refusal { message: message.into(), at, reported: true }
+    pub(crate) fn reported(reason: Reason<'db>, at: Place<'db>) -> Refusal<'db> {
+        Refusal { reason, at, reported: true }
     }
 
-    /// A reason that nothing else reports.
-    pub(crate) fn own(message: impl Into<String>, at: Place<'db>) -> Refusal<'db> {
-        Refusal { message: message.into(), at, reported: false }
+    /// What a fact reports.
+    pub(crate) fn of_fact(project: Project<'db>, fact: &Fact<'db>) -> Refusal<'db> {
+        Refusal::reported(Reason::Error(project, Box::new(fact.clone())), fact.at.clone())
     }
 }
 
@@ -126,21 +129,13 @@ pub fn behaviour_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'
         found: Behaviour::default(),
     };
     if let Err(unresolved) = &shell {
-        let ty = data.shell.as_ref();
-        reader.found.diagnostics.extend(diagnostics::unresolved_type(
-            db,
-            project,
-            of,
-            Kind::Shell,
-            ty,
-            unresolved,
-        ));
-        reader.refuse_here("its shell is unknown");
+        reader.found.facts.extend(unresolved_type(of, Kind::Shell, data.shell.as_ref(), unresolved));
+        reader.refuse_here(CoreReason::UnknownShell);
     } else if features.lost || features.cycle {
-        reader.refuse_here(&format!("its shell {}", features.why_lost(names)));
+        reader.refuse_here(CoreReason::IncompleteShell(features.incomplete(names)));
     }
     if !data.whole {
-        reader.refuse_here("it has a syntax error");
+        reader.refuse_here(CoreReason::SyntaxError(CorePart::Core));
     }
     reader.read();
     reader.found
@@ -173,9 +168,9 @@ impl<'db> Reader<'_, 'db> {
     }
 
     /// The core is not analysed, because of what a diagnostic elsewhere in it says.
-    fn refuse_here(&mut self, why: &str) {
-        let message = format!("core {}: {why}", self.of.name(self.db));
-        let refusal = Refusal::reported(message, Place::name_of(self.of));
+    fn refuse_here(&mut self, why: CoreReason) {
+        let reason = Reason::Core { core: self.of, why };
+        let refusal = Refusal::reported(reason, Place::name_of(self.of));
         // Said once, as far as anybody reads.
         if !self.found.refusals.iter().take(64).any(|known| *known == refusal) {
             self.found.refusals.push(refusal);
@@ -184,17 +179,26 @@ impl<'db> Reader<'_, 'db> {
 
     /// The core is not analysed, because of what an error elsewhere may have taken. Where another reason is known, such
     /// as that error, this one only follows from it.
-    fn refuse_in_doubt(&mut self, why: &str) {
+    fn refuse_in_doubt(&mut self, why: CoreReason) {
         if self.found.refusals.is_empty() {
             self.refuse_here(why);
         }
     }
 
     /// Reports a mistake that keeps the core from being analysed.
-    fn refuse(&mut self, diagnostic: Diagnostic<'db>) {
-        let at = diagnostic.at.clone();
-        self.found.refusals.push(Refusal::reported(diagnostic.message.clone(), at));
-        self.found.diagnostics.push(diagnostic);
+    fn refuse(&mut self, at: Place<'db>, kind: FactKind<'db>) {
+        self.refuse_for(Fact::new(at, kind));
+    }
+
+    /// See [`Reader::refuse`].
+    fn refuse_for(&mut self, fact: Fact<'db>) {
+        self.found.refusals.push(Refusal::of_fact(self.project, &fact));
+        self.found.facts.push(fact);
+    }
+
+    /// Reports what keeps no core from being analysed.
+    fn report(&mut self, at: Place<'db>, kind: FactKind<'db>) {
+        self.found.facts.push(Fact::new(at, kind));
     }
 
     fn read(&mut self) {
@@ -214,17 +218,12 @@ impl<'db> Reader<'_, 'db> {
             }
             // Where there is an error, it may have hidden that.
             ([], None) if !self.core.whole => {}
-            ([], None) => self.refuse(diagnostics::update_or_statemachine::neither(self.of)),
+            ([], None) => self.refuse(Place::name_of(self.of), FactKind::NoBehaviour),
             ([.., last], None) => {
-                let at = self.at(last.part);
-                self.refuse(diagnostics::update_or_statemachine::both(at, "a second `statemachine`"));
+                self.refuse(self.at(last.part), FactKind::TwoBehaviours { machines: true });
             }
             ([machine, ..], Some(_)) => {
-                let at = self.at(machine.part);
-                self.refuse(diagnostics::update_or_statemachine::both(
-                    at,
-                    "both `update` and `statemachine`",
-                ));
+                self.refuse(self.at(machine.part), FactKind::TwoBehaviours { machines: false });
             }
         }
     }
@@ -235,21 +234,18 @@ impl<'db> Reader<'_, 'db> {
 
     fn duplicates_of_core(&mut self) {
         let of = self.of;
-        let variables = self.core.variables.iter().map(|it| (&it.name, "variable"));
-        let handlers = self.core.handlers.iter().map(|it| (&it.name, "handler"));
-        let found = diagnostics::duplicate_definition::among(of, variables.chain(handlers));
-        self.found.diagnostics.extend(found);
-        let operations = self.core.operations.iter().map(|it| (&it.name, "definition of the operation"));
-        for duplicate in diagnostics::duplicate_definition::among(of, operations) {
-            self.refuse(duplicate);
-        }
+        let variables = self.core.variables.iter().map(|it| (&it.name, Defined::Variable));
+        let handlers = self.core.handlers.iter().map(|it| (&it.name, Defined::Handler));
+        self.found.facts.extend(repeated(of, variables.chain(handlers)));
+        let operations = self.core.operations.iter().map(|it| (&it.name, Defined::Operation));
+        repeated(of, operations).into_iter().for_each(|it| self.refuse_for(it));
         let mut seen = FxHashSet::default();
         for hook in &self.core.hooks {
             if !seen.insert(hook.kind) {
-                let duplicate = diagnostics::duplicate_hook::report(self.at(hook.part), hook.kind.keyword());
+                let (at, duplicate) = (self.at(hook.part), FactKind::DuplicateHook(hook.kind));
                 match hook.kind {
-                    HookKind::Update => self.refuse(duplicate),
-                    _ => self.found.diagnostics.push(duplicate),
+                    HookKind::Update => self.refuse(at, duplicate),
+                    _ => self.report(at, duplicate),
                 }
             }
         }
@@ -291,7 +287,7 @@ impl<'db> Reader<'_, 'db> {
             // Its name is another one to whoever calls it: a codel's, perhaps.
             if !self.features.lost {
                 let at = self.at(operation.name.part);
-                self.refuse(diagnostics::undeclared_operation::report(at, name));
+                self.refuse(at, FactKind::UndeclaredOperation { name: name.clone() });
             }
         }
         let defined: FxHashSet<&Name> = self.core.operations.iter().map(|it| &it.name.name).collect();
@@ -299,14 +295,8 @@ impl<'db> Reader<'_, 'db> {
         for (name, found) in self.features.by_name.iter().filter(|(name, _)| whole && !defined.contains(name))
         {
             if let Some(declared) = found.first().filter(|feature| feature.kind == FeatureKind::Provided) {
-                let report = diagnostics::undefined_operation::report;
-                self.found.diagnostics.push(report(
-                    self.db,
-                    Place::name_of(self.of),
-                    self.of,
-                    name,
-                    declared,
-                ));
+                let (core, name, declared) = (self.of, name.clone(), declared.clone());
+                self.report(Place::name_of(core), FactKind::UndefinedOperation { core, name, declared });
             }
         }
     }
@@ -316,40 +306,42 @@ impl<'db> Reader<'_, 'db> {
         let calls: Vec<Vec<usize>> = self.found.operations.iter().map(|it| operations_in(&it.cost)).collect();
         let (order, in_ring) = ordered(&calls);
         for (operation, _) in self.core.operations.iter().zip(in_ring).filter(|(_, in_ring)| *in_ring) {
-            let at = self.at(operation.name.part);
-            self.refuse(diagnostics::recursive_operation::report(at, &operation.name.name));
+            let NameRef { name, part } = &operation.name;
+            self.refuse(self.at(*part), FactKind::RecursiveOperation { name: name.clone() });
         }
         self.found.order = order;
     }
 
     fn machine(&mut self, machine: &'db Machine) {
         if !machine.whole || machine.states.iter().any(|state| !state.whole) {
-            self.refuse_here("its state machine has a syntax error");
+            self.refuse_here(CoreReason::SyntaxError(CorePart::Machine));
         }
         machine.variables.iter().for_each(|variable| self.scope.push(&variable.name.name));
         self.initial_values(&machine.variables);
-        let variables = machine.variables.iter().map(|it| (&it.name, "variable"));
-        let found = diagnostics::duplicate_definition::among(self.of, variables);
-        self.found.diagnostics.extend(found);
-        let states = machine.states.iter().map(|it| (&it.name, "state"));
-        for duplicate in diagnostics::duplicate_definition::among(self.of, states) {
-            self.refuse(duplicate);
-        }
+        let variables = machine.variables.iter().map(|it| (&it.name, Defined::Variable));
+        self.found.facts.extend(repeated(self.of, variables));
+        let states = machine.states.iter().map(|it| (&it.name, Defined::State));
+        repeated(self.of, states).into_iter().for_each(|it| self.refuse_for(it));
         let initial: Vec<usize> =
             (0..machine.states.len()).filter(|&it| machine.states[it].initial).collect();
         let start = match initial.as_slice() {
             [one] => *one,
             [] => {
                 if machine.whole {
-                    self.refuse(diagnostics::initial_state::none(self.of, machine));
+                    let first = machine.states.first().map(|it| (it.name.name.clone(), it.start));
+                    self.refuse(self.at(machine.part), FactKind::NoInitialState { first });
                 }
                 return;
             }
             [first, second, ..] => {
-                let (first, second) = (&machine.states[*first], &machine.states[*second]);
-                let initial: Vec<&State> =
-                    machine.states.iter().map(|state| &**state).filter(|it| it.initial).collect();
-                self.refuse(diagnostics::initial_state::several(self.of, first, second, &initial));
+                let (first, second) = (&machine.states[*first].name, &machine.states[*second].name);
+                let initial = machine.states.iter().filter(|it| it.initial);
+                let kind = FactKind::SeveralInitialStates {
+                    first: (first.name.clone(), first.part),
+                    second: second.name.clone(),
+                    all: initial.map(|it| (it.name.name.clone(), it.start)).collect(),
+                };
+                self.refuse(self.at(second.part), kind);
                 return;
             }
         };
@@ -371,23 +363,20 @@ impl<'db> Reader<'_, 'db> {
         }
         let reached = reachable(&leads_to(machine), start);
         for (state, _) in machine.states.iter().zip(reached).filter(|(_, reached)| !reached) {
-            let at = self.at(state.name.part);
-            self.found.diagnostics.push(diagnostics::unreachable_state::report(at, &state.name.name));
+            let NameRef { name, part } = &state.name;
+            self.report(self.at(*part), FactKind::UnreachableState { name: name.clone() });
         }
     }
 
     /// The edges out of a state: its transitions in the order of the text, then staying.
     fn state(&mut self, machine: &'db Machine, index: usize, edges: &mut Vec<Edge>) {
         let state = &machine.states[index];
-        let transitions = state.transitions.iter().map(|it| (&it.name, "transition"));
-        for duplicate in diagnostics::duplicate_definition::among(self.of, transitions) {
-            self.refuse(duplicate);
-        }
+        let transitions = state.transitions.iter().map(|it| (&it.name, Defined::Transition));
+        repeated(self.of, transitions).into_iter().for_each(|it| self.refuse_for(it));
         let mut seen = FxHashSet::default();
         for method in &state.methods {
             if !seen.insert(method.kind) {
-                let at = self.at(method.part);
-                self.refuse(diagnostics::duplicate_hook::report(at, method.kind.keyword()));
+                self.refuse(self.at(method.part), FactKind::DuplicateMethod(method.kind));
             }
         }
         // The `entry` of the initial state runs once at the start, of another state with a transition to it; a program
@@ -401,12 +390,12 @@ impl<'db> Reader<'_, 'db> {
         let mut fires_always: Option<&Transition> = None;
         for transition in &state.transitions {
             if !transition.whole {
-                self.refuse_here("a transition has a syntax error");
+                self.refuse_here(CoreReason::SyntaxError(CorePart::Transition));
             }
             let mut value = None;
             if let Some(guard) = &transition.guard {
                 if !guard.whole {
-                    self.refuse_here("a guard has a syntax error");
+                    self.refuse_here(CoreReason::SyntaxError(CorePart::Guard));
                 }
                 let mut costs = Vec::new();
                 value = self.expr(&guard.condition, &mut costs);
@@ -422,19 +411,19 @@ impl<'db> Reader<'_, 'db> {
             let target = self.target(machine, transition);
             // What comes after a transition without a guard never happens, but it is read all the same.
             if let Some(always) = fires_always {
-                let (at, first) = (self.at(transition.name.part), self.at(always.name.part));
-                let names = (&transition.name.name, &always.name.name);
-                if transition.whole && always.whole && !names.0.is_empty() {
-                    self.found.diagnostics.push(match always.guard {
-                        None => diagnostics::never_taken::report(at, names, first),
-                        Some(_) => diagnostics::unreachable_code::behind(at, names.1),
-                    });
+                let (name, first) = (transition.name.name.clone(), always.name.name.clone());
+                if transition.whole && always.whole && !name.is_empty() {
+                    let kind = match always.guard {
+                        None => FactKind::NeverTaken { name, first, first_at: self.at(always.name.part) },
+                        Some(_) => FactKind::UnreachableCode(Unreachable::Behind(first)),
+                    };
+                    self.report(self.at(transition.name.part), kind);
                 }
                 continue;
             }
             if value == Some(Value::Bool(false)) {
                 let at = self.at(transition.name.part);
-                self.found.diagnostics.push(diagnostics::unreachable_code::guard(at));
+                self.report(at, FactKind::UnreachableCode(Unreachable::Guard));
                 continue;
             }
             let mut programs = before.clone();
@@ -476,14 +465,14 @@ impl<'db> Reader<'_, 'db> {
 
     fn target(&mut self, machine: &'db Machine, transition: &Transition) -> Option<usize> {
         let Some(target) = &transition.target else {
-            self.refuse_here("a transition has a syntax error");
+            self.refuse_here(CoreReason::SyntaxError(CorePart::Transition));
             return None;
         };
         let found = self.states.get(&target.name).copied();
         if found.is_none() {
             let near = similar(&target.name, machine.states.iter().map(|state| &state.name.name));
-            let at = self.at(target.part);
-            self.refuse(diagnostics::unresolved_state::report(at, &target.name, near));
+            let name = target.name.clone();
+            self.refuse(self.at(target.part), FactKind::UnresolvedState { name, near });
         }
         found
     }

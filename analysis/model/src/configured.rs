@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::config::Chain;
-use crate::diagnostics::{self, Diagnostic};
+use crate::fact::{EndKind, Fact, FactKind};
 use crate::flat::{Flat, flat_of};
 use crate::item_tree::{Kind, Name};
 use crate::names::{names_of, similar};
@@ -14,16 +14,16 @@ use crate::source::Place;
 use crate::{ModelDb, Workspace};
 
 /// The instances and ports in `mauve.toml` that no deployment of the workspace has. Nothing, where one that is missing or
-/// cannot be read may have them, or where nothing is deployed.
-pub(crate) fn check<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Diagnostic<'db>> {
+/// cannot be read may have them, or where nothing is deployed. Each with a project that it was looked for in.
+pub(crate) fn check<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<(Project<'db>, Fact<'db>)> {
     let config = config_of(db, workspace);
     let all_there = config.roots.iter().all(|(path, _)| root_file(db, workspace, path).is_some());
     if config.lost || !all_there || config.synchronised.is_empty() && config.chains.is_empty() {
         return Vec::new();
     }
     let Some(file) = config_file(db, workspace) else { return Vec::new() };
-    let deployed = deployed(db, workspace).filter(|deployed| !deployed.is_empty());
-    let Some(deployed) = deployed else { return Vec::new() };
+    let Some(deployed) = deployed(db, workspace) else { return Vec::new() };
+    let Some(&(any, _)) = deployed.first() else { return Vec::new() };
     let ports = config.chains.iter().flat_map(|Chain { ends, .. }| ends);
     let ports = ports.filter_map(|(end, span)| Some((end.split_once('.')?, end, span)));
     let ports = ports.map(|((instance, port), whole, span)| (instance, Some(port), whole, span));
@@ -43,7 +43,8 @@ pub(crate) fn check<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Diag
         if having.is_empty() {
             let known = deployed.iter().flat_map(|(_, flat)| &flat.instances).map(|it| &it.name);
             let near = similar(instance, known).filter(|_| start.is_some());
-            found.push(diagnostics::unresolved_instance::not_deployed(at(0, instance), instance, near));
+            let kind = FactKind::NotDeployed { instance: instance.into(), near };
+            found.push((any, Fact::new(at(0, instance), kind)));
             continue;
         }
         let Some(port) = port else { continue };
@@ -58,11 +59,13 @@ pub(crate) fn check<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Diag
         }
         let Some((project, flat, known)) = features.first() else { continue };
         let shell = flat.instance(instance).and_then(|it| shell_of(db, *project, it.component?));
-        let shell = shell.map_or_else(String::new, |shell| shell.name(db).to_string());
+        let shell = shell.map_or_else(Name::default, |shell| shell.name(db).clone());
         let is_port = |name: &&Name| known.get(name).is_some_and(|feature| feature.kind.is_port());
         let near = similar(port, known.by_name.keys().filter(is_port)).filter(|_| start.is_some());
         let at = at(instance.len() + 1, port);
-        found.push(diagnostics::unresolved_feature::report(at, "port", port, instance, &shell, near));
+        let (expected, name, instance) = (EndKind::Port, port.into(), instance.into());
+        let kind = FactKind::UnresolvedFeature { expected, name, instance, shell, near };
+        found.push((*project, Fact::new(at, kind)));
     }
     found
 }

@@ -3,12 +3,12 @@
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
-use crate::diagnostics::{self, Diagnostic};
+use crate::fact::{Defined, Fact, FactKind, Reserved, repeated};
 use crate::flat::flat_of;
-use crate::item_tree::{Data, FeatureKind, Kind, Name, NameRef, Parameter, Part, Shell, TypeRef};
-use crate::messages::{catalogue, package, used_packages};
-use crate::names::{features_of, names_of, similar};
-use crate::project::{Project, external_types};
+use crate::item_tree::{Data, Kind, Name, NameRef, Parameter, Part, Shell, TypeRef};
+use crate::messages::used_packages;
+use crate::names::{features_of, names_of};
+use crate::project::Project;
 use crate::psm::{core_of, shell_of};
 use crate::settings::{names_in_values, target_of};
 use crate::source::{Decl, Place, data, shell};
@@ -16,17 +16,13 @@ use crate::types::{self, Type};
 use crate::typing::uses_of;
 
 /// Types and names of a declaration that cannot be.
-pub(crate) fn errors<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    of: Decl<'db>,
-) -> Vec<Diagnostic<'db>> {
+pub(crate) fn errors<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<Fact<'db>> {
     let Some(data) = data(db, of).as_deref() else { return Vec::new() };
     let void =
         |ty: &TypeRef| types::resolved(db, project, of.library(db).as_ref(), &ty.path) == Some(Type::Void);
     let voids = data.types().into_iter().filter(|(ty, may_be_void)| !may_be_void && void(ty));
-    let mut found: Vec<Diagnostic<'db>> =
-        voids.map(|(ty, _)| diagnostics::invalid_type::void(Place::Part(of, ty.part))).collect();
+    let mut found: Vec<Fact<'db>> =
+        voids.map(|(ty, _)| Fact::new(Place::Part(of, ty.part), FactKind::VoidValue)).collect();
     let lists: Vec<&[Parameter]> = match data {
         Data::Codel(codel) => vec![&codel.parameters],
         Data::Shell(shell) => shell.features.iter().map(|it| it.parameters.as_slice()).collect(),
@@ -34,33 +30,37 @@ pub(crate) fn errors<'db>(
         _ => Vec::new(),
     };
     for parameters in lists {
-        let names = parameters.iter().map(|it| (&it.name, "parameter"));
-        found.extend(diagnostics::duplicate_definition::among(of, names));
+        found.extend(repeated(of, parameters.iter().map(|it| (&it.name, Defined::Parameter))));
     }
     found
 }
 
 /// What is wrong, or can be better, about the names and types of a declaration.
-pub(crate) fn check<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<Diagnostic<'db>> {
+pub(crate) fn check<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<Fact<'db>> {
     let Some(data) = data(db, of).as_deref() else { return Vec::new() };
     let mut found = errors(db, project, of);
     for ty in has_types(db, of).then(|| unknown_types(db, project, of)).into_iter().flatten() {
         let first = first_unknown(db, project).get(&(of.library(db).clone(), ty.path.clone()));
-        found.extend((first == Some(&of)).then(|| unknown_type(db, project, of, ty)).flatten());
+        if first == Some(&of) && is_mistake(db, project, of, ty) {
+            let kind = FactKind::UnknownType { of, ty: ty.clone() };
+            found.push(Fact::new(Place::Part(of, ty.part), kind));
+        }
     }
     let own = NameRef { name: of.name(db).clone(), part: Part(0) };
     let own = matches!(data, Data::Codel(_) | Data::Component(_)).then_some((&own, None));
     for (NameRef { name, part }, reserved) in own.into_iter().chain(names_in(data)) {
         let reserved = reserved.filter(|(names, _)| names.contains(&name.as_str())).map(|(_, what)| what);
-        let what = reserved.or_else(|| diagnostics::reserved_name::is_cpp(name).then_some("a word of C++"));
-        found.extend(what.map(|what| diagnostics::reserved_name::report(Place::Part(of, *part), name, what)));
+        if let Some(is) = reserved.or_else(|| is_cpp(name).then_some(Reserved::Cpp)) {
+            let kind = FactKind::ReservedName { name: name.clone(), is };
+            found.push(Fact::new(Place::Part(of, *part), kind));
+        }
     }
     if let Data::Core(core) = data {
-        found.extend(core.colon.map(|colon| diagnostics::header_colon::report(Place::Part(of, colon))));
+        found.extend(core.colon.map(|colon| Fact::new(Place::Part(of, colon), FactKind::HeaderColon)));
         for variable in core.all_variables() {
             found.extend(variable.continued.map(|(token, white)| {
-                let white = white.map(|white| Place::Part(of, white));
-                diagnostics::continued_line::report(Place::Part(of, token), white, &variable.name.name)
+                let kind = FactKind::ContinuedLine { name: variable.name.name.clone(), white };
+                Fact::new(Place::Part(of, token), kind)
             }));
         }
     }
@@ -74,17 +74,108 @@ pub(crate) fn check<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'
 }
 
 /// Names that the original generator used itself, and what for.
-type Reserved = Option<(&'static [&'static str], &'static str)>;
+type ReservedNames = Option<(&'static [&'static str], Reserved)>;
 
-const PORTS: Reserved = Some((&["state", "tick"], "a port that generated components have"));
-const PROPERTIES: Reserved = Some((
+const PORTS: ReservedNames = Some((&["state", "tick"], Reserved::GeneratedPort));
+const PROPERTIES: ReservedNames = Some((
     &["period", "priority", "deadline", "affinity", "shell", "core", "statemachine"],
-    "a property that generated components have",
+    Reserved::GeneratedProperty,
 ));
 
+/// Returns whether this is a word of C++, and not of MAUVE's own types.
+fn is_cpp(name: &str) -> bool {
+    const WORDS: &[&str] = &[
+        "alignas",
+        "alignof",
+        "and",
+        "and_eq",
+        "asm",
+        "auto",
+        "bitand",
+        "bitor",
+        "bool",
+        "break",
+        "case",
+        "catch",
+        "char",
+        "char16_t",
+        "char32_t",
+        "class",
+        "compl",
+        "const",
+        "const_cast",
+        "constexpr",
+        "continue",
+        "decltype",
+        "default",
+        "delete",
+        "do",
+        "double",
+        "dynamic_cast",
+        "else",
+        "enum",
+        "explicit",
+        "export",
+        "extern",
+        "false",
+        "float",
+        "for",
+        "friend",
+        "goto",
+        "if",
+        "inline",
+        "int",
+        "long",
+        "mutable",
+        "namespace",
+        "new",
+        "noexcept",
+        "not",
+        "not_eq",
+        "nullptr",
+        "operator",
+        "or",
+        "or_eq",
+        "private",
+        "protected",
+        "public",
+        "register",
+        "reinterpret_cast",
+        "return",
+        "short",
+        "signed",
+        "sizeof",
+        "static",
+        "static_assert",
+        "static_cast",
+        "struct",
+        "switch",
+        "template",
+        "this",
+        "thread_local",
+        "throw",
+        "true",
+        "try",
+        "typedef",
+        "typeid",
+        "typename",
+        "union",
+        "unsigned",
+        "using",
+        "virtual",
+        "void",
+        "volatile",
+        "wchar_t",
+        "while",
+        "xor",
+        "xor_eq",
+    ];
+    WORDS.binary_search(&name).is_ok()
+}
+
 /// The names in a declaration that become names in C++.
-fn names_in(data: &Data) -> Vec<(&NameRef, Reserved)> {
-    let mut names: Vec<(&NameRef, Reserved)> = Vec::new();
+fn names_in(data: &Data) -> Vec<(&NameRef, ReservedNames)> {
+    let mut names: Vec<(&NameRef, ReservedNames)> = Vec::new();
     match data {
         Data::Codel(codel) => names.extend(codel.parameters.iter().map(|it| (&it.name, None))),
         Data::Shell(shell) => {
@@ -143,49 +234,21 @@ fn first_unknown<'db>(
     first
 }
 
-fn unknown_type<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    of: Decl<'db>,
-    ty: &TypeRef,
-) -> Option<Diagnostic<'db>> {
-    let library = of.library(db).as_ref();
-    let at = Place::Part(of, ty.part);
-    // What is missing may declare it; and a name that is missing is no type.
+/// Returns whether a type that is not known is a mistake of its own. What is missing may declare it; and a name that is
+/// missing is no type.
+fn is_mistake<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, ty: &TypeRef) -> bool {
     if names_of(db, project).missing || ty.path.iter().any(|part| part.is_empty()) {
-        return None;
+        return false;
     }
-    let workspace = project.workspace(db);
-    let name = ty.path.last()?;
-    let messages = |of: &Name| package(db, workspace, of).into_iter().flat_map(|it| it.messages.keys());
-    let found = match ty.path.as_slice() {
+    match ty.path.as_slice() {
+        [] => false,
+        // The package that may declare it is reported.
         [_] => {
-            let used =
-                used_packages(db, project).get(&library.cloned()).map_or(&[] as &[Name], Vec::as_slice);
-            // The package that may declare it is reported.
-            if used.iter().any(|name| !types::is_known_package(db, project, name)) {
-                return None;
-            }
-            let own: Vec<Name> = types::LANGUAGE_TYPES.iter().map(|(name, _)| (*name).into()).collect();
-            let known = used.iter().flat_map(messages).chain(external_types(db, workspace).keys());
-            let near = similar(name, known.chain(&own));
-            let declares =
-                |of: &&Name| package(db, workspace, of).is_some_and(|it| it.messages.contains_key(name));
-            // `String` is rather the language's own than a message of that name.
-            let mut built_in = types::LANGUAGE_TYPES.iter().map(|(built_in, _)| *built_in);
-            let built_in = built_in.find(|built_in| name.eq_ignore_ascii_case(built_in));
-            let near = built_in.map(Name::from).or(near);
-            let elsewhere = library.filter(|_| built_in.is_none());
-            let elsewhere = elsewhere.and_then(|_| catalogue().keys().find(declares));
-            diagnostics::unknown_type::report(of, at, &ty.path, elsewhere, near)
+            let mut used = used_packages(db, project).get(of.library(db)).into_iter().flatten();
+            used.all(|name| types::is_known_package(db, project, name))
         }
-        path => {
-            let of_package = path.first()?;
-            let near = similar(name, messages(of_package)).map(|near| format!("{of_package}.{near}").into());
-            diagnostics::unknown_type::report(of, at, path, None, near)
-        }
-    };
-    Some(found)
+        _ => true,
+    }
 }
 
 /// A `use` of what nobody knows.
@@ -193,14 +256,12 @@ pub(crate) fn check_use<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
-) -> Option<Diagnostic<'db>> {
+) -> Option<Fact<'db>> {
     let name = of.name(db);
     if types::is_known_package(db, project, name) || names_of(db, project).missing {
         return None;
     }
-    let known = names_of(db, project).libraries().chain(catalogue().keys());
-    let near = similar(name, known);
-    Some(diagnostics::unknown_package::report(Place::name_of(of), name, near))
+    Some(Fact::new(Place::name_of(of), FactKind::UnknownPackage { name: name.clone() }))
 }
 
 /// What the programs and deployments of a project use.
@@ -277,16 +338,16 @@ fn is_unused<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) ->
         }
 }
 
-fn unused<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Option<Diagnostic<'db>> {
+fn unused<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Option<Fact<'db>> {
     let name = of.name(db);
     if name.is_empty() || matches!(of.kind(db), Kind::Use | Kind::Deployment) || !is_unused(db, project, of) {
         return None;
     }
-    let at = Place::name_of(of);
-    Some(match of.kind(db) {
-        Kind::Codel => diagnostics::unused_codel::report(of, name),
-        kind => diagnostics::unused_declaration::report(at, kind, name),
-    })
+    let kind = match of.kind(db) {
+        Kind::Codel => FactKind::UnusedCodel { codel: of },
+        kind => FactKind::UnusedDeclaration { kind, name: name.clone() },
+    };
+    Some(Fact::new(Place::name_of(of), kind))
 }
 
 /// The properties and constants of a shell that no core for it reads, by their numbers there.
@@ -306,12 +367,12 @@ fn unused_features<'db>(
     project: Project<'db>,
     of: Decl<'db>,
     data: &Shell,
-) -> Vec<Diagnostic<'db>> {
+) -> Vec<Fact<'db>> {
     let unread = unread(db, project, of).iter().filter_map(|&index| data.features.get(index));
     unread
         .map(|it| {
-            let what = if it.kind == FeatureKind::Constant { "constant" } else { "property" };
-            diagnostics::unused_property::report(Place::Part(of, it.name.part), what, &it.name.name)
+            let kind = FactKind::UnusedProperty { kind: it.kind, name: it.name.name.clone() };
+            Fact::new(Place::Part(of, it.name.part), kind)
         })
         .collect()
 }

@@ -8,26 +8,27 @@ use std::path::{Component, Path};
 use mauve_timing::{Status, Time};
 use rustc_hash::FxHashMap;
 
-use crate::behaviour::{Refusal, behaviour_of};
-use crate::flat::{check_architecture, check_settings};
+use crate::check::{declaration_facts, project_facts};
 use crate::item_tree::{Expr, FeatureKind, Field, Kind, Literal, Name, NameRef, Part, TypeRef};
-use crate::names::{FeatureOf, Unresolved, features_of, file_outside, names_of, similar};
+use crate::names::{FeatureOf, Names, file_outside, names_of, similar};
 use crate::project::{
     Project, config_file, config_of, include_candidates, include_rings, includes, not_checked, project_files,
     projects, root_file,
 };
-use crate::psm::is_core_for;
 use crate::response::{
     ActivityReport, Budget, MissingTime, Query, Verdict, budgets, enumerated, is_timed, missing_times,
     response_times,
 };
-use crate::source::{Decl, Place, component, core_interface, declarations, item_tree_of, parse, shell};
+use crate::source::{Decl, Place, declarations, item_tree_of, parse};
 use crate::system::system_of;
 use crate::timetable::{table_diagnostics, timetable_of};
-use crate::types::{Type, Wrong};
-use crate::typing::typing_of;
-use crate::values::Value;
-use crate::{File, ModelDb, Workspace, declared, flow, settings, urgency, wiring};
+use crate::types::Type;
+use crate::{File, ModelDb, Workspace, urgency};
+
+pub mod reasons;
+mod render;
+
+pub use render::render;
 
 /// A kind of diagnostic.
 #[derive(Debug, PartialEq, Eq)]
@@ -123,7 +124,7 @@ impl<'db> Diagnostic<'db> {
         let Some(name) = path.last() else { return self };
         let library = of.library(db).as_ref();
         let mut outside = None;
-        let advice = names.advice(db, library, kind, path).or_else(|| {
+        let advice = advice(db, names, library, kind, path).or_else(|| {
             let file = file_outside(db, project, kind, name)?;
             let shown = file.path(db).strip_prefix(project.workspace(db).folder(db)).unwrap_or(file.path(db));
             outside = Some(file);
@@ -183,6 +184,37 @@ impl<'db> Diagnostic<'db> {
         let Some(near) = near else { return self };
         self.message += &format!("; did you mean `{near}`?");
         self.fix(format!("Change to `{near}`"), at, near.to_string())
+    }
+}
+
+/// What to do about `path`, written in `library`, that is not found: a library to use, with its name, or one that is
+/// misspelt.
+fn advice<'db>(
+    db: &'db dyn ModelDb,
+    names: &Names<'db>,
+    library: Option<&Name>,
+    kind: Kind,
+    path: &[Name],
+) -> Option<(String, Option<Name>)> {
+    match path {
+        [name] => {
+            let of = names.anywhere(kind, name).iter().find_map(|decl| decl.library(db).as_ref())?;
+            library.map(|_| (format!("library `{of}` has one: add `use {of}`"), Some(of.clone())))
+        }
+        [of, name] if !names.has_library(of) => {
+            let of = similar(of, names.libraries())?;
+            let is_there = !names.in_library(Some(&of), kind, name).is_empty();
+            is_there.then(|| (format!("did you mean `{of}.{name}`?"), None))
+        }
+        _ => None,
+    }
+}
+
+/// Another part of the declaration in which `at` is.
+fn beside<'db>(at: &Place<'db>, part: Part) -> Place<'db> {
+    match at {
+        Place::Part(of, _) => Place::Part(*of, part),
+        other => other.clone(),
     }
 }
 
@@ -323,34 +355,6 @@ pub fn page(name: &str) -> Option<String> {
     )
 }
 
-/// The name of a shell, core, component or architecture that means nothing; nothing where that is reported already.
-pub(crate) fn unresolved_type<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    of: Decl<'db>,
-    kind: Kind,
-    ty: Option<&TypeRef>,
-    why: &Unresolved,
-) -> Option<Diagnostic<'db>> {
-    let ty = ty?;
-    let at = Place::Part(of, ty.part);
-    match why {
-        Unresolved::Unknown => {}
-        Unresolved::Ambiguous => return Some(ambiguous_name::report(at, kind, &ty.to_string())),
-        Unresolved::Repeated | Unresolved::Missing | Unresolved::Lost => return None,
-    }
-    let code = match kind {
-        Kind::Core => &unresolved_core::UNRESOLVED_CORE,
-        Kind::Component => &unresolved_component::UNRESOLVED_COMPONENT,
-        Kind::Architecture => &unresolved_architecture::UNRESOLVED_ARCHITECTURE,
-        _ => &unresolved_shell::UNRESOLVED_SHELL,
-    };
-    Some(
-        Diagnostic::new(code, at, format!("no {kind} `{ty}`"))
-            .look_elsewhere(db, project, of, kind, &ty.path),
-    )
-}
-
 /// Everything that is wrong in a project, its timing included, in no particular order.
 #[salsa::tracked(returns(ref))]
 pub fn project_diagnostics<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Box<[Diagnostic<'db>]> {
@@ -362,8 +366,7 @@ pub fn project_diagnostics<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> 
         }
     }
     let names = names_of(db, project);
-    found.extend(duplicates(db, project));
-    found.extend(crate::size::too_large(db, project).map(|of| too_large::report(db, of)));
+    found.extend(project_facts(db, project).iter().map(|fact| render(db, project, fact)));
     for &decl in &names.all {
         found.extend(declaration_diagnostics(db, project, decl).iter().cloned());
     }
@@ -434,7 +437,7 @@ fn missing_include<'db>(
     unresolved_include::report(at, path, &looked, near)
 }
 
-/// What is wrong in one declaration, response times aside.
+/// What is wrong in one declaration.
 #[salsa::tracked(returns(ref))]
 pub fn declaration_diagnostics<'db>(
     db: &'db dyn ModelDb,
@@ -442,136 +445,16 @@ pub fn declaration_diagnostics<'db>(
     decl: Decl<'db>,
 ) -> Box<[Diagnostic<'db>]> {
     let mut found = Vec::new();
-    match decl.kind(db) {
-        Kind::Core => {
-            found.extend(behaviour_of(db, project, decl).diagnostics.iter().cloned());
-            found.extend(typing_of(db, project, decl).diagnostics.iter().cloned());
-            found.extend(flow::flow_diagnostics(db, project, decl).iter().cloned());
-        }
-        Kind::Architecture => {
-            found.extend(check_architecture(db, project, decl));
-            found.extend(wiring::check_architecture(db, project, decl));
-            found.extend(settings::check_settings(db, project, decl));
-        }
-        Kind::Deployment => {
-            found.extend(system_of(db, project, decl).diagnostics.iter().cloned());
-            found.extend(check_settings(db, project, decl));
-            found.extend(settings::check_settings(db, project, decl));
-            found.extend(wiring::check_deployment(db, project, decl));
-            found.extend(urgency::check(db, project, decl));
-            found.extend(timing_diagnostics(db, project, decl, Query::shown(db, project)));
-        }
-        Kind::Component => {
-            let Some(data) = component(db, decl) else { return found.into_boxed_slice() };
-            let names = names_of(db, project);
-            let resolve = |kind, ty: &Option<TypeRef>| names.resolve_type(db, decl, kind, ty.as_ref());
-            match (resolve(Kind::Shell, &data.shell), resolve(Kind::Core, &data.core)) {
-                (Ok(shell), Ok(core)) if is_core_for(db, project, core, shell) => {
-                    // What the core's own shell provides is looked at in the core.
-                    let own = core_interface(db, core).as_ref().and_then(|it| it.shell.as_ref());
-                    let own = names.resolve_type(db, core, Kind::Shell, own).ok();
-                    if let Some(own) = own.filter(|own| *own != shell) {
-                        let of_core = features_of(db, project, own);
-                        let more = features_of(db, project, shell).by_name.iter();
-                        for (name, more) in more.filter(|(name, _)| of_core.get(name).is_none()) {
-                            let provided = more.first().filter(|it| it.kind == FeatureKind::Provided);
-                            let at = data.core.as_ref().map(|it| Place::Part(decl, it.part));
-                            let report = undefined_operation::report;
-                            found.extend(provided.zip(at).map(|(it, at)| report(db, at, core, name, it)));
-                        }
-                    }
-                }
-                (Ok(shell), Ok(core)) => {
-                    let at = data.core.as_ref().map_or(Place::name_of(decl), |it| Place::Part(decl, it.part));
-                    found.push(wrong_shell::report(at, core.name(db), &shell.qualified(db)));
-                }
-                (Err(_), Err(_))
-                    if resolve(Kind::Core, &data.shell).is_ok()
-                        && resolve(Kind::Shell, &data.core).is_ok() =>
-                {
-                    found.extend(data.shell.as_ref().map(|first| unresolved_shell::swapped(decl, first)));
-                }
-                (shell, core) => {
-                    let unresolved = [(Kind::Shell, &data.shell, shell), (Kind::Core, &data.core, core)];
-                    for (kind, ty, resolved) in unresolved.into_iter().filter(|_| data.whole) {
-                        let why = resolved.err();
-                        found.extend(
-                            why.and_then(|why| unresolved_type(db, project, decl, kind, ty.as_ref(), &why)),
-                        );
-                    }
-                }
-            }
-        }
-        Kind::Shell => {
-            let Some(data) = shell(db, decl) else { return found.into_boxed_slice() };
-            for base in &data.bases {
-                if let Err(why) = names_of(db, project).resolve_type(db, decl, Kind::Shell, Some(base)) {
-                    found.extend(unresolved_type(db, project, decl, Kind::Shell, Some(base), &why));
-                }
-            }
-            if features_of(db, project, decl).cycle {
-                found.push(inheritance_cycle::report(decl, decl.name(db)));
-            }
-            let features = data.features.iter().map(|feature| (&feature.name, "feature"));
-            found.extend(duplicate_definition::among(decl, features));
-            found.extend(clashes(db, project, decl));
-            found.extend(settings::check_shell(db, project, decl));
-        }
-        Kind::Use => found.extend(declared::check_use(db, project, decl)),
-        Kind::Codel => {}
+    let is_deployment = decl.kind(db) == Kind::Deployment;
+    if is_deployment {
+        found.extend(system_of(db, project, decl).diagnostics.iter().cloned());
     }
-    found.extend(declared::check(db, project, decl));
+    found.extend(declaration_facts(db, project, decl).iter().map(|fact| render(db, project, fact)));
+    if is_deployment {
+        found.extend(urgency::check(db, project, decl));
+        found.extend(timing_diagnostics(db, project, decl, Query::shown(db, project)));
+    }
     found.into_boxed_slice()
-}
-
-/// So many errors are named as reasons; the diagnostics have all.
-pub(crate) const MOST_REASONS: usize = 8;
-
-/// The errors in a declaration, as reasons: nothing that rests on it is proved, whatever severity `mauve.toml` gives them.
-/// Of a deployment, those of its values of properties: each of its activities has its own.
-#[salsa::tracked(returns(ref))]
-pub(crate) fn errors_in<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    decl: Decl<'db>,
-) -> Vec<Refusal<'db>> {
-    let found: Vec<Diagnostic<'db>> = match decl.kind(db) {
-        // Of a core only what can be an error: the rest reads other declarations.
-        Kind::Core => {
-            let behaviour = behaviour_of(db, project, decl).diagnostics.iter();
-            let typing = typing_of(db, project, decl).diagnostics.iter();
-            behaviour.chain(typing).cloned().chain(declared::errors(db, project, decl)).collect()
-        }
-        Kind::Deployment => {
-            let mut found = check_settings(db, project, decl);
-            found.extend(settings::check_settings(db, project, decl));
-            found.extend(wiring::check_deployment(db, project, decl));
-            found
-        }
-        _ => return refusals(declaration_diagnostics(db, project, decl)),
-    };
-    refusals(&found)
-}
-
-fn refusals<'db>(found: &[Diagnostic<'db>]) -> Vec<Refusal<'db>> {
-    let errors = found.iter().filter(|it| it.code.severity == Severity::Error);
-    errors.map(|it| Refusal::reported(it.message.clone(), it.at.clone())).collect()
-}
-
-/// Features of one name that a shell gets from different shells.
-fn clashes<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<Diagnostic<'db>> {
-    let place = |feature: &FeatureOf<'db>| Some(Place::Part(feature.shell, feature.data(db)?.name.part));
-    let mut found = Vec::new();
-    for (name, features) in &features_of(db, project, of).by_name {
-        let Some(first) = features.first() else { continue };
-        let Some(other) = features.iter().find(|other| other.shell != first.shell) else { continue };
-        // Where one of the two is the shell's own, it is the one to rename.
-        let at = if first.shell == of { place(first) } else { Some(Place::name_of(of)) };
-        if let (Some(at), Some(other)) = (at, place(other)) {
-            found.push(duplicate_definition::report(at, "feature", name, other));
-        }
-    }
-    found
 }
 
 /// Missed deadlines, missing times, and what is not analysed for a reason that nothing else reports.
@@ -626,21 +509,6 @@ fn timing_diagnostics<'db>(
                 }
             }
             Verdict::RealTime(Status::Met) | Verdict::Background => {}
-        }
-    }
-    found
-}
-
-/// Declarations of one kind and name in one library, over all files.
-fn duplicates<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<Diagnostic<'db>> {
-    let mut first: FxHashMap<(&Option<Name>, Kind, &Name), Decl<'db>> = FxHashMap::default();
-    let mut found = Vec::new();
-    for &decl in names_of(db, project).all.iter().filter(|decl| !decl.name(db).is_empty()) {
-        let kind = decl.kind(db);
-        let first = *first.entry((decl.library(db), kind, decl.name(db))).or_insert(decl);
-        if first != decl {
-            let (at, first) = (Place::name_of(decl), Place::name_of(first));
-            found.push(duplicate_definition::report(at, &kind.to_string(), decl.name(db), first));
         }
     }
     found
@@ -770,6 +638,7 @@ fn config_diagnostics<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Di
     for crate::Chain { name, span, .. } in &config.chains {
         found.push(not_analysed::chain(at(span), name));
     }
-    found.extend(crate::configured::check(db, workspace));
+    let named = crate::configured::check(db, workspace);
+    found.extend(named.iter().map(|(project, fact)| render(db, *project, fact)));
     found
 }

@@ -4,11 +4,10 @@ use mauve_timing::task_set::{Activity, Assumed, Component, Edge, Machine, NotAna
 use mauve_timing::{Level, Time};
 
 use crate::ModelDb;
-use crate::behaviour::Refusal;
 use crate::db::File;
 use crate::program_id::ProgramId;
 use crate::project::{Project, config_of, platform_of};
-use crate::psm::{Psm, PsmEdge, Refused, psm_of};
+use crate::psm::{Psm, PsmEdge, Refusal, Refused, psm_of};
 use crate::response::{Asked, Query, Report, lost_in, psms_of, report};
 use crate::source::{Decl, Place};
 use crate::system::{Row, system_of};

@@ -4,7 +4,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
 use crate::behaviour::Refusal;
-use crate::diagnostics::{self, Diagnostic};
+use crate::fact::{Defined, EndKind, Fact, FactKind, Reason, unresolved_type};
 use crate::item_tree::{Endpoint, FeatureKind, Instance, Kind, Name};
 use crate::names::{FeatureOf, Features, features_of, names_of, similar};
 use crate::project::Project;
@@ -68,6 +68,13 @@ pub struct Link<'db> {
     pub at: Place<'db>,
 }
 
+impl<'db> Link<'db> {
+    /// Returns whether it stands in `of`.
+    pub(crate) fn is_in(&self, of: Decl<'db>) -> bool {
+        matches!(self.at, Place::Part(decl, _) if decl == of)
+    }
+}
+
 /// An instance of a component.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub struct FlatInstance<'db> {
@@ -87,7 +94,7 @@ pub fn flat_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) 
     let names = names_of(db, project);
     let mut flat = Flat::default();
     if let Some(at) = too_large(db, project) {
-        flat.lost.push(Refusal::reported("the project is too large", Place::name_of(at)));
+        flat.lost.push(Refusal::reported(Reason::TooLarge, Place::name_of(at)));
         return flat;
     }
     let mut all = vec![of];
@@ -96,10 +103,8 @@ pub fn flat_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) 
     while let Some(&current) = all.get(next) {
         next += 1;
         let Some(data) = architecture(db, current) else { continue };
-        let name = current.name(db);
         if !data.whole {
-            let why = format!("architecture {name} has a syntax error: an instance may be missing in it");
-            flat.lost.push(Refusal::reported(why, Place::name_of(current)));
+            flat.lost.push(Refusal::reported(Reason::SyntaxErrorIn(current), Place::name_of(current)));
         }
         for import in data.imports.iter().flatten() {
             match names.resolve_type(db, current, Kind::Architecture, Some(import)) {
@@ -110,7 +115,7 @@ pub fn flat_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) 
                     }
                 }
                 Err(_) => {
-                    let why = format!("architecture {name} imports `{import}`, which is unknown");
+                    let why = Reason::UnknownImport { architecture: current, import: import.clone() };
                     flat.lost.push(Refusal::reported(why, Place::Part(current, import.part)));
                 }
             }
@@ -167,7 +172,7 @@ pub(crate) fn check_architecture<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
-) -> Vec<Diagnostic<'db>> {
+) -> Vec<Fact<'db>> {
     let Some(data) = architecture(db, of) else { return Vec::new() };
     let names = names_of(db, project);
     let flat = flat_of(db, project, of);
@@ -175,25 +180,18 @@ pub(crate) fn check_architecture<'db>(
     for import in data.imports.iter().flatten() {
         match names.resolve_type(db, of, Kind::Architecture, Some(import)) {
             Ok(target) if flat.cycle && reaches(db, project, target, of) => {
-                found.push(diagnostics::import_cycle::report(Place::Part(of, import.part), of.name(db)));
+                let kind = FactKind::ImportCycle { architecture: of.name(db).clone() };
+                found.push(Fact::new(Place::Part(of, import.part), kind));
             }
             Ok(_) => {}
             Err(unresolved) => {
-                found.extend(diagnostics::unresolved_type(
-                    db,
-                    project,
-                    of,
-                    Kind::Architecture,
-                    Some(import),
-                    &unresolved,
-                ));
+                found.extend(unresolved_type(of, Kind::Architecture, Some(import), &unresolved));
             }
         }
     }
     for instance in &data.instances {
         if let Err(unresolved) = names.resolve_type(db, of, Kind::Component, instance.component.as_ref()) {
-            let ty = instance.component.as_ref();
-            found.extend(diagnostics::unresolved_type(db, project, of, Kind::Component, ty, &unresolved));
+            found.extend(unresolved_type(of, Kind::Component, instance.component.as_ref(), &unresolved));
         }
     }
     // An instance of an imported architecture, or an earlier one, has the name already.
@@ -205,27 +203,29 @@ pub(crate) fn check_architecture<'db>(
             Some(Place::Part(declared, first.name.part))
         });
         if let Some(first) = first {
-            let at = Place::Part(of, instance.name.part);
-            found.push(diagnostics::duplicate_definition::report(at, "instance", &instance.name.name, first));
+            let (what, name) = (Defined::Instance, instance.name.name.clone());
+            let kind = FactKind::DuplicateDefinition { what, name, first };
+            found.push(Fact::new(Place::Part(of, instance.name.part), kind));
         }
     }
     if !flat.lost.is_empty() || flat.cycle {
         return found;
     }
-    let connections = data.connections.iter().map(|it| (it, "port"));
-    for (link, what) in connections.chain(data.operations.iter().map(|it| (it, "operation"))) {
+    let connections = data.connections.iter().map(|it| (it, EndKind::Port));
+    for (link, kind) in connections.chain(data.operations.iter().map(|it| (it, EndKind::Operation))) {
         let ends = [&link.source, &link.target].into_iter().flatten();
         let wrong: Vec<_> =
-            ends.filter_map(|end| endpoint(db, project, of, flat, of.name(db), end, what)).collect();
+            ends.filter_map(|end| endpoint(db, project, of, flat, of.name(db), end, kind)).collect();
         match (wrong.is_empty(), &link.source, &link.target) {
             (true, Some(source), Some(target)) => {
-                found.extend(direction(db, project, of, flat, [source, target], what));
+                found.extend(direction(db, project, of, flat, [source, target], kind));
             }
             // The keyword is one mistake, at both ends.
             (false, Some(source), Some(target))
                 if [source, target].into_iter().all(|end| {
-                    let kind = feature_of(db, project, flat, end).map(|feature| feature.kind);
-                    kind.is_some_and(|kind| if what == "port" { kind.is_operation() } else { kind.is_port() })
+                    let found = feature_of(db, project, flat, end).map(|feature| feature.kind);
+                    let other = if kind == EndKind::Port { EndKind::Operation } else { EndKind::Port };
+                    found.is_some_and(|found| other.takes(found))
                 }) =>
             {
                 found.extend(wrong.into_iter().take(1));
@@ -234,8 +234,8 @@ pub(crate) fn check_architecture<'db>(
         }
     }
     let settings = data.settings.iter().filter_map(|it| it.endpoint.as_ref());
-    let what = "property or constant";
-    found.extend(settings.filter_map(|end| endpoint(db, project, of, flat, of.name(db), end, what)));
+    let kind = EndKind::Value;
+    found.extend(settings.filter_map(|end| endpoint(db, project, of, flat, of.name(db), end, kind)));
     found
 }
 
@@ -257,13 +257,27 @@ fn direction<'db>(
     of: Decl<'db>,
     flat: &Flat<'db>,
     ends: [&Endpoint; 2],
-    what: &str,
-) -> Option<Diagnostic<'db>> {
+    kind: EndKind,
+) -> Option<Fact<'db>> {
     let [source, target] = ends.map(|end| {
         let found = feature_of(db, project, flat, end)?;
-        Some((found.kind, &end.instance, end.feature.as_ref()?))
+        Some((found.kind, [end.instance.clone(), end.feature.clone()?]))
     });
-    diagnostics::connection_direction::report(what, of, source?, target?)
+    let ((from, source), (to, target)) = (source?, target?);
+    let starts = matches!(from, FeatureKind::Output | FeatureKind::Provided);
+    let ends = matches!(to, FeatureKind::Input | FeatureKind::Required);
+    if !starts && !ends {
+        let at = Place::Part(of, source[1].part);
+        return Some(Fact::new(at, FactKind::SwappedEnds { kind, source, target }));
+    }
+    let [instance, feature] = match (starts, ends) {
+        (false, _) => source,
+        (_, false) => target,
+        _ => return None,
+    };
+    let at = Place::Part(of, feature.part);
+    let (instance, name) = (instance.name, feature.name);
+    Some(Fact::new(at, FactKind::WrongEnd { kind, is_source: !starts, instance, name }))
 }
 
 /// Why a name of an instance or a feature in the settings of a deployment means nothing.
@@ -271,13 +285,11 @@ pub(crate) fn check_settings<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
-) -> Vec<Diagnostic<'db>> {
+) -> Vec<Fact<'db>> {
     let Some(data) = deployment(db, of) else { return Vec::new() };
     let Some((flat, target)) = deployed(db, project, of) else { return Vec::new() };
     let settings = data.settings.iter().filter_map(|setting| setting.endpoint.as_ref());
-    settings
-        .filter_map(|end| endpoint(db, project, of, flat, target.name(db), end, "property or constant"))
-        .collect()
+    settings.filter_map(|end| endpoint(db, project, of, flat, target.name(db), end, EndKind::Value)).collect()
 }
 
 fn endpoint<'db>(
@@ -285,10 +297,10 @@ fn endpoint<'db>(
     project: Project<'db>,
     of: Decl<'db>,
     flat: &Flat<'db>,
-    architecture: &str,
+    architecture: &Name,
     end: &Endpoint,
-    what: &str,
-) -> Option<Diagnostic<'db>> {
+    kind: EndKind,
+) -> Option<Fact<'db>> {
     let name = &end.instance.name;
     let Some(instance) = flat.instance(name) else {
         if name.is_empty() {
@@ -296,27 +308,24 @@ fn endpoint<'db>(
         }
         let near = similar(name, flat.instances.iter().map(|instance| &instance.name));
         let at = Place::Part(of, end.instance.part);
-        return Some(diagnostics::unresolved_instance::report(at, name, architecture, near));
+        let (name, architecture) = (name.clone(), architecture.clone());
+        return Some(Fact::new(at, FactKind::UnresolvedInstance { name, architecture, near }));
     };
     let feature = end.feature.as_ref()?;
     let shell = shell_of(db, project, instance.component?)?;
     let features = features_of(db, project, shell);
-    let fits = |kind: FeatureKind| match what {
-        "port" => kind.is_port(),
-        "operation" => kind.is_operation(),
-        _ => kind.is_value(),
-    };
-    if features.lost || features.get(&feature.name).is_some_and(|found| fits(found.kind)) {
+    if features.lost || features.get(&feature.name).is_some_and(|found| kind.takes(found.kind)) {
         return None;
     }
     let at = Place::Part(of, feature.part);
-    if let Some(other) = features.get(&feature.name) {
-        let of_shell = (other.kind, shell.name(db).as_str());
-        return Some(diagnostics::unresolved_feature::another_kind(at, what, &feature.name, name, of_shell));
+    let (expected, name, instance) = (kind, feature.name.clone(), name.clone());
+    let (found, shell) = (features.get(&name).map(|it| it.kind), shell.name(db).clone());
+    if let Some(found) = found {
+        return Some(Fact::new(at, FactKind::OtherFeature { expected, name, instance, found, shell }));
     }
-    let fitting = features.by_name.iter().filter(|(_, found)| found.iter().any(|it| fits(it.kind)));
-    let near = similar(&feature.name, fitting.map(|(name, _)| name));
-    Some(diagnostics::unresolved_feature::report(at, what, &feature.name, name, shell.name(db), near))
+    let fitting = features.by_name.iter().filter(|(_, found)| found.iter().any(|it| kind.takes(it.kind)));
+    let near = similar(&name, fitting.map(|(name, _)| name));
+    Some(Fact::new(at, FactKind::UnresolvedFeature { expected, name, instance, shell, near }))
 }
 
 fn reaches<'db>(db: &'db dyn ModelDb, project: Project<'db>, from: Decl<'db>, to: Decl<'db>) -> bool {

@@ -11,7 +11,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
 use crate::behaviour::{behaviour_of, leads_to, ordered, reachable};
-use crate::diagnostics::{self, Diagnostic};
+use crate::fact::{Fact, FactKind, Unreachable};
 use crate::flat::flat_of;
 use crate::item_tree::{
     BinaryOperator, Core, Direction, Expr, HookKind, Kind, Machine, MethodKind, Name, NameRef, Operation,
@@ -26,11 +26,7 @@ use crate::typing::{Callee, Meaning, Typing, VariableKind, is_whole, returns, ty
 
 /// What is wrong with the flow of values in a core.
 #[salsa::tracked(returns(ref))]
-pub(crate) fn flow_diagnostics<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    of: Decl<'db>,
-) -> Vec<Diagnostic<'db>> {
+pub(crate) fn flow_facts<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<Fact<'db>> {
     let Some(data) = core(db, of) else { return Vec::new() };
     let typing = typing_of(db, project, of);
     let mut flow = Flow {
@@ -125,12 +121,16 @@ struct Flow<'a, 'db> {
     read: FxHashSet<usize>,
     /// Where a variable is first read before it is assigned.
     late: FxHashMap<usize, Part>,
-    found: Vec<Diagnostic<'db>>,
+    found: Vec<Fact<'db>>,
 }
 
 impl<'db> Flow<'_, 'db> {
     fn at(&self, part: Part) -> Place<'db> {
         Place::Part(self.of, part)
+    }
+
+    fn report(&mut self, part: Part, kind: FactKind<'db>) {
+        self.found.push(Fact::new(self.at(part), kind));
     }
 
     fn hook(&self, kind: HookKind) -> Option<&'db Program> {
@@ -148,7 +148,7 @@ impl<'db> Flow<'_, 'db> {
     fn unreachable_in(&mut self, statements: &[Statement]) {
         let end = statements.iter().position(|it| returns(std::slice::from_ref(it)));
         if let Some(part) = end.and_then(|end| statements.get(end + 1)?.part()) {
-            self.found.push(diagnostics::unreachable_code::behind_return(self.at(part)));
+            self.report(part, FactKind::UnreachableCode(Unreachable::BehindReturn));
         }
         for statement in statements {
             match statement {
@@ -212,8 +212,8 @@ impl<'db> Flow<'_, 'db> {
         for (index, part) in late {
             let Some(variable) = self.typing.variables.get(index) else { continue };
             let declared = self.at(variable.name.part);
-            let report = diagnostics::read_before_assignment::report;
-            self.found.push(report(self.at(part), &variable.name.name, declared));
+            let name = variable.name.name.clone();
+            self.report(part, FactKind::ReadBeforeAssignment { name, declared });
         }
     }
 
@@ -480,17 +480,16 @@ impl<'db> Flow<'_, 'db> {
             with_value.map(|variable| variable.name.part).collect::<FxHashSet<Part>>()
         });
         for (index, variable) in self.typing.variables.iter().enumerate() {
-            let what = match variable.kind {
-                VariableKind::Parameter(_) => continue,
-                VariableKind::Handler => "handler",
-                _ => "variable",
-            };
+            if matches!(variable.kind, VariableKind::Parameter(_)) {
+                continue;
+            }
             let is_used = self.read.contains(&index) || self.given.contains(&index);
             if !is_used && !variable.name.name.is_empty() {
                 let NameRef { name, part } = &variable.name;
                 let is_removable = !named.contains(&index) && !calls.contains(part);
-                let report = diagnostics::unused_variable::report(self.of, *part, what, name, is_removable);
-                self.found.push(report);
+                let (name, is_handler) = (name.clone(), variable.kind == VariableKind::Handler);
+                let kind = FactKind::UnusedVariable { is_handler, name, is_removable };
+                self.found.push(Fact::new(self.at(*part), kind));
             }
         }
     }
@@ -513,7 +512,7 @@ impl<'db> Flow<'_, 'db> {
         lost.dedup();
         for (part, port) in lost {
             if !buffered.contains(&(self.of, port.clone())) {
-                self.found.push(diagnostics::lost_write::report(self.at(part), port));
+                self.report(part, FactKind::LostWrite { port: port.clone() });
             }
         }
     }
@@ -644,17 +643,16 @@ impl<'db> Flow<'_, 'db> {
         let back = reachable(&sources, initial);
         // Those that are never entered are reported as that.
         let entered: FxHashSet<&Name> = behaviour.states.iter().collect();
-        let stuck: Vec<(&Name, Place<'db>)> = machine
+        let states: Vec<(Name, Place<'db>)> = machine
             .states
             .iter()
             .zip(back)
             .filter(|(state, back)| !back && entered.contains(&state.name.name))
-            .map(|(state, _)| (&state.name.name, self.at(state.name.part)))
+            .map(|(state, _)| (state.name.name.clone(), self.at(state.name.part)))
             .collect();
-        if !stuck.is_empty() {
-            let at = self.at(machine.part);
-            let initial = &machine.states[initial].name.name;
-            self.found.push(diagnostics::not_strongly_connected::report(at, initial, &stuck));
+        if !states.is_empty() {
+            let initial = machine.states[initial].name.name.clone();
+            self.report(machine.part, FactKind::NotStronglyConnected { initial, states });
         }
     }
 }

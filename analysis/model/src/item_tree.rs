@@ -302,16 +302,6 @@ impl FeatureKind {
     pub fn is_value(self) -> bool {
         matches!(self, FeatureKind::Constant | FeatureKind::Property)
     }
-
-    /// Does the built-in function of this name take a feature of this kind: `read`, `write` and `status` a port, `send` an
-    /// operation?
-    pub fn is_operand_of(self, function: &str) -> bool {
-        match function {
-            "read" | "write" | "status" => self.is_port(),
-            "send" => self == FeatureKind::Required,
-            _ => false,
-        }
-    }
 }
 
 /// `core C(S) { … }`

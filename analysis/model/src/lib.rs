@@ -21,6 +21,7 @@
 //! | `types.rs`, `values.rs` | types and what fits where; constants, computed as the generated C++ would |
 //! | `typing.rs` | the types of a core's programs, and what each name in them stands for |
 //! | `flow.rs` | how values flow through a core's states: what is read too early, written and lost, never executed |
+//! | `builtin.rs` | the functions that every program can call |
 //! | `behaviour.rs`, `behaviour/program.rs` | a core's states and edges; what its programs cost |
 //! | `timetable.rs` | the timing tables, joined |
 //! | `program_id.rs` | which program of a component: its key in timing tables |
@@ -30,6 +31,8 @@
 //! | `supposed.rs` | a deployment with other values in its activities: what if? |
 //! | `settings.rs`, `wiring.rs`, `urgency.rs` | values of properties; what connections carry and what is left open; priorities |
 //! | `declared.rs` | names and types as they are declared, and what nothing uses |
+//! | `check.rs` | what is wrong in a declaration, of all these |
+//! | `fact.rs` | what can be wrong, and why something is not analysed |
 //! | `size.rs` | whether a project is too large to be analysed |
 //! | `skeleton.rs` | the definition of an operation that is still to be written |
 //! | `response.rs` | response times, and what a codel without a time may take |
@@ -43,12 +46,15 @@
 //! This crate knows no editor, no protocol and no file system.
 
 mod behaviour;
+mod builtin;
+mod check;
 mod config;
 mod configured;
 mod db;
 mod declared;
 pub mod diagnostics;
 mod exported;
+pub mod fact;
 mod flat;
 mod flow;
 pub mod item_tree;
@@ -72,7 +78,9 @@ mod urgency;
 mod values;
 mod wiring;
 
-pub use behaviour::{Behaviour, Cost, Edge, Refusal, TimedProgram, behaviour_of};
+pub use behaviour::{Behaviour, Cost, Edge, TimedProgram, behaviour_of};
+pub use builtin::{Builtin, Operand};
+pub use check::declaration_facts;
 pub use config::{Chain, Config, ExternalType, Maintainer, Mistake};
 pub use db::{Database, File, ModelDb, Problem, Trees, Workspace, normalised};
 pub use exported::{exported_component, psm_at, response_times_of, task_set_of};
@@ -88,7 +96,7 @@ pub use project::{
     CONFIG_FILE, Project, config_file, config_of, external_types, include_candidates, includes, is_model,
     project_files, projects,
 };
-pub use psm::{Psm, PsmEdge, Refused, core_of, psm_of, shell_of, worst_path};
+pub use psm::{Psm, PsmEdge, Refusal, Refused, core_of, psm_of, shell_of, worst_path};
 pub use response::{
     ActivityReport, Budget, CpuReport, Deadlines, InterferenceReport, MissingTime, Query, Report, Verdict,
     budgets, diagnostics_if, level_shown, missing_times, response_times, response_times_if,
@@ -105,8 +113,6 @@ pub use timetable::{
     Lookup, TableFiles, Timetable, pattern_of_path, table, table_files, table_pattern, timetable_of,
 };
 pub use types::{C_TYPES, Integer, LANGUAGE_TYPES, Type, built_in_type, type_of};
-pub use typing::{
-    BUILT_IN_FUNCTIONS, Callee, Meaning, Typing, VariableKind, VariableOf, expression_types, typing_of,
-};
+pub use typing::{Callee, Meaning, Typing, VariableKind, VariableOf, expression_types, typing_of};
 pub use urgency::before_its_time;
 pub use values::Value;

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use crate::fact::{Incomplete, MayHide};
 use crate::item_tree::{Feature, FeatureKind, Kind, Name, TypeRef};
 use crate::project::{Project, includes, is_model, project_files};
 use crate::size::too_large;
@@ -213,44 +214,9 @@ impl<'db> Names<'db> {
         self.missing || !self.doubts.is_empty() || !self.nameless.is_empty()
     }
 
-    /// Why a name that is not found may be declared all the same ([`Unresolved::Lost`]), for a user.
-    pub(crate) fn why_lost(&self) -> &'static str {
-        if self.missing {
-            "a file that may declare it is missing"
-        } else {
-            "a syntax error may hide its declaration"
-        }
-    }
-
-    /// That `what` is unknown, and whether that may be for a missing file, for a user.
-    pub(crate) fn unknown(&self, what: &str) -> String {
-        match self.missing {
-            true => format!("{what} is unknown: {}", self.why_lost()),
-            false => format!("{what} is unknown"),
-        }
-    }
-
-    /// What to do about `path`, written in `library`, that means nothing: a library to use, with its name, or one that is
-    /// misspelt.
-    pub(crate) fn advice(
-        &self,
-        db: &'db dyn ModelDb,
-        library: Option<&Name>,
-        kind: Kind,
-        path: &[Name],
-    ) -> Option<(String, Option<Name>)> {
-        match path {
-            [name] => {
-                let of = self.anywhere(kind, name).iter().find_map(|decl| decl.library(db).as_ref())?;
-                library.map(|_| (format!("library `{of}` has one: add `use {of}`"), Some(of.clone())))
-            }
-            [of, name] if !self.libraries.contains(of) => {
-                let of = similar(of, &self.libraries)?;
-                let is_there = !self.in_library(Some(&of), kind, name).is_empty();
-                is_there.then(|| (format!("did you mean `{of}.{name}`?"), None))
-            }
-            _ => None,
-        }
+    /// What may hide the declaration of a name that is not found ([`Unresolved::Lost`]).
+    pub(crate) fn may_hide(&self) -> MayHide {
+        if self.missing { MayHide::MissingFile } else { MayHide::SyntaxError }
     }
 
     /// The path of this kind, as it may be written in `library`, that `path` may be a misspelling of.
@@ -326,12 +292,9 @@ impl<'db> Features<'db> {
         self.by_name.get(name).and_then(|found| found.first())
     }
 
-    /// Why an operation may be missing, in words that go on from `shell X` or `its shell`.
-    pub(crate) fn why_lost(&self, names: &Names<'_>) -> String {
-        match self.lost_base {
-            true => format!("extends a shell that is not found: {}", names.why_lost()),
-            false => "has an error: an operation may be missing in it".to_owned(),
-        }
+    /// Why an operation may be missing.
+    pub(crate) fn incomplete(&self, names: &Names<'_>) -> Incomplete {
+        if self.lost_base { Incomplete::UnknownBase(names.may_hide()) } else { Incomplete::Error }
     }
 
     /// Does the shell have a feature of this kind?

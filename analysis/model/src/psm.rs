@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use mauve_timing::{Edge, Level, StateMachine, Time};
 
-use crate::ModelDb;
-use crate::behaviour::{Behaviour, Cost, Refusal, TimedProgram, behaviour_of, operations_in};
-use crate::diagnostics::{MOST_REASONS, errors_in};
+use crate::behaviour::{Behaviour, Cost, TimedProgram, behaviour_of, operations_in};
+use crate::check::errors_in;
+use crate::diagnostics::reasons;
 use crate::item_tree::{Kind, Name};
 use crate::names::{features_of, names_of};
 use crate::program_id::ProgramId;
@@ -14,6 +14,10 @@ use crate::project::Project;
 use crate::source::{Decl, Place, codel, component, core_interface};
 use crate::timetable::{Lookup, Timetable, timetable_of};
 use crate::typing::uses_of;
+use crate::{ModelDb, behaviour};
+
+/// So many errors are named as reasons; the diagnostics have all.
+pub(crate) const MOST_REASONS: usize = 8;
 
 /// A component's periodic state machine (paper, Def. 3 and 4).
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
@@ -45,6 +49,35 @@ pub struct PsmEdge {
     pub transition: Option<Name>,
     /// The programs in their order: indices into [`Psm::programs`].
     pub programs: Vec<usize>,
+}
+
+/// Why something is not analysed.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub struct Refusal<'db> {
+    /// In the user's words.
+    pub message: String,
+    /// Where the reason stands.
+    pub at: Place<'db>,
+    /// Does a diagnostic of its own say so already?
+    pub reported: bool,
+}
+
+impl<'db> Refusal<'db> {
+    /// A reason that another diagnostic reports at its place.
+    pub(crate) fn reported(message: impl Into<String>, at: Place<'db>) -> Refusal<'db> {
+        Refusal { message: message.into(), at, reported: true }
+    }
+
+    /// A reason that nothing else reports.
+    pub(crate) fn own(message: impl Into<String>, at: Place<'db>) -> Refusal<'db> {
+        Refusal { message: message.into(), at, reported: false }
+    }
+
+    /// What the model says.
+    pub(crate) fn of_model(db: &'db dyn ModelDb, why: &behaviour::Refusal<'db>) -> Refusal<'db> {
+        let message = reasons::reason(db, &why.reason);
+        Refusal { message, at: why.at.clone(), reported: why.reported }
+    }
 }
 
 /// Why a component has no periodic state machine.
@@ -109,11 +142,11 @@ pub(crate) fn psm_with<'db>(
         return refuse(Refusal::reported(format!("component {name} has a syntax error"), at));
     }
     let Some(shell) = shell_of(db, project, of) else {
-        let why = names_of(db, project).unknown(&format!("the shell of component {name}"));
+        let why = reasons::unknown(names_of(db, project), &format!("the shell of component {name}"));
         return refuse(Refusal::reported(why, at));
     };
     let Some(core) = core_of(db, project, of) else {
-        let why = names_of(db, project).unknown(&format!("the core of component {name}"));
+        let why = reasons::unknown(names_of(db, project), &format!("the core of component {name}"));
         return refuse(Refusal::reported(why, at));
     };
     if !is_core_for(db, project, core, shell) {
@@ -122,12 +155,14 @@ pub(crate) fn psm_with<'db>(
     let behaviour = behaviour_of(db, project, core);
     if !behaviour.refusals.is_empty() {
         // A few are enough, and every activity that executes the component repeats them.
-        let refusals = behaviour.refusals.iter().take(MOST_REASONS).cloned().collect();
+        let refusals = behaviour.refusals.iter().take(MOST_REASONS);
+        let refusals = refusals.map(|why| Refusal::of_model(db, why)).collect();
         return Err(Refused { refusals, missing: Vec::new() });
     }
     let features = features_of(db, project, shell);
     if features.lost || features.cycle {
-        let why = format!("shell {} {}", shell.name(db), features.why_lost(names_of(db, project)));
+        let why = reasons::incomplete(features.incomplete(names_of(db, project)));
+        let why = format!("shell {} {why}", shell.name(db));
         return refuse(Refusal::reported(why, Place::name_of(shell)));
     }
     let errors = errors_behind(db, project, of, shell, core);
@@ -170,7 +205,7 @@ fn errors_behind<'db>(
         Refusal::reported(format!("codel {} has a syntax error", of.name(db)), Place::name_of(of))
     });
     let errors = declared.chain(codels.iter().copied()).flat_map(|decl| errors_in(db, project, decl));
-    errors.cloned().chain(damaged).take(MOST_REASONS).collect()
+    errors.map(|why| Refusal::of_model(db, why)).chain(damaged).take(MOST_REASONS).collect()
 }
 
 struct Evaluator<'a, 'db> {

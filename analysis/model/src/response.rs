@@ -8,12 +8,11 @@ use mauve_timing::{
     Utilisation, Window, response_times as analyse,
 };
 
-use crate::behaviour::Refusal;
 use crate::diagnostics::Diagnostic;
 use crate::item_tree::Name;
 use crate::names::names_of;
 use crate::project::{Project, config_of, platform_of};
-use crate::psm::{Psm, Refused, psm_of, psm_with};
+use crate::psm::{Psm, Refusal, Refused, psm_of, psm_with};
 use crate::source::{Decl, Place, deployment as declared_deployment};
 use crate::supposed::{SupposedField, with_fields};
 use crate::system::{Priority, Row, System, read, system_of};

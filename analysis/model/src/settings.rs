@@ -7,7 +7,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
 use crate::behaviour::ordered;
-use crate::diagnostics::{self, Diagnostic};
+use crate::fact::{Fact, FactKind, NotConstant};
 use crate::flat::{Flat, flat_of};
 use crate::item_tree::{Endpoint, Expr, Feature, Kind, Name, Part, Setting, Shell};
 use crate::names::{FeatureOf, features_of, names_of};
@@ -18,11 +18,7 @@ use crate::types::{Type, Typed, Wrong, type_of, type_of_value};
 use crate::values::Value;
 
 /// What is wrong with the values in a shell.
-pub(crate) fn check_shell<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    of: Decl<'db>,
-) -> Vec<Diagnostic<'db>> {
+pub(crate) fn check_shell<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<Fact<'db>> {
     let Some(data) = shell(db, of) else { return Vec::new() };
     let constants = Some(constants_of(db, project, of));
     let mut found = Vec::new();
@@ -46,7 +42,7 @@ pub(crate) fn check_settings<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
-) -> Vec<Diagnostic<'db>> {
+) -> Vec<Fact<'db>> {
     let (flat, settings) = match (architecture(db, of), deployed(db, project, of)) {
         (Some(data), _) => (flat_of(db, project, of), &data.settings),
         (None, Some((flat, _))) => match deployment(db, of) {
@@ -64,8 +60,8 @@ pub(crate) fn check_settings<'db>(
         let first = *seen.entry((&instance.name, &name.name)).or_insert(name.part);
         if first != name.part {
             let (at, first) = (Place::Part(of, name.part), Place::Part(of, first));
-            let whole = format!("{}.{}", instance.name, name.name);
-            found.push(diagnostics::duplicate_definition::value(at, &whole, first));
+            let (instance, name) = (instance.name.clone(), name.name.clone());
+            found.push(Fact::new(at, FactKind::DuplicateValue { instance, name, first }));
         }
         setting_value(db, project, of, (flat, &given), setting, &mut found);
     }
@@ -78,7 +74,7 @@ fn setting_value<'db>(
     of: Decl<'db>,
     (flat, given): (&Flat<'db>, &LazyCell<Given<'db>, impl FnOnce() -> Given<'db>>),
     setting: &Setting,
-    found: &mut Vec<Diagnostic<'db>>,
+    found: &mut Vec<Fact<'db>>,
 ) {
     let Some(Endpoint { instance, feature: Some(name) }) = &setting.endpoint else { return };
     let declared = flat.instance(&instance.name).and_then(|it| shell_of(db, project, it.component?));
@@ -300,12 +296,12 @@ struct Evaluator<'a, 'db> {
     constants: Option<&'a Constants>,
     /// The feature whose value it is.
     own: Option<&'a Name>,
-    found: &'a mut Vec<Diagnostic<'db>>,
+    found: &'a mut Vec<Fact<'db>>,
 }
 
 impl<'db> Evaluator<'_, 'db> {
-    fn report(&mut self, part: Part, why: impl Into<String>) {
-        self.found.push(diagnostics::constant_expression::report(Place::Part(self.of, part), why));
+    fn report(&mut self, part: Part, kind: FactKind<'db>) {
+        self.found.push(Fact::new(Place::Part(self.of, part), kind));
     }
 
     /// The ends of a feature's interval, where it has one that is right.
@@ -313,27 +309,26 @@ impl<'db> Evaluator<'_, 'db> {
         let interval = feature.interval.as_ref()?;
         if !ty.is_number() && *ty != Type::Unknown {
             let at = feature.ty.as_ref().map_or(interval.part, |ty| ty.part);
-            self.found.push(diagnostics::invalid_type::interval(Place::Part(self.of, at), ty));
+            self.report(at, FactKind::IntervalType { found: ty.clone() });
             return None;
         }
         let low = self.value_for(&feature.name.name, ty, &interval.low);
         let high = self.value_for(&feature.name.name, ty, &interval.high);
         let ((low, _), (high, _)) = (low?, high?);
         if low.number()? > high.number()? {
-            let at = Place::Part(self.of, interval.part);
-            self.found.push(diagnostics::empty_interval::report(at, [&low, &high]));
+            self.report(interval.part, FactKind::EmptyInterval { ends: [low, high] });
             return None;
         }
         Some((low, high))
     }
 
     /// The value of an expression that is for a feature of this type, and where it stands.
-    fn value_for(&mut self, name: &str, ty: &Type, expr: &Expr) -> Option<(Value, Part)> {
+    fn value_for(&mut self, name: &Name, ty: &Type, expr: &Expr) -> Option<(Value, Part)> {
         let found = self.evaluate(expr)?;
         let part = expr.part()?;
         if !found.ty.fits(found.value.as_ref(), ty) {
-            let at = Place::Part(self.of, part);
-            self.found.push(diagnostics::assignment_type::report(at, name, ty, &found.ty));
+            let (name, expected) = (name.clone(), ty.clone());
+            self.report(part, FactKind::AssignmentType { name, expected, found: found.ty });
             return None;
         }
         Some((found.value?, part))
@@ -341,7 +336,7 @@ impl<'db> Evaluator<'_, 'db> {
 
     fn inside(
         &mut self,
-        name: &str,
+        name: &Name,
         (value, part): (&Value, Part),
         [low, high]: [&Value; 2],
         declared: Option<Place<'db>>,
@@ -351,8 +346,9 @@ impl<'db> Evaluator<'_, 'db> {
             return;
         };
         if number < least || number > greatest {
-            let at = Place::Part(self.of, part);
-            self.found.push(diagnostics::outside_interval::report(at, name, value, [low, high], declared));
+            let interval = [low.clone(), high.clone()];
+            let (name, value) = (name.clone(), value.clone());
+            self.report(part, FactKind::OutsideInterval { name, value, interval, declared });
         }
     }
 
@@ -360,50 +356,36 @@ impl<'db> Evaluator<'_, 'db> {
     fn evaluate(&mut self, expr: &Expr) -> Option<Typed> {
         match expr {
             Expr::Missing | Expr::Lost(_) => None,
-            Expr::Literal(literal, part) => self.given(Typed::literal(literal), *part, "", &[]),
+            Expr::Literal(literal, part) => self.given(Typed::literal(literal), *part),
             Expr::Name(name) => self.constant(&name.name, name.part),
             Expr::Unary(operator, inner, part) => match Typed::least(*operator, inner) {
                 Some(least) => Some(least),
                 None => {
                     let inner = self.evaluate(inner)?;
-                    self.given(inner.unary(*operator), *part, operator.text(), &[&inner.ty])
+                    self.given(inner.unary(*operator), *part)
                 }
             },
             Expr::Binary(operator, lhs, rhs, part) => {
                 let (lhs, rhs) = (self.evaluate(lhs), self.evaluate(rhs));
                 let (lhs, rhs) = (lhs?, rhs?);
-                self.given(lhs.binary(*operator, &rhs), *part, operator.text(), &[&lhs.ty, &rhs.ty])
+                self.given(lhs.binary(*operator, &rhs), *part)
             }
             Expr::Call { callee, .. } => {
-                let why =
-                    format!("`{}` is called when the robot runs: this value is there before", callee.name);
-                self.report(callee.part, why);
+                let kind = FactKind::NotConstant(NotConstant::Call(callee.name.clone()));
+                self.report(callee.part, kind);
                 None
             }
         }
     }
 
-    fn given(
-        &mut self,
-        given: Result<Typed, Wrong>,
-        part: Part,
-        operator: &str,
-        operands: &[&Type],
-    ) -> Option<Typed> {
-        match given {
-            Ok(given) => Some(given),
-            Err(wrong) => {
-                let at = Place::Part(self.of, part);
-                self.found.push(diagnostics::operator_type::wrong(at, wrong, operator, operands));
-                None
-            }
-        }
+    fn given(&mut self, given: Result<Typed, Wrong>, part: Part) -> Option<Typed> {
+        given.map_err(|wrong| self.report(part, wrong.into())).ok()
     }
 
     /// The value of a constant that a value names.
     fn constant(&mut self, name: &Name, part: Part) -> Option<Typed> {
         let Some(constants) = self.constants else {
-            self.report(part, format!("`{name}` has no value here: write a number, a text, true or false"));
+            self.report(part, FactKind::NotConstant(NotConstant::NotNameable(name.clone())));
             return None;
         };
         let rests_on_itself = |name: &Name| constants.rings.contains(name);
@@ -411,12 +393,12 @@ impl<'db> Evaluator<'_, 'db> {
             Some(Some(found)) => return Some(found.clone()),
             // Said of each that is part of the ring, and of none that only names one of them.
             Some(None) if self.own.is_some_and(rests_on_itself) && rests_on_itself(name) => {
-                let own = self.own.map_or("", Name::as_str);
-                self.report(part, format!("the value of `{own}` rests on itself"));
+                let own = self.own.cloned().unwrap_or_default();
+                self.report(part, FactKind::NotConstant(NotConstant::Cycle(own)));
             }
             Some(None) => {}
             None if constants.lost => {}
-            None => self.report(part, format!("`{name}` is no constant of this shell")),
+            None => self.report(part, FactKind::NotConstant(NotConstant::NotOfShell(name.clone()))),
         }
         None
     }

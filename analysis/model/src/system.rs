@@ -5,8 +5,9 @@ use rustc_hash::{FxHashMap, FxHashSet};
 pub use mauve_timing::task_set::Priority;
 use mauve_timing::{Rounding, Time, TimeError, Unit};
 
-use crate::behaviour::Refusal;
-use crate::diagnostics::{self, Diagnostic, MOST_REASONS, errors_in};
+use crate::check::errors_in;
+use crate::diagnostics::{self, Diagnostic, reasons, render};
+use crate::fact::{Fact, FactKind, unresolved_type};
 use crate::flat::{Flat, FlatInstance, Link, flat_of};
 use crate::item_tree::{
     Activity, Deployment, Endpoint, Expr, FeatureKind, Field, Kind, Literal, Name, NameRef, Part,
@@ -14,7 +15,7 @@ use crate::item_tree::{
 };
 use crate::names::{Features, features_of, names_of, similar};
 use crate::project::{Project, platform_of};
-use crate::psm::{core_of, shell_of};
+use crate::psm::{MOST_REASONS, Refusal, core_of, shell_of};
 use crate::size::too_large;
 use crate::source::{Decl, Place, architecture, core_interface, deployment};
 use crate::{ModelDb, values};
@@ -106,10 +107,8 @@ pub(crate) fn read<'db>(
         [target] => match names.resolve_type(db, of, Kind::Architecture, Some(target)) {
             Ok(architecture) => Some(architecture),
             Err(unresolved) => {
-                let ty = Some(target);
-                let found =
-                    diagnostics::unresolved_type(db, project, of, Kind::Architecture, ty, &unresolved);
-                reader.found.diagnostics.extend(found);
+                let found = unresolved_type(of, Kind::Architecture, Some(target), &unresolved);
+                reader.found.diagnostics.extend(found.map(|fact| render(db, project, &fact)));
                 None
             }
         },
@@ -150,7 +149,7 @@ struct Reader<'db> {
 impl<'db> Reader<'db> {
     fn activities(&mut self, target: Decl<'db>, activities: &[Activity]) {
         let flat = flat_of(self.db, self.project, target);
-        self.found.lost.extend(flat.lost.iter().cloned());
+        self.found.lost.extend(flat.lost.iter().map(|why| Refusal::of_model(self.db, why)));
         if flat.cycle {
             let why = format!("architecture {} imports itself", target.name(self.db));
             self.found.lost.push(Refusal::reported(why, Place::name_of(target)));
@@ -173,8 +172,9 @@ impl<'db> Reader<'db> {
                 let why =
                     format!("architecture {architecture} has no instance `{name}`: one may be missing in it");
                 strays.push(Refusal::reported(why, at.clone()));
-                let report = diagnostics::unresolved_instance::report(at, name, architecture, near);
-                self.found.diagnostics.push(report);
+                let (name, architecture) = (name.clone(), architecture.clone());
+                let fact = Fact::new(at, FactKind::UnresolvedInstance { name, architecture, near });
+                self.found.diagnostics.push(render(self.db, self.project, &fact));
             }
             self.activity(instance, activity);
             if let Some(first) = first {
@@ -243,7 +243,8 @@ impl<'db> Reader<'db> {
             }
             let items = items_of(db, decl);
             for error in errors {
-                let message = format!("{} {} has an error: {}", decl.kind(db), decl.name(db), error.message);
+                let why = reasons::reason(db, &error.reason);
+                let message = format!("{} {} has an error: {why}", decl.kind(db), decl.name(db));
                 let refusal = Refusal::reported(message, error.at.clone());
                 let item = item_at(&items, decl, &error.at);
                 let named = item.map_or(&[] as &[&Name], |item| item.instances.as_slice());
@@ -293,7 +294,7 @@ impl<'db> Reader<'db> {
             Some(instance) if instance.component.is_none() => {
                 let (declared, _) = instance.declared;
                 let what = format!("the component of instance {}", instance.name);
-                let why = names_of(self.db, self.project).unknown(&what);
+                let why = reasons::unknown(names_of(self.db, self.project), &what);
                 row.refusals.push(Refusal::reported(why, Place::name_of(declared)));
             }
             Some(_) => {}

@@ -3,12 +3,13 @@
 use std::fmt;
 
 use crate::ModelDb;
+use crate::fact::{FactKind, NoValue};
 use crate::item_tree::{BinaryOperator, Expr, Literal, Name, TypeRef, UnaryOperator};
 use crate::messages::message_of;
 use crate::names::names_of;
 use crate::project::{Project, external_types};
 use crate::source::Decl;
-use crate::values::{DIVISION, Value};
+use crate::values::Value;
 
 /// A type of values.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
@@ -188,6 +189,11 @@ impl Type {
         matches!(self, Type::Integer(_) | Type::Float | Type::Double)
     }
 
+    /// Returns whether it is what no operator takes: a call that is under way, or no value at all.
+    pub(crate) fn is_no_operand(&self) -> bool {
+        matches!(self, Type::Handle(_) | Type::Void)
+    }
+
     /// Are the two the same, as far as anybody knows?
     pub fn is(&self, other: &Type) -> bool {
         self == other || matches!(self, Type::Unknown) || matches!(other, Type::Unknown)
@@ -206,41 +212,26 @@ impl Type {
         }
     }
 
-    /// What a binary operator gives.
-    ///
-    /// # Errors
-    ///
-    /// It does not take these: what it takes, in words.
-    pub fn binary(&self, operator: BinaryOperator, other: &Type) -> Result<Type, &'static str> {
+    /// What a binary operator gives; none where it does not take these.
+    pub fn binary(&self, operator: BinaryOperator, other: &Type) -> Option<Type> {
         use BinaryOperator as Op;
         let unknown = [self, other].contains(&&Type::Unknown);
         let are = |ok: fn(&Type) -> bool| [self, other].into_iter().all(|it| ok(it) || *it == Type::Unknown);
         match operator {
-            Op::Or | Op::And if are(|it| *it == Type::Bool) => Ok(Type::Bool),
-            Op::Or | Op::And => Err("two conditions"),
+            Op::Or | Op::And => are(|it| *it == Type::Bool).then_some(Type::Bool),
             Op::Equal | Op::NotEqual => {
-                let handles = |it: &Type| matches!(it, Type::Handle(_) | Type::Void);
+                let handles = Type::is_no_operand;
                 let same = self.is(other) || are(Type::is_number);
-                if handles(self) || handles(other) {
-                    Err("values, and not calls that are under way")
-                } else if same {
-                    Ok(Type::Bool)
-                } else {
-                    Err("two values of one type")
-                }
+                (same && !handles(self) && !handles(other)).then_some(Type::Bool)
             }
-            Op::Less | Op::LessOrEqual | Op::Greater | Op::GreaterOrEqual if are(Type::is_number) => {
-                Ok(Type::Bool)
+            Op::Less | Op::LessOrEqual | Op::Greater | Op::GreaterOrEqual => {
+                are(Type::is_number).then_some(Type::Bool)
             }
-            Op::Less | Op::LessOrEqual | Op::Greater | Op::GreaterOrEqual => Err("two numbers"),
             Op::Add if are(|it| *it == Type::String) => {
-                Ok(if unknown { Type::Unknown } else { Type::String })
+                Some(if unknown { Type::Unknown } else { Type::String })
             }
-            Op::Remainder if are(|it| matches!(it, Type::Integer(_))) => Ok(self.joined(other)),
-            Op::Remainder => Err("two whole numbers"),
-            _ if are(Type::is_number) => Ok(self.joined(other)),
-            Op::Add => Err("two numbers, or two strings"),
-            _ => Err("two numbers"),
+            Op::Remainder => are(|it| matches!(it, Type::Integer(_))).then(|| self.joined(other)),
+            _ => are(Type::is_number).then(|| self.joined(other)),
         }
     }
 
@@ -256,17 +247,12 @@ impl Type {
         }
     }
 
-    /// What a unary operator gives.
-    ///
-    /// # Errors
-    ///
-    /// It does not take this: what it takes, in words.
-    pub fn unary(&self, operator: UnaryOperator) -> Result<Type, &'static str> {
+    /// What a unary operator gives; none where it does not take this.
+    pub fn unary(&self, operator: UnaryOperator) -> Option<Type> {
         match (operator, self) {
-            (UnaryOperator::Not, Type::Bool | Type::Unknown) => Ok(Type::Bool),
-            (UnaryOperator::Not, _) => Err("a condition"),
-            (UnaryOperator::Minus, it) if it.is_number() || *it == Type::Unknown => Ok(it.clone()),
-            (UnaryOperator::Minus, _) => Err("a number"),
+            (UnaryOperator::Not, Type::Bool | Type::Unknown) => Some(Type::Bool),
+            (UnaryOperator::Minus, it) if it.is_number() || *it == Type::Unknown => Some(it.clone()),
+            _ => None,
         }
     }
 }
@@ -280,10 +266,22 @@ pub(crate) struct Typed {
 
 /// Why an operation gives nothing.
 pub(crate) enum Wrong {
-    /// It does not take what it is given: what it takes, in words.
-    Takes(&'static str),
-    /// It has no value: why, in words.
-    NoValue(&'static str),
+    /// The operator does not take the operand.
+    Unary(UnaryOperator, Type),
+    /// The operator does not take the operands.
+    Binary(BinaryOperator, [Type; 2]),
+    /// It has no value.
+    NoValue(NoValue),
+}
+
+impl From<Wrong> for FactKind<'_> {
+    fn from(wrong: Wrong) -> Self {
+        match wrong {
+            Wrong::Unary(operator, operand) => FactKind::UnaryOperator { operator, operand },
+            Wrong::Binary(operator, operands) => FactKind::BinaryOperator { operator, operands },
+            Wrong::NoValue(why) => FactKind::NoValue(why),
+        }
+    }
 }
 
 impl Typed {
@@ -321,7 +319,7 @@ impl Typed {
 
     /// What a unary operator gives.
     pub(crate) fn unary(&self, operator: UnaryOperator) -> Result<Typed, Wrong> {
-        let ty = self.ty.unary(operator).map_err(Wrong::Takes)?;
+        let ty = self.ty.unary(operator).ok_or_else(|| Wrong::Unary(operator, self.ty.clone()))?;
         let value =
             self.value.as_ref().map(|value| value.unary(operator)).transpose().map_err(Wrong::NoValue)?;
         Ok(Typed { ty, value: value.flatten() })
@@ -329,11 +327,12 @@ impl Typed {
 
     /// What a binary operator gives.
     pub(crate) fn binary(&self, operator: BinaryOperator, other: &Typed) -> Result<Typed, Wrong> {
-        let ty = self.beside(other).binary(operator, &other.beside(self)).map_err(Wrong::Takes)?;
+        let ty = self.beside(other).binary(operator, &other.beside(self));
+        let ty = ty.ok_or_else(|| Wrong::Binary(operator, [self.ty.clone(), other.ty.clone()]))?;
         let divides = matches!(operator, BinaryOperator::Divide | BinaryOperator::Remainder);
         let value = match (&self.value, &other.value) {
             (Some(left), Some(right)) => left.binary(operator, right).map_err(Wrong::NoValue)?,
-            (None, Some(Value::Int(0))) if divides => return Err(Wrong::NoValue(DIVISION)),
+            (None, Some(Value::Int(0))) if divides => return Err(Wrong::NoValue(NoValue::DivisionByZero)),
             _ => None,
         };
         Ok(Typed { ty, value })

@@ -8,7 +8,8 @@ use std::sync::Arc;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
-use crate::diagnostics::{self, Diagnostic};
+use crate::builtin::{Builtin, Operand};
+use crate::fact::{Defined, Fact, FactKind, NotAssignable, ParameterName, ProgramName, Takes, repeated};
 use crate::item_tree::{
     Core, Direction, Expr, FeatureKind, HookKind, Kind, Name, NameRef, Operation, Parameter, Part, Program,
     State, Statement, TypeRef, Variable,
@@ -30,7 +31,7 @@ pub struct Typing<'db> {
     /// Is there a name of a value or of what is called that means nothing?
     pub unresolved: bool,
     /// What is wrong.
-    pub diagnostics: Vec<Diagnostic<'db>>,
+    pub facts: Vec<Fact<'db>>,
 }
 
 /// Something that a program may assign to.
@@ -79,9 +80,6 @@ pub enum Callee<'db> {
     Send,
     Collect,
 }
-
-/// What every program can call; a codel of such a name comes first.
-pub const BUILT_IN_FUNCTIONS: [&str; 5] = ["read", "write", "status", "send", "collect"];
 
 /// What a codel or an operation takes and gives.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -268,8 +266,8 @@ impl<'db> Typer<'_, 'db> {
         Place::Part(self.of, part)
     }
 
-    fn report(&mut self, diagnostic: Diagnostic<'db>) {
-        self.found.diagnostics.push(diagnostic);
+    fn report(&mut self, part: Part, kind: FactKind<'db>) {
+        self.found.facts.push(Fact::new(self.at(part), kind));
     }
 
     fn ty_of_value(&self, ty: Option<&TypeRef>) -> Type {
@@ -312,7 +310,7 @@ impl<'db> Typer<'_, 'db> {
                 HookKind::Configure | HookKind::Start => Gives::Bool,
                 HookKind::Update | HookKind::Stop | HookKind::Cleanup => Gives::Nothing,
             };
-            self.program(&hook.program, &format!("`{}`", hook.kind.keyword()), &gives);
+            self.program(&hook.program, &ProgramName::Hook(hook.kind), &gives);
         }
         let depth = self.scope.all.len();
         for (name, index) in &self.machine.all {
@@ -322,8 +320,7 @@ impl<'db> Typer<'_, 'db> {
             machine.variables.iter().for_each(|variable| self.initial_value(variable));
             for state in &machine.states {
                 for method in &state.methods {
-                    let what = format!("`{}`", method.kind.keyword());
-                    self.program(&method.program, &what, &Gives::Nothing);
+                    self.program(&method.program, &ProgramName::Method(method.kind), &Gives::Nothing);
                 }
                 for transition in &state.transitions {
                     if let Some(guard) = &transition.guard {
@@ -331,7 +328,7 @@ impl<'db> Typer<'_, 'db> {
                         self.condition(&guard.condition);
                     }
                     if let Some(effect) = &transition.effect {
-                        self.program(effect, "the program of a transition", &Gives::Nothing);
+                        self.program(effect, &ProgramName::Effect, &Gives::Nothing);
                     }
                 }
             }
@@ -345,9 +342,8 @@ impl<'db> Typer<'_, 'db> {
             return Type::Unknown;
         };
         let [name] = operation.path.as_slice() else {
-            let shell = shell.name(self.db).clone();
-            let report = diagnostics::unresolved_operation::report;
-            self.report(report(self.at(operation.part), &operation.to_string(), &shell, None));
+            let (name, shell) = (operation.to_string().into(), shell.name(self.db).clone());
+            self.report(operation.part, FactKind::UnresolvedOperation { name, shell, near: None });
             return Type::Unknown;
         };
         if name.is_empty() {
@@ -362,8 +358,8 @@ impl<'db> Typer<'_, 'db> {
             .iter()
             .filter(|(_, found)| found.iter().any(|it| it.kind == FeatureKind::Required));
         let near = similar(name, required.map(|(name, _)| name));
-        let at = self.at(operation.part);
-        self.report(diagnostics::unresolved_operation::report(at, name, shell.name(self.db), near));
+        let (name, shell) = (name.clone(), shell.name(self.db).clone());
+        self.report(operation.part, FactKind::UnresolvedOperation { name, shell, near });
         Type::Unknown
     }
 
@@ -390,10 +386,13 @@ impl<'db> Typer<'_, 'db> {
         {
             let defined = Signature { result: result.clone(), ..own.clone() };
             if !defined.is(&declared) {
-                let report = diagnostics::operation_definition::report;
-                let here = self.at(operation.name.part);
-                let mended = self.as_declared(operation).map(|text| (self.at(operation.signature), text));
-                self.report(report(here, &declared.show(name), &defined.show(name), at, mended));
+                let kind = FactKind::OperationDefinition {
+                    declared: declared.show(name),
+                    defined: defined.show(name),
+                    declared_at: at,
+                    fixed: self.as_declared(operation).map(|text| (operation.signature, text)),
+                };
+                self.report(operation.name.part, kind);
             }
         }
         let depth = self.scope.all.len();
@@ -404,11 +403,11 @@ impl<'db> Typer<'_, 'db> {
         }
         let must = result != Type::Void && result != Type::Unknown;
         if must && operation.program.whole && !returns(&operation.program.statements) {
-            let at = self.at(operation.name.part);
-            self.report(diagnostics::return_type::missing(at, name, &result));
+            let (name, expected) = (name.clone(), result.clone());
+            self.report(operation.name.part, FactKind::MissingReturn { name, expected });
         }
         let gives = if result == Type::Void { Gives::Nothing } else { Gives::Value(result) };
-        self.program(&operation.program, &format!("`{name}`"), &gives);
+        self.program(&operation.program, &ProgramName::Operation(name.clone()), &gives);
         self.scope.truncate(depth);
     }
 
@@ -451,27 +450,27 @@ impl<'db> Typer<'_, 'db> {
         Some((signature, Place::Part(feature.shell, data.name.part)))
     }
 
-    fn program(&mut self, program: &Program, what: &str, gives: &Gives) {
+    fn program(&mut self, program: &Program, of: &ProgramName, gives: &Gives) {
         self.whole = program.whole;
-        self.block(&program.statements, what, gives);
+        self.block(&program.statements, of, gives);
     }
 
-    fn block(&mut self, statements: &[Statement], what: &str, gives: &Gives) {
+    fn block(&mut self, statements: &[Statement], of: &ProgramName, gives: &Gives) {
         let depth = self.scope.all.len();
         for statement in statements {
-            self.statement(statement, what, gives);
+            self.statement(statement, of, gives);
         }
         let own: Vec<usize> = self.scope.all.iter().skip(depth).map(|(_, index)| *index).collect();
         self.scope.truncate(depth);
         if own.len() > 1 {
             let own: Vec<NameRef> =
                 own.iter().filter_map(|index| Some(self.found.variables.get(*index)?.name.clone())).collect();
-            let own = own.iter().map(|it| (it, "variable"));
-            self.found.diagnostics.extend(diagnostics::duplicate_definition::among(self.of, own));
+            let own = own.iter().map(|it| (it, Defined::Variable));
+            self.found.facts.extend(repeated(self.of, own));
         }
     }
 
-    fn statement(&mut self, statement: &Statement, what: &str, gives: &Gives) {
+    fn statement(&mut self, statement: &Statement, of: &ProgramName, gives: &Gives) {
         match statement {
             Statement::Variable(variable) => {
                 if let Some(value) = &variable.value {
@@ -483,17 +482,15 @@ impl<'db> Typer<'_, 'db> {
             }
             Statement::If { part, condition, then, end, otherwise } => {
                 self.condition(condition);
-                self.block(then, what, gives);
+                self.block(then, of, gives);
                 match otherwise {
-                    Some(otherwise) => self.block(otherwise, what, gives),
-                    None if self.whole => {
-                        self.report(diagnostics::missing_else::report(self.at(*part), self.at(*end)));
-                    }
+                    Some(otherwise) => self.block(otherwise, of, gives),
+                    None if self.whole => self.report(*part, FactKind::MissingElse { end: *end }),
                     None => {}
                 }
             }
-            Statement::Block(statements) => self.block(statements, what, gives),
-            Statement::Return(part, value) => self.returned(*part, value.as_ref(), what, gives),
+            Statement::Block(statements) => self.block(statements, of, gives),
+            Statement::Return(part, value) => self.returned(*part, value.as_ref(), of, gives),
             Statement::Assign(target, value) => {
                 let expected = self.target(target);
                 self.assigned(&target.name, &expected, value);
@@ -509,11 +506,11 @@ impl<'db> Typer<'_, 'db> {
         if !found.is(&Type::Bool)
             && let Some(part) = condition.part()
         {
-            self.report(diagnostics::condition_type::report(self.of, part, &found));
+            self.report(part, FactKind::ConditionType { found });
         }
     }
 
-    fn returned(&mut self, keyword: Part, value: Option<&Expr>, what: &str, gives: &Gives) {
+    fn returned(&mut self, keyword: Part, value: Option<&Expr>, of: &ProgramName, gives: &Gives) {
         let expected = match gives {
             Gives::Nothing => &Type::Void,
             Gives::Bool => &Type::Bool,
@@ -529,7 +526,8 @@ impl<'db> Typer<'_, 'db> {
             _ => found.ty.fits(found.value.as_ref(), expected),
         };
         if !fits && self.whole {
-            self.report(diagnostics::return_type::report(self.at(at), what, expected, &found.ty));
+            let kind = FactKind::ReturnType { of: of.clone(), expected: expected.clone(), found: found.ty };
+            self.report(at, kind);
         }
     }
 
@@ -542,27 +540,28 @@ impl<'db> Typer<'_, 'db> {
                 if variable.kind != VariableKind::Parameter(Direction::In) {
                     return variable.ty.clone();
                 }
-                "an `in` parameter: its value belongs to the caller"
+                NotAssignable::InParameter
             }
             Meaning::Feature(of, index) => match feature(self.db, of, index).map(|it| it.kind) {
-                Some(FeatureKind::Property) => "a property: architectures and deployments give it its value",
-                Some(FeatureKind::Constant) => "a constant",
-                Some(FeatureKind::Output) => "a port: write to it with `write(port, value)`",
-                Some(FeatureKind::Input) => "an input port: nothing is assigned to it",
+                Some(FeatureKind::Property) => NotAssignable::Property,
+                Some(FeatureKind::Constant) => NotAssignable::Constant,
+                Some(FeatureKind::Output) => NotAssignable::OutputPort,
+                Some(FeatureKind::Input) => NotAssignable::InputPort,
                 // An operation is reported as one that is not called.
                 _ => return Type::Unknown,
             },
         };
-        self.report(diagnostics::not_assignable::report(self.at(target.part), &target.name, is));
+        self.report(target.part, FactKind::NotAssignable { name: target.name.clone(), is });
         Type::Unknown
     }
 
-    fn assigned(&mut self, name: &str, expected: &Type, value: &Expr) {
+    fn assigned(&mut self, name: &Name, expected: &Type, value: &Expr) {
         let found = self.expr(value);
         if !found.ty.fits(found.value.as_ref(), expected)
             && let Some(part) = value.part()
         {
-            self.report(diagnostics::assignment_type::report(self.at(part), name, expected, &found.ty));
+            let (name, expected) = (name.clone(), expected.clone());
+            self.report(part, FactKind::AssignmentType { name, expected, found: found.ty });
         }
     }
 
@@ -596,8 +595,8 @@ impl<'db> Typer<'_, 'db> {
                 // A port is read with `read`, an operation is called.
                 let Some(data) = data.filter(|it| !it.kind.is_operation()) else { return Type::Unknown };
                 if data.kind.is_port() {
-                    let at = self.at(name.part);
-                    self.report(diagnostics::unresolved_variable::port(at, &name.name, data.kind));
+                    let kind = FactKind::PortAsValue { name: name.name.clone(), kind: data.kind };
+                    self.report(name.part, kind);
                     return Type::Unknown;
                 }
                 type_of(self.db, self.project, of, data.ty.as_ref())
@@ -619,35 +618,28 @@ impl<'db> Typer<'_, 'db> {
             Expr::Missing => Typed::UNKNOWN,
             // That something is wrong in it is said.
             Expr::Lost(inner) => {
-                let said = self.found.diagnostics.len();
+                let said = self.found.facts.len();
                 self.expr(inner);
-                self.found.diagnostics.truncate(said);
+                self.found.facts.truncate(said);
                 Typed::UNKNOWN
             }
-            Expr::Literal(literal, part) => self.given(Typed::literal(literal), *part, "", &[]),
+            Expr::Literal(literal, part) => self.given(Typed::literal(literal), *part),
             Expr::Name(name) => Typed::of(self.name(name)),
             Expr::Unary(operator, inner, part) => Typed::least(*operator, inner).unwrap_or_else(|| {
                 let inner = self.expr(inner);
-                self.given(inner.unary(*operator), *part, operator.text(), &[&inner.ty])
+                self.given(inner.unary(*operator), *part)
             }),
             Expr::Binary(operator, lhs, rhs, part) => {
                 let (lhs, rhs) = (self.expr(lhs), self.expr(rhs));
-                self.given(lhs.binary(*operator, &rhs), *part, operator.text(), &[&lhs.ty, &rhs.ty])
+                self.given(lhs.binary(*operator, &rhs), *part)
             }
             Expr::Call { callee, arguments, .. } => Typed::of(self.call(callee, arguments)),
         }
     }
 
-    fn given(
-        &mut self,
-        given: Result<Typed, Wrong>,
-        part: Part,
-        operator: &str,
-        operands: &[&Type],
-    ) -> Typed {
+    fn given(&mut self, given: Result<Typed, Wrong>, part: Part) -> Typed {
         given.unwrap_or_else(|wrong| {
-            let at = self.at(part);
-            self.report(diagnostics::operator_type::wrong(at, wrong, operator, operands));
+            self.report(part, wrong.into());
             Typed::UNKNOWN
         })
     }
@@ -690,7 +682,9 @@ impl<'db> Typer<'_, 'db> {
                     (Some(_), _) => own.result,
                 }
             }
-            Callee::Read | Callee::Write | Callee::Status => self.port(found, callee, arguments),
+            Callee::Read => self.port(Builtin::Read, callee, arguments),
+            Callee::Write => self.port(Builtin::Write, callee, arguments),
+            Callee::Status => self.port(Builtin::Status, callee, arguments),
             Callee::Send => self.send(callee, arguments),
             Callee::Collect => self.collect(callee, arguments),
         }
@@ -718,42 +712,39 @@ impl<'db> Typer<'_, 'db> {
             return (!is_hidden).then_some(Callee::Codel(found));
         }
         let Some(Expr::Name(first)) = arguments.first() else { return None };
-        if name == "collect" {
+        let builtin = Builtin::of_name(name)?;
+        if builtin == Builtin::Collect {
             let handler = self.core.handlers.iter().any(|handler| handler.name.name == first.name);
             return handler.then_some(Callee::Collect);
         }
         let operand = self.features.get(&first.name)?.kind;
-        if !operand.is_operand_of(name) {
-            return None;
-        }
-        Some(match name.as_str() {
-            "read" => Callee::Read,
-            "write" => Callee::Write,
-            "status" => Callee::Status,
-            _ => Callee::Send,
+        builtin.takes(operand).then_some(match builtin {
+            Builtin::Read => Callee::Read,
+            Builtin::Write => Callee::Write,
+            Builtin::Status => Callee::Status,
+            Builtin::Send => Callee::Send,
+            Builtin::Collect => Callee::Collect,
         })
     }
 
     /// Says how many arguments there should be, where there are not as many.
-    fn count(&mut self, callee: &NameRef, takes: &str, is_right: bool, found: usize) -> bool {
+    fn count(&mut self, callee: &NameRef, takes: Takes, is_right: bool, found: usize) -> bool {
         if !is_right && self.whole {
-            let at = self.at(callee.part);
-            self.report(diagnostics::argument_count::report(at, &callee.name, takes, found));
+            let callee_name = callee.name.clone();
+            self.report(callee.part, FactKind::ArgumentCount { callee: callee_name, takes, found });
         }
         is_right
     }
 
     fn arguments(&mut self, callee: &NameRef, parameters: &[(Direction, Name, Type)], arguments: &[Expr]) {
-        let takes = match parameters.len() {
-            0 => "no arguments".to_owned(),
-            1 => "1 argument".to_owned(),
-            several => format!("{several} arguments"),
-        };
-        let is_right = self.count(callee, &takes, parameters.len() == arguments.len(), arguments.len());
+        let takes = Takes::Arguments(parameters.len());
+        let is_right = self.count(callee, takes, parameters.len() == arguments.len(), arguments.len());
         for (index, argument) in arguments.iter().enumerate() {
             match parameters.get(index).filter(|_| is_right) {
                 Some((Direction::In, name, ty)) => self.input(&callee.name, name, ty, argument),
-                Some((_, name, ty)) => self.output(&callee.name, name, ty, argument),
+                Some((_, name, ty)) => {
+                    self.output(&callee.name, &ParameterName::Named(name.clone()), ty, argument);
+                }
                 None => {
                     self.expr(argument);
                 }
@@ -762,45 +753,39 @@ impl<'db> Typer<'_, 'db> {
     }
 
     /// An argument that goes in.
-    fn input(&mut self, of: &str, parameter: &str, expected: &Type, argument: &Expr) {
+    fn input(&mut self, of: &Name, parameter: &Name, expected: &Type, argument: &Expr) {
         let found = self.expr(argument);
         if !found.ty.fits(found.value.as_ref(), expected)
             && let Some(part) = argument.part()
         {
-            self.report(diagnostics::argument_type::report(
-                self.at(part),
-                of,
-                parameter,
-                expected,
-                &found.ty,
-            ));
+            let parameter = ParameterName::Named(parameter.clone());
+            self.report(part, argument_type(of, &parameter, expected, &found.ty));
         }
     }
 
     /// An argument that something comes back to.
-    fn output(&mut self, of: &str, parameter: &str, expected: &Type, argument: &Expr) {
+    fn output(&mut self, of: &Name, parameter: &ParameterName, expected: &Type, argument: &Expr) {
         let Some(part) = argument.part() else { return };
         let Expr::Name(name) = argument else {
             self.expr(argument);
-            self.report(diagnostics::out_argument::report(self.at(part), of, parameter));
+            self.report(part, out_argument(of, parameter));
             return;
         };
         match self.value(name) {
             Some(Meaning::Variable(index)) => {
                 let Some(variable) = self.found.variables.get(index) else { return };
                 if matches!(variable.kind, VariableKind::Handler | VariableKind::Parameter(Direction::In)) {
-                    self.report(diagnostics::out_argument::report(self.at(part), of, parameter));
+                    self.report(part, out_argument(of, parameter));
                 } else if !variable.ty.is(expected) {
-                    let found = variable.ty.clone();
-                    let report = diagnostics::argument_type::report;
-                    self.report(report(self.at(part), of, parameter, expected, &found));
+                    let kind = argument_type(of, parameter, expected, &variable.ty);
+                    self.report(part, kind);
                 }
             }
             Some(Meaning::Feature(shell_of, index)) => {
                 let kind = feature(self.db, shell_of, index).map(|it| it.kind);
                 // An operation is reported as one that is not called.
                 if kind.is_some_and(|kind| !kind.is_operation()) {
-                    self.report(diagnostics::out_argument::report(self.at(part), of, parameter));
+                    self.report(part, out_argument(of, parameter));
                 }
             }
             None => {}
@@ -808,8 +793,7 @@ impl<'db> Typer<'_, 'db> {
     }
 
     /// `read(port, variable)`, `write(port, value)`, `status(port)`
-    fn port(&mut self, function: Callee<'db>, callee: &NameRef, arguments: &[Expr]) -> Type {
-        let name = callee.name.as_str();
+    fn port(&mut self, function: Builtin, callee: &NameRef, arguments: &[Expr]) -> Type {
         let Some(Expr::Name(port)) = arguments.first() else { return Type::Unknown };
         let mut ty = Type::Unknown;
         if let Some(feature) = self.features.get(&port.name) {
@@ -818,32 +802,25 @@ impl<'db> Typer<'_, 'db> {
             ty = data.map_or(Type::Unknown, |data| {
                 type_of(self.db, self.project, feature.shell, data.ty.as_ref())
             });
-            let wanted = if function == Callee::Write { FeatureKind::Output } else { FeatureKind::Input };
-            if feature.kind != wanted {
-                self.report(diagnostics::port_direction::report(
-                    self.at(port.part),
-                    name,
-                    &port.name,
-                    feature.kind,
-                ));
+            if function.operand() != Operand::Port(feature.kind) {
+                let (port_name, is) = (port.name.clone(), feature.kind);
+                self.report(port.part, FactKind::PortDirection { function, port: port_name, is });
             }
         }
-        let (takes, count) = match function {
-            Callee::Read => ("an input port and a variable", 2),
-            Callee::Write => ("an output port and a value", 2),
-            _ => ("an input port", 1),
-        };
-        let is_right = self.count(callee, takes, arguments.len() == count, arguments.len());
+        let count = if function == Builtin::Status { 1 } else { 2 };
+        let is_right = self.count(callee, Takes::Port(function), arguments.len() == count, arguments.len());
         for argument in arguments.iter().skip(1) {
             match function {
-                Callee::Read if is_right => self.output(name, &port.name, &ty, argument),
-                Callee::Write if is_right => self.assigned(&port.name, &ty, argument),
+                Builtin::Read if is_right => {
+                    self.output(&callee.name, &ParameterName::Named(port.name.clone()), &ty, argument);
+                }
+                Builtin::Write if is_right => self.assigned(&port.name, &ty, argument),
                 _ => {
                     self.expr(argument);
                 }
             }
         }
-        if function == Callee::Write { Type::Void } else { Type::PortStatus }
+        if function == Builtin::Write { Type::Void } else { Type::PortStatus }
     }
 
     /// `send(operation, in and inout arguments…)`
@@ -857,12 +834,8 @@ impl<'db> Typer<'_, 'db> {
         }
         let inputs: Vec<_> =
             signature.parameters.iter().filter(|(direction, ..)| *direction != Direction::Out).collect();
-        let takes = format!(
-            "`{}`, and then {} for its `in` and `inout` parameters",
-            operation.name,
-            values(inputs.len())
-        );
-        let is_right = self.count(callee, &takes, rest.len() == inputs.len(), rest.len());
+        let takes = Takes::Send { operation: operation.name.clone(), values: inputs.len() };
+        let is_right = self.count(callee, takes, rest.len() == inputs.len(), rest.len());
         for (index, argument) in rest.iter().enumerate() {
             match inputs.get(index).filter(|_| is_right) {
                 Some((_, name, ty)) => self.input(&operation.name, name, ty, argument),
@@ -888,16 +861,13 @@ impl<'db> Typer<'_, 'db> {
             return Type::CallStatus;
         };
         let result =
-            (signature.result != Type::Void).then(|| (Name::from("the result"), signature.result.clone()));
+            (signature.result != Type::Void).then(|| (ParameterName::Result, signature.result.clone()));
         let outputs = signature.parameters.iter().filter(|(direction, ..)| *direction != Direction::In);
-        let outputs: Vec<(Name, Type)> =
-            result.into_iter().chain(outputs.map(|(_, name, ty)| (name.clone(), ty.clone()))).collect();
-        let takes = match outputs.len() {
-            0 => "a handler".to_owned(),
-            count => format!("a handler, and then nothing or variables for its {}", values(count)),
-        };
+        let outputs = outputs.map(|(_, name, ty)| (ParameterName::Named(name.clone()), ty.clone()));
+        let outputs: Vec<(ParameterName, Type)> = result.into_iter().chain(outputs).collect();
+        let takes = Takes::Collect { values: outputs.len() };
         let is_right = rest.is_empty() || rest.len() == outputs.len();
-        let is_right = self.count(callee, &takes, is_right, rest.len());
+        let is_right = self.count(callee, takes, is_right, rest.len());
         for (index, argument) in rest.iter().enumerate() {
             match outputs.get(index).filter(|_| is_right) {
                 Some((name, ty)) => self.output(&callee.name, name, ty, argument),
@@ -910,8 +880,18 @@ impl<'db> Typer<'_, 'db> {
     }
 }
 
-fn values(count: usize) -> String {
-    if count == 1 { "1 value".to_owned() } else { format!("{count} values") }
+fn argument_type<'db>(
+    callee: &Name,
+    parameter: &ParameterName,
+    expected: &Type,
+    found: &Type,
+) -> FactKind<'db> {
+    let (callee, parameter) = (callee.clone(), parameter.clone());
+    FactKind::ArgumentType { callee, parameter, expected: expected.clone(), found: found.clone() }
+}
+
+fn out_argument<'db>(callee: &Name, parameter: &ParameterName) -> FactKind<'db> {
+    FactKind::OutArgument { callee: callee.clone(), parameter: parameter.clone() }
 }
 
 /// Does every path end with a `return`?

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use crate::fact::NoValue;
 use crate::item_tree::{BinaryOperator, Literal, UnaryOperator};
 
 /// A constant.
@@ -43,8 +44,6 @@ impl fmt::Display for Value {
 
 /// In bytes.
 const LONGEST_TEXT: usize = 1 << 16;
-const TOO_LONG: &str = "this text is longer than 65536 bytes";
-const TOO_GREAT: &str = "whole numbers end at 2147483647";
 
 impl Value {
     /// As a number.
@@ -60,15 +59,15 @@ impl Value {
     ///
     /// # Errors
     ///
-    /// It is a number that is too great, in words.
-    pub fn of_literal(literal: &Literal) -> Result<Option<Value>, &'static str> {
+    /// It is a number that is too great.
+    pub fn of_literal(literal: &Literal) -> Result<Option<Value>, NoValue> {
         Ok(Some(match literal {
             Literal::Bool(value) => Value::Bool(*value),
             Literal::String(value) => Value::String(value.to_string()),
-            Literal::Int(text) => Value::Int(whole_number(text).ok_or(TOO_GREAT)?),
+            Literal::Int(text) => Value::Int(whole_number(text).ok_or(NoValue::GreaterThanGreatest)?),
             Literal::Float(text) => match text.parse::<f64>() {
                 Ok(value) if value.is_finite() => Value::Double(value),
-                _ => return Err("this number is too great for a double"),
+                _ => return Err(NoValue::DoubleLiteralTooLarge),
             },
             Literal::Status(_) => return Ok(None),
         }))
@@ -78,12 +77,12 @@ impl Value {
     ///
     /// # Errors
     ///
-    /// It has no value, in words.
-    pub fn unary(&self, operator: UnaryOperator) -> Result<Option<Value>, &'static str> {
+    /// It has no value.
+    pub fn unary(&self, operator: UnaryOperator) -> Result<Option<Value>, NoValue> {
         Ok(match (operator, self) {
             (UnaryOperator::Not, Value::Bool(value)) => Some(Value::Bool(!value)),
             (UnaryOperator::Minus, Value::Int(value)) => {
-                Some(Value::Int(value.checked_neg().ok_or(TOO_GREAT)?))
+                Some(Value::Int(value.checked_neg().ok_or(NoValue::GreaterThanGreatest)?))
             }
             (UnaryOperator::Minus, Value::Double(value)) => Some(Value::Double(-value)),
             _ => None,
@@ -94,8 +93,8 @@ impl Value {
     ///
     /// # Errors
     ///
-    /// It has no value: what is wrong, in words.
-    pub fn binary(&self, operator: BinaryOperator, other: &Value) -> Result<Option<Value>, &'static str> {
+    /// It has no value.
+    pub fn binary(&self, operator: BinaryOperator, other: &Value) -> Result<Option<Value>, NoValue> {
         use BinaryOperator as Op;
         Ok(Some(match (self, other) {
             (Value::Bool(a), Value::Bool(b)) => Value::Bool(match operator {
@@ -107,25 +106,25 @@ impl Value {
             }),
             (Value::String(a), Value::String(b)) => match operator {
                 // One that is joined with itself again and again has no end.
-                Op::Add if a.len() + b.len() > LONGEST_TEXT => return Err(TOO_LONG),
+                Op::Add if a.len() + b.len() > LONGEST_TEXT => return Err(NoValue::StringTooLong),
                 Op::Add => Value::String(format!("{a}{b}")),
                 Op::Equal => Value::Bool(a == b),
                 Op::NotEqual => Value::Bool(a != b),
                 _ => return Ok(None),
             },
             (Value::Int(a), Value::Int(b)) => match operator {
-                Op::Divide | Op::Remainder if *b == 0 => return Err(DIVISION),
-                Op::Add => Value::Int(a.checked_add(*b).ok_or(OVERFLOW)?),
-                Op::Subtract => Value::Int(a.checked_sub(*b).ok_or(OVERFLOW)?),
-                Op::Multiply => Value::Int(a.checked_mul(*b).ok_or(OVERFLOW)?),
-                Op::Divide => Value::Int(a.checked_div(*b).ok_or(OVERFLOW)?),
-                Op::Remainder => Value::Int(a.checked_rem(*b).ok_or(OVERFLOW)?),
+                Op::Divide | Op::Remainder if *b == 0 => return Err(NoValue::DivisionByZero),
+                Op::Add => Value::Int(a.checked_add(*b).ok_or(NoValue::TooLarge)?),
+                Op::Subtract => Value::Int(a.checked_sub(*b).ok_or(NoValue::TooLarge)?),
+                Op::Multiply => Value::Int(a.checked_mul(*b).ok_or(NoValue::TooLarge)?),
+                Op::Divide => Value::Int(a.checked_div(*b).ok_or(NoValue::TooLarge)?),
+                Op::Remainder => Value::Int(a.checked_rem(*b).ok_or(NoValue::TooLarge)?),
                 _ => return Ok(compared(operator, f64::from(*a), f64::from(*b))),
             },
             _ => {
                 let (Some(a), Some(b)) = (self.number(), other.number()) else { return Ok(None) };
                 let value = match operator {
-                    Op::Divide if b == 0.0 => return Err(DIVISION),
+                    Op::Divide if b == 0.0 => return Err(NoValue::DivisionByZero),
                     Op::Add => a + b,
                     Op::Subtract => a - b,
                     Op::Multiply => a * b,
@@ -133,7 +132,7 @@ impl Value {
                     _ => return Ok(compared(operator, a, b)),
                 };
                 if !value.is_finite() {
-                    return Err("this is too great for a double");
+                    return Err(NoValue::DoubleTooLarge);
                 }
                 Value::Double(value)
             }
@@ -150,10 +149,6 @@ impl Value {
         }
     }
 }
-
-/// Why a division has no value.
-pub(crate) const DIVISION: &str = "this divides by zero";
-const OVERFLOW: &str = "this is too great for a whole number: they have 32 bits";
 
 fn compared(operator: BinaryOperator, a: f64, b: f64) -> Option<Value> {
     Some(Value::Bool(match operator {
@@ -186,10 +181,10 @@ mod tests {
         let int = Value::Int;
         assert_eq!(int(7).binary(Op::Divide, &int(-2)), Ok(Some(int(-3))));
         assert_eq!(int(7).binary(Op::Remainder, &int(-2)), Ok(Some(int(1))));
-        assert_eq!(int(i32::MAX).binary(Op::Add, &int(1)), Err(OVERFLOW));
-        assert_eq!(int(i32::MIN).binary(Op::Divide, &int(-1)), Err(OVERFLOW));
-        assert_eq!(int(1).binary(Op::Divide, &int(0)), Err(DIVISION));
-        assert_eq!(int(1).binary(Op::Divide, &Value::Double(0.0)), Err(DIVISION));
+        assert_eq!(int(i32::MAX).binary(Op::Add, &int(1)), Err(NoValue::TooLarge));
+        assert_eq!(int(i32::MIN).binary(Op::Divide, &int(-1)), Err(NoValue::TooLarge));
+        assert_eq!(int(1).binary(Op::Divide, &int(0)), Err(NoValue::DivisionByZero));
+        assert_eq!(int(1).binary(Op::Divide, &Value::Double(0.0)), Err(NoValue::DivisionByZero));
         assert_eq!(int(1).binary(Op::Divide, &Value::Double(2.0)), Ok(Some(Value::Double(0.5))));
         assert_eq!(whole_number("0x7fffffff"), Some(i32::MAX));
         assert_eq!(whole_number("2147483648"), None);
@@ -202,6 +197,6 @@ mod tests {
         assert_eq!(text("/dev").binary(Op::Add, &text("/tty0")), Ok(Some(text("/dev/tty0"))));
         let half = text(&"a".repeat(LONGEST_TEXT / 2));
         let whole = half.binary(Op::Add, &half).unwrap().unwrap();
-        assert_eq!(whole.binary(Op::Add, &text("a")), Err(TOO_LONG));
+        assert_eq!(whole.binary(Op::Add, &text("a")), Err(NoValue::StringTooLong));
     }
 }

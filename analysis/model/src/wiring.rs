@@ -3,7 +3,7 @@
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
-use crate::diagnostics::{self, Diagnostic};
+use crate::fact::{Fact, FactKind};
 use crate::flat::{Flat, Link, flat_of};
 use crate::item_tree::{Connection, Endpoint, Feature, FeatureKind, Kind, Name};
 use crate::names::names_of;
@@ -18,7 +18,7 @@ pub(crate) fn check_architecture<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
-) -> Vec<Diagnostic<'db>> {
+) -> Vec<Fact<'db>> {
     let Some(data) = architecture(db, of) else { return Vec::new() };
     let flat = flat_of(db, project, of);
     let mut found = Vec::new();
@@ -26,7 +26,8 @@ pub(crate) fn check_architecture<'db>(
         if let Some((size, part)) = &connection.buffer
             && crate::values::whole_number(size).is_none_or(|size| size < 1)
         {
-            found.push(diagnostics::buffer_size::report(Place::Part(of, *part), size));
+            let kind = FactKind::BufferSize { size: size.as_str().into() };
+            found.push(Fact::new(Place::Part(of, *part), kind));
         }
         let Some(([source, target], at)) = ends(db, project, of, flat, connection) else { continue };
         if (source.data.kind, target.data.kind) != (FeatureKind::Output, FeatureKind::Input) {
@@ -38,11 +39,9 @@ pub(crate) fn check_architecture<'db>(
             let side = |end: &End<'db>| {
                 Place::Part(end.shell, end.data.ty.as_ref().map_or(end.data.name.part, |it| it.part))
             };
-            let ends = [
-                (source.name.as_str(), &gives, side(&source)),
-                (target.name.as_str(), &takes, side(&target)),
-            ];
-            found.push(diagnostics::connection_type::report(at, ends));
+            let (from, to) = (side(&source), side(&target));
+            let ends = [(source.name, gives, from), (target.name, takes, to)];
+            found.push(Fact::new(at, FactKind::ConnectionType { ends }));
         }
     }
     for connection in &data.operations {
@@ -53,9 +52,8 @@ pub(crate) fn check_architecture<'db>(
         let [provided, required] = [&source, &target]
             .map(|end| signature(db, project, end.shell, &end.data.parameters, end.data.ty.as_ref()));
         if !provided.is(&required) {
-            let shown = [provided.show(&source.feature), required.show(&target.feature)];
-            let [provided, required] = &shown;
-            found.push(diagnostics::operation_signature::report(at, [provided, required]));
+            let (provided, required) = (provided.show(&source.feature), required.show(&target.feature));
+            found.push(Fact::new(at, FactKind::OperationSignature { provided, required }));
         }
     }
     found.extend(two_writers(db, project, of, flat));
@@ -98,7 +96,7 @@ fn two_writers<'db>(
     project: Project<'db>,
     of: Decl<'db>,
     flat: &Flat<'db>,
-) -> Vec<Diagnostic<'db>> {
+) -> Vec<Fact<'db>> {
     let mut first: FxHashMap<&(Name, Name), &Link<'db>> = FxHashMap::default();
     let mut found = Vec::new();
     let is_input = |(instance, port): &(Name, Name)| {
@@ -106,9 +104,8 @@ fn two_writers<'db>(
         feature.is_some_and(|feature| feature.kind == FeatureKind::Input)
     };
     // Those of imported architectures come first: they are there already.
-    let own = |at: &Place<'db>| matches!(at, Place::Part(decl, _) if *decl == of);
     let links = flat.links.iter().filter(|link| !link.operation);
-    let (mine, others): (Vec<_>, Vec<_>) = links.partition(|link| own(&link.at));
+    let (mine, others): (Vec<_>, Vec<_>) = links.partition(|link| link.is_in(of));
     // What one import has already is reported there.
     let imports = architecture(db, of).into_iter().flat_map(|data| data.imports.iter().flatten());
     let imports: Vec<&Flat<'db>> = imports
@@ -123,7 +120,9 @@ fn two_writers<'db>(
         };
         let is_known = imports.iter().any(|import| has(import, &earlier.at) && has(import, &link.at));
         if !is_known && is_input(&link.target) {
-            found.push(diagnostics::two_writers::report(of, earlier, link));
+            let at = if link.is_in(of) { link.at.clone() } else { Place::name_of(of) };
+            let (first, second) = (Box::new(earlier.clone()), Box::new(link.clone()));
+            found.push(Fact::new(at, FactKind::TwoWriters { of, first, second }));
         }
     }
     found
@@ -145,7 +144,7 @@ pub(crate) fn check_deployment<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
-) -> Vec<Diagnostic<'db>> {
+) -> Vec<Fact<'db>> {
     let (Some(data), Some((flat, _))) = (deployment(db, of), deployed(db, project, of)) else {
         return Vec::new();
     };
@@ -177,27 +176,27 @@ pub(crate) fn check_deployment<'db>(
             let Some(declared) = feature.data(db) else { continue };
             let end = (instance.name.clone(), name.clone());
             let place = Place::Part(feature.shell, declared.name.part);
+            let instance = instance.name.clone();
             match feature.kind {
                 FeatureKind::Property | FeatureKind::Constant
                     if declared.value.is_none() && !set.contains(&end) && !may_be_set(&end) =>
                 {
-                    let report = diagnostics::missing_value::report;
-                    found.push(report(at.clone(), &instance.name, feature.kind, name, place));
+                    let (kind, name, declared) = (feature.kind, name.clone(), place);
+                    let kind = FactKind::MissingValue { instance, kind, name, declared };
+                    found.push(Fact::new(at.clone(), kind));
                 }
                 FeatureKind::Required if !connected.contains(&end) && !lost => {
-                    found.push(diagnostics::unconnected_operation::report(
-                        at.clone(),
-                        &instance.name,
-                        name,
-                        place,
-                    ));
+                    let (name, declared) = (name.clone(), place);
+                    let kind = FactKind::UnconnectedOperation { instance, name, declared };
+                    found.push(Fact::new(at.clone(), kind));
                 }
-                FeatureKind::Input if !connected.contains(&end) && !lost => open.push(name.as_str()),
+                FeatureKind::Input if !connected.contains(&end) && !lost => open.push(name.clone()),
                 _ => {}
             }
         }
         if !open.is_empty() {
-            found.push(diagnostics::unconnected_input::report(at, &instance.name, &open));
+            let instance = instance.name.clone();
+            found.push(Fact::new(at, FactKind::UnconnectedInput { instance, ports: open }));
         }
     }
     found

@@ -1,7 +1,7 @@
 //! `library.Name` as `Name`, with a `use` of the library where it needs one; and back.
 
 use mauve_model::item_tree::{Kind, Name, Part, TypeRef};
-use mauve_model::{BUILT_IN_FUNCTIONS, Decl, File, ModelDb, Project, Unresolved, declaration_at, names_of};
+use mauve_model::{Builtin, Decl, File, ModelDb, Project, Unresolved, declaration_at, names_of};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::format::Replacement;
 use mauve_syntax::{TextRange, is_whole};
@@ -81,8 +81,7 @@ fn shortened(
     // With the library in use, all of its names mean something: none of them may mean something else now, nor be that of
     // a built-in function.
     for other in names.all.iter().filter(|it| it.library(db).as_deref() == Some(library)) {
-        let is_built_in =
-            other.kind(db) == Kind::Codel && BUILT_IN_FUNCTIONS.contains(&other.name(db).as_str());
+        let is_built_in = other.kind(db) == Kind::Codel && Builtin::of_name(other.name(db)).is_some();
         let found = names.resolve(db, own, other.kind(db), std::slice::from_ref(other.name(db)));
         let is_taken = found.as_ref().is_ok_and(|found| found.library(db).as_ref() != own);
         if is_built_in || is_taken || found == Err(Unresolved::Ambiguous) {

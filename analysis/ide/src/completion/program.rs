@@ -1,7 +1,7 @@
 //! Statements, and the operands of expressions.
 
 use mauve_model::item_tree::{Direction, FeatureKind, Kind};
-use mauve_model::{BUILT_IN_FUNCTIONS, Type, VariableKind};
+use mauve_model::{Builtin, Operand, Type, VariableKind};
 use mauve_syntax::SyntaxKind::*;
 
 use super::position::{ends_operand, without_path};
@@ -164,26 +164,26 @@ impl<'db> Completer<'_, 'db> {
             }
         }
         let has = |kind| scope.features.values().any(|(_, feature)| feature.kind == kind);
-        for name in BUILT_IN_FUNCTIONS {
-            let takes = self.at.first_argument.as_ref().is_none_or(|first| match name {
+        for builtin in Builtin::ALL {
+            let name = builtin.name();
+            let takes = self.at.first_argument.as_ref().is_none_or(|first| match builtin.operand() {
                 _ if !first.kind().is_word() => true,
-                "collect" => scope
+                Operand::Handler => scope
                     .variables
                     .iter()
                     .any(|variable| variable.kind == VariableKind::Handler && variable.name == *first.text()),
-                _ => scope.features.get(first.text()).is_some_and(|(_, it)| it.kind.is_operand_of(name)),
+                _ => scope.features.get(first.text()).is_some_and(|(_, it)| builtin.takes(it.kind)),
             });
             let makes_sense = takes
-                && match name {
-                    "write" => has(FeatureKind::Output),
-                    "send" => has(FeatureKind::Required),
-                    "collect" => scope.variables.iter().any(|it| it.kind == VariableKind::Handler),
-                    _ => has(FeatureKind::Input),
+                && match builtin.operand() {
+                    Operand::Port(kind) => has(kind),
+                    Operand::Operation => has(FeatureKind::Required),
+                    Operand::Handler => scope.variables.iter().any(|it| it.kind == VariableKind::Handler),
                 };
             // A status that nobody looks at means nothing, nor does a call that no handler has.
-            let is_idle = is_statement && matches!(name, "status" | "send");
+            let is_idle = is_statement && matches!(builtin, Builtin::Status | Builtin::Send);
             if let Some(mut callable) = scope.built_in(name, None).filter(|_| makes_sense && !is_idle) {
-                if name == "collect" {
+                if builtin == Builtin::Collect {
                     callable.parameters.truncate(1);
                 }
                 let (shown, _) = callable.shown();

@@ -1,12 +1,12 @@
 //! The proof that a rename keeps all meanings: it is known what all names what is renamed, and once the texts are read as they
 //! would be, every name stands for what it stood for.
 
-use mauve_model::diagnostics::{Diagnostic, Severity, declaration_diagnostics};
+use mauve_model::diagnostics::{Diagnostic, render};
 use mauve_model::item_tree::{Data, Endpoint, Kind, NameRef};
 use mauve_model::{
-    BUILT_IN_FUNCTIONS, Database, Decl, File, ModelDb, Place, Project, Workspace, behaviour_of, config_file,
-    config_of, data, declaration_at, declarations, features_of, flat_of, includes, is_model, names_of, parse,
-    project_files, projects, shell_of, table, typing_of,
+    Builtin, Database, Decl, File, ModelDb, Place, Project, Workspace, behaviour_of, config_file, config_of,
+    data, declaration_at, declaration_facts, declarations, features_of, flat_of, includes, is_model,
+    names_of, parse, project_files, projects, shell_of, table, typing_of,
 };
 use mauve_syntax::format::Replacement;
 use mauve_syntax::{SyntaxKind, SyntaxToken, TextRange, TextSize};
@@ -128,7 +128,7 @@ impl<'db> Renaming<'_, 'db> {
                 .find(|it| !it.kind().is_trivia())
         };
         let is_call = || next(&token).is_some_and(|next| next.kind() == SyntaxKind::L_PAREN);
-        if BUILT_IN_FUNCTIONS.contains(&token.text()) && is_call() {
+        if Builtin::of_name(token.text()).is_some() && is_call() {
             return false;
         }
         // The types of values are none of ours.
@@ -317,15 +317,13 @@ fn errors<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     file: File,
-) -> impl Iterator<Item = &'db Diagnostic<'db>> {
+) -> impl Iterator<Item = Diagnostic<'db>> {
     let found = declarations(db, file).all.iter().flat_map(move |&decl| match decl.kind(db) {
         Kind::Deployment => [&[][..], &[]],
-        Kind::Core => {
-            [&behaviour_of(db, project, decl).diagnostics[..], &typing_of(db, project, decl).diagnostics]
-        }
-        _ => [&declaration_diagnostics(db, project, decl)[..], &[]],
+        Kind::Core => [&behaviour_of(db, project, decl).facts[..], &typing_of(db, project, decl).facts],
+        _ => [&declaration_facts(db, project, decl)[..], &[]],
     });
-    found.flatten().filter(|it| it.code.severity == Severity::Error)
+    found.flatten().filter(|fact| fact.is_error()).map(move |fact| render(db, project, fact))
 }
 
 /// A name, wherever it stands in the new text: what it stands for, and what it does.

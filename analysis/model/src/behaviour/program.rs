@@ -5,13 +5,13 @@
 use rustc_hash::FxHashMap;
 
 use super::{Cost, Reader};
-use crate::diagnostics;
+use crate::builtin::{Builtin, Operand};
+use crate::fact::{CorePart, CoreReason, FactKind, Hidden, NotCallable, SendInstead, Unreachable};
 use crate::item_tree::{
     BinaryOperator, Expr, FeatureKind, Kind, Literal, Name, NameRef, Part, Program, Statement, Variable,
 };
 use crate::names::{Unresolved, similar};
 use crate::source::{Decl, Place};
-use crate::typing::BUILT_IN_FUNCTIONS;
 use crate::values::Value;
 
 /// The variables in scope, innermost last.
@@ -110,7 +110,7 @@ impl<'db> Reader<'_, 'db> {
     /// The cost of a program along its worst path.
     pub(super) fn program(&mut self, program: &Program) -> Cost<'db> {
         if !program.whole {
-            self.refuse_here("a program has a syntax error");
+            self.refuse_here(CoreReason::SyntaxError(CorePart::Program));
         }
         let variables_lost = self.variables_lost;
         self.variables_lost |= !program.whole;
@@ -152,7 +152,7 @@ impl<'db> Reader<'_, 'db> {
                     && let Some(part) = never.first().and_then(Statement::part)
                 {
                     let at = self.at(part);
-                    self.found.diagnostics.push(diagnostics::unreachable_code::branch(at, value));
+                    self.report(at, FactKind::UnreachableCode(Unreachable::Branch(value)));
                 }
                 return paths.after(&own);
             }
@@ -177,8 +177,7 @@ impl<'db> Reader<'_, 'db> {
                 // A call of which the name or the brackets were lost. (If it names a codel, that is said already.)
                 let is_new = refusals == self.found.refusals.len() && self.program_whole;
                 if let Some(part) = of_no_call(value).filter(|_| is_new) {
-                    let at = self.at(part);
-                    self.refuse(diagnostics::no_effect::report(at));
+                    self.refuse(self.at(part), FactKind::NoEffect);
                 }
             }
         }
@@ -254,24 +253,20 @@ impl<'db> Reader<'_, 'db> {
     /// name, which may be missing.
     fn is_built_in_call(&self, callee: &NameRef, arguments: &[Expr]) -> bool {
         let Some(Expr::Name(first)) = arguments.first() else { return false };
-        if callee.name == "collect" {
+        let Some(builtin) = Builtin::of_name(&callee.name) else { return false };
+        if builtin == Builtin::Collect {
             return self.core.handlers.iter().any(|handler| handler.name.name == first.name);
         }
         // Ports and operations are no values: a variable of the same name is not meant, unless a codel may be missing.
         if self.scope.contains(&first.name) && self.names.is_in_doubt() {
             return false;
         }
-        self.features.get(&first.name).is_some_and(|feature| feature.kind.is_operand_of(&callee.name))
+        self.features.get(&first.name).is_some_and(|feature| builtin.takes(feature.kind))
     }
 
     /// Reports a port, operation or handler of a built-in function that is none, nor anything else.
     fn misspelt_operand(&mut self, callee: &NameRef, arguments: &[Expr]) -> bool {
-        let what = match callee.name.as_str() {
-            "read" | "write" | "status" => "port",
-            "send" => "required operation",
-            "collect" => "handler",
-            _ => return false,
-        };
+        let Some(function) = Builtin::of_name(&callee.name) else { return false };
         let Some(Expr::Name(first)) = arguments.first() else { return false };
         let hidden = self.scope.contains(&callee.name) || self.features.get(&callee.name).is_some();
         let is_known = self.scope.contains(&first.name)
@@ -286,12 +281,12 @@ impl<'db> Reader<'_, 'db> {
             return false;
         }
         let features = self.features.by_name.iter();
-        let fitting =
-            features.filter(|(_, found)| found.iter().any(|it| it.kind.is_operand_of(&callee.name)));
-        let handlers = self.core.handlers.iter().map(|it| &it.name.name).filter(|_| what == "handler");
+        let fitting = features.filter(|(_, found)| found.iter().any(|it| function.takes(it.kind)));
+        let takes_handler = function.operand() == Operand::Handler;
+        let handlers = self.core.handlers.iter().map(|it| &it.name.name).filter(|_| takes_handler);
         let near = similar(&first.name, fitting.map(|(name, _)| name).chain(handlers));
-        let at = self.at(first.part);
-        self.refuse(diagnostics::unresolved_variable::operand(at, what, &first.name, near));
+        let name = first.name.clone();
+        self.refuse(self.at(first.part), FactKind::UnresolvedOperand { function, name, near });
         true
     }
 
@@ -310,22 +305,22 @@ impl<'db> Reader<'_, 'db> {
         let at = self.at(*part);
         if let Some(feature) = self.features.get(name) {
             if feature.kind.is_operation() {
-                self.refuse(diagnostics::unresolved_variable::not_called(at, name, "an operation"));
+                self.refuse(at, FactKind::NotCalled { name: name.clone(), is_operation: true });
             }
             return;
         }
         match self.codel(name) {
             Ok(_) | Err(Unresolved::Ambiguous | Unresolved::Repeated) => {
-                self.refuse(diagnostics::unresolved_variable::not_called(at, name, "a codel"));
+                self.refuse(at, FactKind::NotCalled { name: name.clone(), is_operation: false });
             }
             // One mistake: the error that may hide its declaration is reported.
             Err(_) if self.features.lost || self.variables_lost => {
-                self.refuse_in_doubt(&format!("`{name}` may be declared where there is an error"));
+                self.refuse_in_doubt(CoreReason::MayBeDeclared(name.clone()));
             }
             Err(_) => {
                 let known = self.scope.names.iter().chain(self.features.by_name.keys());
                 let near = similar(name, known);
-                self.refuse(diagnostics::unresolved_variable::report(at, name, near));
+                self.refuse(at, FactKind::UnresolvedVariable { name: name.clone(), near });
             }
         }
     }
@@ -337,15 +332,12 @@ impl<'db> Reader<'_, 'db> {
     }
 
     /// Something that hides the codel, or the built-in function, of its name.
-    fn not_callable(&mut self, at: Place<'db>, name: &Name, what: &str) {
-        let hides = match (self.codel(name), name.as_str()) {
-            (Err(Unresolved::Unknown), name) if BUILT_IN_FUNCTIONS.contains(&name) => {
-                Some("built-in function")
-            }
-            (Err(Unresolved::Unknown), _) => None,
-            _ => Some("codel"),
+    fn not_callable(&mut self, at: Place<'db>, name: &Name, is: NotCallable) {
+        let hides = match self.codel(name) {
+            Err(Unresolved::Unknown) => Builtin::of_name(name).map(|_| Hidden::Builtin),
+            _ => Some(Hidden::Codel),
         };
-        self.refuse(diagnostics::unresolved_codel::not_callable(at, name, what, hides));
+        self.refuse(at, FactKind::NotCallable { name: name.clone(), is, hides });
     }
 
     /// What a call costs: a codel, an operation of one's own, or nothing.
@@ -362,7 +354,7 @@ impl<'db> Reader<'_, 'db> {
             }
         }
         if self.scope.contains(name) {
-            self.not_callable(at, name, "a variable");
+            self.not_callable(at, name, NotCallable::Variable);
             return None;
         }
         if let Some(feature) = self.features.get(name) {
@@ -371,7 +363,7 @@ impl<'db> Reader<'_, 'db> {
                     let defined =
                         self.core.operations.iter().position(|operation| operation.name.name == *name);
                     if defined.is_none() {
-                        self.refuse_here(&format!("it does not define the operation `{name}`, and calls it"));
+                        self.refuse_here(CoreReason::UndefinedOperation(name.clone()));
                     }
                     return defined.map(Cost::Operation);
                 }
@@ -380,42 +372,36 @@ impl<'db> Reader<'_, 'db> {
                         handler.operation.as_ref().and_then(|it| it.path.last()) == Some(name)
                     });
                     let statement = self.statement.filter(|(of, ..)| *of == callee.part);
-                    let statement = handler.zip(statement);
-                    let statement =
-                        statement.map(|(it, (_, call, first))| (it.name.name.as_str(), call, first));
-                    self.refuse(diagnostics::blocking_call::report(self.of, callee, statement));
+                    let send = handler.zip(statement).map(|(it, (_, call, first))| SendInstead {
+                        handler: it.name.name.clone(),
+                        call,
+                        first,
+                    });
+                    self.refuse(at, FactKind::BlockingCall { name: name.clone(), send });
                 }
-                FeatureKind::Input | FeatureKind::Output => self.not_callable(at, name, "a port"),
-                FeatureKind::Constant | FeatureKind::Property => self.not_callable(at, name, "a property"),
+                FeatureKind::Input | FeatureKind::Output => self.not_callable(at, name, NotCallable::Port),
+                FeatureKind::Constant | FeatureKind::Property => {
+                    self.not_callable(at, name, NotCallable::Property)
+                }
             }
             return None;
         }
         match self.codel(name) {
             Ok(codel) => return Some(Cost::Codel(codel)),
             Err(Unresolved::Ambiguous) => {
-                self.refuse(diagnostics::ambiguous_name::report(at, Kind::Codel, name))
+                self.refuse(at, FactKind::AmbiguousName { kind: Kind::Codel, name: name.clone() });
             }
-            Err(Unresolved::Repeated) => self.refuse_here(&format!("codel `{name}` is declared twice")),
+            Err(Unresolved::Repeated) => self.refuse_here(CoreReason::RepeatedCodel(name.clone())),
             Err(Unresolved::Lost) => {
-                let why = format!("codel `{name}` is not found: {}", self.names.why_lost());
-                self.refuse_in_doubt(&why);
+                self.refuse_in_doubt(CoreReason::CodelNotFound(name.clone(), self.names.may_hide()));
             }
             // One mistake: the shell that may declare it is reported.
             Err(_) if self.features.lost => {
-                self.refuse_in_doubt(&format!(
-                    "`{name}` may be an operation of its shell, which has an error"
-                ));
+                self.refuse_in_doubt(CoreReason::MayBeOperation(name.clone()));
             }
             Err(_) => {
-                let report = match name.as_str() {
-                    "read" => diagnostics::unresolved_codel::built_in(at, "read(port, variable)"),
-                    "write" => diagnostics::unresolved_codel::built_in(at, "write(port, value)"),
-                    "status" => diagnostics::unresolved_codel::built_in(at, "status(port)"),
-                    "send" => diagnostics::unresolved_codel::built_in(at, "send(operation, …)"),
-                    "collect" => diagnostics::unresolved_codel::built_in(at, "collect(handler, …)"),
-                    _ => diagnostics::unresolved_codel::report(self.db, self.project, self.of, at, name),
-                };
-                self.refuse(report);
+                let unresolved = FactKind::UnresolvedCodel { core: self.of, name: name.clone() };
+                self.refuse(at, Builtin::of_name(name).map_or(unresolved, FactKind::NotBuiltin));
             }
         }
         None

@@ -27,13 +27,34 @@
 //! ```
 
 use super::*;
+use crate::builtin::Builtin;
+use crate::fact::Takes;
 
 code!(ARGUMENT_COUNT, Error, "argument-count");
 
-pub(crate) fn report<'db>(at: Place<'db>, name: &str, takes: &str, found: usize) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Place<'db>, name: &str, takes: &Takes, found: usize) -> Diagnostic<'db> {
     let found = match found {
         0 => "none".to_owned(),
         found => found.to_string(),
     };
-    Diagnostic::new(&ARGUMENT_COUNT, at, format!("`{name}` takes {takes}, found {found}"))
+    Diagnostic::new(&ARGUMENT_COUNT, at, format!("`{name}` takes {}, found {found}", shown(takes)))
+}
+
+fn shown(takes: &Takes) -> String {
+    let values = |count: &usize| if *count == 1 { "1 value".to_owned() } else { format!("{count} values") };
+    match takes {
+        Takes::Arguments(0) => "no arguments".to_owned(),
+        Takes::Arguments(1) => "1 argument".to_owned(),
+        Takes::Arguments(several) => format!("{several} arguments"),
+        Takes::Port(Builtin::Read) => "an input port and a variable".to_owned(),
+        Takes::Port(Builtin::Write) => "an output port and a value".to_owned(),
+        Takes::Port(_) => "an input port".to_owned(),
+        Takes::Send { operation, values: count } => {
+            format!("`{operation}`, and then {} for its `in` and `inout` parameters", values(count))
+        }
+        Takes::Collect { values: 0 } => "a handler".to_owned(),
+        Takes::Collect { values: count } => {
+            format!("a handler, and then nothing or variables for its {}", values(count))
+        }
+    }
 }

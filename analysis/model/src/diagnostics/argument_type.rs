@@ -18,10 +18,20 @@
 //! ```
 
 use super::*;
+use crate::fact::ParameterName;
 
 code!(ARGUMENT_TYPE, Error, "argument-type");
 
-pub(crate) fn report<'db>(at: Place<'db>, of: &str, parameter: &str, expected: &Type, found: &Type) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Place<'db>, of: &str, parameter: &ParameterName, expected: &Type, found: &Type) -> Diagnostic<'db> {
+    let parameter = shown(parameter);
     let message = format!("`{parameter}` of `{of}` is of type {expected}, and this is {found}");
     Diagnostic::new(&ARGUMENT_TYPE, at, message)
+}
+
+/// How a parameter is called.
+pub(super) fn shown(parameter: &ParameterName) -> &str {
+    match parameter {
+        ParameterName::Named(name) => name,
+        ParameterName::Result => "the result",
+    }
 }

@@ -25,7 +25,7 @@ use super::*;
 
 code!(CONDITION_TYPE, Error, "condition-type");
 
-pub(crate) fn report<'db>(of: Decl<'db>, part: Part, found: &Type) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Place<'db>, found: &Type) -> Diagnostic<'db> {
     let comparison = match found {
         Type::PortStatus => Some("== new_data"),
         Type::CallStatus => Some("== success"),
@@ -38,12 +38,12 @@ pub(crate) fn report<'db>(of: Decl<'db>, part: Part, found: &Type) -> Diagnostic
     };
     let advice = comparison.map_or_else(String::new, |it| format!(": compare it, as in `{it}`"));
     let message = format!("a condition is true or false, and {is}{advice}");
-    let report = Diagnostic::new(&CONDITION_TYPE, Place::Part(of, part), message);
+    let report = Diagnostic::new(&CONDITION_TYPE, at.clone(), message);
     // Whatever is a number or a status binds closer than a comparison.
-    match comparison {
-        Some(comparison) => {
+    match (comparison, at) {
+        (Some(comparison), Place::Part(of, part)) => {
             report.fix(format!("Write `{comparison}`"), Place::Behind(of, part), format!(" {comparison}"))
         }
-        None => report,
+        _ => report,
     }
 }

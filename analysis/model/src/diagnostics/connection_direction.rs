@@ -18,41 +18,44 @@
 //! Until an operation is connected the right way, nobody knows who serves it: what provides operations is not analysed.
 
 use super::*;
+use crate::fact::EndKind;
 
 code!(CONNECTION_DIRECTION, Error, "connection-direction");
 
-type End<'a> = (FeatureKind, &'a NameRef, &'a NameRef);
+pub(super) fn swapped<'db>(
+    at: Place<'db>,
+    kind: EndKind,
+    source: &[NameRef; 2],
+    target: &[NameRef; 2],
+) -> Diagnostic<'db> {
+    let [first, last] = ends(kind);
+    let message = format!("this goes from {last} to {first}: swap the two ends");
+    let swapped = source.iter().zip(target).flat_map(|(one, other)| [(one, other), (other, one)]);
+    let edits = swapped.map(|(place, text)| (beside(&at, place.part), text.name.to_string())).collect();
+    let fix = Fix { title: "Swap the two ends".to_owned(), edits };
+    Diagnostic { fixes: vec![fix], ..Diagnostic::new(&CONNECTION_DIRECTION, at, message) }
+}
 
-/// The ends are ports both, or operations both, as `what` says.
-pub(crate) fn report<'db>(
-    what: &str,
-    of: Decl<'db>,
-    (from, source_instance, source): End<'_>,
-    (to, target_instance, target): End<'_>,
-) -> Option<Diagnostic<'db>> {
-    let place = |name: &NameRef| Place::Part(of, name.part);
-    let new = |at, message| Some(Diagnostic::new(&CONNECTION_DIRECTION, place(at), message));
-    let starts = matches!(from, FeatureKind::Output | FeatureKind::Provided);
-    let ends = matches!(to, FeatureKind::Input | FeatureKind::Required);
-    let (first, last) = match what {
-        "port" => ("an output port", "an input port"),
-        _ => ("a provided operation", "a required one"),
+/// Only one of the two ends is wrong.
+pub(super) fn one_end<'db>(
+    at: Place<'db>,
+    kind: EndKind,
+    is_source: bool,
+    instance: &str,
+    name: &str,
+) -> Diagnostic<'db> {
+    let [first, last] = ends(kind);
+    let message = match is_source {
+        true => format!("`{name}` of {instance} is {last}: a connection starts at {first}"),
+        false => format!("`{name}` of {instance} is {first}: a connection ends at {last}"),
     };
-    match (starts, ends) {
-        (true, true) => None,
-        (false, false) => {
-            let message = format!("this goes from {last} to {first}: swap the two ends");
-            let swapped = [(source_instance, target_instance), (source, target)];
-            let swapped = swapped.into_iter().flat_map(|(one, other)| [(one, other), (other, one)]);
-            let edits = swapped.map(|(at, text)| (place(at), text.name.to_string())).collect();
-            let fix = Fix { title: "Swap the two ends".to_owned(), edits };
-            new(source, message).map(|found| Diagnostic { fixes: vec![fix], ..found })
-        }
-        (false, true) => {
-            new(source, format!("`{}` of {} is {last}: a connection starts at {first}", source.name, source_instance.name))
-        }
-        (true, false) => {
-            new(target, format!("`{}` of {} is {first}: a connection ends at {last}", target.name, target_instance.name))
-        }
+    Diagnostic::new(&CONNECTION_DIRECTION, at, message)
+}
+
+/// What a connection starts and ends at.
+fn ends(kind: EndKind) -> [&'static str; 2] {
+    match kind {
+        EndKind::Port => ["an output port", "an input port"],
+        _ => ["a provided operation", "a required one"],
     }
 }

@@ -18,10 +18,10 @@ use super::*;
 
 code!(CONNECTION_TYPE, Error, "connection-type");
 
-pub(crate) fn report<'db>(at: Place<'db>, ends: [(&str, &Type, Place<'db>); 2]) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Place<'db>, ends: &[(String, Type, Place<'db>); 2]) -> Diagnostic<'db> {
     let [(from, source, source_at), (to, target, target_at)] = ends;
     let message = format!("`{to}` is of type {target}, and `{from}` gives {source}");
     Diagnostic::new(&CONNECTION_TYPE, at, message)
-        .related(source_at, format!("this is {source}"))
-        .related(target_at, format!("this is {target}"))
+        .related(source_at.clone(), format!("this is {source}"))
+        .related(target_at.clone(), format!("this is {target}"))
 }

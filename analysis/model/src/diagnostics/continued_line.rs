@@ -21,10 +21,11 @@ use super::*;
 code!(CONTINUED_LINE, Hint, "continued-line");
 
 /// `white` stands before it, and nothing else between the two parts of the value.
-pub(crate) fn report<'db>(at: Place<'db>, white: Option<Place<'db>>, name: &str) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Place<'db>, white: Option<Part>, name: &str) -> Diagnostic<'db> {
     let message = format!("this line is part of the value of `{name}`: end that with `;` if it is not meant to be");
+    let join = white.map(|white| beside(&at, white));
     let found = Diagnostic::new(&CONTINUED_LINE, at, message);
-    match white {
+    match join {
         Some(white) => found.fix("Join the lines", white, " ".to_owned()),
         None => found,
     }

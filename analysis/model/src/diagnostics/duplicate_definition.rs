@@ -16,37 +16,32 @@
 //! ```
 
 use super::*;
+use crate::fact::Defined;
 
 code!(DUPLICATE_DEFINITION, Error, "duplicate-definition");
 
-pub(crate) fn report<'db>(at: Place<'db>, what: &str, name: &str, first: Place<'db>) -> Diagnostic<'db> {
-    let message = format!("a second {what} `{name}`: rename one of them");
+pub(super) fn report<'db>(at: Place<'db>, what: Defined, name: &str, first: Place<'db>) -> Diagnostic<'db> {
+    let message = format!("a second {} `{name}`: rename one of them", shown(what));
     Diagnostic::new(&DUPLICATE_DEFINITION, at, message).related(first, "the first is here")
 }
 
 /// A second value for one property or constant in one place.
-pub(crate) fn value<'db>(at: Place<'db>, name: &str, first: Place<'db>) -> Diagnostic<'db> {
-    let message = format!("a second value of `{name}`: remove one of them");
+pub(super) fn value<'db>(at: Place<'db>, instance: &str, name: &str, first: Place<'db>) -> Diagnostic<'db> {
+    let message = format!("a second value of `{instance}.{name}`: remove one of them");
     Diagnostic::new(&DUPLICATE_DEFINITION, at, message).related(first, "the first is here")
 }
 
-/// The names of `things` that come a second time in `of`.
-pub(crate) fn among<'db, 'a>(
-    of: Decl<'db>,
-    things: impl Iterator<Item = (&'a NameRef, &'a str)>,
-) -> Vec<Diagnostic<'db>> {
-    let mut seen: FxHashMap<&Name, &NameRef> = FxHashMap::default();
-    let mut found = Vec::new();
-    for (name, what) in things.filter(|(name, _)| !name.name.is_empty()) {
-        match seen.get(&name.name) {
-            Some(first) => {
-                let (at, first) = (Place::Part(of, name.part), Place::Part(of, first.part));
-                found.push(report(at, what, &name.name, first));
-            }
-            None => {
-                seen.insert(&name.name, name);
-            }
-        }
-    }
-    found
+fn shown(what: Defined) -> String {
+    let what = match what {
+        Defined::Variable => "variable",
+        Defined::Handler => "handler",
+        Defined::Operation => "definition of the operation",
+        Defined::State => "state",
+        Defined::Transition => "transition",
+        Defined::Feature => "feature",
+        Defined::Parameter => "parameter",
+        Defined::Instance => "instance",
+        Defined::Declaration(kind) => return kind.to_string(),
+    };
+    what.to_owned()
 }

@@ -18,17 +18,16 @@
 //! Fixes: mark the first state; leave one of several marked.
 
 use super::*;
-use crate::item_tree::{Machine, State};
 
 code!(INITIAL_STATE, Error, "initial-state");
 
-pub(crate) fn none<'db>(of: Decl<'db>, machine: &Machine) -> Diagnostic<'db> {
+pub(super) fn none<'db>(at: Place<'db>, first: Option<&(Name, Part)>) -> Diagnostic<'db> {
     let message = "no state of this machine is `initial`: mark the one in which it starts";
-    let found = Diagnostic::new(&INITIAL_STATE, Place::Part(of, machine.part), message.to_owned());
-    match machine.states.first() {
-        Some(first) => {
-            let title = format!("Start in `{}`, the first", first.name.name);
-            found.fix(title, Place::Part(of, first.start), "initial ".to_owned())
+    let found = Diagnostic::new(&INITIAL_STATE, at.clone(), message.to_owned());
+    match first {
+        Some((first, start)) => {
+            let title = format!("Start in `{first}`, the first");
+            found.fix(title, beside(&at, *start), "initial ".to_owned())
         }
         None => found,
     }
@@ -37,17 +36,21 @@ pub(crate) fn none<'db>(of: Decl<'db>, machine: &Machine) -> Diagnostic<'db> {
 const MOST_FIXES: usize = 16;
 
 /// `initial` are the states that are, two or more.
-pub(crate) fn several<'db>(of: Decl<'db>, first: &State, second: &State, initial: &[&State]) -> Diagnostic<'db> {
-    let (one, other) = (&first.name, &second.name);
-    let message = format!("`{}` is initial, and so is `{}`: a machine starts in one state", other.name, one.name);
-    let found = Diagnostic::new(&INITIAL_STATE, Place::Part(of, other.part), message);
-    let mut found = found.related(Place::Part(of, one.part), "the first is here");
+pub(super) fn several<'db>(
+    at: Place<'db>,
+    (one, part): &(Name, Part),
+    other: &str,
+    initial: &[(Name, Part)],
+) -> Diagnostic<'db> {
+    let message = format!("`{other}` is initial, and so is `{one}`: a machine starts in one state");
+    let found = Diagnostic::new(&INITIAL_STATE, at.clone(), message);
+    let mut found = found.related(beside(&at, *part), "the first is here");
     // Nobody chooses among more.
     let offered = if initial.len() <= MOST_FIXES { initial } else { &[] };
-    for state in offered {
-        let others = initial.iter().filter(|other| other.start != state.start);
-        let edits = others.map(|other| (Place::Part(of, other.start), String::new()));
-        found.fixes.push(Fix { title: format!("Start in `{}`", state.name.name), edits: edits.collect() });
+    for (name, start) in offered {
+        let others = initial.iter().filter(|(_, other)| other != start);
+        let edits = others.map(|(_, other)| (beside(&at, *other), String::new()));
+        found.fixes.push(Fix { title: format!("Start in `{name}`"), edits: edits.collect() });
     }
     found
 }

@@ -17,10 +17,10 @@ use super::*;
 
 code!(INVALID_TYPE, Error, "invalid-type");
 
-pub(crate) fn void<'db>(at: Place<'db>) -> Diagnostic<'db> {
+pub(super) fn void<'db>(at: Place<'db>) -> Diagnostic<'db> {
     Diagnostic::new(&INVALID_TYPE, at, "nothing is of type `void`: it is for what gives no result".to_owned())
 }
 
-pub(crate) fn interval<'db>(at: Place<'db>, found: &Type) -> Diagnostic<'db> {
+pub(super) fn interval<'db>(at: Place<'db>, found: &Type) -> Diagnostic<'db> {
     Diagnostic::new(&INVALID_TYPE, at, format!("an interval is for numbers, and this is {found}"))
 }

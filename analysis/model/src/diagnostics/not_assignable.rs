@@ -20,9 +20,17 @@
 //! ```
 
 use super::*;
+use crate::fact::NotAssignable;
 
 code!(NOT_ASSIGNABLE, Error, "not-assignable");
 
-pub(crate) fn report<'db>(at: Place<'db>, name: &str, is: &str) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Place<'db>, name: &str, is: NotAssignable) -> Diagnostic<'db> {
+    let is = match is {
+        NotAssignable::InParameter => "an `in` parameter: its value belongs to the caller",
+        NotAssignable::Property => "a property: architectures and deployments give it its value",
+        NotAssignable::Constant => "a constant",
+        NotAssignable::OutputPort => "a port: write to it with `write(port, value)`",
+        NotAssignable::InputPort => "an input port: nothing is assigned to it",
+    };
     Diagnostic::new(&NOT_ASSIGNABLE, at, format!("`{name}` is {is}"))
 }

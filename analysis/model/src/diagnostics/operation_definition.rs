@@ -18,17 +18,19 @@ use super::*;
 
 code!(OPERATION_DEFINITION, Error, "operation-definition");
 
-pub(crate) fn report<'db>(
+pub(super) fn report<'db>(
     at: Place<'db>,
     declared: &str,
     defined: &str,
     declared_at: Place<'db>,
-    mended: Option<(Place<'db>, String)>,
+    fixed: Option<&(Part, String)>,
 ) -> Diagnostic<'db> {
     let message = format!("this is `{defined}`, and the shell declares `{declared}`");
-    let found = Diagnostic::new(&OPERATION_DEFINITION, at, message).related(declared_at, "declared here");
-    match mended {
-        Some((signature, text)) => found.fix("Define it as the shell declares it", signature, text),
+    let found = Diagnostic::new(&OPERATION_DEFINITION, at.clone(), message).related(declared_at, "declared here");
+    match fixed {
+        Some((signature, text)) => {
+            found.fix("Define it as the shell declares it", beside(&at, *signature), text.clone())
+        }
         None => found,
     }
 }

@@ -19,36 +19,38 @@
 //! ```
 
 use super::*;
+use crate::item_tree::{BinaryOperator, UnaryOperator};
 
 code!(OPERATOR_TYPE, Error, "operator-type");
 
-/// Where an operator does not take its operands, or what they give has no value.
-pub(crate) fn wrong<'db>(
-    at: Place<'db>,
-    wrong: Wrong,
-    operator: &str,
-    operands: &[&Type],
-) -> Diagnostic<'db> {
-    match (wrong, operands) {
-        (Wrong::NoValue(why), _) => constant_expression::report(at, why),
-        (Wrong::Takes(takes), [left, right]) => binary(at, operator, takes, [left, right]),
-        (Wrong::Takes(takes), operands) => {
-            let found = operands.first().map_or_else(String::new, |found| format!(", and this is {found}"));
-            Diagnostic::new(&OPERATOR_TYPE, at, format!("`{operator}` takes {takes}{found}"))
-        }
-    }
+pub(super) fn unary<'db>(at: Place<'db>, operator: UnaryOperator, operand: &Type) -> Diagnostic<'db> {
+    let takes = match operator {
+        UnaryOperator::Not => "a condition",
+        UnaryOperator::Minus => "a number",
+    };
+    let message = format!("`{}` takes {takes}, and this is {operand}", operator.text());
+    Diagnostic::new(&OPERATOR_TYPE, at, message)
 }
 
-fn binary<'db>(
+pub(super) fn binary<'db>(
     at: Place<'db>,
-    operator: &str,
-    takes: &str,
-    [left, right]: [&Type; 2],
+    operator: BinaryOperator,
+    operands @ [left, right]: &[Type; 2],
 ) -> Diagnostic<'db> {
+    use BinaryOperator as Op;
+    let takes = match operator {
+        Op::Or | Op::And => "two conditions",
+        Op::Equal | Op::NotEqual if operands.iter().any(Type::is_no_operand) => {
+            "values, and not calls that are under way"
+        }
+        Op::Equal | Op::NotEqual => "two values of one type",
+        Op::Remainder => "two whole numbers",
+        Op::Add => "two numbers, or two strings",
+        _ => "two numbers",
+    };
     let found = match (left, right) {
         (Type::Unknown, known) | (known, Type::Unknown) => format!("one is {known}"),
         (left, right) => format!("these are {left} and {right}"),
     };
-    let message = format!("`{operator}` takes {takes}, and {found}");
-    Diagnostic::new(&OPERATOR_TYPE, at, message)
+    Diagnostic::new(&OPERATOR_TYPE, at, format!("`{}` takes {takes}, and {found}", operator.text()))
 }

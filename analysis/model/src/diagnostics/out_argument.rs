@@ -17,10 +17,12 @@
 //! ```
 
 use super::*;
+use crate::fact::ParameterName;
 
 code!(OUT_ARGUMENT, Error, "out-argument");
 
-pub(crate) fn report<'db>(at: Place<'db>, of: &str, parameter: &str) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Place<'db>, of: &str, parameter: &ParameterName) -> Diagnostic<'db> {
+    let parameter = argument_type::shown(parameter);
     let message = format!("`{of}` gives back `{parameter}`: this must be a variable");
     Diagnostic::new(&OUT_ARGUMENT, at, message)
 }

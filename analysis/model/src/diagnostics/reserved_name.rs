@@ -14,24 +14,15 @@
 //! ```
 
 use super::*;
+use crate::fact::Reserved;
 
 code!(RESERVED_NAME, Hint, "reserved-name");
 
-pub(crate) fn report<'db>(at: Place<'db>, name: &str, of: &str) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Place<'db>, name: &str, is: Reserved) -> Diagnostic<'db> {
+    let of = match is {
+        Reserved::Cpp => "a word of C++",
+        Reserved::GeneratedPort => "a port that generated components have",
+        Reserved::GeneratedProperty => "a property that generated components have",
+    };
     Diagnostic::new(&RESERVED_NAME, at, format!("`{name}` is {of}: in generated code this has another name"))
-}
-
-/// Is this a word of C++, and not of MAUVE's own types?
-pub(crate) fn is_cpp(name: &str) -> bool {
-    const WORDS: &[&str] = &[
-        "alignas", "alignof", "and", "and_eq", "asm", "auto", "bitand", "bitor", "bool", "break", "case", "catch", "char",
-        "char16_t", "char32_t", "class", "compl", "const", "const_cast", "constexpr", "continue", "decltype", "default",
-        "delete", "do", "double", "dynamic_cast", "else", "enum", "explicit", "export", "extern", "false", "float", "for",
-        "friend", "goto", "if", "inline", "int", "long", "mutable", "namespace", "new", "noexcept", "not", "not_eq",
-        "nullptr", "operator", "or", "or_eq", "private", "protected", "public", "register", "reinterpret_cast", "return",
-        "short", "signed", "sizeof", "static", "static_assert", "static_cast", "struct", "switch", "template", "this",
-        "thread_local", "throw", "true", "try", "typedef", "typeid", "typename", "union", "unsigned", "using", "virtual",
-        "void", "volatile", "wchar_t", "while", "xor", "xor_eq",
-    ];
-    WORDS.binary_search(&name).is_ok()
 }

@@ -17,10 +17,17 @@
 //! ```
 
 use super::*;
+use crate::fact::ProgramName;
 
 code!(RETURN_TYPE, Error, "return-type");
 
-pub(crate) fn report<'db>(at: Place<'db>, what: &str, expected: &Type, found: &Type) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Place<'db>, of: &ProgramName, expected: &Type, found: &Type) -> Diagnostic<'db> {
+    let what = match of {
+        ProgramName::Hook(kind) => format!("`{}`", kind.keyword()),
+        ProgramName::Method(kind) => format!("`{}`", kind.keyword()),
+        ProgramName::Effect => "the program of a transition".to_owned(),
+        ProgramName::Operation(name) => format!("`{name}`"),
+    };
     let gives = match expected {
         Type::Void => format!("{what} gives nothing"),
         expected => format!("{what} gives {expected}"),
@@ -33,7 +40,7 @@ pub(crate) fn report<'db>(at: Place<'db>, what: &str, expected: &Type, found: &T
 }
 
 /// An operation that may end without a `return`.
-pub(crate) fn missing<'db>(at: Place<'db>, name: &str, expected: &Type) -> Diagnostic<'db> {
+pub(super) fn missing<'db>(at: Place<'db>, name: &str, expected: &Type) -> Diagnostic<'db> {
     let message = format!("`{name}` gives {expected}, and not every path of it ends with a `return`");
     Diagnostic::new(&RETURN_TYPE, at, message)
 }

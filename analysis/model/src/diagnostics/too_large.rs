@@ -10,7 +10,7 @@ use super::*;
 
 code!(TOO_LARGE, Error, "too-large");
 
-pub(crate) fn report<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Diagnostic<'db> {
+pub(super) fn report<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Diagnostic<'db> {
     let message = format!(
         "with {} {}, and what it takes from others, this project is too large to be analysed: divide it",
         of.kind(db),

@@ -25,18 +25,16 @@ use crate::flat::Link;
 code!(TWO_WRITERS, Error, "two-writers");
 
 /// `second` stands in `of`, or in what it imports.
-pub(crate) fn report<'db>(of: Decl<'db>, first: &Link<'db>, second: &Link<'db>) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Place<'db>, of: Decl<'db>, first: &Link<'db>, second: &Link<'db>) -> Diagnostic<'db> {
     let (instance, port) = &second.target;
     let message = format!("a second connection to `{instance}.{port}`: an input port has one writer");
-    let is_own = |link: &Link<'db>| matches!(link.at, Place::Part(decl, _) if decl == of);
-    let at = if is_own(second) { second.at.clone() } else { Place::name_of(of) };
     let mut found = Diagnostic::new(&TWO_WRITERS, at, message).related(first.at.clone(), "the first is here");
-    if !is_own(second) {
+    if !second.is_in(of) {
         found = found.related(second.at.clone(), "the second is here");
     }
     for link in [first, second] {
         // Others may import what is not its own.
-        if let (true, Place::Part(of, part)) = (is_own(link), &link.at) {
+        if let (true, Place::Part(of, part)) = (link.is_in(of), &link.at) {
             let (instance, port) = &link.source;
             found = found.remove(format!("Remove the connection from `{instance}.{port}`"), *of, *part);
         }

@@ -22,7 +22,7 @@ use crate::skeleton::operation_skeleton;
 
 code!(UNDEFINED_OPERATION, Error, "undefined-operation");
 
-pub(crate) fn report<'db>(
+pub(super) fn report<'db>(
     db: &'db dyn ModelDb,
     at: Place<'db>,
     core: Decl<'db>,

@@ -13,10 +13,18 @@
 //! ```
 
 use super::*;
+use crate::messages::catalogue;
 
 code!(UNKNOWN_PACKAGE, Hint, "unknown-package");
 
-pub(crate) fn report<'db>(at: Place<'db>, name: &str, near: Option<Name>) -> Diagnostic<'db> {
+pub(super) fn report<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    at: Place<'db>,
+    name: &str,
+) -> Diagnostic<'db> {
+    let known = names_of(db, project).libraries().chain(catalogue().keys());
+    let near = similar(name, known);
     let message = format!("no library and no message package `{name}`: its types are not checked");
     Diagnostic::new(&UNKNOWN_PACKAGE, at.clone(), message).did_you_mean(at, near)
 }

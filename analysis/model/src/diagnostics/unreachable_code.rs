@@ -22,29 +22,16 @@
 //! ```
 
 use super::*;
+use crate::fact::Unreachable;
 
 code!(UNREACHABLE_CODE, Hint, "unreachable-code", Unused);
 
-/// What stands behind a `return`.
-pub(crate) fn behind_return<'db>(at: Place<'db>) -> Diagnostic<'db> {
-    report(at, "every path before it ends with `return`".to_owned())
-}
-
-/// A branch whose condition is always `value`; it is the other one that is executed.
-pub(crate) fn branch<'db>(at: Place<'db>, value: bool) -> Diagnostic<'db> {
-    report(at, format!("the condition is always {value}"))
-}
-
-/// A transition whose guard is always false.
-pub(crate) fn guard<'db>(at: Place<'db>) -> Diagnostic<'db> {
-    report(at, "the guard is always false".to_owned())
-}
-
-/// A transition behind one whose guard is always true.
-pub(crate) fn behind<'db>(at: Place<'db>, first: &Name) -> Diagnostic<'db> {
-    report(at, format!("the guard of `{first}` before it is always true"))
-}
-
-fn report<'db>(at: Place<'db>, why: String) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Place<'db>, why: &Unreachable) -> Diagnostic<'db> {
+    let why = match why {
+        Unreachable::BehindReturn => "every path before it ends with `return`".to_owned(),
+        Unreachable::Branch(value) => format!("the condition is always {value}"),
+        Unreachable::Guard => "the guard is always false".to_owned(),
+        Unreachable::Behind(first) => format!("the guard of `{first}` before it is always true"),
+    };
     Diagnostic::new(&UNREACHABLE_CODE, at, format!("this is never executed: {why}"))
 }

@@ -18,11 +18,12 @@
 //! ```
 
 use super::*;
-use crate::typing::BUILT_IN_FUNCTIONS;
+use crate::builtin::Builtin;
+use crate::fact::{Hidden, NotCallable};
 
 code!(UNRESOLVED_CODEL, Error, "unresolved-codel");
 
-pub(crate) fn report<'db>(
+pub(super) fn report<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
@@ -30,20 +31,40 @@ pub(crate) fn report<'db>(
     name: &Name,
 ) -> Diagnostic<'db> {
     let diagnostic = Diagnostic::new(&UNRESOLVED_CODEL, at.clone(), format!("no codel or operation `{name}`"));
-    let built_in = BUILT_IN_FUNCTIONS.map(Name::from);
-    if let near @ Some(_) = similar(name, &built_in) {
+    if let near @ Some(_) = similar(name, &Builtin::names()) {
         return diagnostic.did_you_mean(at, near);
     }
     diagnostic.look_elsewhere(db, project, of, Kind::Codel, std::slice::from_ref(name))
 }
 
-pub(crate) fn built_in<'db>(at: Place<'db>, form: &str) -> Diagnostic<'db> {
+pub(super) fn built_in<'db>(at: Place<'db>, function: Builtin) -> Diagnostic<'db> {
+    let form = match function {
+        Builtin::Read => "read(port, variable)",
+        Builtin::Write => "write(port, value)",
+        Builtin::Status => "status(port)",
+        Builtin::Send => "send(operation, …)",
+        Builtin::Collect => "collect(handler, …)",
+    };
     let message = format!("no codel of this name, and it is not the built-in function `{form}`");
     Diagnostic::new(&UNRESOLVED_CODEL, at, message)
 }
 
-pub(crate) fn not_callable<'db>(at: Place<'db>, name: &str, what: &str, hides: Option<&str>) -> Diagnostic<'db> {
-    let message = match hides {
+pub(super) fn not_callable<'db>(
+    at: Place<'db>,
+    name: &str,
+    is: NotCallable,
+    hides: Option<Hidden>,
+) -> Diagnostic<'db> {
+    let what = match is {
+        NotCallable::Variable => "a variable",
+        NotCallable::Port => "a port",
+        NotCallable::Property => "a property",
+    };
+    let hidden = hides.map(|hidden| match hidden {
+        Hidden::Codel => "codel",
+        Hidden::Builtin => "built-in function",
+    });
+    let message = match hidden {
         Some(hidden) => format!("`{name}` is {what} here, which hides the {hidden} of that name: rename one of them"),
         None => format!("`{name}` is {what}: only codels and operations are called"),
     };

@@ -20,30 +20,31 @@
 //! So is a port that a chain in `mauve.toml` names. Ports are connected by `connection`, operations by `operation`; values are given by `property` and `constant`.
 
 use super::*;
+use crate::fact::EndKind;
 
 code!(UNRESOLVED_FEATURE, Error, "unresolved-feature");
 
-pub(crate) fn report<'db>(
+pub(super) fn report<'db>(
     at: Place<'db>,
-    what: &str,
+    expected: EndKind,
     name: &str,
     instance: &str,
     shell: &str,
     near: Option<Name>,
 ) -> Diagnostic<'db> {
-    let message = format!("no {what} `{name}` in {shell}, the shell of {instance}");
+    let message = format!("no {} `{name}` in {shell}, the shell of {instance}", shown(expected));
     Diagnostic::new(&UNRESOLVED_FEATURE, at.clone(), message).did_you_mean(at, near)
 }
 
 /// A connection to an operation, say.
-pub(crate) fn another_kind<'db>(
+pub(super) fn another_kind<'db>(
     at: Place<'db>,
-    what: &str,
+    expected: EndKind,
     name: &str,
     instance: &str,
-    (kind, shell): (FeatureKind, &str),
+    (found, shell): (FeatureKind, &str),
 ) -> Diagnostic<'db> {
-    let (is, write) = match kind {
+    let (is, write) = match found {
         FeatureKind::Input => ("an input port", "`connection a.output -> b.input`"),
         FeatureKind::Output => ("an output port", "`connection a.output -> b.input`"),
         FeatureKind::Required => ("a required operation", "`operation a.provided -> b.required`"),
@@ -51,7 +52,16 @@ pub(crate) fn another_kind<'db>(
         FeatureKind::Constant => ("a constant", "`constant a.name = value`"),
         FeatureKind::Property => ("a property", "`property a.name = value`"),
     };
-    let article = if what == "operation" { "an" } else { "a" };
+    let article = if expected == EndKind::Operation { "an" } else { "a" };
+    let what = shown(expected);
     let message = format!("`{name}` is {is} of {shell}, the shell of {instance}, not {article} {what}: write {write}");
     Diagnostic::new(&UNRESOLVED_FEATURE, at, message)
+}
+
+fn shown(expected: EndKind) -> &'static str {
+    match expected {
+        EndKind::Port => "port",
+        EndKind::Operation => "operation",
+        EndKind::Value => "property or constant",
+    }
 }

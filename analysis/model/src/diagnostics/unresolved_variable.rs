@@ -20,21 +20,27 @@
 //! ```
 
 use super::*;
+use crate::builtin::{Builtin, Operand};
 
 code!(UNRESOLVED_VARIABLE, Error, "unresolved-variable");
 
-pub(crate) fn report<'db>(at: Place<'db>, name: &str, near: Option<Name>) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Place<'db>, name: &str, near: Option<Name>) -> Diagnostic<'db> {
     let message = format!("no variable or property `{name}`");
     Diagnostic::new(&UNRESOLVED_VARIABLE, at.clone(), message).did_you_mean(at, near)
 }
 
 /// What `read`, `send` or `collect` is called with.
-pub(crate) fn operand<'db>(at: Place<'db>, what: &str, name: &str, near: Option<Name>) -> Diagnostic<'db> {
+pub(super) fn operand<'db>(at: Place<'db>, function: Builtin, name: &str, near: Option<Name>) -> Diagnostic<'db> {
+    let what = match function.operand() {
+        Operand::Port(_) => "port",
+        Operand::Operation => "required operation",
+        Operand::Handler => "handler",
+    };
     Diagnostic::new(&UNRESOLVED_VARIABLE, at.clone(), format!("no {what} `{name}`")).did_you_mean(at, near)
 }
 
 /// A port, whose value is read with `read`.
-pub(crate) fn port<'db>(at: Place<'db>, name: &str, kind: FeatureKind) -> Diagnostic<'db> {
+pub(super) fn port<'db>(at: Place<'db>, name: &str, kind: FeatureKind) -> Diagnostic<'db> {
     let message = match kind {
         FeatureKind::Input => format!("`{name}` is a port: `read({name}, variable)` takes its value"),
         _ => format!("`{name}` is an output port, which has no value to take"),
@@ -43,7 +49,8 @@ pub(crate) fn port<'db>(at: Place<'db>, name: &str, kind: FeatureKind) -> Diagno
 }
 
 /// A codel or an operation, of which no value can be taken.
-pub(crate) fn not_called<'db>(at: Place<'db>, name: &str, what: &str) -> Diagnostic<'db> {
+pub(super) fn not_called<'db>(at: Place<'db>, name: &str, is_operation: bool) -> Diagnostic<'db> {
+    let what = if is_operation { "an operation" } else { "a codel" };
     let message = format!("`{name}` is {what}: call it, as in `{name}(…)`");
     Diagnostic::new(&UNRESOLVED_VARIABLE, at, message)
 }

@@ -15,7 +15,8 @@ use super::*;
 
 code!(UNUSED_CODEL, Hint, "unused-codel", Unused);
 
-pub(crate) fn report<'db>(of: Decl<'db>, name: &str) -> Diagnostic<'db> {
+pub(super) fn report<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Diagnostic<'db> {
+    let name = of.name(db);
     let found = Diagnostic::new(&UNUSED_CODEL, Place::name_of(of), format!("no program calls `{name}`"));
     found.remove(format!("Remove `{name}`"), of, Part(0))
 }
