@@ -6,12 +6,12 @@ mod toml;
 
 use mauve_model::item_tree::{
     Architecture, Core, Data, Deployment, Direction, Endpoint, Expr, FeatureKind, Kind, Name, NameRef,
-    Operation, Parameter, Part, Program, Setting, Shell, State, Statement, TypeRef, Variable,
+    Parameter, Part, Setting, Shell, State, Statement, TypeRef, Variable,
 };
 use mauve_model::{
-    Callee, Decl, File, ModelDb, Place, Project, Typing, VariableKind, architecture, built_in_type, codel,
-    config_of, data, declarations, features_of, flat_of, includes, message_of, names_of, parse, shell_of,
-    source_map, typing_of,
+    Binding, Builtin, Callee, Code, CoreInference, Decl, File, ModelDb, Place, Project, VariableKind,
+    architecture, built_in_type, config_of, data, declarations, features_of, flat_of, includes,
+    inference_of_core, message_of, names_of, parse, shell_of, source_map, statements,
 };
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{TextRange, TextSize};
@@ -361,11 +361,11 @@ impl<'db> Finder<'db> {
             let interval = feature.interval.iter().flat_map(|interval| [&interval.low, &interval.high]);
             for value in interval.chain(&feature.value) {
                 // What is no constant of the shell is an error.
-                visit(value, &mut |expr| {
+                for expr in value.descendants() {
                     if let Expr::Name(name) = expr {
                         self.feature(self.of, name, Role::Read);
                     }
-                });
+                }
             }
         }
     }
@@ -435,8 +435,8 @@ impl<'db> Finder<'db> {
         self.names_type(Kind::Shell, data.shell.as_ref());
         let names = names_of(self.db, self.project);
         let shell = names.resolve_type(self.db, self.of, Kind::Shell, data.shell.as_ref()).ok();
-        let typing = typing_of(self.db, self.project, self.of);
-        let mut programs = Programs { finder: self, core: data, shell, typing };
+        let inference = inference_of_core(self.db, self.project, self.of);
+        let mut programs = Programs { finder: self, core: data, shell, inference };
         programs.core();
     }
 }
@@ -446,7 +446,7 @@ struct Programs<'a, 'db> {
     finder: &'a mut Finder<'db>,
     core: &'db Core,
     shell: Option<Decl<'db>>,
-    typing: &'db Typing<'db>,
+    inference: CoreInference<'db>,
 }
 
 impl<'db> Programs<'_, 'db> {
@@ -466,10 +466,10 @@ impl<'db> Programs<'_, 'db> {
             self.operation(&operation.name, Role::Definition);
             self.finder.parameters(&operation.parameters);
             self.finder.value_type(operation.result.as_ref());
-            self.program(&operation.program);
+            self.block(&operation.program.statements);
         }
         for hook in &core.hooks {
-            self.program(&hook.program);
+            self.block(&hook.program.statements);
         }
         for machine in &core.machines {
             self.variables(&machine.variables);
@@ -486,8 +486,8 @@ impl<'db> Programs<'_, 'db> {
         if self.finder.found.len() == before {
             let own = self.core.operations.iter().find(|operation| operation.name.name == name.name);
             let role = if role == Role::Definition { Role::Declaration } else { role };
-            if let Some(Operation { name: own, .. }) = own {
-                let meaning = Meaning::Part(Place::Part(self.finder.of, own.part));
+            if let Some(own) = own {
+                let meaning = Meaning::Part(Place::Part(self.finder.of, own.name.part));
                 self.finder.add(name, meaning, SymbolKind::Operation, role);
             }
         }
@@ -505,9 +505,6 @@ impl<'db> Programs<'_, 'db> {
 
     fn state(&mut self, state: &'db State) {
         self.finder.declares(&state.name, SymbolKind::State);
-        for method in &state.methods {
-            self.program(&method.program);
-        }
         for transition in &state.transitions {
             self.finder.declares(&transition.name, SymbolKind::Transition);
             if let Some(target) = &transition.target {
@@ -517,31 +514,24 @@ impl<'db> Programs<'_, 'db> {
                     self.finder.add(target, meaning, SymbolKind::State, Role::Mention);
                 }
             }
-            transition.guard.iter().for_each(|guard| self.expr(&guard.condition));
-            transition.effect.iter().for_each(|effect| self.program(effect));
+        }
+        for (_, code) in state.code() {
+            match code {
+                Code::Program(program) => self.block(&program.statements),
+                Code::Guard(guard) => self.expr(&guard.condition),
+            }
         }
     }
 
-    fn program(&mut self, program: &'db Program) {
-        self.block(&program.statements);
-    }
-
-    fn block(&mut self, statements: &'db [Statement]) {
-        for statement in statements {
+    fn block(&mut self, all: &'db [Statement]) {
+        for statement in statements(all) {
             match statement {
                 Statement::Variable(variable) => self.variable(variable),
-                Statement::If { condition, then, otherwise, .. } => {
-                    self.expr(condition);
-                    self.block(then);
-                    otherwise.iter().for_each(|otherwise| self.block(otherwise));
-                }
-                Statement::Block(inner) => self.block(inner),
-                Statement::Return(_, value) => value.iter().for_each(|value| self.expr(value)),
                 Statement::Assign(target, value) => {
                     self.value(target, Role::Write);
                     self.expr(value);
                 }
-                Statement::Expr(value) => self.expr(value),
+                statement => statement.expression().into_iter().for_each(|value| self.expr(value)),
             }
         }
     }
@@ -549,60 +539,60 @@ impl<'db> Programs<'_, 'db> {
     fn expr(&mut self, expr: &'db Expr) {
         // Arguments that something comes back to, which are met after their call.
         let mut written: Vec<(Part, Role)> = Vec::new();
-        visit(expr, &mut |expr| match expr {
-            Expr::Call { callee, arguments, .. } => {
-                let roles = self.callee(callee, arguments);
-                written.extend(arguments.iter().zip(roles).filter_map(|(argument, role)| match argument {
-                    Expr::Name(name) => Some((name.part, role)),
-                    _ => None,
-                }));
+        for expr in expr.descendants() {
+            match expr {
+                Expr::Call { callee, arguments, .. } => {
+                    let roles = self.callee(callee, arguments);
+                    let arguments = arguments.iter().zip(roles);
+                    written.extend(arguments.filter_map(|(argument, role)| match argument {
+                        Expr::Name(name) => Some((name.part, role)),
+                        _ => None,
+                    }));
+                }
+                Expr::Name(name) => {
+                    let role = written.iter().find(|(part, _)| *part == name.part);
+                    self.value(name, role.map_or(Role::Read, |(_, role)| *role));
+                }
+                _ => {}
             }
-            Expr::Name(name) => {
-                let role = written.iter().find(|(part, _)| *part == name.part);
-                self.value(name, role.map_or(Role::Read, |(_, role)| *role));
-            }
-            _ => {}
-        });
+        }
     }
 
     /// What is called; gives what is done with each argument.
     fn callee(&mut self, callee: &NameRef, arguments: &[Expr]) -> Vec<Role> {
+        match self.inference.callee(callee.part) {
+            Some(Callee::Codel(of)) => {
+                self.finder.add(callee, Meaning::Declaration(of), SymbolKind::Codel, Role::Call);
+            }
+            Some(Callee::Operation(_)) => self.operation(callee, Role::Call),
+            Some(Callee::Builtin(_)) => {}
+            // A variable hides what could be called; an operation that is not called in this way is meant all the same.
+            None if self.inference.binding(callee.part).is_some() => self.value(callee, Role::Read),
+            None => self.operation(callee, Role::Call),
+        }
         let role = |direction: Direction| match direction {
             Direction::In => Role::Read,
             Direction::Out => Role::Write,
             Direction::InOut => Role::ReadWrite,
         };
-        let roles = |parameters: &[Parameter]| parameters.iter().map(|it| role(it.direction)).collect();
-        let (found, db) = (self.typing.callees.get(&callee.part).copied(), self.finder.db);
-        match found {
-            Some(Callee::Codel(of)) => {
-                self.finder.add(callee, Meaning::Declaration(of), SymbolKind::Codel, Role::Call);
-                codel(db, of).map_or_else(Vec::new, |data| roles(&data.parameters))
-            }
-            Some(Callee::Operation(index)) => {
-                self.operation(callee, Role::Call);
-                self.core.operations.get(index).map_or_else(Vec::new, |data| roles(&data.parameters))
-            }
-            Some(Callee::Read) => vec![Role::Read, Role::Write],
-            Some(Callee::Write) => vec![Role::Write],
-            Some(Callee::Send) => vec![Role::Call],
-            Some(Callee::Collect) => {
-                std::iter::once(Role::Read).chain(arguments.iter().skip(1).map(|_| Role::Write)).collect()
-            }
-            Some(Callee::Status) => Vec::new(),
-            // An operation that is not called in this way is meant all the same.
-            None => {
-                self.operation(callee, Role::Call);
-                Vec::new()
-            }
-        }
+        let Some(found) = self.inference.callee(callee.part) else { return Vec::new() };
+        let directions = self.inference.directions(self.finder.db, self.core, found, arguments.len());
+        let mut roles: Vec<Role> = directions.into_iter().map(role).collect();
+        // The operand of these is what they do something with.
+        let operand = match found {
+            Callee::Builtin(Builtin::Write) => Role::Write,
+            Callee::Builtin(Builtin::Send) => Role::Call,
+            _ => return roles,
+        };
+        roles.first_mut().into_iter().for_each(|first| *first = operand);
+        roles
     }
 
     /// A variable, or a feature of the shell.
     fn value(&mut self, name: &NameRef, role: Role) {
-        match self.typing.values.get(&name.part) {
-            Some(&mauve_model::Meaning::Variable(index)) => {
-                let Some(variable) = self.typing.variables.get(index) else { return };
+        match self.inference.binding(name.part) {
+            Some(Binding::Variable(id)) => {
+                let Some(variable) = self.inference.variable(id) else { return };
                 let kind = match variable.kind {
                     VariableKind::Core | VariableKind::Machine | VariableKind::Local => SymbolKind::Variable,
                     VariableKind::Parameter(_) => SymbolKind::Parameter,
@@ -611,23 +601,8 @@ impl<'db> Programs<'_, 'db> {
                 let meaning = Meaning::Part(Place::Part(self.finder.of, variable.name.part));
                 self.finder.add(name, meaning, kind, role);
             }
-            Some(&mauve_model::Meaning::Feature(shell, _)) => self.finder.feature(shell, name, role),
+            Some(Binding::Feature(shell, _)) => self.finder.feature(shell, name, role),
             None => {}
-        }
-    }
-}
-
-/// Calls `met` with `expr` and everything in it, a call before its arguments. Sums are left-deep and may be long: no
-/// recursion.
-fn visit<'a>(expr: &'a Expr, met: &mut impl FnMut(&'a Expr)) {
-    let mut open = vec![expr];
-    while let Some(expr) = open.pop() {
-        met(expr);
-        match expr {
-            Expr::Missing | Expr::Literal(..) | Expr::Name(_) => {}
-            Expr::Lost(inner) | Expr::Unary(_, inner, _) => open.push(inner),
-            Expr::Binary(_, lhs, rhs, _) => open.extend([rhs.as_ref(), lhs.as_ref()]),
-            Expr::Call { arguments, .. } => open.extend(arguments.iter().rev()),
         }
     }
 }

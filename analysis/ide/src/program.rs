@@ -5,11 +5,12 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use mauve_model::item_tree::{Direction, Feature, FeatureKind, Kind, Name, Parameter, Part, TypeRef};
 use mauve_model::{
-    Decl, ModelDb, Project, Type, VariableKind, codel, component, core, names_of, shell, type_of,
+    CallError, Callee, Decl, ModelDb, Project, Semantics, Type, VariableKind, VisibleScope, codel, component,
+    core, names_of, shell, type_of,
 };
 use mauve_syntax::SyntaxKind::*;
+use mauve_syntax::SyntaxToken;
 use mauve_syntax::ast::{self, AstNode as _};
-use mauve_syntax::{SyntaxNode, SyntaxToken};
 
 use crate::completion::Subject;
 use crate::completion::position::{Call, Position, before_token, behind, call_around};
@@ -28,8 +29,10 @@ pub(crate) struct Scope<'db> {
     pub(crate) features: BTreeMap<Name, (Decl<'db>, &'db Feature)>,
     /// The operations that the core defines.
     pub(crate) defined: BTreeSet<Name>,
-    /// What the program around the cursor must give; none outside programs.
+    /// The type that the program around the cursor must give back; none outside programs.
     pub(crate) result: Option<Type>,
+    /// What resolves calls in the core, and the variables that hide what is called.
+    semantics: Option<(Semantics<'db>, VisibleScope<'db>)>,
 }
 
 /// A variable, a parameter or a handler.
@@ -106,11 +109,7 @@ pub(crate) fn parameters_text(parameters: &[Parameter]) -> String {
 }
 
 fn parameter_text(parameter: &Parameter) -> String {
-    let direction = match parameter.direction {
-        Direction::In => "in",
-        Direction::Out => "out",
-        Direction::InOut => "inout",
-    };
+    let direction = parameter.direction.keyword();
     let ty = parameter.ty.as_ref().map_or_else(|| "?".to_owned(), ToString::to_string);
     format!("{direction} {}: {ty}", parameter.name.name)
 }
@@ -190,111 +189,35 @@ impl<'db> Scope<'db> {
             core_decl.and_then(|of| resolved(db, project, of, Kind::Shell, &data?.shell.as_ref()?.path));
         let shell = of_core.or(decl.filter(|decl| decl.kind(db) == Kind::Shell));
         let defined = data.into_iter().flat_map(|data| &data.operations);
-        let mut scope = Scope {
+        let semantics = core_decl.and_then(|of| Semantics::of_core(db, project, of));
+        // A declaration does not see itself: it begins where the statement does that is typed.
+        let end = at.item.first().map_or(at.word.start(), |token| token.text_range().start());
+        let visible = semantics.as_ref().map(|semantics| semantics.scope_in(&at.list, end));
+        let variables = visible.iter().flat_map(|visible| &visible.variables);
+        let variables = variables.map(|(_, it)| Variable {
+            name: it.name.name.clone(),
+            kind: it.kind,
+            ty: it.ty.clone(),
+            text: it.written.as_ref().map_or_else(String::new, ToString::to_string),
+        });
+        Scope {
             db,
             project,
             core: core_decl,
             shell,
-            variables: Vec::new(),
+            variables: variables.collect(),
             features: shell.map_or_else(BTreeMap::new, |shell| features(db, project, shell)),
             defined: defined.map(|operation| operation.name.name.clone()).collect(),
-            result: None,
-        };
-        if let Some(of) = core_decl {
-            scope.variables_at(of, at);
-        }
-        scope
-    }
-
-    fn variables_at(&mut self, of: Decl<'db>, at: &Position) {
-        // A declaration does not see itself.
-        let open = at.item.first().map(|token| token.text_range());
-        let is_earlier = |node: &SyntaxNode| {
-            let range = node.text_range();
-            range.end() <= at.word.start() && !open.is_some_and(|open| range.contains_range(open))
-        };
-        for node in at.list.ancestors() {
-            match node.kind() {
-                BLOCK | STATE_MACHINE | CORE => {
-                    // A program sees all variables of its core and machine, and those above it in its own block.
-                    let is_block = node.kind() == BLOCK;
-                    let all: Vec<SyntaxNode> =
-                        node.children().filter(|child| !is_block || is_earlier(child)).collect();
-                    let kind = match node.kind() {
-                        BLOCK => VariableKind::Local,
-                        CORE => VariableKind::Core,
-                        _ => VariableKind::Machine,
-                    };
-                    for child in all {
-                        if let Some(handler) = ast::Handler::cast(child.clone()) {
-                            self.declare(of, handler.name(), handler.ty(), VariableKind::Handler);
-                        } else if let Some(variable) = ast::Var::cast(child) {
-                            self.declare(of, variable.name(), variable.ty(), kind);
-                        }
-                    }
-                }
-                OPERATION_DEFINITION => {
-                    let Some(operation) = ast::OperationDefinition::cast(node) else { continue };
-                    let list = operation.param_list();
-                    for parameter in list.iter().flat_map(ast::ParamList::params) {
-                        let direction = match () {
-                            () if parameter.out_token().is_some() => Direction::Out,
-                            () if parameter.inout_token().is_some() => Direction::InOut,
-                            () => Direction::In,
-                        };
-                        let kind = VariableKind::Parameter(direction);
-                        self.declare(of, parameter.name(), parameter.ty(), kind);
-                    }
-                    let result = operation.result_type().and_then(|result| result.ty());
-                    let declared = operation.name().and_then(|name| {
-                        let (shell, feature) = self.features.get(&*name.syntax().text().to_string())?;
-                        Some(type_of(self.db, self.project, *shell, feature.ty.as_ref()))
-                    });
-                    let own = result.map(|result| self.type_of(of, Some(&result)).0);
-                    self.result = own.or(declared).or(Some(Type::Void));
-                }
-                HOOK => {
-                    let keyword = node.first_token().map(|token| token.kind());
-                    let gives = matches!(keyword, Some(CONFIGURE_KW | START_KW));
-                    self.result = Some(if gives { Type::Bool } else { Type::Void });
-                }
-                METHOD | TRANSITION => self.result = Some(Type::Void),
-                _ => {}
-            }
-        }
-        if let Some(machines) = at.around(CORE).filter(|_| at.around(STATE_MACHINE).is_none()) {
-            // The variables of the state machine are seen in all programs.
-            for machine in machines.children().filter(|node| node.kind() == STATE_MACHINE) {
-                for variable in machine.children().filter_map(ast::Var::cast) {
-                    self.declare(of, variable.name(), variable.ty(), VariableKind::Machine);
-                }
-            }
+            result: semantics.as_ref().and_then(|semantics| semantics.result_in(&at.list)),
+            semantics: semantics.zip(visible),
         }
     }
 
-    fn declare(&mut self, of: Decl<'db>, name: Option<ast::Name>, ty: Option<ast::Type>, kind: VariableKind) {
-        let Some(name) = name else { return };
-        let name: Name = name.syntax().text().to_string().into();
-        if self.variables.iter().any(|known| known.name == name) {
-            return;
-        }
-        let (ty, text) = match kind {
-            VariableKind::Handler => {
-                let text = ty.map_or_else(String::new, |ty| ty.syntax().text().to_string());
-                (Type::Handle(text.as_str().into()), text)
-            }
-            _ => self.type_of(of, ty.as_ref()),
-        };
-        self.variables.push(Variable { name, kind, ty, text });
-    }
-
-    /// What a written type means, and how it is written.
-    fn type_of(&self, of: Decl<'db>, ty: Option<&ast::Type>) -> (Type, String) {
-        let Some(ty) = ty else { return (Type::Unknown, String::new()) };
+    /// What a written type refers to.
+    fn type_of(&self, of: Decl<'db>, ty: Option<&ast::Type>) -> Type {
+        let Some(ty) = ty else { return Type::Unknown };
         let path = ty.segments().map(|it| it.syntax().text().to_string().into()).collect();
-        let written = TypeRef { path, part: Part(0) };
-        let text = written.to_string();
-        (type_of(self.db, self.project, of, Some(&written)), text)
+        type_of(self.db, self.project, of, Some(&TypeRef { path, part: Part(0) }))
     }
 
     /// The type of a variable, or of a property, a constant or a port.
@@ -306,8 +229,17 @@ impl<'db> Scope<'db> {
         })
     }
 
-    /// What stands behind a name that is called with this first argument.
+    /// What a call of `name` with this first argument calls; where the text is damaged, what it most likely calls.
     pub(crate) fn callable(&self, name: &str, first: Option<&str>) -> Option<Callable<'db>> {
+        let (semantics, visible) = self.semantics.as_ref()?;
+        match semantics.resolve_call(visible, &name.into(), first.map(Name::from).as_ref())?.callee {
+            Ok(Callee::Codel(of)) => return self.codel(of),
+            Ok(Callee::Builtin(_)) | Err(CallError::UnresolvedOperand(_)) => {
+                return self.built_in(name, first);
+            }
+            Err(CallError::NotCallable(_)) => return None,
+            Ok(Callee::Operation(_)) | Err(_) => {}
+        }
         if let Some(found) = self.operation(name) {
             return Some(found);
         }
@@ -495,7 +427,7 @@ impl<'db> Scope<'db> {
             }
             INITIALIZER => {
                 let ty = parent.parent()?.children().find_map(ast::Type::cast);
-                Some(self.type_of(self.core.or(self.shell)?, ty.as_ref()).0)
+                Some(self.type_of(self.core.or(self.shell)?, ty.as_ref()))
             }
             _ => None,
         }

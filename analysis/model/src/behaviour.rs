@@ -1,26 +1,25 @@
 //! From a core to what one period of it executes: states, edges, and for each program its codels.
 //!
-//! Times are not known here, so that a changed table re-runs none of this, and a changed program only its own core.
-
-mod program;
+//! What the programs cost and what their names refer to is known body by body; this puts the bodies together. Times are not
+//! known here, so that a changed table re-runs none of this, and a changed program only its own core.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use program::Scope;
-
 use crate::ModelDb;
+use crate::body::{BodyId, ProgramIn};
+use crate::cost::{ProgramCost, costs_of};
 use crate::fact::{
-    CorePart, CoreReason, Defined, Fact, FactKind, Reason, Unreachable, repeated, unresolved_type,
+    CorePart, CoreReason, Defined, Fact, FactKind, Reason, Refusal, Unreachable, repeated, unresolved_type,
 };
+use crate::graph::{reachable, topological_order};
+use crate::infer::{HiddenName, Problem, ReportedProblem, inference_of};
 use crate::item_tree::{
-    Core, FeatureKind, HookKind, Kind, Machine, MethodKind, Name, NameRef, Part, Program, State, Transition,
-    Variable,
+    Core, FeatureKind, HookKind, Kind, Machine, MethodKind, Name, NameRef, Part, State, Transition,
 };
 use crate::names::{Features, Names, features_of, names_of, similar};
 use crate::program_id::ProgramId;
 use crate::project::Project;
 use crate::source::{Decl, Place, core};
-use crate::values::Value;
 
 /// What a core executes each period.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
@@ -78,29 +77,6 @@ pub enum Cost<'db> {
     Greatest(Vec<Cost<'db>>),
 }
 
-/// Why something is not analysed.
-#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
-pub struct Refusal<'db> {
-    /// Why.
-    pub reason: Reason<'db>,
-    /// Where the reason stands.
-    pub at: Place<'db>,
-    /// Does a diagnostic of its own say so already?
-    pub reported: bool,
-}
-
-impl<'db> Refusal<'db> {
-    /// A reason that another diagnostic reports at its place.
-    pub(crate) fn reported(reason: Reason<'db>, at: Place<'db>) -> Refusal<'db> {
-        Refusal { reason, at, reported: true }
-    }
-
-    /// What a fact reports.
-    pub(crate) fn of_fact(project: Project<'db>, fact: &Fact<'db>) -> Refusal<'db> {
-        Refusal::reported(Reason::Error(project, Box::new(fact.clone())), fact.at.clone())
-    }
-}
-
 /// The name of the one state of a core that has `update` instead of a state machine.
 pub(crate) const UPDATE_STATE: &str = "update";
 
@@ -122,10 +98,6 @@ pub fn behaviour_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'
         core: data,
         states: FxHashMap::default(),
         methods: FxHashMap::default(),
-        scope: Scope::default(),
-        variables_lost: !data.whole || data.machines.iter().any(|machine| !machine.whole),
-        statement: None,
-        program_whole: true,
         found: Behaviour::default(),
     };
     if let Err(unresolved) = &shell {
@@ -152,13 +124,6 @@ struct Reader<'a, 'db> {
     states: FxHashMap<&'db Name, usize>,
     /// The programs of the methods that have been read.
     methods: FxHashMap<(&'db Name, MethodKind), usize>,
-    scope: Scope,
-    /// May the declaration of a variable have been lost, in the core or in the program that is being read?
-    variables_lost: bool,
-    /// The call that the last statement is: its name, all of it, its first argument.
-    statement: Option<(Part, Part, Option<Part>)>,
-    /// Was nothing lost in the program that is being read?
-    program_whole: bool,
     found: Behaviour<'db>,
 }
 
@@ -167,127 +132,154 @@ impl<'db> Reader<'_, 'db> {
         Place::Part(self.of, part)
     }
 
-    /// The core is not analysed, because of what a diagnostic elsewhere in it says.
+    /// The core is not analysed, because of what another fact reports.
     fn refuse_here(&mut self, why: CoreReason) {
-        let reason = Reason::Core { core: self.of, why };
-        let refusal = Refusal::reported(reason, Place::name_of(self.of));
-        // Said once, as far as anybody reads.
+        let refusal = Refusal::reported(Reason::Core { core: self.of, why }, Place::name_of(self.of));
+        // Once each, as far as anybody reads.
         if !self.found.refusals.iter().take(64).any(|known| *known == refusal) {
             self.found.refusals.push(refusal);
         }
     }
 
-    /// The core is not analysed, because of what an error elsewhere may have taken. Where another reason is known, such
-    /// as that error, this one only follows from it.
-    fn refuse_in_doubt(&mut self, why: CoreReason) {
+    /// The core is not analysed, because of what an error elsewhere may hide. Where another reason is known, such as that
+    /// error, this one only follows from it.
+    fn refuse_hidden(&mut self, why: CoreReason) {
         if self.found.refusals.is_empty() {
             self.refuse_here(why);
         }
     }
 
-    /// Reports a mistake that keeps the core from being analysed.
-    fn refuse(&mut self, at: Place<'db>, kind: FactKind<'db>) {
-        self.refuse_for(Fact::new(at, kind));
-    }
-
-    /// See [`Reader::refuse`].
-    fn refuse_for(&mut self, fact: Fact<'db>) {
+    /// Reports an error that keeps the core from being analysed.
+    fn refuse(&mut self, fact: Fact<'db>) {
         self.found.refusals.push(Refusal::of_fact(self.project, &fact));
         self.found.facts.push(fact);
     }
 
-    /// Reports what keeps no core from being analysed.
-    fn report(&mut self, at: Place<'db>, kind: FactKind<'db>) {
+    fn refuse_at(&mut self, part: Part, kind: FactKind<'db>) {
+        let at = self.at(part);
+        self.refuse(Fact::new(at, kind));
+    }
+
+    fn report(&mut self, part: Part, kind: FactKind<'db>) {
+        let at = self.at(part);
         self.found.facts.push(Fact::new(at, kind));
     }
 
+    fn duplicates<'a>(&self, names: impl Iterator<Item = &'a NameRef>, what: Defined) -> Vec<Fact<'db>> {
+        repeated(self.of, names.map(|name| (name, what)))
+    }
+
     fn read(&mut self) {
-        self.core.variables.iter().for_each(|variable| self.scope.push(&variable.name.name));
-        self.core.handlers.iter().for_each(|handler| self.scope.push(&handler.name.name));
         self.duplicates_of_core();
-        self.initial_values(&self.core.variables);
+        self.resolved(BodyId::InitialValues, ProgramIn::CoreValues);
         self.operations();
         self.hooks();
-        match (self.core.machines.as_slice(), self.update()) {
+        let update = self.core.hooks.iter().position(|hook| hook.kind == HookKind::Update);
+        match (self.core.machines.as_slice(), update) {
             ([machine], None) => self.machine(machine),
             ([], Some(update)) => {
-                let cost = self.program(update);
+                let cost = self.program(BodyId::Hook(update as u32), ProgramIn::Whole);
                 self.found.states.push(UPDATE_STATE.into());
                 self.found.programs.push(TimedProgram { id: ProgramId::UPDATE, cost });
                 self.found.edges.push(Edge { source: 0, target: 0, transition: None, programs: vec![0] });
             }
-            // Where there is an error, it may have hidden that.
+            // Where there is an error, it may hide one.
             ([], None) if !self.core.whole => {}
-            ([], None) => self.refuse(Place::name_of(self.of), FactKind::NoBehaviour),
-            ([.., last], None) => {
-                self.refuse(self.at(last.part), FactKind::TwoBehaviours { machines: true });
-            }
+            ([], None) => self.refuse(Fact::new(Place::name_of(self.of), FactKind::NoBehaviour)),
+            ([.., last], None) => self.refuse_at(last.part, FactKind::TwoBehaviours { machines: true }),
             ([machine, ..], Some(_)) => {
-                self.refuse(self.at(machine.part), FactKind::TwoBehaviours { machines: false });
+                self.refuse_at(machine.part, FactKind::TwoBehaviours { machines: false });
             }
         }
     }
 
-    fn update(&self) -> Option<&'db Program> {
-        self.core.hooks.iter().find(|hook| hook.kind == HookKind::Update).map(|hook| &hook.program)
-    }
-
-    fn duplicates_of_core(&mut self) {
-        let of = self.of;
-        let variables = self.core.variables.iter().map(|it| (&it.name, Defined::Variable));
-        let handlers = self.core.handlers.iter().map(|it| (&it.name, Defined::Handler));
-        self.found.facts.extend(repeated(of, variables.chain(handlers)));
-        let operations = self.core.operations.iter().map(|it| (&it.name, Defined::Operation));
-        repeated(of, operations).into_iter().for_each(|it| self.refuse_for(it));
-        let mut seen = FxHashSet::default();
-        for hook in &self.core.hooks {
-            if !seen.insert(hook.kind) {
-                let (at, duplicate) = (self.at(hook.part), FactKind::DuplicateHook(hook.kind));
-                match hook.kind {
-                    HookKind::Update => self.refuse(at, duplicate),
-                    _ => self.report(at, duplicate),
+    /// What the names in a program refer to: what refers to nothing keeps the core from being analysed.
+    fn resolved(&mut self, body: BodyId, program: ProgramIn) {
+        let inference = inference_of(self.db, self.project, self.of, body);
+        for problem in inference.problems.get(&program).into_iter().flatten() {
+            match problem {
+                Problem::Error(fact) => self.refuse(fact.clone()),
+                Problem::Reported(ReportedProblem::UndefinedOperation(name)) => {
+                    self.refuse_here(CoreReason::UndefinedOperation(name.clone()));
+                }
+                Problem::Reported(ReportedProblem::RepeatedCodel(name)) => {
+                    self.refuse_here(CoreReason::RepeatedCodel(name.clone()));
+                }
+                Problem::Hidden(HiddenName::Codel(name)) => {
+                    self.refuse_hidden(CoreReason::CodelNotFound(name.clone(), self.names.may_hide()));
+                }
+                Problem::Hidden(HiddenName::Operation(name)) => {
+                    self.refuse_hidden(CoreReason::MayBeOperation(name.clone()));
+                }
+                Problem::Hidden(HiddenName::Variable(name)) => {
+                    self.refuse_hidden(CoreReason::MayBeDeclared(name.clone()));
                 }
             }
         }
     }
 
-    /// The hooks that no period executes: their calls are looked at, their times count nothing. But one with an error may
-    /// have swallowed what a period executes.
-    fn hooks(&mut self) {
-        for hook in self.core.hooks.iter().filter(|hook| hook.kind != HookKind::Update) {
-            self.program(&hook.program);
+    fn cost(&self, body: BodyId, program: ProgramIn) -> Option<&'db ProgramCost<'db>> {
+        costs_of(self.db, self.project, self.of, body).iter().find(|cost| cost.program == program)
+    }
+
+    /// The cost of a program along its worst path.
+    fn program(&mut self, body: BodyId, program: ProgramIn) -> Cost<'db> {
+        let Some(known) = self.cost(body, program) else { return Cost::Sum(Vec::new()) };
+        if !known.whole {
+            self.refuse_here(match program {
+                ProgramIn::Guard(_) => CoreReason::SyntaxError(CorePart::Guard),
+                _ => CoreReason::SyntaxError(CorePart::Program),
+            });
+        }
+        self.resolved(body, program);
+        self.found.facts.extend(known.facts.iter().cloned());
+        known.cost.clone()
+    }
+
+    fn duplicates_of_core(&mut self) {
+        let core = self.core;
+        let variables = core.variables.iter().map(|it| (&it.name, Defined::Variable));
+        let handlers = core.handlers.iter().map(|it| (&it.name, Defined::Handler));
+        self.found.facts.extend(repeated(self.of, variables.chain(handlers)));
+        let operations = core.operations.iter().map(|it| &it.name);
+        self.duplicates(operations, Defined::Operation).into_iter().for_each(|fact| self.refuse(fact));
+        let mut seen = FxHashSet::default();
+        for hook in core.hooks.iter().filter(|hook| !seen.insert(hook.kind)) {
+            match hook.kind {
+                HookKind::Update => self.refuse_at(hook.part, FactKind::DuplicateHook(hook.kind)),
+                _ => self.report(hook.part, FactKind::DuplicateHook(hook.kind)),
+            }
         }
     }
 
-    /// What variables begin with is computed once: their calls are looked at, their times count nothing.
-    fn initial_values(&mut self, variables: &[Variable]) {
-        for value in variables.iter().filter_map(|variable| variable.value.as_ref()) {
-            self.expr(value, &mut Vec::new());
+    /// The hooks that no period executes: their calls are resolved, their times do not count. But one with an error may
+    /// have swallowed what a period executes.
+    fn hooks(&mut self) {
+        for (index, hook) in self.core.hooks.iter().enumerate() {
+            if hook.kind != HookKind::Update {
+                self.program(BodyId::Hook(index as u32), ProgramIn::Whole);
+            }
         }
     }
 
     fn operations(&mut self) {
-        for operation in &self.core.operations {
-            let depth = self.scope.names.len();
-            operation.parameters.iter().for_each(|parameter| self.scope.push(&parameter.name.name));
+        for (index, operation) in self.core.operations.iter().enumerate() {
             // An operation that cannot be read refuses whoever calls it, and the core is refused for all of them: it
             // executes in the core's own thread.
-            let cost = self.program(&operation.program);
-            self.scope.truncate(depth);
+            let cost = self.program(BodyId::Operation(index as u32), ProgramIn::Whole);
             let id = ProgramId::Operation(operation.name.name.clone());
             self.found.operations.push(TimedProgram { id, cost });
         }
         self.order_operations();
         for operation in &self.core.operations {
-            let name = &operation.name.name;
-            let declared = self.features.by_name.get(name).into_iter().flatten();
-            if name.is_empty() || declared.into_iter().any(|it| it.kind == FeatureKind::Provided) {
+            let NameRef { name, part } = &operation.name;
+            let mut declared = self.features.by_name.get(name).into_iter().flatten();
+            if name.is_empty() || declared.any(|it| it.kind == FeatureKind::Provided) {
                 continue;
             }
-            // Its name is another one to whoever calls it: a codel's, perhaps.
+            // For its callers, its name is that of something else: of a codel, perhaps.
             if !self.features.lost {
-                let at = self.at(operation.name.part);
-                self.refuse(at, FactKind::UndeclaredOperation { name: name.clone() });
+                self.refuse_at(*part, FactKind::UndeclaredOperation { name: name.clone() });
             }
         }
         let defined: FxHashSet<&Name> = self.core.operations.iter().map(|it| &it.name.name).collect();
@@ -295,8 +287,9 @@ impl<'db> Reader<'_, 'db> {
         for (name, found) in self.features.by_name.iter().filter(|(name, _)| whole && !defined.contains(name))
         {
             if let Some(declared) = found.first().filter(|feature| feature.kind == FeatureKind::Provided) {
-                let (core, name, declared) = (self.of, name.clone(), declared.clone());
-                self.report(Place::name_of(core), FactKind::UndefinedOperation { core, name, declared });
+                let (name, declared) = (name.clone(), declared.clone());
+                let kind = FactKind::UndefinedOperation { core: self.of, name, declared };
+                self.found.facts.push(Fact::new(Place::name_of(self.of), kind));
             }
         }
     }
@@ -304,10 +297,10 @@ impl<'db> Reader<'_, 'db> {
     /// Callees before callers; what is left over calls itself.
     fn order_operations(&mut self) {
         let calls: Vec<Vec<usize>> = self.found.operations.iter().map(|it| operations_in(&it.cost)).collect();
-        let (order, in_ring) = ordered(&calls);
+        let (order, in_ring) = topological_order(&calls);
         for (operation, _) in self.core.operations.iter().zip(in_ring).filter(|(_, in_ring)| *in_ring) {
-            let NameRef { name, part } = &operation.name;
-            self.refuse(self.at(*part), FactKind::RecursiveOperation { name: name.clone() });
+            let name = operation.name.name.clone();
+            self.refuse_at(operation.name.part, FactKind::RecursiveOperation { name });
         }
         self.found.order = order;
     }
@@ -316,35 +309,12 @@ impl<'db> Reader<'_, 'db> {
         if !machine.whole || machine.states.iter().any(|state| !state.whole) {
             self.refuse_here(CoreReason::SyntaxError(CorePart::Machine));
         }
-        machine.variables.iter().for_each(|variable| self.scope.push(&variable.name.name));
-        self.initial_values(&machine.variables);
-        let variables = machine.variables.iter().map(|it| (&it.name, Defined::Variable));
-        self.found.facts.extend(repeated(self.of, variables));
-        let states = machine.states.iter().map(|it| (&it.name, Defined::State));
-        repeated(self.of, states).into_iter().for_each(|it| self.refuse_for(it));
-        let initial: Vec<usize> =
-            (0..machine.states.len()).filter(|&it| machine.states[it].initial).collect();
-        let start = match initial.as_slice() {
-            [one] => *one,
-            [] => {
-                if machine.whole {
-                    let first = machine.states.first().map(|it| (it.name.name.clone(), it.start));
-                    self.refuse(self.at(machine.part), FactKind::NoInitialState { first });
-                }
-                return;
-            }
-            [first, second, ..] => {
-                let (first, second) = (&machine.states[*first].name, &machine.states[*second].name);
-                let initial = machine.states.iter().filter(|it| it.initial);
-                let kind = FactKind::SeveralInitialStates {
-                    first: (first.name.clone(), first.part),
-                    second: second.name.clone(),
-                    all: initial.map(|it| (it.name.name.clone(), it.start)).collect(),
-                };
-                self.refuse(self.at(second.part), kind);
-                return;
-            }
-        };
+        self.resolved(BodyId::InitialValues, ProgramIn::MachineValues);
+        let variables = self.duplicates(machine.variables.iter().map(|it| &it.name), Defined::Variable);
+        self.found.facts.extend(variables);
+        let states = self.duplicates(machine.states.iter().map(|it| &it.name), Defined::State);
+        states.into_iter().for_each(|fact| self.refuse(fact));
+        let Some(start) = self.initial(machine) else { return };
         for (index, state) in machine.states.iter().enumerate() {
             self.states.entry(&state.name.name).or_insert(index);
         }
@@ -356,6 +326,32 @@ impl<'db> Reader<'_, 'db> {
         self.keep_reachable(machine, start, edges);
     }
 
+    /// The number of the initial state.
+    fn initial(&mut self, machine: &Machine) -> Option<usize> {
+        let initial: Vec<usize> =
+            (0..machine.states.len()).filter(|&it| machine.states[it].initial).collect();
+        match initial.as_slice() {
+            [one] => return Some(*one),
+            [] => {
+                if machine.whole {
+                    let first = machine.states.first().map(|it| (it.name.name.clone(), it.start));
+                    self.refuse_at(machine.part, FactKind::NoInitialState { first });
+                }
+            }
+            [first, second, ..] => {
+                let (first, second) = (&machine.states[*first].name, &machine.states[*second].name);
+                let all = initial.iter().map(|&it| &machine.states[it]);
+                let kind = FactKind::SeveralInitialStates {
+                    first: (first.name.clone(), first.part),
+                    second: second.name.clone(),
+                    all: all.map(|it| (it.name.name.clone(), it.start)).collect(),
+                };
+                self.refuse_at(second.part, kind);
+            }
+        }
+        None
+    }
+
     /// Warns of states that no transition leads to, were it ever taken.
     fn unreachable(&mut self, machine: &Machine, start: usize) {
         if !self.found.refusals.is_empty() {
@@ -364,77 +360,65 @@ impl<'db> Reader<'_, 'db> {
         let reached = reachable(&leads_to(machine), start);
         for (state, _) in machine.states.iter().zip(reached).filter(|(_, reached)| !reached) {
             let NameRef { name, part } = &state.name;
-            self.report(self.at(*part), FactKind::UnreachableState { name: name.clone() });
+            self.report(*part, FactKind::UnreachableState { name: name.clone() });
         }
     }
 
     /// The edges out of a state: its transitions in the order of the text, then staying.
     fn state(&mut self, machine: &'db Machine, index: usize, edges: &mut Vec<Edge>) {
         let state = &machine.states[index];
-        let transitions = state.transitions.iter().map(|it| (&it.name, Defined::Transition));
-        repeated(self.of, transitions).into_iter().for_each(|it| self.refuse_for(it));
+        let transitions = self.duplicates(state.transitions.iter().map(|it| &it.name), Defined::Transition);
+        transitions.into_iter().for_each(|fact| self.refuse(fact));
         let mut seen = FxHashSet::default();
-        for method in &state.methods {
-            if !seen.insert(method.kind) {
-                self.refuse(self.at(method.part), FactKind::DuplicateMethod(method.kind));
-            }
+        for method in state.methods.iter().filter(|method| !seen.insert(method.kind)) {
+            self.refuse_at(method.part, FactKind::DuplicateMethod(method.kind));
         }
         // The `entry` of the initial state runs once at the start, of another state with a transition to it; a program
         // is read all the same.
-        self.method(state, MethodKind::Entry);
-        let run = self.method(state, MethodKind::Run);
-        let exit = self.method(state, MethodKind::Exit);
-        let handle = self.method(state, MethodKind::Handle);
+        self.method(index, state, MethodKind::Entry);
+        let run = self.method(index, state, MethodKind::Run);
+        let exit = self.method(index, state, MethodKind::Exit);
+        let handle = self.method(index, state, MethodKind::Handle);
         // `run`, then each guard up to the one that holds.
         let mut before: Vec<usize> = run.into_iter().collect();
         let mut fires_always: Option<&Transition> = None;
-        for transition in &state.transitions {
+        for (number, transition) in state.transitions.iter().enumerate() {
+            let body = BodyId::State(0, index as u32);
+            let (name, number) = (&transition.name.name, number as u32);
             if !transition.whole {
                 self.refuse_here(CoreReason::SyntaxError(CorePart::Transition));
             }
-            let mut value = None;
-            if let Some(guard) = &transition.guard {
-                if !guard.whole {
-                    self.refuse_here(CoreReason::SyntaxError(CorePart::Guard));
-                }
-                let mut costs = Vec::new();
-                value = self.expr(&guard.condition, &mut costs);
-                let (state, transition) = (state.name.name.clone(), transition.name.name.clone());
-                self.push_program(&mut before, ProgramId::Guard { state, transition }, Cost::Sum(costs));
+            let mut decided = None;
+            if transition.guard.is_some() {
+                let cost = self.program(body, ProgramIn::Guard(number));
+                decided = self.cost(body, ProgramIn::Guard(number)).and_then(|cost| cost.decided);
+                let (state, transition) = (state.name.name.clone(), name.clone());
+                self.push_program(&mut before, ProgramId::Guard { state, transition }, cost);
             }
             let mut own = Vec::new();
-            if let Some(effect) = &transition.effect {
-                let cost = self.program(effect);
-                let (state, transition) = (state.name.name.clone(), transition.name.name.clone());
+            if transition.effect.is_some() {
+                let cost = self.program(body, ProgramIn::Effect(number));
+                let (state, transition) = (state.name.name.clone(), name.clone());
                 self.push_program(&mut own, ProgramId::Effect { state, transition }, cost);
             }
             let target = self.target(machine, transition);
             // What comes after a transition without a guard never happens, but it is read all the same.
             if let Some(always) = fires_always {
-                let (name, first) = (transition.name.name.clone(), always.name.name.clone());
-                if transition.whole && always.whole && !name.is_empty() {
-                    let kind = match always.guard {
-                        None => FactKind::NeverTaken { name, first, first_at: self.at(always.name.part) },
-                        Some(_) => FactKind::UnreachableCode(Unreachable::Behind(first)),
-                    };
-                    self.report(self.at(transition.name.part), kind);
-                }
+                self.never_taken(transition, always);
                 continue;
             }
-            if value == Some(Value::Bool(false)) {
-                let at = self.at(transition.name.part);
-                self.report(at, FactKind::UnreachableCode(Unreachable::Guard));
+            if decided == Some(false) {
+                self.report(transition.name.part, FactKind::UnreachableCode(Unreachable::Guard));
                 continue;
             }
             let mut programs = before.clone();
             programs.extend(exit);
             programs.extend(own);
             if let Some(target) = target {
-                programs.extend(self.method(&machine.states[target], MethodKind::Entry));
-                let transition = Some(transition.name.name.clone());
-                edges.push(Edge { source: index, target, transition, programs });
+                programs.extend(self.method(target, &machine.states[target], MethodKind::Entry));
+                edges.push(Edge { source: index, target, transition: Some(name.clone()), programs });
             }
-            if transition.guard.is_none() || value == Some(Value::Bool(true)) {
+            if transition.guard.is_none() || decided == Some(true) {
                 fires_always = Some(transition);
             }
         }
@@ -444,35 +428,49 @@ impl<'db> Reader<'_, 'db> {
         }
     }
 
+    /// Reports a transition behind one that always fires.
+    fn never_taken(&mut self, transition: &Transition, always: &Transition) {
+        let (name, first) = (&transition.name, &always.name);
+        if !transition.whole || !always.whole || name.name.is_empty() {
+            return;
+        }
+        let first_at = self.at(first.part);
+        self.report(
+            name.part,
+            match always.guard {
+                None => FactKind::NeverTaken { name: name.name.clone(), first: first.name.clone(), first_at },
+                Some(_) => FactKind::UnreachableCode(Unreachable::Behind(first.name.clone())),
+            },
+        );
+    }
+
     fn push_program(&mut self, programs: &mut Vec<usize>, id: ProgramId, cost: Cost<'db>) {
         programs.push(self.found.programs.len());
         self.found.programs.push(TimedProgram { id, cost });
     }
 
     /// The index of a method's program, read when it is first met.
-    fn method(&mut self, state: &'db State, kind: MethodKind) -> Option<usize> {
-        let method = state.methods.iter().find(|method| method.kind == kind)?;
+    fn method(&mut self, index: usize, state: &'db State, kind: MethodKind) -> Option<usize> {
+        let number = state.methods.iter().position(|method| method.kind == kind)?;
         let name = &state.name.name;
         if let Some(&known) = self.methods.get(&(name, kind)) {
             return Some(known);
         }
-        let cost = self.program(&method.program);
+        let cost = self.program(BodyId::State(0, index as u32), ProgramIn::Method(number as u32));
         self.methods.insert((name, kind), self.found.programs.len());
-        let id = ProgramId::Method { state: name.clone(), kind };
-        self.found.programs.push(TimedProgram { id, cost });
+        self.found.programs.push(TimedProgram { id: ProgramId::Method { state: name.clone(), kind }, cost });
         Some(self.found.programs.len() - 1)
     }
 
     fn target(&mut self, machine: &'db Machine, transition: &Transition) -> Option<usize> {
-        let Some(target) = &transition.target else {
+        let Some(NameRef { name, part }) = &transition.target else {
             self.refuse_here(CoreReason::SyntaxError(CorePart::Transition));
             return None;
         };
-        let found = self.states.get(&target.name).copied();
+        let found = self.states.get(name).copied();
         if found.is_none() {
-            let near = similar(&target.name, machine.states.iter().map(|state| &state.name.name));
-            let name = target.name.clone();
-            self.refuse(self.at(target.part), FactKind::UnresolvedState { name, near });
+            let near = similar(name, machine.states.iter().map(|state| &state.name.name));
+            self.refuse_at(*part, FactKind::UnresolvedState { name: name.clone(), near });
         }
         found
     }
@@ -507,55 +505,10 @@ pub(crate) fn leads_to(machine: &Machine) -> Vec<Vec<usize>> {
     machine.states.iter().map(|state| targets(state)).collect()
 }
 
-/// Which nodes are reached from `start`.
-pub(crate) fn reachable(leads_to: &[Vec<usize>], start: usize) -> Vec<bool> {
-    let mut reached = vec![false; leads_to.len()];
-    let mut open = vec![start];
-    while let Some(node) = open.pop() {
-        if !std::mem::replace(&mut reached[node], true) {
-            open.extend(&leads_to[node]);
-        }
-    }
-    reached
-}
-
 pub(crate) fn operations_in(cost: &Cost<'_>) -> Vec<usize> {
     match cost {
         Cost::Codel(_) => Vec::new(),
         Cost::Operation(index) => vec![*index],
         Cost::Sum(costs) | Cost::Greatest(costs) => costs.iter().flat_map(operations_in).collect(),
     }
-}
-
-/// Of nodes that lead to others: each after all that it leads to, but those that lead to a ring; and which are part of one,
-/// or between two.
-pub(crate) fn ordered(leads_to: &[Vec<usize>]) -> (Vec<usize>, Vec<bool>) {
-    let mut comes_from = vec![Vec::new(); leads_to.len()];
-    for (node, others) in leads_to.iter().enumerate() {
-        for &other in others {
-            comes_from[other].push(node);
-        }
-    }
-    let order = peel(leads_to, &comes_from);
-    let mut in_ring = vec![order.len() < leads_to.len(); leads_to.len()];
-    // Of what leads to a ring, some only lead to it.
-    order.iter().chain(&peel(&comes_from, leads_to)).for_each(|&node| in_ring[node] = false);
-    (order, in_ring)
-}
-
-/// The nodes that no ring can be reached from, each after all that it leads to.
-fn peel(leads_to: &[Vec<usize>], comes_from: &[Vec<usize>]) -> Vec<usize> {
-    let mut left: Vec<usize> = leads_to.iter().map(Vec::len).collect();
-    let mut order: Vec<usize> = (0..left.len()).filter(|&node| left[node] == 0).collect();
-    let mut next = 0;
-    while let Some(&node) = order.get(next) {
-        next += 1;
-        for &before in &comes_from[node] {
-            left[before] -= 1;
-            if left[before] == 0 {
-                order.push(before);
-            }
-        }
-    }
-    order
 }

@@ -3,17 +3,17 @@
 use rustc_hash::FxHashMap;
 
 use crate::ModelDb;
-use crate::behaviour::{Refusal, behaviour_of};
-use crate::fact::{Defined, Fact, FactKind, repeated, unresolved_type};
+use crate::behaviour::behaviour_of;
+use crate::fact::{Defined, Fact, FactKind, Refusal, repeated, unresolved_type};
 use crate::flat;
 use crate::flow::flow_facts;
+use crate::infer::inference_of_core;
 use crate::item_tree::{FeatureKind, Kind, Name, TypeRef};
 use crate::names::{FeatureOf, features_of, names_of};
 use crate::project::Project;
 use crate::psm::is_core_for;
 use crate::size::too_large;
 use crate::source::{Decl, Place, component, core_interface, shell};
-use crate::typing::typing_of;
 use crate::{declared, settings, wiring};
 
 /// What is wrong between the declarations of a project.
@@ -37,7 +37,7 @@ pub fn declaration_facts<'db>(
     match decl.kind(db) {
         Kind::Core => {
             found.extend(behaviour_of(db, project, decl).facts.iter().cloned());
-            found.extend(typing_of(db, project, decl).facts.iter().cloned());
+            found.extend(inference_of_core(db, project, decl).facts().cloned());
             found.extend(flow_facts(db, project, decl).iter().cloned());
         }
         Kind::Architecture => {
@@ -76,9 +76,9 @@ pub(crate) fn errors_in<'db>(
     }
     // Only what can be an error: the rest reads other declarations.
     let behaviour = behaviour_of(db, project, decl).facts.iter();
-    let typing = typing_of(db, project, decl).facts.iter();
+    let inference = inference_of_core(db, project, decl);
     let all: Vec<Fact<'db>> =
-        behaviour.chain(typing).cloned().chain(declared::errors(db, project, decl)).collect();
+        behaviour.chain(inference.facts()).cloned().chain(declared::errors(db, project, decl)).collect();
     refusals(&all)
 }
 

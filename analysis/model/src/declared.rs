@@ -5,6 +5,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use crate::ModelDb;
 use crate::fact::{Defined, Fact, FactKind, Reserved, repeated};
 use crate::flat::flat_of;
+use crate::infer::uses_of;
 use crate::item_tree::{Data, Kind, Name, NameRef, Parameter, Part, Shell, TypeRef};
 use crate::messages::used_packages;
 use crate::names::{features_of, names_of};
@@ -13,7 +14,6 @@ use crate::psm::{core_of, shell_of};
 use crate::settings::{names_in_values, target_of};
 use crate::source::{Decl, Place, data, shell};
 use crate::types::{self, Type};
-use crate::typing::uses_of;
 
 /// Types and names of a declaration that cannot be.
 pub(crate) fn errors<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<Fact<'db>> {

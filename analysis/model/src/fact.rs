@@ -433,6 +433,29 @@ pub enum Reserved {
     GeneratedProperty,
 }
 
+/// Why a core or an architecture is not analysed, and where the reason stands.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub struct Refusal<'db> {
+    /// Why.
+    pub reason: Reason<'db>,
+    /// Where the reason stands.
+    pub at: Place<'db>,
+    /// Whether another fact reports it.
+    pub reported: bool,
+}
+
+impl<'db> Refusal<'db> {
+    /// A reason that another fact reports at its location.
+    pub(crate) fn reported(reason: Reason<'db>, at: Place<'db>) -> Refusal<'db> {
+        Refusal { reason, at, reported: true }
+    }
+
+    /// What a fact reports.
+    pub(crate) fn of_fact(project: Project<'db>, fact: &Fact<'db>) -> Refusal<'db> {
+        Refusal::reported(Reason::Error(project, Box::new(fact.clone())), fact.at.clone())
+    }
+}
+
 /// Why a core or an architecture is not analysed.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 #[allow(missing_docs, reason = "the documentation of a variant says what its fields are")]

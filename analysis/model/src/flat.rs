@@ -3,8 +3,7 @@
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
-use crate::behaviour::Refusal;
-use crate::fact::{Defined, EndKind, Fact, FactKind, Reason, unresolved_type};
+use crate::fact::{Defined, EndKind, Fact, FactKind, Reason, Refusal, unresolved_type};
 use crate::item_tree::{Endpoint, FeatureKind, Instance, Kind, Name};
 use crate::names::{FeatureOf, Features, features_of, names_of, similar};
 use crate::project::Project;

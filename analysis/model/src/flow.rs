@@ -10,9 +10,13 @@ use std::cell::LazyCell;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
-use crate::behaviour::{behaviour_of, leads_to, ordered, reachable};
+use crate::behaviour::{behaviour_of, leads_to};
+use crate::body::statements;
+use crate::builtin::Builtin;
 use crate::fact::{Fact, FactKind, Unreachable};
 use crate::flat::flat_of;
+use crate::graph::{reachable, topological_order};
+use crate::infer::{CoreInference, VariableKind, VariableOf, inference_of_core, returns};
 use crate::item_tree::{
     BinaryOperator, Core, Direction, Expr, HookKind, Kind, Machine, MethodKind, Name, NameRef, Operation,
     Part, Program, State, Statement, Transition,
@@ -20,20 +24,21 @@ use crate::item_tree::{
 use crate::names::names_of;
 use crate::project::Project;
 use crate::psm::core_of;
-use crate::source::{Decl, Place, architecture, codel, core};
+use crate::resolve::{Callee, VariableId};
+use crate::source::{Decl, Place, architecture, core};
 use crate::types::Type;
-use crate::typing::{Callee, Meaning, Typing, VariableKind, is_whole, returns, typing_of};
 
 /// What is wrong with the flow of values in a core.
 #[salsa::tracked(returns(ref))]
 pub(crate) fn flow_facts<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<Fact<'db>> {
     let Some(data) = core(db, of) else { return Vec::new() };
-    let typing = typing_of(db, project, of);
+    let inference = &inference_of_core(db, project, of);
     let mut flow = Flow {
         db,
         of,
         core: data,
-        typing,
+        inference,
+        variables: inference.variables().collect(),
         operations: Vec::new(),
         ever: Variables::default(),
         conditions: 0,
@@ -44,8 +49,8 @@ pub(crate) fn flow_facts<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: D
     };
     flow.unreachable();
     // Where something was lost, it may be what assigns, or reads; so may what means nothing.
-    if is_whole(data) {
-        if !typing.unresolved {
+    if data.is_whole() {
+        if !inference.is_unresolved() {
             flow.assignments();
             flow.unused();
         }
@@ -108,7 +113,9 @@ struct Flow<'a, 'db> {
     db: &'db dyn ModelDb,
     of: Decl<'db>,
     core: &'db Core,
-    typing: &'a Typing<'db>,
+    inference: &'a CoreInference<'db>,
+    /// By number.
+    variables: Vec<(VariableId, &'db VariableOf)>,
     /// What each operation may assign.
     operations: Vec<Variables>,
     /// What any program may assign.
@@ -167,7 +174,7 @@ impl<'db> Flow<'_, 'db> {
     fn assignments(&mut self) {
         self.operations();
         let (mut assigned, mut later) = (Variables::default(), Variables::default());
-        for (index, variable) in self.typing.variables.iter().enumerate() {
+        for (index, (_, variable)) in self.variables.iter().enumerate() {
             let is_of_core = matches!(variable.kind, VariableKind::Core | VariableKind::Machine);
             if variable.has_value && !is_of_core {
                 assigned.insert(index);
@@ -182,8 +189,8 @@ impl<'db> Flow<'_, 'db> {
         });
         self.ever = ever;
         // Each may rest on those before it.
-        let variables = self.typing.variables.iter().enumerate();
-        let index: FxHashMap<Part, usize> = variables.map(|(index, it)| (it.name.part, index)).collect();
+        let variables = self.variables.iter().enumerate();
+        let index: FxHashMap<Part, usize> = variables.map(|(index, (_, it))| (it.name.part, index)).collect();
         let machines = self.core.machines.iter().flat_map(|machine| &machine.variables);
         for variable in self.core.variables.iter().chain(machines) {
             if let Some(value) = &variable.value {
@@ -210,7 +217,7 @@ impl<'db> Flow<'_, 'db> {
         let mut late: Vec<(usize, Part)> = self.late.drain().collect();
         late.sort_by_key(|(_, part)| *part);
         for (index, part) in late {
-            let Some(variable) = self.typing.variables.get(index) else { continue };
+            let Some((_, variable)) = self.variables.get(index) else { continue };
             let declared = self.at(variable.name.part);
             let name = variable.name.name.clone();
             self.report(part, FactKind::ReadBeforeAssignment { name, declared });
@@ -326,10 +333,7 @@ impl<'db> Flow<'_, 'db> {
 
     /// The variable that a name stands for.
     fn variable(&self, part: Part) -> Option<usize> {
-        match self.typing.values.get(&part)? {
-            Meaning::Variable(index) => Some(*index),
-            Meaning::Feature(..) => None,
-        }
+        self.inference.variable_at(part).map(|id| self.inference.number(id))
     }
 
     fn expr(&mut self, expr: &Expr, assigned: &mut Variables) {
@@ -338,7 +342,7 @@ impl<'db> Flow<'_, 'db> {
             Expr::Name(name) => {
                 let Some(index) = self.variable(name.part) else { return };
                 self.read.insert(index);
-                let ty = self.typing.variables.get(index).map(|variable| &variable.ty);
+                let ty = self.variables.get(index).map(|(_, variable)| &variable.ty);
                 // What a type that nobody knows begins with is its own matter: a handle, a pointer.
                 // A condition may know of an earlier period.
                 let may_be = assigned.contains(index) || self.conditions > 0 && self.ever.contains(index);
@@ -362,25 +366,13 @@ impl<'db> Flow<'_, 'db> {
     }
 
     fn call(&mut self, callee: Part, arguments: &[Expr], assigned: &mut Variables) {
-        let callee = self.typing.callees.get(&callee).copied();
-        let mut directions: Vec<Direction> = match callee {
-            Some(Callee::Codel(of)) => codel(self.db, of)
-                .map_or_else(Vec::new, |it| it.parameters.iter().map(|it| it.direction).collect()),
-            Some(Callee::Operation(index)) => {
-                let operation = self.core.operations.get(index);
-                operation.map_or_else(Vec::new, |it| it.parameters.iter().map(|it| it.direction).collect())
-            }
-            // The port stands for no value, the handler for one.
-            Some(Callee::Read) => vec![Direction::In, Direction::Out],
-            Some(Callee::Collect) => {
-                let outputs = arguments.len().saturating_sub(1);
-                [Direction::In].into_iter().chain(std::iter::repeat_n(Direction::Out, outputs)).collect()
-            }
-            Some(Callee::Write | Callee::Status | Callee::Send) => Vec::new(),
-            // Nobody knows what it does with its arguments.
-            None => vec![Direction::InOut; arguments.len()],
+        let callee = self.inference.callee(callee);
+        let count = arguments.len();
+        let directions = match callee {
+            Some(callee) => self.inference.directions(self.db, self.core, callee, count),
+            // What it does with its arguments is unknown.
+            None => vec![Direction::InOut; count],
         };
-        directions.resize(arguments.len(), Direction::In);
         let mut back = Vec::new();
         for (argument, direction) in arguments.iter().zip(directions) {
             match (direction, argument) {
@@ -409,7 +401,7 @@ impl<'db> Flow<'_, 'db> {
         let own: Vec<(Vec<usize>, Variables)> =
             self.core.operations.iter().map(|operation| self.calls_and_assigns(operation)).collect();
         let (calls, mut assigns): (Vec<Vec<usize>>, Vec<Variables>) = own.into_iter().unzip();
-        for index in ordered(&calls).0 {
+        for index in topological_order(&calls).0 {
             let callees = calls.get(index).into_iter().flatten();
             let callees: Vec<Variables> =
                 callees.filter_map(|callee| assigns.get(*callee).cloned()).collect();
@@ -422,42 +414,21 @@ impl<'db> Flow<'_, 'db> {
 
     fn calls_and_assigns(&self, operation: &Operation) -> (Vec<usize>, Variables) {
         let (mut called, mut assigned) = (Vec::new(), Variables::default());
-        let (mut open, mut values): (Vec<&Statement>, Vec<&Expr>) =
-            (operation.program.statements.iter().collect(), Vec::new());
-        while let Some(statement) = open.pop() {
-            match statement {
-                Statement::Variable(variable) => values.extend(&variable.value),
-                Statement::If { condition, then, otherwise, .. } => {
-                    values.push(condition);
-                    open.extend(then.iter().chain(otherwise.iter().flatten()));
-                }
-                Statement::Block(inner) => open.extend(inner),
-                Statement::Return(_, value) => values.extend(value),
-                Statement::Assign(target, value) => {
-                    self.variable(target.part).into_iter().for_each(|index| assigned.insert(index));
-                    values.push(value);
-                }
-                Statement::Expr(value) => values.push(value),
+        let mut assign = |part| self.variable(part).into_iter().for_each(|index| assigned.insert(index));
+        for statement in statements(&operation.program.statements) {
+            if let Statement::Assign(target, _) = statement {
+                assign(target.part);
             }
-        }
-        while let Some(expr) = values.pop() {
-            match expr {
-                Expr::Missing | Expr::Literal(..) | Expr::Name(_) => {}
-                Expr::Lost(inner) | Expr::Unary(_, inner, _) => values.push(inner),
-                Expr::Binary(_, lhs, rhs, _) => values.extend([lhs.as_ref(), rhs.as_ref()]),
-                Expr::Call { callee, arguments, .. } => {
-                    for argument in arguments {
-                        match argument {
-                            // It may be one that something comes back to.
-                            Expr::Name(name) => {
-                                self.variable(name.part).into_iter().for_each(|index| assigned.insert(index));
-                            }
-                            argument => values.push(argument),
-                        }
+            for expr in statement.expression().into_iter().flat_map(Expr::descendants) {
+                let Expr::Call { callee, arguments, .. } = expr else { continue };
+                // An argument may be one that something comes back to.
+                for argument in arguments {
+                    if let Expr::Name(name) = argument {
+                        assign(name.part);
                     }
-                    if let Some(Callee::Operation(index)) = self.typing.callees.get(&callee.part) {
-                        called.push(*index);
-                    }
+                }
+                if let Some(Callee::Operation(index)) = self.inference.callee(callee.part) {
+                    called.push(index);
                 }
             }
         }
@@ -466,20 +437,18 @@ impl<'db> Flow<'_, 'db> {
 
     /// What no program reads.
     fn unused(&mut self) {
+        let mut found = Vec::new();
         // Few variables are unused.
         let named = LazyCell::new(|| {
-            let index = |meaning: &Meaning<'_>| match meaning {
-                Meaning::Variable(index) => Some(*index),
-                Meaning::Feature(..) => None,
-            };
-            self.typing.values.values().filter_map(index).collect::<FxHashSet<usize>>()
+            let parts = self.inference.bindings().map(|(part, _)| part);
+            parts.filter_map(|part| self.variable(part)).collect::<FxHashSet<usize>>()
         });
         let calls = LazyCell::new(|| {
-            let all = self.core.all_variables().into_iter();
+            let all = self.core.all_variables();
             let with_value = all.filter(|it| it.value.as_ref().is_some_and(has_call));
             with_value.map(|variable| variable.name.part).collect::<FxHashSet<Part>>()
         });
-        for (index, variable) in self.typing.variables.iter().enumerate() {
+        for (index, (_, variable)) in self.variables.iter().enumerate() {
             if matches!(variable.kind, VariableKind::Parameter(_)) {
                 continue;
             }
@@ -489,9 +458,10 @@ impl<'db> Flow<'_, 'db> {
                 let is_removable = !named.contains(&index) && !calls.contains(part);
                 let (name, is_handler) = (name.clone(), variable.kind == VariableKind::Handler);
                 let kind = FactKind::UnusedVariable { is_handler, name, is_removable };
-                self.found.push(Fact::new(self.at(*part), kind));
+                found.push(Fact::new(self.at(*part), kind));
             }
         }
+        self.found.extend(found);
     }
 
     // What is written and lost
@@ -613,14 +583,14 @@ impl<'db> Flow<'_, 'db> {
         lost: &mut Vec<(Part, &'db Name)>,
     ) {
         let Some(Expr::Call { callee, arguments, .. }) = value else { return };
-        match (self.typing.callees.get(&callee.part), arguments.first()) {
-            (Some(Callee::Write), Some(Expr::Name(port))) if !behind.insert(&port.name) => {
+        match (self.inference.callee(callee.part), arguments.first()) {
+            (Some(Callee::Builtin(Builtin::Write)), Some(Expr::Name(port))) if !behind.insert(&port.name) => {
                 lost.push((callee.part, &port.name));
             }
             // An operation that calls itself is an error: its own writes are not followed further.
             (Some(Callee::Operation(index)), _) => {
-                if let Some(operation) = self.core.operations.get(*index) {
-                    behind.extend(top_level_writes(&operation.program.statements, self.typing));
+                if let Some(operation) = self.core.operations.get(index) {
+                    behind.extend(top_level_writes(&operation.program.statements, self.inference));
                 }
             }
             _ => {}
@@ -665,13 +635,13 @@ fn of_all<'a>(mut ways: Vec<Ports<'a>>) -> Ports<'a> {
 }
 
 /// The ports that a program writes in its first row of statements, up to a `return`.
-fn top_level_writes<'a>(statements: &'a [Statement], typing: &Typing<'_>) -> Ports<'a> {
+fn top_level_writes<'a>(statements: &'a [Statement], inference: &CoreInference<'_>) -> Ports<'a> {
     let mut ports = Ports::default();
     for statement in statements {
         match statement {
             Statement::Expr(Expr::Call { callee, arguments, .. }) => {
-                if let (Some(Callee::Write), Some(Expr::Name(port))) =
-                    (typing.callees.get(&callee.part), arguments.first())
+                if let (Some(Callee::Builtin(Builtin::Write)), Some(Expr::Name(port))) =
+                    (inference.callee(callee.part), arguments.first())
                 {
                     ports.insert(&port.name);
                 }
@@ -684,23 +654,11 @@ fn top_level_writes<'a>(statements: &'a [Statement], typing: &Typing<'_>) -> Por
     ports
 }
 
-fn has_return(statements: &[Statement]) -> bool {
-    statements.iter().any(|statement| match statement {
-        Statement::Return(..) => true,
-        Statement::Block(inner) => has_return(inner),
-        Statement::If { then, otherwise, .. } => {
-            has_return(then) || otherwise.as_ref().is_some_and(|it| has_return(it))
-        }
-        _ => false,
-    })
+fn has_return(all: &[Statement]) -> bool {
+    statements(all).any(|statement| matches!(statement, Statement::Return(..)))
 }
 
-/// Does an expression call something? What is half typed may.
+/// Whether an expression may call something: what is half typed may.
 fn has_call(expr: &Expr) -> bool {
-    match expr {
-        Expr::Missing | Expr::Lost(_) | Expr::Call { .. } => true,
-        Expr::Literal(..) | Expr::Name(_) => false,
-        Expr::Unary(_, inner, _) => has_call(inner),
-        Expr::Binary(_, lhs, rhs, _) => has_call(lhs) || has_call(rhs),
-    }
+    expr.descendants().any(|it| matches!(it, Expr::Missing | Expr::Lost(_) | Expr::Call { .. }))
 }

@@ -170,8 +170,7 @@ impl Data {
                     types.extend(of_parameters(&operation.parameters));
                     types.extend(operation.result.as_ref().map(|ty| (ty, true)));
                 }
-                types
-                    .extend(core.all_variables().into_iter().filter_map(|it| Some((it.ty.as_ref()?, false))));
+                types.extend(core.all_variables().filter_map(|it| Some((it.ty.as_ref()?, false))));
             }
             Data::Use | Data::Component(_) | Data::Architecture(_) | Data::Deployment(_) => {}
         }
@@ -235,6 +234,17 @@ pub enum Direction {
     In,
     Out,
     InOut,
+}
+
+impl Direction {
+    /// The keyword.
+    pub fn keyword(self) -> &'static str {
+        match self {
+            Direction::In => "in",
+            Direction::Out => "out",
+            Direction::InOut => "inout",
+        }
+    }
 }
 
 /// `shell S { … }`
@@ -313,10 +323,10 @@ pub struct Core {
     pub variables: Vec<Variable>,
     /// Its handlers.
     pub handlers: Vec<Handler>,
-    /// The operations that it provides.
-    pub operations: Vec<Operation>,
-    /// `configure`, `start`, `update`, `stop`, `cleanup`.
-    pub hooks: Vec<Hook>,
+    /// The operations that it provides; one that an edit does not touch is the same one.
+    pub operations: Vec<Arc<Operation>>,
+    /// `configure`, `start`, `update`, `stop`, `cleanup`; likewise.
+    pub hooks: Vec<Arc<Hook>>,
     /// Its state machines: one, or none; more are an error.
     pub machines: Vec<Machine>,
     /// The colon behind its header, which no model needs.
@@ -336,21 +346,13 @@ pub struct Handler {
 
 impl Core {
     /// Every variable, those in its programs too.
-    pub fn all_variables(&self) -> Vec<&Variable> {
-        let mut found: Vec<&Variable> = self.variables.iter().collect();
-        found.extend(self.machines.iter().flat_map(|machine| &machine.variables));
-        let mut open: Vec<&Statement> = self.programs().into_iter().flat_map(|it| &it.statements).collect();
-        while let Some(statement) = open.pop() {
-            match statement {
-                Statement::Variable(variable) => found.push(variable),
-                Statement::If { then, otherwise, .. } => {
-                    open.extend(then.iter().chain(otherwise.iter().flatten()))
-                }
-                Statement::Block(inner) => open.extend(inner),
-                Statement::Return(..) | Statement::Assign(..) | Statement::Expr(_) => {}
-            }
-        }
-        found
+    pub fn all_variables(&self) -> impl Iterator<Item = &Variable> {
+        let machines = self.machines.iter().flat_map(|machine| &machine.variables);
+        let local = self.statements().filter_map(|statement| match statement {
+            Statement::Variable(variable) => Some(variable),
+            _ => None,
+        });
+        self.variables.iter().chain(machines).chain(local)
     }
 
     /// Every program of it.

@@ -46,10 +46,12 @@
 //! This crate knows no editor, no protocol and no file system.
 
 mod behaviour;
+mod body;
 mod builtin;
 mod check;
 mod config;
 mod configured;
+mod cost;
 mod db;
 mod declared;
 pub mod diagnostics;
@@ -57,6 +59,8 @@ mod exported;
 pub mod fact;
 mod flat;
 mod flow;
+mod graph;
+mod infer;
 pub mod item_tree;
 mod lower;
 mod messages;
@@ -64,7 +68,9 @@ mod names;
 mod program_id;
 mod project;
 mod psm;
+mod resolve;
 mod response;
+mod semantics;
 mod settings;
 mod size;
 mod skeleton;
@@ -73,18 +79,22 @@ mod supposed;
 mod system;
 mod timetable;
 mod types;
-mod typing;
 mod urgency;
 mod values;
 mod wiring;
 
 pub use behaviour::{Behaviour, Cost, Edge, TimedProgram, behaviour_of};
+pub use body::{Body, BodyId, Code, CoreScope, OperationHead, ProgramIn, SharedVariable, statements};
 pub use builtin::{Builtin, Operand};
 pub use check::declaration_facts;
 pub use config::{Chain, Config, ExternalType, Maintainer, Mistake};
 pub use db::{Database, File, ModelDb, Problem, Trees, Workspace, normalised};
 pub use exported::{exported_component, psm_at, response_times_of, task_set_of};
 pub use flat::{Flat, FlatInstance, Link, flat_of};
+pub use infer::{
+    CoreInference, HiddenName, Inference, Problem as NameProblem, ReportedProblem, Shared, Signature,
+    VariableKind, VariableOf, expression_types, inference_of, inference_of_core, returns,
+};
 pub use lower::{DECLARATIONS, DeclarationMap, SourceMap};
 pub use messages::{
     BUILT_IN_TYPES, Message, MessageConstant, MessageField, Package, catalogue, message_of, named_packages,
@@ -97,10 +107,12 @@ pub use project::{
     project_files, projects,
 };
 pub use psm::{Psm, PsmEdge, Refusal, Refused, core_of, psm_of, shell_of, worst_path};
+pub use resolve::{Binding, CallError, Callee, ResolvedCall, Resolver, Scope, VariableId};
 pub use response::{
     ActivityReport, Budget, CpuReport, Deadlines, InterferenceReport, MissingTime, Query, Report, Verdict,
     budgets, diagnostics_if, level_shown, missing_times, response_times, response_times_if,
 };
+pub use semantics::{Semantics, VisibleScope};
 pub use settings::{ValueInEffect, values_in_effect, values_of_shell};
 pub use skeleton::operation_skeleton;
 pub use source::{
@@ -113,6 +125,5 @@ pub use timetable::{
     Lookup, TableFiles, Timetable, pattern_of_path, table, table_files, table_pattern, timetable_of,
 };
 pub use types::{C_TYPES, Integer, LANGUAGE_TYPES, Type, built_in_type, type_of};
-pub use typing::{Callee, Meaning, Typing, VariableKind, VariableOf, expression_types, typing_of};
 pub use urgency::before_its_time;
 pub use values::Value;

@@ -538,14 +538,15 @@ impl Lowering<'_> {
                     let signature =
                         self.part(lists.unwrap_or(TextRange::empty(it.syntax().text_range().end())));
                     let program = self.program(it.block(), it.syntax());
-                    lowered.operations.push(Operation { name, parameters, result, signature, program });
+                    let operation = Operation { name, parameters, result, signature, program };
+                    lowered.operations.push(Arc::new(operation));
                 }
                 ast::CoreItem::Hook(it) => {
                     let Some(keyword) = it.keyword() else { continue };
                     let Some(kind) = HookKind::from_keyword(keyword.text()) else { continue };
                     let part = self.part(keyword.text_range());
                     let program = self.program(it.block(), it.syntax());
-                    lowered.hooks.push(Hook { kind, part, program });
+                    lowered.hooks.push(Arc::new(Hook { kind, part, program }));
                 }
                 ast::CoreItem::StateMachine(it) => lowered.machines.push(self.machine(&it)),
             }

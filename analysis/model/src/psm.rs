@@ -7,14 +7,14 @@ use mauve_timing::{Edge, Level, StateMachine, Time};
 use crate::behaviour::{Behaviour, Cost, TimedProgram, behaviour_of, operations_in};
 use crate::check::errors_in;
 use crate::diagnostics::reasons;
+use crate::infer::uses_of;
 use crate::item_tree::{Kind, Name};
 use crate::names::{features_of, names_of};
 use crate::program_id::ProgramId;
 use crate::project::Project;
 use crate::source::{Decl, Place, codel, component, core_interface};
 use crate::timetable::{Lookup, Timetable, timetable_of};
-use crate::typing::uses_of;
-use crate::{ModelDb, behaviour};
+use crate::{ModelDb, fact};
 
 /// So many errors are named as reasons; the diagnostics have all.
 pub(crate) const MOST_REASONS: usize = 8;
@@ -74,7 +74,7 @@ impl<'db> Refusal<'db> {
     }
 
     /// What the model says.
-    pub(crate) fn of_model(db: &'db dyn ModelDb, why: &behaviour::Refusal<'db>) -> Refusal<'db> {
+    pub(crate) fn of_model(db: &'db dyn ModelDb, why: &fact::Refusal<'db>) -> Refusal<'db> {
         let message = reasons::reason(db, &why.reason);
         Refusal { message, at: why.at.clone(), reported: why.reported }
     }

@@ -6,9 +6,9 @@ use std::collections::BTreeMap;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
-use crate::behaviour::ordered;
 use crate::fact::{Fact, FactKind, NotConstant};
 use crate::flat::{Flat, flat_of};
+use crate::graph::topological_order;
 use crate::item_tree::{Endpoint, Expr, Feature, Kind, Name, Part, Setting, Shell};
 use crate::names::{FeatureOf, features_of, names_of};
 use crate::project::Project;
@@ -237,7 +237,7 @@ fn constants_with<'db>(
         names.into_iter().filter_map(|name| index.get(name).copied()).collect()
     });
     let named: Vec<Vec<usize>> = named.collect();
-    let (order, in_ring) = ordered(&named);
+    let (order, in_ring) = topological_order(&named);
     let rings =
         all.iter().zip(in_ring).filter(|(_, in_ring)| *in_ring).map(|((name, ..), _)| (*name).clone());
     let mut constants =

@@ -5,13 +5,13 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use crate::ModelDb;
 use crate::fact::{Fact, FactKind};
 use crate::flat::{Flat, Link, flat_of};
+use crate::infer::signature;
 use crate::item_tree::{Connection, Endpoint, Feature, FeatureKind, Kind, Name};
 use crate::names::names_of;
 use crate::project::Project;
 use crate::settings::deployed;
 use crate::source::{Decl, Place, architecture, deployment};
 use crate::types::type_of;
-use crate::typing::signature;
 
 /// What is wrong with the connections of an architecture, whose ends are right.
 pub(crate) fn check_architecture<'db>(

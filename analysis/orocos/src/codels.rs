@@ -76,7 +76,7 @@ pub(crate) fn headers_of<'db>(
         }
         let core = core_of(db, project, component).and_then(|of| Some((of, core(db, of)?)));
         if let Some((of, data)) = core {
-            data.all_variables().iter().for_each(|variable| add(of, variable.ty.as_ref(), &[]));
+            data.all_variables().for_each(|variable| add(of, variable.ty.as_ref(), &[]));
             data.operations.iter().for_each(|it| add(of, it.result.as_ref(), &it.parameters));
         }
     }

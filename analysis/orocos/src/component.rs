@@ -29,9 +29,9 @@ use mauve_model::item_tree::{
     Core, Direction, Expr, Feature, FeatureKind, HookKind, Parameter, Part, Program, Statement, Variable,
 };
 use mauve_model::{
-    Callee, Decl, File, Integer, Meaning, ModelDb, Place, ProgramId, Project, Type, Typing, Value,
-    VariableKind, config_of, core, core_of, external_types, features_of, shell_of, type_of, typing_of,
-    values_of_shell,
+    Binding, Builtin, Callee, CoreInference, Decl, File, Integer, ModelDb, Place, ProgramId, Project, Type,
+    Value, VariableId, VariableKind, config_of, core, core_of, external_types, features_of,
+    inference_of_core, shell_of, type_of, values_of_shell,
 };
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -79,13 +79,13 @@ struct Class<'a, 'db> {
     component: Decl<'db>,
     core: Decl<'db>,
     data: &'db Core,
-    typing: &'db Typing<'db>,
+    inference: CoreInference<'db>,
     /// Its name.
     name: String,
     /// The shells, those that others extend first, each with its features in the order of the text.
     shells: Vec<(Decl<'db>, Vec<Member<'db>>)>,
-    /// The variables and handlers of the core, and those of its machine, by their numbers in the typing.
-    variables: FxHashMap<usize, String>,
+    /// The variables and handlers of the core, and those of its machine, by their names in C++.
+    variables: FxHashMap<VariableId, String>,
     /// What the components that execute required operations write their `out` and `inout` parameters to.
     slots: Vec<Slot<'db>>,
     /// The last calls of required operations with `inout` parameters.
@@ -98,15 +98,15 @@ struct Class<'a, 'db> {
     /// Has it ports that show its state and its execution times?
     introspection: bool,
     /// The output ports whose values vary in size, each with a variable of the core that is written to it.
-    samples: Vec<(String, usize)>,
+    samples: Vec<(String, VariableId)>,
     /// The parameter of the constructor.
     instance: String,
     /// Variables that something reads, or gets a reference to.
-    read: FxHashSet<usize>,
+    read: FxHashSet<VariableId>,
     /// Variables that are named at all.
-    named: FxHashSet<usize>,
+    named: FxHashSet<VariableId>,
     /// Variables by where they are declared.
-    by_part: FxHashMap<Part, usize>,
+    by_part: FxHashMap<Part, VariableId>,
     /// All names that are taken in the class.
     names: CppNames,
     /// Is there a condition in it that is always true, or never?
@@ -140,7 +140,7 @@ struct Member<'db> {
 /// What goes in by an `inout` parameter is written here: see [`LastCall`].
 struct Slot<'db> {
     /// The handler of the call, by its number in the typing; nothing where its result is dropped.
-    handler: Option<usize>,
+    handler: Option<VariableId>,
     shell: Decl<'db>,
     index: usize,
     parameter: usize,
@@ -152,7 +152,7 @@ struct Slot<'db> {
 /// that nothing else is sent with them. No handler tells that: it may be set anew, and there may be none.
 struct LastCall<'db> {
     /// As of a [`Slot`].
-    handler: Option<usize>,
+    handler: Option<VariableId>,
     shell: Decl<'db>,
     index: usize,
     /// Its handle.
@@ -192,8 +192,8 @@ struct Routine<'db> {
 
 /// A parameter of an operation of one's own.
 struct CppParameter {
-    /// Its number in the typing, where something uses it.
-    index: Option<usize>,
+    /// The variable, where something uses it.
+    index: Option<VariableId>,
     name: String,
     /// With its type.
     declared: String,
@@ -234,7 +234,7 @@ impl<'a, 'db> Class<'a, 'db> {
             component,
             core: of,
             data,
-            typing: typing_of(db, project, of),
+            inference: inference_of_core(db, project, of),
             name: name.to_owned(),
             shells: Vec::new(),
             variables: FxHashMap::default(),
@@ -297,10 +297,10 @@ impl<'a, 'db> Class<'a, 'db> {
     }
 
     fn variables(&mut self) {
-        for (index, variable) in self.typing.variables.iter().enumerate() {
-            self.by_part.insert(variable.name.part, index);
+        for (id, variable) in self.inference.variables() {
+            self.by_part.insert(variable.name.part, id);
             if matches!(variable.kind, VariableKind::Core | VariableKind::Machine | VariableKind::Handler) {
-                self.variables.insert(index, self.names.declare(&variable.name.name));
+                self.variables.insert(id, self.names.declare(&variable.name.name));
             }
         }
     }
@@ -309,44 +309,44 @@ impl<'a, 'db> Class<'a, 'db> {
     fn uses(&mut self) {
         let mut targets: FxHashSet<Part> = FxHashSet::default();
         let mut statuses: FxHashSet<(Decl<'db>, usize)> = FxHashSet::default();
-        let mut sent: FxHashSet<usize> = FxHashSet::default();
+        let mut sent: FxHashSet<VariableId> = FxHashSet::default();
         let mut dropped: Vec<(Decl<'db>, usize)> = Vec::new();
-        let (data, typing) = (self.data, self.typing);
-        let feature = |part: &Part| match typing.values.get(part) {
-            Some(Meaning::Feature(shell, index)) => Some((*shell, *index)),
+        let (data, inference) = (self.data, &self.inference);
+        let feature = |part: &Part| match inference.binding(*part) {
+            Some(Binding::Feature(shell, index)) => Some((shell, index)),
             _ => None,
         };
-        for statement in statements(data) {
+        for statement in data.statements() {
             match statement {
                 Statement::Assign(target, value) => {
                     targets.insert(target.part);
                     if let Expr::Call { callee, .. } = value
-                        && typing.callees.get(&callee.part) == Some(&Callee::Send)
-                        && let Some(Meaning::Variable(handler)) = typing.values.get(&target.part)
+                        && inference.callee(callee.part) == Some(Callee::Builtin(Builtin::Send))
+                        && let Some(handler) = inference.variable_at(target.part)
                     {
-                        sent.insert(*handler);
+                        sent.insert(handler);
                     }
                 }
                 Statement::Expr(Expr::Call { callee, arguments, .. })
-                    if typing.callees.get(&callee.part) == Some(&Callee::Send) =>
+                    if inference.callee(callee.part) == Some(Callee::Builtin(Builtin::Send)) =>
                 {
                     dropped.extend(arguments.first().and_then(Expr::part).as_ref().and_then(feature));
                 }
                 _ => {}
             }
         }
-        for expr in expressions(data) {
+        for expr in data.expressions().flat_map(Expr::descendants) {
             if let Expr::Call { callee, arguments, .. } = expr
-                && typing.callees.get(&callee.part) == Some(&Callee::Status)
+                && inference.callee(callee.part) == Some(Callee::Builtin(Builtin::Status))
             {
                 statuses.extend(arguments.first().and_then(Expr::part).as_ref().and_then(feature));
             }
         }
-        for (part, meaning) in &typing.values {
-            if let Meaning::Variable(index) = meaning {
-                self.named.insert(*index);
-                if !targets.contains(part) {
-                    self.read.insert(*index);
+        for (part, binding) in inference.bindings() {
+            if let Binding::Variable(id) = binding {
+                self.named.insert(id);
+                if !targets.contains(&part) {
+                    self.read.insert(id);
                 }
             }
         }
@@ -355,31 +355,31 @@ impl<'a, 'db> Class<'a, 'db> {
                 member.status = Some(self.names.declare(&format!("{}_status", member.data.name.name)));
             }
         }
-        let mut samples: Vec<(String, usize)> = Vec::new();
-        for expr in expressions(data) {
+        let mut samples: Vec<(String, VariableId)> = Vec::new();
+        for expr in data.expressions().flat_map(Expr::descendants) {
             if let Expr::Call { callee, arguments, .. } = expr
-                && typing.callees.get(&callee.part) == Some(&Callee::Write)
+                && inference.callee(callee.part) == Some(Callee::Builtin(Builtin::Write))
                 && let [port, value] = arguments.as_slice()
                 && let Some((shell, index)) = port.part().as_ref().and_then(feature)
                 && let Some(member) = self.member(shell, index)
                 && matches!(member.ty, Type::String | Type::Message(..))
-                && let Some(Meaning::Variable(variable)) = value.part().and_then(|it| typing.values.get(&it))
-                && typing.variables.get(*variable).is_some_and(|it| it.kind == VariableKind::Core)
+                && let Some(variable) = value.part().and_then(|it| inference.variable_at(it))
+                && inference.variable(variable).is_some_and(|it| it.kind == VariableKind::Core)
             {
-                samples.push((member.name.clone(), *variable));
+                samples.push((member.name.clone(), variable));
             }
         }
         samples.sort();
         samples.dedup_by(|second, first| second.0 == first.0);
         self.samples = samples;
         let mut slots = Vec::new();
-        for (index, variable) in typing.variables.iter().enumerate() {
+        for (id, variable) in inference.variables() {
             let Type::Handle(operation) = &variable.ty else { continue };
-            if !sent.contains(&index) {
+            if !sent.contains(&id) {
                 continue;
             }
             let member = self.members().find(|it| it.data.name.name == *operation);
-            slots.extend(member.map(|member| (Some(index), member, &variable.name.name)));
+            slots.extend(member.map(|member| (Some(id), member, &variable.name.name)));
         }
         for (shell, index) in dropped {
             let is_there = slots
@@ -569,8 +569,8 @@ impl<'a, 'db> Class<'a, 'db> {
         of.parameters.iter().map(&mut parameter).collect()
     }
 
-    /// The number of the variable that is declared there.
-    fn variable_at(&self, part: Part) -> Option<usize> {
+    /// The variable that is declared there.
+    fn variable_at(&self, part: Part) -> Option<VariableId> {
         self.by_part.get(&part).copied()
     }
 
@@ -610,7 +610,7 @@ impl<'a, 'db> Class<'a, 'db> {
     }
 
     /// The variables of the core or of its machine, with their numbers and names in C++.
-    fn variables_of(&self, all: &'db [Variable]) -> Vec<(usize, &'db Variable, &str)> {
+    fn variables_of(&self, all: &'db [Variable]) -> Vec<(VariableId, &'db Variable, &str)> {
         let found = all.iter().filter_map(|variable| {
             let index = self.variable_at(variable.name.part)?;
             Some((index, variable, self.variables.get(&index)?.as_str()))
@@ -618,60 +618,14 @@ impl<'a, 'db> Class<'a, 'db> {
         found.collect()
     }
 
-    fn type_of_variable(&self, index: usize) -> Type {
-        self.typing.variables.get(index).map_or(Type::Unknown, |variable| variable.ty.clone())
+    fn type_of_variable(&self, id: VariableId) -> Type {
+        self.inference.variable(id).map_or(Type::Unknown, |variable| variable.ty.clone())
     }
 }
 
 /// Do RTT's scripts not know how to set a property of this type? They know no other whole numbers than `int` and `uint`.
 pub(crate) fn is_set_from_text(ty: &Type) -> bool {
     matches!(ty, Type::Integer(integer) if !matches!(integer, Integer::Int | Integer::Uint32))
-}
-
-/// The statements of a core, those within others too.
-fn statements(core: &Core) -> Vec<&Statement> {
-    let mut open: Vec<&Statement> = core.programs().into_iter().flat_map(|it| &it.statements).collect();
-    let mut found = Vec::new();
-    while let Some(statement) = open.pop() {
-        found.push(statement);
-        match statement {
-            Statement::If { then, otherwise, .. } => {
-                open.extend(then.iter().chain(otherwise.iter().flatten()))
-            }
-            Statement::Block(inner) => open.extend(inner),
-            Statement::Variable(_) | Statement::Return(..) | Statement::Assign(..) | Statement::Expr(_) => {}
-        }
-    }
-    found
-}
-
-/// The expressions in a core, those within others too.
-fn expressions(core: &Core) -> Vec<&Expr> {
-    let machines = || core.machines.iter();
-    let variables = core.variables.iter().chain(machines().flat_map(|machine| &machine.variables));
-    let mut open: Vec<&Expr> = variables.filter_map(|variable| variable.value.as_ref()).collect();
-    let transitions = machines().flat_map(|machine| &machine.states).flat_map(|state| &state.transitions);
-    open.extend(transitions.filter_map(|transition| Some(&transition.guard.as_ref()?.condition)));
-    for statement in statements(core) {
-        match statement {
-            Statement::Variable(variable) => open.extend(&variable.value),
-            Statement::If { condition, .. } => open.push(condition),
-            Statement::Return(_, value) => open.extend(value),
-            Statement::Assign(_, value) | Statement::Expr(value) => open.push(value),
-            Statement::Block(_) => {}
-        }
-    }
-    let mut found = Vec::new();
-    while let Some(expr) = open.pop() {
-        found.push(expr);
-        match expr {
-            Expr::Lost(inner) | Expr::Unary(_, inner, _) => open.push(inner),
-            Expr::Binary(_, lhs, rhs, _) => open.extend([lhs.as_ref(), rhs.as_ref()]),
-            Expr::Call { arguments, .. } => open.extend(arguments),
-            Expr::Missing | Expr::Literal(..) | Expr::Name(_) => {}
-        }
-    }
-    found
 }
 
 #[cfg(test)]

@@ -6,8 +6,8 @@ use mauve_model::diagnostics::{Severity, diagnostics_of_file, project_diagnostic
 use mauve_model::item_tree::{FeatureKind, Kind, Name, TypeRef};
 use mauve_model::{
     Callee, Decl, ModelDb, Place, Project, Type, catalogue, codel, component, config_file, config_of, core,
-    core_of, cpu_names, deployment, external_types, features_of, flat_of, mask, names_of, shell_of, type_of,
-    typing_of,
+    core_of, cpu_names, deployment, external_types, features_of, flat_of, inference_of_core, mask, names_of,
+    shell_of, type_of,
 };
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -189,9 +189,11 @@ impl<'db> Reader<'db> {
     fn codels_of(&self, component: Decl<'db>) -> Vec<Decl<'db>> {
         let core = core_of(self.db, self.project, component);
         let callees =
-            core.into_iter().flat_map(|core| typing_of(self.db, self.project, core).callees.values());
+            core.map(|core| inference_of_core(self.db, self.project, core).callees().collect::<Vec<_>>());
         callees
-            .filter_map(|callee| if let Callee::Codel(codel) = callee { Some(*codel) } else { None })
+            .into_iter()
+            .flatten()
+            .filter_map(|callee| if let Callee::Codel(codel) = callee { Some(codel) } else { None })
             .collect()
     }
 

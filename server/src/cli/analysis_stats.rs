@@ -12,8 +12,8 @@ use crate::load::load;
 use mauve_model::diagnostics::{declaration_diagnostics, project_diagnostics, workspace_diagnostics};
 use mauve_model::item_tree::Kind;
 use mauve_model::{
-    Database, File, Query, behaviour_of, item_tree_of, names_of, parse, project_files, projects,
-    response_times, typing_of,
+    Database, File, Query, behaviour_of, inference_of_core, item_tree_of, names_of, parse, project_files,
+    projects, response_times,
 };
 
 #[derive(Debug, clap::Args)]
@@ -81,7 +81,7 @@ impl AnalysisStats {
         let mut typed = 0;
         for &project in &projects {
             for &decl in names_of(&db, project).all.iter().filter(|decl| decl.kind(&db) == Kind::Core) {
-                typing_of(&db, project, decl);
+                inference_of_core(&db, project, decl);
                 typed += 1;
             }
         }

@@ -48,8 +48,8 @@ pub(super) fn offer<'db>(actions: &mut Actions<'_, 'db>, finding: &Finding<'db>)
         "string" => "\"\"",
         _ => return,
     };
-    let shell = core(db, programs.core).and_then(|it| it.shell.as_ref());
-    let shell = names_of(db, project).resolve_type(db, programs.core, Kind::Shell, shell);
+    let shell = core(db, programs.semantics.core).and_then(|it| it.shell.as_ref());
+    let shell = names_of(db, project).resolve_type(db, programs.semantics.core, Kind::Shell, shell);
     let is_written = assigned.is_some() || programs.is_output(&parent);
     if let Some(shell) = shell.ok().filter(|_| !is_written) {
         let title = format!("Create property `{name}: {ty}` in {}", shell.name(db));

@@ -83,11 +83,12 @@ fn inlined(
         return Err("it is assigned to later".to_owned());
     }
     // `var half: double = 1 / 2` is 0.0, whatever is done with it; and `half / 2` would be another division.
-    let declared = programs.typing.variables.iter().find(|it| {
+    let mut variables = programs.semantics.inference.variables();
+    let declared = variables.find(|(_, it)| {
         it.kind == VariableKind::Local
-            && mauve_model::Place::Part(programs.core, it.name.part).range(programs.db) == name
+            && mauve_model::Place::Part(programs.semantics.core, it.name.part).range(programs.db) == name
     });
-    let declared = declared.map(|it| &it.ty);
+    let declared = declared.map(|(_, it)| &it.ty);
     if declared.is_none() || declared == Some(&Type::Unknown) || programs.type_of(&inner) != declared {
         return Err("its value is converted to another type".to_owned());
     }
@@ -167,9 +168,9 @@ fn changes_beside(
 
 fn is_local(programs: &Programs<'_>, name: &Found<'_>) -> bool {
     let Meaning::Part(place) = &name.meaning else { return false };
-    programs.typing.variables.iter().any(|it| {
+    programs.semantics.inference.variables().any(|(_, it)| {
         matches!(it.kind, VariableKind::Local | VariableKind::Parameter(_))
-            && mauve_model::Place::Part(programs.core, it.name.part) == *place
+            && mauve_model::Place::Part(programs.semantics.core, it.name.part) == *place
     })
 }
 

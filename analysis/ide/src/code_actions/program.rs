@@ -1,12 +1,7 @@
 //! What the refactorings of programs ask of a core: what its names stand for, and what its expressions give.
 
-use std::collections::HashMap;
-
 use mauve_model::item_tree::{Direction, Part};
-use mauve_model::{
-    Callee, Decl, Meaning, ModelDb, Project, Type, Typing, codel, declaration_at, declaration_map,
-    expression_types, typing_of,
-};
+use mauve_model::{Binding, Builtin, Callee, ModelDb, Project, Semantics, Type, codel};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{NodeOrToken, SyntaxKind, SyntaxNode, TextRange, is_whole};
 
@@ -16,11 +11,9 @@ use crate::occurrences::{Found, Role, in_declaration};
 pub(super) struct Programs<'db> {
     pub(super) db: &'db dyn ModelDb,
     pub(super) project: Project<'db>,
-    pub(super) core: Decl<'db>,
-    pub(super) typing: &'db Typing<'db>,
+    pub(super) semantics: Semantics<'db>,
     /// Its names.
     pub(super) names: Vec<Found<'db>>,
-    parts: HashMap<TextRange, Part>,
 }
 
 impl<'db> Programs<'db> {
@@ -32,7 +25,7 @@ impl<'db> Programs<'db> {
         node: &ast::Core,
     ) -> Option<Programs<'db>> {
         let it = Programs::with_unknown(db, project, file, node)?;
-        (!it.typing.unresolved && is_whole(node.syntax())).then_some(it)
+        (!it.semantics.inference.is_unresolved() && is_whole(node.syntax())).then_some(it)
     }
 
     /// [`Programs::of`] where something may be lost or unknown, for what mends that.
@@ -42,36 +35,23 @@ impl<'db> Programs<'db> {
         file: mauve_model::File,
         node: &ast::Core,
     ) -> Option<Programs<'db>> {
-        let core = declaration_at(db, file, node.syntax().text_range())?;
-        let typing = typing_of(db, project, core);
-        let parts =
-            declaration_map(db, core)?.parts().enumerate().map(|(part, range)| (range, Part(part as u32)));
-        let parts = parts.collect();
-        Some(Programs { db, project, core, typing, names: in_declaration(db, project, core), parts })
+        let semantics = Semantics::at(db, project, file, node.syntax().text_range())?;
+        let names = in_declaration(db, project, semantics.core);
+        Some(Programs { db, project, semantics, names })
     }
 
     /// The type of an expression, brackets or not.
     pub(super) fn type_of(&self, expr: &ast::Expr) -> Option<&Type> {
-        let part = self.parts.get(&bare(expr)?.syntax().text_range())?;
-        expression_types(self.db, self.project, self.core).get(part).or_else(|| self.type_at(*part))
-    }
-
-    /// The type of a variable, by a name of it.
-    fn type_at(&self, part: Part) -> Option<&Type> {
-        match self.typing.values.get(&part)? {
-            Meaning::Variable(index) => Some(&self.typing.variables.get(*index)?.ty),
-            Meaning::Feature(..) => None,
-        }
+        self.semantics.type_of(bare(expr)?.syntax())
     }
 
     /// How the type of what a name stands for is written in this core.
     fn written_type_of(&self, name: &ast::NameRef) -> Option<String> {
-        let part = *self.parts.get(&name.syntax().text_range())?;
-        match self.typing.values.get(&part)? {
-            Meaning::Variable(_) => self.written(self.type_at(part)?, None),
-            Meaning::Feature(shell, index) => {
-                let declared = mauve_model::shell(self.db, *shell)?.features.get(*index)?.ty.as_ref();
-                let ty = mauve_model::type_of(self.db, self.project, *shell, declared);
+        match self.semantics.binding(name)? {
+            Binding::Variable(id) => self.written(&self.semantics.inference.variable(id)?.ty, None),
+            Binding::Feature(shell, index) => {
+                let declared = mauve_model::shell(self.db, shell)?.features.get(index)?.ty.as_ref();
+                let ty = mauve_model::type_of(self.db, self.project, shell, declared);
                 self.written(&ty, declared.map(|it| it.path.clone()))
             }
         }
@@ -108,13 +88,13 @@ impl<'db> Programs<'db> {
                 let index =
                     ast::ArgumentList::cast(parent.clone())?.exprs().position(|it| it.syntax() == expr)?;
                 let call = ast::CallExpr::cast(parent.parent()?)?;
-                match self.callee(&call)? {
+                match self.semantics.callee(&call)? {
                     Callee::Codel(of) => {
                         let ty = codel(self.db, of)?.parameters.get(index)?.ty.as_ref()?;
                         let found = mauve_model::type_of(self.db, self.project, of, Some(ty));
                         self.written(&found, Some(ty.path.clone()))
                     }
-                    Callee::Read | Callee::Write if index == 1 => {
+                    Callee::Builtin(Builtin::Read | Builtin::Write) if index == 1 => {
                         match call.argument_list()?.exprs().next()? {
                             ast::Expr::NameExpr(port) => self.written_type_of(&port.name_ref()?),
                             _ => None,
@@ -127,12 +107,6 @@ impl<'db> Programs<'db> {
         }
     }
 
-    /// What a call calls.
-    pub(super) fn callee(&self, call: &ast::CallExpr) -> Option<Callee<'db>> {
-        let name = call.name_ref()?.syntax().text_range();
-        self.typing.callees.get(self.parts.get(&name)?).copied()
-    }
-
     /// How the type of an expression is written in this core.
     pub(super) fn written_type(&self, expr: &ast::Expr) -> Option<String> {
         if let Some(ast::Expr::NameExpr(name)) = bare(expr)
@@ -142,7 +116,7 @@ impl<'db> Programs<'db> {
         }
         let ty = self.type_of(expr)?;
         let declared = match bare(expr)? {
-            ast::Expr::CallExpr(call) => match self.callee(&call)? {
+            ast::Expr::CallExpr(call) => match self.semantics.callee(&call)? {
                 Callee::Codel(of) => codel(self.db, of).and_then(|it| it.result.clone()),
                 _ => None,
             },
@@ -155,7 +129,7 @@ impl<'db> Programs<'db> {
     fn written(&self, ty: &Type, declared: Option<Vec<mauve_model::item_tree::Name>>) -> Option<String> {
         let is_written = |path: Vec<mauve_model::item_tree::Name>| {
             let it = mauve_model::item_tree::TypeRef { path, part: Part(0) };
-            let found = mauve_model::type_of(self.db, self.project, self.core, Some(&it));
+            let found = mauve_model::type_of(self.db, self.project, self.semantics.core, Some(&it));
             (found == *ty).then(|| it.to_string())
         };
         let declared = declared.and_then(is_written);
@@ -174,9 +148,9 @@ impl<'db> Programs<'db> {
         let output = || {
             let list = ast::ArgumentList::cast(expr.parent()?)?;
             let index = list.exprs().position(|it| it.syntax() == expr)?;
-            Some(match self.callee(&ast::CallExpr::cast(list.syntax().parent()?)?)? {
+            Some(match self.semantics.callee(&ast::CallExpr::cast(list.syntax().parent()?)?)? {
                 Callee::Codel(of) => codel(self.db, of)?.parameters.get(index)?.direction != Direction::In,
-                Callee::Write | Callee::Send => false,
+                Callee::Builtin(Builtin::Write | Builtin::Send) => false,
                 _ => true,
             })
         };
@@ -190,7 +164,7 @@ impl<'db> Programs<'db> {
 
     /// Does a call in `node` run a program of this very core, which may change its variables?
     pub(super) fn calls_own_operation(&self, node: &SyntaxNode) -> bool {
-        calls(node).any(|call| matches!(self.callee(&call), None | Some(Callee::Operation(_))))
+        calls(node).any(|call| matches!(self.semantics.callee(&call), None | Some(Callee::Operation(_))))
     }
 
     /// A name that stands for nothing here yet.
@@ -198,10 +172,10 @@ impl<'db> Programs<'db> {
         let tokens = node.syntax().descendants_with_tokens().filter_map(NodeOrToken::into_token);
         let words: Vec<String> =
             tokens.filter(|it| it.kind().is_word()).map(|it| it.text().to_owned()).collect();
-        let shell = mauve_model::core(self.db, self.core).and_then(|data| {
+        let shell = mauve_model::core(self.db, self.semantics.core).and_then(|data| {
             let names = mauve_model::names_of(self.db, self.project);
             let kind = mauve_model::item_tree::Kind::Shell;
-            names.resolve_type(self.db, self.core, kind, data.shell.as_ref()).ok()
+            names.resolve_type(self.db, self.semantics.core, kind, data.shell.as_ref()).ok()
         });
         let features = shell.map(|shell| mauve_model::features_of(self.db, self.project, shell));
         let is_taken = |name: &str| {

@@ -6,7 +6,8 @@ use std::fmt::Write as _;
 use mauve_model::item_tree::{HookKind, Kind, Name, Part};
 use mauve_model::{
     Decl, Flat, ModelDb, Place, ProgramId, Project, Query, architecture, core, deployment, features_of,
-    flat_of, names_of, psm_of, shell, shell_of, table, table_files, type_of, typing_of, values_in_effect,
+    flat_of, inference_of_core, names_of, psm_of, shell, shell_of, table, table_files, type_of,
+    values_in_effect,
 };
 use mauve_timing::Time;
 
@@ -87,8 +88,9 @@ fn resolved_type<'db>(
     shown: &str,
 ) -> String {
     let ty = if of.kind(db) == Kind::Core {
-        let variables = &typing_of(db, project, of).variables;
-        variables.iter().find(|variable| variable.name.part == part).map(|variable| variable.ty.to_string())
+        let inference = inference_of_core(db, project, of);
+        let mut variables = inference.variables();
+        variables.find(|(_, it)| it.name.part == part).map(|(_, variable)| variable.ty.to_string())
     } else {
         let feature = shell(db, of).and_then(|data| data.features.iter().find(|it| it.name.part == part));
         feature.map(|feature| type_of(db, project, of, feature.ty.as_ref()).to_string())

@@ -2,11 +2,12 @@
 //! would be, every name stands for what it stood for.
 
 use mauve_model::diagnostics::{Diagnostic, render};
+use mauve_model::fact::Fact;
 use mauve_model::item_tree::{Data, Endpoint, Kind, NameRef};
 use mauve_model::{
     Builtin, Database, Decl, File, ModelDb, Place, Project, Workspace, behaviour_of, config_file, config_of,
-    data, declaration_at, declaration_facts, declarations, features_of, flat_of, includes, is_model,
-    names_of, parse, project_files, projects, shell_of, table, typing_of,
+    data, declaration_at, declaration_facts, declarations, features_of, flat_of, includes, inference_of_core,
+    is_model, names_of, parse, project_files, projects, shell_of, table,
 };
 use mauve_syntax::format::Replacement;
 use mauve_syntax::{SyntaxKind, SyntaxToken, TextRange, TextSize};
@@ -318,12 +319,18 @@ fn errors<'db>(
     project: Project<'db>,
     file: File,
 ) -> impl Iterator<Item = Diagnostic<'db>> {
-    let found = declarations(db, file).all.iter().flat_map(move |&decl| match decl.kind(db) {
-        Kind::Deployment => [&[][..], &[]],
-        Kind::Core => [&behaviour_of(db, project, decl).facts[..], &typing_of(db, project, decl).facts],
-        _ => [&declaration_facts(db, project, decl)[..], &[]],
-    });
-    found.flatten().filter(|fact| fact.is_error()).map(move |fact| render(db, project, fact))
+    let facts = move |&decl: &Decl<'db>| -> Vec<&'db Fact<'db>> {
+        match decl.kind(db) {
+            Kind::Deployment => Vec::new(),
+            Kind::Core => {
+                let behaviour = behaviour_of(db, project, decl).facts.iter();
+                behaviour.chain(inference_of_core(db, project, decl).facts()).collect()
+            }
+            _ => declaration_facts(db, project, decl).iter().collect(),
+        }
+    };
+    let found = declarations(db, file).all.iter().flat_map(facts);
+    found.filter(|fact| fact.is_error()).map(move |fact| render(db, project, fact))
 }
 
 /// A name, wherever it stands in the new text: what it stands for, and what it does.

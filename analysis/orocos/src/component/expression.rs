@@ -12,7 +12,9 @@
 use mauve_model::item_tree::{
     BinaryOperator, Direction, Expr, Literal, NameRef, Part, TypeRef, UnaryOperator,
 };
-use mauve_model::{Callee, Decl, Integer, Meaning, ProgramId, Type, Value, VariableKind, codel, type_of};
+use mauve_model::{
+    Binding, Builtin, Callee, Decl, Integer, ProgramId, Type, Value, VariableId, VariableKind, codel, type_of,
+};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::obvious::{Comparison, are_obvious, comparison, is_obvious};
@@ -234,7 +236,7 @@ struct Effects<'db> {
     calls: bool,
     /// Any variable of the core may change.
     all: bool,
-    variables: Vec<usize>,
+    variables: Vec<VariableId>,
     statuses: Vec<(Decl<'db>, usize)>,
 }
 
@@ -265,7 +267,7 @@ pub(super) struct Writer<'c, 'a, 'db> {
     /// What is declared in the block that is being written, and in those around it.
     pub(super) scope: Scope,
     /// Local variables and parameters.
-    pub(super) locals: FxHashMap<usize, String>,
+    pub(super) locals: FxHashMap<VariableId, String>,
     pub(super) lines: Vec<Line>,
     pub(super) depth: usize,
     /// Does it write values of a shell, which name its properties?
@@ -337,23 +339,20 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
     }
 
     fn member(&self, part: Part) -> Option<&'c Member<'db>> {
-        match self.class.typing.values.get(&part) {
-            Some(Meaning::Feature(shell, index)) => self.class.member(*shell, *index),
-            _ => None,
+        match self.class.inference.binding(part)? {
+            Binding::Feature(shell, index) => self.class.member(shell, index),
+            Binding::Variable(_) => None,
         }
     }
 
     /// The variable that a name stands for.
-    pub(super) fn variable(&self, part: Part) -> Option<usize> {
-        match self.class.typing.values.get(&part) {
-            Some(Meaning::Variable(index)) => Some(*index),
-            _ => None,
-        }
+    pub(super) fn variable(&self, part: Part) -> Option<VariableId> {
+        self.class.inference.variable_at(part)
     }
 
     /// What a variable is called.
-    pub(super) fn variable_name(&self, index: usize) -> String {
-        let name = self.locals.get(&index).or_else(|| self.class.variables.get(&index));
+    pub(super) fn variable_name(&self, id: VariableId) -> String {
+        let name = self.locals.get(&id).or_else(|| self.class.variables.get(&id));
         name.cloned().unwrap_or_default()
     }
 
@@ -582,49 +581,30 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
 
     fn effects(&self, expr: &Expr) -> Effects<'db> {
         let mut effects = Effects::default();
-        let mut open = vec![expr];
-        while let Some(expr) = open.pop() {
-            match expr {
-                Expr::Missing | Expr::Literal(..) | Expr::Name(_) => {}
-                Expr::Lost(inner) | Expr::Unary(_, inner, _) => open.push(inner),
-                Expr::Binary(_, lhs, rhs, _) => open.extend([lhs.as_ref(), rhs.as_ref()]),
-                Expr::Call { callee, arguments, .. } => {
-                    let found = self.class.typing.callees.get(&callee.part);
-                    open.extend(arguments);
-                    let first = arguments.first().and_then(Expr::part);
-                    match found {
-                        Some(Callee::Status) => continue,
-                        Some(Callee::Read) => {
-                            let port = first.and_then(|part| self.member(part));
-                            effects.statuses.extend(port.map(|port| (port.shell, port.index)));
-                        }
-                        Some(Callee::Operation(_)) => effects.all = true,
-                        _ => {}
-                    }
-                    effects.calls = true;
-                    let changed = self.changed_arguments(found, arguments);
-                    effects.variables.extend(changed.into_iter().filter_map(|part| self.variable(part)));
+        for expr in expr.descendants() {
+            let Expr::Call { callee, arguments, .. } = expr else { continue };
+            let found = self.class.inference.callee(callee.part);
+            match found {
+                Some(Callee::Builtin(Builtin::Status)) => continue,
+                Some(Callee::Builtin(Builtin::Read)) => {
+                    let port = arguments.first().and_then(Expr::part).and_then(|part| self.member(part));
+                    effects.statuses.extend(port.map(|port| (port.shell, port.index)));
                 }
+                Some(Callee::Operation(_)) => effects.all = true,
+                _ => {}
             }
+            effects.calls = true;
+            let changed = self.changed_arguments(found, arguments);
+            effects.variables.extend(changed.into_iter().filter_map(|part| self.variable(part)));
         }
         effects
     }
 
     /// The arguments that a call may change.
-    fn changed_arguments(&self, callee: Option<&Callee<'db>>, arguments: &[Expr]) -> Vec<Part> {
-        let directions: Vec<Direction> = match callee {
-            Some(Callee::Codel(of)) => codel(self.class.model.db, *of)
-                .map_or_else(Vec::new, |data| data.parameters.iter().map(|it| it.direction).collect()),
-            Some(Callee::Operation(index)) => {
-                let operation = self.class.data.operations.get(*index);
-                operation.map_or_else(Vec::new, |it| it.parameters.iter().map(|it| it.direction).collect())
-            }
-            Some(Callee::Read | Callee::Collect) => {
-                let out = std::iter::repeat_n(Direction::Out, arguments.len().saturating_sub(1));
-                std::iter::once(Direction::In).chain(out).collect()
-            }
-            _ => Vec::new(),
-        };
+    fn changed_arguments(&self, callee: Option<Callee<'db>>, arguments: &[Expr]) -> Vec<Part> {
+        let Some(callee) = callee else { return Vec::new() };
+        let (db, core) = (self.class.model.db, self.class.data);
+        let directions = self.class.inference.directions(db, core, callee, arguments.len());
         let changed = arguments.iter().zip(directions).filter(|(_, it)| *it != Direction::In);
         changed.filter_map(|(argument, _)| argument.part()).collect()
     }
@@ -636,17 +616,16 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
             match expr {
                 Expr::Missing | Expr::Literal(..) => {}
                 Expr::Name(name) => {
-                    let changes = |index: usize| {
-                        effects.variables.contains(&index) || effects.all && self.is_shared(index)
-                    };
+                    let changes =
+                        |id: VariableId| effects.variables.contains(&id) || effects.all && self.is_shared(id);
                     if self.variable(name.part).is_some_and(changes) {
                         return true;
                     }
                 }
                 Expr::Lost(inner) | Expr::Unary(_, inner, _) => open.push(inner),
                 Expr::Binary(_, lhs, rhs, _) => open.extend([lhs.as_ref(), rhs.as_ref()]),
-                Expr::Call { callee, arguments, .. } => match self.class.typing.callees.get(&callee.part) {
-                    Some(Callee::Status) => {
+                Expr::Call { callee, arguments, .. } => match self.class.inference.callee(callee.part) {
+                    Some(Callee::Builtin(Builtin::Status)) => {
                         let port = arguments.first().and_then(Expr::part).and_then(|part| self.member(part));
                         let port = port.map(|port| (port.shell, port.index));
                         if effects.all || port.is_some_and(|port| effects.statuses.contains(&port)) {
@@ -661,8 +640,8 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
     }
 
     /// May one's own operations change a variable? A parameter of theirs may be one of the core.
-    fn is_shared(&self, index: usize) -> bool {
-        let kind = self.class.typing.variables.get(index).map(|variable| variable.kind);
+    fn is_shared(&self, id: VariableId) -> bool {
+        let kind = self.class.inference.variable(id).map(|variable| variable.kind);
         matches!(
             kind,
             Some(
@@ -676,26 +655,26 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
     // Calls.
 
     fn call(&mut self, callee: &NameRef, arguments: &'db [Expr]) -> Code {
-        let Some(found) = self.class.typing.callees.get(&callee.part) else {
+        let Some(found) = self.class.inference.callee(callee.part) else {
             return Code::primary("{}", Type::Unknown);
         };
         let db = self.class.model.db;
         match found {
             Callee::Codel(of) => {
-                let Some(data) = codel(db, *of) else { return Code::primary("{}", Type::Unknown) };
-                let ty = |ty: Option<&TypeRef>| type_of(db, self.class.model.project, *of, ty);
+                let Some(data) = codel(db, of) else { return Code::primary("{}", Type::Unknown) };
+                let ty = |ty: Option<&TypeRef>| type_of(db, self.class.model.project, of, ty);
                 let parameters = data.parameters.iter();
                 let parameters: Vec<(Direction, Type)> =
                     parameters.map(|it| (it.direction, ty(it.ty.as_ref()))).collect();
                 let result = ty(data.result.as_ref());
                 let arguments = self.arguments(found, &parameters, arguments);
-                let function = self.class.model.libraries.qualified(*of).unwrap_or_default();
+                let function = self.class.model.libraries.qualified(of).unwrap_or_default();
                 let call = format!("{function}({})", arguments.join(", "));
                 let key = cpp_string(&of.qualified(db));
                 Code::primary(format!("MAUVE_TRACE_CODEL(getName(), {key}, {call})"), result)
             }
             Callee::Operation(index) => {
-                let operation = self.class.data.operations.get(*index);
+                let operation = self.class.data.operations.get(index);
                 let id = operation.map(|it| ProgramId::Operation(it.name.name.clone()));
                 let routine = id.and_then(|id| self.class.program(&id));
                 let Some(routine) = routine else { return Code::primary("{}", Type::Unknown) };
@@ -707,17 +686,19 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
                 let text = format!("{}({})", routine.function, arguments.join(", "));
                 Code::primary(text, routine.gives.clone())
             }
-            Callee::Read | Callee::Write | Callee::Status => self.port(*found, arguments),
+            Callee::Builtin(function @ (Builtin::Read | Builtin::Write | Builtin::Status)) => {
+                self.port(function, arguments)
+            }
             // It is a statement, or the value of one.
-            Callee::Send => Code::primary("{}", Type::Unknown),
-            Callee::Collect => self.collect(arguments),
+            Callee::Builtin(Builtin::Send) => Code::primary("{}", Type::Unknown),
+            Callee::Builtin(Builtin::Collect) => self.collect(arguments),
         }
     }
 
     /// The arguments of a codel, or of one's own operation.
     fn arguments(
         &mut self,
-        callee: &Callee<'db>,
+        callee: Callee<'db>,
         parameters: &[(Direction, Type)],
         arguments: &'db [Expr],
     ) -> Vec<String> {
@@ -746,15 +727,15 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
     }
 
     /// `read(port, variable)`, `write(port, value)`, `status(port)`
-    fn port(&mut self, function: Callee<'db>, arguments: &'db [Expr]) -> Code {
+    fn port(&mut self, function: Builtin, arguments: &'db [Expr]) -> Code {
         let port = arguments.first().and_then(Expr::part).and_then(|part| self.member(part));
         let Some(port) = port else { return Code::primary("{}", Type::Unknown) };
         match (function, arguments.get(1)) {
-            (Callee::Write, Some(value)) => {
+            (Builtin::Write, Some(value)) => {
                 let value = self.value(value, &port.ty);
                 Code::primary(format!("{}.write({})", port.name, value.text), Type::Void)
             }
-            (Callee::Read, Some(variable)) => {
+            (Builtin::Read, Some(variable)) => {
                 let read = format!("{}.read({})", port.name, self.expr(variable).text);
                 match &port.status {
                     Some(status) => {
@@ -768,7 +749,7 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
     }
 
     /// `handler = send(operation, in and inout arguments…);`, or without a handler.
-    pub(super) fn send(&mut self, handler: Option<usize>, arguments: &'db [Expr]) {
+    pub(super) fn send(&mut self, handler: Option<VariableId>, arguments: &'db [Expr]) {
         let operation = arguments.first().and_then(Expr::part).and_then(|part| self.member(part));
         let Some(operation) = operation else { return };
         let last = self.class.last_calls.iter().find(|last| {

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use mauve_model::item_tree::{Direction, Expr, FeatureKind, HookKind, Variable};
-use mauve_model::{ProgramId, Type};
+use mauve_model::{ProgramId, Type, VariableId};
 
 use super::expression::{Writer, literal_text};
 use super::layout::Text;
@@ -163,7 +163,7 @@ fn core<'db>(class: &Class<'_, 'db>, text: &mut Text) {
 
 /// Variables, and where the model declares them.
 fn variables<'db>(class: &Class<'_, 'db>, all: &'db [Variable]) -> Vec<(String, String)> {
-    let line = |(index, variable, name): (usize, &'db Variable, &str)| {
+    let line = |(index, variable, name): (VariableId, &'db Variable, &str)| {
         let at = class.at(class.core, variable.name.part);
         if variable.value.is_none() && !class.named.contains(&index) {
             return (String::new(), format!("{name}: nothing uses it, {at}"));

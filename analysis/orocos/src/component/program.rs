@@ -1,7 +1,7 @@
 //! The statements of a program, as the body of a member function.
 
 use mauve_model::item_tree::{Expr, Part, Statement, Variable};
-use mauve_model::{Callee, Type};
+use mauve_model::{Builtin, Callee, Type, returns};
 
 use super::expression::{Line, Writer};
 use super::{Body, Class, Routine};
@@ -144,7 +144,7 @@ impl<'db> Writer<'_, '_, 'db> {
     }
 
     fn is_send(&self, callee: Part) -> bool {
-        self.class.typing.callees.get(&callee) == Some(&Callee::Send)
+        self.class.inference.callee(callee) == Some(Callee::Builtin(Builtin::Send))
     }
 
     fn assign(&mut self, target: Part, value: &'db Expr) {
@@ -163,16 +163,4 @@ impl<'db> Writer<'_, '_, 'db> {
             self.line(format!("{name} = {};", value.text));
         }
     }
-}
-
-/// Does every path end with a `return`?
-fn returns(statements: &[Statement]) -> bool {
-    statements.iter().any(|statement| match statement {
-        Statement::Return(..) => true,
-        Statement::Block(inner) => returns(inner),
-        Statement::If { then, otherwise, .. } => {
-            returns(then) && otherwise.as_ref().is_some_and(|it| returns(it))
-        }
-        Statement::Variable(_) | Statement::Assign(..) | Statement::Expr(_) => false,
-    })
 }

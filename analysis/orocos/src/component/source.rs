@@ -84,8 +84,8 @@ fn includes(class: &Class<'_, '_>, body: &str, text: &mut Text) {
     }
     text.gap();
     let libraries = class.model.libraries;
-    let codels = class.typing.callees.values().filter_map(|callee| match callee {
-        Callee::Codel(codel) => Some(&libraries.of(*codel)?.0.package),
+    let codels = class.inference.callees().filter_map(|callee| match callee {
+        Callee::Codel(codel) => Some(&libraries.of(codel)?.0.package),
         _ => None,
     });
     for package in codels.collect::<BTreeSet<_>>() {
