@@ -8,7 +8,7 @@ use mauve_model::diagnostics::errors_of;
 use mauve_model::item_tree::Kind;
 use mauve_model::{
     ActivityReport, CpuReport, Database, Decl, Priority, Project, Query, Report, Workspace, config_of,
-    names_of, projects, response_times, timetable_of,
+    names_of, projects, reasons_of, response_times, timetable_of, timing_reason,
 };
 use mauve_timing::task_set::TaskSet;
 use mauve_timing::{Level, Time, Unit};
@@ -17,6 +17,7 @@ use serde_json::Value;
 
 /// The reports of one deployment, a level each.
 pub(crate) struct Deployed<'db> {
+    pub(crate) db: &'db Database,
     pub(crate) name: &'db str,
     /// Where it comes from.
     pub(crate) origin: Origin<'db>,
@@ -47,7 +48,7 @@ impl std::iter::Sum for Proved {
 #[derive(Clone, Copy)]
 pub(crate) enum Origin<'db> {
     /// A deployment of a project.
-    Model(&'db Database, Project<'db>),
+    Model(Project<'db>),
     /// A file at this path; without a digest, anybody may have written it.
     File { path: &'db Path, set: &'db TaskSet, is_sealed: bool },
 }
@@ -61,15 +62,15 @@ impl<'db> Deployed<'db> {
         queries: impl Iterator<Item = Query>,
     ) -> Deployed<'db> {
         let reports = queries.map(|query| (query, response_times(db, project, deployment, query)));
-        let origin = Origin::Model(db, project);
+        let origin = Origin::Model(project);
         let errors = errors_of(db, project);
-        Deployed { name: deployment.name(db), origin, reports: reports.collect(), errors }
+        Deployed { db, name: deployment.name(db), origin, reports: reports.collect(), errors }
     }
 
     /// The root of its project, or the file that it comes from.
     pub(crate) fn root(&self) -> &'db Path {
         match self.origin {
-            Origin::Model(db, project) => project.root(db).path(db),
+            Origin::Model(project) => project.root(self.db).path(self.db),
             Origin::File { path, .. } => path,
         }
     }
@@ -77,7 +78,7 @@ impl<'db> Deployed<'db> {
     /// Does Linux keep some time from real-time tasks? `None` where nobody said so.
     pub(crate) fn rt_throttling(&self) -> Option<bool> {
         match self.origin {
-            Origin::Model(db, project) => config_of(db, project.workspace(db)).rt_throttling,
+            Origin::Model(project) => config_of(self.db, project.workspace(self.db)).rt_throttling,
             Origin::File { set, .. } => set.rt_throttling,
         }
     }
@@ -217,7 +218,7 @@ fn is_zero(count: &usize) -> bool {
     *count == 0
 }
 
-fn level_document(of: &Deployed<'_>, query: Query, report: &Report<'_>) -> LevelDocument {
+fn level_document<'db>(of: &Deployed<'db>, query: Query, report: &Report<'db>) -> LevelDocument {
     let cpu = |cpu: &CpuReport| CpuDocument {
         mask: cpu.mask,
         utilisation: cpu.utilisation.as_f64(),
@@ -226,13 +227,21 @@ fn level_document(of: &Deployed<'_>, query: Query, report: &Report<'_>) -> Level
     LevelDocument {
         significance: query.level.as_f64(),
         schedulable: of.errors == 0 && report.schedulable(),
-        lost: report.lost.iter().map(|lost| lost.message.clone()).collect(),
+        lost: report.lost.iter().map(|lost| timing_reason(of.db, &lost.reason)).collect(),
         cpus: report.cpus.iter().map(cpu).collect(),
-        activities: report.activities.iter().map(|activity| activity_document(query, activity)).collect(),
+        activities: report
+            .activities
+            .iter()
+            .map(|activity| activity_document(of.db, query, activity))
+            .collect(),
     }
 }
 
-fn activity_document(query: Query, activity: &ActivityReport<'_>) -> ActivityDocument {
+fn activity_document<'db>(
+    db: &'db Database,
+    query: Query,
+    activity: &ActivityReport<'db>,
+) -> ActivityDocument {
     let row = &activity.row;
     let shown = activity.greatest_interference(MOST_INTERFERENCE);
     let interference_left = activity.interference.len() - shown.len();
@@ -265,7 +274,7 @@ fn activity_document(query: Query, activity: &ActivityReport<'_>) -> ActivityDoc
         interference: interference.collect(),
         interference_left,
         assumed: assumed.collect(),
-        reasons: activity.why().into_iter().map(str::to_owned).collect(),
+        reasons: reasons_of(db, activity),
     }
 }
 

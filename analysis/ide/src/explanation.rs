@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use mauve_model::{
     ActivityReport, ModelDb, Priority, ProgramId, Project, Psm, Query, Report, Verdict, config_of, psm_at,
-    psm_of, worst_path,
+    psm_of, timing_reason, worst_path,
 };
 use mauve_timing::task_set::TaskSet;
 use mauve_timing::{Method, Status, Time, worst_trace};
@@ -33,33 +33,41 @@ pub fn explain_response<'db>(
         component.map_or_else(Vec::new, |of| worst_path(db, project, of, query.level, program))
     };
     let throttling = config_of(db, project.workspace(db)).rt_throttling;
-    explain(report, activity, query, &Origin { throttling, psm, worst_path: &path })
+    explain(db, report, activity, query, &Origin { throttling, psm, worst_path: &path })
 }
 
 /// Explains the response time of an activity of a task set, which knows programs, and nothing of what they call.
-pub fn explain_response_of(
+pub fn explain_response_of<'db>(
+    db: &'db dyn ModelDb,
     set: &TaskSet,
-    report: &Report<'_>,
-    activity: &ActivityReport<'_>,
+    report: &Report<'db>,
+    activity: &ActivityReport<'db>,
     query: Query,
 ) -> String {
     let index = report.activities.iter().position(|it| it.row.at == activity.row.at);
     let machine = index.and_then(|index| set.activities.get(index)?.machine.as_ref());
     let psm = machine.zip(set.column(query.level)).and_then(|(machine, column)| psm_at(machine, column));
     let throttling = set.rt_throttling;
-    explain(report, activity, query, &Origin { throttling, psm: psm.as_ref(), worst_path: &|_| Vec::new() })
+    let origin = Origin { throttling, psm: psm.as_ref(), worst_path: &|_| Vec::new() };
+    explain(db, report, activity, query, &origin)
 }
 
 /// Where a report comes from.
 struct Origin<'a> {
     /// Is real-time throttling on, where somebody said so?
     throttling: Option<bool>,
-    psm: Option<&'a Psm>,
+    psm: Option<&'a Psm<'a>>,
     /// The codels of a program along its worst path, with their times.
     worst_path: &'a dyn Fn(&ProgramId) -> Vec<(String, Time)>,
 }
 
-fn explain(report: &Report<'_>, activity: &ActivityReport<'_>, query: Query, origin: &Origin<'_>) -> String {
+fn explain<'db>(
+    db: &'db dyn ModelDb,
+    report: &Report<'db>,
+    activity: &ActivityReport<'db>,
+    query: Query,
+    origin: &Origin<'_>,
+) -> String {
     let row = &activity.row;
     let mut out = String::new();
     let time = |time: Option<Time>| time.map_or_else(|| "—".to_owned(), |time| time.to_string());
@@ -80,14 +88,18 @@ fn explain(report: &Report<'_>, activity: &ActivityReport<'_>, query: Query, ori
         time(row.period)
     );
     let mut seen = FxHashSet::default();
-    for reason in activity.reasons.iter().filter(|reason| seen.insert(&reason.message)) {
-        let _ = writeln!(out, "  because {}", reason.message);
+    for reason in &activity.reasons {
+        let why = timing_reason(db, &reason.reason);
+        if !seen.insert(why.clone()) {
+            continue;
+        }
+        let _ = writeln!(out, "  because {why}");
         // Of what may delay it, the first that is not analysed itself.
         let mut others = report.activities.iter().filter(|other| other.row.instance != row.instance);
         if let Some(other) = others.find(|other| other.row.at == reason.at)
             && let Some(why) = other.reasons.first()
         {
-            let _ = writeln!(out, "    {}: {}", other.row.instance, why.message);
+            let _ = writeln!(out, "    {}: {}", other.row.instance, timing_reason(db, &why.reason));
         }
     }
     let is_analysed = activity.verdict != Verdict::RealTime(Status::NotAnalysed);
@@ -173,7 +185,7 @@ fn explain(report: &Report<'_>, activity: &ActivityReport<'_>, query: Query, ori
 /// The greatest edge, program by program, codel by codel; or the table's time for the whole component.
 fn own_time(
     out: &mut String,
-    psm: &Psm,
+    psm: &Psm<'_>,
     method: Method,
     worst_path: &dyn Fn(&ProgramId) -> Vec<(String, Time)>,
 ) {
@@ -188,7 +200,7 @@ fn own_time(
         None if psm.states.len() == 1 => source.to_owned(),
         None => format!("staying in {source}"),
     };
-    let whole = psm.whole.as_ref().ok().copied().flatten().filter(|_| method == Method::Classic);
+    let whole = psm.whole.filter(|_| method == Method::Classic);
     let _ = match whole.filter(|whole| *whole > edge.cost) {
         Some(whole) => writeln!(
             out,
@@ -211,7 +223,7 @@ fn own_time(
 }
 
 /// The worst consecutive periods of the activity's own machine.
-fn trace(out: &mut String, psm: &Psm) {
+fn trace(out: &mut String, psm: &Psm<'_>) {
     let Some(edges) = worst_trace(&psm.machine, SHOWN_PERIODS) else { return };
     let edges: Vec<_> = edges.iter().filter_map(|&edge| psm.machine.edges().get(edge)).collect();
     let together = edges.iter().try_fold(Time::ZERO, |sum, edge| sum.checked_add(edge.cost));

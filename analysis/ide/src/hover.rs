@@ -11,7 +11,7 @@ use std::fmt::Write as _;
 use mauve_model::item_tree::{Kind, Name};
 use mauve_model::{
     Decl, File, Lookup, Message, ModelDb, Package, Project, Query, Workspace, message_of, parse,
-    response_times, timetable_of,
+    response_times, timetable_of, unusable_time,
 };
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxKind, SyntaxNode, TextRange, TextSize, comment_above};
@@ -201,7 +201,7 @@ fn times<'db>(db: &'db dyn ModelDb, project: Project<'db>, codel: Decl<'db>) -> 
             Lookup::Known(time) => time.to_string(),
             Lookup::Assumed(time) => format!("{time} (assumed: no table has it)"),
             Lookup::Absent => "no time".to_owned(),
-            Lookup::OtherLevels(why) | Lookup::Unusable(why) => why,
+            Lookup::OtherLevels(why) | Lookup::Unusable(why) => unusable_time(db, &why),
         };
         let mark = if level == shown { ", the level that is shown" } else { "" };
         let _ = writeln!(out, "{time} at {level}{mark}");

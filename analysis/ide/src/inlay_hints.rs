@@ -12,7 +12,7 @@ use mauve_model::item_tree::{Kind, Name};
 use mauve_model::{
     ActivityReport, CpuReport, Deadlines, Decl, File, ModelDb, Place, Project, Query, Report, Verdict,
     Workspace, budgets, config_of, cpu_names, declarations, is_model, parse, psm_of, response_times,
-    source_map,
+    source_map, timing_reason,
 };
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxKind, SyntaxNode, TextRange, TextSize};
@@ -179,7 +179,7 @@ fn of_deployment<'db>(
         let assumes = with_assumptions.iter().any(|&name| {
             *name == activity.row.instance || activity.interference.iter().any(|it| it.instance == *name)
         });
-        let mut label = label(activity, assumes, budget);
+        let mut label = label(db, activity, assumes, budget);
         if activity.row.is_late {
             label += " (the deadline is later than the period, which counts)";
         }
@@ -191,11 +191,17 @@ fn of_deployment<'db>(
 }
 
 /// The verdict on an activity, as it stands beside it.
-fn label(activity: &ActivityReport<'_>, assumes: bool, budget: Option<Time>) -> String {
+fn label<'db>(
+    db: &'db dyn ModelDb,
+    activity: &ActivityReport<'db>,
+    assumes: bool,
+    budget: Option<Time>,
+) -> String {
     let because = || {
-        let first = activity.reasons.first().map_or("", |reason| reason.message.as_str());
+        let first = activity.reasons.first();
+        let first = first.map_or_else(String::new, |it| timing_reason(db, &it.reason));
         match activity.reasons.len() {
-            0 | 1 => first.to_owned(),
+            0 | 1 => first,
             count => format!("{first} (and {} more)", count - 1),
         }
     };

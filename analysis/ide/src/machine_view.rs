@@ -4,7 +4,7 @@
 use mauve_model::item_tree::{HookKind, Kind, Name};
 use mauve_model::{
     Decl, File, ModelDb, Place, ProgramId, Project, Psm, Workspace, architecture, behaviour_of, core,
-    core_of, declaration_at, names_of, psm_of, system_of,
+    core_of, declaration_at, names_of, psm_of, system_of, timing_reason,
 };
 use mauve_syntax::{TextRange, TextSize};
 use mauve_timing::{Level, Time, worst_trace};
@@ -24,7 +24,7 @@ pub struct MachineView<'db> {
     /// The worst consecutive periods, as numbers of edges; empty where there are no times.
     pub worst_trace: Vec<usize>,
     /// The machine with its times, for whoever draws it.
-    pub psm: Option<&'db Psm>,
+    pub psm: Option<&'db Psm<'db>>,
     /// Why there are no times, or not even edges.
     pub reasons: Vec<String>,
 }
@@ -78,7 +78,9 @@ pub fn state_machine<'db>(
     let behaviour = behaviour_of(db, project, of);
     match psm_of(db, project, component, level) {
         Ok(psm) => view.psm = Some(psm),
-        Err(refused) => view.reasons = refused.refusals.iter().map(|it| it.message.clone()).collect(),
+        Err(refused) => {
+            view.reasons = refused.refusals.iter().map(|it| timing_reason(db, &it.reason)).collect();
+        }
     }
     if !behaviour.refusals.is_empty() {
         return view;

@@ -18,7 +18,7 @@ pub enum Drawing {
 /// Draws `psm`, the machine of `component` at `level`, its initial state and its greatest edges in bold. Of several edges
 /// between two states, the greatest is drawn, with the names of all their transitions. In SVG, `data-state`, `data-source` and
 /// `data-target` hold the numbers of states, for whoever wants to know what was clicked on.
-pub fn draw_state_machine(component: &str, level: Level, psm: &Psm, drawing: Drawing) -> String {
+pub fn draw_state_machine(component: &str, level: Level, psm: &Psm<'_>, drawing: Drawing) -> String {
     let title = title(component, level, psm);
     let mut arrows: BTreeMap<(usize, usize), Arrow> = BTreeMap::new();
     for (edge, described) in psm.machine.edges().iter().zip(&psm.edges) {
@@ -50,7 +50,7 @@ impl Arrow<'_> {
     }
 }
 
-fn dot(component: &str, title: &str, psm: &Psm, arrows: &BTreeMap<(usize, usize), Arrow<'_>>) -> String {
+fn dot(component: &str, title: &str, psm: &Psm<'_>, arrows: &BTreeMap<(usize, usize), Arrow<'_>>) -> String {
     let quoted = |text: &str| format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\""));
     let mut out = format!("digraph {} {{\n", quoted(component));
     let _ =
@@ -66,13 +66,13 @@ fn dot(component: &str, title: &str, psm: &Psm, arrows: &BTreeMap<(usize, usize)
     out + "}\n"
 }
 
-fn title(component: &str, level: Level, psm: &Psm) -> String {
+fn title(component: &str, level: Level, psm: &Psm<'_>) -> String {
     let assumed = if psm.assumed.is_empty() { "" } else { ", some times assumed" };
     format!("{component} at {level}: ms in each period{assumed}")
 }
 
 /// The states on a circle, clockwise from the top in the order of the text.
-fn svg(title: &str, psm: &Psm, arrows: &BTreeMap<(usize, usize), Arrow<'_>>) -> String {
+fn svg(title: &str, psm: &Psm<'_>, arrows: &BTreeMap<(usize, usize), Arrow<'_>>) -> String {
     let count = psm.states.len().max(1);
     let radius = if count == 1 { 0.0 } else { (60.0 * count as f64).max(150.0) };
     let (width, height) = (2.0 * radius + 360.0, 2.0 * radius + 220.0);

@@ -5,23 +5,22 @@
 
 use std::path::{Component, Path};
 
-use mauve_timing::{Status, Time};
+use mauve_timing::Time;
 use rustc_hash::FxHashMap;
 
 use crate::check::{declaration_facts, project_facts};
-use crate::item_tree::{Expr, FeatureKind, Field, Kind, Literal, Name, NameRef, Part, TypeRef};
+use crate::item_tree::{FeatureKind, Kind, Name, NameRef, Part, TypeRef};
 use crate::names::{FeatureOf, Names, file_outside, names_of, similar};
 use crate::project::{
     Project, config_file, config_of, include_candidates, include_rings, includes, not_checked, project_files,
     projects, root_file,
 };
-use crate::response::{
-    ActivityReport, Budget, MissingTime, Query, Verdict, budgets, enumerated, is_timed, missing_times,
-    response_times,
-};
+use crate::response::{Query, facts_if, timing_facts};
 use crate::source::{Decl, Place, declarations, item_tree_of, parse};
+use crate::supposed::SupposedField;
 use crate::system::system_of;
-use crate::timetable::{table_diagnostics, timetable_of};
+use crate::timetable::table_facts;
+use crate::timing_fact::TimingFact;
 use crate::types::Type;
 use crate::{File, ModelDb, Workspace, urgency};
 
@@ -335,6 +334,13 @@ codes! {
     unknown_package::UNKNOWN_PACKAGE;
 }
 
+mod timing_facts;
+mod timing_reasons;
+
+use timing_facts::timing_diagnostic;
+use timing_reasons::enumerated;
+pub use timing_reasons::{PROSE, cpu_names, reasons_of, timing_reason, unusable_time};
+
 /// All kinds of diagnostic.
 pub fn codes() -> impl Iterator<Item = &'static Code> {
     CODES.iter().map(|(code, _)| *code)
@@ -370,7 +376,12 @@ pub fn project_diagnostics<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> 
     for &decl in &names.all {
         found.extend(declaration_diagnostics(db, project, decl).iter().cloned());
     }
-    found.extend(table_diagnostics(db, project).iter().cloned());
+    let mut in_tables = timing_diagnostics(db, project, table_facts(db, project));
+    in_tables.sort_by_key(|it| match it.at {
+        Place::Range(file, start, _) => (file.path(db).clone(), start, it.message.clone()),
+        _ => Default::default(),
+    });
+    found.extend(in_tables);
     found.into_boxed_slice()
 }
 
@@ -447,71 +458,34 @@ pub fn declaration_diagnostics<'db>(
     let mut found = Vec::new();
     let is_deployment = decl.kind(db) == Kind::Deployment;
     if is_deployment {
-        found.extend(system_of(db, project, decl).diagnostics.iter().cloned());
+        found.extend(timing_diagnostics(db, project, &system_of(db, project, decl).facts));
     }
     found.extend(declaration_facts(db, project, decl).iter().map(|fact| render(db, project, fact)));
     if is_deployment {
-        found.extend(urgency::check(db, project, decl));
-        found.extend(timing_diagnostics(db, project, decl, Query::shown(db, project)));
+        found.extend(timing_diagnostics(db, project, &urgency::check(db, project, decl)));
+        let facts = timing_facts(db, project, decl, Query::shown(db, project));
+        found.extend(timing_diagnostics(db, project, &facts));
     }
     found.into_boxed_slice()
 }
 
-/// Missed deadlines, missing times, and what is not analysed for a reason that nothing else reports.
-fn timing_diagnostics<'db>(
+/// What is wrong with the activities of a deployment with other values in them; with none, with what it has.
+pub fn diagnostics_if<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     deployment: Decl<'db>,
-    query: Query,
+    supposed: &[SupposedField],
 ) -> Vec<Diagnostic<'db>> {
-    let mut found = Vec::new();
-    // Where a table is lost, it may have the times that seem to be missing.
-    let lost = !is_timed(db, project);
-    let missing = if lost { Vec::new() } else { missing_times(db, project, deployment, query.level) };
-    let report = response_times(db, project, deployment, query);
-    let is_not_analysed = |it: &ActivityReport<'_>| it.verdict == Verdict::RealTime(Status::NotAnalysed);
-    if let Some(levels) = timetable_of(db, project).without_level(query.level)
-        && !lost
-        && report.activities.iter().any(is_not_analysed)
-    {
-        let workspace = project.workspace(db);
-        let span = config_file(db, workspace).zip(config_of(db, workspace).significance_span.clone());
-        // What was chosen elsewhere is not to be changed there.
-        let span = span.filter(|_| workspace.significance(db).is_none());
-        let at = span.map_or_else(
-            || Place::name_of(deployment),
-            |(file, span)| Place::Range(file, span.start as u32, span.end as u32),
-        );
-        found.push(missing_time::no_level(at, query.level, &levels));
-    }
-    if !missing.is_empty() && timetable_of(db, project).is_empty() {
-        found.push(missing_time::no_table(Place::name_of(deployment), missing.len()));
-    } else if missing.iter().any(|missing| !missing.at_other_levels) {
-        let budgets = budgets(db, project, deployment, query);
-        for missing in missing.iter().filter(|missing| !missing.at_other_levels) {
-            let budget = budgets.iter().find(|budget| budget.codel == missing.codel);
-            let name = missing.codel.qualified(db);
-            found.push(missing_time::report(missing, &name, budget));
-        }
-    }
-    for activity in &report.activities {
-        match activity.verdict {
-            Verdict::RealTime(Status::Missed | Status::Unbounded | Status::NoBound) => {
-                found.push(deadline_missed::report(activity));
-            }
-            Verdict::RealTime(Status::NotAnalysed) => {
-                let own = activity.reasons.iter().filter(|reason| !reason.reported);
-                let reasons: Vec<String> = own.map(|reason| reason.message.clone()).collect();
-                // Where something else about the activity is wrong already, that comes first.
-                if !reasons.is_empty() && !activity.row.refusals.iter().any(|reason| reason.reported) {
-                    let at = activity.row.at.clone();
-                    found.push(not_analysed::report(at, &activity.row.instance, &reasons));
-                }
-            }
-            Verdict::RealTime(Status::Met) | Verdict::Background => {}
-        }
-    }
-    found
+    timing_diagnostics(db, project, &facts_if(db, project, deployment, supposed))
+}
+
+/// The diagnostics of facts of the timing side.
+fn timing_diagnostics<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    facts: &[TimingFact<'db>],
+) -> Vec<Diagnostic<'db>> {
+    facts.iter().filter_map(|fact| timing_diagnostic(db, project, fact)).collect()
 }
 
 /// How many errors the models, the tables and the configuration of a project have, missed deadlines aside, whatever severity
@@ -627,8 +601,8 @@ fn config_diagnostics<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Di
         let report = invalid_configuration::report(at(span), message.clone());
         found.push(report.did_you_mean(at(span), near.clone()));
     }
-    for (message, span) in &crate::table_files(db, workspace).errors {
-        found.push(invalid_configuration::report(at(span), message.clone()));
+    for (error, span) in &crate::table_files(db, workspace).errors {
+        found.push(invalid_configuration::report(at(span), timing_reasons::table_files_error(error)));
     }
     for (path, span) in &config.roots {
         if root_file(db, workspace, path).is_none() {

@@ -7,26 +7,33 @@ use crate::ModelDb;
 use crate::db::File;
 use crate::program_id::ProgramId;
 use crate::project::{Project, config_of, platform_of};
-use crate::psm::{Psm, PsmEdge, Refusal, Refused, psm_of};
+use crate::psm::{Psm, PsmEdge, Refused, psm_of};
 use crate::response::{Asked, Query, Report, lost_in, psms_of, report};
 use crate::source::{Decl, Place};
 use crate::system::{Row, system_of};
 use crate::timetable::timetable_of;
+use crate::timing_reason::{Doubt, Prose, Reason, Refusal};
 
-/// What a deployment runs, at all levels of its project's tables.
-pub fn task_set_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, deployment: Decl<'db>) -> TaskSet {
+/// What a deployment runs, at all levels of its project's tables, with its reasons in `prose`.
+pub fn task_set_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployment: Decl<'db>,
+    prose: &Prose,
+) -> TaskSet {
+    let say = |reason: &Reason<'db>| one_line(&(prose.reason)(db, reason));
     let levels = levels_of(db, project);
     let system = system_of(db, project, deployment);
     let psms: Vec<Psms<'db>> = levels.iter().map(|&level| psms_of(db, project, system, level)).collect();
     let activity = |(index, row): (usize, &Row<'db>)| {
         let psms: Psms<'db> = psms.iter().map(|psms| psms.get(index).copied().flatten()).collect();
         let always = |refusal: &Refusal<'db>| NotAnalysed {
-            reason: one_line(&refusal.message),
+            reason: say(&refusal.reason),
             levels: None,
             classic_only: false,
         };
         let mut not_analysed: Vec<NotAnalysed> = row.refusals.iter().map(always).collect();
-        not_analysed.extend(refusals_of(&levels, &psms));
+        not_analysed.extend(refusals_of(&levels, &psms, &say));
         Activity {
             instance: row.instance.to_string(),
             component: row.component_name.to_string(),
@@ -35,7 +42,7 @@ pub fn task_set_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, deployment:
             period: row.period,
             deadline: row.deadline,
             not_analysed,
-            doubt: row.doubt.as_ref().map(ToString::to_string),
+            doubt: row.doubt.as_ref().map(prose.doubt),
             machine: machine_of(&psms),
         }
     };
@@ -45,34 +52,40 @@ pub fn task_set_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, deployment:
         significance: config_of(db, workspace).level(),
         cpus: system.cpus,
         rt_throttling: platform_of(db, workspace).rt_throttling,
-        not_analysed: lost_in(db, project, deployment).iter().map(|lost| one_line(&lost.message)).collect(),
+        not_analysed: lost_in(db, project, deployment).iter().map(|lost| say(&lost.reason)).collect(),
         activities: system.rows.iter().enumerate().map(activity).collect(),
         levels,
     }
 }
 
-/// What a component may execute, at all levels of its project's tables.
+/// What a component may execute, at all levels of its project's tables, with its reasons in `prose`.
 pub fn exported_component<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     component: Decl<'db>,
+    prose: &Prose,
 ) -> Component {
+    let say = |reason: &Reason<'db>| one_line(&(prose.reason)(db, reason));
     let levels = levels_of(db, project);
     let lost = timetable_of(db, project).lost.as_ref();
     let is_timed = lost.is_none();
     let psm = |&level: &Level| is_timed.then(|| psm_of(db, project, component, level));
     let psms: Psms<'db> = levels.iter().map(psm).collect();
-    let lost = lost.map(|(why, _)| NotAnalysed { reason: one_line(why), levels: None, classic_only: false });
+    let lost = lost.cloned().map(|tables| NotAnalysed {
+        reason: say(&Reason::LostTables(tables)),
+        levels: None,
+        classic_only: false,
+    });
     Component {
         name: component.qualified(db),
-        not_analysed: lost.into_iter().chain(refusals_of(&levels, &psms)).collect(),
+        not_analysed: lost.into_iter().chain(refusals_of(&levels, &psms, &say)).collect(),
         machine: machine_of(&psms),
         levels,
     }
 }
 
 /// What one component executes at each level.
-type Psms<'db> = Vec<Option<&'db Result<Psm, Refused<'db>>>>;
+type Psms<'db> = Vec<Option<&'db Result<Psm<'db>, Refused<'db>>>>;
 
 /// Those of its tables; where no time depends on a level, that of `mauve.toml`. What an editor shows has no part in it.
 fn levels_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<Level> {
@@ -88,14 +101,18 @@ fn one_line(text: &str) -> String {
 }
 
 /// Why a component is not analysed, level by level.
-fn refusals_of(levels: &[Level], psms: &Psms<'_>) -> Vec<NotAnalysed> {
-    let refused = |psm: &Option<&Result<Psm, Refused<'_>>>| -> Vec<String> {
+fn refusals_of<'db>(
+    levels: &[Level],
+    psms: &Psms<'db>,
+    say: &dyn Fn(&Reason<'db>) -> String,
+) -> Vec<NotAnalysed> {
+    let refused = |psm: &Option<&Result<Psm<'db>, Refused<'db>>>| -> Vec<String> {
         let Some(Err(refused)) = psm else { return Vec::new() };
-        refused.refusals.iter().map(|refusal| one_line(&refusal.message)).collect()
+        refused.refusals.iter().map(|refusal| say(&refusal.reason)).collect()
     };
-    let whole = |psm: &Option<&Result<Psm, Refused<'_>>>| -> Vec<String> {
-        let Some(Ok(Psm { whole: Err(why), .. })) = psm else { return Vec::new() };
-        vec![one_line(why)]
+    let whole = |psm: &Option<&Result<Psm<'db>, Refused<'db>>>| -> Vec<String> {
+        let Some(Ok(Psm { whole_unusable: Some(why), .. })) = psm else { return Vec::new() };
+        vec![say(&Reason::Table(why.clone()))]
     };
     let mut found = grouped(levels, psms.iter().map(refused).collect(), false);
     found.extend(grouped(levels, psms.iter().map(whole).collect(), true));
@@ -120,9 +137,9 @@ fn grouped(levels: &[Level], reasons: Vec<Vec<String>>, classic_only: bool) -> V
 
 /// The machine, with the times of each level. Its states and edges are the same at all of them.
 fn machine_of(psms: &Psms<'_>) -> Option<Machine> {
-    let at_levels: Vec<Option<&Psm>> = psms.iter().map(|psm| psm.as_ref()?.as_ref().ok()).collect();
+    let at_levels: Vec<Option<&Psm<'_>>> = psms.iter().map(|psm| psm.as_ref()?.as_ref().ok()).collect();
     let shape = at_levels.iter().flatten().next()?;
-    let times = |time: &dyn Fn(&Psm) -> Option<Time>| -> Vec<Option<Time>> {
+    let times = |time: &dyn Fn(&Psm<'_>) -> Option<Time>| -> Vec<Option<Time>> {
         at_levels.iter().map(|psm| psm.and_then(time)).collect()
     };
     let state = |number: u32| shape.states.get(number as usize).map_or_else(String::new, ToString::to_string);
@@ -147,7 +164,7 @@ fn machine_of(psms: &Psms<'_>) -> Option<Machine> {
         states: shape.states.iter().map(ToString::to_string).collect(),
         initial: shape.states.get(shape.initial).map_or_else(String::new, ToString::to_string),
         overhead: times(&|psm| Some(psm.overhead)),
-        component_time: times(&|psm| psm.whole.as_ref().ok().copied().flatten()),
+        component_time: times(&|psm| psm.whole),
         assumed: assumed.collect(),
         programs: programs.collect(),
         edges: edges.collect(),
@@ -162,7 +179,8 @@ pub fn response_times_of<'db>(
     query: Query,
 ) -> Option<Report<'db>> {
     let column = set.column(query.level)?;
-    let reported = |reason: &str, at: &Place<'db>| Refusal::reported(reason, at.clone());
+    let reported =
+        |reason: &str, at: &Place<'db>| Refusal::reported(Reason::Stated(reason.to_owned()), at.clone());
     let row = |(index, activity): (u32, &Activity)| {
         // Nobody looks there: it tells one activity from another.
         let at = Place::Range(file, index, index);
@@ -177,13 +195,13 @@ pub fn response_times_of<'db>(
             deadline: activity.deadline,
             is_late: false,
             refusals: reasons.map(|it| reported(&it.reason, &at)).collect(),
-            doubt: activity.doubt.as_deref().map(Into::into),
+            doubt: activity.doubt.as_deref().map(|text| Doubt::Stated(text.into())),
             at,
         }
     };
     let rows: Vec<Row<'db>> = (0..).zip(&set.activities).map(row).collect();
     let psm = |activity: &Activity| Some(Ok(psm_at(activity.machine.as_ref()?, column)?));
-    let psms: Vec<Option<Result<Psm, Refused<'db>>>> = set.activities.iter().map(psm).collect();
+    let psms: Vec<Option<Result<Psm<'db>, Refused<'db>>>> = set.activities.iter().map(psm).collect();
     let psms: Vec<_> = psms.iter().map(Option::as_ref).collect();
     let at = Place::Range(file, 0, 0);
     let lost: Vec<Refusal<'db>> = set.not_analysed.iter().map(|reason| reported(reason, &at)).collect();
@@ -192,7 +210,7 @@ pub fn response_times_of<'db>(
 }
 
 /// The machine as it is in a model, at the level of this number; none where it has no times there.
-pub fn psm_at(machine: &Machine, column: usize) -> Option<Psm> {
+pub fn psm_at(machine: &Machine, column: usize) -> Option<Psm<'static>> {
     let number: std::collections::HashMap<&str, usize> =
         machine.programs.iter().map(|it| it.program.as_str()).zip(0..).collect();
     let edge = |edge: &Edge| PsmEdge {
@@ -212,7 +230,8 @@ pub fn psm_at(machine: &Machine, column: usize) -> Option<Psm> {
             .collect(),
         operations: Vec::new(),
         overhead: time(&machine.overhead)?,
-        whole: Ok(time(&machine.component_time)),
+        whole: time(&machine.component_time),
+        whole_unusable: None,
         assumed: machine.assumed.iter().map(|it| (it.codel.clone(), it.time)).collect(),
     })
 }

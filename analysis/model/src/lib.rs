@@ -35,6 +35,7 @@
 //! | `fact.rs` | what can be wrong, and why something is not analysed |
 //! | `size.rs` | whether a project is too large to be analysed |
 //! | `skeleton.rs` | the definition of an operation that is still to be written |
+//! | `timing_fact.rs`, `timing_reason.rs` | what is wrong with a deployment and its times; why something is not analysed |
 //! | `response.rs` | response times, and what a codel without a time may take |
 //! | `exported.rs` | task sets and state machines that stand alone, made of models and analysed as these are |
 //! | `diagnostics/` | a file for each diagnostic: its page, its message, its fixes |
@@ -78,6 +79,8 @@ mod source;
 mod supposed;
 mod system;
 mod timetable;
+mod timing_fact;
+mod timing_reason;
 mod types;
 mod urgency;
 mod values;
@@ -89,6 +92,7 @@ pub use builtin::{Builtin, Operand};
 pub use check::declaration_facts;
 pub use config::{Chain, Config, ExternalType, Maintainer, Mistake};
 pub use db::{Database, File, ModelDb, Problem, Trees, Workspace, normalised};
+pub use diagnostics::{PROSE, cpu_names, diagnostics_if, reasons_of, timing_reason, unusable_time};
 pub use exported::{exported_component, psm_at, response_times_of, task_set_of};
 pub use flat::{Flat, FlatInstance, Link, flat_of};
 pub use infer::{
@@ -106,11 +110,11 @@ pub use project::{
     CONFIG_FILE, Project, config_file, config_of, external_types, include_candidates, includes, is_model,
     project_files, projects,
 };
-pub use psm::{Psm, PsmEdge, Refusal, Refused, core_of, psm_of, shell_of, worst_path};
+pub use psm::{Psm, PsmEdge, Refused, core_of, psm_of, shell_of, worst_path};
 pub use resolve::{Binding, CallError, Callee, ResolvedCall, Resolver, Scope, VariableId};
 pub use response::{
     ActivityReport, Budget, CpuReport, Deadlines, InterferenceReport, MissingTime, Query, Report, Verdict,
-    budgets, diagnostics_if, level_shown, missing_times, response_times, response_times_if,
+    budgets, facts_if, level_shown, missing_times, response_times, response_times_if,
 };
 pub use semantics::{Semantics, VisibleScope};
 pub use settings::{ValueInEffect, values_in_effect, values_of_shell};
@@ -120,9 +124,15 @@ pub use source::{
     declarations, deployment, item_tree_of, parse, shell, source_map,
 };
 pub use supposed::SupposedField;
-pub use system::{Priority, Row, System, cpu_names, mask, system_of};
+pub use system::{Priority, Row, System, mask, system_of};
 pub use timetable::{
     Lookup, TableFiles, Timetable, pattern_of_path, table, table_files, table_pattern, timetable_of,
+};
+pub use timing_fact::{Expected, Missed, NoTime, TimingFact, TimingFactKind, Urgency};
+pub use timing_reason::{
+    ActivityField, Doubt, LostTable, NoSuchCpu, PatternError, Prose, Reason, Refusal as TimingRefusal, Share,
+    StrayEntry, TableFault, TableFilesError, TableLevels, Timed, TooLong, Unknown, UnusableTime,
+    WrongProgram,
 };
 pub use types::{C_TYPES, Integer, LANGUAGE_TYPES, Type, built_in_type, type_of};
 pub use urgency::before_its_time;

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use mauve_timing::{Edge, Level, StateMachine, Time};
 
+use crate::ModelDb;
 use crate::behaviour::{Behaviour, Cost, TimedProgram, behaviour_of, operations_in};
 use crate::check::errors_in;
-use crate::diagnostics::reasons;
 use crate::infer::uses_of;
 use crate::item_tree::{Kind, Name};
 use crate::names::{features_of, names_of};
@@ -14,14 +14,11 @@ use crate::program_id::ProgramId;
 use crate::project::Project;
 use crate::source::{Decl, Place, codel, component, core_interface};
 use crate::timetable::{Lookup, Timetable, timetable_of};
-use crate::{ModelDb, fact};
-
-/// So many errors are named as reasons; the diagnostics have all.
-pub(crate) const MOST_REASONS: usize = 8;
+use crate::timing_reason::{MOST_REASONS, Reason, Refusal, TooLong, Unknown, UnusableTime};
 
 /// A component's periodic state machine (paper, Def. 3 and 4).
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
-pub struct Psm {
+pub struct Psm<'db> {
     /// The names of the states, by number.
     pub states: Vec<Name>,
     /// The number of the initial one.
@@ -36,8 +33,10 @@ pub struct Psm {
     pub operations: Vec<(ProgramId, Option<Time>)>,
     /// Dispatch and context switches, in each edge.
     pub overhead: Time,
-    /// The component's own time, for the classic method, where a table has one; why not, where it cannot be used.
-    pub whole: Result<Option<Time>, String>,
+    /// The component's own time, for the classic method, where a table has one.
+    pub whole: Option<Time>,
+    /// Why that cannot be used, where it cannot.
+    pub whole_unusable: Option<UnusableTime<'db>>,
     /// Codels whose time is that of `[assume]`, with it.
     pub assumed: Vec<(String, Time)>,
 }
@@ -51,42 +50,13 @@ pub struct PsmEdge {
     pub programs: Vec<usize>,
 }
 
-/// Why something is not analysed.
-#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
-pub struct Refusal<'db> {
-    /// In the user's words.
-    pub message: String,
-    /// Where the reason stands.
-    pub at: Place<'db>,
-    /// Does a diagnostic of its own say so already?
-    pub reported: bool,
-}
-
-impl<'db> Refusal<'db> {
-    /// A reason that another diagnostic reports at its place.
-    pub(crate) fn reported(message: impl Into<String>, at: Place<'db>) -> Refusal<'db> {
-        Refusal { message: message.into(), at, reported: true }
-    }
-
-    /// A reason that nothing else reports.
-    pub(crate) fn own(message: impl Into<String>, at: Place<'db>) -> Refusal<'db> {
-        Refusal { message: message.into(), at, reported: false }
-    }
-
-    /// What the model says.
-    pub(crate) fn of_model(db: &'db dyn ModelDb, why: &fact::Refusal<'db>) -> Refusal<'db> {
-        let message = reasons::reason(db, &why.reason);
-        Refusal { message, at: why.at.clone(), reported: why.reported }
-    }
-}
-
 /// Why a component has no periodic state machine.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
 pub struct Refused<'db> {
     /// The reasons.
     pub refusals: Vec<Refusal<'db>>,
     /// The codels without a time, among them; with a reason where a table has one at other levels.
-    pub missing: Vec<(Decl<'db>, Option<String>)>,
+    pub missing: Vec<(Decl<'db>, Option<UnusableTime<'db>>)>,
 }
 
 /// The core of a component, where it has one.
@@ -123,7 +93,7 @@ pub fn psm_of<'db>(
     project: Project<'db>,
     component: Decl<'db>,
     level: Level,
-) -> Result<Psm, Refused<'db>> {
+) -> Result<Psm<'db>, Refused<'db>> {
     psm_with(db, project, component, level, &|_| None)
 }
 
@@ -134,44 +104,39 @@ pub(crate) fn psm_with<'db>(
     of: Decl<'db>,
     level: Level,
     suppose: &dyn Fn(Decl<'db>) -> Option<Time>,
-) -> Result<Psm, Refused<'db>> {
-    let refuse = |refusal| Err(Refused { refusals: vec![refusal], missing: Vec::new() });
+) -> Result<Psm<'db>, Refused<'db>> {
+    let refuse =
+        |reason, at| Err(Refused { refusals: vec![Refusal::reported(reason, at)], missing: Vec::new() });
     let at = Place::name_of(of);
-    let name = of.name(db);
     if component(db, of).is_some_and(|data| !data.whole) {
-        return refuse(Refusal::reported(format!("component {name} has a syntax error"), at));
+        return refuse(Reason::Damaged(of), at);
     }
     let Some(shell) = shell_of(db, project, of) else {
-        let why = reasons::unknown(names_of(db, project), &format!("the shell of component {name}"));
-        return refuse(Refusal::reported(why, at));
+        return refuse(Reason::Unknown { project, what: Unknown::ShellOf(of) }, at);
     };
     let Some(core) = core_of(db, project, of) else {
-        let why = reasons::unknown(names_of(db, project), &format!("the core of component {name}"));
-        return refuse(Refusal::reported(why, at));
+        return refuse(Reason::Unknown { project, what: Unknown::CoreOf(of) }, at);
     };
     if !is_core_for(db, project, core, shell) {
-        return refuse(Refusal::reported(format!("the core of component {name} is for another shell"), at));
+        return refuse(Reason::CoreOfOtherShell(of), at);
     }
     let behaviour = behaviour_of(db, project, core);
     if !behaviour.refusals.is_empty() {
         // A few are enough, and every activity that executes the component repeats them.
-        let refusals = behaviour.refusals.iter().take(MOST_REASONS);
-        let refusals = refusals.map(|why| Refusal::of_model(db, why)).collect();
+        let refusals = behaviour.refusals.iter().take(MOST_REASONS).map(Refusal::of_model).collect();
         return Err(Refused { refusals, missing: Vec::new() });
     }
     let features = features_of(db, project, shell);
     if features.lost || features.cycle {
-        let why = reasons::incomplete(features.incomplete(names_of(db, project)));
-        let why = format!("shell {} {why}", shell.name(db));
-        return refuse(Refusal::reported(why, Place::name_of(shell)));
+        return refuse(Reason::IncompleteShell { project, shell }, Place::name_of(shell));
     }
     let errors = errors_behind(db, project, of, shell, core);
     if !errors.is_empty() {
         return Err(Refused { refusals: errors, missing: Vec::new() });
     }
     let times = timetable_of(db, project);
-    if let Some(why) = times.doubt(of) {
-        return refuse(Refusal::reported(why, at));
+    if let Some(doubt) = times.doubt(of) {
+        return refuse(Reason::Table(doubt), at);
     }
     let mut reader = Evaluator {
         db,
@@ -201,11 +166,10 @@ fn errors_behind<'db>(
     let mut codels: Vec<Decl<'db>> = uses_of(db, project, core).codels.iter().copied().collect();
     codels.sort_by(|a, b| a.name(db).cmp(b.name(db)));
     let is_damaged = |of: &&Decl<'db>| codel(db, **of).is_some_and(|data| !data.whole);
-    let damaged = codels.iter().filter(is_damaged).map(|&of| {
-        Refusal::reported(format!("codel {} has a syntax error", of.name(db)), Place::name_of(of))
-    });
+    let damaged = codels.iter().filter(is_damaged);
+    let damaged = damaged.map(|&of| Refusal::reported(Reason::Damaged(of), Place::name_of(of)));
     let errors = declared.chain(codels.iter().copied()).flat_map(|decl| errors_in(db, project, decl));
-    errors.map(|why| Refusal::of_model(db, why)).chain(damaged).take(MOST_REASONS).collect()
+    errors.map(Refusal::of_model).chain(damaged).take(MOST_REASONS).collect()
 }
 
 struct Evaluator<'a, 'db> {
@@ -218,12 +182,12 @@ struct Evaluator<'a, 'db> {
     /// The times of the operations that are called, callees first.
     operations: Vec<Option<Time>>,
     refused: Refused<'db>,
-    missing: BTreeMap<String, (Decl<'db>, Option<String>)>,
+    missing: BTreeMap<String, (Decl<'db>, Option<UnusableTime<'db>>)>,
     assumed: BTreeMap<String, Time>,
 }
 
 impl<'db> Evaluator<'_, 'db> {
-    fn psm(&mut self) -> Result<Psm, Refused<'db>> {
+    fn psm(&mut self) -> Result<Psm<'db>, Refused<'db>> {
         let behaviour = self.behaviour;
         // Only what some edge executes needs a time: states that are never reached, and transitions behind one without
         // a guard, never happen.
@@ -240,11 +204,11 @@ impl<'db> Evaluator<'_, 'db> {
         if overhead.is_none() {
             match self.times.without_level(self.level) {
                 // That is one warning, where the level is asked for.
-                Some(levels) => {
-                    let why = format!("no overhead at {}: {levels}", self.level);
-                    self.refused.refusals.push(Refusal::reported(why, Place::name_of(self.component)));
+                Some(table) => {
+                    let none = Reason::NoOverhead { level: self.level, table: table.clone() };
+                    self.refused.refusals.push(Refusal::reported(none, Place::name_of(self.component)));
                 }
-                None => self.refuse("the overhead exceeds 584 years".to_owned()),
+                None => self.refuse(Reason::TooLong(TooLong::Overhead)),
             }
         }
         let mut edges = Vec::new();
@@ -260,7 +224,7 @@ impl<'db> Evaluator<'_, 'db> {
                 };
                 let sum = cost.and_then(|cost| cost.checked_add(time));
                 if cost.is_some() && sum.is_none() {
-                    self.refuse(format!("the time of `{}` exceeds 584 years", program.id));
+                    self.refuse(Reason::TooLong(TooLong::Edge(program.id.clone())));
                 }
                 cost = sum;
             }
@@ -269,10 +233,10 @@ impl<'db> Evaluator<'_, 'db> {
             described.push(PsmEdge { transition: edge.transition.clone(), programs: edge.programs.clone() });
         }
         let missing = std::mem::take(&mut self.missing);
-        for (name, (decl, why)) in missing {
-            let message = why.clone().unwrap_or_else(|| format!("no time for codel `{name}`"));
-            self.refused.refusals.push(Refusal::reported(message, Place::name_of(decl)));
-            self.refused.missing.push((decl, why));
+        for (decl, other_levels) in missing.into_values() {
+            let reason = other_levels.clone().map_or(Reason::NoTime(decl), Reason::Table);
+            self.refused.refusals.push(Refusal::reported(reason, Place::name_of(decl)));
+            self.refused.missing.push((decl, other_levels));
         }
         if !self.refused.refusals.is_empty() {
             return Err(std::mem::take(&mut self.refused));
@@ -281,14 +245,14 @@ impl<'db> Evaluator<'_, 'db> {
         let machine = match StateMachine::new(states, edges) {
             Ok(machine) => machine,
             Err(error) => {
-                self.refuse(error.to_string());
+                self.refuse(Reason::NoMachine(error));
                 return Err(std::mem::take(&mut self.refused));
             }
         };
-        let whole = match self.times.component_time(self.db, self.component, self.level) {
-            Lookup::Known(time) | Lookup::Assumed(time) => Ok(Some(time)),
-            Lookup::Absent => Ok(None),
-            Lookup::OtherLevels(why) | Lookup::Unusable(why) => Err(why),
+        let (whole, whole_unusable) = match self.times.component_time(self.component, self.level) {
+            Lookup::Known(time) | Lookup::Assumed(time) => (Some(time), None),
+            Lookup::Absent => (None, None),
+            Lookup::OtherLevels(why) | Lookup::Unusable(why) => (None, Some(why)),
         };
         let id = |program: &TimedProgram<'db>| program.id.clone();
         let programs =
@@ -303,6 +267,7 @@ impl<'db> Evaluator<'_, 'db> {
             operations: behaviour.operations.iter().map(id).zip(operations).collect(),
             overhead: overhead.unwrap_or_default(),
             whole,
+            whole_unusable,
             assumed: std::mem::take(&mut self.assumed).into_iter().collect(),
         })
     }
@@ -327,17 +292,18 @@ impl<'db> Evaluator<'_, 'db> {
         }
     }
 
-    fn refuse(&mut self, why: String) {
-        self.refused.refusals.push(Refusal::own(why, Place::name_of(self.component)));
+    fn refuse(&mut self, reason: Reason<'db>) {
+        self.refused.refusals.push(Refusal::own(reason, Place::name_of(self.component)));
     }
 
     /// The time of a program: the table's, as a whole, or the sum of its codels.
     fn program(&mut self, program: &TimedProgram<'db>) -> Option<Time> {
-        match self.times.program_time(self.db, self.component, &program.id, self.level) {
+        match self.times.program_time(self.component, &program.id, self.level) {
             Lookup::Known(time) | Lookup::Assumed(time) => Some(time),
             Lookup::Absent => self.cost(&program.cost),
             Lookup::OtherLevels(why) | Lookup::Unusable(why) => {
-                self.refused.refusals.push(Refusal::reported(why, Place::name_of(self.component)));
+                let refusal = Refusal::reported(Reason::Table(why), Place::name_of(self.component));
+                self.refused.refusals.push(refusal);
                 None
             }
         }
@@ -353,7 +319,7 @@ impl<'db> Evaluator<'_, 'db> {
                 let mut sum = Time::ZERO;
                 for time in times {
                     let Some(next) = sum.checked_add(time?) else {
-                        self.refuse("the time of a program exceeds 584 years".to_owned());
+                        self.refuse(Reason::TooLong(TooLong::Program));
                         return None;
                     };
                     sum = next;
@@ -387,7 +353,7 @@ impl<'db> Evaluator<'_, 'db> {
                 None
             }
             Lookup::Unusable(why) => {
-                let refusal = Refusal::reported(why, Place::name_of(codel));
+                let refusal = Refusal::reported(Reason::Table(why), Place::name_of(codel));
                 if !self.refused.refusals.contains(&refusal) {
                     self.refused.refusals.push(refusal);
                 }
@@ -409,7 +375,7 @@ pub fn worst_path<'db>(
     let Some(core) = core_of(db, project, component) else { return Vec::new() };
     let Ok(psm) = psm_of(db, project, component, level) else { return Vec::new() };
     let times = timetable_of(db, project);
-    let is_whole = times.program_time(db, component, program, level) != Lookup::Absent;
+    let is_whole = times.program_time(component, program, level) != Lookup::Absent;
     let program = behaviour_of(db, project, core).programs.iter().find(|it| it.id == *program && !is_whole);
     let time = |cost: &Cost<'db>| match cost {
         Cost::Codel(codel) => match times.codel_time(db, *codel, level) {

@@ -8,17 +8,18 @@ use mauve_timing::{
     Utilisation, Window, response_times as analyse,
 };
 
-use crate::diagnostics::Diagnostic;
 use crate::item_tree::Name;
 use crate::names::names_of;
-use crate::project::{Project, config_of, platform_of};
-use crate::psm::{Psm, Refusal, Refused, psm_of, psm_with};
+use crate::project::{Project, config_file, config_of, platform_of};
+use crate::psm::{Psm, Refused, psm_of, psm_with};
 use crate::source::{Decl, Place, deployment as declared_deployment};
 use crate::supposed::{SupposedField, with_fields};
 use crate::system::{Priority, Row, System, read, system_of};
 use crate::timetable::timetable_of;
+use crate::timing_fact::{Missed, TimingFact, TimingFactKind};
+use crate::timing_reason::{Doubt, Reason, Refusal, Share};
 use crate::urgency::check_rows;
-use crate::{ModelDb, Workspace, cpu_names};
+use crate::{ModelDb, Workspace};
 
 /// What is asked of the analysis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -87,13 +88,6 @@ impl ActivityReport<'_> {
             greatest.sort_by_key(|(number, _)| *number);
         }
         greatest.into_iter().map(|(_, it)| it).collect()
-    }
-
-    /// [`ActivityReport::reasons`] in words, each once: one mistake may stand in several places.
-    pub fn why(&self) -> Vec<&str> {
-        let mut seen = FxHashSet::default();
-        let all = self.reasons.iter().map(|reason| reason.message.as_str());
-        all.filter(|reason| seen.insert(*reason)).collect()
     }
 }
 
@@ -216,16 +210,16 @@ pub fn response_times_if<'db>(
 }
 
 /// What is wrong with the activities of a deployment with other values in them; with none, with what it has.
-pub fn diagnostics_if<'db>(
+pub fn facts_if<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     deployment: Decl<'db>,
     supposed: &[SupposedField],
-) -> Vec<Diagnostic<'db>> {
+) -> Vec<TimingFact<'db>> {
     let Some(data) = declared_deployment(db, deployment) else { return Vec::new() };
     let system = read(db, project, deployment, &with_fields(data, supposed));
     let urgency = check_rows(db, project, deployment, &system.rows);
-    system.diagnostics.into_iter().chain(urgency).collect()
+    system.facts.into_iter().chain(urgency).collect()
 }
 
 fn report_of<'db>(
@@ -244,7 +238,7 @@ fn report_of<'db>(
 pub(crate) struct Asked<'a, 'db> {
     pub(crate) rows: &'a [Row<'db>],
     /// What each row executes; none in the background, and where that is not known.
-    pub(crate) psms: &'a [Option<&'a Result<Psm, Refused<'db>>>],
+    pub(crate) psms: &'a [Option<&'a Result<Psm<'db>, Refused<'db>>>],
     /// Why nothing at all is analysed.
     pub(crate) lost: &'a [Refusal<'db>],
     /// Does Linux keep some time from real-time tasks?
@@ -259,7 +253,7 @@ pub(crate) fn psms_of<'db>(
     project: Project<'db>,
     system: &System<'db>,
     level: Level,
-) -> Vec<Option<&'db Result<Psm, Refused<'db>>>> {
+) -> Vec<Option<&'db Result<Psm<'db>, Refused<'db>>>> {
     // Of lost tables no time is right: what is left is that of `[assume]`.
     let timed = is_timed(db, project);
     let executed = |row: &Row<'db>| row.executed().filter(|_| timed);
@@ -293,14 +287,12 @@ pub(crate) fn report<'db>(db: &'db dyn ModelDb, asked: &Asked<'_, 'db>, query: Q
         // A second activity of its own instance is a reason already.
         let others: Vec<&Row<'db>> = others.filter(|other| other.instance != row.instance).collect();
         if let Some(first) = others.first() {
-            let mut names: Vec<&str> = others.iter().map(|other| other.instance.as_str()).collect();
             // Two activities of one instance have one name.
             let mut seen = FxHashSet::default();
-            names.retain(|name| seen.insert(*name));
-            let verb = if names.len() == 1 { "is" } else { "are" };
-            let unknown = unknown_of(&others);
-            let why = format!("{}{unknown} may delay it, and {verb} not analysed", enumerated(&names));
-            activity.reasons.push(Refusal::reported(why, first.at.clone()));
+            let instances = others.iter().map(|other| &other.instance).filter(|name| seen.insert(*name));
+            let instances = instances.cloned().collect();
+            let delayed = Reason::DelayedBy { instances, doubt: doubt_of(&others) };
+            activity.reasons.push(Refusal::reported(delayed, first.at.clone()));
         }
         if !activity.reasons.is_empty() {
             activity.verdict = Verdict::RealTime(Status::NotAnalysed);
@@ -321,17 +313,12 @@ pub(crate) fn report<'db>(db: &'db dyn ModelDb, asked: &Asked<'_, 'db>, query: Q
             Bound::Response(time) => activity.response = Some(*time),
             Bound::Unbounded { cpu } => {
                 let shares = shares.get_or_insert_with(|| shares_of(&tasks, query.method));
-                let asked = utilisation_above(&tasks, shares, task) * 100.0;
-                // Rounded, a slight overload is none.
-                let asked = if asked < 100.05 { "more than 100".to_owned() } else { format!("{asked:.1}") };
-                let why = format!(
-                    "{} is asked for {asked} % by it and what is at least as urgent",
-                    cpu_names(1 << cpu)
-                );
-                activity.reasons.push(Refusal::reported(why, row.at.clone()));
+                let utilisation = Share(utilisation_above(&tasks, shares, task));
+                let overloaded = Reason::Overloaded { cpu: 1 << cpu, utilisation };
+                activity.reasons.push(Refusal::reported(overloaded, row.at.clone()));
             }
             Bound::NoBound(why) => {
-                activity.reasons.push(Refusal::reported(format!("no bound found: {why}"), row.at.clone()));
+                activity.reasons.push(Refusal::reported(Reason::NoBound(*why), row.at.clone()));
             }
             Bound::NotAnalysed { .. } => {}
         }
@@ -348,20 +335,19 @@ pub(crate) fn report<'db>(db: &'db dyn ModelDb, asked: &Asked<'_, 'db>, query: Q
     Report { activities, cpus, lost: lost.to_vec() }
 }
 
-/// What is unknown of those that may delay an activity, in a clause behind their names: they may seem to be less urgent.
-fn unknown_of(others: &[&Row<'_>]) -> String {
+/// What is unknown of those that may delay an activity: they may seem to have a lower priority.
+fn doubt_of(others: &[&Row<'_>]) -> Option<Doubt> {
     let is_one = others.iter().all(|other| Some(&other.instance) == others.first().map(|it| &it.instance));
     let have = |is_it: &dyn Fn(&Row<'_>) -> bool| others.iter().all(|other| is_it(other));
     let no_priority = |row: &Row<'_>| row.priority == Priority::Unknown && row.doubt.is_none();
-    let doubt = others.first().and_then(|other| other.doubt.as_deref()).filter(|_| is_one);
-    let what = match doubt {
-        Some(doubt) => doubt,
-        None if have(&no_priority) && is_one => "whose priority is unknown",
-        None if have(&no_priority) => "whose priorities are unknown",
-        None if have(&|row| row.priority == Priority::Unknown) => "whose priorities or CPUs are unknown",
-        None => return String::new(),
-    };
-    format!(", {what},")
+    let doubt = others.first().and_then(|other| other.doubt.as_ref()).filter(|_| is_one);
+    match doubt {
+        Some(doubt) => Some(doubt.clone()),
+        None if have(&no_priority) && is_one => Some(Doubt::UnknownPriority),
+        None if have(&no_priority) => Some(Doubt::UnknownPriorities),
+        None if have(&|row| row.priority == Priority::Unknown) => Some(Doubt::UnknownPrioritiesOrCpus),
+        None => None,
+    }
 }
 
 /// The rows of a system as tasks, and what comes out.
@@ -395,17 +381,6 @@ fn analysed<'db>(db: &'db dyn ModelDb, asked: &Asked<'_, 'db>, query: Query) -> 
     Analysed { reasons, row_of, tasks, analysis }
 }
 
-/// `a`, `a and b`, `a, b and c`; of many the first few.
-pub(crate) fn enumerated(names: &[&str]) -> String {
-    const SHOWN: usize = 5;
-    match names {
-        [] => "nothing".to_owned(),
-        [one] => (*one).to_owned(),
-        [rest @ .., last] if rest.len() < SHOWN => format!("{} and {last}", rest.join(", ")),
-        _ => format!("{} and {} more", names[..SHOWN - 1].join(", "), names.len() - SHOWN + 1),
-    }
-}
-
 /// Is no table lost? What reads only this is not run again for every other change of a table.
 #[salsa::tracked(returns(copy))]
 pub(crate) fn is_timed<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> bool {
@@ -424,16 +399,12 @@ pub(crate) fn lost_in<'db>(
 
 fn lost_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, system: &System<'db>) -> Vec<Refusal<'db>> {
     let mut lost = system.lost.clone();
-    if let Some((why, file)) = &timetable_of(db, project).lost {
-        lost.push(Refusal::reported(why.clone(), Place::Range(*file, 0, 0)));
+    if let Some(tables) = &timetable_of(db, project).lost {
+        lost.push(Refusal::reported(Reason::LostTables(tables.clone()), Place::Range(tables.file, 0, 0)));
     }
     if let Some(file) = names_of(db, project).scope_lost {
-        let name = file.path(db).file_name().unwrap_or_default().display().to_string();
-        let why = match file.problem(db) {
-            Some(problem) => format!("{name}: {}", problem.message()),
-            None => format!("{name} has a syntax error between its declarations: one of them may be missing"),
-        };
-        lost.push(Refusal::reported(why, Place::Range(file, 0, 0)));
+        let problem = file.problem(db).as_ref().map(|problem| problem.message().to_owned());
+        lost.push(Refusal::reported(Reason::DamagedFile { file, problem }, Place::Range(file, 0, 0)));
     }
     lost
 }
@@ -441,28 +412,27 @@ fn lost_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, system: &System<'db
 fn own_reasons<'db>(
     query: Query,
     row: &Row<'db>,
-    psm: Option<&Result<Psm, Refused<'db>>>,
+    psm: Option<&Result<Psm<'db>, Refused<'db>>>,
 ) -> Vec<Refusal<'db>> {
     let mut reasons = row.refusals.clone();
     match psm {
         Some(Err(refused)) => reasons.extend(refused.refusals.iter().cloned()),
-        Some(Ok(Psm { whole: Err(why), .. })) if query.method == Method::Classic => {
-            reasons.push(Refusal::own(why.clone(), row.at.clone()));
+        Some(Ok(Psm { whole_unusable: Some(why), .. })) if query.method == Method::Classic => {
+            reasons.push(Refusal::own(Reason::Table(why.clone()), row.at.clone()));
         }
         _ => {}
     }
     reasons
 }
 
-fn task<'db>(row: &Row<'db>, psm: Option<&Result<Psm, Refused<'db>>>, reasons: &[Refusal<'db>]) -> Task {
+fn task<'db>(row: &Row<'db>, psm: Option<&Result<Psm<'db>, Refused<'db>>>, reasons: &[Refusal<'db>]) -> Task {
     let priority = match row.priority {
         Priority::RealTime(priority) => priority,
         _ => u32::MAX,
     };
     let demand = match psm {
         Some(Ok(psm)) if reasons.is_empty() => {
-            let whole = psm.whole.as_ref().ok().copied().flatten();
-            Demand::Machine { machine: psm.machine.clone(), whole }
+            Demand::Machine { machine: psm.machine.clone(), whole: psm.whole }
         }
         _ => Demand::Unknown,
     };
@@ -579,7 +549,7 @@ pub fn budgets<'db>(
             missing.contains(&of).then_some(supposed)
         };
         // Only the components that lack a time are another than before.
-        let mut supposed: FxHashMap<Decl<'db>, Result<Psm, Refused<'db>>> = FxHashMap::default();
+        let mut supposed: FxHashMap<Decl<'db>, Result<Psm<'db>, Refused<'db>>> = FxHashMap::default();
         for &component in &components {
             if psm_of(db, project, component, query.level).is_err() {
                 supposed.insert(component, psm_with(db, project, component, query.level, &suppose));
@@ -635,7 +605,7 @@ fn real_time_components<'db>(system: &System<'db>) -> Vec<Decl<'db>> {
 }
 
 /// A codel without a time, and who needs it.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub struct MissingTime<'db> {
     /// The codel.
     pub codel: Decl<'db>,
@@ -671,4 +641,91 @@ pub fn missing_times<'db>(
         }
     }
     missing
+}
+
+/// Missed deadlines, missing times, and what is not analysed for a reason that nothing else reports.
+pub(crate) fn timing_facts<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployment: Decl<'db>,
+    query: Query,
+) -> Vec<TimingFact<'db>> {
+    // Where a table is lost, it may have the times that seem to be missing.
+    let mut found = match is_timed(db, project) {
+        true => missing_time_facts(db, project, deployment, query),
+        false => Vec::new(),
+    };
+    for activity in &response_times(db, project, deployment, query).activities {
+        let instance = activity.row.instance.clone();
+        let kind = match activity.verdict {
+            Verdict::RealTime(Status::Missed | Status::Unbounded | Status::NoBound) => {
+                let deadline = activity.row.deadline.unwrap_or_default();
+                TimingFactKind::DeadlineMissed { instance, deadline, missed: missed(activity) }
+            }
+            Verdict::RealTime(Status::NotAnalysed) => {
+                let own = activity.reasons.iter().filter(|reason| !reason.reported);
+                let reasons: Vec<Refusal<'db>> = own.cloned().collect();
+                // Where something else about the activity is wrong already, that comes first.
+                if reasons.is_empty() || activity.row.refusals.iter().any(|reason| reason.reported) {
+                    continue;
+                }
+                TimingFactKind::NotAnalysed { instance, reasons }
+            }
+            Verdict::RealTime(Status::Met) | Verdict::Background => continue,
+        };
+        found.push(TimingFact::new(activity.row.at.clone(), kind));
+    }
+    found
+}
+
+fn missed<'db>(activity: &ActivityReport<'db>) -> Missed<'db> {
+    let Some(response) = activity.response else { return Missed::NoBound(activity.reasons.clone()) };
+    // Of a job that waits for others of its own, the window is longer than the response.
+    let late = activity.window.as_ref().filter(|window| window.job > 1);
+    Missed::Late {
+        response,
+        heaviest: activity.interference.iter().max_by_key(|it| it.time).cloned(),
+        window: late.map(|window| (window.job, window.length)),
+    }
+}
+
+/// The times that a deployment lacks.
+fn missing_time_facts<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployment: Decl<'db>,
+    query: Query,
+) -> Vec<TimingFact<'db>> {
+    let mut found = Vec::new();
+    let missing = missing_times(db, project, deployment, query.level);
+    let report = response_times(db, project, deployment, query);
+    let is_not_analysed = |it: &ActivityReport<'_>| it.verdict == Verdict::RealTime(Status::NotAnalysed);
+    if let Some(table) = timetable_of(db, project).without_level(query.level)
+        && report.activities.iter().any(is_not_analysed)
+    {
+        let workspace = project.workspace(db);
+        let span = config_file(db, workspace).zip(config_of(db, workspace).significance_span.clone());
+        // What was chosen elsewhere is not to be changed there.
+        let span = span.filter(|_| workspace.significance(db).is_none());
+        let at = span.map_or_else(
+            || Place::name_of(deployment),
+            |(file, span)| Place::Range(file, span.start as u32, span.end as u32),
+        );
+        found.push(TimingFact::new(at, TimingFactKind::NoTimesAtLevel(query.level, table.clone())));
+    }
+    if !missing.is_empty() && timetable_of(db, project).is_empty() {
+        let none = TimingFactKind::NoTimes { codels: missing.len() };
+        found.push(TimingFact::new(Place::name_of(deployment), none));
+        return found;
+    }
+    let missing: Vec<MissingTime<'db>> = missing.into_iter().filter(|it| !it.at_other_levels).collect();
+    if missing.is_empty() {
+        return found;
+    }
+    let budgets = budgets(db, project, deployment, query);
+    found.extend(missing.into_iter().map(|missing| {
+        let budget = budgets.iter().find(|budget| budget.codel == missing.codel).cloned();
+        TimingFact::new(Place::name_of(missing.codel), TimingFactKind::MissingTime(missing, budget))
+    }));
+    found
 }

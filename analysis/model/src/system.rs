@@ -3,11 +3,9 @@
 use rustc_hash::{FxHashMap, FxHashSet};
 
 pub use mauve_timing::task_set::Priority;
-use mauve_timing::{Rounding, Time, TimeError, Unit};
+use mauve_timing::{Rounding, Time, Unit};
 
 use crate::check::errors_in;
-use crate::diagnostics::{self, Diagnostic, reasons, render};
-use crate::fact::{Fact, FactKind, unresolved_type};
 use crate::flat::{Flat, FlatInstance, Link, flat_of};
 use crate::item_tree::{
     Activity, Deployment, Endpoint, Expr, FeatureKind, Field, Kind, Literal, Name, NameRef, Part,
@@ -15,9 +13,11 @@ use crate::item_tree::{
 };
 use crate::names::{Features, features_of, names_of, similar};
 use crate::project::{Project, platform_of};
-use crate::psm::{MOST_REASONS, Refusal, core_of, shell_of};
+use crate::psm::{core_of, shell_of};
 use crate::size::too_large;
 use crate::source::{Decl, Place, architecture, core_interface, deployment};
+use crate::timing_fact::{Expected, NoTime, TimingFact, TimingFactKind};
+use crate::timing_reason::{ActivityField, Doubt, MOST_REASONS, NoSuchCpu, Reason, Refusal, Unknown};
 use crate::{ModelDb, values};
 
 /// What a deployment asks to be run.
@@ -30,7 +30,7 @@ pub struct System<'db> {
     /// Why nothing of it can be analysed: an activity may be missing.
     pub lost: Vec<Refusal<'db>>,
     /// What is wrong in the deployment.
-    pub diagnostics: Vec<Diagnostic<'db>>,
+    pub facts: Vec<TimingFact<'db>>,
 }
 
 /// An activity, or an instance that has none.
@@ -56,8 +56,8 @@ pub struct Row<'db> {
     pub is_late: bool,
     /// Why it is not analysed.
     pub refusals: Vec<Refusal<'db>>,
-    /// Why its priority counts as unknown although one is written: what may be a mistake, said of it behind its name.
-    pub doubt: Option<Name>,
+    /// Why its priority counts as unknown although one is written.
+    pub doubt: Option<Doubt>,
 }
 
 impl<'db> Row<'db> {
@@ -68,9 +68,9 @@ impl<'db> Row<'db> {
 
     /// It may be as urgent as anything, on any CPU. What may be wrong is kept where a priority is written: otherwise that is
     /// what is unknown.
-    fn forget(&mut self, doubt: &'static str) {
+    fn forget(&mut self, doubt: Doubt) {
         if matches!(self.priority, Priority::RealTime(_)) {
-            self.doubt = Some(doubt.into());
+            self.doubt = Some(doubt);
         }
         (self.priority, self.cpus) = (Priority::Unknown, None);
     }
@@ -91,31 +91,31 @@ pub(crate) fn read<'db>(
 ) -> System<'db> {
     let mut reader = Reader { db, project, of, found: System::default(), affinities: FxHashMap::default() };
     if !data.whole {
-        let why = format!("deployment {} has a syntax error: an activity may be missing in it", of.name(db));
-        reader.found.lost.push(Refusal::reported(why, Place::name_of(of)));
+        reader.lost(Reason::DamagedDeployment(of), Place::name_of(of));
     }
     if let Some(at) = too_large(db, project) {
-        reader.found.lost.push(Refusal::reported("the project is too large", Place::name_of(at)));
+        reader.lost(Reason::ProjectTooLarge, Place::name_of(at));
         return reader.found;
     }
     let names = names_of(db, project);
     if names.in_library(of.library(db).as_ref(), Kind::Deployment, of.name(db)).len() > 1 {
-        let why = format!("deployment {} is declared twice: which of them runs is unknown", of.name(db));
-        reader.found.lost.push(Refusal::reported(why, Place::name_of(of)));
+        reader.lost(Reason::DeclaredTwice(of), Place::name_of(of));
     }
     let target = match data.targets.as_slice() {
         [target] => match names.resolve_type(db, of, Kind::Architecture, Some(target)) {
             Ok(architecture) => Some(architecture),
-            Err(unresolved) => {
-                let found = unresolved_type(of, Kind::Architecture, Some(target), &unresolved);
-                reader.found.diagnostics.extend(found.map(|fact| render(db, project, &fact)));
+            Err(why) => {
+                let at = Place::Part(of, target.part);
+                reader.report(at, TimingFactKind::UnresolvedArchitecture { of, ty: target.clone(), why });
                 None
             }
         },
         targets => {
             if data.whole {
-                let second = targets.get(1).map(|second| Place::Part(of, second.part));
-                reader.found.diagnostics.push(diagnostics::deployment_target::report(of, second));
+                match targets.get(1) {
+                    Some(second) => reader.report(Place::Part(of, second.part), TimingFactKind::SecondTarget),
+                    None => reader.report(Place::name_of(of), TimingFactKind::NoTarget),
+                }
             }
             None
         }
@@ -126,8 +126,7 @@ pub(crate) fn read<'db>(
             reader.errors(target);
         }
         None => {
-            let why = format!("deployment {} has no architecture that is known", of.name(db));
-            reader.found.lost.push(Refusal::reported(why, Place::name_of(of)));
+            reader.lost(Reason::NoArchitecture(of), Place::name_of(of));
             for activity in data.activities.iter().filter(|activity| !activity.instance.name.is_empty()) {
                 reader.activity(None, activity);
             }
@@ -147,12 +146,19 @@ struct Reader<'db> {
 }
 
 impl<'db> Reader<'db> {
+    fn report(&mut self, at: Place<'db>, kind: TimingFactKind<'db>) {
+        self.found.facts.push(TimingFact::new(at, kind));
+    }
+
+    fn lost(&mut self, reason: Reason<'db>, at: Place<'db>) {
+        self.found.lost.push(Refusal::reported(reason, at));
+    }
+
     fn activities(&mut self, target: Decl<'db>, activities: &[Activity]) {
         let flat = flat_of(self.db, self.project, target);
-        self.found.lost.extend(flat.lost.iter().map(|why| Refusal::of_model(self.db, why)));
+        self.found.lost.extend(flat.lost.iter().map(Refusal::of_model));
         if flat.cycle {
-            let why = format!("architecture {} imports itself", target.name(self.db));
-            self.found.lost.push(Refusal::reported(why, Place::name_of(target)));
+            self.lost(Reason::ImportsItself(target), Place::name_of(target));
         }
         let mut first_of: FxHashMap<&Name, &Activity> = FxHashMap::default();
         // Instances whose activity has a misspelt name: that is one mistake.
@@ -167,22 +173,19 @@ impl<'db> Reader<'db> {
             if instance.is_none() && flat.lost.is_empty() {
                 let near = similar(name, flat.instances.iter().map(|instance| &instance.name));
                 let at = Place::Part(self.of, activity.instance.part);
-                let architecture = target.name(self.db);
                 misspelt.extend(near.clone());
-                let why =
-                    format!("architecture {architecture} has no instance `{name}`: one may be missing in it");
-                strays.push(Refusal::reported(why, at.clone()));
-                let (name, architecture) = (name.clone(), architecture.clone());
-                let fact = Fact::new(at, FactKind::UnresolvedInstance { name, architecture, near });
-                self.found.diagnostics.push(render(self.db, self.project, &fact));
+                let missing = Reason::NoSuchInstance { architecture: target, instance: name.clone() };
+                strays.push(Refusal::reported(missing, at.clone()));
+                let name = name.clone();
+                self.report(at, TimingFactKind::UnresolvedInstance { name, architecture: target, near });
             }
             self.activity(instance, activity);
             if let Some(first) = first {
                 let at = Place::Part(self.of, activity.instance.part);
-                let earlier = Place::Part(self.of, first.instance.part);
-                let diagnostic = diagnostics::duplicate_activity::report(at.clone(), name, earlier);
-                let refusal = Refusal::reported(diagnostic.message.clone(), at);
-                self.found.diagnostics.push(diagnostic);
+                let first = Place::Part(self.of, first.instance.part);
+                let instance = name.clone();
+                self.report(at.clone(), TimingFactKind::DuplicateActivity { instance, first });
+                let refusal = Refusal::reported(Reason::SecondActivity(name.clone()), at);
                 twice.entry(name).or_insert(refusal);
             }
         }
@@ -190,7 +193,7 @@ impl<'db> Reader<'db> {
         for row in &mut self.found.rows {
             if let Some(refusal) = twice.get(&row.instance) {
                 row.refusals.push(refusal.clone());
-                row.forget("which has two activities");
+                row.forget(Doubt::TwoActivities);
             }
         }
         // One activity too much and one too few are one mistake, which is reported.
@@ -204,11 +207,11 @@ impl<'db> Reader<'db> {
                 continue;
             }
             let at = Place::name_of(self.of);
-            let diagnostic = diagnostics::missing_activity::report(self.db, self.of, &instance.name);
-            let refusal = Refusal::reported("it has no activity", at.clone());
+            let refusal = Refusal::reported(Reason::NoActivity, at.clone());
             // Where an activity was lost, it may have been this one.
             if !misspelt.contains(&instance.name) && !is_renamed && self.found.lost.is_empty() {
-                self.found.diagnostics.push(diagnostic);
+                let instance = instance.name.clone();
+                self.report(at.clone(), TimingFactKind::MissingActivity { of: self.of, instance });
             }
             self.found.rows.push(Row {
                 instance: instance.name.clone(),
@@ -243,9 +246,7 @@ impl<'db> Reader<'db> {
             }
             let items = items_of(db, decl);
             for error in errors {
-                let why = reasons::reason(db, &error.reason);
-                let message = format!("{} {} has an error: {why}", decl.kind(db), decl.name(db));
-                let refusal = Refusal::reported(message, error.at.clone());
+                let refusal = Refusal::reported(Reason::ErrorIn(decl, error.clone()), error.at.clone());
                 let item = item_at(&items, decl, &error.at);
                 let named = item.map_or(&[] as &[&Name], |item| item.instances.as_slice());
                 if named.is_empty() || named.iter().any(|name| flat.instance(name).is_none()) {
@@ -286,16 +287,16 @@ impl<'db> Reader<'db> {
         };
         let mut repeated = false;
         match instance {
-            None => row.refusals.push(Refusal::reported("its instance is unknown", at.clone())),
+            None => row.refusals.push(Refusal::reported(Reason::UnknownInstance, at.clone())),
             Some(instance) if instance.repeated => {
                 repeated = true;
-                row.refusals.push(Refusal::reported("several instances have its name", at.clone()));
+                row.refusals.push(Refusal::reported(Reason::SeveralInstances, at.clone()));
             }
             Some(instance) if instance.component.is_none() => {
                 let (declared, _) = instance.declared;
-                let what = format!("the component of instance {}", instance.name);
-                let why = reasons::unknown(names_of(self.db, self.project), &what);
-                row.refusals.push(Refusal::reported(why, Place::name_of(declared)));
+                let what = Unknown::ComponentOf(instance.name.clone());
+                let unknown = Reason::Unknown { project: self.project, what };
+                row.refusals.push(Refusal::reported(unknown, Place::name_of(declared)));
             }
             Some(_) => {}
         }
@@ -306,7 +307,7 @@ impl<'db> Reader<'db> {
         }
         let wrong = row.refusals.len() > of_instance;
         if !activity.whole && row.refusals.is_empty() {
-            row.refusals.push(Refusal::reported("its activity has a syntax error", at.clone()));
+            row.refusals.push(Refusal::reported(Reason::DamagedActivity, at.clone()));
         }
         // A field that was lost may be any of those that are missing. Where one is missing that must be there, another may
         // have its value; where an affinity names no CPU, it may be the priority.
@@ -319,47 +320,55 @@ impl<'db> Reader<'db> {
         // Where something is wrong, it may be the priority of a real-time activity; of two instances of one name, one has
         // lost its own activity, which may be any.
         if row.priority == Priority::Background && (lost || wrong) || repeated {
-            row.forget("whose name several instances have");
+            row.forget(Doubt::SeveralInstances);
         }
         if row.priority == Priority::Unknown {
             if fields.priority.is_none() && !lost {
-                self.found.diagnostics.push(diagnostics::missing_field::priority(
-                    self.of,
-                    activity,
-                    self.free_priority(activity),
-                ));
+                let free = self.free_priority(activity);
+                let period = field_of(activity, ActivityField::Period).map(|period| period.name.part);
+                let name = (activity.instance.name.clone(), activity.instance.part);
+                let missing = TimingFactKind::MissingPriority { of: self.of, activity: name, free, period };
+                self.report(at.clone(), missing);
             }
             // Where it has one, why that cannot be used is said already.
             if fields.priority.is_none() || row.refusals.is_empty() {
-                row.refusals.push(Refusal::reported("it has no priority", at.clone()));
+                row.refusals.push(Refusal::reported(Reason::NoField(ActivityField::Priority), at.clone()));
             }
         } else if row.priority != Priority::Background && row.period.is_none() {
             if fields.period.is_none() && !lost {
-                self.found.diagnostics.push(diagnostics::missing_field::period(self.of, activity));
+                let priority =
+                    field_of(activity, ActivityField::Priority).map(|priority| priority.value_part);
+                let name = (activity.instance.name.clone(), activity.instance.part);
+                let missing = TimingFactKind::MissingPeriod { of: self.of, activity: name, priority };
+                self.report(at.clone(), missing);
             }
             if fields.period.is_none() || row.refusals.is_empty() {
-                row.refusals.push(Refusal::reported("it has no period", at.clone()));
+                row.refusals.push(Refusal::reported(Reason::NoField(ActivityField::Period), at.clone()));
             }
         }
         if doubtful {
-            row.forget(if missing {
-                "whose priority may be meant as its period"
-            } else {
-                "whose affinity may be meant as its priority"
-            });
+            row.forget(if missing { Doubt::PriorityAsPeriod } else { Doubt::AffinityAsPriority });
         }
         match (fields.deadline, row.deadline) {
             (None, _) => row.deadline = row.period,
             (Some(_), None) if row.refusals.is_empty() => {
-                row.refusals.push(Refusal::reported("its deadline cannot be used", at));
+                let unusable = Reason::UnusableField(ActivityField::Deadline);
+                row.refusals.push(Refusal::reported(unusable, at));
             }
             (Some(_), None) => {}
-            (Some(deadline), Some(of_row)) => {
-                if let Some((field, period)) = fields.period.zip(row.period)
-                    && of_row > period
+            (Some(field), Some(deadline)) => {
+                if let Some((of_period, period)) = fields.period.zip(row.period)
+                    && deadline > period
                 {
-                    let report = diagnostics::deadline_exceeds_period::report;
-                    self.found.diagnostics.push(report(self.of, (deadline, of_row), (field, period)));
+                    let written = match &of_period.value {
+                        Expr::Literal(Literal::Int(text) | Literal::Float(text), _) => text.clone(),
+                        _ => Name::default(),
+                    };
+                    let period_at = Place::Part(self.of, of_period.value_part);
+                    self.report(
+                        Place::Part(self.of, field.value_part),
+                        TimingFactKind::DeadlineExceedsPeriod { deadline, period, written, period_at },
+                    );
                     // Which of the two is the mistake is unknown.
                     row.deadline = Some(period);
                     row.is_late = true;
@@ -369,93 +378,65 @@ impl<'db> Reader<'db> {
         self.found.rows.push(row);
     }
 
-    fn field<'a>(&mut self, row: &mut Row<'db>, fields: &mut Fields<'a>, field: &'a Field) {
-        let at = Place::Part(self.of, field.name.part);
-        let name = field.name.name.as_str();
-        let slot = match name {
-            "affinity" => &mut fields.affinity,
-            "priority" => &mut fields.priority,
-            "period" => &mut fields.period,
-            "deadline" => &mut fields.deadline,
-            _ => {
-                let report = diagnostics::unknown_field::report(at.clone(), name);
-                row.refusals.push(Refusal::reported(report.message.clone(), at));
-                self.found.diagnostics.push(report);
-                fields.lost = true;
-                return;
-            }
+    fn field<'a>(&mut self, row: &mut Row<'db>, fields: &mut Fields<'a>, written: &'a Field) {
+        let at = Place::Part(self.of, written.name.part);
+        let Some(field) = ActivityField::named(&written.name.name) else {
+            let name = written.name.name.clone();
+            row.refusals.push(Refusal::reported(Reason::UnknownField(name.clone()), at.clone()));
+            self.report(at, TimingFactKind::UnknownField(name));
+            fields.lost = true;
+            return;
         };
-        if let Some(first) = slot.replace(field) {
+        let slot = match field {
+            ActivityField::Affinity => &mut fields.affinity,
+            ActivityField::Priority => &mut fields.priority,
+            ActivityField::Period => &mut fields.period,
+            ActivityField::Deadline => &mut fields.deadline,
+        };
+        if let Some(first) = slot.replace(written) {
             let first = Place::Part(self.of, first.name.part);
-            let report =
-                diagnostics::duplicate_field::report(self.of, field.name.part, name, &row.instance, first);
-            row.refusals.push(Refusal::reported(report.message.clone(), at));
-            self.found.diagnostics.push(report);
-            match name {
-                "affinity" => row.cpus = None,
-                "priority" => row.priority = Priority::Unknown,
-                "period" => row.period = None,
-                _ => row.deadline = None,
+            let (of, part, instance) = (self.of, written.name.part, row.instance.clone());
+            let second = Reason::SecondField { field, instance: instance.clone() };
+            row.refusals.push(Refusal::reported(second, at.clone()));
+            self.report(at, TimingFactKind::DuplicateField { of, part, field, instance, first });
+            match field {
+                ActivityField::Affinity => row.cpus = None,
+                ActivityField::Priority => row.priority = Priority::Unknown,
+                ActivityField::Period => row.period = None,
+                ActivityField::Deadline => row.deadline = None,
             }
             return;
         }
-        let value = Place::Part(self.of, field.value_part);
+        let value = Place::Part(self.of, written.value_part);
         // A half-typed value is a syntax error, reported already.
-        if field.value == Expr::Missing {
-            let why = format!("its {name} has a syntax error");
-            row.refusals.push(Refusal::reported(why, value));
-            if name == "affinity" {
+        if written.value == Expr::Missing {
+            row.refusals.push(Refusal::reported(Reason::DamagedField(field), value));
+            if field == ActivityField::Affinity {
                 row.cpus = None;
             }
             return;
         }
-        let expected = match name {
-            "affinity" => match mask(&field.value) {
-                Some(mask) => {
-                    row.cpus = Some(mask);
-                    self.affinities.insert(self.found.rows.len(), value);
-                    return;
-                }
-                None => "a whole number, a bit for each CPU: 1 for the first, 2 for the second, 3 for both"
-                    .to_owned(),
-            },
-            "priority" => match (&field.value, whole_number(&field.value)) {
-                (Expr::Name(it), _) if it.name == "background" => {
-                    row.priority = Priority::Background;
-                    return;
-                }
-                (_, Some(priority @ 1..=99)) => {
-                    row.priority = Priority::RealTime(priority);
-                    return;
-                }
-                _ => "a whole number from 1 to 99, or `background`".to_owned(),
-            },
-            _ => match milliseconds(&field.value) {
-                Ok(time) if time > Time::ZERO => {
-                    let slot = if name == "period" { &mut row.period } else { &mut row.deadline };
-                    *slot = Some(time);
-                    return;
-                }
-                Ok(_) => "a time in milliseconds greater than 0".to_owned(),
-                Err(why) => format!("a time in milliseconds ({why})"),
-            },
-        };
-        fields.misplaced |= matches!(name, "affinity" | "priority");
-        let report = diagnostics::invalid_field::report(value.clone(), name, &expected);
-        row.refusals.push(Refusal::reported(format!("its {name} cannot be used"), value));
-        self.found.diagnostics.push(report);
+        match read_field(row, field, &written.value) {
+            Ok(()) if field == ActivityField::Affinity => {
+                self.affinities.insert(self.found.rows.len(), value);
+            }
+            Ok(()) => {}
+            Err(expected) => {
+                fields.misplaced |= matches!(field, ActivityField::Affinity | ActivityField::Priority);
+                row.refusals.push(Refusal::reported(Reason::UnusableField(field), value.clone()));
+                self.report(value, TimingFactKind::InvalidField(field, expected));
+            }
+        }
     }
 
     /// A priority below those of all other activities that may run where `activity` does; 1, where one has that already.
     fn free_priority(&self, activity: &Activity) -> u32 {
-        let value = |of: &Activity, name: &str| {
-            let field = of.fields.iter().find(|field| field.name.name == name)?;
-            mask(&field.value)
-        };
-        let cpus = |of: &Activity| value(of, "affinity").filter(|cpus| *cpus != 0).unwrap_or(u64::MAX);
+        let value = |of: &Activity, field: ActivityField| mask(&field_of(of, field)?.value);
+        let cpus =
+            |of: &Activity| value(of, ActivityField::Affinity).filter(|cpus| *cpus != 0).unwrap_or(u64::MAX);
         let others = deployment(self.db, self.of).into_iter().flat_map(|data| &data.activities);
         let others = others.filter(|other| cpus(other) & cpus(activity) != 0);
-        let least = others.filter_map(|other| value(other, "priority")).min();
+        let least = others.filter_map(|other| value(other, ActivityField::Priority)).min();
         let below = least.map_or(1, |least| least.saturating_sub(1)).clamp(1, 99);
         u32::try_from(below).unwrap_or(1)
     }
@@ -507,12 +488,9 @@ impl<'db> Reader<'db> {
             }
             let at = row.at.clone();
             if let Some(feature) = serves.get(&row.instance) {
-                let why =
-                    format!("it serves the operation `{feature}` for others, whose time is not analysed yet");
-                row.refusals.push(Refusal::own(why, at));
+                row.refusals.push(Refusal::own(Reason::ServesOperation((*feature).clone()), at));
             } else if lost {
-                let why = "it provides operations, and which connections call them is not known";
-                row.refusals.push(Refusal::reported(why, at));
+                row.refusals.push(Refusal::reported(Reason::MayServe, at));
             }
         }
     }
@@ -521,9 +499,7 @@ impl<'db> Reader<'db> {
         let platform = platform_of(self.db, self.project.workspace(self.db));
         for row in self.found.rows.iter_mut().filter(|row| row.priority != Priority::Background) {
             if platform.synchronised.iter().any(|name| *name == row.instance.as_str()) {
-                let why = "its clock is declared synchronised, which is not analysed yet: without `[clocks]` it is \
-                           analysed for any phasing";
-                row.refusals.push(Refusal::own(why, row.at.clone()));
+                row.refusals.push(Refusal::own(Reason::SynchronisedClock, row.at.clone()));
             }
         }
     }
@@ -550,17 +526,14 @@ impl<'db> Reader<'db> {
             }
             let at = row.at.clone();
             if cpus & !all != 0 {
-                let why =
-                    format!("affinity names {}, and mauve.toml has {}", cpu_names(cpus), cpu_names(all));
+                let missing = NoSuchCpu { named: cpus, available: all };
                 let affinity = self.affinities.get(&index).unwrap_or(&at).clone();
-                self.found.diagnostics.push(diagnostics::invalid_field::no_such_cpu(affinity, &why));
-                row.refusals.push(Refusal::reported(why, at));
+                self.found.facts.push(TimingFact::new(affinity, TimingFactKind::NoSuchCpu(missing)));
+                row.refusals.push(Refusal::reported(Reason::NoSuchCpu(missing), at));
                 // It may be meant for any other, or be another field's.
-                row.forget("whose CPU is unknown, and whose affinity may be meant as its priority");
+                row.forget(Doubt::NoSuchCpu);
             } else if cpus.count_ones() > 1 {
-                let may = if given { "it may run on" } else { "it has no affinity: it may run on" };
-                let why = format!("{may} {}, which is not analysed yet: give it one CPU", cpu_names(cpus));
-                row.refusals.push(Refusal::own(why, at));
+                row.refusals.push(Refusal::own(Reason::SeveralCpus { cpus, given }, at));
             }
         }
     }
@@ -622,20 +595,26 @@ struct Fields<'a> {
     misplaced: bool,
 }
 
-/// How CPUs are named to a user: by number from 1, bit 0 of the mask first.
-///
-/// ```
-/// assert_eq!(mauve_model::cpu_names(0b1), "CPU 1");
-/// assert_eq!(mauve_model::cpu_names(0b1011), "CPUs 1, 2 and 4");
-/// ```
-pub fn cpu_names(mask: u64) -> String {
-    let numbers: Vec<String> =
-        (0..64).filter(|bit| mask & (1 << bit) != 0).map(|bit| (bit + 1).to_string()).collect();
-    match numbers.as_slice() {
-        [one] => format!("CPU {one}"),
-        [rest @ .., last] => format!("CPUs {} and {last}", rest.join(", ")),
-        [] => "no CPU".to_owned(),
+/// The first field of this name.
+fn field_of(activity: &Activity, field: ActivityField) -> Option<&Field> {
+    activity.fields.iter().find(|it| it.name.name == field.name())
+}
+
+/// Enters the value of a field; what it takes where the value is none.
+fn read_field(row: &mut Row<'_>, field: ActivityField, value: &Expr) -> Result<(), Expected> {
+    match field {
+        ActivityField::Affinity => row.cpus = Some(mask(value).ok_or(Expected::Cpus)?),
+        ActivityField::Priority => {
+            row.priority = match (value, whole_number(value)) {
+                (Expr::Name(it), _) if it.name == "background" => Priority::Background,
+                (_, Some(priority @ 1..=99)) => Priority::RealTime(priority),
+                _ => return Err(Expected::Priority),
+            }
+        }
+        ActivityField::Period => row.period = Some(positive(value)?),
+        ActivityField::Deadline => row.deadline = Some(positive(value)?),
     }
+    Ok(())
 }
 
 /// The CPUs that an affinity names, a bit each: up to 64, unlike other whole numbers.
@@ -655,17 +634,22 @@ fn whole_number(value: &Expr) -> Option<u32> {
     u32::try_from(values::whole_number(text)?).ok()
 }
 
-fn milliseconds(value: &Expr) -> Result<Time, String> {
+fn positive(value: &Expr) -> Result<Time, Expected> {
+    let time = milliseconds(value).map_err(Expected::Time)?;
+    if time > Time::ZERO { Ok(time) } else { Err(Expected::PositiveTime) }
+}
+
+fn milliseconds(value: &Expr) -> Result<Time, NoTime> {
     let text = match value {
         Expr::Literal(Literal::Int(text), _) if whole_number(value).is_none() => {
-            return Err(format!("`{text}` is greater than 2147483647"));
+            return Err(NoTime::TooLarge(text.clone()));
         }
         Expr::Literal(Literal::Int(text), _) if text.starts_with("0x") || text.starts_with("0X") => {
-            return Err("not in hexadecimal".to_owned());
+            return Err(NoTime::Hexadecimal);
         }
         Expr::Literal(Literal::Int(text) | Literal::Float(text), _) => text,
-        Expr::Unary(UnaryOperator::Minus, ..) => return Err("it is never negative".to_owned()),
-        _ => return Err("a number, not an expression".to_owned()),
+        Expr::Unary(UnaryOperator::Minus, ..) => return Err(NoTime::Negative),
+        _ => return Err(NoTime::NotALiteral),
     };
-    Time::parse(text, Unit::Milliseconds, Rounding::Exact).map_err(|error: TimeError| error.to_string())
+    Time::parse(text, Unit::Milliseconds, Rounding::Exact).map_err(NoTime::Unreadable)
 }

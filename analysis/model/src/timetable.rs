@@ -1,6 +1,5 @@
 //! The execution times of a project: its timing tables, joined, with the names in them resolved.
 
-use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -12,13 +11,17 @@ use rustc_hash::FxHashMap;
 
 use crate::behaviour::behaviour_of;
 use crate::config::Mistake;
-use crate::diagnostics::{Diagnostic, invalid_table, unknown_timing_key};
 use crate::item_tree::{FeatureKind, HookKind, Kind, Name};
 use crate::names::{features_of, names_of, similar};
 use crate::program_id::{ProgramId, ProgramKey};
 use crate::project::{CONFIG_FILE, Project, all_roots, config_file, config_of};
 use crate::psm::{core_of, is_core_for, shell_of};
 use crate::source::{Decl, Place};
+use crate::timing_fact::{TimingFact, TimingFactKind};
+use crate::timing_reason::{
+    LostTable, PatternError, StrayEntry, TableFault, TableFilesError, TableLevels, Timed, UnusableTime,
+    WrongProgram,
+};
 use crate::{File, ModelDb, Workspace, normalised};
 
 /// A table's content.
@@ -33,7 +36,7 @@ pub struct TableFiles {
     /// The tables.
     pub files: Vec<File>,
     /// Patterns that name none, or are none.
-    pub errors: Vec<(String, Range<usize>)>,
+    pub errors: Vec<(TableFilesError, Range<usize>)>,
 }
 
 /// Finds the tables of a workspace.
@@ -45,8 +48,9 @@ pub fn table_files(db: &dyn ModelDb, workspace: Workspace) -> TableFiles {
     for (pattern, span) in &config_of(db, workspace).tables {
         let glob = match table_pattern(workspace.folder(db), pattern) {
             Ok(glob) => glob,
-            Err(why) => {
-                errors.push((format!("`{}`: {why}", shortened(pattern)), span.clone()));
+            Err(error) => {
+                let pattern = pattern.clone();
+                errors.push((TableFilesError::Pattern { pattern, error }, span.clone()));
                 continue;
             }
         };
@@ -54,19 +58,20 @@ pub fn table_files(db: &dyn ModelDb, workspace: Workspace) -> TableFiles {
         let named = known.filter(|(path, _)| glob.is_match(path));
         let named: Vec<File> = named.map(|(_, file)| *file).collect();
         if named.is_empty() {
-            errors.push((format!("`{pattern}` names no timing table: no such file"), span.clone()));
+            errors.push((TableFilesError::NoSuchFile(pattern.clone()), span.clone()));
         }
         for file in named {
             match file.problem(db).as_ref().filter(|_| file.is_outside(db)) {
-                Some(problem) => errors.push((problem.message().to_owned(), span.clone())),
+                Some(problem) => {
+                    errors.push((TableFilesError::Unreadable(problem.message().to_owned()), span.clone()));
+                }
                 None => _ = files.insert(file.path(db).as_path(), file),
             }
         }
     }
     if let Some((_, span)) = config_of(db, workspace).tables.first() {
         let unreadable = workspace.unreadable(db).iter();
-        errors
-            .extend(unreadable.map(|why| (format!("not all timing tables are known: {why}"), span.clone())));
+        errors.extend(unreadable.map(|why| (TableFilesError::NotAllKnown(why.clone()), span.clone())));
     }
     TableFiles { files: files.into_values().collect(), errors }
 }
@@ -76,16 +81,13 @@ pub fn table_files(db: &dyn ModelDb, workspace: Workspace) -> TableFiles {
 ///
 /// # Errors
 ///
-/// The pattern is none, is too long, or chooses between names: why, in words for the user.
-pub fn table_pattern(folder: &Path, pattern: &str) -> Result<GlobMatcher, String> {
+/// The pattern is none, is too long, or chooses between names.
+pub fn table_pattern(folder: &Path, pattern: &str) -> Result<GlobMatcher, PatternError> {
     if has_choice(pattern) {
-        let why =
-            "`{` and `[` choose between names, and a file may be missing: write a pattern for each name";
-        return Err(why.to_owned());
+        return Err(PatternError::Choice);
     }
-    // No system has longer paths.
     if pattern.len() > LONGEST_PATTERN {
-        return Err(format!("a pattern has at most {LONGEST_PATTERN} bytes"));
+        return Err(PatternError::TooLong);
     }
     // The folder is a path, whatever letters it has: only the pattern is one.
     let escaped = PathBuf::from(globset::escape(&folder.to_string_lossy()));
@@ -93,19 +95,11 @@ pub fn table_pattern(folder: &Path, pattern: &str) -> Result<GlobMatcher, String
     let absolute = absolute.to_string_lossy();
     // A backslash is a letter of a folder's name; `[*]` is a star.
     let glob = GlobBuilder::new(&absolute).literal_separator(true).backslash_escape(false).build();
-    let not_one = |error| format!("this is not a pattern of paths: {error}");
-    Ok(glob.map_err(not_one)?.compile_matcher())
+    Ok(glob.map_err(|error| PatternError::Invalid(error.to_string()))?.compile_matcher())
 }
 
-const LONGEST_PATTERN: usize = 4096;
-
-/// The beginning of a text, where all of it would be too long for a message.
-fn shortened(text: &str) -> Cow<'_, str> {
-    match text.char_indices().nth(80) {
-        Some((end, _)) => Cow::Owned(format!("{}…", text.get(..end).unwrap_or_default())),
-        None => Cow::Borrowed(text),
-    }
-}
+/// In bytes: no system has longer paths.
+pub(crate) const LONGEST_PATTERN: usize = 4096;
 
 /// Does a pattern choose between names, so that a missing table goes unnoticed? (`[x]` is the letter `x`.)
 fn has_choice(pattern: &str) -> bool {
@@ -127,15 +121,6 @@ pub fn pattern_of_path(path: &str) -> String {
     globset::escape(path)
 }
 
-/// What an entry of a table is for.
-#[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
-enum Of<'db> {
-    Codel(Decl<'db>),
-    /// By [`ProgramId::in_table`].
-    Program(Decl<'db>, ProgramId),
-    Component(Decl<'db>),
-}
-
 /// What one table says of one thing. No place stands here: a comment in a table changes no time.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 struct Slot {
@@ -148,32 +133,32 @@ struct Slot {
 /// The times of a project.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
 pub struct Timetable<'db> {
-    slots: FxHashMap<Of<'db>, Vec<Slot>>,
-    /// What an entry that means several things may have been for, and why: used where nothing else gives a time.
-    doubts: FxHashMap<Of<'db>, String>,
+    slots: FxHashMap<Timed<'db>, Vec<Slot>>,
+    /// What an entry that means several things may have been for: used where nothing else gives a time.
+    doubts: FxHashMap<Timed<'db>, StrayEntry>,
     /// Components that have an entry for a program that they do not have: it may be for any of their programs.
-    doubtful: FxHashMap<Decl<'db>, String>,
+    doubtful: FxHashMap<Decl<'db>, (File, WrongProgram<'db>)>,
     /// An entry for something that is not declared: it may be for any codel that has no other time.
-    stray_codel: Option<String>,
+    stray_codel: Option<StrayEntry>,
     /// Those entries by the name of the codel: they may be for one of that name in another library, whatever its time.
-    strays: FxHashMap<Name, String>,
+    strays: FxHashMap<Name, StrayEntry>,
     /// An entry that may be for any component without a time of its own.
-    stray_component: Option<String>,
+    stray_component: Option<StrayEntry>,
     overhead: Option<(File, Arc<[Level]>, Overhead)>,
     /// The levels at which all times hold, from the most probable down.
     levels: Vec<Level>,
     /// Levels that only some tables have, each with a table that does not.
     partial: Vec<(Level, String)>,
-    /// The tables in which some time depends on the level, with their levels.
-    with_levels: Vec<(String, Vec<Level>)>,
+    /// The tables in which some time depends on the level.
+    with_levels: Vec<TableLevels>,
     assume: Option<Time>,
     /// Something was lost that may make every time longer: nothing is analysed.
-    pub lost: Option<(String, File)>,
+    pub lost: Option<LostTable>,
 }
 
 /// What the tables say of a time.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Lookup {
+pub enum Lookup<'db> {
     /// This.
     Known(Time),
     /// This, by `[assume]`: no table has it.
@@ -181,9 +166,9 @@ pub enum Lookup {
     /// Nothing.
     Absent,
     /// Something, but not at this level.
-    OtherLevels(String),
-    /// Something that cannot be used; why, in the user's words. It is reported where it stands.
-    Unusable(String),
+    OtherLevels(UnusableTime<'db>),
+    /// Something that cannot be used. It is reported where it stands.
+    Unusable(UnusableTime<'db>),
 }
 
 /// The times of a project: its tables, joined. No place stands in them: a comment in a table changes nothing.
@@ -192,26 +177,26 @@ pub fn timetable_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Timetab
     joined(db, project).0.clone()
 }
 
-/// What is wrong in the tables.
-pub(crate) fn table_diagnostics<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> &'db [Diagnostic<'db>] {
+/// What is wrong in the tables, in no particular order.
+pub(crate) fn table_facts<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> &'db [TimingFact<'db>] {
     &joined(db, project).1
 }
 
 #[salsa::tracked(returns(ref), no_eq)]
-fn joined<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> (Timetable<'db>, Vec<Diagnostic<'db>>) {
+fn joined<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> (Timetable<'db>, Vec<TimingFact<'db>>) {
     let workspace = project.workspace(db);
     let found = table_files(db, workspace);
     let config = config_of(db, workspace);
     let times = Timetable { assume: config.assume, ..Timetable::default() };
-    let mut joining = Joining { db, project, times, diagnostics: Vec::new(), places: FxHashMap::default() };
+    let mut joining = Joining { db, project, times, facts: Vec::new(), places: FxHashMap::default() };
     if let Some(file) = config_file(db, workspace) {
         if config.lost
             && let Some(Mistake { message, .. }) = config.errors.iter().min_by_key(|it| it.span.start)
         {
-            joining.lost(file, message);
+            joining.lost(file, TableFault::Configuration(message.clone()));
         }
-        for (message, _) in &found.errors {
-            joining.lost(file, message);
+        for (error, _) in &found.errors {
+            joining.lost(file, TableFault::Files(error.clone()));
         }
     }
     let mut tables = Vec::new();
@@ -224,7 +209,7 @@ fn joined<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> (Timetable<'db>, 
     let all: BTreeSet<Level> = tables.iter().flat_map(|table| table.levels.iter().copied()).collect();
     for (table, &file) in tables.iter().zip(&found.files) {
         if table.depends_on_level() {
-            joining.times.with_levels.push((file_name(db, file), table.levels.clone()));
+            joining.times.with_levels.push(TableLevels { table: file, levels: table.levels.clone() });
         }
     }
     for level in all.into_iter().rev() {
@@ -233,7 +218,7 @@ fn joined<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> (Timetable<'db>, 
             Some(without) => joining.times.partial.push((level, file_name(db, *without))),
         }
     }
-    (joining.times, joining.diagnostics)
+    (joining.times, joining.facts)
 }
 
 /// A timetable that is being made, and where its entries stand.
@@ -241,50 +226,50 @@ struct Joining<'db> {
     db: &'db dyn ModelDb,
     project: Project<'db>,
     times: Timetable<'db>,
-    diagnostics: Vec<Diagnostic<'db>>,
-    places: FxHashMap<Of<'db>, Vec<(File, Place<'db>, String)>>,
+    facts: Vec<TimingFact<'db>>,
+    places: FxHashMap<Timed<'db>, Vec<(File, Place<'db>, String)>>,
 }
 
 impl<'db> Joining<'db> {
-    fn lost(&mut self, file: File, why: &str) {
-        let name = file_name(self.db, file);
-        self.times.lost.get_or_insert_with(|| (format!("{name}: {why}"), file));
+    fn lost(&mut self, file: File, error: TableFault) {
+        self.times.lost.get_or_insert(LostTable { file, error });
     }
 
-    fn report(&mut self, diagnostic: Diagnostic<'db>) {
-        self.diagnostics.push(diagnostic);
+    fn report(&mut self, at: Place<'db>, kind: TimingFactKind<'db>) {
+        self.facts.push(TimingFact::new(at, kind));
+    }
+
+    /// An error that leaves every time unknown.
+    fn fault(&mut self, file: File, at: Place<'db>, error: TableFault) {
+        self.report(at, TimingFactKind::InvalidTable(error.clone()));
+        self.lost(file, error);
     }
 
     fn table(&mut self, file: File, table: &'db Table) {
         let at = |span: &Range<usize>| Place::Range(file, span.start as u32, span.end as u32);
         if let Some(problem) = file.problem(self.db) {
-            self.report(invalid_table::report(at(&(0..0)), problem.message().to_owned()));
-            self.lost(file, problem.message());
+            self.fault(file, at(&(0..0)), TableFault::Unreadable(problem.message().to_owned()));
         }
         // A value with an error may have swallowed the entries behind it; one of two of a key may be another's.
         for error in &table.errors {
-            self.report(invalid_table::report(at(&error.span), error.message.clone()));
-            self.lost(file, &error.message);
+            self.fault(file, at(&error.span), TableFault::Unreadable(error.message.clone()));
         }
         if table.lost {
             return;
         }
         let levels: Arc<[Level]> = table.levels.as_slice().into();
         if table.overhead != Overhead::default() {
-            if let Some((first, ..)) = &self.times.overhead {
-                let message =
-                    format!("[overhead] stands in {} already: write it once", file_name(self.db, *first));
-                self.lost(file, &message);
-                self.report(invalid_table::report(at(&table.overhead_span), message));
+            if let Some((first, ..)) = self.times.overhead {
+                self.fault(file, at(&table.overhead_span), TableFault::SecondOverhead(first));
             }
             self.times.overhead = Some((file, levels.clone(), table.overhead.clone()));
         }
         let slot = |entry: &Entry| Slot { file, levels: levels.clone(), times: entry.value.clone() };
         for entry in &table.codels {
-            self.add(entry, &entry.key, Kind::Codel, slot(entry), Of::Codel);
+            self.add(entry, &entry.key, Kind::Codel, slot(entry), Timed::Codel);
         }
         for entry in &table.components {
-            self.add(entry, &entry.key, Kind::Component, slot(entry), Of::Component);
+            self.add(entry, &entry.key, Kind::Component, slot(entry), Timed::Component);
         }
         for entry in &table.programs {
             self.program(entry, slot(entry), at(&entry.key_span));
@@ -299,7 +284,7 @@ impl<'db> Joining<'db> {
         key: &str,
         kind: Kind,
         slot: Slot,
-        of: impl Fn(Decl<'db>) -> Of<'db>,
+        of: impl Fn(Decl<'db>) -> Timed<'db>,
     ) -> Option<Decl<'db>> {
         let is_program = entry.key != key;
         let db = self.db;
@@ -320,12 +305,12 @@ impl<'db> Joining<'db> {
                     .collect();
                 let near = similar(key, all.iter().map(|(name, _)| name));
                 // What it may be meant for is not analysed, and says so.
-                let stray = format!("`{}` in {}", entry.key, file_name(db, file));
+                let stray = StrayEntry { key: entry.key.clone(), table: file };
                 // It may also stand in the wrong section, below a header that was lost.
                 let last = key.rsplit('.').next().unwrap_or(key);
                 let names_component = !names.anywhere(Kind::Component, last).is_empty();
                 if is_program || ProgramKey::parse(key).is_some() {
-                    self.lost(file, &format!("`{}` means nothing", entry.key));
+                    self.lost(file, TableFault::MeansNothing(entry.key.clone()));
                 }
                 if kind == Kind::Component || names_component {
                     self.times.stray_component = Some(stray.clone());
@@ -333,11 +318,11 @@ impl<'db> Joining<'db> {
                 // It stands in the wrong section: a header was lost, or a value is that of another entry.
                 let other = if kind == Kind::Codel { Kind::Component } else { Kind::Codel };
                 if !is_program && !names.by_key(other, key).is_empty() {
-                    self.lost(file, &format!("`{key}` is a {other}: it belongs into [{other}]"));
+                    self.lost(file, TableFault::WrongSection(key.to_owned(), other));
                 }
                 // They stand in `[overhead]`, of which the header was lost.
                 if matches!(last, "dispatch" | "context_switch") {
-                    self.lost(file, &format!("`{key}` belongs into [overhead]"));
+                    self.lost(file, TableFault::OfOverhead(key.to_owned()));
                 }
                 if kind == Kind::Codel {
                     self.times.strays.insert(last.into(), stray.clone());
@@ -350,7 +335,8 @@ impl<'db> Joining<'db> {
                 let rest = entry.key.get(key.len()..).unwrap_or_default();
                 let fixed = near.as_ref().map(|near| format!("{near}{rest}"));
                 let fixed = fixed.filter(|fixed| may_replace(db, file, entry, fixed));
-                self.report(unknown_timing_key::report(at, kind, key, near, fixed));
+                let key = key.to_owned();
+                self.report(at, TimingFactKind::UnknownTimingKey { kind, key, near, fixed });
             }
             [one] => {
                 let of = of(*one);
@@ -361,11 +347,12 @@ impl<'db> Joining<'db> {
             [first, rest @ ..] => {
                 // Two declarations of one library: that is reported where the second stands.
                 if rest.iter().any(|other| other.library(db) != first.library(db)) {
-                    self.report(unknown_timing_key::ambiguous(at, key, &first.qualified(db)));
+                    let (key, first) = (key.to_owned(), *first);
+                    self.report(at, TimingFactKind::AmbiguousTimingKey { key, first });
                 }
                 for &decl in found {
-                    let why = format!("{}: the key `{key}` means several of that name", file_name(db, file));
-                    self.times.doubts.insert(of(decl), why);
+                    let entry = StrayEntry { key: key.to_owned(), table: file };
+                    self.times.doubts.insert(of(decl), entry);
                 }
             }
         }
@@ -375,14 +362,10 @@ impl<'db> Joining<'db> {
     fn program(&mut self, entry: &Entry, slot: Slot, at: Place<'db>) {
         let (db, file) = (self.db, slot.file);
         let Some(ProgramKey { component, program }) = ProgramKey::parse(&entry.key) else {
-            let message = "the key of a program is `Component/update`, `Component/state.run`, \
-                           `Component/state.transition.guard`, `Component/state.transition.effect` or \
-                           `Component/operation`";
-            self.report(invalid_table::report(at, message.to_owned()));
-            self.lost(file, &format!("`{}` is not the key of a program", entry.key));
+            self.fault(file, at, TableFault::NoProgramKey(entry.key.clone()));
             return;
         };
-        let of = |decl| Of::Program(decl, program.clone());
+        let of = |decl| Timed::Program(decl, program.clone());
         let named = self.add(entry, component, Kind::Component, slot, of);
         // Programs that no period executes: measured, and of no weight.
         let is_hook = matches!(program, ProgramId::Hook(kind) if kind != HookKind::Update);
@@ -399,8 +382,7 @@ impl<'db> Joining<'db> {
         });
         let Some((found, programs, count)) = wrong else { return };
         let name = found.name(db);
-        let what = if count == 0 { "no program" } else { "several programs" };
-        let why = format!("{name} has {what} `{program}`");
+        let wrong = WrongProgram { component: found, program: program.clone(), is_repeated: count > 0 };
         // The transition alone is neither its guard nor its program.
         let keys: Vec<Name> = programs.iter().map(|it| it.to_string().into()).collect();
         let key = program.to_string();
@@ -413,11 +395,12 @@ impl<'db> Joining<'db> {
         // Where the core is wrong, it may have the program when it is right.
         if named.is_some() && self.is_read(found, &key) {
             let fixed = near_of(component).filter(|fixed| may_replace(db, file, entry, fixed));
-            self.report(unknown_timing_key::of_program(at, &why, near_of(name).map(Name::from), fixed));
+            let near = near_of(name).map(Name::from);
+            self.report(at, TimingFactKind::UnknownProgram { program: wrong.clone(), near, fixed });
         }
         // It may be meant for another component of that name.
         for namesake in namesakes {
-            self.times.doubtful.insert(namesake, format!("{}: {why}", file_name(db, file)));
+            self.times.doubtful.insert(namesake, (file, wrong.clone()));
         }
     }
 
@@ -446,67 +429,56 @@ impl<'db> Joining<'db> {
     fn report_repeated(&mut self) {
         let db = self.db;
         let places = std::mem::take(&mut self.places);
-        let mut repeated: Vec<(File, Diagnostic<'db>)> = Vec::new();
+        let mut repeated = Vec::new();
         for places in places.values().filter(|places| places.len() > 1) {
             let Some(((first_file, first, _), rest)) = places.split_first() else { continue };
-            for (file, at, key) in rest {
-                let first = (first.clone(), file_name(db, *first_file));
-                repeated.push((*file, invalid_table::repeated(at.clone(), key, first)));
-            }
+            let first = (*first_file, first);
+            repeated.extend(rest.iter().map(|(file, at, key)| (*file, at, key, first)));
         }
         // In an order of their own: it says which is the reason.
-        repeated.sort_by(|(_, a), (_, b)| a.message.cmp(&b.message));
-        for (file, diagnostic) in repeated {
-            self.lost(file, &diagnostic.message);
-            self.report(diagnostic);
+        repeated.sort_by_cached_key(|(_, _, key, (first, _))| (format!("`{key}`"), file_name(db, *first)));
+        for (file, at, key, (first, first_at)) in repeated {
+            self.lost(file, TableFault::Repeated(key.clone(), first));
+            let first = (first, first_at.clone());
+            self.report(at.clone(), TimingFactKind::RepeatedTime { key: key.clone(), first });
         }
-        self.diagnostics.sort_by_key(|it| match it.at {
-            Place::Range(file, start, _) => (file.path(db).clone(), start, it.message.clone()),
-            _ => Default::default(),
-        });
     }
 }
 
 impl<'db> Timetable<'db> {
     /// The time of one execution of a codel.
-    pub fn codel_time(&self, db: &'db dyn ModelDb, codel: Decl<'db>, level: Level) -> Lookup {
-        let what = || format!("codel `{}`", codel.qualified(db));
-        let meant = |stray: &str| Lookup::Unusable(format!("{stray} may be meant for {}", what()));
+    pub fn codel_time(&self, db: &'db dyn ModelDb, codel: Decl<'db>, level: Level) -> Lookup<'db> {
+        let timed = Timed::Codel(codel);
         if let Some(stray) = self.strays.get(codel.name(db)) {
-            return meant(stray);
+            return Lookup::Unusable(UnusableTime::Stray(stray.clone(), timed));
         }
-        let found = self.time(db, &Of::Codel(codel), level, what);
-        match (found, self.assume, &self.stray_codel) {
-            (Lookup::Absent, Some(_), Some(stray)) => meant(stray),
+        match (self.time(&timed, level), self.assume, &self.stray_codel) {
+            (Lookup::Absent, Some(_), Some(stray)) => {
+                Lookup::Unusable(UnusableTime::Stray(stray.clone(), timed))
+            }
             (Lookup::Absent, Some(time), None) => Lookup::Assumed(time),
             (found, ..) => found,
         }
     }
 
     /// The time of a program as a whole.
-    pub fn program_time(
-        &self,
-        db: &'db dyn ModelDb,
-        component: Decl<'db>,
-        program: &ProgramId,
-        level: Level,
-    ) -> Lookup {
-        let of = Of::Program(component, program.in_table());
-        self.time(db, &of, level, || format!("`{}/{program}`", component.name(db)))
+    pub fn program_time(&self, component: Decl<'db>, program: &ProgramId, level: Level) -> Lookup<'db> {
+        self.time(&Timed::Program(component, program.in_table()), level)
     }
 
     /// The time of a component as a whole, for the classic method.
-    pub fn component_time(&self, db: &'db dyn ModelDb, component: Decl<'db>, level: Level) -> Lookup {
-        let what = || format!("component `{}`", component.name(db));
-        match (self.time(db, &Of::Component(component), level, what), &self.stray_component) {
-            (Lookup::Absent, Some(stray)) => Lookup::Unusable(format!("{stray} may be meant for {}", what())),
+    pub fn component_time(&self, component: Decl<'db>, level: Level) -> Lookup<'db> {
+        let timed = Timed::Component(component);
+        match (self.time(&timed, level), &self.stray_component) {
+            (Lookup::Absent, Some(stray)) => Lookup::Unusable(UnusableTime::Stray(stray.clone(), timed)),
             (found, _) => found,
         }
     }
 
     /// Why a component is not analysed whatever its codels take.
-    pub fn doubt(&self, component: Decl<'db>) -> Option<&str> {
-        self.doubtful.get(&component).map(String::as_str)
+    pub fn doubt(&self, component: Decl<'db>) -> Option<UnusableTime<'db>> {
+        let (table, program) = self.doubtful.get(&component)?;
+        Some(UnusableTime::WrongProgram(*table, program.clone()))
     }
 
     /// Dispatch and two context switches, for each job; nothing where they have no time at this level.
@@ -532,41 +504,33 @@ impl<'db> Timetable<'db> {
         &self.partial
     }
 
-    /// A table that has no times at this level, and which it has; in words for the user.
-    pub(crate) fn without_level(&self, level: Level) -> Option<String> {
-        let (name, levels) = self.with_levels.iter().find(|(_, levels)| !levels.contains(&level))?;
-        Some(format!("{name} has the levels {}", list(levels)))
+    /// A table that has no times at this level.
+    pub(crate) fn without_level(&self, level: Level) -> Option<&TableLevels> {
+        self.with_levels.iter().find(|table| !table.levels.contains(&level))
     }
 
-    fn time(&self, db: &'db dyn ModelDb, of: &Of<'db>, level: Level, what: impl Fn() -> String) -> Lookup {
+    fn time(&self, of: &Timed<'db>, level: Level) -> Lookup<'db> {
         let slot = match self.slots.get(of).map_or(&[] as &[Slot], Vec::as_slice) {
-            [] => return self.doubts.get(of).map_or(Lookup::Absent, |why| Lookup::Unusable(why.clone())),
+            [] => {
+                let doubt = self.doubts.get(of).cloned().map(UnusableTime::AmbiguousKey);
+                return doubt.map_or(Lookup::Absent, Lookup::Unusable);
+            }
             [slot] => slot,
             [first, second, ..] => {
-                let (first, second) = (file_name(db, first.file), file_name(db, second.file));
-                return Lookup::Unusable(format!("{} has two times, in {first} and {second}", what()));
+                return Lookup::Unusable(UnusableTime::TwoTimes(of.clone(), [first.file, second.file]));
             }
         };
-        let name = file_name(db, slot.file);
         let Some(times) = &slot.times else {
-            return Lookup::Unusable(format!("the time of {} in {name} has an error", what()));
+            return Lookup::Unusable(UnusableTime::Damaged(of.clone(), slot.file));
         };
         at_level(times, &slot.levels, level).map_or_else(
             || {
-                let levels = list(&slot.levels);
-                Lookup::OtherLevels(format!(
-                    "no time for {} at {level}: {name} has the levels {levels}",
-                    what()
-                ))
+                let table = TableLevels { table: slot.file, levels: slot.levels.to_vec() };
+                Lookup::OtherLevels(UnusableTime::OtherLevels(of.clone(), level, table))
             },
             Lookup::Known,
         )
     }
-}
-
-fn list(levels: &[Level]) -> String {
-    let levels: Vec<String> = levels.iter().map(Level::to_string).collect();
-    levels.join(", ")
 }
 
 fn at_level(times: &Times, levels: &[Level], level: Level) -> Option<Time> {
@@ -597,7 +561,8 @@ fn is_known_elsewhere<'db>(db: &'db dyn ModelDb, project: Project<'db>, kind: Ki
     })
 }
 
-fn file_name(db: &dyn ModelDb, file: File) -> String {
+/// The name of a file, for a user.
+pub(crate) fn file_name(db: &dyn ModelDb, file: File) -> String {
     file.path(db).file_name().map_or_else(String::new, |name| Path::new(name).display().to_string())
 }
 

@@ -3,15 +3,15 @@
 use rustc_hash::FxHashSet;
 
 use crate::ModelDb;
-use crate::diagnostics::{self, Diagnostic};
 use crate::item_tree::Name;
 use crate::project::Project;
 use crate::settings::deployed;
 use crate::source::{Decl, Place, deployment};
 use crate::system::{Priority, Row, system_of};
+use crate::timing_fact::{TimingFact, TimingFactKind, Urgency};
 
 /// What may be better about the priorities of a deployment.
-pub(crate) fn check<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<Diagnostic<'db>> {
+pub(crate) fn check<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<TimingFact<'db>> {
     check_rows(db, project, of, &system_of(db, project, of).rows)
 }
 
@@ -21,7 +21,7 @@ pub(crate) fn check_rows<'db>(
     project: Project<'db>,
     of: Decl<'db>,
     rows: &[Row<'db>],
-) -> Vec<Diagnostic<'db>> {
+) -> Vec<TimingFact<'db>> {
     let ranked: Vec<(u32, &Row<'db>)> = rows
         .iter()
         .filter_map(|row| match row.priority {
@@ -43,21 +43,24 @@ pub(crate) fn check_rows<'db>(
         let is_said = ranked.iter().take(index).filter(same).any(|(_, it)| said.contains(&it.instance));
         if ranked.iter().take(index).any(|it| same(&it)) && !is_said {
             let others = ranked.iter().enumerate().filter(|(other, _)| *other != index).map(|(_, it)| it);
-            let others: Vec<(&str, Place<'db>)> = others
+            let others = others
                 .filter(same)
-                .filter_map(|(_, other)| Some((other.instance.as_str(), priority_at(&other.instance)?)))
+                .filter_map(|(_, other)| Some((other.instance.clone(), priority_at(&other.instance)?)))
                 .collect();
-            said.insert(row.instance.clone());
-            found.push(diagnostics::equal_priorities::report(at.clone(), &row.instance, priority, &others));
+            let instance = row.instance.clone();
+            said.insert(instance.clone());
+            let equal = TimingFactKind::EqualPriorities { instance, priority, others };
+            found.push(TimingFact::new(at.clone(), equal));
         }
         if let Some(other) = before_its_time(rows, row)
             && let Priority::RealTime(other_priority) = other.priority
-            && let (Some(other_at), Some(short), Some(long)) =
+            && let (Some(early_at), Some(short), Some(long)) =
                 (priority_at(&other.instance), row.deadline, other.deadline)
         {
-            let late = (row.instance.as_str(), (priority, at), short);
-            let early = (other.instance.as_str(), (other_priority, other_at), long);
-            found.push(diagnostics::priority_inversion::report(late, early));
+            let late = Urgency { instance: row.instance.clone(), priority, deadline: short };
+            let instance = other.instance.clone();
+            let early = Urgency { instance, priority: other_priority, deadline: long };
+            found.push(TimingFact::new(at, TimingFactKind::PriorityInversion { late, early, early_at }));
         }
     }
     found.extend(stale(db, project, of, &ranked));
@@ -86,7 +89,7 @@ fn stale<'db>(
     project: Project<'db>,
     of: Decl<'db>,
     ranked: &[(u32, &Row<'db>)],
-) -> Vec<Diagnostic<'db>> {
+) -> Vec<TimingFact<'db>> {
     let Some((flat, _)) = deployed(db, project, of) else { return Vec::new() };
     let find = |name: &Name| ranked.iter().find(|(_, row)| row.instance == *name);
     let mut found = Vec::new();
@@ -104,9 +107,13 @@ fn stale<'db>(
             && reader.period.is_some()
             && reader.period == writer.period
         {
-            let names = [reader.instance.as_str(), writer.instance.as_str()];
-            let (at, other) = (reader.at.clone(), writer.at.clone());
-            found.push(diagnostics::stale_data::report(at, names, &link.target.1, other));
+            let stale = TimingFactKind::StaleData {
+                reader: reader.instance.clone(),
+                writer: writer.instance.clone(),
+                port: link.target.1.clone(),
+                writer_at: writer.at.clone(),
+            };
+            found.push(TimingFact::new(reader.at.clone(), stale));
         }
     }
     found

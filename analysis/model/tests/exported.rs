@@ -10,8 +10,8 @@ use std::path::PathBuf;
 
 use mauve_model::item_tree::Kind;
 use mauve_model::{
-    Database, Decl, File, Project, Query, Report, Verdict, Workspace, exported_component, names_of, projects,
-    psm_of, response_times, response_times_of, task_set_of, timetable_of,
+    Database, Decl, File, PROSE, Project, Query, Report, Verdict, Workspace, exported_component, names_of,
+    projects, psm_of, response_times, response_times_of, task_set_of, timetable_of, timing_reason,
 };
 use mauve_tests::{Random, texts_in};
 use mauve_timing::task_set::{Component, Exported, TaskSet};
@@ -28,9 +28,10 @@ struct Counted {
 }
 
 /// Everything that is said of a report.
-fn said(report: &Report<'_>) -> Vec<String> {
+fn said<'db>(db: &'db Database, report: &Report<'db>) -> Vec<String> {
     let activities = report.activities.iter().map(|it| {
-        let reasons: Vec<&str> = it.reasons.iter().map(|reason| reason.message.as_str()).collect();
+        let reasons: Vec<String> =
+            it.reasons.iter().map(|reason| timing_reason(db, &reason.reason)).collect();
         let row = &it.row;
         format!(
             "{} {} {:?} {:?} {:?} {:?} {:?}: {:?} {:?} {:?} {:?} {:?} {:?} {:?} {reasons:?}",
@@ -40,7 +41,7 @@ fn said(report: &Report<'_>) -> Vec<String> {
             row.cpus,
             row.period,
             row.deadline,
-            row.doubt,
+            row.doubt.as_ref().map(PROSE.doubt),
             it.verdict,
             it.own,
             it.first_job,
@@ -50,7 +51,7 @@ fn said(report: &Report<'_>) -> Vec<String> {
             it.assumed,
         )
     });
-    let lost: Vec<&str> = report.lost.iter().map(|lost| lost.message.as_str()).collect();
+    let lost: Vec<String> = report.lost.iter().map(|lost| timing_reason(db, &lost.reason)).collect();
     let ends = format!("{:?} {lost:?} {} {:?}", report.cpus, report.schedulable(), report.deadlines());
     activities.chain([ends]).collect()
 }
@@ -77,7 +78,7 @@ fn written(set: TaskSet) -> TaskSet {
 fn check(db: &Database, workspace: Workspace, what: &str, counted: &mut Counted) {
     let file = File::new(db, "/read.json".into(), "".into(), None);
     for (project, deployment) in deployments(db, workspace) {
-        let set = task_set_of(db, project, deployment);
+        let set = task_set_of(db, project, deployment, &PROSE);
         let read = written(set.clone());
         assert_eq!(read, set, "{what}");
         let known = timetable_of(db, project).levels();
@@ -91,7 +92,7 @@ fn check(db: &Database, workspace: Workspace, what: &str, counted: &mut Counted)
                 let query = Query { level, method, horizon };
                 let model = response_times(db, project, deployment, query);
                 let from_file = response_times_of(db, file, &read, query).unwrap();
-                assert_eq!(said(&from_file), said(model), "{what}, {query:?}");
+                assert_eq!(said(db, &from_file), said(db, model), "{what}, {query:?}");
                 for activity in &model.activities {
                     counted.responses += usize::from(activity.response.is_some());
                     counted.not_analysed +=
@@ -105,7 +106,7 @@ fn check(db: &Database, workspace: Workspace, what: &str, counted: &mut Counted)
     }
     for &project in projects(db, workspace) {
         for &of in names_of(db, project).all.iter().filter(|decl| decl.kind(db) == Kind::Component) {
-            let component = exported_component(db, project, of);
+            let component = exported_component(db, project, of, &PROSE);
             let text = Exported::Component(component.clone()).to_json();
             assert_eq!(
                 Exported::parse(&text).map(|it| it.content),
@@ -230,7 +231,7 @@ fn hostile_task_sets() {
     let workspace = Workspace::of_texts(&db, folder.clone(), texts_in(&folder));
     let file = File::new(&db, "/read.json".into(), "".into(), None);
     let (project, deployment) = deployments(&db, workspace)[0];
-    let text = Exported::Deployment(task_set_of(&db, project, deployment)).to_json();
+    let text = Exported::Deployment(task_set_of(&db, project, deployment, &PROSE)).to_json();
     let mut whole: Value = serde_json::from_str(&text).unwrap();
     whole.as_object_mut().unwrap().remove("digest");
     let (mut refused, mut analysed) = (0, 0);

@@ -2,7 +2,7 @@
 //! and `models/<Deployment>.json`, a task set. `mauve wcrt` computes the same response times from it as from the model;
 //! [`mauve_timing::task_set`] says what stands there.
 
-use mauve_model::{ModelDb, Project, exported_component, task_set_of};
+use mauve_model::{ModelDb, PROSE, Project, exported_component, task_set_of};
 use mauve_timing::task_set::Exported;
 
 use crate::cpp_name::file_name;
@@ -16,11 +16,11 @@ pub(crate) fn export_files<'db>(
     library: &Library<'db>,
 ) -> Vec<GeneratedFile> {
     let components = library.components.iter().map(|&(component, _)| {
-        let content = Exported::Component(exported_component(db, project, component));
+        let content = Exported::Component(exported_component(db, project, component, &PROSE));
         (format!("models/{}.psm.json", file_name(component.name(db))), content)
     });
     let deployments = library.deployments.iter().map(|&deployment| {
-        let content = Exported::Deployment(task_set_of(db, project, deployment));
+        let content = Exported::Deployment(task_set_of(db, project, deployment, &PROSE));
         (format!("models/{}.json", file_name(deployment.name(db))), content)
     });
     let file = |(path, content): (String, Exported)| GeneratedFile {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::ValueEnum;
 use mauve_ide::{Drawing, draw_state_machine};
 use mauve_model::item_tree::Kind;
-use mauve_model::{Database, Decl, Project, config_of, names_of, projects, psm_of, similar};
+use mauve_model::{Database, Decl, Project, config_of, names_of, projects, psm_of, similar, timing_reason};
 use mauve_timing::Level;
 use serde_json::json;
 
@@ -84,8 +84,8 @@ fn show<'db>(
     let psm = match psm_of(db, project, component, level) {
         Ok(psm) => psm,
         Err(refused) => {
-            let reasons: Vec<&str> =
-                refused.refusals.iter().map(|refusal| refusal.message.as_str()).collect();
+            let reasons: Vec<String> =
+                refused.refusals.iter().map(|refusal| timing_reason(db, &refusal.reason)).collect();
             super::say(&format!(
                 "no times for the state machine of {name} at {level}: {}",
                 reasons.join("; ")
@@ -118,7 +118,7 @@ fn show<'db>(
                 })
                 .collect();
             let states: Vec<&str> = psm.states.iter().map(|name| name.as_str()).collect();
-            let whole = psm.whole.as_ref().ok().copied().flatten().map(milliseconds);
+            let whole = psm.whole.map(milliseconds);
             super::json(&json!({
                 "component": name.as_str(),
                 "unit": "ms",

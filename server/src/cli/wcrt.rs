@@ -9,8 +9,8 @@ use mauve_ide::{explain_response, explain_response_of};
 use mauve_model::diagnostics::errors_of_text;
 use mauve_model::item_tree::Name;
 use mauve_model::{
-    ActivityReport, Database, Decl, File, Place, Priority, Project, Query, Refusal, Report, Verdict,
-    Workspace, cpu_names, response_times_of, timetable_of,
+    ActivityReport, Database, Decl, File, Place, Priority, Project, Query, Report, TimingRefusal, Verdict,
+    Workspace, cpu_names, reasons_of, response_times_of, timetable_of, timing_reason,
 };
 use mauve_timing::task_set::{Exported, Parsed, TaskSet};
 use mauve_timing::{Level, Rounding, Status, Time};
@@ -152,6 +152,7 @@ impl Wcrt {
             .iter()
             .zip(&reports)
             .map(|((path, set, is_sealed), reports)| Deployed {
+                db,
                 name: &set.name,
                 origin: Origin::File { path, set, is_sealed: *is_sealed },
                 errors: 0,
@@ -215,8 +216,8 @@ fn explain(all: &[Deployed<'_>], instance: &str) -> Result<String, String> {
         for (query, report) in &it.reports {
             let activities = report.activities.iter().filter(|activity| activity.row.instance == *instance);
             texts.extend(activities.map(|activity| match it.origin {
-                Origin::Model(db, project) => explain_response(db, project, report, activity, *query),
-                Origin::File { set, .. } => explain_response_of(set, report, activity, *query),
+                Origin::Model(project) => explain_response(it.db, project, report, activity, *query),
+                Origin::File { set, .. } => explain_response_of(it.db, set, report, activity, *query),
             }));
         }
     }
@@ -296,7 +297,7 @@ fn table(name: &str, it: &Deployed<'_>) -> String {
 }
 
 /// Why there are no figures, and which rest on assumptions: a line each, with the levels where it is not said of all.
-fn notes(it: &Deployed<'_>) -> Vec<String> {
+fn notes<'db>(it: &Deployed<'db>) -> Vec<String> {
     let mut notes: Vec<(String, Vec<String>)> = Vec::new();
     let mut index: HashMap<String, usize> = HashMap::new();
     let mut lines = Lines::new(|text| text.chars().count());
@@ -304,11 +305,14 @@ fn notes(it: &Deployed<'_>) -> Vec<String> {
     for (query, report) in &it.reports {
         // Activities are named already.
         let named: HashSet<&Place<'_>> = report.activities.iter().map(|activity| &activity.row.at).collect();
-        let mut located = |reason: &Refusal<'_>| match it.origin {
-            Origin::Model(db, _) if !named.contains(&reason.at) => {
-                format!("{}{}", reason.message, lines.shown(db, &here, &reason.at))
+        let mut located = |refusal: &TimingRefusal<'db>| {
+            let reason = timing_reason(it.db, &refusal.reason);
+            match it.origin {
+                Origin::Model(_) if !named.contains(&refusal.at) => {
+                    reason + &lines.shown(it.db, &here, &refusal.at)
+                }
+                _ => reason,
             }
-            _ => reason.message.clone(),
         };
         let mut found: Vec<String> =
             report.lost.iter().map(|lost| format!("nothing is analysed: {}", located(lost))).collect();
@@ -474,7 +478,7 @@ fn csv(all: &[Deployed<'_>]) -> String {
                             .join(" "),
                     ),
                     root.clone(),
-                    quoted(&remark(&of_all, activity)),
+                    quoted(&remark(it.db, &of_all, activity)),
                 ];
                 let _ = writeln!(out, "{}", cells.join(","));
             }
@@ -484,9 +488,10 @@ fn csv(all: &[Deployed<'_>]) -> String {
 }
 
 /// Why a row has no figures, or why they are not what they seem to be: nothing, for most.
-fn remark(of_all: &[String], activity: &ActivityReport<'_>) -> String {
-    let remarks = of_all.iter().map(String::as_str);
-    activity.why().into_iter().chain(remarks).collect::<Vec<_>>().join("; ")
+fn remark<'db>(db: &'db Database, of_all: &[String], activity: &ActivityReport<'db>) -> String {
+    let mut remarks = reasons_of(db, activity);
+    remarks.extend_from_slice(of_all);
+    remarks.join("; ")
 }
 
 /// Why the figures of all rows of a deployment are not what they seem to be.

@@ -6,8 +6,8 @@ use std::fmt::Write as _;
 use mauve_model::item_tree::{HookKind, Kind, Name, Part};
 use mauve_model::{
     Decl, Flat, ModelDb, Place, ProgramId, Project, Query, architecture, core, deployment, features_of,
-    flat_of, inference_of_core, names_of, psm_of, shell, shell_of, table, table_files, type_of,
-    values_in_effect,
+    flat_of, inference_of_core, names_of, psm_of, shell, shell_of, table, table_files, timing_reason,
+    type_of, values_in_effect,
 };
 use mauve_timing::Time;
 
@@ -203,7 +203,8 @@ fn programs<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, par
         let psm = match psm_of(db, project, component, level) {
             Ok(psm) => psm,
             Err(refused) => {
-                let why = refused.refusals.first().map_or("", |first| first.message.as_str());
+                let why = refused.refusals.first();
+                let why = why.map_or_else(String::new, |first| timing_reason(db, &first.reason));
                 lines.push(format!("{name} at {level}: no times, since {why}"));
                 continue;
             }

@@ -22,18 +22,13 @@ use super::*;
 
 code!(DEADLINE_EXCEEDS_PERIOD, Error, "deadline-exceeds-period");
 
-pub(crate) fn report<'db>(of: Decl<'db>, deadline: (&Field, Time), period: (&Field, Time)) -> Diagnostic<'db> {
-    let message = format!("deadline {} is later than period {}", deadline.1, period.1);
-    let at = Place::Part(of, deadline.0.value_part);
-    let other = Place::Part(of, period.0.value_part);
+pub(super) fn report<'db>(
+    at: Place<'db>,
+    deadline: Time,
+    (period, written, period_at): (Time, &str, &Place<'db>),
+) -> Diagnostic<'db> {
+    let message = format!("deadline {deadline} is later than period {period}");
     Diagnostic::new(&DEADLINE_EXCEEDS_PERIOD, at.clone(), message)
-        .related(other, "the period")
-        .fix("Set the deadline to the period, which counts already", at, text_of(period.0))
-}
-
-fn text_of(field: &Field) -> String {
-    match &field.value {
-        Expr::Literal(Literal::Int(text) | Literal::Float(text), _) => text.to_string(),
-        _ => String::new(),
-    }
+        .related(period_at.clone(), "the period")
+        .fix("Set the deadline to the period, which counts already", at, written.to_owned())
 }

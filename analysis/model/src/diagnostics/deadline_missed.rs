@@ -24,31 +24,33 @@
 //! shows where the time goes.
 
 use super::*;
+use crate::timing_fact::Missed;
 
 code!(DEADLINE_MISSED, Error, "deadline-missed");
 
-pub(super) fn report<'db>(activity: &ActivityReport<'db>) -> Diagnostic<'db> {
-    let name = &activity.row.instance;
-    let deadline = activity.row.deadline.unwrap_or_default();
-    let message = match activity.response {
-        Some(response) => {
-            // Of a job that waits for others of its own, the window is longer than the response.
-            let late = activity.window.as_ref().filter(|window| window.job > 1);
-            let of_what = late.map_or_else(
+pub(super) fn report<'db>(
+    db: &'db dyn ModelDb,
+    at: Place<'db>,
+    name: &str,
+    deadline: Time,
+    missed: &Missed<'db>,
+) -> Diagnostic<'db> {
+    let message = match missed {
+        Missed::Late { response, heaviest, window } => {
+            let of_what = window.map_or_else(
                 || "of it".to_owned(),
-                |window| format!("of the {} up to the end of job {}", window.length, window.job),
+                |(job, end)| format!("of the {end} up to the end of job {job}"),
             );
-            let heaviest = activity.interference.iter().max_by_key(|it| it.time);
-            let heaviest = heaviest.map_or_else(String::new, |it| {
+            let heaviest = heaviest.as_ref().map_or_else(String::new, |it| {
                 let jobs = if it.jobs == 1 { "job" } else { "jobs" };
                 format!(" — {} {of_what} is {} ({} {jobs})", it.time, it.instance, it.jobs)
             });
             format!("{name}: R {response} > D {deadline}{heaviest}")
         }
-        None => {
-            let reasons: Vec<&str> = activity.reasons.iter().map(|reason| reason.message.as_str()).collect();
+        Missed::NoBound(reasons) => {
+            let reasons: Vec<String> = reasons.iter().map(|it| timing_reason(db, &it.reason)).collect();
             format!("{name}: no bound below D {deadline}: {}", reasons.join("; "))
         }
     };
-    Diagnostic::new(&DEADLINE_MISSED, activity.row.at.clone(), message)
+    Diagnostic::new(&DEADLINE_MISSED, at, message)
 }

@@ -19,7 +19,10 @@ use super::*;
 
 code!(DUPLICATE_ACTIVITY, Error, "duplicate-activity");
 
-pub(crate) fn report<'db>(at: Place<'db>, instance: &str, first: Place<'db>) -> Diagnostic<'db> {
-    let message = format!("a second activity for `{instance}`: remove one");
-    Diagnostic::new(&DUPLICATE_ACTIVITY, at, message).related(first, "the first is here")
+pub(super) fn report<'db>(at: Place<'db>, instance: &str, first: &Place<'db>) -> Diagnostic<'db> {
+    Diagnostic::new(&DUPLICATE_ACTIVITY, at, message(instance)).related(first.clone(), "the first is here")
+}
+
+pub(super) fn message(instance: &str) -> String {
+    format!("a second activity for `{instance}`: remove one")
 }

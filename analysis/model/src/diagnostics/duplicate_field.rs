@@ -17,11 +17,21 @@
 //! Fix: remove the second one.
 
 use super::*;
+use crate::timing_reason::ActivityField;
 
 code!(DUPLICATE_FIELD, Error, "duplicate-field");
 
-pub(crate) fn report<'db>(of: Decl<'db>, at: Part, name: &str, instance: &str, first: Place<'db>) -> Diagnostic<'db> {
-    let message = format!("a second {name} for `{instance}`: remove one");
-    let found = Diagnostic::new(&DUPLICATE_FIELD, Place::Part(of, at), message).related(first, "the first is here");
-    found.remove(format!("Remove the second {name}"), of, at)
+pub(super) fn report<'db>(
+    (of, part): (Decl<'db>, Part),
+    field: ActivityField,
+    instance: &str,
+    first: &Place<'db>,
+) -> Diagnostic<'db> {
+    let found = Diagnostic::new(&DUPLICATE_FIELD, Place::Part(of, part), message(field, instance));
+    let found = found.related(first.clone(), "the first is here");
+    found.remove(format!("Remove the second {}", field.name()), of, part)
+}
+
+pub(super) fn message(field: ActivityField, instance: &str) -> String {
+    format!("a second {} for `{instance}`: remove one", field.name())
 }

@@ -20,13 +20,13 @@ use super::*;
 code!(EQUAL_PRIORITIES, Warning, "equal-priorities");
 
 /// One diagnostic for all that have the priority.
-pub(crate) fn report<'db>(
+pub(super) fn report<'db>(
     at: Place<'db>,
     instance: &str,
     priority: u32,
-    others: &[(&str, Place<'db>)],
+    others: &[(Name, Place<'db>)],
 ) -> Diagnostic<'db> {
-    let names: Vec<&str> = others.iter().map(|(name, _)| *name).chain([instance]).collect();
+    let names: Vec<&str> = others.iter().map(|(name, _)| name.as_str()).chain([instance]).collect();
     let message = format!("{} have priority {priority} on one CPU: each may delay the others", enumerated(&names));
     let found = Diagnostic::new(&EQUAL_PRIORITIES, at, message);
     others.iter().fold(found, |found, (name, at)| found.related(at.clone(), format!("the one of {name}")))

@@ -17,13 +17,34 @@
 //! ```
 
 use super::*;
+use crate::timing_fact::{Expected, NoTime};
+use crate::timing_reason::{ActivityField, NoSuchCpu};
 
 code!(INVALID_FIELD, Error, "invalid-field");
 
-pub(crate) fn report<'db>(at: Place<'db>, name: &str, expected: &str) -> Diagnostic<'db> {
-    Diagnostic::new(&INVALID_FIELD, at, format!("this cannot be the {name}: expected {expected}"))
+pub(super) fn report<'db>(at: Place<'db>, field: ActivityField, expected: &Expected) -> Diagnostic<'db> {
+    let expected = match expected {
+        Expected::Cpus => {
+            "a whole number, a bit for each CPU: 1 for the first, 2 for the second, 3 for both".to_owned()
+        }
+        Expected::Priority => "a whole number from 1 to 99, or `background`".to_owned(),
+        Expected::PositiveTime => "a time in milliseconds greater than 0".to_owned(),
+        Expected::Time(why) => format!("a time in milliseconds ({})", no_time(why)),
+    };
+    let message = format!("this cannot be the {}: expected {expected}", field.name());
+    Diagnostic::new(&INVALID_FIELD, at, message)
 }
 
-pub(crate) fn no_such_cpu<'db>(at: Place<'db>, why: &str) -> Diagnostic<'db> {
-    Diagnostic::new(&INVALID_FIELD, at, why.to_owned())
+fn no_time(why: &NoTime) -> String {
+    match why {
+        NoTime::TooLarge(text) => format!("`{text}` is greater than 2147483647"),
+        NoTime::Hexadecimal => "not in hexadecimal".to_owned(),
+        NoTime::Negative => "it is never negative".to_owned(),
+        NoTime::NotALiteral => "a number, not an expression".to_owned(),
+        NoTime::Unreadable(error) => error.to_string(),
+    }
+}
+
+pub(super) fn no_such_cpu(at: Place<'_>, missing: NoSuchCpu) -> Diagnostic<'_> {
+    Diagnostic::new(&INVALID_FIELD, at, timing_reasons::no_such_cpu(missing))
 }

@@ -19,14 +19,27 @@
 //! ```
 
 use super::*;
+use crate::timing_reason::TableFault;
 
 code!(INVALID_TABLE, Error, "invalid-table");
 
-pub(crate) fn report<'db>(at: Place<'db>, message: String) -> Diagnostic<'db> {
+pub(super) fn report<'db>(db: &'db dyn ModelDb, at: Place<'db>, fault: &TableFault) -> Diagnostic<'db> {
+    let message = match fault {
+        TableFault::NoProgramKey(_) => "the key of a program is `Component/update`, `Component/state.run`, \
+                                        `Component/state.transition.guard`, `Component/state.transition.effect` \
+                                        or `Component/operation`"
+            .to_owned(),
+        fault => timing_reasons::table_fault(db, fault),
+    };
     Diagnostic::new(&INVALID_TABLE, at, message)
 }
 
-pub(crate) fn repeated<'db>(at: Place<'db>, key: &str, first: (Place<'db>, String)) -> Diagnostic<'db> {
-    let message = format!("`{key}` has a time in {} already: keep one", first.1);
-    Diagnostic::new(&INVALID_TABLE, at, message).related(first.0, "the first is here")
+pub(super) fn repeated<'db>(
+    db: &'db dyn ModelDb,
+    at: Place<'db>,
+    key: &str,
+    (first, first_at): &(File, Place<'db>),
+) -> Diagnostic<'db> {
+    let message = timing_reasons::repeated(db, key, *first);
+    Diagnostic::new(&INVALID_TABLE, at, message).related(first_at.clone(), "the first is here")
 }

@@ -20,12 +20,17 @@ use super::*;
 
 code!(MISSING_ACTIVITY, Error, "missing-activity");
 
-pub(crate) fn report<'db>(db: &'db dyn ModelDb, of: Decl<'db>, instance: &str) -> Diagnostic<'db> {
+pub(super) fn report<'db>(
+    db: &'db dyn ModelDb,
+    at: Place<'db>,
+    of: Decl<'db>,
+    instance: &str,
+) -> Diagnostic<'db> {
     let deployment = of.name(db);
     let message = format!("instance `{instance}` has no activity in {deployment}: write `activity {instance} {{ … }}`");
     // The least urgent that is real-time: until somebody has thought about it, it delays nobody but who is as little urgent.
     let activity = format!("activity {instance} {{ priority = 1 period = 100 }}");
-    Diagnostic::new(&MISSING_ACTIVITY, Place::name_of(of), message).add_item(
+    Diagnostic::new(&MISSING_ACTIVITY, at, message).add_item(
         db,
         of,
         format!("Write an activity for `{instance}`"),

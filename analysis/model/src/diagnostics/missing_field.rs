@@ -24,31 +24,35 @@
 //! there; a period of 100 ms.
 
 use super::*;
-use crate::item_tree::Activity;
 
 code!(MISSING_FIELD, Error, "missing-field");
 
-pub(crate) fn priority<'db>(of: Decl<'db>, activity: &Activity, free: u32) -> Diagnostic<'db> {
+pub(super) fn priority<'db>(
+    of: Decl<'db>,
+    activity: &(Name, Part),
+    free: u32,
+    period: Option<Part>,
+) -> Diagnostic<'db> {
     let found = report(of, activity, "priority", "priority = 10");
     let field = format!("priority = {free}");
     let title = format!("Write `{field}`, to be changed");
-    match activity.fields.iter().find(|field| field.name.name == "period") {
-        Some(period) => found.fix(title, Place::Before(of, period.name.part), format!("{field} ")),
-        None => found.fix(title, Place::Inside(of, activity.instance.part), format!(" {field}")),
+    match period {
+        Some(period) => found.fix(title, Place::Before(of, period), format!("{field} ")),
+        None => found.fix(title, Place::Inside(of, activity.1), format!(" {field}")),
     }
 }
 
-pub(crate) fn period<'db>(of: Decl<'db>, activity: &Activity) -> Diagnostic<'db> {
+pub(super) fn period<'db>(
+    of: Decl<'db>,
+    activity: &(Name, Part),
+    priority: Option<Part>,
+) -> Diagnostic<'db> {
     let found = report(of, activity, "period", "period = 100");
-    let place = match activity.fields.iter().find(|field| field.name.name == "priority") {
-        Some(priority) => Place::Behind(of, priority.value_part),
-        None => Place::Inside(of, activity.instance.part),
-    };
+    let place = priority.map_or(Place::Inside(of, activity.1), |priority| Place::Behind(of, priority));
     found.fix("Write `period = 100`, to be changed", place, " period = 100".to_owned())
 }
 
-fn report<'db>(of: Decl<'db>, activity: &Activity, field: &str, example: &str) -> Diagnostic<'db> {
-    let NameRef { name, part } = &activity.instance;
+fn report<'db>(of: Decl<'db>, (name, part): &(Name, Part), field: &str, example: &str) -> Diagnostic<'db> {
     let message = format!("the activity of `{name}` has no {field}: write, for example, `{example}`");
     Diagnostic::new(&MISSING_FIELD, Place::Part(of, *part), message)
 }

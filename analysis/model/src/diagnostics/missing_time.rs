@@ -27,12 +27,15 @@
 use mauve_timing::Level;
 
 use super::*;
+use crate::response::{Budget, MissingTime};
+use crate::timing_reason::TableLevels;
 
 code!(MISSING_TIME, Warning, "missing-time");
 
 pub(super) fn report<'db>(
+    db: &'db dyn ModelDb,
+    at: Place<'db>,
     missing: &MissingTime<'db>,
-    codel: &str,
     budget: Option<&Budget<'db>>,
 ) -> Diagnostic<'db> {
     let users = &missing.users;
@@ -46,14 +49,20 @@ pub(super) fn report<'db>(
         None => String::new(),
     };
     let verb = if names.len() == 1 { "is" } else { "are" };
+    let codel = missing.codel.qualified(db);
     let message = format!("no time for codel `{codel}`: {} {verb} not analysed{may}", enumerated(&names));
-    let diagnostic = Diagnostic::new(&MISSING_TIME, Place::name_of(missing.codel), message);
+    let diagnostic = Diagnostic::new(&MISSING_TIME, at, message);
     users.iter().fold(diagnostic, |it, (name, at)| it.related(at.clone(), format!("{name} executes it")))
 }
 
 /// The level that is asked for is missing in a table: one warning, however many times it has.
-pub(super) fn no_level<'db>(at: Place<'db>, level: Level, levels: &str) -> Diagnostic<'db> {
-    let message = format!("no times at {level}: {levels}");
+pub(super) fn no_level<'db>(
+    db: &'db dyn ModelDb,
+    at: Place<'db>,
+    level: Level,
+    table: &TableLevels,
+) -> Diagnostic<'db> {
+    let message = format!("no times at {level}: {}", timing_reasons::table_levels(db, table));
     Diagnostic::new(&MISSING_TIME, at, message)
 }
 

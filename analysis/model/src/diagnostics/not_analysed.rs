@@ -16,10 +16,17 @@
 //! ```
 
 use super::*;
+use crate::timing_reason::Refusal;
 
 code!(NOT_ANALYSED, Warning, "not-analysed");
 
-pub(super) fn report<'db>(at: Place<'db>, instance: &str, reasons: &[String]) -> Diagnostic<'db> {
+pub(super) fn report<'db>(
+    db: &'db dyn ModelDb,
+    at: Place<'db>,
+    instance: &str,
+    reasons: &[Refusal<'db>],
+) -> Diagnostic<'db> {
+    let reasons: Vec<String> = reasons.iter().map(|it| timing_reason(db, &it.reason)).collect();
     Diagnostic::new(&NOT_ANALYSED, at, format!("{instance} is not analysed: {}", reasons.join("; ")))
 }
 

@@ -20,16 +20,26 @@
 //! activity late.
 
 use super::*;
+use crate::timing_fact::Urgency;
 
 code!(PRIORITY_INVERSION, Warning, "priority-inversion");
 
-/// An activity: its name, its priority and where that stands, its deadline.
-pub(crate) type Urgency<'a, 'db> = (&'a str, (u32, Place<'db>), Time);
-
-pub(crate) fn report<'db>(late: Urgency<'_, 'db>, early: Urgency<'_, 'db>) -> Diagnostic<'db> {
-    let ((one, (low, at), short), (other, (high, other_at), long)) = (late, early);
+pub(super) fn report<'db>(
+    at: Place<'db>,
+    late: &Urgency,
+    early: &Urgency,
+    early_at: &Place<'db>,
+) -> Diagnostic<'db> {
     let message = format!(
-        "{one} must end within {short}, {other} within {long}, and {other} is more urgent: {high} > {low}"
+        "{} must end within {}, {} within {}, and {} is more urgent: {} > {}",
+        late.instance,
+        late.deadline,
+        early.instance,
+        early.deadline,
+        early.instance,
+        early.priority,
+        late.priority
     );
-    Diagnostic::new(&PRIORITY_INVERSION, at, message).related(other_at, format!("the priority of {other}"))
+    let found = Diagnostic::new(&PRIORITY_INVERSION, at, message);
+    found.related(early_at.clone(), format!("the priority of {}", early.instance))
 }

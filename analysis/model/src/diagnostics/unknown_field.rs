@@ -16,11 +16,23 @@
 //! ```
 
 use super::*;
+use crate::timing_reason::ActivityField;
 
 code!(UNKNOWN_FIELD, Error, "unknown-field");
 
-pub(crate) fn report<'db>(at: Place<'db>, name: &str) -> Diagnostic<'db> {
-    let message = format!("no field `{name}` in an activity: expected affinity, priority, period or deadline");
-    let near = mauve_syntax::similar(name, ["affinity", "priority", "period", "deadline"]).map(Name::from);
-    Diagnostic::new(&UNKNOWN_FIELD, at.clone(), message).did_you_mean(at, near)
+pub(super) fn report<'db>(at: Place<'db>, name: &str) -> Diagnostic<'db> {
+    let found = Diagnostic::new(&UNKNOWN_FIELD, at.clone(), message(name));
+    match similar_field(name) {
+        Some(near) => found.fix(format!("Change to `{near}`"), at, near.to_owned()),
+        None => found,
+    }
+}
+
+pub(super) fn message(name: &str) -> String {
+    let near = similar_field(name).map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
+    format!("no field `{name}` in an activity: expected affinity, priority, period or deadline{near}")
+}
+
+fn similar_field(name: &str) -> Option<&'static str> {
+    mauve_syntax::similar(name, ActivityField::ALL.map(ActivityField::name))
 }

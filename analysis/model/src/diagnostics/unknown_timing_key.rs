@@ -23,47 +23,46 @@
 
 use super::*;
 use crate::program_id::ProgramKey;
+use crate::timing_reason::WrongProgram;
 
 code!(UNKNOWN_TIMING_KEY, Warning, "unknown-timing-key");
 
 /// `fixed` is the whole key as it may be meant, where it can be written in place of this one.
-pub(crate) fn report<'db>(
+pub(super) fn report<'db>(
     at: Place<'db>,
     kind: Kind,
     key: &str,
-    near: Option<Name>,
-    fixed: Option<String>,
+    near: Option<&Name>,
+    fixed: Option<&str>,
 ) -> Diagnostic<'db> {
     if ProgramKey::parse(key).is_some() {
         let message = format!("`{key}` is the key of a program: it belongs under [program]");
         return Diagnostic::new(&UNKNOWN_TIMING_KEY, at, message);
     }
-    let message = format!("no {kind} `{key}`{}", mean(near));
-    mended(Diagnostic::new(&UNKNOWN_TIMING_KEY, at.clone(), message), at, fixed)
+    unknown(at, &format!("no {kind} `{key}`"), near, fixed)
 }
 
 /// See [`report`] for `fixed`.
-pub(crate) fn of_program<'db>(
+pub(super) fn of_program<'db>(
+    db: &'db dyn ModelDb,
     at: Place<'db>,
-    why: &str,
-    near: Option<Name>,
-    fixed: Option<String>,
+    wrong: &WrongProgram<'db>,
+    near: Option<&Name>,
+    fixed: Option<&str>,
 ) -> Diagnostic<'db> {
-    mended(Diagnostic::new(&UNKNOWN_TIMING_KEY, at.clone(), format!("{why}{}", mean(near))), at, fixed)
+    unknown(at, &timing_reasons::wrong_program(db, wrong), near, fixed)
 }
 
-fn mended<'db>(found: Diagnostic<'db>, at: Place<'db>, fixed: Option<String>) -> Diagnostic<'db> {
+fn unknown<'db>(at: Place<'db>, what: &str, near: Option<&Name>, fixed: Option<&str>) -> Diagnostic<'db> {
+    let near = near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
+    let found = Diagnostic::new(&UNKNOWN_TIMING_KEY, at.clone(), format!("{what}{near}"));
     match fixed {
         Some(fixed) => found.fix(format!("Change to `{fixed}`"), at, format!("\"{fixed}\"")),
         None => found,
     }
 }
 
-fn mean(near: Option<Name>) -> String {
-    near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"))
-}
-
-pub(crate) fn ambiguous<'db>(at: Place<'db>, key: &str, hint: &str) -> Diagnostic<'db> {
+pub(super) fn ambiguous<'db>(at: Place<'db>, key: &str, hint: &str) -> Diagnostic<'db> {
     let message = format!("`{key}` means several: write the library before it, as in `{hint}`");
     Diagnostic::new(&UNKNOWN_TIMING_KEY, at, message)
 }

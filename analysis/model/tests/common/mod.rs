@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use mauve_model::diagnostics::{Severity, workspace_diagnostics};
 use mauve_model::item_tree::Kind;
-use mauve_model::{Database, Query, Workspace, names_of, projects, psm_of, response_times};
+use mauve_model::{Database, Query, Workspace, names_of, projects, psm_of, response_times, timing_reason};
 use mauve_timing::{Level, Method};
 
 pub(crate) const LEVEL: Level = Level::TEN_TO_MINUS_FOUR;
@@ -34,7 +34,8 @@ pub(crate) fn verdicts_with(fixture: &str, method: Method, level: Level) -> Stri
                 if let Some(response) = activity.response {
                     let _ = write!(out, " {response}");
                 }
-                let reasons: Vec<&str> = activity.reasons.iter().map(|it| it.message.as_str()).collect();
+                let reasons: Vec<String> =
+                    activity.reasons.iter().map(|it| timing_reason(&db, &it.reason)).collect();
                 out +=
                     &if reasons.is_empty() { "\n".to_owned() } else { format!(": {}\n", reasons.join("; ")) };
             }
@@ -60,7 +61,7 @@ pub(crate) fn machine(fixture: &str, component: &str) -> String {
         }
         Err(refused) => {
             for refusal in &refused.refusals {
-                let _ = writeln!(out, "refused: {}", refusal.message);
+                let _ = writeln!(out, "refused: {}", timing_reason(&db, &refusal.reason));
             }
         }
     }

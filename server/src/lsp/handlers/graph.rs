@@ -18,7 +18,7 @@
 use std::path::PathBuf;
 
 use mauve_ide::{GraphEdge, GraphNode, GraphsOf, draw_graph, graph as graph_of, graphs_meant};
-use mauve_model::{Decl, Project, Query};
+use mauve_model::{Decl, Project, Query, timing_reason};
 use mauve_timing::Level;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -151,7 +151,8 @@ fn document(
         complete: cpu.complete,
     });
     let mut lost = graph.lost.clone();
-    lost.extend(graph.report.into_iter().flat_map(|report| &report.lost).map(|lost| lost.message.clone()));
+    let of_report = graph.report.into_iter().flat_map(|report| &report.lost);
+    lost.extend(of_report.map(|lost| timing_reason(db, &lost.reason)));
     Some(GraphDocument {
         name: of.name(db).to_string(),
         root: project.root(db).path(db).clone(),
