@@ -1,7 +1,10 @@
 //! Runs the binary and reads what it says.
 
-use std::path::Path;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::sync::Mutex;
+use std::thread::ThreadId;
 
 /// How a run of `mauve` ended.
 #[derive(Debug)]
@@ -33,9 +36,19 @@ pub fn mauve(binary: &str, folder: &Path, arguments: &[&str]) -> Run {
     }
 }
 
-/// A new empty folder below cargo's, which the next run with the same name makes anew.
-pub fn scratch(target: &str, name: &str) -> std::path::PathBuf {
+/// The folders that tests of this process have, each with the thread of its test.
+static FOLDERS: Mutex<BTreeMap<PathBuf, ThreadId>> = Mutex::new(BTreeMap::new());
+
+/// Makes an empty folder below cargo's. A later call with the same name empties it.
+///
+/// # Panics
+///
+/// Another test has the folder: tests run at the same time.
+pub fn scratch(target: &str, name: &str) -> PathBuf {
     let folder = Path::new(target).join(name);
+    let thread = std::thread::current().id();
+    let owner = FOLDERS.lock().map(|mut folders| *folders.entry(folder.clone()).or_insert(thread));
+    assert!(owner.is_ok_and(|owner| owner == thread), "another test has {}", folder.display());
     let _ = std::fs::remove_dir_all(&folder);
     std::fs::create_dir_all(&folder)
         .unwrap_or_else(|error| panic!("cannot make {}: {error}", folder.display()));
@@ -43,10 +56,15 @@ pub fn scratch(target: &str, name: &str) -> std::path::PathBuf {
 }
 
 /// The same for the tests of a unit, which no one gives a folder: behind all links, and this process's alone.
-pub fn own_scratch(name: &str) -> std::path::PathBuf {
+pub fn own_scratch(name: &str) -> PathBuf {
     let name = format!("mauve-{}-{name}", std::process::id());
     let folder = scratch(&std::env::temp_dir().to_string_lossy(), &name);
     folder.canonicalize().unwrap_or_else(|error| panic!("cannot read {}: {error}", folder.display()))
+}
+
+/// Returns a name for folders of the running test: tests run at the same time, each in a thread of its name.
+pub fn test_name() -> String {
+    std::thread::current().name().unwrap_or_default().replace("::", "-")
 }
 
 /// Writes files, by their paths below `folder`.

@@ -22,7 +22,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 pub use client::{Client, Columns, Text, address, is_answer, is_publication};
-pub use command::{Run, copy, mauve, own_scratch, scratch, write};
+pub use command::{Run, copy, mauve, own_scratch, scratch, test_name, write};
 #[cfg(unix)]
 pub use lttng::{Event, Recorder, Span, spans};
 pub use random_model::{plain, random_model};

@@ -1,13 +1,11 @@
 //! What an editor does with the text itself, through the binary: white space, folds, selections, colours.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
 use std::path::{Path, PathBuf};
 
 use mauve_tests::{Client, Text, copy, mauve, models, scratch, write};
 use serde_json::{Value, json};
 
-const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
+use crate::MAUVE;
 
 /// A client that can do this, and nothing more.
 fn client(folder: &Path, capabilities: Value) -> (Client, Value) {

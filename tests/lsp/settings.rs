@@ -1,13 +1,11 @@
 //! Settings, by each of the three ways in which clients give them, over the real binary.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
 use std::time::Duration;
 
 use mauve_tests::{Client, Text, address, scratch, write};
 use serde_json::{Value, json};
 
-const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
+use crate::MAUVE;
 
 const ROBOT: &str = "\
 codel plan(): int

@@ -1,14 +1,12 @@
 //! Where names lead, over the protocol: to declarations, types and what is made of them, to their uses, to callers and to
 //! shells that extend one another.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
 use std::path::{Path, PathBuf};
 
 use mauve_tests::{Client, Text, address, scratch, write};
 use serde_json::{Value, json};
 
-const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
+use crate::MAUVE;
 
 const ROBOT: &[(&str, &str)] = &[
     (

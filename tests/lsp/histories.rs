@@ -2,10 +2,7 @@
 //! opened, changed, saved and closed, and messages about them that mean nothing. Afterwards the server knows what a fresh one
 //! does that is told the last texts: the state is a function of these, whatever came before.
 //!
-//! `MAUVE_HISTORIES=3000 cargo test --release -p mauve --test histories` tries more; `MAUVE_SEED` is the first seed.
-
-#![allow(clippy::unwrap_used, clippy::panic)]
-#![cfg(unix)]
+//! `MAUVE_HISTORIES=3000 cargo test --release -p mauve --test lsp histories` tries more; `MAUVE_SEED` is the first seed.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -16,7 +13,7 @@ use std::time::{Duration, Instant};
 use mauve_tests::{Client, Random, Text, address, scratch, write};
 use serde_json::{Value, json};
 
-const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
+use crate::MAUVE;
 
 /// So many histories, and so many steps in each at most.
 const HISTORIES: u64 = 300;

@@ -1,13 +1,11 @@
 //! Other names over the protocol: the sample robot stays what it is, but for the name.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
 use std::path::{Path, PathBuf};
 
 use mauve_tests::{Client, Text, address, all_texts_in, copy, mauve, models, scratch, write};
 use serde_json::{Value, json};
 
-const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
+use crate::MAUVE;
 
 fn good_editor() -> Value {
     json!({

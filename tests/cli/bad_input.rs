@@ -1,9 +1,9 @@
 //! Files that are no models, or hardly: a clear diagnostic at the place, everything else still read, no panic.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
-
 use mauve_tests::{Run, mauve, scratch, write};
 use serde_json::Value;
+
+use crate::MAUVE;
 
 fn check(name: &str, files: &[(&str, &[u8])]) -> (Run, Vec<(String, u64, String)>) {
     let folder = scratch(env!("CARGO_TARGET_TMPDIR"), name);
@@ -11,9 +11,9 @@ fn check(name: &str, files: &[(&str, &[u8])]) -> (Run, Vec<(String, u64, String)
         write(&folder, &[(*path, "")]);
         std::fs::write(folder.join(path), bytes).unwrap();
     }
-    let run = mauve(env!("CARGO_BIN_EXE_mauve"), &folder, &["check", "--format", "json"]);
+    let run = mauve(MAUVE, &folder, &["check", "--format", "json"]);
     assert!(run.code == 0 || run.code == 1, "{name}: {} {}", run.code, run.err);
-    let shown = mauve(env!("CARGO_BIN_EXE_mauve"), &folder, &["check"]);
+    let shown = mauve(MAUVE, &folder, &["check"]);
     assert_eq!(shown.code, run.code, "{name}: {}", shown.err);
     let document: Value = serde_json::from_str(&run.out).unwrap();
     let diagnostics = document["diagnostics"].as_array().unwrap();
@@ -78,7 +78,7 @@ fn the_whole_analysis_fits_into_a_small_stack() {
     );
     let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "small-stack");
     write(&folder, &[("a.mal", &model), ("mauve.toml", "assume.codel = \"1 ms\"\n")]);
-    let limited = format!("ulimit -s 2048; exec {} wcrt --format csv", env!("CARGO_BIN_EXE_mauve"));
+    let limited = format!("ulimit -s 2048; exec {} wcrt --format csv", MAUVE);
     let output =
         std::process::Command::new("sh").args(["-c", &limited]).current_dir(&folder).output().unwrap();
     let text = String::from_utf8_lossy(&output.stdout);
@@ -159,7 +159,7 @@ fn tables_that_cannot_be_reached_are_not_ignored() {
         let config = format!("timing.tables = [\"{pattern}\"]\n");
         write(&folder, &[("a.mal", model), ("mauve.toml", &config), ("t/a.toml", "[codel]\nf = 1\n")]);
         prepare(&folder);
-        mauve(env!("CARGO_BIN_EXE_mauve"), &folder, &["wcrt", "--format", "csv"]).out
+        mauve(MAUVE, &folder, &["wcrt", "--format", "csv"]).out
     };
     assert!(wcrt("tables-plain", "t/*.toml", &|_| ()).contains(",1,1,1,met"));
     // The name of a folder is no pattern, and the configuration is no table.
@@ -208,6 +208,6 @@ fn large_rings_chains_and_fans_end_soon() {
     );
     let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "calls");
     write(&folder, &[("a.mal", &model), ("mauve.toml", "assume.codel = \"0 ms\"\n")]);
-    let explained = mauve(env!("CARGO_BIN_EXE_mauve"), &folder, &["wcrt", "--explain", "a"]);
+    let explained = mauve(MAUVE, &folder, &["wcrt", "--explain", "a"]);
     assert_eq!(explained.code, 0, "{}", explained.err);
 }

@@ -3,12 +3,10 @@
 //! N. Gobillot, C. Lesire, D. Doose: A Design and Analysis Methodology for Component-Based Real-Time Architectures of
 //! Autonomous Systems. Journal of Intelligent and Robotic Systems 96 (2018), Tables 3 and 4.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
-
 use mauve_tests::{mauve, models};
 use serde_json::Value;
 
-const BINARY: &str = env!("CARGO_BIN_EXE_mauve");
+use crate::MAUVE;
 
 /// Table 3 (R⁺), by level from 1e-3 to 1e-9; none where the paper prints a dash.
 const TABLE_3: [(&str, [Option<u64>; 7]); 9] = [
@@ -38,7 +36,7 @@ const TABLE_4: [(&str, [Option<u64>; 7]); 8] = [
 fn wcrt(model: &str, arguments: &[&str]) -> Value {
     let model = models().join(model);
     let all = ["wcrt", model.to_str().unwrap(), "--significance", "all", "--format", "json"];
-    let run = mauve(BINARY, &models(), &[&all, arguments].concat());
+    let run = mauve(MAUVE, &models(), &[&all, arguments].concat());
     assert_eq!(run.err, "");
     serde_json::from_str(&run.out).unwrap()
 }
@@ -128,7 +126,7 @@ fn where_planning_must_leave_its_state_navigation_is_late_and_bounded() {
 #[test]
 fn the_shape_of_the_document() {
     let model = models().join("p3dx");
-    let run = mauve(BINARY, &model, &["wcrt", "--format", "json"]);
+    let run = mauve(MAUVE, &model, &["wcrt", "--format", "json"]);
     assert_eq!(run.code, 0, "{}", run.err);
     let document: Value = serde_json::from_str(&run.out).unwrap();
     assert_eq!(document["deployment"], "P3dxDeployment");

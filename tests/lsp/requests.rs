@@ -1,11 +1,9 @@
 //! Commands, and the requests that are ours alone, through the binary.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
 use mauve_tests::{Client, mauve, models};
 use serde_json::{Value, json};
 
-const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
+use crate::MAUVE;
 
 fn robot() -> Client {
     Client::of_folder(MAUVE, &models().join("p3dx"))

@@ -1,8 +1,6 @@
 //! Orocos packages from an editor, over the server's standard streams: what is offered, the edit that it is, and what is
 //! refused.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -10,7 +8,7 @@ use std::time::Duration;
 use mauve_tests::{Client, Text, address, all_texts_in, copy, mauve, models, scratch, write};
 use serde_json::{Value, json};
 
-const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
+use crate::MAUVE;
 
 const MODEL: &str = "\
 library parts {

@@ -1,13 +1,11 @@
 //! Completion and signature help through the protocol, for an editor that can do everything and for one that can do nothing.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
 use std::path::PathBuf;
 
 use mauve_tests::{Client, Text, copy, models, scratch};
 use serde_json::{Value, json};
 
-const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
+use crate::MAUVE;
 
 /// A copy of the sample robot.
 fn robot(name: &str) -> PathBuf {

@@ -1,13 +1,11 @@
 //! Code actions over the server's standard streams: what is offered, and what it changes.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
 use std::path::PathBuf;
 
 use mauve_tests::{Client, Text, address, copy, models, scratch};
 use serde_json::{Value, json};
 
-const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
+use crate::MAUVE;
 
 /// A folder with nothing in it.
 fn empty(name: &str) -> PathBuf {

@@ -1,21 +1,19 @@
 //! The command line: what each command prints, and how it ends.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
-
-use mauve_tests::{Run, mauve, models, scratch, write};
+use mauve_tests::{Run, mauve, models, scratch, test_name, write};
 use serde_json::Value;
 
+use crate::MAUVE;
+
 fn run(arguments: &[&str]) -> Run {
-    mauve(env!("CARGO_BIN_EXE_mauve"), &models(), arguments)
+    mauve(MAUVE, &models(), arguments)
 }
 
-/// In a folder of the test's own, since tests run at the same time, each in a thread of its name.
+/// In a folder of the test's own.
 fn run_in(name: &str, files: &[(&str, &str)], arguments: &[&str]) -> Run {
-    let thread = std::thread::current();
-    let test = thread.name().unwrap_or_default();
-    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), &format!("{test}-{name}"));
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), &format!("{}-{name}", test_name()));
     write(&folder, files);
-    mauve(env!("CARGO_BIN_EXE_mauve"), &folder, arguments)
+    mauve(MAUVE, &folder, arguments)
 }
 
 const LATE: [(&str, &str); 2] = [
@@ -295,7 +293,7 @@ fn nothing_that_stands_in_a_folder_is_passed_over() {
     assert_eq!(found.code, 1);
     // A configuration that leads nowhere is not that of the folder above.
     let top = scratch(env!("CARGO_TARGET_TMPDIR"), "passed-over");
-    let check = |folder: &str| mauve(env!("CARGO_BIN_EXE_mauve"), &top.join(folder), &["check"]);
+    let check = |folder: &str| mauve(MAUVE, &top.join(folder), &["check"]);
     let link = |target: &str, link: &str| std::os::unix::fs::symlink(target, top.join(link)).unwrap();
     let short = "assume.codel = \"1 ms\"\n";
     write(&top, &[("mauve.toml", short), ("in/robot.mal", text)]);
@@ -411,7 +409,7 @@ fn levels_that_a_table_lacks_are_named() {
 #[cfg(target_os = "linux")]
 fn a_result_that_cannot_be_written_is_no_success() {
     let full = std::fs::File::options().write(true).open("/dev/full").unwrap();
-    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_mauve"));
+    let mut command = std::process::Command::new(MAUVE);
     let output = command.args(["wcrt", "p3dx"]).current_dir(models()).stdout(full).output().unwrap();
     assert_eq!(output.status.code(), Some(2));
     let message = String::from_utf8_lossy(&output.stderr);
@@ -492,16 +490,16 @@ fn gather(node: &Value, text: &mut String) {
 #[test]
 fn a_new_project_shows_response_times_at_once() {
     let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "new");
-    let made = mauve(env!("CARGO_BIN_EXE_mauve"), &folder, &["new", "robot"]);
+    let made = mauve(MAUVE, &folder, &["new", "robot"]);
     assert_eq!(made.code, 0, "{}", made.err);
-    let checked = mauve(env!("CARGO_BIN_EXE_mauve"), &folder, &["check", "robot"]);
+    let checked = mauve(MAUVE, &folder, &["check", "robot"]);
     assert_eq!(checked.code, 0, "{}", checked.out);
     assert!(
         checked.out.contains("no errors, no warnings") && checked.out.matches("✓ met").count() == 3,
         "{}",
         checked.out
     );
-    let again = mauve(env!("CARGO_BIN_EXE_mauve"), &folder, &["new", "robot"]);
+    let again = mauve(MAUVE, &folder, &["new", "robot"]);
     assert_eq!(again.code, 2);
     assert!(again.err.contains("is not empty: nothing was written"), "{}", again.err);
 }
@@ -587,7 +585,7 @@ fn workspaces_roots_and_model_paths() {
             ("two/scratch/a.mal", "nor is this"),
         ],
     );
-    let output = std::process::Command::new(env!("CARGO_BIN_EXE_mauve"))
+    let output = std::process::Command::new(MAUVE)
         .args(["wcrt", "one", "two", "--format", "csv"])
         .env("MAUVE_MODELS", format!(":{}:/nothing", folder.join("lib").display()))
         .current_dir(&folder)
@@ -598,7 +596,7 @@ fn workspaces_roots_and_model_paths() {
     for row in ["2,2,2,met,shared.f,one/robot.mal", "3,3,3,met,shared.f,two/robot.mal"] {
         assert!(text.contains(row), "{text}");
     }
-    let without = mauve(env!("CARGO_BIN_EXE_mauve"), &folder, &["check", "one"]);
+    let without = mauve(MAUVE, &folder, &["check", "one"]);
     assert_eq!(without.code, 1);
     assert!(without.out.contains("unresolved-include"), "{}", without.out);
 }
@@ -618,7 +616,7 @@ fn fmt_writes_what_changes_and_says_so() {
     let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "fmt");
     write(&folder, &files);
     let read = |path: &str| std::fs::read_to_string(folder.join(path)).unwrap();
-    let run = |arguments: &[&str]| mauve(env!("CARGO_BIN_EXE_mauve"), &folder, arguments);
+    let run = |arguments: &[&str]| mauve(MAUVE, &folder, arguments);
 
     let checked = run(&["fmt", "--check", "robot"]);
     let expected = "robot/a.mal:1\n  - shell S{input port a:int}\n  + shell S { input port a: int }\n\
@@ -648,7 +646,7 @@ fn fmt_leaves_alone_what_it_cannot_read_or_write() {
     write(&folder, &[("a.mal", "use  a"), ("broken.mal", "shell  S {\n  input  port\n}\nuse  b\n")]);
     let binary = b"use  a\n\xff\xfe";
     std::fs::write(folder.join("binary.mal"), binary).unwrap();
-    let run = |arguments: &[&str]| mauve(env!("CARGO_BIN_EXE_mauve"), &folder, arguments);
+    let run = |arguments: &[&str]| mauve(MAUVE, &folder, arguments);
     let found = run(&["fmt"]);
     assert_eq!((found.code, found.out.as_str()), (2, "a.mal\nbroken.mal\n2 files formatted, 0 unchanged\n"));
     assert!(found.err.contains("`binary.mal`: this is not UTF-8 text from byte 7 on"), "{}", found.err);
@@ -675,7 +673,7 @@ fn fmt_keeps_permissions_and_links() {
     std::fs::set_permissions(folder.join("robot/a.mal"), PermissionsExt::from_mode(0o640)).unwrap();
     symlink(folder.join("outside.mal"), folder.join("robot/link.mal")).unwrap();
     symlink(folder.join("named.mal"), folder.join("by_name.mal")).unwrap();
-    let found = mauve(env!("CARGO_BIN_EXE_mauve"), &folder, &["fmt", "robot", "by_name.mal"]);
+    let found = mauve(MAUVE, &folder, &["fmt", "robot", "by_name.mal"]);
     assert_eq!(
         (found.code, found.out.as_str()),
         (0, "named.mal\nrobot/a.mal\n2 files formatted, 0 unchanged\n")
@@ -692,7 +690,7 @@ fn fmt_of_standard_input() {
     use std::io::Write as _;
     use std::process::{Command, Stdio};
     let run = |arguments: &[&str], text: &[u8]| {
-        let mut process = Command::new(env!("CARGO_BIN_EXE_mauve"))
+        let mut process = Command::new(MAUVE)
             .args(arguments)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
@@ -718,8 +716,8 @@ fn the_sample_and_new_projects_are_formatted() {
     let found = run(&["fmt", "--check"]);
     assert_eq!((found.code, found.err.as_str()), (0, ""), "{}", found.out);
     let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "fmt-new");
-    let made = mauve(env!("CARGO_BIN_EXE_mauve"), &folder, &["new", "robot"]);
+    let made = mauve(MAUVE, &folder, &["new", "robot"]);
     assert_eq!(made.code, 0);
-    let found = mauve(env!("CARGO_BIN_EXE_mauve"), &folder, &["fmt", "--check", "robot"]);
+    let found = mauve(MAUVE, &folder, &["fmt", "--check", "robot"]);
     assert_eq!((found.code, found.out.as_str()), (0, "no files to be formatted, 1 unchanged\n"));
 }

@@ -1,8 +1,6 @@
 //! How a session of the language server goes whatever its client does: order, load, panics, cancellation, the end; and what
 //! a client must never do.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
 use std::collections::HashMap;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
@@ -10,7 +8,8 @@ use std::time::{Duration, Instant};
 use mauve_tests::{Client, Text, address, long_analysis, models, scratch, write};
 use serde_json::{Value, json};
 
-const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
+use crate::MAUVE;
+
 const SOON: Duration = Duration::from_secs(10);
 
 fn robot() -> Client {

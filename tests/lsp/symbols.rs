@@ -1,13 +1,11 @@
 //! What is declared in a document and in all of them, and the files that one names, through the binary.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
 use std::path::PathBuf;
 
 use mauve_tests::{Client, address, copy, generated_project, models, scratch, write};
 use serde_json::{Value, json};
 
-const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
+use crate::MAUVE;
 
 fn robot(name: &str) -> PathBuf {
     let folder = scratch(env!("CARGO_TARGET_TMPDIR"), name);
@@ -76,7 +74,7 @@ fn kinds_are_those_that_a_client_knows() {
 
 #[test]
 fn links_lead_to_the_files_that_are_named() {
-    let folder = robot("lsp_links");
+    let folder = robot("lsp_document_links");
     let mut client = Client::start(MAUVE, &[]);
     client.initialize(Some(&folder), &json!({"textDocument": {"documentLink": {"tooltipSupport": true}}}));
     let links = |client: &mut Client, uri: &str| {

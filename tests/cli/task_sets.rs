@@ -1,21 +1,20 @@
 //! Task sets in files: `mauve wcrt` says of one what it says of the model that it was made of.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
-
 use std::path::{Path, PathBuf};
 
 use mauve_model::{Database, Workspace, projects};
-use mauve_tests::{Run, files_in, mauve, models, scratch, texts_in, write};
+use mauve_tests::{Run, files_in, mauve, models, scratch, test_name, texts_in, write};
 use serde_json::Value;
 
+use crate::MAUVE;
+
 fn run(folder: &Path, arguments: &[&str]) -> Run {
-    mauve(env!("CARGO_BIN_EXE_mauve"), folder, arguments)
+    mauve(MAUVE, folder, arguments)
 }
 
-/// A folder of the test's own, since tests run at the same time, each in a thread of its name.
+/// A folder of the test's own.
 fn folder() -> PathBuf {
-    let thread = std::thread::current();
-    scratch(env!("CARGO_TARGET_TMPDIR"), &format!("task-sets-{}", thread.name().unwrap_or_default()))
+    scratch(env!("CARGO_TARGET_TMPDIR"), &test_name())
 }
 
 /// The exported files of a project, by their paths below the folder of the packages.

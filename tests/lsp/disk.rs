@@ -1,9 +1,6 @@
 //! Files, folders and links that come, go and become others under a running server: afterwards it knows what a fresh one
 //! does.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-#![cfg(unix)]
-
 use std::fs;
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
@@ -12,7 +9,7 @@ use std::time::Duration;
 use mauve_tests::{Client, Text, address, copy, scratch, write};
 use serde_json::json;
 
-const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
+use crate::MAUVE;
 
 const MODEL: &str = "codel plan(): int
 shell S { }

@@ -1,13 +1,11 @@
 //! Message packages that are installed: where they are found, which messages they have, and what is passed over.
 
-#![allow(clippy::unwrap_used)]
-
 use std::path::{Path, PathBuf};
 
 use mauve_tests::{Client, Text, scratch, write};
 use serde_json::json;
 
-const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
+use crate::MAUVE;
 
 /// A scratch folder with a model that uses `arm_msgs` and has a port of its type `Grip`, and with these files.
 fn folder(name: &str, files: &[(&str, &str)]) -> PathBuf {

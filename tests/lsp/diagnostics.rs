@@ -1,11 +1,9 @@
 //! Diagnostics for a client that asks for them, and an analysis that the user stops, over the real binary.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
 use mauve_tests::{Client, Text, address, is_publication, long_analysis, scratch, write};
 use serde_json::{Value, json};
 
-const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
+use crate::MAUVE;
 
 const PARTS: &str = "\
 codel plan(): int

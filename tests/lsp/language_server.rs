@@ -1,14 +1,12 @@
 //! The language server over its standard streams: what a client sees while a deployment is edited.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use mauve_tests::{Client, Columns, address, copy, is_publication, mauve, models, scratch, write};
 use serde_json::{Value, json};
 
-const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
+use crate::MAUVE;
 
 /// A copy of the sample robot.
 fn robot(name: &str) -> PathBuf {

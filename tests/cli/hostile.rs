@@ -17,9 +17,6 @@
 //! //~ a                      nor enter this one, whose names may be read
 //! ```
 
-#![cfg(unix)]
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
-
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::io::Write as _;
@@ -31,6 +28,8 @@ use std::time::Duration;
 
 use mauve_tests::{Client, Run, mauve, scratch, write};
 use serde_json::json;
+
+use crate::MAUVE;
 
 /// What stands in files that no project has any business with.
 const SECRET: &str = "4d6f1ec2";
@@ -124,7 +123,7 @@ impl Project {
     /// A program that runs `mauve` with the limits, as nobody.
     fn limited(&self) -> PathBuf {
         let script = self.top.join("home/limited");
-        let (binary, home) = (env!("CARGO_BIN_EXE_mauve"), self.top.join("home"));
+        let (binary, home) = (MAUVE, self.top.join("home"));
         let home = home.display();
         let text = format!(
             "#!/bin/sh\nulimit -v 1048576\nulimit -t 5\nexport HOME='{home}'\n\

@@ -1,13 +1,11 @@
 //! Response times where an editor shows them: code actions, code lenses, hints and hovers, through the binary.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
 use std::path::Path;
 
 use mauve_tests::{Client, Text, models, scratch, write};
 use serde_json::{Value, json};
 
-const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
+use crate::MAUVE;
 
 /// A client that can do this.
 fn client(folder: &Path, capabilities: Value) -> Client {

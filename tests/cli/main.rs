@@ -1,0 +1,14 @@
+//! The command line, in one program, since a program for each subject costs a minute of linking.
+//!
+//! Tests run at the same time: each has a folder of its own.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
+mod bad_input;
+mod command_line;
+#[cfg(unix)]
+mod hostile;
+mod robot;
+mod task_sets;
+
+const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
