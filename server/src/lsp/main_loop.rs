@@ -184,6 +184,12 @@ impl MainLoop {
                 self.handle(event);
             }
             self.settle();
+            // A newly watched folder is read again at once: no event need follow that would have it read.
+            for _ in 0..MOST_PASSES {
+                if self.reload && self.walking.is_none() {
+                    self.settle();
+                }
+            }
             // What could not be loaded is not checked: nothing is known of it.
             let is_loaded = !self.reload && !self.failed && self.walking.is_none();
             if self.is_initialized && is_loaded && std::mem::take(&mut self.check) {
