@@ -111,6 +111,8 @@ pub(crate) struct MainLoop {
     reloads: u32,
     /// A check is due.
     check: bool,
+    /// The generation of which a check is running.
+    checking: Option<u64>,
     /// Counts the states of what the client and the disk have.
     generation: u64,
     /// The one of which a check has found that everything is read that is needed, or can be.
@@ -160,6 +162,7 @@ impl MainLoop {
             passes: 0,
             reloads: 0,
             check: false,
+            checking: None,
             generation: 0,
             complete: None,
             stopped: None,
@@ -588,7 +591,15 @@ impl MainLoop {
             is_stopped: self.stopped == Some(self.generation),
             tokens: Arc::clone(&self.tokens),
             running: Arc::clone(&self.running),
+            is_settled: self.is_settled(),
+            outbox: self.publisher.outbox(),
         }
+    }
+
+    /// Does the main loop wait for nothing but events? What cannot be loaded is not checked.
+    fn is_settled(&self) -> bool {
+        let is_checked = !self.check || self.failed || !self.is_initialized;
+        is_checked && !self.reload && self.walking.is_none() && self.checking.is_none()
     }
 
     fn spawn(&self, job: impl FnOnce() + Send + 'static) {
@@ -604,6 +615,7 @@ impl MainLoop {
     fn start_check(&mut self) {
         self.busy.send_replace(self.capabilities.progress);
         let (generation, snapshot, sender) = (self.generation, self.snapshot(), self.sender.clone());
+        self.checking = Some(generation);
         self.spawn(move || {
             let checked = attempt(|| check(&snapshot));
             drop(snapshot);
@@ -612,6 +624,7 @@ impl MainLoop {
     }
 
     fn checked(&mut self, generation: u64, checked: Result<Checked, Failure>) {
+        self.checking = self.checking.filter(|&checking| checking != generation);
         if generation != self.generation {
             return;
         }

@@ -2,7 +2,7 @@
 //! newest: a client that reads slowly gets what holds when it reads.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use tokio::sync::Notify;
 use tokio::time::timeout;
@@ -42,6 +42,9 @@ pub(crate) struct Outbox {
 struct Waiting {
     diagnostics: Found,
     warnings: Vec<String>,
+    refreshes: BTreeSet<Refresh>,
+    /// How many diagnostics and refresh requests were sent.
+    sent: usize,
 }
 
 /// What a client may be told to ask for again.
@@ -70,6 +73,11 @@ impl Publisher {
             pulls_all: false,
             outbox,
         }
+    }
+
+    /// Returns what waits to be sent.
+    pub(crate) fn outbox(&self) -> Arc<Outbox> {
+        Arc::clone(&self.outbox)
     }
 
     /// For a client that asks about open files instead of being told.
@@ -169,6 +177,7 @@ impl Publisher {
 
     /// Has the client ask for something again.
     pub(crate) fn refresh(&self, what: Refresh) {
+        self.outbox.lock().refreshes.insert(what);
         self.outbox.refresh(what).notify_one();
     }
 
@@ -197,6 +206,9 @@ impl Outbox {
     pub(crate) async fn have_asked(&self, what: Refresh, client: Client) {
         loop {
             self.refresh(what).notified().await;
+            if !self.is_due(what) {
+                continue;
+            }
             let question = async {
                 match what {
                     Refresh::Diagnostics => client.workspace_diagnostic_refresh().await,
@@ -213,17 +225,38 @@ impl Outbox {
         }
     }
 
+    /// Is this still to be sent? It is counted as sent then.
+    fn is_due(&self, what: Refresh) -> bool {
+        let mut waiting = self.lock();
+        let is_due = waiting.refreshes.remove(&what);
+        waiting.sent += usize::from(is_due);
+        is_due
+    }
+
     fn put(&self, change: impl FnOnce(&mut Waiting)) {
-        change(&mut self.waiting.lock().unwrap_or_else(PoisonError::into_inner));
+        change(&mut self.lock());
         self.more.notify_one();
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Waiting> {
+        self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Returns how many diagnostics and refresh requests were sent, or none while some wait.
+    pub(crate) fn sent(&self) -> Option<usize> {
+        let waiting = self.lock();
+        (waiting.diagnostics.is_empty() && waiting.refreshes.is_empty()).then_some(waiting.sent)
     }
 
     /// Sends what is put in, as fast as the client reads.
     pub(crate) async fn send_to(&self, client: Client) {
         loop {
             self.more.notified().await;
-            let Waiting { diagnostics, warnings } =
-                std::mem::take(&mut *self.waiting.lock().unwrap_or_else(PoisonError::into_inner));
+            let (diagnostics, warnings) = {
+                let mut waiting = self.lock();
+                waiting.sent += waiting.diagnostics.len();
+                (std::mem::take(&mut waiting.diagnostics), std::mem::take(&mut waiting.warnings))
+            };
             for message in warnings {
                 client.show_message(MessageType::WARNING, message).await;
             }

@@ -14,6 +14,7 @@ use tower_lsp::lsp_types::{TextDocumentIdentifier, TextDocumentPositionParams, U
 
 use super::capabilities::Capabilities;
 use super::position::{LineIndex, line_index};
+use super::publisher::Outbox;
 use super::settings::Settings;
 use super::tokens::Tokens;
 use crate::load::{is_outdated, place};
@@ -50,6 +51,10 @@ pub(crate) struct Snapshot {
     pub(crate) tokens: Arc<Tokens>,
     /// How many jobs are running.
     pub(crate) running: Arc<AtomicUsize>,
+    /// Does the main loop wait for nothing but events?
+    pub(crate) is_settled: bool,
+    /// What is to be sent to the client.
+    pub(crate) outbox: Arc<Outbox>,
 }
 
 impl Snapshot {

@@ -20,6 +20,9 @@ pub(crate) struct Status {
     levels: Vec<f64>,
     /// How many jobs are running, this request not counted.
     jobs: usize,
+    /// Once the server has nothing left to do: how many diagnostics and refresh requests it has sent. A client that has
+    /// received as many has received everything. Null while files are read, projects are checked, or messages wait.
+    settled: Option<usize>,
 }
 
 #[derive(Debug, Serialize)]
@@ -40,6 +43,7 @@ pub(crate) fn status(snapshot: &Snapshot) -> Result<Status> {
         significance: level_shown(db, workspace).as_f64(),
         roots: projects(db, workspace).iter().map(|it| it.root(db).path(db).display().to_string()).collect(),
     });
+    let jobs = snapshot.running.load(Ordering::SeqCst).saturating_sub(1);
     Ok(Status {
         version: env!("CARGO_PKG_VERSION"),
         workspaces: workspaces.collect(),
@@ -48,6 +52,7 @@ pub(crate) fn status(snapshot: &Snapshot) -> Result<Status> {
             .map(|level| level.as_f64())
             .collect(),
         documents: snapshot.documents.len(),
-        jobs: snapshot.running.load(Ordering::SeqCst).saturating_sub(1),
+        jobs,
+        settled: snapshot.outbox.sent().filter(|_| snapshot.is_settled && jobs == 0),
     })
 }
