@@ -92,6 +92,7 @@ fn attack(folder: &Path, link: &Path, made: &AtomicUsize) {
                 std::hint::spin_loop();
             }
         }
+        // Some runs end without an exchange.
         std::thread::sleep(Duration::from_millis(random.below(500) as u64));
     }
 }

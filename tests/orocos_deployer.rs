@@ -141,6 +141,7 @@ impl<'a> Deployer<'a> {
             && !done(&said())
             && deployer.try_wait().unwrap().is_none()
         {
+            // The deployer is another program: only its output tells what it does.
             std::thread::sleep(Duration::from_millis(50));
         }
         // A signal ends a deployer in order only when its scripts have ended.
@@ -156,6 +157,7 @@ impl<'a> Deployer<'a> {
                 break status.code();
             }
             assert!(begin.elapsed() < Duration::from_secs(20), "it does not end\n{}", said());
+            // The standard library waits for a process without a limit, or not at all.
             std::thread::sleep(Duration::from_millis(20));
         };
         let log = said();

@@ -505,6 +505,7 @@ impl Session {
         let id = self.client.request(method.name, params);
         self.asked.insert(id, (method.name, place));
         if random.below(5) == 0 {
+            // Requests are cancelled at different moments of the work.
             std::thread::sleep(Duration::from_micros(random.below(10) as u64 * random.below(300) as u64));
             self.client.notify("$/cancelRequest", json!({"id": id}));
         }
@@ -725,6 +726,8 @@ impl Session {
         let mut difference = None;
         for &quiet in self.patience {
             for client in [&mut self.client, &mut fresh] {
+                client.idle();
+                // Changes of files are noticed later.
                 client.settle(Duration::from_millis(quiet));
             }
             self.hear(Duration::ZERO)?;

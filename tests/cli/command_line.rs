@@ -307,7 +307,7 @@ fn nothing_that_stands_in_a_folder_is_passed_over() {
     );
     assert_eq!(found.code, 1);
     // A model that stands elsewhere is analysed by its link, and one that stands nowhere is an error.
-    write(&top, &[("linked/mauve.toml", LATE[1].1)]);
+    write(&top, &[("linked/mauve.toml", LATE[1].1), (".git/HEAD", "")]);
     link("../in/robot.mal", "linked/robot.mal");
     assert!(check("linked").out.contains("deadline-missed"), "{}", check("linked").out);
     link("/nowhere/robot.mal", "linked/other.mal");

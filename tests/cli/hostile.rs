@@ -229,7 +229,8 @@ impl Project {
             }
             let _ = client.call("mauve/generate", json!({"textDocument": {"uri": open.uri}}));
         }
-        let said = format!("{:?} {:?}", client.published(), client.take(Duration::from_millis(50)));
+        client.idle();
+        let said = format!("{:?} {:?}", client.published(), client.take(Duration::ZERO));
         if said.contains(SECRET) {
             return Err("the server shows what stands in another file".to_owned());
         }

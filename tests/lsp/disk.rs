@@ -4,7 +4,6 @@
 use std::fs;
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
 use mauve_tests::{Client, Text, address, copy, scratch, write};
 use serde_json::json;
@@ -69,10 +68,19 @@ impl Session {
         let hint = fresh.hint(&text, "activity");
         assert!(hint.starts_with(expected), "{hint}");
         self.client.wait_for_hint(&self.text, "activity", |it| it == hint);
-        fresh.settle(Duration::from_millis(100));
+        fresh.idle();
         let expected = fresh.published();
         self.client.wait_for_published(|published| *published == expected);
     }
+}
+
+/// Waits until the server has noticed what has changed on the disk. It learns of changes in their order: this one is the last.
+fn notice_changes(client: &mut Client, folder: &Path) {
+    let path = folder.join("last.mal");
+    fs::write(&path, "codel f(\n").unwrap();
+    client.wait_for_published(|published| published.contains_key(&address(&path)));
+    fs::remove_file(&path).unwrap();
+    client.wait_for_published(|published| !published.contains_key(&address(&path)));
 }
 
 fn config(tables: &str) -> String {
@@ -223,7 +231,7 @@ fn folders_that_are_copied_swapped_and_ignored() {
     it.expect("R 30 ms");
     // The whole folder, under the server.
     it.rename("robot", "away");
-    it.client.settle(Duration::from_millis(100));
+    it.client.wait_for_hint(&it.text, "activity", |hint| hint.starts_with("not analysed"));
     it.rename("away", "robot");
     it.expect("R 30 ms");
     it.put("robot/sub/broken.mal", "codel f(\n");
@@ -286,7 +294,7 @@ fn an_open_file_of_a_folder_without_a_configuration_is_checked_once() {
     for _ in 0..3 {
         fs::write(top.join("sub/other"), "").unwrap();
         fs::remove_file(top.join("sub/other")).unwrap();
-        client.settle(Duration::from_millis(150));
+        notice_changes(&mut client, &top);
         assert_eq!(projects(&mut client), Some(1));
         assert_eq!(client.published()[&text.uri].as_array().map(Vec::len), Some(found));
     }
@@ -346,7 +354,7 @@ fn a_folder_that_is_touched_is_watched_on() {
                 .set_modified(std::time::SystemTime::UNIX_EPOCH)
                 .unwrap();
         }
-        it.client.settle(Duration::from_millis(200));
+        notice_changes(&mut it.client, &it.top.join("robot"));
         it.put("shared/times/t.toml", &table(37));
         it.expect("R 37 ms");
     }

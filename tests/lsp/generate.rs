@@ -3,7 +3,6 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
 use mauve_tests::{Client, Text, address, all_texts_in, copy, mauve, models, scratch, write};
 use serde_json::{Value, json};
@@ -666,6 +665,6 @@ fn an_edit_overtakes_an_action_and_not_a_command() {
         }
         assert!(client.answer(executed).unwrap()["created"].as_u64() > Some(5));
     }
-    client.settle(Duration::from_millis(100));
+    client.idle();
     assert!(!folder.join("generated").exists());
 }

@@ -139,6 +139,7 @@ impl History {
             (4, open) => {
                 let other = path.with_file_name("renamed");
                 let _ = fs::rename(&path, &other);
+                // The server notices the new name, the old one, or both.
                 std::thread::sleep(Duration::from_millis(random.below(15) as u64));
                 let _ = fs::rename(other, &path);
                 self.open.extend(open.map(|open| (file, open)));
@@ -180,6 +181,7 @@ impl History {
             }
         }
         if random.below(3) == 0 {
+            // Steps meet the server at different moments of its work.
             std::thread::sleep(Duration::from_millis(random.below(30) as u64));
         }
     }

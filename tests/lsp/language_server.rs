@@ -1,7 +1,6 @@
 //! The language server over its standard streams: what a client sees while a deployment is edited.
 
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
 use mauve_tests::{Client, Columns, address, copy, is_publication, mauve, models, scratch, write};
 use serde_json::{Value, json};
@@ -132,7 +131,7 @@ fn tables_and_models_that_change_on_the_disk_are_seen() {
     let faster = old.replace(astar, "\"navigation.astar\" = 1");
     let is_as_before = |hint: &str| hint.starts_with("R 997");
     let is_shorter = |hint: &str| hint.starts_with("R ") && !hint.starts_with("R 997");
-    client.settle(Duration::from_millis(100));
+    client.idle();
     client.forget();
     std::fs::write(&table, &faster).unwrap();
     client.wait("a refresh", |it| it["method"] == "workspace/inlayHint/refresh");
@@ -198,7 +197,12 @@ fn includes_are_followed_while_they_are_typed() {
     let outside = folder.join("outside/part.mal");
     write(
         &folder,
-        &[("outside/part.mal", "codel f(): int\n"), ("robot/mauve.toml", ""), ("robot/root.mal", "")],
+        &[
+            (".git/HEAD", ""),
+            ("outside/part.mal", "codel f(): int\n"),
+            ("robot/mauve.toml", ""),
+            ("robot/root.mal", ""),
+        ],
     );
     let mut client = Client::of_folder(MAUVE, &folder.join("robot"));
     let mut text = client.open(&folder.join("robot/root.mal"), "include \"../outside/par.mal\"\n");
@@ -349,7 +353,7 @@ fn a_plain_client_is_served_too() {
         client.call("textDocument/documentSymbol", json!({"textDocument": {"uri": text.uri}})).unwrap();
     let navigation = symbols.as_array().unwrap().iter().find(|it| it["name"] == "navigation").unwrap();
     assert_eq!(navigation["containerName"], "P3dxDeployment");
-    client.settle(Duration::from_millis(200));
+    client.idle();
     assert_eq!(client.count(|it| it["method"] == "workspace/inlayHint/refresh"), 0);
 }
 

@@ -191,7 +191,11 @@ fn an_edit_ends_a_long_analysis() {
         "start": {"line": 0, "character": 0}, "end": {"line": 9999, "character": 0},
     }});
     let id = client.request("textDocument/inlayHint", params);
-    std::thread::sleep(Duration::from_millis(100));
+    // The check and the request are running.
+    let end = Instant::now() + SOON;
+    while client.call("mauve/status", Value::Null).unwrap()["jobs"].as_u64() < Some(2) {
+        assert!(Instant::now() < end, "the analysis does not take long");
+    }
     client.edit(&mut text, "period = 1 }", "period = 2 }");
     assert_eq!(client.answer(id).unwrap_err()["code"], -32801);
     // Half of the CPU is free now, and the bounds are found at once.
@@ -216,6 +220,7 @@ fn a_request_that_waits_for_a_cancelled_one_is_answered() {
             client.request("textDocument/hover", text.at("navigation  {")),
             client.request("textDocument/inlayHint", hints),
         ];
+        // Each round cancels at another moment of the work.
         std::thread::sleep(Duration::from_micros(100 * (round % 10)));
         client.notify("$/cancelRequest", json!({"id": of_round[round as usize % 3]}));
         ids.extend(of_round);
@@ -273,6 +278,7 @@ fn nothing_is_said_unasked_after_shutdown() {
     client.edit(&mut text, "deadline = 1000", "deadline = 700");
     client.call("shutdown", Value::Null).unwrap();
     client.forget();
+    // No request is answered any more that could tell when the check has ended.
     client.settle(Duration::from_millis(200));
     assert_eq!(client.count(|it| it.get("method").is_some()), 0);
     client.notify("exit", Value::Null);
@@ -502,8 +508,9 @@ fn a_client_that_counts_characters_is_understood() {
     client.answer(id).unwrap();
     let is_told =
         |it: &Value| it["method"] == "window/showMessage" && it.to_string().contains("Content-Length");
-    client.settle(Duration::from_millis(100));
-    assert_eq!(client.count(is_told), 1, "once");
+    client.wait("a warning", is_told);
+    client.idle();
+    assert_eq!(client.count(is_told), 0, "once");
     assert_eq!(client.shut_down(), Some(0));
 }
 

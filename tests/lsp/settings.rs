@@ -1,7 +1,5 @@
 //! Settings, by each of the three ways in which clients give them, over the real binary.
 
-use std::time::Duration;
-
 use mauve_tests::{Client, Text, address, scratch, write};
 use serde_json::{Value, json};
 
@@ -106,7 +104,7 @@ fn the_newest_answer_counts() {
     let ids = [question(), question()];
     for (id, level) in ids.iter().zip([1e-3, 1e-6]).rev() {
         client.send(&json!({"jsonrpc": "2.0", "id": id, "result": [{"timing": {"significance": level}}]}));
-        client.settle(Duration::from_millis(200));
+        client.idle();
         wait_for(&mut client, &robot, "50");
     }
 }

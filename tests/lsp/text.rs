@@ -332,7 +332,7 @@ fn another_meaning_by_an_edit_elsewhere_is_to_be_asked_for() {
     client.diagnostics(&core);
     let own = tokens(&mut client, "full", of.clone());
     assert_ne!(own["data"], before["data"]);
-    client.settle(std::time::Duration::from_millis(200));
+    client.idle();
     assert_eq!(client.count(is_refresh), 0);
     client.edit(&mut shell, "port out", "port other");
     client.wait("that colours are to be asked for again", is_refresh);
@@ -341,7 +341,7 @@ fn another_meaning_by_an_edit_elsewhere_is_to_be_asked_for() {
     // Told once.
     client.edit(&mut shell, "// why", "// why not");
     client.diagnostics(&shell);
-    client.settle(std::time::Duration::from_millis(200));
+    client.idle();
     assert_eq!(client.count(is_refresh), 0);
 }
 

@@ -24,6 +24,8 @@ pub struct Client {
     next_id: u64,
     /// The newest diagnostics of each file.
     published: HashMap<String, Value>,
+    /// How many diagnostics and refresh requests were received.
+    received: u64,
     /// What the user has set, for a server that asks.
     pub settings: Value,
     /// Are the server's questions answered as they come? Otherwise the test does that.
@@ -83,6 +85,7 @@ impl Client {
             waiting,
             next_id: 0,
             published,
+            received: 0,
             settings,
             answers_itself: true,
         }
@@ -188,10 +191,13 @@ impl Client {
         {
             self.published.insert(uri.to_owned(), message["params"]["diagnostics"].clone());
         }
+        let method = message["method"].as_str().unwrap_or_default();
+        let is_counted = method == "textDocument/publishDiagnostics" || method.ends_with("/refresh");
+        self.received += u64::from(is_counted);
         Some((at, message))
     }
 
-    /// Everything that comes until nothing has come for `quiet`.
+    /// Receives what comes until nothing has come for `quiet`. To wait for the server, see [`Client::idle`].
     pub fn settle(&mut self, quiet: Duration) {
         while let Some(message) = self.hear(quiet) {
             self.waiting.push_back(message);
@@ -204,18 +210,23 @@ impl Client {
         self.waiting.drain(..).map(|(_, message)| message).collect()
     }
 
-    /// Waits until the server has nothing left to do and has said what it has to say.
+    /// Waits until the server has nothing left to do and everything that it sent by itself is received.
+    ///
+    /// The server handles messages in order. Only changes of files reach it another way: it notices them later.
     pub fn idle(&mut self) {
-        let mut idle = 0;
+        let mut settled = 0;
         let end = Instant::now() + PATIENCE;
-        // A check begins behind the events that it is due for: the second answer in a row comes behind that.
-        while idle < 3 {
+        // The first answer comes after the events that the client's own answers to the server have caused.
+        while settled < 2 {
             assert!(Instant::now() < end, "the server is busy");
             let status = self.call("mauve/status", Value::Null);
-            let jobs = status.ok().and_then(|status| status["jobs"].as_u64());
-            idle = if jobs == Some(0) { idle + 1 } else { 0 };
+            let sent = status.ok().and_then(|status| status["settled"].as_u64());
+            settled = if sent.is_some() { settled + 1 } else { 0 };
+            while sent.is_some_and(|sent| self.received < sent) {
+                let message = self.hear(PATIENCE);
+                self.waiting.push_back(message.unwrap_or_else(|| panic!("{sent:?} messages do not come")));
+            }
         }
-        self.settle(Duration::from_millis(50));
     }
 
     /// Forgets what was heard and not asked for.
@@ -335,6 +346,7 @@ impl Client {
                 return;
             }
             assert!(Instant::now() < end, "the hint stays {hint:?}");
+            // The server notices changes of files at some time, which no request waits for.
             self.settle(Duration::from_millis(10));
         }
     }
@@ -351,6 +363,7 @@ impl Client {
                 return published;
             }
             assert!(Instant::now() < end, "published is {published:?}");
+            // Changes of files: see above.
             self.settle(Duration::from_millis(20));
         }
     }
@@ -384,6 +397,7 @@ impl Client {
             if let Ok(Some(status)) = self.process.try_wait() {
                 return Some(status.code().unwrap_or(-1));
             }
+            // The standard library waits for a process without a limit, or not at all.
             std::thread::sleep(Duration::from_millis(2));
         }
         None

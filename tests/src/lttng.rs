@@ -69,6 +69,7 @@ impl Recorder {
             let ended = recorder.daemon.as_mut().is_some_and(|it| it.try_wait().is_ok_and(|it| it.is_some()));
             let is_late = begin.elapsed() > Duration::from_secs(60);
             assert!(!ended && !is_late, "no lttng-sessiond answers; tests/orocos/install installs it");
+            // The daemon is another program: only its answer tells that it has started.
             sleep(Duration::from_millis(50));
         }
         recorder
