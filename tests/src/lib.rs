@@ -55,6 +55,11 @@ pub fn fixture(text: &str) -> Vec<(String, String)> {
 pub struct Random(pub u64);
 
 impl Random {
+    /// Returns the numbers of a seed, which may be 0. Seeds that are close to each other give different numbers.
+    pub fn of_seed(seed: u64) -> Random {
+        Random((seed + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1)
+    }
+
     /// A number below `bound`.
     pub fn below(&mut self, bound: usize) -> usize {
         self.0 ^= self.0 << 13;

@@ -157,6 +157,8 @@ pub struct State {
     pub name: String,
     pub methods: Vec<Program>,
     pub transitions: Vec<Transition>,
+    /// Behind the transitions.
+    pub later_methods: Vec<Program>,
 }
 
 #[derive(Clone, Debug, Default)]
@@ -355,8 +357,8 @@ impl Display for Expr {
             }
             Form::Binary(left, operator, right) => {
                 let own = level(operator);
-                // Comparisons are not chained.
-                within(f, left, if (3..=4).contains(&own) { own + 1 } else { own })?;
+                // Comparisons by order are not chained.
+                within(f, left, if own == 4 { own + 1 } else { own })?;
                 write!(f, " {operator} ")?;
                 within(f, right, own + 1)
             }
@@ -496,6 +498,7 @@ impl Writer {
                     None => it.line(head),
                 }
             }
+            state.later_methods.iter().for_each(|method| it.program(method));
         });
     }
 
@@ -514,20 +517,31 @@ impl Writer {
                 }
                 Statement::If(condition, then, otherwise) => {
                     self.within(format_args!("if {condition} then"), |it| it.block(then));
-                    if let Some(otherwise) = otherwise {
-                        // On the line of the brace before it.
-                        self.text.truncate(self.text.trim_end().len());
-                        self.text += " else {\n";
-                        self.depth += 1;
-                        self.block(otherwise);
-                        self.depth -= 1;
-                        self.line("}");
-                    }
+                    self.otherwise(otherwise.as_ref());
                 }
                 Statement::Return(keyword, None) => self.line(format_args!("{keyword};")),
                 Statement::Return(keyword, Some(value)) => self.line(format_args!("{keyword} {value};")),
             }
         }
+    }
+
+    /// On the line of the brace before it; an `if` that stands there alone has no braces around.
+    fn otherwise(&mut self, otherwise: Option<&Block>) {
+        let Some(otherwise) = otherwise else { return };
+        self.text.truncate(self.text.trim_end().len());
+        self.text += " else ";
+        let (head, body, last) = match otherwise.as_slice() {
+            [Statement::If(condition, then, last)] => {
+                (format!("if {condition} then {{\n"), then, last.as_ref())
+            }
+            _ => ("{\n".to_owned(), otherwise, None),
+        };
+        self.text += &head;
+        self.depth += 1;
+        self.block(body);
+        self.depth -= 1;
+        self.line("}");
+        self.otherwise(last);
     }
 
     fn architecture(&mut self, architecture: &Architecture) {

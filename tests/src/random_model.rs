@@ -9,7 +9,7 @@ use crate::model::*;
 
 /// A model of several files, one for each seed: libraries, shells with bases, cores, a deployed system, timing tables.
 pub fn random_model(seed: u64) -> Model {
-    let random = Random((seed + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1);
+    let random = Random::of_seed(seed);
     Maker { random, taken: HashSet::new(), common: Vec::new(), uses: Vec::new(), built: Vec::new() }.model()
 }
 

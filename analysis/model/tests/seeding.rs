@@ -1563,7 +1563,7 @@ fn unreachable_state(seed: &mut Seed) -> Option<()> {
     let target = states[0].name.clone();
     let back = Transition { name: "back".to_owned(), guard: None, target, effect: None };
     let state =
-        State { is_initial: false, name: marked("Nowhere"), methods: Vec::new(), transitions: vec![back] };
+        State { is_initial: false, name: marked("Nowhere"), transitions: vec![back], ..State::default() };
     states.push(state);
     Some(())
 }

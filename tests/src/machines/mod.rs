@@ -4,7 +4,7 @@
 //! | file | is |
 //! |---|---|
 //! | `mod.rs` | what components are made of |
-//! | `text.rs` | their text in MAUVE |
+//! | `text.rs` | their text in MAUVE, which `../model.rs` writes |
 //! | `random.rs` | makes them, well typed |
 //! | `interpreter.rs` | what they do in a run, line by line |
 //! | `rig.rs` | the C++ around generated packages: codels, and the program that runs the components |
@@ -97,7 +97,7 @@ pub struct Expr {
 pub enum Form {
     Literal(Value),
     Variable(Variable),
-    Unary(char, Box<Expr>),
+    Unary(&'static str, Box<Expr>),
     Binary(Box<Expr>, &'static str, Box<Expr>),
     /// By its number in the library.
     Codel(usize, Vec<Expr>),

@@ -43,7 +43,7 @@ const TEXTS: [&str; 5] = ["", "left", "\"\\", "a\n\t??/", "é"];
 
 /// A library of components that do nothing undefined in their runs.
 pub fn random_library(seed: u64, components: usize) -> Library {
-    let mut random = Random((seed + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1);
+    let mut random = Random::of_seed(seed);
     let mut library = Library { codels: codels(&mut random), components: Vec::new() };
     while library.components.len() < components {
         let name = format!("K{}", library.components.len());
@@ -556,7 +556,7 @@ impl<'a> Maker<'a> {
                 let Some(variable) = self.variable(Ty::Float) else { return self.leaf(ty) };
                 let left = Expr { ty, form: Form::Variable(variable) };
                 if self.chance(10) {
-                    return Expr { ty, form: Form::Unary('-', Box::new(left)) };
+                    return Expr { ty, form: Form::Unary("-", Box::new(left)) };
                 }
                 let right = self.leaf(ty);
                 let operator = ["+", "-", "*"][self.random.below(3)];
@@ -588,7 +588,7 @@ impl<'a> Maker<'a> {
     fn whole(&mut self, depth: usize) -> Expr {
         let left = self.expr(Ty::Int, depth - 1);
         match self.random.below(9) {
-            0 => Expr { ty: Ty::Int, form: Form::Unary('-', Box::new(left)) },
+            0 => Expr { ty: Ty::Int, form: Form::Unary("-", Box::new(left)) },
             1..3 => {
                 let divisor =
                     Expr { ty: Ty::Int, form: Form::Literal(Value::Int([2, 3, 7][self.random.below(3)])) };
@@ -629,7 +629,7 @@ impl<'a> Maker<'a> {
             _ => self.expr(Ty::Double, depth - 1),
         };
         match self.random.below(10) {
-            0 => Expr { ty: Ty::Double, form: Form::Unary('-', Box::new(left)) },
+            0 => Expr { ty: Ty::Double, form: Form::Unary("-", Box::new(left)) },
             1 => pair(Ty::Double, left, "/", Expr { ty: Ty::Int, form: Form::Literal(Value::Int(4)) }),
             _ => {
                 let operator = ["+", "-", "*"][self.random.below(3)];
@@ -645,7 +645,7 @@ impl<'a> Maker<'a> {
     fn condition(&mut self, depth: usize) -> Expr {
         let next = depth - 1;
         match self.random.below(12) {
-            0 => Expr { ty: Ty::Bool, form: Form::Unary('!', Box::new(self.expr(Ty::Bool, next))) },
+            0 => Expr { ty: Ty::Bool, form: Form::Unary("!", Box::new(self.expr(Ty::Bool, next))) },
             1..3 => pair(Ty::Bool, self.expr(Ty::Bool, next), "&&", self.expr(Ty::Bool, next)),
             3..5 => pair(Ty::Bool, self.expr(Ty::Bool, next), "||", self.expr(Ty::Bool, next)),
             5 => {

@@ -1,8 +1,7 @@
-//! The text of a library in MAUVE.
-
-use std::fmt::Write as _;
+//! The text of a library in MAUVE: the library as a [`Model`], which writes itself.
 
 use super::*;
+use crate::model::{self, Declaration, File, Model};
 
 impl Ty {
     pub(super) fn text(self) -> &'static str {
@@ -50,33 +49,43 @@ impl Value {
     }
 }
 
-fn parameters(signature: &Signature, names: &[String]) -> String {
-    let of = |(index, (way, ty)): (usize, &(Way, Ty))| {
-        let way = match way {
+fn declaration(signature: &Signature, names: &[String]) -> model::Signature {
+    let of = |(index, (way, ty)): (usize, &(Way, Ty))| model::Parameter {
+        direction: match way {
             Way::In => "in ",
             Way::Out => "out ",
             Way::InOut => "inout ",
-        };
-        format!("{way}{}: {}", names.get(index).cloned().unwrap_or(format!("a{index}")), ty.text())
+        },
+        name: names.get(index).cloned().unwrap_or(format!("a{index}")),
+        ty: ty.text().to_owned(),
     };
-    signature.parameters.iter().enumerate().map(of).collect::<Vec<_>>().join(", ")
-}
-
-fn declaration(signature: &Signature, names: &[String]) -> String {
-    let result = signature.result.map_or("void", Ty::text);
-    format!("{}({}): {result}", signature.name, parameters(signature, names))
+    model::Signature {
+        name: signature.name.clone(),
+        parameters: signature.parameters.iter().enumerate().map(of).collect(),
+        result: signature.result.map_or("void", Ty::text).to_owned(),
+    }
 }
 
 /// A library `machines` with all of it.
 pub fn library_text(library: &Library) -> String {
-    let mut out = String::from("library machines {\n");
-    for codel in &library.codels {
-        let _ = writeln!(out, "  codel {}", declaration(codel, &[]));
-    }
-    for component in &library.components {
-        Texts { codels: &library.codels, component }.component(&mut out);
-    }
-    out + "}\n"
+    let codels = library.codels.iter().map(|codel| Declaration::Codel(declaration(codel, &[])));
+    let components = library.components.iter().flat_map(|component| {
+        let texts = Texts { codels: &library.codels, component };
+        let (name, shell, core) = (&component.name, texts.shell(), texts.core());
+        let whole = Declaration::Component(name.clone(), shell.name.clone(), core.name.clone());
+        [Declaration::Shell(shell), Declaration::Core(core), whole]
+    });
+    let libraries = vec![(Some("machines".to_owned()), codels.chain(components).collect())];
+    let file = File { path: "/machines.mal".to_owned(), includes: Vec::new(), libraries };
+    Model { files: vec![file], semicolons: true, ..Model::default() }.written().files.swap_remove(0).1
+}
+
+fn name(name: &str) -> model::Expr {
+    model::Expr { ty: String::new(), form: model::Form::Name(name.to_owned()) }
+}
+
+fn parens(inner: model::Expr) -> model::Expr {
+    model::Expr { ty: String::new(), form: model::Form::Parens(Box::new(inner)) }
 }
 
 struct Texts<'a> {
@@ -85,199 +94,169 @@ struct Texts<'a> {
 }
 
 impl Texts<'_> {
-    fn component(&self, out: &mut String) {
+    fn shell(&self) -> model::Shell {
         let it = self.component;
-        let _ = writeln!(out, "  shell {}Shell {{", it.name);
-        for property in &it.properties {
-            let keyword = if property.is_constant { "constant" } else { "property" };
-            let bounds = property
-                .bounds
-                .as_ref()
-                .map(|(low, high)| format!(" [{}; {}]", low.text(property.ty), high.text(property.ty)));
-            let _ = writeln!(
-                out,
-                "    {keyword} {}: {}{} = {}",
-                property.name,
-                property.ty.text(),
-                bounds.unwrap_or_default(),
-                property.default.text(property.ty)
-            );
-        }
-        for (way, ports) in [("input", &it.inputs), ("output", &it.outputs)] {
-            for port in ports {
-                let _ = writeln!(out, "    {way} port {}: {}", port.name, port.ty.text());
-            }
-        }
-        for (signature, _, _) in &it.provided {
-            let _ = writeln!(out, "    provide {}", declaration(signature, &[]));
-        }
-        for required in &it.required {
-            let _ = writeln!(out, "    require {}", declaration(&required.signature, &[]));
-        }
-        let _ = writeln!(out, "  }}\n  core {0}Core({0}Shell) {{", it.name);
-        self.variables(&it.core, "    ", out);
-        for (handler, required) in &it.handlers {
-            let _ = writeln!(out, "    handler {handler}: {}", it.required[*required].signature.name);
-        }
-        for (signature, names, program) in &it.provided {
-            let _ = write!(out, "    provide {} = ", declaration(signature, names));
-            self.program(program, "    ", out);
-        }
-        let hooks = [
-            ("configure", &it.configure),
-            ("start", &it.start),
-            ("update", &it.update),
-            ("stop", &it.stop),
-            ("cleanup", &it.cleanup),
-        ];
-        for (name, program) in hooks {
-            if let Some(program) = program {
-                let _ = write!(out, "    {name} = ");
-                self.program(program, "    ", out);
-            }
-        }
-        if it.update.is_none() {
-            *out += "    statemachine {\n";
-            self.variables(&it.machine, "      ", out);
-            for (index, state) in it.states.iter().enumerate() {
-                self.state(state, index == it.initial, out);
-            }
-            *out += "    }\n";
-        }
-        let _ = writeln!(out, "  }}\n  component {0}({0}Shell, {0}Core)", it.name);
-    }
-
-    fn variables(&self, variables: &[(Variable, Option<Expr>)], indent: &str, out: &mut String) {
-        for (variable, first) in variables {
-            let first = first.as_ref().map(|it| format!(" = {}", self.expr(it, 0)));
-            let (name, ty) = (&variable.name, variable.ty.text());
-            let _ = writeln!(out, "{indent}var {name}: {ty}{};", first.unwrap_or_default());
-        }
-    }
-
-    fn state(&self, state: &State, is_initial: bool, out: &mut String) {
-        let initial = if is_initial { "initial " } else { "" };
-        let _ = writeln!(out, "      {initial}state {} {{", state.name);
-        let methods = [("entry", &state.entry), ("run", &state.run)];
-        let later = [("exit", &state.exit), ("handle", &state.handle)];
-        let method = |(name, program): (&str, &Option<Program>), out: &mut String| {
-            if let Some(program) = program {
-                let _ = write!(out, "        {name} = ");
-                self.program(program, "        ", out);
+        let value = |property: &Property| {
+            let text = |value: &Value| value.text(property.ty);
+            let interval = property.bounds.as_ref();
+            model::Value {
+                keyword: if property.is_constant { "constant" } else { "property" },
+                name: property.name.clone(),
+                ty: property.ty.text().to_owned(),
+                interval: interval.map(|(low, high)| format!("[{}; {}]", text(low), text(high))),
+                bounds: None,
+                value: Some(model::Expr::literal("", text(&property.default))),
             }
         };
-        methods.into_iter().for_each(|it| method(it, out));
-        for transition in &state.transitions {
-            let guard = transition.guard.as_ref().map(|guard| format!(" if ({})", self.expr(guard, 0)));
-            let target = &self.component.states[transition.target].name;
-            let _ = write!(
-                out,
-                "        transition {}{} to {target}",
-                transition.name,
-                guard.unwrap_or_default()
-            );
-            match &transition.effect {
-                Some(effect) => {
-                    out.push(' ');
-                    self.program(effect, "        ", out);
-                }
-                None => out.push('\n'),
-            }
+        let port = |port: &Port, is_input| model::Port {
+            is_input,
+            name: port.name.clone(),
+            ty: port.ty.text().to_owned(),
+        };
+        let inputs = it.inputs.iter().map(|it| port(it, true));
+        model::Shell {
+            name: format!("{}Shell", it.name),
+            bases: Vec::new(),
+            values: it.properties.iter().map(value).collect(),
+            ports: inputs.chain(it.outputs.iter().map(|it| port(it, false))).collect(),
+            required: it.required.iter().map(|it| declaration(&it.signature, &[])).collect(),
+            provided: it.provided.iter().map(|(signature, ..)| declaration(signature, &[])).collect(),
         }
-        later.into_iter().for_each(|it| method(it, out));
-        *out += "      }\n";
     }
 
-    fn program(&self, program: &Program, indent: &str, out: &mut String) {
-        self.block(&program.body, indent, out);
-        out.push('\n');
-    }
-
-    fn block(&self, block: &[Statement], indent: &str, out: &mut String) {
-        let inner = format!("{indent}  ");
-        *out += "{\n";
-        for statement in block {
-            *out += &inner;
-            self.statement(statement, &inner, out);
-            out.push('\n');
+    fn core(&self) -> model::Core {
+        let it = self.component;
+        let handler = |(handler, required): &(String, usize)| {
+            (handler.clone(), it.required[*required].signature.name.clone())
+        };
+        let operation = |(signature, names, program): &(Signature, Vec<String>, Program)| model::Operation {
+            signature: declaration(signature, names),
+            body: self.block(&program.body),
+        };
+        let machine = model::Machine {
+            keyword: "statemachine".to_owned(),
+            variables: self.variables(&it.machine),
+            states: it.states.iter().enumerate().map(|(index, of)| self.state(of, index)).collect(),
+        };
+        model::Core {
+            name: format!("{}Core", it.name),
+            shell: format!("{}Shell", it.name),
+            variables: self.variables(&it.core),
+            handlers: it.handlers.iter().map(handler).collect(),
+            operations: it.provided.iter().map(operation).collect(),
+            hooks: self.programs([
+                ("configure", &it.configure),
+                ("start", &it.start),
+                ("update", &it.update),
+                ("stop", &it.stop),
+                ("cleanup", &it.cleanup),
+            ]),
+            machines: if it.update.is_none() { vec![machine] } else { Vec::new() },
         }
-        *out += indent;
-        *out += "}";
     }
 
-    fn statement(&self, statement: &Statement, indent: &str, out: &mut String) {
-        let _ = match statement {
-            Statement::Local(variable, None) => write!(out, "var {}: {};", variable.name, variable.ty.text()),
-            Statement::Local(variable, Some(first)) => {
-                write!(out, "var {}: {} = {};", variable.name, variable.ty.text(), self.expr(first, 0))
+    fn variables(&self, variables: &[(Variable, Option<Expr>)]) -> Vec<model::Variable> {
+        variables.iter().map(|(variable, first)| self.variable(variable, first.as_ref())).collect()
+    }
+
+    fn variable(&self, variable: &Variable, first: Option<&Expr>) -> model::Variable {
+        model::Variable {
+            name: variable.name.clone(),
+            ty: variable.ty.text().to_owned(),
+            value: first.map(|it| self.expr(it)),
+        }
+    }
+
+    fn programs<const N: usize>(&self, all: [(&str, &Option<Program>); N]) -> Vec<model::Program> {
+        let some = all.into_iter().filter_map(|(keyword, program)| Some((keyword, program.as_ref()?)));
+        some.map(|(keyword, program)| model::Program {
+            keyword: keyword.to_owned(),
+            body: self.block(&program.body),
+        })
+        .collect()
+    }
+
+    fn state(&self, state: &State, index: usize) -> model::State {
+        let transition = |transition: &Transition| model::Transition {
+            name: transition.name.clone(),
+            guard: transition.guard.as_ref().map(|guard| parens(self.expr(guard))),
+            target: self.component.states[transition.target].name.clone(),
+            effect: transition.effect.as_ref().map(|effect| self.block(&effect.body)),
+        };
+        model::State {
+            is_initial: index == self.component.initial,
+            name: state.name.clone(),
+            methods: self.programs([("entry", &state.entry), ("run", &state.run)]),
+            transitions: state.transitions.iter().map(transition).collect(),
+            later_methods: self.programs([("exit", &state.exit), ("handle", &state.handle)]),
+        }
+    }
+
+    fn block(&self, block: &[Statement]) -> model::Block {
+        block.iter().map(|statement| self.statement(statement)).collect()
+    }
+
+    fn statement(&self, statement: &Statement) -> model::Statement {
+        let it = self.component;
+        match statement {
+            Statement::Local(variable, first) => {
+                model::Statement::Variable(self.variable(variable, first.as_ref()))
             }
-            Statement::Assign(variable, value) => write!(out, "{} = {};", variable.name, self.expr(value, 0)),
-            Statement::Call(call) => write!(out, "{};", self.expr(call, 0)),
+            Statement::Assign(variable, value) => {
+                model::Statement::Assign(variable.name.clone(), self.expr(value))
+            }
+            Statement::Call(call) => model::Statement::Expr(self.expr(call)),
             Statement::Write(port, value) => {
-                write!(out, "write({}, {});", self.component.outputs[*port].name, self.expr(value, 0))
+                let port = name(&it.outputs[*port].name);
+                model::Statement::Expr(self.call("write", [port], std::slice::from_ref(value)))
             }
             Statement::Send(handler, required, arguments) => {
-                let handler = handler.map(|handler| format!("{} = ", self.component.handlers[handler].0));
-                let mut all = vec![self.component.required[*required].signature.name.clone()];
-                all.extend(arguments.iter().map(|it| self.expr(it, 0)));
-                write!(out, "{}send({});", handler.unwrap_or_default(), all.join(", "))
+                let operation = name(&it.required[*required].signature.name);
+                let send = self.call("send", [operation], arguments);
+                match handler {
+                    Some(handler) => model::Statement::Assign(it.handlers[*handler].0.clone(), send),
+                    None => model::Statement::Expr(send),
+                }
             }
             Statement::If(condition, then, otherwise) => {
-                let _ = write!(out, "if ({}) then ", self.expr(condition, 0));
-                self.block(then, indent, out);
-                *out += " else ";
-                match otherwise.as_slice() {
-                    [inner @ Statement::If(..)] => self.statement(inner, indent, out),
-                    _ => self.block(otherwise, indent, out),
-                }
-                Ok(())
+                let condition = parens(self.expr(condition));
+                model::Statement::If(condition, self.block(then), Some(self.block(otherwise)))
             }
-            Statement::Block(inner) => {
-                self.block(inner, indent, out);
-                Ok(())
+            Statement::Block(inner) => model::Statement::Block(self.block(inner)),
+            Statement::Return(value) => {
+                model::Statement::Return("return".to_owned(), value.as_ref().map(|it| self.expr(it)))
             }
-            Statement::Return(None) => write!(out, "return;"),
-            Statement::Return(Some(value)) => write!(out, "return {};", self.expr(value, 0)),
-        };
+        }
     }
 
-    /// In parentheses where it binds less than `least`.
-    fn expr(&self, expr: &Expr, least: usize) -> String {
-        let list = |all: &[Expr]| all.iter().map(|it| self.expr(it, 0)).collect::<Vec<_>>().join(", ");
-        let (binds, text) = match &expr.form {
-            Form::Literal(value) => (9, value.text(expr.ty)),
-            Form::Variable(variable) => (9, variable.name.clone()),
-            Form::Unary(operator, inner) => (7, format!("{operator}{}", self.expr(inner, 8))),
+    fn call(&self, callee: &str, first: impl IntoIterator<Item = model::Expr>, rest: &[Expr]) -> model::Expr {
+        let arguments = first.into_iter().chain(rest.iter().map(|it| self.expr(it))).collect();
+        model::Expr { ty: String::new(), form: model::Form::Call(callee.to_owned(), arguments) }
+    }
+
+    fn expr(&self, expr: &Expr) -> model::Expr {
+        let it = self.component;
+        let form = match &expr.form {
+            Form::Literal(value) => model::Form::Literal(value.text(expr.ty)),
+            Form::Variable(variable) => model::Form::Name(variable.name.clone()),
+            Form::Unary(operator, inner) => model::Form::Unary(operator, Box::new(self.expr(inner))),
             Form::Binary(left, operator, right) => {
-                let binds = match *operator {
-                    "||" => 1,
-                    "&&" => 2,
-                    "==" | "!=" => 3,
-                    "<" | "<=" | ">" | ">=" => 4,
-                    "+" | "-" => 5,
-                    _ => 6,
-                };
-                // Comparisons do not chain.
-                let left_least = if binds == 4 { 5 } else { binds };
-                let (left, right) = (self.expr(left, left_least), self.expr(right, binds + 1));
-                (binds, format!("{left} {operator} {right}"))
+                model::Form::Binary(Box::new(self.expr(left)), operator, Box::new(self.expr(right)))
             }
-            Form::Codel(codel, arguments) => {
-                (9, format!("{}({})", self.codels[*codel].name, list(arguments)))
-            }
+            Form::Codel(codel, arguments) => return self.call(&self.codels[*codel].name, [], arguments),
             Form::Own(operation, arguments) => {
-                (9, format!("{}({})", self.component.provided[*operation].0.name, list(arguments)))
+                return self.call(&it.provided[*operation].0.name, [], arguments);
             }
             Form::Read(port, variable) => {
-                (9, format!("read({}, {})", self.component.inputs[*port].name, variable.name))
+                return self.call("read", [name(&it.inputs[*port].name), name(&variable.name)], &[]);
             }
-            Form::Status(port) => (9, format!("status({})", self.component.inputs[*port].name)),
+            Form::Status(port) => return self.call("status", [name(&it.inputs[*port].name)], &[]),
             Form::Collect(handler, variables) => {
-                let mut all = vec![self.component.handlers[*handler].0.clone()];
-                all.extend(variables.iter().map(|it| it.name.clone()));
-                (9, format!("collect({})", all.join(", ")))
+                let handler = name(&it.handlers[*handler].0);
+                let variables = variables.iter().map(|it| name(&it.name));
+                return self.call("collect", std::iter::once(handler).chain(variables), &[]);
             }
         };
-        if binds < least { format!("({text})") } else { text }
+        model::Expr { ty: String::new(), form }
     }
 }
