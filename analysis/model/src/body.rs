@@ -27,13 +27,24 @@ pub enum BodyId {
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub enum Body {
     /// See [`BodyId::InitialValues`].
-    InitialValues,
+    InitialValues(InitialValues),
     /// See [`BodyId::Operation`].
     Operation(Arc<Operation>),
     /// See [`BodyId::Hook`].
     Hook(Arc<Hook>),
     /// See [`BodyId::State`].
     State(Arc<State>),
+}
+
+/// The variables of a core and of its state machines, with their initial values.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct InitialValues {
+    /// Those of the core.
+    pub variables: Vec<Variable>,
+    /// Those of its state machines.
+    pub machine_variables: Vec<Variable>,
+    /// Whether nothing was lost between the items of the core.
+    pub whole: bool,
 }
 
 /// A program in a body.
@@ -91,7 +102,7 @@ impl Body {
     /// Its programs and guards, in the order of the text; none of the initial values.
     pub fn code(&self) -> Vec<(ProgramIn, Code<'_>)> {
         match self {
-            Body::InitialValues => Vec::new(),
+            Body::InitialValues(_) => Vec::new(),
             Body::Operation(operation) => vec![(ProgramIn::Whole, Code::Program(&operation.program))],
             Body::Hook(hook) => vec![(ProgramIn::Whole, Code::Program(&hook.program))],
             Body::State(state) => state.code(),
@@ -185,7 +196,11 @@ pub(crate) fn core_scope<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Option<Cor
 pub(crate) fn body_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>, body: BodyId) -> Option<Body> {
     let core = core(db, of)?;
     Some(match body {
-        BodyId::InitialValues => Body::InitialValues,
+        BodyId::InitialValues => Body::InitialValues(InitialValues {
+            variables: core.variables.clone(),
+            machine_variables: core.machines.iter().flat_map(|machine| &machine.variables).cloned().collect(),
+            whole: core.whole,
+        }),
         BodyId::Operation(index) => Body::Operation(core.operations.get(index as usize)?.clone()),
         BodyId::Hook(index) => Body::Hook(core.hooks.get(index as usize)?.clone()),
         BodyId::State(machine, state) => {

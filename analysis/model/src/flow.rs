@@ -21,9 +21,8 @@ use crate::item_tree::{
     BinaryOperator, Core, Direction, Expr, HookKind, Kind, Machine, MethodKind, Name, NameRef, Operation,
     Part, Program, State, Statement, Transition,
 };
-use crate::names::names_of;
+use crate::names::{core_of, names_of};
 use crate::project::Project;
-use crate::psm::core_of;
 use crate::resolve::{Callee, VariableId};
 use crate::source::{Decl, Place, architecture, core};
 use crate::types::Type;

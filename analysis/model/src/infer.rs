@@ -7,7 +7,9 @@
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
-use crate::body::{Body, BodyId, Code, CoreScope, ProgramIn, SharedVariable, body_of, core_scope};
+use crate::body::{
+    Body, BodyId, Code, CoreScope, InitialValues, ProgramIn, SharedVariable, body_of, core_scope,
+};
 use crate::builtin::{Builtin, Operand};
 use crate::fact::{
     Defined, Fact, FactKind, Hidden, NotAssignable, NotCallable, ParameterName, ProgramName, SendInstead,
@@ -284,7 +286,7 @@ fn inferred<'db>(
         types: all_types.then(FxHashMap::default),
     };
     match body {
-        Body::InitialValues => context.initial_values(),
+        Body::InitialValues(values) => context.initial_values(values),
         Body::Operation(operation) => context.operation(operation),
         Body::Hook(hook) => {
             let gives = match hook.kind {
@@ -374,20 +376,13 @@ impl<'db> InferenceContext<'_, 'db> {
         self.resolver.enter_machine();
     }
 
-    fn initial_values(&mut self) {
-        let Some(core) = core(self.db, self.of) else { return };
+    fn initial_values(&mut self, values: &InitialValues) {
+        self.whole = values.whole;
         self.program = ProgramIn::CoreValues;
-        self.values(core, &core.variables);
+        values.variables.iter().for_each(|variable| self.initial_value(variable));
         self.program = ProgramIn::MachineValues;
         self.enter_machine();
-        core.machines.iter().for_each(|machine| self.values(core, &machine.variables));
-    }
-
-    fn values(&mut self, core: &Core, variables: &[Variable]) {
-        for variable in variables {
-            self.whole = core.whole;
-            self.initial_value(variable);
-        }
+        values.machine_variables.iter().for_each(|variable| self.initial_value(variable));
     }
 
     fn initial_value(&mut self, variable: &Variable) {

@@ -87,7 +87,9 @@ mod values;
 mod wiring;
 
 pub use behaviour::{Behaviour, Cost, Edge, TimedProgram, behaviour_of};
-pub use body::{Body, BodyId, Code, CoreScope, OperationHead, ProgramIn, SharedVariable, statements};
+pub use body::{
+    Body, BodyId, Code, CoreScope, InitialValues, OperationHead, ProgramIn, SharedVariable, statements,
+};
 pub use builtin::{Builtin, Operand};
 pub use check::declaration_facts;
 pub use config::{Chain, Config, ExternalType, Maintainer, Mistake};
@@ -104,13 +106,13 @@ pub use messages::{
     BUILT_IN_TYPES, Message, MessageConstant, MessageField, Package, catalogue, message_of, named_packages,
     package, read_message, used_packages,
 };
-pub use names::{FeatureOf, Features, Names, Unresolved, features_of, names_of, similar};
+pub use names::{FeatureOf, Features, Names, Unresolved, core_of, features_of, names_of, shell_of, similar};
 pub use program_id::{ProgramId, ProgramKey};
 pub use project::{
     CONFIG_FILE, Project, config_file, config_of, external_types, include_candidates, includes, is_model,
     project_files, projects,
 };
-pub use psm::{Psm, PsmEdge, Refused, core_of, psm_of, shell_of, worst_path};
+pub use psm::{Psm, PsmEdge, Refused, psm_of, worst_path};
 pub use resolve::{Binding, CallError, Callee, ResolvedCall, Resolver, Scope, VariableId};
 pub use response::{
     ActivityReport, Budget, CpuReport, Deadlines, InterferenceReport, MissingTime, Query, Report, Verdict,

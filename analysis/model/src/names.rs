@@ -8,7 +8,7 @@ use crate::fact::{Incomplete, MayHide};
 use crate::item_tree::{Feature, FeatureKind, Kind, Name, TypeRef};
 use crate::project::{Project, includes, is_model, project_files};
 use crate::size::too_large;
-use crate::source::{Decl, declarations, shell};
+use crate::source::{Decl, component, core_interface, declarations, shell};
 use crate::{File, ModelDb, Problem};
 
 /// The declarations of a project by library, kind and name.
@@ -342,6 +342,33 @@ pub fn features_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'d
     // Which of two features of one name is meant is unknown; one of them may be an operation.
     features.lost |= features.by_name.values().any(|found| found.len() > 1);
     features
+}
+
+/// The core of a component, where it has one.
+pub fn core_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Option<Decl<'db>> {
+    let data = component(db, of)?;
+    names_of(db, project).resolve_type(db, of, Kind::Core, data.core.as_ref()).ok()
+}
+
+/// The shell of a component, where it has one.
+pub fn shell_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Option<Decl<'db>> {
+    let data = component(db, of)?;
+    names_of(db, project).resolve_type(db, of, Kind::Shell, data.shell.as_ref()).ok()
+}
+
+/// Is a core for this shell, or for one that it extends?
+pub(crate) fn is_core_for<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    shell: Decl<'db>,
+) -> bool {
+    let Some(core) = core_interface(db, of) else { return false };
+    match names_of(db, project).resolve_type(db, of, Kind::Shell, core.shell.as_ref()) {
+        Ok(own) => own == shell || features_of(db, project, shell).shells.contains(&own),
+        // That is reported where it stands.
+        Err(_) => true,
+    }
 }
 
 /// What files of the workspace that are not part of a project declare.

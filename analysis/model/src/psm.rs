@@ -8,11 +8,11 @@ use crate::ModelDb;
 use crate::behaviour::{Behaviour, Cost, TimedProgram, behaviour_of, operations_in};
 use crate::check::errors_in;
 use crate::infer::uses_of;
-use crate::item_tree::{Kind, Name};
-use crate::names::{features_of, names_of};
+use crate::item_tree::Name;
+use crate::names::{core_of, features_of, is_core_for, shell_of};
 use crate::program_id::ProgramId;
 use crate::project::Project;
-use crate::source::{Decl, Place, codel, component, core_interface};
+use crate::source::{Decl, Place, codel, component};
 use crate::timetable::{Lookup, Timetable, timetable_of};
 use crate::timing_reason::{MOST_REASONS, Reason, Refusal, TooLong, Unknown, UnusableTime};
 
@@ -57,33 +57,6 @@ pub struct Refused<'db> {
     pub refusals: Vec<Refusal<'db>>,
     /// The codels without a time, among them; with a reason where a table has one at other levels.
     pub missing: Vec<(Decl<'db>, Option<UnusableTime<'db>>)>,
-}
-
-/// The core of a component, where it has one.
-pub fn core_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Option<Decl<'db>> {
-    let data = component(db, of)?;
-    names_of(db, project).resolve_type(db, of, Kind::Core, data.core.as_ref()).ok()
-}
-
-/// The shell of a component, where it has one.
-pub fn shell_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Option<Decl<'db>> {
-    let data = component(db, of)?;
-    names_of(db, project).resolve_type(db, of, Kind::Shell, data.shell.as_ref()).ok()
-}
-
-/// Is a core for this shell, or for one that it extends?
-pub(crate) fn is_core_for<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    of: Decl<'db>,
-    shell: Decl<'db>,
-) -> bool {
-    let Some(core) = core_interface(db, of) else { return false };
-    match names_of(db, project).resolve_type(db, of, Kind::Shell, core.shell.as_ref()) {
-        Ok(own) => own == shell || features_of(db, project, shell).shells.contains(&own),
-        // That is reported where it stands.
-        Err(_) => true,
-    }
 }
 
 /// The periodic state machine of a component.

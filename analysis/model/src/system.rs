@@ -11,9 +11,8 @@ use crate::item_tree::{
     Activity, Deployment, Endpoint, Expr, FeatureKind, Field, Kind, Literal, Name, NameRef, Part,
     UnaryOperator,
 };
-use crate::names::{Features, features_of, names_of, similar};
+use crate::names::{Features, core_of, features_of, names_of, shell_of, similar};
 use crate::project::{Project, platform_of};
-use crate::psm::{core_of, shell_of};
 use crate::size::too_large;
 use crate::source::{Decl, Place, architecture, core_interface, deployment};
 use crate::timing_fact::{Expected, NoTime, TimingFact, TimingFactKind};

@@ -12,10 +12,9 @@ use rustc_hash::FxHashMap;
 use crate::behaviour::behaviour_of;
 use crate::config::Mistake;
 use crate::item_tree::{FeatureKind, HookKind, Kind, Name};
-use crate::names::{features_of, names_of, similar};
+use crate::names::{core_of, features_of, is_core_for, names_of, shell_of, similar};
 use crate::program_id::{ProgramId, ProgramKey};
 use crate::project::{CONFIG_FILE, Project, all_roots, config_file, config_of};
-use crate::psm::{core_of, is_core_for, shell_of};
 use crate::source::{Decl, Place};
 use crate::timing_fact::{TimingFact, TimingFactKind};
 use crate::timing_reason::{
