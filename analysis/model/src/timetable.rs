@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use globset::{GlobBuilder, GlobMatcher};
+use mauve_timing::table_keys::{OVERHEAD, kind_of};
 use mauve_timing::{Entry, Level, Overhead, Table, Time, Times};
 use rustc_hash::FxHashMap;
 
@@ -320,7 +321,7 @@ impl<'db> Joining<'db> {
                     self.lost(file, TableFault::WrongSection(key.to_owned(), other));
                 }
                 // They stand in `[overhead]`, of which the header was lost.
-                if matches!(last, "dispatch" | "context_switch") {
+                if kind_of(last, &OVERHEAD).is_some() {
                     self.lost(file, TableFault::OfOverhead(key.to_owned()));
                 }
                 if kind == Kind::Codel {

@@ -46,7 +46,7 @@ mod utilisation;
 pub use cycle_mean::CycleMean;
 pub use machine::{Edge, MachineError, StateMachine};
 pub use response_time::response_times;
-pub use table::{Entry, KeyPart, Level, Overhead, Table, TableError, Times};
+pub use table::{Entry, KeyPart, Level, Overhead, Table, TableError, Times, keys as table_keys};
 pub use task::{
     Analysis, Bound, CpuLoad, Demand, Interference, Method, NoBoundReason, Options, Response, Status, Task,
     Window,

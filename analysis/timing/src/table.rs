@@ -1,5 +1,7 @@
 //! Timing tables: execution times by codel, program or component, one per significance level, in TOML.
 
+pub mod keys;
+
 use std::borrow::Cow;
 use std::collections::HashMap;
 use std::fmt;
@@ -10,6 +12,7 @@ use toml::de::{DeArray, DeInteger, DeTable, DeValue};
 use toml_parser::Source;
 use toml_parser::parser::{EventKind, RecursionGuard, parse_document};
 
+use self::keys::{KEYS, Kind, OVERHEAD, kind_of};
 use crate::{Rounding, Time, TimeError, Unit};
 
 /// A timing table, as it was read, and what is wrong with it.
@@ -251,14 +254,19 @@ impl Reader {
         // First what the entries are read with.
         self.loses_all = true;
         for (key, value) in document.iter() {
-            match key.get_ref().as_ref() {
-                "unit" => self.unit(value),
-                "levels" => self.levels(value),
-                "codel" | "program" | "component" | "overhead" => {}
-                unknown => {
+            match kind_of(key.get_ref(), &KEYS) {
+                Some(Kind::Unit) => self.unit(value),
+                Some(Kind::Levels) => self.levels(value),
+                Some(_) => {}
+                None => {
+                    let names = KEYS.iter().map(|it| match it.is_section() {
+                        true => format!("`[{}]`", it.name),
+                        false => format!("`{}`", it.name),
+                    });
                     let message = format!(
-                        "unknown section or key `{unknown}`: expected `unit`, `levels`, `[codel]`, `[program]`, \
-                         `[component]` or `[overhead]`; nothing in this table is used until it is corrected"
+                        "unknown section or key `{}`: expected {}; nothing in this table is used until it is corrected",
+                        key.get_ref(),
+                        alternatives(names)
                     );
                     self.error(key.span(), message);
                 }
@@ -271,19 +279,16 @@ impl Reader {
         for (key, value) in document.iter() {
             // A section turns this off for its entries.
             self.loses_all = true;
-            let name = key.get_ref().as_ref();
-            let DeValue::Table(section) = value.get_ref() else {
-                if matches!(name, "codel" | "program" | "component" | "overhead") {
-                    let found = kind(value.get_ref());
+            match (kind_of(key.get_ref(), &KEYS), value.get_ref()) {
+                (Some(Kind::Entries(field, _)), DeValue::Table(section)) => {
+                    let entries = self.section(section);
+                    *field(&mut self.table) = entries;
+                }
+                (Some(Kind::Overhead), DeValue::Table(section)) => self.overhead(section),
+                (Some(Kind::Entries(..) | Kind::Overhead), other) => {
+                    let (name, found) = (key.get_ref(), kind(other));
                     self.error(value.span(), format!("`{name}` is {found}: expected a section `[{name}]`"));
                 }
-                continue;
-            };
-            match name {
-                "codel" => self.table.codels = self.section(section),
-                "program" => self.table.programs = self.section(section),
-                "component" => self.table.components = self.section(section),
-                "overhead" => self.overhead(section),
                 _ => {}
             }
         }
@@ -394,13 +399,12 @@ impl Reader {
         self.table.overhead_span =
             section.iter().map(|(key, _)| key.span()).min_by_key(|span| span.start).unwrap_or_default();
         for (key, value) in section.iter() {
-            match key.get_ref().as_ref() {
-                "dispatch" => self.table.overhead.dispatch = self.overhead_times(value),
-                "context_switch" => self.table.overhead.context_switch = self.overhead_times(value),
-                unknown => self.error(
-                    key.span(),
-                    format!("unknown overhead `{unknown}`: expected `dispatch` or `context_switch`"),
-                ),
+            let name = key.get_ref();
+            if let Some(Kind::Times(field)) = kind_of(name, &OVERHEAD) {
+                *field(&mut self.table.overhead) = self.overhead_times(value);
+            } else {
+                let names = alternatives(OVERHEAD.iter().map(|known| format!("`{}`", known.name)));
+                self.error(key.span(), format!("unknown overhead `{name}`: expected {names}"));
             }
         }
     }
@@ -596,6 +600,15 @@ fn integer_text(integer: &DeInteger) -> Option<String> {
     match integer.radix() {
         10 => Some(integer.as_str().to_owned()),
         radix => u64::from_str_radix(integer.as_str(), radix).ok().map(|value| value.to_string()),
+    }
+}
+
+/// `a, b or c`.
+fn alternatives(names: impl Iterator<Item = String>) -> String {
+    let names: Vec<String> = names.collect();
+    match names.as_slice() {
+        [rest @ .., last] if !rest.is_empty() => format!("{} or {last}", rest.join(", ")),
+        names => names.concat(),
     }
 }
 

@@ -135,14 +135,21 @@ pub enum Unit {
 }
 
 impl Unit {
+    /// All units, the shortest first.
+    pub const ALL: [Unit; 4] = [Unit::Nanoseconds, Unit::Microseconds, Unit::Milliseconds, Unit::Seconds];
+
     /// The unit called `name`; `None` where `name` is not one of `ns`, `us`, `ms`, `s`.
     pub fn parse(name: &str) -> Option<Unit> {
-        match name {
-            "ns" => Some(Unit::Nanoseconds),
-            "us" => Some(Unit::Microseconds),
-            "ms" => Some(Unit::Milliseconds),
-            "s" => Some(Unit::Seconds),
-            _ => None,
+        Unit::ALL.into_iter().find(|unit| unit.name() == name)
+    }
+
+    /// `ns`, `us`, `ms` or `s`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Unit::Nanoseconds => "ns",
+            Unit::Microseconds => "us",
+            Unit::Milliseconds => "ms",
+            Unit::Seconds => "s",
         }
     }
 
@@ -163,12 +170,7 @@ impl Unit {
 
 impl fmt::Display for Unit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Unit::Nanoseconds => "ns",
-            Unit::Microseconds => "us",
-            Unit::Milliseconds => "ms",
-            Unit::Seconds => "s",
-        })
+        f.write_str(self.name())
     }
 }
 

@@ -1,0 +1,69 @@
+//! The keys and sections of a timing table: the reader, completion and the JSON schema follow this list.
+
+use super::{Entry, Overhead, Table, Times};
+
+/// A section of a timing table, or a key: `summary` is shown by completion, `documentation` by the schema.
+#[allow(missing_docs)]
+pub struct Key {
+    pub name: &'static str,
+    pub kind: Kind,
+    pub summary: &'static str,
+    pub documentation: &'static str,
+}
+
+/// What the value of a [`Key`] is.
+pub enum Kind {
+    /// The unit of all times.
+    Unit,
+    /// The significance levels.
+    Levels,
+    /// A section of [entries](Entry), the field that has them, and an example in JSON.
+    Entries(fn(&mut Table) -> &mut Vec<Entry>, &'static str),
+    /// The section with the keys of [`OVERHEAD`].
+    Overhead,
+    /// A time, or one for each level, and the field that has it.
+    Times(fn(&mut Overhead) -> &mut Times),
+}
+
+/// The keys before the first section and the sections, in the order of messages and completion.
+#[rustfmt::skip] // rustfmt would give each field a line of its own.
+pub static KEYS: [Key; 6] = [
+    Key { name: "unit", kind: Kind::Unit, summary: "", documentation: "The unit of all times in this table." },
+    Key { name: "levels", kind: Kind::Levels, summary: "",
+        documentation: "The significance levels that the columns of the arrays below are for: with which probability one \
+                        execution takes longer than its time. Not needed where every time is one number." },
+    Key { name: "codel", summary: "times of codels",
+        kind: Kind::Entries(|it| &mut it.codels, r#"{ "navigation.astar": [290, 297, 310], "navigation.dist": 1 }"#),
+        documentation: "By library and codel, such as \"navigation.astar\"; the codel alone, outside libraries or where that \
+                        is clear." },
+    Key { name: "program", summary: "times of whole programs",
+        kind: Kind::Entries(|it| &mut it.programs, r#"{ "Hokuyo/update": [40, 43, 44] }"#),
+        documentation: "Whole programs, in place of the sums of their codels: \"Hokuyo/update\", \
+                        \"Navigation/Planning.run\", \"Navigation/Planning.arrived.guard\", or the component and the name of \
+                        an operation." },
+    Key { name: "component", summary: "times of whole components, for the classic method",
+        kind: Kind::Entries(|it| &mut it.components, r#"{ "Navigation": 299 }"#),
+        documentation: "Whole components, for the classic method, where that is longer than their programs." },
+    Key { name: "overhead", summary: "what each job costs beside its program", kind: Kind::Overhead,
+        documentation: "What the platform takes for each period of each activity: dispatch + 2 × context_switch." },
+];
+
+/// The keys of `[overhead]`.
+#[rustfmt::skip] // rustfmt would give each field a line of its own.
+pub static OVERHEAD: [Key; 2] = [
+    Key { name: "dispatch", kind: Kind::Times(|it| &mut it.dispatch), summary: "", documentation: "To dispatch a job." },
+    Key { name: "context_switch", kind: Kind::Times(|it| &mut it.context_switch), summary: "",
+        documentation: "For one context switch; a job takes two." },
+];
+
+impl Key {
+    /// Whether it is a section.
+    pub fn is_section(&self) -> bool {
+        matches!(self.kind, Kind::Entries(..) | Kind::Overhead)
+    }
+}
+
+/// What the value of the key of that name is.
+pub fn kind_of(name: &str, keys: &'static [Key]) -> Option<&'static Kind> {
+    keys.iter().find(|key| key.name == name).map(|key| &key.kind)
+}
