@@ -1,6 +1,7 @@
 //! `mauve.toml`: what the user says about a workspace.
 
 mod cpp;
+pub mod keys;
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -9,7 +10,7 @@ use mauve_timing::{Level, Rounding, Time};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use self::cpp::is_cpp_type;
+use self::keys::{Entries, Key, Kind, SECTIONS, SEVERITIES, Section};
 use crate::diagnostics::{Severity, codes};
 use crate::item_tree::Name;
 
@@ -104,30 +105,32 @@ impl Config {
 
 /// Reads a `mauve.toml`. Whatever is wrong in it is an error at its place, and the rest is read all the same.
 pub(crate) fn read(text: &str) -> Config {
-    let mut reader = Reader { config: Config::default(), text };
+    let mut config = Config::default();
+    let mut reader = Reader { text, errors: Vec::new(), lost: false };
     match DeTable::parse(text) {
-        Ok(document) => reader.document(document.get_ref()),
+        Ok(document) => reader.document(&mut config, document.get_ref()),
         Err(error) => {
             let at = error.span().unwrap_or(0..text.len().min(1));
             reader.lost(error.message().to_owned(), at);
         }
     }
-    reader.config
+    Config { errors: reader.errors, lost: reader.lost, ..config }
 }
 
 struct Reader<'t> {
-    config: Config,
     text: &'t str,
+    errors: Vec<Mistake>,
+    lost: bool,
 }
 
-type Key<'a> = Spanned<std::borrow::Cow<'a, str>>;
+type TomlKey<'a> = Spanned<std::borrow::Cow<'a, str>>;
 type Value<'a> = Spanned<DeValue<'a>>;
 
 impl Reader<'_> {
     /// An error in a value that no response time rests on; but one over several lines may have swallowed others.
     fn error(&mut self, message: String, at: Range<usize>) {
-        self.config.lost |= self.spans_lines(&at);
-        self.config.errors.push(Mistake { message, span: at, near: None });
+        self.lost |= self.spans_lines(&at);
+        self.errors.push(Mistake { message, span: at, near: None });
     }
 
     fn spans_lines(&self, at: &Range<usize>) -> bool {
@@ -146,149 +149,87 @@ impl Reader<'_> {
 
     /// An error that may hide something that makes response times longer.
     fn lost(&mut self, message: String, at: Range<usize>) {
-        self.config.lost = true;
+        self.lost = true;
         self.error(message, at);
     }
 
     /// A key or a section that is none of those that are `known`.
-    fn unknown(&mut self, what: String, key: &Key<'_>, known: &[&str]) {
+    fn unknown(&mut self, what: String, key: &TomlKey<'_>, known: impl Iterator<Item = &'static str>) {
+        let known: Vec<&str> = known.collect();
         let near = mauve_syntax::similar(key.get_ref(), known.iter().copied()).map(Name::from);
-        let expected = match known {
+        let expected = match known.as_slice() {
             [rest @ .., last] if !rest.is_empty() => format!("{} or {last}", rest.join(", ")),
-            _ => known.concat(),
+            known => known.concat(),
         };
         let message = format!("unknown {what}: expected {expected}");
-        self.config.errors.push(Mistake { message, span: key.span(), near });
-        self.config.lost = true;
+        self.errors.push(Mistake { message, span: key.span(), near });
+        self.lost = true;
     }
 
-    fn document(&mut self, document: &DeTable<'_>) {
+    fn document(&mut self, config: &mut Config, document: &DeTable<'_>) {
         for (key, value) in document {
-            let Some(section) = value.get_ref().as_table() else {
-                self.lost(
-                    format!("unknown key `{}`: expected a section such as `[timing]`", key.get_ref()),
-                    key.span(),
-                );
-                continue;
+            let name = key.get_ref();
+            match (value.get_ref().as_table(), keys::section_named(name)) {
+                (None, _) => self
+                    .lost(format!("unknown key `{name}`: expected a section such as `[timing]`"), key.span()),
+                (_, None) => {
+                    self.unknown(format!("section `[{name}]`"), key, SECTIONS.iter().map(|it| it.name))
+                }
+                (Some(values), Some(section)) => {
+                    for (key, value) in values {
+                        self.entry(config, section, key, value);
+                    }
+                }
+            }
+        }
+    }
+
+    fn entry(&mut self, config: &mut Config, section: &Section, key: &TomlKey<'_>, value: &Value<'_>) {
+        if let Some(at) = self.long_text(value) {
+            let message = format!(
+                "a text in `{}` spans several lines, and may contain other keys: write it on one line",
+                key.get_ref()
+            );
+            return self.lost(message, at);
+        }
+        match &section.entries {
+            Entries::Keys(keys) => self.key(config, section.name, keys, key, value),
+            Entries::Types(keys) => self.ty(config, keys, key, value),
+            Entries::Chains => self.chain(config, key, value),
+            Entries::Lints => self.lint(config, key, value),
+        }
+    }
+
+    /// Reads the value of one of `keys`, those of `section`.
+    fn key<T>(&mut self, into: &mut T, section: &str, keys: &[Key<T>], key: &TomlKey<'_>, value: &Value<'_>) {
+        let name = key.get_ref();
+        let Some(known) = keys.iter().find(|known| known.name == name) else {
+            let names = keys.iter().map(|known| known.name);
+            return self.unknown(format!("key `{name}` in [{section}]"), key, names);
+        };
+        if let Err(expected) = known.kind.read(into, value) {
+            // No response time rests on a text in a wrong format, nor on a root that is missing.
+            self.lost |= match known.kind {
+                Kind::Models(_) => false,
+                Kind::Text { .. } => !value.get_ref().is_str(),
+                _ => true,
             };
-            match key.get_ref().as_ref() {
-                "project" => self.each(section, Reader::project),
-                "timing" => self.each(section, Reader::timing),
-                "assume" => self.each(section, Reader::assume),
-                "platform" => self.each(section, Reader::platform),
-                "clocks" => self.each(section, Reader::clocks),
-                "chains" => self.each(section, Reader::chain),
-                "types" => self.each(section, Reader::ty),
-                "generate" => self.each(section, Reader::generate),
-                "lints" => self.each(section, Reader::lint),
-                name => {
-                    let known = [
-                        "project", "timing", "types", "generate", "lints", "assume", "platform", "clocks",
-                        "chains",
-                    ];
-                    self.unknown(format!("section `[{name}]`"), key, &known);
-                }
-            }
-        }
-    }
-
-    fn each(&mut self, section: &DeTable<'_>, read: fn(&mut Self, &str, &Key<'_>, &Value<'_>)) {
-        for (key, value) in section {
-            match self.long_text(value) {
-                Some(at) => {
-                    let message = format!(
-                        "a text in `{}` spans several lines, and may contain other keys: write it on one line",
-                        key.get_ref()
-                    );
-                    self.lost(message, at);
-                }
-                None => read(self, key.get_ref(), key, value),
-            }
-        }
-    }
-
-    fn project(&mut self, name: &str, key: &Key<'_>, value: &Value<'_>) {
-        match name {
-            "root" | "roots" => match strings(value) {
-                Some(roots) => self.config.roots.extend(roots),
-                None => self.error(format!("`{name}` is a path, or a list of paths"), value.span()),
-            },
-            _ => {
-                self.unknown(format!("key `{name}` in [project]"), key, &["root", "roots"]);
-            }
-        }
-    }
-
-    fn timing(&mut self, name: &str, key: &Key<'_>, value: &Value<'_>) {
-        match name {
-            "tables" => match strings(value) {
-                Some(tables) => self.config.tables.extend(tables),
-                None => self.lost("`tables` is a list of paths, which may have `*`".to_owned(), value.span()),
-            },
-            "significance" => match number(value).and_then(Level::from_f64) {
-                Some(level) => {
-                    self.config.significance = Some(level);
-                    self.config.significance_span = Some(value.span());
-                }
-                None => {
-                    self.lost(
-                        "`significance` is a number between 0 and 1, such as 1e-4".to_owned(),
-                        value.span(),
-                    );
-                }
-            },
-            _ => {
-                self.unknown(format!("key `{name}` in [timing]"), key, &["tables", "significance"]);
-            }
-        }
-    }
-
-    fn assume(&mut self, name: &str, key: &Key<'_>, value: &Value<'_>) {
-        if name != "codel" {
-            self.unknown(format!("key `{name}` in [assume]"), key, &["codel"]);
-            return;
-        }
-        let time = value.get_ref().as_str().map(|text| Time::parse_with_unit(text, Rounding::Up));
-        match time {
-            Some(Ok(time)) => self.config.assume = Some(time),
-            Some(Err(error)) => {
-                self.lost(format!("`codel` is a time such as \"5 ms\": {error}"), value.span())
-            }
-            None => self.lost("`codel` is a time with its unit, such as \"5 ms\"".to_owned(), value.span()),
-        }
-    }
-
-    fn platform(&mut self, name: &str, key: &Key<'_>, value: &Value<'_>) {
-        match name {
-            "cpus" => match value
-                .get_ref()
-                .as_integer()
-                .and_then(|it| u32::from_str_radix(it.as_str(), it.radix()).ok())
-            {
-                Some(cpus @ 1..=64) => self.config.cpus = Some(cpus),
-                _ => self.lost("`cpus` is a whole number from 1 to 64".to_owned(), value.span()),
-            },
-            "rt_throttling" => match value.get_ref().as_bool() {
-                Some(throttling) => self.config.rt_throttling = Some(throttling),
-                None => self.lost("`rt_throttling` is true or false".to_owned(), value.span()),
-            },
-            _ => {
-                self.unknown(format!("key `{name}` in [platform]"), key, &["cpus", "rt_throttling"]);
-            }
+            self.error(format!("`{name}` {expected}"), value.span());
         }
     }
 
     /// `scan-to-wheels = ["hokuyo.scan", "guidance.command"]`
-    fn chain(&mut self, name: &str, key: &Key<'_>, value: &Value<'_>) {
+    fn chain(&mut self, config: &mut Config, key: &TomlKey<'_>, value: &Value<'_>) {
+        let name = key.get_ref();
         let is_end = |(end, _): &(String, Range<usize>)| {
             let mut parts = end.split('.');
             parts.by_ref().take(2).all(|part| !part.is_empty()) && end.contains('.') && parts.next().is_none()
         };
         // `tables = ["t.toml"]` looks like one.
-        let may_be_chain = !matches!(name, "tables" | "root" | "roots" | "synchronised");
-        let ends = strings(value).filter(|_| may_be_chain && value.get_ref().is_array());
-        match ends.filter(|ends| ends.iter().all(is_end)) {
-            Some(ends) => self.config.chains.push(Chain { name: name.to_owned(), span: key.span(), ends }),
+        let may_be_chain = value.get_ref().is_array() && keys::list_keys().all(|known| known != name);
+        let ends = strings(value).filter(|ends| may_be_chain && ends.iter().all(is_end));
+        match ends {
+            Some(ends) => config.chains.push(Chain { name: name.to_string(), span: key.span(), ends }),
             None => {
                 let message =
                     format!("`{name}` is a list of ports, such as [\"hokuyo.scan\", \"guidance.command\"]");
@@ -298,108 +239,78 @@ impl Reader<'_> {
     }
 
     /// `ArRobotPtr = { cpp = "ArRobot*", header = "Aria.h" }`
-    fn ty(&mut self, name: &str, _: &Key<'_>, value: &Value<'_>) {
+    fn ty(&mut self, config: &mut Config, keys: &[Key<ExternalType>], key: &TomlKey<'_>, value: &Value<'_>) {
+        let name = key.get_ref();
         let Some(entries) = value.get_ref().as_table() else {
             let message = format!("`{name}` is a section: `[types.{name}]` with `cpp` and `header`");
-            self.lost(message, value.span());
-            return;
+            return self.lost(message, value.span());
         };
+        let ty = config.types.entry(name.as_ref().into()).or_default();
         for (key, value) in entries {
-            let known = matches!(key.get_ref().as_ref(), "cpp" | "header");
-            if !known {
-                self.unknown(format!("key `{}` in [types.{name}]", key.get_ref()), key, &["cpp", "header"]);
-            } else if !value.get_ref().is_str() {
-                self.lost(format!("`{}` is a text", key.get_ref()), value.span());
-            }
-        }
-        let mut text = |key: &str, fits: fn(&str) -> bool, what: &str| {
-            let value = entries.get(key)?;
-            let text = value.get_ref().as_str()?;
-            if fits(text) {
-                return Some(text.to_owned());
-            }
-            self.error(format!("`{key}` is {what}"), value.span());
-            None
-        };
-        let cpp = text("cpp", is_cpp_type, "a type in C++ and nothing else, such as \"ArRobot*\"");
-        let header = text(
-            "header",
-            is_header,
-            "a header as an #include names it, such as \"Aria/Aria.h\": a relative path, no part of which begins with \
-             `.` or `-`",
-        );
-        self.config.types.insert(name.into(), ExternalType { cpp: cpp.unwrap_or_default(), header });
-    }
-
-    fn generate(&mut self, name: &str, key: &Key<'_>, value: &Value<'_>) {
-        let text = value.get_ref().as_str();
-        match name {
-            "out" if text.is_some() => self.config.out = text.map(|text| (text.to_owned(), value.span())),
-            "out" => self.lost("`out` is the path of a folder".to_owned(), value.span()),
-            "ros_streams" => match value.get_ref().as_bool() {
-                Some(streams) => self.config.ros_streams = Some(streams),
-                None => self.lost("`ros_streams` is true or false".to_owned(), value.span()),
-            },
-            "introspection" => match value.get_ref().as_bool() {
-                Some(introspection) => self.config.introspection = Some(introspection),
-                None => self.lost("`introspection` is true or false".to_owned(), value.span()),
-            },
-            "maintainer" => match text.map(maintainer_of) {
-                Some(Some(maintainer)) => self.config.maintainer = Some(maintainer),
-                Some(None) => self.error(
-                    "`maintainer` is a name and an address, such as \"Ada Lovelace <ada@example.org>\""
-                        .to_owned(),
-                    value.span(),
-                ),
-                None => self.lost("`maintainer` is a text".to_owned(), value.span()),
-            },
-            "license" => match text {
-                Some(license) if !license.trim().is_empty() => self.config.license = Some(license.to_owned()),
-                Some(_) => self.error("`license` names a licence, such as \"BSD\"".to_owned(), value.span()),
-                None => self.lost("`license` is a text".to_owned(), value.span()),
-            },
-            _ => {
-                let known = ["out", "ros_streams", "introspection", "maintainer", "license"];
-                self.unknown(format!("key `{name}` in [generate]"), key, &known);
-            }
+            self.key(ty, &format!("types.{name}"), keys, key, value);
         }
     }
 
     /// `lost-write = "warn"`
-    fn lint(&mut self, name: &str, key: &Key<'_>, value: &Value<'_>) {
-        let severity = match value.get_ref().as_str() {
-            Some("allow") => None,
-            Some("hint") => Some(Severity::Hint),
-            Some("warn") => Some(Severity::Warning),
-            Some("error") => Some(Severity::Error),
-            _ => {
-                let message = format!("`{name}` in [lints] is \"allow\", \"hint\", \"warn\" or \"error\"");
-                self.lost(message, value.span());
-                return;
-            }
+    fn lint(&mut self, config: &mut Config, key: &TomlKey<'_>, value: &Value<'_>) {
+        let name = key.get_ref();
+        let known = value.get_ref().as_str().and_then(|text| SEVERITIES.iter().find(|it| it.0 == text));
+        let Some((_, severity)) = known else {
+            let message = format!("`{name}` in [lints] is \"allow\", \"hint\", \"warn\" or \"error\"");
+            return self.lost(message, value.span());
         };
         match codes().find(|code| code.name == name) {
             Some(code) => {
-                self.config.lints.insert(code.name, severity);
+                config.lints.insert(code.name, *severity);
             }
             None => {
                 let near = mauve_syntax::similar(name, codes().map(|code| code.name)).map(Name::from);
                 let message = format!("no diagnostic `{name}` (`mauve explain all` lists them)");
-                self.config.errors.push(Mistake { message, span: key.span(), near });
+                self.errors.push(Mistake { message, span: key.span(), near });
             }
         }
     }
+}
 
-    fn clocks(&mut self, name: &str, key: &Key<'_>, value: &Value<'_>) {
-        match (name, strings(value)) {
-            ("synchronised", Some(instances)) => {
-                self.config.synchronised.extend(instances);
+impl<T> Kind<T> {
+    /// Stores a value, or says what is expected of the key.
+    fn read(&self, into: &mut T, value: &Value<'_>) -> Result<(), String> {
+        let found = value.get_ref();
+        let text = found.as_str();
+        match self {
+            Kind::Models(field) => {
+                field(into).extend(strings(value).ok_or("is a path, or a list of paths")?);
             }
-            ("synchronised", None) => {
-                self.lost("`synchronised` is a list of instances".to_owned(), value.span())
+            Kind::Tables(field) => {
+                field(into).extend(strings(value).ok_or("is a list of paths, which may have `*`")?);
             }
-            _ => self.unknown(format!("key `{name}` in [clocks]"), key, &["synchronised"]),
+            Kind::Instances(field) => {
+                field(into).extend(strings(value).ok_or("is a list of instances")?);
+            }
+            Kind::Level(store) => {
+                let level = number(found).and_then(Level::from_f64);
+                store(into, level.ok_or("is a number between 0 and 1, such as 1e-4")?, value.span());
+            }
+            Kind::Time(field) => {
+                let text = text.ok_or("is a time with its unit, such as \"5 ms\"")?;
+                let time = Time::parse_with_unit(text, Rounding::Up);
+                *field(into) = Some(time.map_err(|error| format!("is a time such as \"5 ms\": {error}"))?);
+            }
+            Kind::Integer(from, to, field) => {
+                let number =
+                    found.as_integer().and_then(|it| u32::from_str_radix(it.as_str(), it.radix()).ok());
+                let number = number.filter(|it| (from..=to).contains(&it));
+                *field(into) = Some(number.ok_or_else(|| format!("is a whole number from {from} to {to}"))?);
+            }
+            Kind::Boolean(field) => *field(into) = Some(found.as_bool().ok_or("is true or false")?),
+            Kind::Folder(field) => {
+                *field(into) = Some((text.ok_or("is the path of a folder")?.to_owned(), value.span()));
+            }
+            Kind::Text { store, expected, .. } => {
+                store(into, text.ok_or("is a text")?).ok_or(*expected)?;
+            }
         }
+        Ok(())
     }
 }
 
@@ -412,8 +323,8 @@ fn strings(value: &Value<'_>) -> Option<Vec<(String, Range<usize>)>> {
     }
 }
 
-fn number(value: &Value<'_>) -> Option<f64> {
-    let text = match value.get_ref() {
+fn number(value: &DeValue<'_>) -> Option<f64> {
+    let text = match value {
         DeValue::Float(number) => number.as_str(),
         DeValue::Integer(number) => number.as_str(),
         _ => return None,

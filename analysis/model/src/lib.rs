@@ -92,7 +92,7 @@ pub use body::{
 };
 pub use builtin::{Builtin, Operand};
 pub use check::declaration_facts;
-pub use config::{Chain, Config, ExternalType, Maintainer, Mistake};
+pub use config::{Chain, Config, ExternalType, Maintainer, Mistake, keys as config_keys};
 pub use db::{Database, File, ModelDb, Problem, Trees, Workspace, normalised};
 pub use diagnostics::{PROSE, cpu_names, diagnostics_if, reasons_of, timing_reason, unusable_time};
 pub use exported::{exported_component, psm_at, response_times_of, task_set_of};

@@ -2,13 +2,13 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
 
-use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use mauve_model::diagnostics::{Severity, codes, page};
+use mauve_model::config_keys::{Entries, Key, Kind, SECTIONS, SEVERITIES, Section, list_keys};
+use mauve_model::diagnostics::{Code, codes, page};
 use mauve_model::{Database, Workspace, config_of};
-use mauve_timing::Table;
 use mauve_timing::task_set::Exported;
+use mauve_timing::{Table, Unit, table_keys};
 use serde_json::{Value, json};
 use toml::de::{DeTable, DeValue};
 
@@ -17,31 +17,190 @@ const TABLE: &str = include_str!("../../../editors/schemas/timing-table.schema.j
 
 const TASK_SET: &str = include_str!("../../../editors/schemas/task-set.schema.json");
 
-/// `UPDATE_EXPECT=1 cargo test -p mauve-model --test schemas` writes them.
+/// `UPDATE_EXPECT=1 cargo test -p mauve-model --test schemas` writes it.
 #[test]
-fn the_lints_are_all_codes() {
-    let mut lints = Vec::new();
-    for code in codes() {
-        let severity = match code.severity {
-            Severity::Error => "error",
-            Severity::Warning => "warn",
-            Severity::Hint => "hint",
-        };
-        let page = page(code.name).unwrap();
-        let first: Vec<&str> = page.lines().skip(2).take_while(|line| !line.is_empty()).collect();
-        let description = Value::from(first.join(" "));
-        lints.push(format!(
-            "        \"{}\": {{\n          \"description\": {description},\n          \
-             \"enum\": [\"allow\", \"hint\", \"warn\", \"error\"],\n          \"default\": \"{severity}\"\n        }}",
-            code.name
-        ));
-    }
-    let (before, rest) = CONFIGURATION.split_once("    \"lints\": {").unwrap();
-    let (head, rest) = rest.split_once("      \"properties\": {\n").unwrap();
-    let (_, after) = rest.split_once("\n      },\n").unwrap_or(("", rest.trim_start_matches("      },\n")));
-    let mut expected = format!("{before}    \"lints\": {{{head}      \"properties\": {{\n");
-    let _ = write!(expected, "{}\n      }},\n{after}", lints.join(",\n"));
+fn the_schema_of_configurations_has_every_key() {
+    let mut sections: Vec<&Section> = SECTIONS.iter().collect();
+    sections.sort_by_key(|it| place(CONFIGURATION, &format!("\n    \"{}\": {{", it.name)));
+    let expected = document(
+        "mauve.toml",
+        "What a folder of MAUVE models is: its roots, its timing tables, its platform.",
+        sections.into_iter().map(section).collect(),
+        r#"
+    "paths": {
+      "type": ["string", "array"],
+      "items": { "type": "string" }
+    }"#,
+    );
     expect_test::expect_file!["../../../editors/schemas/mauve.schema.json"].assert_eq(&expected);
+}
+
+/// `UPDATE_EXPECT=1 cargo test -p mauve-model --test schemas` writes it.
+#[test]
+fn the_schema_of_tables_has_every_key() {
+    let times = [r##""allOf": [{ "$ref": "#/definitions/times" }]"##, "\"default\": 0"].map(str::to_owned);
+    let key = |it: &table_keys::Key| {
+        let members = match it.kind {
+            table_keys::Kind::Unit => {
+                let units = Unit::ALL.map(|unit| format!("\"{unit}\"")).join(", ");
+                vec![format!("\"enum\": [{units}]"), r#""default": "ms""#.to_owned()]
+            }
+            table_keys::Kind::Levels => vec![
+                r#""type": "array""#.to_owned(),
+                r#""items": { "type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1 }"#.to_owned(),
+                r#""uniqueItems": true"#.to_owned(),
+                r#""examples": [[1e-3, 1e-4, 1e-5]]"#.to_owned(),
+            ],
+            table_keys::Kind::Entries(_, example) => vec![
+                r#""type": "object""#.to_owned(),
+                r##""additionalProperties": { "$ref": "#/definitions/entry" }"##.to_owned(),
+                format!("\"examples\": [{example}]"),
+            ],
+            table_keys::Kind::Overhead => {
+                let keys = table_keys::OVERHEAD.iter();
+                closed(3, keys.map(|it| property(4, it.name, it.documentation, &times)).collect())
+            }
+            table_keys::Kind::Times(_) => times.to_vec(),
+        };
+        property(2, it.name, it.documentation, &members)
+    };
+    let expected = document(
+        "A timing table",
+        "Execution times by codel, program or component, one for each significance level. mauve.toml names the tables \
+         under [timing].",
+        table_keys::KEYS.iter().map(key).collect(),
+        r##"
+    "time": {
+      "description": "An execution time in `unit`.",
+      "type": "number",
+      "minimum": 0
+    },
+    "times": {
+      "description": "One bound for every level, or one for each of `levels`.",
+      "type": ["number", "array"],
+      "minimum": 0,
+      "items": { "$ref": "#/definitions/time" },
+      "minItems": 1
+    },
+    "entry": {
+      "description": "One bound for every level, or one for each of `levels`; or more entries, whose keys are joined by points.",
+      "type": ["number", "array", "object"],
+      "minimum": 0,
+      "items": { "$ref": "#/definitions/time" },
+      "minItems": 1,
+      "additionalProperties": { "$ref": "#/definitions/entry" },
+      "minProperties": 1
+    }"##,
+    );
+    expect_test::expect_file!["../../../editors/schemas/timing-table.schema.json"].assert_eq(&expected);
+}
+
+fn section(section: &Section) -> String {
+    let open = || "\"type\": \"object\"".to_owned();
+    let members = match section.entries {
+        Entries::Keys(keys) => closed(3, keys.iter().map(|key| configuration_key(4, key)).collect()),
+        Entries::Types(keys) => {
+            let keys = closed(4, keys.iter().map(|key| configuration_key(5, key)).collect());
+            let example = r#"{ "ArRobotPtr": { "cpp": "ArRobot*", "header": "Aria.h" } }"#;
+            vec![open(), object(3, "additionalProperties", &keys), format!("\"examples\": [{example}]")]
+        }
+        Entries::Chains => {
+            let (_, rest) = CONFIGURATION.split_once("\"propertyNames\"").unwrap();
+            let mut lists: Vec<String> = list_keys().map(|name| format!("\"{name}\"")).collect();
+            lists.sort_by_key(|name| place(rest, name));
+            let ports = [
+                r#""description": "Ports, each as instance.port.""#.to_owned(),
+                r#""type": "array""#.to_owned(),
+                r#""items": { "type": "string", "pattern": "^[^.]+[.][^.]+$" }"#.to_owned(),
+            ];
+            vec![
+                open(),
+                format!("\"propertyNames\": {{ \"not\": {{ \"enum\": [{}] }} }}", lists.join(", ")),
+                object(3, "additionalProperties", &ports),
+                r#""examples": [{ "scan-to-wheels": ["hokuyo.scan", "guidance.command"] }]"#.to_owned(),
+            ]
+        }
+        Entries::Lints => {
+            let mut members = closed(3, codes().map(lint).collect());
+            members.push(r#""examples": [{ "lost-write": "error", "missing-else": "allow" }]"#.to_owned());
+            members
+        }
+    };
+    property(2, section.name, section.documentation, &members)
+}
+
+fn lint(code: &Code) -> String {
+    let (default, _) = SEVERITIES.iter().find(|(_, severity)| *severity == Some(code.severity)).unwrap();
+    let page = page(code.name).unwrap();
+    let first: Vec<&str> = page.lines().skip(2).take_while(|line| !line.is_empty()).collect();
+    let severities = SEVERITIES.map(|(name, _)| format!("\"{name}\"")).join(", ");
+    let members = [format!("\"enum\": [{severities}]"), format!("\"default\": \"{default}\"")];
+    property(4, code.name, &first.join(" "), &members)
+}
+
+fn configuration_key<T>(depth: usize, key: &Key<T>) -> String {
+    const TIME: &str =
+        r"^\s*[+]?[0-9]+(_[0-9]+)*([.][0-9]+(_[0-9]+)*)?([eE][-+]?[0-9]+(_[0-9]+)*)?\s*(ns|us|ms|s)\s*$";
+    let pattern = |pattern: &str| format!("\"type\": \"string\"\n\"pattern\": {}", Value::from(pattern));
+    let kind = match &key.kind {
+        Kind::Models(_) | Kind::Tables(_) => r##""allOf": [{ "$ref": "#/definitions/paths" }]"##.to_owned(),
+        Kind::Instances(_) => {
+            "\"type\": [\"string\", \"array\"]\n\"items\": { \"type\": \"string\" }".to_owned()
+        }
+        Kind::Level(_) => "\"type\": \"number\"\n\"exclusiveMinimum\": 0\n\"exclusiveMaximum\": 1".to_owned(),
+        Kind::Time(_) => pattern(TIME),
+        Kind::Integer(from, to, _) => {
+            format!("\"type\": \"integer\"\n\"minimum\": {from}\n\"maximum\": {to}")
+        }
+        Kind::Boolean(_) => "\"type\": \"boolean\"".to_owned(),
+        Kind::Folder(_) => "\"type\": \"string\"".to_owned(),
+        Kind::Text { pattern: of_text, .. } => pattern(of_text),
+    };
+    let mut members: Vec<String> = kind.lines().map(str::to_owned).collect();
+    members.extend(key.default.map(|value| format!("\"default\": {value}")));
+    members.push(format!("\"examples\": {}", key.examples));
+    property(depth, key.name, key.documentation, &members)
+}
+
+/// A schema: the names that may stand in a document, and raw definitions that they refer to.
+fn document(title: &str, description: &str, properties: Vec<String>, definitions: &str) -> String {
+    let mut members = vec![
+        "\"$schema\": \"http://json-schema.org/draft-07/schema#\"".to_owned(),
+        format!("\"title\": \"{title}\""),
+        format!("\"description\": \"{description}\""),
+    ];
+    members.extend(closed(1, properties));
+    members.push(format!("\"definitions\": {{{definitions}\n  }}"));
+    format!("{{\n  {}\n}}\n", members.join(",\n  "))
+}
+
+/// The members of a schema of objects that have these properties and no others.
+fn closed(depth: usize, properties: Vec<String>) -> Vec<String> {
+    let no_others = "\"additionalProperties\": false".to_owned();
+    vec!["\"type\": \"object\"".to_owned(), no_others, object(depth, "properties", &properties)]
+}
+
+fn property(depth: usize, name: &str, documentation: &str, members: &[String]) -> String {
+    let documentation = format!("\"description\": {}", Value::from(documentation));
+    object(depth, name, &[&[documentation], members].concat())
+}
+
+/// A named object, in one line where it fits.
+fn object(depth: usize, name: &str, members: &[String]) -> String {
+    let line = format!("\"{name}\": {{ {} }}", members.join(", "));
+    let indentation = "  ".repeat(depth);
+    match line.contains('\n') || indentation.len() + line.chars().count() > 110 {
+        true => {
+            let inner = format!("\n{indentation}  ");
+            format!("\"{name}\": {{{inner}{}\n{indentation}}}", members.join(&format!(",{inner}")))
+        }
+        false => line,
+    }
+}
+
+/// Where something stands now, so that it stays there; what is new comes behind.
+fn place(text: &str, what: &str) -> usize {
+    text.find(what).unwrap_or(usize::MAX)
 }
 
 /// Which of the schema and the reader find nothing wrong.

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use mauve_model::config_keys::{Entries, Kind as ValueKind, SECTIONS, SEVERITIES, Section, section_named};
 use mauve_model::diagnostics::codes;
 use mauve_model::item_tree::{FeatureKind, Kind, Name};
 use mauve_model::{
@@ -9,34 +10,11 @@ use mauve_model::{
     names_of, table_files, timetable_of,
 };
 use mauve_syntax::{TextRange, TextSize};
+use mauve_timing::Unit;
+use mauve_timing::table_keys::{KEYS, Key as TableKey, Kind as TableKind, OVERHEAD, kind_of};
 
 use super::{Completion, CompletionKind, Completions};
 use crate::program::{features, shell_of_component};
-
-/// The sections of `mauve.toml`, what each is for, and its keys, if those are fixed.
-const CONFIG: [(&str, &str, &[&str]); 9] = [
-    ("project", "the roots of the models", &["root", "roots"]),
-    ("timing", "where execution times stand", &["tables", "significance"]),
-    ("types", "types that no message package declares", &["cpp", "header"]),
-    (
-        "generate",
-        "where generated sources go",
-        &["out", "ros_streams", "introspection", "maintainer", "license"],
-    ),
-    ("lints", "how bad a diagnostic is", &[]),
-    ("assume", "times that the tables lack", &["codel"]),
-    ("platform", "what the programs run on", &["cpus", "rt_throttling"]),
-    ("clocks", "what is released together", &["synchronised"]),
-    ("chains", "ports that data goes through", &[]),
-];
-
-/// The sections of a timing table.
-const TABLE: [(&str, &str, &[&str]); 4] = [
-    ("codel", "times of codels", &[]),
-    ("program", "times of whole programs", &[]),
-    ("component", "times of whole components, for the classic method", &[]),
-    ("overhead", "what each job costs beside its program", &["dispatch", "context_switch"]),
-];
 
 /// What may stand at `offset` of a TOML file.
 pub(super) fn completions(
@@ -81,12 +59,18 @@ pub(super) fn completions(
         }
     }
     if matches!(place.what, What::Header | What::Key) && !place.is_quoted && !place.has_value {
-        let sections = if is_config { &CONFIG[..] } else { &TABLE[..] };
-        for (name, what, _) in sections {
-            if *name == "types" || !place.sections.contains(*name) {
-                let label = if *name == "types" { "[types.Name]".to_owned() } else { format!("[{name}]") };
+        let is_named = |it: &Section| matches!(it.entries, Entries::Types(_));
+        let sections: Vec<_> = match is_config {
+            true => SECTIONS.iter().map(|it| (it.name, it.summary, is_named(it))).collect(),
+            false => {
+                KEYS.iter().filter(|it| it.is_section()).map(|it| (it.name, it.summary, false)).collect()
+            }
+        };
+        for (name, summary, is_named) in sections {
+            if is_named || !place.sections.contains(name) {
+                let label = if is_named { format!("[{name}.Name]") } else { format!("[{name}]") };
                 let rank = if matches!(place.what, What::Header) { 0 } else { 2 };
-                items.push(Completion::new(CompletionKind::Key, label).note(*what).rank(rank));
+                items.push(Completion::new(CompletionKind::Key, label).note(summary).rank(rank));
             }
         }
     }
@@ -281,46 +265,51 @@ struct Toml<'a, 'db> {
 impl Toml<'_, '_> {
     fn config_keys(&self, section: &str) -> Vec<Completion> {
         let kind = section.split('.').next().unwrap_or_default();
-        if kind == "lints" {
-            return codes().map(|code| Completion::new(CompletionKind::Key, code.name)).collect();
+        let item = |key| Completion::new(CompletionKind::Key, key);
+        match section_named(kind).map(|it| &it.entries) {
+            Some(Entries::Keys(keys)) => keys.iter().map(|key| item(key.name).rank(0)).collect(),
+            Some(Entries::Types(keys)) if section != kind => {
+                keys.iter().map(|key| item(key.name).rank(0)).collect()
+            }
+            Some(Entries::Lints) => codes().map(|code| item(code.name)).collect(),
+            _ => Vec::new(),
         }
-        let of_section =
-            CONFIG.iter().filter(|(name, ..)| *name == kind && (kind != "types" || section != kind));
-        let keys = of_section.flat_map(|(.., keys)| keys.iter());
-        keys.map(|key| Completion::new(CompletionKind::Key, *key).rank(0)).collect()
     }
 
     fn config_values(&self, section: &str, key: &str) -> Vec<Completion> {
-        match (section, key) {
-            ("project", "root" | "roots") => self.files(true),
-            ("timing", "tables") => self.files(false),
-            ("timing", "significance") => {
+        let keys = match section_named(section).map(|it| &it.entries) {
+            Some(Entries::Keys(keys)) => keys,
+            Some(Entries::Lints) => return SEVERITIES.map(|(name, _)| text(name)).into(),
+            Some(Entries::Chains) => return self.instances(true),
+            Some(Entries::Types(_)) | None => return Vec::new(),
+        };
+        match keys.iter().find(|it| it.name == key).map(|it| &it.kind) {
+            Some(ValueKind::Models(_)) => self.files(true),
+            Some(ValueKind::Tables(_)) => self.files(false),
+            Some(ValueKind::Instances(_)) => self.instances(false),
+            Some(ValueKind::Level(_)) => {
                 let levels = self.projects.iter().flat_map(|&it| timetable_of(self.db, it).levels());
                 let levels: BTreeSet<String> = levels.map(ToString::to_string).collect();
                 levels.into_iter().map(|level| Completion::new(CompletionKind::Value, level)).collect()
             }
-            ("platform", "rt_throttling") | ("generate", "ros_streams" | "introspection") => {
-                ["true", "false"].map(value).into()
-            }
-            ("lints", _) => ["allow", "hint", "warn", "error"].map(text).into(),
-            ("assume", "codel") => vec![text("5 ms")],
-            ("generate", "out") => vec![text("generated")],
-            ("generate", "license") => ["Apache-2.0", "BSD-3-Clause", "MIT"].map(text).into(),
-            ("generate", "maintainer") => vec![text("Name <name@example.org>")],
-            ("clocks", "synchronised") => self.instances(false),
-            ("chains", _) => self.instances(true),
-            _ => Vec::new(),
+            Some(ValueKind::Boolean(_)) => ["true", "false"].map(value).into(),
+            Some(ValueKind::Time(_)) => vec![text("5 ms")],
+            Some(ValueKind::Folder(_)) => vec![text("generated")],
+            Some(ValueKind::Text { usual, .. }) => usual.iter().map(|word| text(word)).collect(),
+            Some(ValueKind::Integer(..)) | None => Vec::new(),
         }
     }
 
     fn table_keys(&self, section: &str) -> Vec<Completion> {
         let db = self.db;
-        let fixed =
-            |keys: &[&str]| keys.iter().map(|key| Completion::new(CompletionKind::Key, *key)).collect();
-        match section {
-            "" => return fixed(&["unit", "levels"]),
-            "overhead" => return fixed(&["dispatch", "context_switch"]),
-            "codel" | "component" | "program" => {}
+        let fixed = |keys: &'static [TableKey]| {
+            let keys = keys.iter().filter(|key| !key.is_section());
+            keys.map(|key| Completion::new(CompletionKind::Key, key.name)).collect()
+        };
+        match kind_of(section, &KEYS) {
+            Some(TableKind::Entries(..)) => {}
+            Some(TableKind::Overhead) => return fixed(&OVERHEAD),
+            _ if section.is_empty() => return fixed(&KEYS),
             _ => return Vec::new(),
         }
         let kind = if section == "codel" { Kind::Codel } else { Kind::Component };
@@ -359,7 +348,7 @@ impl Toml<'_, '_> {
 
     fn table_values(&self, key: &str) -> Vec<Completion> {
         match key {
-            "unit" => ["ns", "us", "ms", "s"].map(text).into(),
+            "unit" => Unit::ALL.map(|unit| text(unit.name())).into(),
             _ => Vec::new(),
         }
     }
