@@ -11,7 +11,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use self::keys::{Entries, Key, Kind, SECTIONS, SEVERITIES, Section};
-use crate::diagnostics::{Severity, codes};
+use crate::fact::Severity;
 use crate::item_tree::Name;
 
 /// What `mauve.toml` says.
@@ -47,8 +47,8 @@ pub struct Config {
     pub maintainer: Option<Maintainer>,
     /// `[generate] license` of the generated packages.
     pub license: Option<String>,
-    /// `[lints]`: how bad a diagnostic is here; nothing where it is not shown.
-    pub lints: BTreeMap<&'static str, Option<Severity>>,
+    /// `[lints]`: how severe a diagnostic is here, and where its name stands; nothing where it is not shown.
+    pub lints: BTreeMap<String, (Option<Severity>, Range<usize>)>,
     /// `[chains]`: named, and not analysed yet.
     pub chains: Vec<Chain>,
     /// What is wrong.
@@ -259,16 +259,7 @@ impl Reader<'_> {
             let message = format!("`{name}` in [lints] is \"allow\", \"hint\", \"warn\" or \"error\"");
             return self.lost(message, value.span());
         };
-        match codes().find(|code| code.name == name) {
-            Some(code) => {
-                config.lints.insert(code.name, *severity);
-            }
-            None => {
-                let near = mauve_syntax::similar(name, codes().map(|code| code.name)).map(Name::from);
-                let message = format!("no diagnostic `{name}` (`mauve explain all` lists them)");
-                self.errors.push(Mistake { message, span: key.span(), near });
-            }
-        }
+        config.lints.insert(name.to_string(), (*severity, key.span()));
     }
 }
 

@@ -9,6 +9,7 @@ use mauve_timing::Time;
 use rustc_hash::FxHashMap;
 
 use crate::check::{declaration_facts, project_facts};
+pub use crate::fact::Severity;
 use crate::item_tree::{FeatureKind, Kind, Name, NameRef, Part, TypeRef};
 use crate::names::{FeatureOf, Names, file_outside, names_of, similar};
 use crate::project::{
@@ -44,28 +45,6 @@ impl Code {
     /// Is it an error in a text, and not in what its figures are?
     pub fn is_of_text(&self) -> bool {
         self.severity == Severity::Error && *self != deadline_missed::DEADLINE_MISSED
-    }
-}
-
-/// How bad a diagnostic is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Severity {
-    /// The model cannot be used so.
-    Error,
-    /// It can, and perhaps it should not.
-    Warning,
-    /// It can be better.
-    Hint,
-}
-
-impl Severity {
-    /// `error`, `warning` or `hint`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Severity::Error => "error",
-            Severity::Warning => "warning",
-            Severity::Hint => "hint",
-        }
     }
 }
 
@@ -530,7 +509,9 @@ fn findings<'db>(
 ) -> Vec<Finding<'db>> {
     let lints = &config_of(db, workspace).lints;
     let finding = |(diagnostic, only_in): (Diagnostic<'db>, _)| {
-        let severity = lints.get(diagnostic.code.name).copied().unwrap_or(Some(diagnostic.code.severity))?;
+        let severity = lints
+            .get(diagnostic.code.name)
+            .map_or(Some(diagnostic.code.severity), |(severity, _)| *severity)?;
         Some(Finding { diagnostic, severity, only_in })
     };
     let mut findings: Vec<Finding<'db>> =
@@ -600,6 +581,11 @@ fn config_diagnostics<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Di
     for crate::config::Mistake { message, span, near } in &config.errors {
         let report = invalid_configuration::report(at(span), message.clone());
         found.push(report.did_you_mean(at(span), near.clone()));
+    }
+    for (name, (_, span)) in config.lints.iter().filter(|(name, _)| codes().all(|code| code.name != *name)) {
+        let near = mauve_syntax::similar(name, codes().map(|code| code.name)).map(Name::from);
+        let message = format!("no diagnostic `{name}` (`mauve explain all` lists them)");
+        found.push(invalid_configuration::report(at(span), message).did_you_mean(at(span), near));
     }
     for (error, span) in &crate::table_files(db, workspace).errors {
         found.push(invalid_configuration::report(at(span), timing_reasons::table_files_error(error)));

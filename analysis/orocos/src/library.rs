@@ -93,7 +93,7 @@ pub fn problems<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<Problem
     let mut found: Vec<Problem<'db>> = Vec::new();
     let mut seen: FxHashSet<Problem<'db>> = FxHashSet::default();
     for diagnostic in own.chain(configured) {
-        let here = lints.get(diagnostic.code.name).copied().flatten();
+        let here = lints.get(diagnostic.code.name).and_then(|(severity, _)| *severity);
         let is_error = diagnostic.code.severity == Severity::Error || here == Some(Severity::Error);
         let problem = Problem { message: diagnostic.message, at: diagnostic.at };
         if is_error && diagnostic.code.name != "deadline-missed" && seen.insert(problem.clone()) {
