@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use mauve_model::{Database, Workspace, projects};
+use mauve_hir::{Database, Workspace, projects};
 use mauve_orocos::{Package, packages};
 use mauve_tests::ops::{Call, Literal, run};
 use mauve_tests::{models, random_model, scratch, write};

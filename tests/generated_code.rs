@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::{Mutex, PoisonError};
 
-use mauve_model::{Database, Workspace, projects};
+use mauve_hir::{Database, Workspace, projects};
 use mauve_orocos::{Package, packages};
 use mauve_tests::orocos::{build, configure};
 use mauve_tests::{fixture, models, scratch};

@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use mauve_model::{Database, Workspace, projects};
+use mauve_hir::{Database, Workspace, projects};
 use mauve_orocos::{Owner, packages};
 use mauve_tests::machines::{
     Component, Library, codels_source, expected_run, library_text, program_source, random_library,

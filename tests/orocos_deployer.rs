@@ -15,7 +15,7 @@ use std::process::{Command, Stdio};
 use std::sync::{Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
-use mauve_model::{Database, Workspace, projects};
+use mauve_hir::{Database, Workspace, projects};
 use mauve_orocos::{Owner, packages};
 use mauve_tests::orocos::{COMPILERS, build, component_library, configure, is_real, rtt, run};
 use mauve_tests::{scratch, texts_in, write};

@@ -11,7 +11,7 @@ use std::io::{BufRead as _, BufReader, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use mauve_model::{Database, Workspace, projects};
+use mauve_hir::{Database, Workspace, projects};
 use mauve_orocos::packages;
 use mauve_tests::orocos::{COMPILERS, build, configure, run};
 use mauve_tests::{Recorder, Span, scratch, spans};

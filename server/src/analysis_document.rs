@@ -4,14 +4,12 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use mauve_model::diagnostics::errors_of;
-use mauve_model::item_tree::Kind;
-use mauve_model::{
-    ActivityReport, CpuReport, Database, Decl, Priority, Project, Query, Report, Workspace, config_of,
-    names_of, projects, reasons_of, response_times, timetable_of, timing_reason,
-};
+use mauve_diagnostics::{errors_of, reasons_of, timing_reason};
+use mauve_hir::item_tree::Kind;
+use mauve_hir::{Database, Decl, Project, Workspace, config_of, names_of, projects};
 use mauve_timing::task_set::TaskSet;
 use mauve_timing::{Level, Time, Unit};
+use mauve_wcrt::{ActivityReport, CpuReport, Priority, Query, Report, response_times, timetable_of};
 use serde::Serialize;
 use serde_json::Value;
 

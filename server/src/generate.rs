@@ -11,7 +11,7 @@ use std::fs::File;
 use std::io::{self, ErrorKind};
 use std::path::{Component, Path, PathBuf};
 
-use mauve_model::{CONFIG_FILE, Database, Project, Workspace, config_of, normalised};
+use mauve_hir::{CONFIG_FILE, Database, Project, Workspace, config_of, normalised};
 use mauve_orocos::{MANIFEST, Package};
 
 use crate::disk::{LONGEST, bytes_of, is_hidden};

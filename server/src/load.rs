@@ -8,12 +8,13 @@ use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use mauve_model::item_tree::Name;
-use mauve_model::{
+use mauve_hir::item_tree::Name;
+use mauve_hir::{
     CONFIG_FILE, DECLARATIONS, Database, File, ModelDb, Package, Problem, Workspace, config_file, config_of,
-    include_candidates, includes, is_model, item_tree_of, named_packages, normalised, table_pattern,
+    include_candidates, includes, is_model, item_tree_of, named_packages, normalised,
 };
 use mauve_timing::Level;
+use mauve_wcrt::table_pattern;
 use salsa::Setter;
 
 use crate::disk::{Boundary, LONGEST, is_hidden, text_of};

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use mauve_model::{Database, Workspace, projects};
+use mauve_hir::{Database, Workspace, projects};
 use mauve_tests::{Run, files_in, mauve, models, scratch, test_name, texts_in, write};
 use serde_json::Value;
 

@@ -3,7 +3,7 @@
 
 use std::sync::LazyLock;
 
-use mauve_model::{Database, Workspace, projects};
+use mauve_hir::{Database, Workspace, projects};
 use mauve_orocos::{Action, MANIFEST, Package, packages, plan};
 
 /// A text that the generator did not write. A forged manifest may know its hash.

@@ -1,11 +1,12 @@
 //! What holds for any text: run by `cargo fuzz`, and on a bounded number of texts by `analysis/model/tests/fuzz.rs`.
 
-use mauve_model::diagnostics::workspace_diagnostics;
-use mauve_model::{Database, File, Query, Workspace, read_message, response_times_of};
+use mauve_diagnostics::workspace_diagnostics;
+use mauve_hir::{Database, File, Workspace, read_message};
 use mauve_syntax::format::formatted;
 use mauve_syntax::{SyntaxKind, is_whole};
 use mauve_timing::Method;
 use mauve_timing::task_set::{Exported, Parsed};
+use mauve_wcrt::{Query, response_times_of};
 
 /// No byte is lost, every error lies in the text, and what is lost is marked.
 pub(crate) fn parse(text: &str) {

@@ -1,8 +1,8 @@
 //! Who calls a codel or an operation, and what a program calls. A required operation leads to those that are connected to
 //! it, in whichever architecture.
 
-use mauve_model::item_tree::{FeatureKind, Kind, Part};
-use mauve_model::{
+use mauve_hir::item_tree::{FeatureKind, Kind, Part};
+use mauve_hir::{
     Decl, File, ModelDb, Place, Project, Workspace, core, declarations, features_of, flat_of, names_of,
     parse, shell, shell_of,
 };
@@ -32,7 +32,7 @@ pub fn call_items(
     file: File,
     offset: TextSize,
 ) -> Vec<HierarchyItem> {
-    if mauve_model::is_model(file.path(db)) {
+    if mauve_hir::is_model(file.path(db)) {
         let cores = declarations(db, file).all.iter().filter(|decl| decl.kind(db) == Kind::Core);
         let programs = cores.flat_map(|&core| programs_of(db, core));
         let mut here = programs.filter(|it| it.name_range.contains_inclusive(offset));
@@ -54,7 +54,7 @@ pub fn call_items(
 /// Who calls what an item stands for.
 ///
 /// ```
-/// use mauve_model::{Database, Workspace};
+/// use mauve_hir::{Database, Workspace};
 /// let db = Database::default();
 /// let text = "codel f(): int core C(S) { update = { f(); } }".to_owned();
 /// let workspace = Workspace::of_texts(&db, "/".into(), [("/a.mal".into(), text)]);
@@ -463,7 +463,7 @@ fn connected_operations<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Con
     let mut known = FxHashSet::default();
     for &of in names_of(db, project).all.iter().filter(|decl| decl.kind(db) == Kind::Architecture) {
         let flat = flat_of(db, project, of);
-        let end = |(instance, operation): &(mauve_model::item_tree::Name, mauve_model::item_tree::Name)| {
+        let end = |(instance, operation): &(mauve_hir::item_tree::Name, mauve_hir::item_tree::Name)| {
             let shell = shell_of(db, project, flat.instance(instance)?.component?)?;
             let feature = features_of(db, project, shell).get(operation)?;
             let part = feature.data(db)?.name.part;

@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use mauve_model::diagnostics::Fix;
-use mauve_model::{File, ModelDb};
+use mauve_diagnostics::Fix;
+use mauve_hir::{File, ModelDb};
 use mauve_syntax::format::{Replacement, applied};
 
 /// A change of a workspace, for the user to look at and to apply.

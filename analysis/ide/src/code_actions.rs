@@ -22,8 +22,8 @@ mod uses;
 use std::cell::OnceCell;
 use std::rc::Rc;
 
-use mauve_model::diagnostics::{Finding, diagnostics_of_file};
-use mauve_model::{Decl, File, ModelDb, Place, Project, Workspace, parse};
+use mauve_diagnostics::{Finding, diagnostics_of_file};
+use mauve_hir::{Decl, File, ModelDb, Place, Project, Workspace, parse};
 use mauve_syntax::ast::AstNode;
 use mauve_syntax::format::Replacement;
 use mauve_syntax::{NodeOrToken, SyntaxNode, SyntaxToken, TextRange, TextSize};
@@ -110,7 +110,7 @@ const OFFERS: &[fn(&mut Actions<'_, '_>)] = &[
 ///
 /// ```
 /// use mauve_ide::{ActionKind, ActionQuestion, Changes, code_actions};
-/// use mauve_model::{Database, Workspace};
+/// use mauve_hir::{Database, Workspace};
 ///
 /// let db = Database::default();
 /// let text = "codel plan(): int\nshell S { }\ncore C(S) { update = { plna(); } }\n";

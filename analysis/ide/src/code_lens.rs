@@ -6,13 +6,14 @@
 use std::collections::HashMap;
 use std::path::PathBuf;
 
-use mauve_model::item_tree::Kind;
-use mauve_model::{
-    Deadlines, Decl, File, ModelDb, Place, Project, Query, Workspace, architecture, config_of, declarations,
-    is_model, names_of, response_times, source_map,
+use mauve_hir::item_tree::Kind;
+use mauve_hir::{
+    Decl, File, ModelDb, Place, Project, Workspace, architecture, config_of, declarations, is_model,
+    names_of, source_map,
 };
 use mauve_syntax::{TextRange, TextSize};
 use mauve_timing::Level;
+use mauve_wcrt::{Deadlines, Query, response_times};
 
 use crate::implementation::codel_file;
 use crate::levels::known_levels;
@@ -67,7 +68,7 @@ pub enum LensAction {
 /// The lines of a file, in the order of the text.
 ///
 /// ```
-/// use mauve_model::{Database, Workspace};
+/// use mauve_hir::{Database, Workspace};
 ///
 /// let model = "component P(S, C)\narchitecture A { instance pilot: P }";
 /// let db = Database::default();

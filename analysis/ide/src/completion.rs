@@ -26,8 +26,8 @@ mod toml;
 
 use std::collections::BTreeSet;
 
-use mauve_model::item_tree::Name;
-use mauve_model::{Decl, File, ModelDb, Project, Workspace, declaration_at, is_model, parse};
+use mauve_hir::item_tree::Name;
+use mauve_hir::{Decl, File, ModelDb, Project, Workspace, declaration_at, is_model, parse};
 use mauve_syntax::format::Replacement;
 use mauve_syntax::{SyntaxKind, TextRange, TextSize};
 
@@ -180,7 +180,7 @@ fn plain(snippet: &str) -> String {
 /// What may stand at `offset`, in any of the projects that have the file.
 ///
 /// ```
-/// use mauve_model::{Database, Workspace};
+/// use mauve_hir::{Database, Workspace};
 /// let db = Database::default();
 /// let files = [("/a.mal".into(), "core C(S) { statemachine { state A { transition t to  } } }".to_owned())];
 /// let workspace = Workspace::of_texts(&db, "/".into(), files);

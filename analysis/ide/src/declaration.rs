@@ -1,7 +1,7 @@
 //! Where the name under the cursor is declared for all who know it: an operation by the shell, where the definition is what
 //! a core executes.
 
-use mauve_model::{File, ModelDb, Workspace};
+use mauve_hir::{File, ModelDb, Workspace};
 use mauve_syntax::TextSize;
 
 use crate::definition::{Definition, destination, names, targets};
@@ -9,7 +9,7 @@ use crate::definition::{Definition, destination, names, targets};
 /// Where the name at `offset` is declared, in any of the projects that have the file.
 ///
 /// ```
-/// use mauve_model::{Database, Workspace};
+/// use mauve_hir::{Database, Workspace};
 /// let db = Database::default();
 /// let text = "shell S { provide f(): int } core C(S) { provide f(): int = { return f(); } }".to_owned();
 /// let call = text.rfind('f').unwrap() as u32;

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use mauve_model::{Decl, File, ModelDb, Place, Project, Workspace, declaration_map, parse, project_files};
+use mauve_hir::{Decl, File, ModelDb, Place, Project, Workspace, declaration_map, parse, project_files};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{TextRange, TextSize};
 

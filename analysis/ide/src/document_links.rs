@@ -2,12 +2,13 @@
 
 use std::ops::Range;
 
-use mauve_model::item_tree::Kind;
-use mauve_model::{
+use mauve_hir::item_tree::Kind;
+use mauve_hir::{
     Config, File, ModelDb, Place, Workspace, architecture, config_file, config_of, declarations, includes,
-    is_model, names_of, normalised, source_map, table_files, table_pattern,
+    is_model, names_of, normalised, source_map,
 };
 use mauve_syntax::{TextRange, TextSize};
+use mauve_wcrt::{table_files, table_pattern};
 
 use crate::project::projects_with;
 
@@ -27,7 +28,7 @@ pub struct DocumentLink {
 /// The links of a file, in the order of the text. What leads nowhere, or to several files, is none.
 ///
 /// ```
-/// use mauve_model::{Database, Workspace};
+/// use mauve_hir::{Database, Workspace};
 /// let db = Database::default();
 /// let texts = [("/a.mal".into(), "include \"b.mal\"".to_owned()), ("/b.mal".into(), String::new())];
 /// let workspace = Workspace::of_texts(&db, "/".into(), texts);

@@ -1,6 +1,6 @@
 //! What a file declares, as a tree.
 
-use mauve_model::{File, ModelDb, parse};
+use mauve_hir::{File, ModelDb, parse};
 use mauve_syntax::ast::{self, AstNode};
 use mauve_syntax::{SyntaxNode, TextRange};
 
@@ -53,7 +53,7 @@ pub enum SymbolKind {
 /// What a file declares, in the order of the text.
 ///
 /// ```
-/// use mauve_model::{Database, Workspace};
+/// use mauve_hir::{Database, Workspace};
 /// let db = Database::default();
 /// let text = "library robot { codel plan(): int }".to_owned();
 /// let workspace = Workspace::of_texts(&db, "/".into(), [("/a.mal".into(), text)]);
@@ -62,7 +62,7 @@ pub enum SymbolKind {
 /// assert_eq!((symbols[0].name.as_str(), symbols[0].children[0].name.as_str()), ("robot", "plan"));
 /// ```
 pub fn document_symbols(db: &dyn ModelDb, file: File) -> Vec<Symbol> {
-    if !mauve_model::is_model(file.path(db)) {
+    if !mauve_hir::is_model(file.path(db)) {
         return Vec::new();
     }
     parse(db, file).file().items().filter_map(|item| symbol_of_item(&item)).collect()

@@ -2,12 +2,11 @@
 
 use std::fmt::Write as _;
 
-use mauve_model::{
-    ActivityReport, ModelDb, Priority, ProgramId, Project, Psm, Query, Report, Verdict, config_of, psm_at,
-    psm_of, timing_reason, worst_path,
-};
+use mauve_diagnostics::timing_reason;
+use mauve_hir::{ModelDb, ProgramId, Project, config_of};
 use mauve_timing::task_set::TaskSet;
 use mauve_timing::{Method, Status, Time, worst_trace};
+use mauve_wcrt::{ActivityReport, Priority, Psm, Query, Report, Verdict, psm_at, psm_of, worst_path};
 use rustc_hash::FxHashSet;
 
 /// How many periods of the worst trace are shown.

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use mauve_model::{Database, File, Workspace};
+use mauve_hir::{Database, File, Workspace};
 use mauve_syntax::TextSize;
 
 /// A workspace of a fixture (see [`mauve_tests::fixture`]).
@@ -58,7 +58,7 @@ pub(crate) fn sample_models() -> Vec<(PathBuf, String)> {
             let path = entry.unwrap().path();
             if path.is_dir() {
                 open.push(path);
-            } else if mauve_model::is_model(&path) {
+            } else if mauve_hir::is_model(&path) {
                 let text = std::fs::read_to_string(&path).unwrap();
                 found.push((path, text));
             }

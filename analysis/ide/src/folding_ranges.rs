@@ -1,6 +1,6 @@
 //! What an editor can fold: blocks, lists over several lines, comments, groups of includes and uses, marked regions.
 
-use mauve_model::{File, ModelDb, is_model, parse};
+use mauve_hir::{File, ModelDb, is_model, parse};
 use mauve_syntax::{NodeOrToken, SyntaxElement, SyntaxKind, SyntaxNode, SyntaxToken, TextRange, WalkEvent};
 
 /// A part of a text of more than one line that can be hidden.
@@ -28,7 +28,7 @@ pub enum FoldingKind {
 /// What can be folded in a file, in the order of the text; each lies in another one or beside it.
 ///
 /// ```
-/// use mauve_model::{Database, Workspace};
+/// use mauve_hir::{Database, Workspace};
 /// let db = Database::default();
 /// let text = "shell S {\n  property p: int\n}\n".to_owned();
 /// let workspace = Workspace::of_texts(&db, "/".into(), [("/a.mal".into(), text)]);

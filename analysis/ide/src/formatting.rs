@@ -1,6 +1,6 @@
 //! White space as `mauve fmt` has it: of a file, of some of its lines, or while it is typed.
 
-use mauve_model::{File, ModelDb, Problem, is_model, parse};
+use mauve_hir::{File, ModelDb, Problem, is_model, parse};
 use mauve_syntax::format::{Replacement, format, format_on_type, format_range};
 use mauve_syntax::{SyntaxKind, TextRange, TextSize};
 
@@ -9,7 +9,7 @@ use mauve_syntax::{SyntaxKind, TextRange, TextSize};
 /// Nothing for what is no model, nor where the text is perhaps not the one that its reader has.
 ///
 /// ```
-/// use mauve_model::{Database, Workspace};
+/// use mauve_hir::{Database, Workspace};
 /// let db = Database::default();
 /// let text = "codel f( a:int ):int\n".to_owned();
 /// let workspace = Workspace::of_texts(&db, "/".into(), [("/a.mal".into(), text)]);

@@ -4,15 +4,15 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::fmt::Write as _;
 
-use mauve_model::diagnostics::reasons::reason;
-use mauve_model::item_tree::{Kind, Name};
-use mauve_model::{
-    ActivityReport, Decl, File, FlatInstance, ModelDb, Place, Project, Query, Report, Verdict, Workspace,
-    architecture, declaration_at, declarations, deployment, flat_of, is_model, names_of, psm_of,
-    response_times,
+use mauve_diagnostics::reasons::reason;
+use mauve_hir::item_tree::{Kind, Name};
+use mauve_hir::{
+    Decl, File, FlatInstance, ModelDb, Place, Project, Workspace, architecture, declaration_at, declarations,
+    deployment, flat_of, is_model, names_of,
 };
 use mauve_syntax::{TextRange, TextSize};
 use mauve_timing::{Status, Time, Utilisation};
+use mauve_wcrt::{ActivityReport, Query, Report, Verdict, psm_of, response_times};
 
 use crate::project::projects_with;
 use crate::state_machine::{Drawing, escaped};
@@ -388,7 +388,7 @@ mod tests {
     use super::*;
     use crate::fixture::Fixture;
     use expect_test::{Expect, expect};
-    use mauve_model::projects;
+    use mauve_hir::projects;
 
     const MODEL: &str = "
 codel see(): int  codel plan(): int

@@ -1,8 +1,8 @@
 //! What hierarchies are made of: something with its place, and how it is known when an editor asks about it later. Texts
 //! change between two questions; names stay, or what is asked about is no longer there.
 
-use mauve_model::item_tree::{Kind, Name};
-use mauve_model::{Decl, File, ModelDb, declarations};
+use mauve_hir::item_tree::{Kind, Name};
+use mauve_hir::{Decl, File, ModelDb, declarations};
 use mauve_syntax::TextRange;
 
 use crate::definition::of_declaration;

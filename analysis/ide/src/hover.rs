@@ -8,13 +8,12 @@ mod words;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use mauve_model::item_tree::{Kind, Name};
-use mauve_model::{
-    Decl, File, Lookup, Message, ModelDb, Package, Project, Query, Workspace, message_of, parse,
-    response_times, timetable_of, unusable_time,
-};
+use mauve_diagnostics::unusable_time;
+use mauve_hir::item_tree::{Kind, Name};
+use mauve_hir::{Decl, File, Message, ModelDb, Package, Project, Workspace, message_of, parse};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxKind, SyntaxNode, TextRange, TextSize, comment_above};
+use mauve_wcrt::{Lookup, Query, response_times, timetable_of};
 
 use crate::definition::{Target, definition_of, names};
 use crate::explanation::explain_response;
@@ -58,7 +57,7 @@ fn of_activity(
     file: File,
     offset: TextSize,
 ) -> Option<(TextRange, Vec<String>)> {
-    if !mauve_model::is_model(file.path(db)) {
+    if !mauve_hir::is_model(file.path(db)) {
         return None;
     }
     let token = parse(db, file).syntax().token_at_offset(offset).find(|token| token.kind().is_word())?;
@@ -69,7 +68,7 @@ fn of_activity(
         return None;
     }
     let deployment =
-        mauve_model::declaration_at(db, file, name).filter(|decl| decl.kind(db) == Kind::Deployment)?;
+        mauve_hir::declaration_at(db, file, name).filter(|decl| decl.kind(db) == Kind::Deployment)?;
     // What several projects say alike is said once.
     let mut explanations: BTreeMap<String, Vec<String>> = BTreeMap::new();
     for &project in projects {
@@ -121,7 +120,7 @@ fn of_name(db: &dyn ModelDb, workspaces: &[Workspace], file: File, offset: TextS
 
 /// The message that the type at `offset` is: its package, its fields, and where it is from.
 fn of_message(db: &dyn ModelDb, projects: &[Project<'_>], file: File, offset: TextSize) -> Option<Hover> {
-    if !mauve_model::is_model(file.path(db)) {
+    if !mauve_hir::is_model(file.path(db)) {
         return None;
     }
     let token = parse(db, file).syntax().token_at_offset(offset).find(|token| token.kind().is_word())?;
@@ -495,7 +494,7 @@ codel f(): $9Joy
 
     #[test]
     fn a_long_message_is_cut() {
-        let message = mauve_model::read_message(&"int8 x\n".repeat(MOST_LINES + 2));
+        let message = mauve_hir::read_message(&"int8 x\n".repeat(MOST_LINES + 2));
         let shown = fields(&Package { name: "p".into(), ..Package::default() }, "Long", &message);
         assert_eq!(shown.matches("int8 x\n").count(), MOST_LINES);
         assert!(shown.contains("# and 2 more\n"), "{shown}");

@@ -1,12 +1,13 @@
 //! What makes a name happen: the cores and components for a shell, what cores do for an operation, what is deployed of an
 //! architecture; and of a codel its C++ file and its entries in the timing tables.
 
-use mauve_model::item_tree::{Kind, TypeRef};
-use mauve_model::{
+use mauve_hir::item_tree::{Kind, TypeRef};
+use mauve_hir::{
     Decl, File, ModelDb, Place, Project, Workspace, component, config_of, core, core_of, deployment,
-    names_of, shell, table_files,
+    names_of, shell,
 };
 use mauve_syntax::TextSize;
+use mauve_wcrt::table_files;
 
 use crate::call_hierarchy::providers;
 use crate::definition::{Definition, Target, destination, names, of_declaration};
@@ -16,7 +17,7 @@ use crate::occurrences::{Meaning, Role, in_declaration, names_in};
 /// What implements what is named at `offset`. The file of a codel is named whether it is there or not.
 ///
 /// ```
-/// use mauve_model::{Database, Workspace};
+/// use mauve_hir::{Database, Workspace};
 /// let db = Database::default();
 /// let text = "shell S { } core C(S) { } component P(S, C)".to_owned();
 /// let workspace = Workspace::of_texts(&db, "/".into(), [("/a.mal".into(), text)]);
@@ -119,7 +120,7 @@ pub(crate) fn codel_file<'db>(
     let workspace = project.workspace(db);
     let out = config_of(db, workspace).out.as_ref().map_or("generated", |(out, _)| out);
     let package = workspace.folder(db).join(out).join(library.as_str());
-    Some(mauve_model::normalised(&package.join("src/codels").join(format!("{}.cpp", decl.name(db)))))
+    Some(mauve_hir::normalised(&package.join("src/codels").join(format!("{}.cpp", decl.name(db)))))
 }
 
 #[cfg(test)]

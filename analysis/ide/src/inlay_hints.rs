@@ -8,15 +8,17 @@ pub(crate) use programs::components_of;
 
 use std::collections::{BTreeMap, HashMap};
 
-use mauve_model::item_tree::{Kind, Name};
-use mauve_model::{
-    ActivityReport, CpuReport, Deadlines, Decl, File, ModelDb, Place, Project, Query, Report, Verdict,
-    Workspace, budgets, config_of, cpu_names, declarations, is_model, parse, psm_of, response_times,
-    source_map, timing_reason,
+use mauve_diagnostics::{cpu_names, timing_reason};
+use mauve_hir::item_tree::{Kind, Name};
+use mauve_hir::{
+    Decl, File, ModelDb, Place, Project, Workspace, config_of, declarations, is_model, parse, source_map,
 };
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxKind, SyntaxNode, TextRange, TextSize};
 use mauve_timing::{Status, Time};
+use mauve_wcrt::{
+    ActivityReport, CpuReport, Deadlines, Query, Report, Verdict, budgets, psm_of, response_times,
+};
 
 use crate::project::{name_of_root, projects_with};
 
@@ -56,7 +58,7 @@ impl Default for HintKinds {
 ///
 /// ```
 /// use mauve_ide::HintKinds;
-/// use mauve_model::{Database, Workspace};
+/// use mauve_hir::{Database, Workspace};
 /// use mauve_syntax::{TextRange, TextSize};
 ///
 /// let model = "codel plan(): int  shell S { }  core C(S) { update = { plan(); } }  component P(S, C)

@@ -1,13 +1,14 @@
 //! The significance levels that may be shown: those of the timing tables.
 
-use mauve_model::{ModelDb, Workspace, projects, timetable_of};
+use mauve_hir::{ModelDb, Workspace, projects};
 use mauve_timing::Level;
+use mauve_wcrt::timetable_of;
 
 /// The levels that the tables of some project have, from the most probable down; none where times depend on no level:
 /// then any may be shown.
 ///
 /// ```
-/// use mauve_model::{Database, Workspace};
+/// use mauve_hir::{Database, Workspace};
 ///
 /// let db = Database::default();
 /// let files = [

@@ -1,13 +1,15 @@
 //! A component's state machine as a panel shows it: states and edges with their times, where each of them stands, and the
 //! worst periods in a row.
 
-use mauve_model::item_tree::{HookKind, Kind, Name};
-use mauve_model::{
-    Decl, File, ModelDb, Place, ProgramId, Project, Psm, Workspace, architecture, behaviour_of, core,
-    core_of, declaration_at, names_of, psm_of, system_of, timing_reason,
+use mauve_diagnostics::timing_reason;
+use mauve_hir::item_tree::{HookKind, Kind, Name};
+use mauve_hir::{
+    Decl, File, ModelDb, Place, ProgramId, Project, Workspace, architecture, behaviour_of, core, core_of,
+    declaration_at, names_of,
 };
 use mauve_syntax::{TextRange, TextSize};
 use mauve_timing::{Level, Time, worst_trace};
+use mauve_wcrt::{Psm, psm_of, system_of};
 
 use crate::project::projects_with;
 
@@ -142,7 +144,7 @@ pub fn component_at<'db>(
             Kind::Architecture => {
                 let instances = &architecture(db, decl)?.instances;
                 let before =
-                    |it: &&mauve_model::item_tree::Instance| is_before(&Place::Part(decl, it.name.part));
+                    |it: &&mauve_hir::item_tree::Instance| is_before(&Place::Part(decl, it.name.part));
                 let instance = instances.iter().rfind(before)?;
                 names.resolve_type(db, decl, Kind::Component, instance.component.as_ref()).ok()
             }

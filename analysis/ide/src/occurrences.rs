@@ -4,11 +4,11 @@
 
 mod toml;
 
-use mauve_model::item_tree::{
+use mauve_hir::item_tree::{
     Architecture, Core, Data, Deployment, Direction, Endpoint, Expr, FeatureKind, Kind, Name, NameRef,
     Parameter, Part, Setting, Shell, State, Statement, TypeRef, Variable,
 };
-use mauve_model::{
+use mauve_hir::{
     Binding, Builtin, Callee, Code, CoreInference, Decl, File, ModelDb, Place, Project, VariableKind,
     architecture, built_in_type, config_of, data, declarations, features_of, flat_of, includes,
     inference_of_core, message_of, names_of, parse, shell_of, source_map, statements,
@@ -86,7 +86,7 @@ pub(crate) fn names_at<'db>(
     file: File,
     offset: TextSize,
 ) -> Vec<Found<'db>> {
-    let all = match mauve_model::is_model(file.path(db)) {
+    let all = match mauve_hir::is_model(file.path(db)) {
         true => {
             let declarations = declarations(db, file).all.iter().zip(&source_map(db, file).declarations);
             let around = declarations.into_iter().find(|(_, map)| map.range.contains_inclusive(offset));
@@ -106,7 +106,7 @@ pub(crate) fn names_at<'db>(
 
 /// All names of a file, as `project` understands them, in the order of the text.
 pub(crate) fn names_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, file: File) -> Vec<Found<'db>> {
-    let mut found = match mauve_model::is_model(file.path(db)) {
+    let mut found = match mauve_hir::is_model(file.path(db)) {
         true => {
             let mut found = outside_declarations(db, project, file);
             let all = declarations(db, file).all.iter();
@@ -125,7 +125,7 @@ pub(crate) fn escaped_in<'db>(
     project: Project<'db>,
     file: File,
 ) -> Vec<(TextRange, Meaning<'db>)> {
-    if mauve_model::is_model(file.path(db)) {
+    if mauve_hir::is_model(file.path(db)) {
         return Vec::new();
     }
     let escaped = toml::in_toml(db, project, file).escaped.iter();

@@ -3,8 +3,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use mauve_model::item_tree::{Direction, Feature, FeatureKind, Kind, Name, Parameter, Part, TypeRef};
-use mauve_model::{
+use mauve_hir::item_tree::{Direction, Feature, FeatureKind, Kind, Name, Parameter, Part, TypeRef};
+use mauve_hir::{
     CallError, Callee, Decl, ModelDb, Project, Semantics, Type, VariableKind, VisibleScope, codel, component,
     core, names_of, shell, type_of,
 };

@@ -1,6 +1,7 @@
 //! Which projects a file is part of.
 
-use mauve_model::{File, ModelDb, Project, Workspace, config_file, project_files, projects, table_files};
+use mauve_hir::{File, ModelDb, Project, Workspace, config_file, project_files, projects};
+use mauve_wcrt::table_files;
 
 /// The projects that have this model, table or configuration.
 pub fn projects_with<'db>(db: &'db dyn ModelDb, workspaces: &[Workspace], file: File) -> Vec<Project<'db>> {

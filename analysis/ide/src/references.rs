@@ -1,10 +1,9 @@
 //! Where a name is used, in all models, timing tables and configurations; and where in one file, for an editor that lights
 //! the others up.
 
-use mauve_model::{
-    File, ModelDb, Place, Project, Workspace, config_file, is_model, project_files, projects, table_files,
-};
+use mauve_hir::{File, ModelDb, Place, Project, Workspace, config_file, is_model, project_files, projects};
 use mauve_syntax::{TextRange, TextSize};
+use mauve_wcrt::table_files;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::definition::names;
@@ -37,7 +36,7 @@ pub enum Access {
 /// declares it is left out where `declaration` is not set.
 ///
 /// ```
-/// use mauve_model::{Database, Workspace};
+/// use mauve_hir::{Database, Workspace};
 /// let db = Database::default();
 /// let text = "shell S { } core C(S) { } component P(S, C)".to_owned();
 /// let workspace = Workspace::of_texts(&db, "/".into(), [("/a.mal".into(), text)]);

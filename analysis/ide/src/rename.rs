@@ -6,8 +6,8 @@
 
 mod check;
 
-use mauve_model::item_tree::{Core, Data, Kind, NameRef, Part, Statement};
-use mauve_model::{
+use mauve_hir::item_tree::{Core, Data, Kind, NameRef, Part, Statement};
+use mauve_hir::{
     Builtin, Decl, File, ModelDb, Place, Project, Workspace, data, features_of, flat_of, is_model, names_of,
 };
 use mauve_syntax::format::Replacement;
@@ -47,7 +47,7 @@ pub fn prepare_rename(
 /// Gives what is named at `offset` another name, wherever it is named, in every project that has it.
 ///
 /// ```
-/// use mauve_model::{Database, Workspace};
+/// use mauve_hir::{Database, Workspace};
 /// let db = Database::default();
 /// let text = "shell S { } core C(S) { }".to_owned();
 /// let workspace = Workspace::of_texts(&db, "/".into(), [("/a.mal".into(), text)]);
@@ -95,10 +95,10 @@ pub fn rename(
         change.replace(name.file, Replacement { range: name.range, text: new_name.to_owned() });
     }
     for of_file in &mut change.files {
-        let is_config = of_file.file.path(db).ends_with(mauve_model::CONFIG_FILE);
+        let is_config = of_file.file.path(db).ends_with(mauve_hir::CONFIG_FILE);
         let place = match is_model(of_file.file.path(db)) {
             true => "models",
-            false if is_config => mauve_model::CONFIG_FILE,
+            false if is_config => mauve_hir::CONFIG_FILE,
             false => "timing tables",
         };
         of_file.note = Some(format!("Rename `{old_name}` to `{new_name}` in {place}"));
@@ -235,7 +235,7 @@ impl<'db> Renaming<'_, 'db> {
                             let flat = flat_of(db, project, other);
                             let instance = flat.instance(new).filter(|_| flat.architectures.contains(decl));
                             instance.and_then(|it| {
-                                let data = mauve_model::architecture(db, it.declared.0)?;
+                                let data = mauve_hir::architecture(db, it.declared.0)?;
                                 let name = &data.instances.get(it.declared.1)?.name;
                                 Some(Place::Part(it.declared.0, name.part))
                             })

@@ -5,12 +5,13 @@ use std::ops::Range;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
-use mauve_model::{
+use mauve_hir::{
     CONFIG_FILE, File, ModelDb, Workspace, config_file, config_of, include_candidates, includes, is_model,
-    normalised, pattern_of_path, source_map, table_pattern,
+    normalised, source_map,
 };
 use mauve_syntax::TextRange;
 use mauve_syntax::format::Replacement;
+use mauve_wcrt::{pattern_of_path, table_pattern};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::change::Change;
@@ -21,7 +22,7 @@ use crate::change::Change;
 /// would name is named by its path.
 ///
 /// ```
-/// use mauve_model::{Database, Workspace};
+/// use mauve_hir::{Database, Workspace};
 /// let db = Database::default();
 /// let files = [("/a.mal", "include \"b.mal\""), ("/b.mal", "codel f(): int")];
 /// let files = files.map(|(path, text)| (path.into(), text.to_owned()));
@@ -79,7 +80,7 @@ impl Moving<'_> {
     /// `after`: the paths that lead to files afterwards.
     fn model(&self, workspace: Workspace, file: File, after: &FxHashSet<PathBuf>, change: &mut Change) {
         let db = self.db;
-        let tree = mauve_model::parse(db, file).file();
+        let tree = mauve_hir::parse(db, file).file();
         let written = tree.items().filter_map(|item| match item {
             mauve_syntax::ast::Item::Include(include) => Some(include.path()),
             _ => None,
@@ -238,7 +239,8 @@ mod tests {
     use super::*;
     use crate::fixture::Fixture;
     use expect_test::{Expect, expect};
-    use mauve_model::{Database, project_files, projects, table_files};
+    use mauve_hir::{Database, project_files, projects};
+    use mauve_wcrt::table_files;
 
     const ROBOT: &str = r#"
 //- /w/robot.mal

@@ -1,6 +1,6 @@
 //! What belongs together around the cursor: a word, what it is part of, and so on, up to the file.
 
-use mauve_model::{File, ModelDb, is_model, parse};
+use mauve_hir::{File, ModelDb, is_model, parse};
 use mauve_syntax::{NodeOrToken, SyntaxKind, SyntaxNode, SyntaxToken, TextRange, TextSize};
 
 use crate::folding_ranges::begins_its_line;
@@ -12,7 +12,7 @@ use crate::folding_ranges::begins_its_line;
 /// file is no model.
 ///
 /// ```
-/// use mauve_model::{Database, Workspace};
+/// use mauve_hir::{Database, Workspace};
 /// let db = Database::default();
 /// let text = "codel f(a: int): int".to_owned();
 /// let workspace = Workspace::of_texts(&db, "/".into(), [("/a.mal".into(), text)]);

@@ -2,8 +2,8 @@
 
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 
-use mauve_model::item_tree::{FeatureKind, Part};
-use mauve_model::{
+use mauve_hir::item_tree::{FeatureKind, Part};
+use mauve_hir::{
     Builtin, Decl, File, ModelDb, Place, Project, Workspace, built_in_type, declarations, is_model, parse,
     shell, source_map,
 };
@@ -93,7 +93,7 @@ impl TokenModifiers {
 /// grammar for them. Where several projects have the file, the first that knows a name says what it is.
 ///
 /// ```
-/// use mauve_model::{Database, Workspace};
+/// use mauve_hir::{Database, Workspace};
 /// let db = Database::default();
 /// let text = "shell S { input port goal: int }".to_owned();
 /// let workspace = Workspace::of_texts(&db, "/".into(), [("/a.mal".into(), text)]);
@@ -292,7 +292,7 @@ mod tests {
     use super::*;
     use crate::fixture::{Fixture, broken, sample_models};
     use expect_test::{Expect, expect};
-    use mauve_model::Database;
+    use mauve_hir::Database;
     use salsa::Setter as _;
 
     const MODIFIERS: [TokenModifier; 9] = [

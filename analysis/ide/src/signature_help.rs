@@ -1,6 +1,6 @@
 //! What a call takes, while its arguments are typed.
 
-use mauve_model::{File, ModelDb, Workspace, is_model, parse};
+use mauve_hir::{File, ModelDb, Workspace, is_model, parse};
 use mauve_syntax::SyntaxKind::{BLOCK_COMMENT, LINE_COMMENT};
 use mauve_syntax::{TextRange, TextSize};
 
@@ -25,7 +25,7 @@ pub struct Signature {
 /// What the innermost call around `offset` takes, in each way in which the projects that have the file understand it.
 ///
 /// ```
-/// use mauve_model::{Database, Workspace};
+/// use mauve_hir::{Database, Workspace};
 /// let db = Database::default();
 /// let text = "codel f(in a: int, out b: bool): void core C(S) { update = { f(1, ".to_owned();
 /// let offset = (text.len() as u32).into();
@@ -60,7 +60,7 @@ pub fn signature_help(
     let at = Position::in_any_token(&root, offset);
     let mut found: Vec<Signature> = Vec::new();
     for project in projects_with(db, workspaces, file) {
-        let decl = mauve_model::declaration_at(db, file, call.callee.text_range());
+        let decl = mauve_hir::declaration_at(db, file, call.callee.text_range());
         let Some(callable) = Scope::at(db, project, decl, &at).called(&call) else { continue };
         let (label, places) = callable.shown();
         let range = |(start, end): (usize, usize)| TextRange::new((start as u32).into(), (end as u32).into());

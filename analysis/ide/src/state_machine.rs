@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use mauve_model::Psm;
 use mauve_timing::{Level, Time, Unit};
+use mauve_wcrt::Psm;
 
 /// How a state machine is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -169,8 +169,9 @@ mod tests {
 
     use super::*;
     use expect_test::expect;
-    use mauve_model::item_tree::Kind;
-    use mauve_model::{Database, Workspace, names_of, projects, psm_of};
+    use mauve_hir::item_tree::Kind;
+    use mauve_hir::{Database, Workspace, names_of, projects};
+    use mauve_wcrt::psm_of;
 
     const MODEL: &str = r#"
 codel plan(): int

@@ -2,7 +2,7 @@
 //! that it gives.
 //!
 //! Those are no guess: the deployment is analysed with the new values as if they stood in the text (see
-//! [`mauve_model::response_times_if`]), and what is not analysed so is not offered. A file may be part of several projects,
+//! [`mauve_wcrt::response_times_if`]), and what is not analysed so is not offered. A file may be part of several projects,
 //! in which other times count: what is found in one of them is analysed in every one. Nothing is offered with which a
 //! deadline is lost that is proved now, in any of them; where they differ, the title says what comes out of each. It says
 //! also which warnings there are then that there are not now.
@@ -21,17 +21,17 @@
 use std::cmp::Reverse;
 use std::collections::BTreeSet;
 
-use mauve_model::diagnostics::{Diagnostic, Finding};
-use mauve_model::item_tree::{Expr, Literal, Name};
-use mauve_model::{
-    ActivityReport, Deadlines, Decl, ModelDb, Place, Priority, Project, Query, Report, Row, SupposedField,
-    System, Verdict, before_its_time, cpu_names, declaration_at, deployment, diagnostics_if, response_times,
-    response_times_if, system_of,
-};
+use mauve_diagnostics::{Diagnostic, Finding, cpu_names, diagnostics_if};
+use mauve_hir::item_tree::{Expr, Literal, Name};
+use mauve_hir::{Decl, ModelDb, Place, Project, declaration_at, deployment};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::format::Replacement;
 use mauve_syntax::{TextRange, TextSize};
 use mauve_timing::{Level, Status, Time};
+use mauve_wcrt::{
+    ActivityReport, Deadlines, Priority, Query, Report, Row, SupposedField, System, Verdict, before_its_time,
+    response_times, response_times_if, system_of,
+};
 
 use crate::Change;
 use crate::code_actions::{ActionKind, Actions, CodeAction};
@@ -656,9 +656,9 @@ mod tests {
     use crate::fixture::Fixture;
     use crate::{ActionQuestion, Changes, code_actions};
     use expect_test::{Expect, expect};
-    use mauve_model::diagnostics::workspace_diagnostics;
-    use mauve_model::item_tree::Kind;
-    use mauve_model::{Database, Workspace, names_of, projects};
+    use mauve_diagnostics::workspace_diagnostics;
+    use mauve_hir::item_tree::Kind;
+    use mauve_hir::{Database, Workspace, names_of, projects};
     use mauve_tests::Random;
     use salsa::Setter as _;
 

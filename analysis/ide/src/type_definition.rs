@@ -1,8 +1,8 @@
 //! From what has a type to that type: a message's file for a value, the component of an instance, the operation of a
 //! handler, the shell of a component or a core, the architecture of a deployment.
 
-use mauve_model::item_tree::{Data, Kind, Part, TypeRef};
-use mauve_model::{Decl, File, ModelDb, Place, Project, Workspace, data, package};
+use mauve_hir::item_tree::{Data, Kind, Part, TypeRef};
+use mauve_hir::{Decl, File, ModelDb, Place, Project, Workspace, data, package};
 use mauve_syntax::TextSize;
 
 use crate::definition::{Definition, Target, destination, names, targets};
@@ -11,7 +11,7 @@ use crate::occurrences::{Meaning, occurrences_of};
 /// Where the type of what is named at `offset` is declared. What is built in is declared nowhere.
 ///
 /// ```
-/// use mauve_model::{Database, Workspace};
+/// use mauve_hir::{Database, Workspace};
 /// let db = Database::default();
 /// let text = "shell S { } core C(S) { } component P(S, C) architecture A { instance pilot: P }".to_owned();
 /// let (pilot, component) = (text.find("pilot").unwrap() as u32, text.find("P(").unwrap() as u32);
@@ -77,7 +77,7 @@ fn type_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, meaning: &Meaning<'
 /// Where the type of what is named there is written.
 fn type_part(db: &dyn ModelDb, decl: Decl<'_>, part: Part) -> Option<Part> {
     let of = |ty: &Option<TypeRef>| ty.as_ref().map(|ty| ty.part);
-    let parameters = |all: &[mauve_model::item_tree::Parameter]| {
+    let parameters = |all: &[mauve_hir::item_tree::Parameter]| {
         all.iter().find(|it| it.name.part == part).map(|it| of(&it.ty))
     };
     match data(db, decl).as_deref()? {
@@ -176,12 +176,12 @@ deployment D { architecture A activity laser { priority = 1 period = 100 } }
 
     #[test]
     fn the_file_of_a_message() {
-        use mauve_model::Package;
+        use mauve_hir::Package;
         use std::sync::Arc;
         for from in ["shoot($0n)", "var $0n", "out $0n", "port sc$0an", "std_msgs.In$0t32", "scan: In$0t32"] {
             let cursor = from.replace("$0", "");
             let Fixture { db, workspace, file, offset } = Fixture::new(&ROBOT.replacen(&cursor, from, 1));
-            let mut message = mauve_model::read_message("int32 data");
+            let mut message = mauve_hir::read_message("int32 data");
             message.path = Some("/opt/ros/std_msgs/msg/Int32.msg".into());
             let messages = [("Int32".into(), message)].into();
             let package = Package { name: "std_msgs".into(), messages };

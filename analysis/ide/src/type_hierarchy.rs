@@ -1,7 +1,7 @@
 //! Which shells a shell extends, and which extend it.
 
-use mauve_model::item_tree::{Kind, TypeRef};
-use mauve_model::{Decl, File, ModelDb, Project, Workspace, names_of, shell};
+use mauve_hir::item_tree::{Kind, TypeRef};
+use mauve_hir::{Decl, File, ModelDb, Project, Workspace, names_of, shell};
 use mauve_syntax::TextSize;
 
 use crate::definition::names;
@@ -28,7 +28,7 @@ pub fn type_items(
 /// The shells that the one of an item extends.
 ///
 /// ```
-/// use mauve_model::{Database, Workspace};
+/// use mauve_hir::{Database, Workspace};
 /// let db = Database::default();
 /// let text = "shell Sensor { } shell Laser extends Sensor { }".to_owned();
 /// let workspace = Workspace::of_texts(&db, "/".into(), [("/a.mal".into(), text)]);

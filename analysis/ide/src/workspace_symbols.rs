@@ -3,8 +3,8 @@
 use std::cmp::Reverse;
 use std::collections::HashSet;
 
-use mauve_model::item_tree::{Data, FeatureKind, Kind};
-use mauve_model::{Decl, File, ModelDb, Place, Workspace, declarations, is_model, item_tree_of, parse};
+use mauve_hir::item_tree::{Data, FeatureKind, Kind};
+use mauve_hir::{Decl, File, ModelDb, Place, Workspace, declarations, is_model, item_tree_of, parse};
 use mauve_syntax::TextRange;
 use mauve_syntax::ast::{self, AstNode as _};
 
@@ -34,7 +34,7 @@ pub struct FoundSymbol {
 /// Hooks are left out: their names are keywords, and every core has them.
 ///
 /// ```
-/// use mauve_model::{Database, Workspace};
+/// use mauve_hir::{Database, Workspace};
 /// let db = Database::default();
 /// let text = "library robot { codel find_path(): int }".to_owned();
 /// let workspace = Workspace::of_texts(&db, "/".into(), [("/a.mal".into(), text)]);
@@ -153,7 +153,7 @@ impl<'db> Search<'_, 'db> {
     }
 
     fn parts(&mut self, decl: Decl<'db>, data: &'db Data, containers: [&'db str; 2]) {
-        let mut add = |name: &'db mauve_model::item_tree::NameRef, kind| {
+        let mut add = |name: &'db mauve_hir::item_tree::NameRef, kind| {
             self.add(name.name.as_str(), kind, containers, || Place::Part(decl, name.part));
         };
         match data {

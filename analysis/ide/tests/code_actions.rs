@@ -9,12 +9,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
+use mauve_diagnostics::{Severity, workspace_diagnostics};
+use mauve_hir::item_tree::Kind;
+use mauve_hir::{Database, Workspace, is_model, names_of, projects};
 use mauve_ide::{ActionKind, ActionQuestion, Change, Changes, code_actions};
-use mauve_model::diagnostics::{Severity, workspace_diagnostics};
-use mauve_model::item_tree::Kind;
-use mauve_model::{Database, Query, Workspace, is_model, names_of, projects, response_times};
 use mauve_syntax::{SyntaxKind, TextRange, TextSize, WalkEvent};
 use mauve_tests::{Random, models, random_model};
+use mauve_wcrt::{Query, response_times};
 
 type Texts = BTreeMap<PathBuf, String>;
 

@@ -6,9 +6,9 @@
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use mauve_diagnostics::workspace_diagnostics;
+use mauve_hir::{Database, File, Workspace};
 use mauve_ide::{CompletionKind, Completions, completions, signature_help};
-use mauve_model::diagnostics::workspace_diagnostics;
-use mauve_model::{Database, File, Workspace};
 use mauve_syntax::{SyntaxKind, SyntaxNode, TextRange, TextSize};
 use mauve_tests::{Random, models};
 use salsa::Setter as _;

@@ -5,12 +5,13 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use mauve_diagnostics::workspace_diagnostics;
+use mauve_hir::item_tree::Kind;
+use mauve_hir::{Database, File, Workspace, names_of, projects};
 use mauve_ide::{Change, definition, prepare_rename, references, rename};
-use mauve_model::diagnostics::workspace_diagnostics;
-use mauve_model::item_tree::Kind;
-use mauve_model::{Database, File, Query, Workspace, names_of, projects, response_times};
 use mauve_syntax::{TextRange, TextSize};
 use mauve_tests::{Random, models, random_model};
+use mauve_wcrt::{Query, response_times};
 
 type Texts = BTreeMap<PathBuf, String>;
 

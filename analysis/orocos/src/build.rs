@@ -10,8 +10,8 @@
 
 use std::collections::BTreeSet;
 
-use mauve_model::item_tree::Name;
-use mauve_model::{ModelDb, Project, config_of, features_of, shell_of, type_of};
+use mauve_hir::item_tree::Name;
+use mauve_hir::{ModelDb, Project, config_of, features_of, shell_of, type_of};
 
 use crate::codels::headers_of;
 use crate::cpp_type::Headers;
@@ -388,7 +388,7 @@ mod tests {
     use std::path::PathBuf;
 
     use expect_test::{Expect, expect};
-    use mauve_model::{Database, Workspace, projects};
+    use mauve_hir::{Database, Workspace, projects};
 
     use crate::packages;
 

@@ -6,8 +6,8 @@
 //! src/codels/clearance.cpp           the user's: a stub that compiles, until there is more
 //! ```
 
-use mauve_model::item_tree::{Direction, Parameter, TypeRef};
-use mauve_model::{
+use mauve_hir::item_tree::{Direction, Parameter, TypeRef};
+use mauve_hir::{
     Decl, ModelDb, Place, Project, Type, codel, core, core_of, external_types, features_of, shell_of, type_of,
 };
 
@@ -277,7 +277,7 @@ mod tests {
     use std::path::PathBuf;
 
     use expect_test::{Expect, expect};
-    use mauve_model::{Database, Workspace, projects};
+    use mauve_hir::{Database, Workspace, projects};
 
     use super::*;
     use crate::packages;

@@ -25,10 +25,10 @@ mod source;
 
 use std::cell::{Cell, RefCell};
 
-use mauve_model::item_tree::{
+use mauve_hir::item_tree::{
     Core, Direction, Expr, Feature, FeatureKind, HookKind, Parameter, Part, Program, Statement, Variable,
 };
-use mauve_model::{
+use mauve_hir::{
     Binding, Builtin, Callee, CoreInference, Decl, File, Integer, ModelDb, Place, ProgramId, Project, Type,
     Value, VariableId, VariableKind, config_of, core, core_of, external_types, features_of,
     inference_of_core, shell_of, type_of, values_of_shell,
@@ -633,7 +633,7 @@ mod tests {
     use std::path::PathBuf;
 
     use expect_test::{Expect, expect};
-    use mauve_model::{Database, Workspace, projects};
+    use mauve_hir::{Database, Workspace, projects};
 
     use crate::packages;
 

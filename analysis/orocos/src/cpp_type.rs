@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use mauve_model::item_tree::{Direction, Name};
-use mauve_model::{Integer, ModelDb, Type, Workspace, external_types};
+use mauve_hir::item_tree::{Direction, Name};
+use mauve_hir::{Integer, ModelDb, Type, Workspace, external_types};
 
 /// How a type is written in C++, from any namespace; nothing where it cannot be: see [`crate::problems`].
 pub(crate) fn cpp_type(db: &dyn ModelDb, workspace: Workspace, ty: &Type) -> Option<String> {

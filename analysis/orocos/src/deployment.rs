@@ -2,13 +2,14 @@
 
 use std::collections::BTreeSet;
 
-use mauve_model::item_tree::{Expr, Name};
-use mauve_model::{
-    Decl, Features, Flat, FlatInstance, Integer, ModelDb, Place, Priority, Project, Row, Type, Value,
-    ValueInEffect, config_of, core as core_data, core_of, deployment, features_of, flat_of, mask, names_of,
-    shell_of, system_of, type_of, values_in_effect,
+use mauve_hir::item_tree::{Expr, Name};
+use mauve_hir::{
+    Decl, Features, Flat, FlatInstance, Integer, ModelDb, Place, Project, Type, Value, ValueInEffect,
+    config_of, core as core_data, core_of, deployment, features_of, flat_of, names_of, shell_of, type_of,
+    values_in_effect,
 };
 use mauve_timing::Time;
+use mauve_wcrt::{Priority, Row, mask, system_of};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::component::{is_set_from_text, ports_of_introspection};
@@ -191,7 +192,7 @@ fn deployed<'db>(
     of: Decl<'db>,
 ) -> Option<Deployed> {
     let target = deployment(db, of)?.targets.first()?;
-    let kind = mauve_model::item_tree::Kind::Architecture;
+    let kind = mauve_hir::item_tree::Kind::Architecture;
     let target = names_of(db, project).resolve_type(db, of, kind, Some(target)).ok()?;
     let flat = flat_of(db, project, target);
     let tasks: Vec<Task> =
@@ -278,7 +279,7 @@ fn set_values<'db>(
         own.filter(|it| it.instance.name == *instance)
             .filter_map(|it| Some(it.feature.as_ref()?.name.clone())),
     );
-    let kind = mauve_model::item_tree::Kind::Architecture;
+    let kind = mauve_hir::item_tree::Kind::Architecture;
     let target = data.and_then(|data| data.targets.first());
     if let Ok(target) = names_of(db, project).resolve_type(db, of, kind, target) {
         let settings = flat_of(db, project, target).settings.iter();

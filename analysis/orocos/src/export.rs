@@ -2,8 +2,10 @@
 //! and `models/<Deployment>.json`, a task set. `mauve wcrt` computes the same response times from it as from the model;
 //! [`mauve_timing::task_set`] says what stands there.
 
-use mauve_model::{ModelDb, PROSE, Project, exported_component, task_set_of};
+use mauve_diagnostics::PROSE;
+use mauve_hir::{ModelDb, Project};
 use mauve_timing::task_set::Exported;
+use mauve_wcrt::{exported_component, task_set_of};
 
 use crate::cpp_name::file_name;
 use crate::library::Library;
@@ -34,7 +36,7 @@ pub(crate) fn export_files<'db>(
 #[cfg(test)]
 mod tests {
     use expect_test::{Expect, expect};
-    use mauve_model::{Database, Workspace, projects};
+    use mauve_hir::{Database, Workspace, projects};
 
     use super::*;
     use crate::packages;

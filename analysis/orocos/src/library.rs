@@ -2,13 +2,14 @@
 
 use std::collections::BTreeSet;
 
-use mauve_model::diagnostics::{Severity, diagnostics_of_file, project_diagnostics};
-use mauve_model::item_tree::{FeatureKind, Kind, Name, TypeRef};
-use mauve_model::{
+use mauve_diagnostics::{Severity, cpu_names, diagnostics_of_file, project_diagnostics};
+use mauve_hir::item_tree::{FeatureKind, Kind, Name, TypeRef};
+use mauve_hir::{
     Callee, Decl, ModelDb, Place, Project, Type, catalogue, codel, component, config_file, config_of, core,
-    core_of, cpu_names, deployment, external_types, features_of, flat_of, inference_of_core, mask, names_of,
-    shell_of, type_of,
+    core_of, deployment, external_types, features_of, flat_of, inference_of_core, names_of, shell_of,
+    type_of,
 };
+use mauve_wcrt::mask;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::cpp_name::{CppNames, file_name};
@@ -396,7 +397,7 @@ fn root_name(db: &dyn ModelDb, project: Project<'_>) -> String {
 
 #[cfg(test)]
 mod tests {
-    use mauve_model::{Database, Workspace, projects};
+    use mauve_hir::{Database, Workspace, projects};
 
     use crate::{Package, packages};
 

@@ -1,6 +1,6 @@
 //! The same deployment for those who deploy with Lua: `rttlua -i D.lua`. It does what `ops.rs` does, in the same order.
 
-use mauve_model::Value;
+use mauve_hir::Value;
 
 use crate::deployment::{
     ACTIVITIES, Activity, BACKGROUND, Deployed, LOADED, STARTED, STREAMS, TOPICS, Task, VALUES,

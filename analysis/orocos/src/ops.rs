@@ -18,7 +18,7 @@
 //! A whole number is an `int` to RTT, which it converts for properties of type `uint`, `float` and `double`, and for none of the
 //! other whole numbers: those are set from a text, by the component itself.
 
-use mauve_model::Value;
+use mauve_hir::Value;
 
 use crate::deployment::{
     ACTIVITIES, Activity, BACKGROUND, Deployed, LOADED, NOTHING_STARTS, STARTED, STREAMS, TOPICS, Task,

@@ -1,6 +1,6 @@
 //! Where generated code comes from: what its comments say of the model.
 
-use mauve_model::{Decl, ModelDb, Place, Workspace, declaration_map, parse};
+use mauve_hir::{Decl, ModelDb, Place, Workspace, declaration_map, parse};
 use mauve_syntax::comment_above;
 use mauve_timing::task_set::Exported;
 

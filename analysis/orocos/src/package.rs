@@ -1,6 +1,6 @@
 //! The files of a package.
 
-use mauve_model::{Decl, ModelDb, Project};
+use mauve_hir::{Decl, ModelDb, Project};
 
 use crate::build::build_files;
 use crate::codels::codel_files;
@@ -131,7 +131,7 @@ fn package<'db>(
 mod tests {
     use std::path::PathBuf;
 
-    use mauve_model::{Database, Workspace, projects};
+    use mauve_hir::{Database, Workspace, projects};
 
     use super::*;
     use crate::codels::is_stub;

@@ -28,7 +28,7 @@
 //! Works with LTTng-UST 2.7 and later: it had no enumerations, so a phase is a number, and no macros with `LTTNG_UST_`, and
 //! later versions still know those without.
 
-use mauve_model::ProgramId;
+use mauve_hir::ProgramId;
 
 use crate::library::Library;
 use crate::origin::generated_from;

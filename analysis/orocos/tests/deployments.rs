@@ -6,8 +6,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use expect_test::expect_file;
-use mauve_model::item_tree::BinaryOperator;
-use mauve_model::{Database, Value, Workspace, projects};
+use mauve_hir::item_tree::BinaryOperator;
+use mauve_hir::{Database, Value, Workspace, projects};
 use mauve_orocos::{Package, packages};
 use mauve_tests::model::{Architecture, Declaration, Deployment, Expr, Form, Model, Shell};
 use mauve_tests::ops::{Call, Literal, run};

@@ -9,12 +9,12 @@ use super::{Paths, counted};
 use crate::Output;
 use crate::analysis_document::deployments;
 use crate::load::load;
-use mauve_model::diagnostics::{declaration_diagnostics, project_diagnostics, workspace_diagnostics};
-use mauve_model::item_tree::Kind;
-use mauve_model::{
-    Database, File, Query, behaviour_of, inference_of_core, item_tree_of, names_of, parse, project_files,
-    projects, response_times,
+use mauve_diagnostics::{declaration_diagnostics, project_diagnostics, workspace_diagnostics};
+use mauve_hir::item_tree::Kind;
+use mauve_hir::{
+    Database, File, behaviour_of, inference_of_core, item_tree_of, names_of, parse, project_files, projects,
 };
+use mauve_wcrt::{Query, response_times};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct AnalysisStats {

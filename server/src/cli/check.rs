@@ -8,10 +8,10 @@ use std::path::{Path, PathBuf};
 
 use annotate_snippets::{AnnotationKind, Level, Message, Origin, Renderer, Snippet, Title};
 use clap::ValueEnum;
-use mauve_model::diagnostics::{
+use mauve_diagnostics::{
     Code, Diagnostic, Finding, Fix, Severity, codes, errors_of_text, workspace_diagnostics,
 };
-use mauve_model::{Database, File, Place, Workspace};
+use mauve_hir::{Database, File, Place, Workspace};
 use serde::Serialize;
 
 use super::{Outside, Paths, counted, shown, wcrt};

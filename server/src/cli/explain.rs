@@ -1,7 +1,7 @@
 //! `mauve explain CODE`: the page of a diagnostic.
 
-use mauve_model::diagnostics::{codes, page};
-use mauve_model::similar;
+use mauve_diagnostics::{codes, page};
+use mauve_hir::similar;
 
 use crate::Output;
 
@@ -14,9 +14,8 @@ pub(crate) struct Explain {
 impl Explain {
     pub(crate) fn run(self) -> Result<Output, String> {
         if self.code == "all" {
-            let line = |code: &mauve_model::diagnostics::Code| {
-                format!("{:<24} {}\n", code.name, code.severity.name())
-            };
+            let line =
+                |code: &mauve_diagnostics::Code| format!("{:<24} {}\n", code.name, code.severity.name());
             return Ok(Output::said(codes().map(line).collect::<String>(), 0));
         }
         if let Some(page) = page(&self.code) {

@@ -7,9 +7,10 @@ use std::path::{Path, PathBuf};
 
 use annotate_snippets::{AnnotationKind, Level};
 use clap::ValueEnum;
-use mauve_model::diagnostics::{Finding, Severity, workspace_diagnostics};
-use mauve_model::{Database, Decl, Project, Query, Workspace, projects};
+use mauve_diagnostics::{Finding, Severity, workspace_diagnostics};
+use mauve_hir::{Database, Decl, Project, Workspace, projects};
 use mauve_orocos::{Package, Plan, Problem, packages, plan, problems};
+use mauve_wcrt::Query;
 
 use super::check::{Lines, MOST_EXCERPTS, excerpt, with_excerpts};
 use super::{Outside, counted, say};

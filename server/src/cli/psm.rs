@@ -3,10 +3,12 @@
 use std::path::PathBuf;
 
 use clap::ValueEnum;
+use mauve_diagnostics::timing_reason;
+use mauve_hir::item_tree::Kind;
+use mauve_hir::{Database, Decl, Project, config_of, names_of, projects, similar};
 use mauve_ide::{Drawing, draw_state_machine};
-use mauve_model::item_tree::Kind;
-use mauve_model::{Database, Decl, Project, config_of, names_of, projects, psm_of, similar, timing_reason};
 use mauve_timing::Level;
+use mauve_wcrt::psm_of;
 use serde_json::json;
 
 use super::Outside;

@@ -5,15 +5,15 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
+use mauve_diagnostics::{cpu_names, errors_of_text, reasons_of, timing_reason};
+use mauve_hir::item_tree::Name;
+use mauve_hir::{Database, Decl, File, Place, Project, Workspace};
 use mauve_ide::{explain_response, explain_response_of};
-use mauve_model::diagnostics::errors_of_text;
-use mauve_model::item_tree::Name;
-use mauve_model::{
-    ActivityReport, Database, Decl, File, Place, Priority, Project, Query, Report, TimingRefusal, Verdict,
-    Workspace, cpu_names, reasons_of, response_times_of, timetable_of, timing_reason,
-};
 use mauve_timing::task_set::{Exported, Parsed, TaskSet};
 use mauve_timing::{Level, Rounding, Status, Time};
+use mauve_wcrt::{
+    ActivityReport, Priority, Query, Refusal, Report, Verdict, response_times_of, timetable_of,
+};
 
 use super::check::Lines;
 use super::{Method, Outside, Paths, columns, counted, say, shown};
@@ -227,7 +227,7 @@ fn explain(all: &[Deployed<'_>], instance: &str) -> Result<String, String> {
             .flat_map(|it| it.reports.first().into_iter().flat_map(|(_, report)| &report.activities))
             .map(|activity| activity.row.instance.clone())
             .collect();
-        let near = mauve_model::similar(instance, &names);
+        let near = mauve_hir::similar(instance, &names);
         return Err(match near {
             Some(near) => format!("no instance `{instance}`; did you mean `{near}`?"),
             None => format!("no instance `{instance}`: there is {}", names.join(", ")),
@@ -305,7 +305,7 @@ fn notes<'db>(it: &Deployed<'db>) -> Vec<String> {
     for (query, report) in &it.reports {
         // Activities are named already.
         let named: HashSet<&Place<'_>> = report.activities.iter().map(|activity| &activity.row.at).collect();
-        let mut located = |refusal: &TimingRefusal<'db>| {
+        let mut located = |refusal: &Refusal<'db>| {
             let reason = timing_reason(it.db, &refusal.reason);
             match it.origin {
                 Origin::Model(_) if !named.contains(&refusal.at) => {
@@ -407,7 +407,7 @@ fn several_levels(reports: &[(Query, &Report<'_>)]) -> String {
 }
 
 fn loads(report: &Report<'_>) -> String {
-    let load = |cpu: &mauve_model::CpuReport| {
+    let load = |cpu: &mauve_wcrt::CpuReport| {
         let at_least = if cpu.complete { "" } else { "at least " };
         format!("{}: {at_least}{:.1} %", cpu_names(cpu.mask), cpu.utilisation.as_f64() * 100.0)
     };

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::path::{Path, PathBuf};
 use std::sync::{LazyLock, Mutex, PoisonError};
 
-use mauve_model::{Message, Package, read_message};
+use mauve_hir::{Message, Package, read_message};
 
 /// Files that say that nothing below their folder is to be found.
 const IGNORING: [&str; 3] = ["CATKIN_IGNORE", "COLCON_IGNORE", "AMENT_IGNORE"];

@@ -5,7 +5,7 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use globset::GlobMatcher;
-use mauve_model::is_model;
+use mauve_hir::is_model;
 
 /// So many links on one way are followed.
 const MOST_LINKS: usize = 16;

@@ -9,7 +9,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use ignore::gitignore::{Gitignore, GitignoreBuilder};
 use ignore::{DirEntry, Match, WalkBuilder};
-use mauve_model::{CONFIG_FILE, is_model, table_pattern};
+use mauve_hir::{CONFIG_FILE, is_model};
+use mauve_wcrt::table_pattern;
 
 use crate::disk::{Boundary, is_hidden, read};
 

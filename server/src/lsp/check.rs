@@ -3,9 +3,9 @@
 use std::collections::{BTreeMap, HashMap};
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 
+use mauve_diagnostics::{Severity, diagnostics_of_file, workspace_diagnostics};
+use mauve_hir::{File, is_model};
 use mauve_ide::{CodeLens, LensKind};
-use mauve_model::diagnostics::{Severity, diagnostics_of_file, workspace_diagnostics};
-use mauve_model::{File, is_model};
 use mauve_syntax::{TextRange, TextSize};
 use tower_lsp::lsp_types::{Diagnostic, TextDocumentIdentifier, Url};
 

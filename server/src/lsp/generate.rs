@@ -8,9 +8,9 @@ use std::cell::RefCell;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
+use mauve_hir::item_tree::Kind;
+use mauve_hir::{Decl, File, ModelDb, Project, Workspace, config_of, names_of, normalised, projects};
 use mauve_ide::projects_with;
-use mauve_model::item_tree::Kind;
-use mauve_model::{Decl, File, ModelDb, Project, Workspace, config_of, names_of, normalised, projects};
 use mauve_orocos::{MANIFEST, Package, Plan, Problem, Step, packages, plan, problems};
 use mauve_syntax::similar;
 use salsa::Database as _;

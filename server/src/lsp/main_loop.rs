@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, mpsc};
 use std::time::Instant;
 
-use mauve_model::{CONFIG_FILE, Database, File, Problem, Workspace, is_model};
+use mauve_hir::{CONFIG_FILE, Database, File, Problem, Workspace, is_model};
 use mauve_timing::Level;
 use salsa::Database as _;
 use tokio::runtime::Handle;

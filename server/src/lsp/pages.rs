@@ -5,7 +5,7 @@ use std::io::{self, ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use mauve_model::diagnostics::{codes, page};
+use mauve_diagnostics::{codes, page};
 use tower_lsp::lsp_types::Url;
 
 /// The address of the page of a diagnostic; nothing where there is no place for such files.

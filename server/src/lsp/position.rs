@@ -3,7 +3,7 @@
 //! A line ends at `\n`; a `\r` before it belongs to the line's end. Every position from a client is taken: one behind a
 //! line's end means that end, one behind the text the text's.
 
-use mauve_model::{Database, File, ModelDb};
+use mauve_hir::{Database, File, ModelDb};
 use mauve_syntax::{TextRange, TextSize};
 use tower_lsp::lsp_types::{Position, PositionEncodingKind, Range};
 

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicUsize;
 
-use mauve_model::{Database, File, Workspace};
+use mauve_hir::{Database, File, Workspace};
 use mauve_syntax::TextSize;
 use salsa::Cancelled;
 use tower_lsp::jsonrpc::{Error, ErrorCode, Result};

@@ -3,9 +3,9 @@
 use std::collections::HashMap;
 use std::path::PathBuf;
 
+use mauve_diagnostics::{Finding, Severity};
+use mauve_hir::{File, Place};
 use mauve_ide::{Change, FileChange};
-use mauve_model::diagnostics::{Finding, Severity};
-use mauve_model::{File, Place};
 use mauve_syntax::format::Replacement;
 use tower_lsp::lsp_types::{
     AnnotatedTextEdit, ChangeAnnotation, CodeDescription, CreateFile, CreateFileOptions, Diagnostic,

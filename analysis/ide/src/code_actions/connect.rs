@@ -1,8 +1,8 @@
 //! A connection to an input, or to a required operation, that nothing leads to: from each output that fits.
 
-use mauve_model::diagnostics::Finding;
-use mauve_model::item_tree::{Feature, FeatureKind, Kind, Name};
-use mauve_model::{
+use mauve_diagnostics::Finding;
+use mauve_hir::item_tree::{Feature, FeatureKind, Kind, Name};
+use mauve_hir::{
     Decl, FeatureOf, FlatInstance, ModelDb, Project, Type, declaration_at, deployment, features_of, flat_of,
     names_of, shell_of, type_of,
 };

@@ -1,6 +1,6 @@
 //! The codel that a program calls and nobody declares, with the types of what it is called with.
 
-use mauve_model::diagnostics::Finding;
+use mauve_diagnostics::Finding;
 use mauve_syntax::ast::{self, AstNode as _};
 
 use super::program::{Programs, bare};

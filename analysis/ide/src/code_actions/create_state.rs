@@ -1,6 +1,6 @@
 //! A state that a transition leads to and that its state machine does not have yet, behind the one that it starts from.
 
-use mauve_model::diagnostics::Finding;
+use mauve_diagnostics::Finding;
 use mauve_syntax::TextRange;
 use mauve_syntax::ast::{self, AstNode as _};
 

@@ -1,8 +1,8 @@
 //! The variable of the core, or the property of its shell, that a program names and nobody declares.
 
-use mauve_model::diagnostics::Finding;
-use mauve_model::item_tree::Kind;
-use mauve_model::{core, names_of};
+use mauve_diagnostics::Finding;
+use mauve_hir::item_tree::Kind;
+use mauve_hir::{core, names_of};
 use mauve_syntax::ast::{self, AstNode as _};
 
 use super::program::Programs;

@@ -1,8 +1,8 @@
 //! An operation that a core defines, declared in its shell.
 
-use mauve_model::diagnostics::Finding;
-use mauve_model::item_tree::Kind;
-use mauve_model::{core, declaration_at, names_of};
+use mauve_diagnostics::Finding;
+use mauve_hir::item_tree::Kind;
+use mauve_hir::{core, declaration_at, names_of};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::is_whole;
 

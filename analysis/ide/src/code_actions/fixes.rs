@@ -1,6 +1,6 @@
 //! The fixes of the diagnostics at a place; those of all others with the same code; and all that can be made unseen.
 
-use mauve_model::diagnostics::{Finding, Fix};
+use mauve_diagnostics::{Finding, Fix};
 
 use super::{
     ActionKind, Actions, CodeAction, connect, create_codel, create_state, create_variable, declare_operation,

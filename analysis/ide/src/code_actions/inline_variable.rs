@@ -8,7 +8,7 @@
 //! A value that calls something is put into the next statement only, where that executes it first; any other one must not
 //! depend on what changes meanwhile.
 
-use mauve_model::{Type, VariableKind};
+use mauve_hir::{Type, VariableKind};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::format::Replacement;
 use mauve_syntax::{NodeOrToken, SyntaxKind, SyntaxNode, TextRange};
@@ -86,7 +86,7 @@ fn inlined(
     let mut variables = programs.semantics.inference.variables();
     let declared = variables.find(|(_, it)| {
         it.kind == VariableKind::Local
-            && mauve_model::Place::Part(programs.semantics.core, it.name.part).range(programs.db) == name
+            && mauve_hir::Place::Part(programs.semantics.core, it.name.part).range(programs.db) == name
     });
     let declared = declared.map(|(_, it)| &it.ty);
     if declared.is_none() || declared == Some(&Type::Unknown) || programs.type_of(&inner) != declared {
@@ -170,7 +170,7 @@ fn is_local(programs: &Programs<'_>, name: &Found<'_>) -> bool {
     let Meaning::Part(place) = &name.meaning else { return false };
     programs.semantics.inference.variables().any(|(_, it)| {
         matches!(it.kind, VariableKind::Local | VariableKind::Parameter(_))
-            && mauve_model::Place::Part(programs.semantics.core, it.name.part) == *place
+            && mauve_hir::Place::Part(programs.semantics.core, it.name.part) == *place
     })
 }
 

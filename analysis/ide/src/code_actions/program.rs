@@ -1,7 +1,7 @@
 //! What the refactorings of programs ask of a core: what its names stand for, and what its expressions give.
 
-use mauve_model::item_tree::{Direction, Part};
-use mauve_model::{Binding, Builtin, Callee, ModelDb, Project, Semantics, Type, codel};
+use mauve_hir::item_tree::{Direction, Part};
+use mauve_hir::{Binding, Builtin, Callee, ModelDb, Project, Semantics, Type, codel};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{NodeOrToken, SyntaxKind, SyntaxNode, TextRange, is_whole};
 
@@ -21,7 +21,7 @@ impl<'db> Programs<'db> {
     pub(super) fn of(
         db: &'db dyn ModelDb,
         project: Project<'db>,
-        file: mauve_model::File,
+        file: mauve_hir::File,
         node: &ast::Core,
     ) -> Option<Programs<'db>> {
         let it = Programs::with_unknown(db, project, file, node)?;
@@ -32,7 +32,7 @@ impl<'db> Programs<'db> {
     pub(super) fn with_unknown(
         db: &'db dyn ModelDb,
         project: Project<'db>,
-        file: mauve_model::File,
+        file: mauve_hir::File,
         node: &ast::Core,
     ) -> Option<Programs<'db>> {
         let semantics = Semantics::at(db, project, file, node.syntax().text_range())?;
@@ -50,8 +50,8 @@ impl<'db> Programs<'db> {
         match self.semantics.binding(name)? {
             Binding::Variable(id) => self.written(&self.semantics.inference.variable(id)?.ty, None),
             Binding::Feature(shell, index) => {
-                let declared = mauve_model::shell(self.db, shell)?.features.get(index)?.ty.as_ref();
-                let ty = mauve_model::type_of(self.db, self.project, shell, declared);
+                let declared = mauve_hir::shell(self.db, shell)?.features.get(index)?.ty.as_ref();
+                let ty = mauve_hir::type_of(self.db, self.project, shell, declared);
                 self.written(&ty, declared.map(|it| it.path.clone()))
             }
         }
@@ -91,7 +91,7 @@ impl<'db> Programs<'db> {
                 match self.semantics.callee(&call)? {
                     Callee::Codel(of) => {
                         let ty = codel(self.db, of)?.parameters.get(index)?.ty.as_ref()?;
-                        let found = mauve_model::type_of(self.db, self.project, of, Some(ty));
+                        let found = mauve_hir::type_of(self.db, self.project, of, Some(ty));
                         self.written(&found, Some(ty.path.clone()))
                     }
                     Callee::Builtin(Builtin::Read | Builtin::Write) if index == 1 => {
@@ -126,10 +126,10 @@ impl<'db> Programs<'db> {
     }
 
     /// How a type is written in this core; `declared` is how it is written elsewhere.
-    fn written(&self, ty: &Type, declared: Option<Vec<mauve_model::item_tree::Name>>) -> Option<String> {
-        let is_written = |path: Vec<mauve_model::item_tree::Name>| {
-            let it = mauve_model::item_tree::TypeRef { path, part: Part(0) };
-            let found = mauve_model::type_of(self.db, self.project, self.semantics.core, Some(&it));
+    fn written(&self, ty: &Type, declared: Option<Vec<mauve_hir::item_tree::Name>>) -> Option<String> {
+        let is_written = |path: Vec<mauve_hir::item_tree::Name>| {
+            let it = mauve_hir::item_tree::TypeRef { path, part: Part(0) };
+            let found = mauve_hir::type_of(self.db, self.project, self.semantics.core, Some(&it));
             (found == *ty).then(|| it.to_string())
         };
         let declared = declared.and_then(is_written);
@@ -172,12 +172,12 @@ impl<'db> Programs<'db> {
         let tokens = node.syntax().descendants_with_tokens().filter_map(NodeOrToken::into_token);
         let words: Vec<String> =
             tokens.filter(|it| it.kind().is_word()).map(|it| it.text().to_owned()).collect();
-        let shell = mauve_model::core(self.db, self.semantics.core).and_then(|data| {
-            let names = mauve_model::names_of(self.db, self.project);
-            let kind = mauve_model::item_tree::Kind::Shell;
+        let shell = mauve_hir::core(self.db, self.semantics.core).and_then(|data| {
+            let names = mauve_hir::names_of(self.db, self.project);
+            let kind = mauve_hir::item_tree::Kind::Shell;
             names.resolve_type(self.db, self.semantics.core, kind, data.shell.as_ref()).ok()
         });
-        let features = shell.map(|shell| mauve_model::features_of(self.db, self.project, shell));
+        let features = shell.map(|shell| mauve_hir::features_of(self.db, self.project, shell));
         let is_taken = |name: &str| {
             words.iter().any(|word| word == name) || features.is_some_and(|it| it.get(name).is_some())
         };

@@ -1,7 +1,7 @@
 //! `library.Name` as `Name`, with a `use` of the library where it needs one; and back.
 
-use mauve_model::item_tree::{Kind, Name, Part, TypeRef};
-use mauve_model::{Builtin, Decl, File, ModelDb, Project, Unresolved, declaration_at, names_of};
+use mauve_hir::item_tree::{Kind, Name, Part, TypeRef};
+use mauve_hir::{Builtin, Decl, File, ModelDb, Project, Unresolved, declaration_at, names_of};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::format::Replacement;
 use mauve_syntax::{TextRange, is_whole};

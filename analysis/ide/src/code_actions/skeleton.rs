@@ -1,7 +1,7 @@
 //! What is still to be written: a core for a shell, a component of a core and its shell.
 
-use mauve_model::item_tree::{FeatureKind, Kind, Name};
-use mauve_model::{
+use mauve_hir::item_tree::{FeatureKind, Kind, Name};
+use mauve_hir::{
     Decl, File, ModelDb, Project, core_of, declaration_at, features_of, names_of, operation_skeleton,
 };
 use mauve_syntax::ast::{self, AstNode as _};
@@ -69,7 +69,7 @@ fn component_of(
 ) -> Option<Result<Change, String>> {
     let decl = decl_of(db, file, core.syntax())?;
     let names = names_of(db, project);
-    names.resolve_type(db, decl, Kind::Shell, mauve_model::core(db, decl)?.shell.as_ref()).ok()?;
+    names.resolve_type(db, decl, Kind::Shell, mauve_hir::core(db, decl)?.shell.as_ref()).ok()?;
     let mut components = names.all.iter().filter(|it| it.kind(db) == Kind::Component);
     if components.any(|&it| core_of(db, project, it) == Some(decl)) {
         return None;

@@ -4,14 +4,15 @@
 //! (`behaviour.rs` in the model reads `update` as the `run` of its only state). The times that tables have for the program
 //! change their keys with it.
 
-use mauve_model::item_tree::{Kind, MethodKind};
-use mauve_model::{
+use mauve_hir::item_tree::{Kind, MethodKind};
+use mauve_hir::{
     Decl, File, ModelDb, ProgramId, ProgramKey, Project, Workspace, core_of, declaration_at, names_of,
-    projects, table, table_files,
+    projects,
 };
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::format::Replacement;
 use mauve_syntax::{NodeOrToken, SyntaxKind, SyntaxNode, TextRange, is_whole};
+use mauve_wcrt::{table, table_files};
 use rustc_hash::FxHashSet;
 
 use super::{ActionKind, Actions, has_comment, indentation};

@@ -5,8 +5,8 @@
 
 use std::collections::BTreeSet;
 
-use mauve_model::item_tree::Name;
-use mauve_model::{ModelDb, Project, declarations, names_of, package, parse, project_files};
+use mauve_hir::item_tree::Name;
+use mauve_hir::{ModelDb, Project, declarations, names_of, package, parse, project_files};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::format::Replacement;
 use mauve_syntax::{NodeOrToken, SyntaxNode, TextRange};
@@ -25,7 +25,7 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
     } else {
         return;
     };
-    if !mauve_model::is_model(file.path(db)) {
+    if !mauve_hir::is_model(file.path(db)) {
         return;
     }
     let parse = parse(db, file);
@@ -84,7 +84,7 @@ fn needed_by(db: &dyn ModelDb, project: Project<'_>, library: &Name) -> Option<B
             match &name.meaning {
                 Meaning::Declaration(of) => needed.extend(of.library(db).clone()),
                 Meaning::Part(place) => {
-                    let mauve_model::Place::Part(of, _) = place else { continue };
+                    let mauve_hir::Place::Part(of, _) = place else { continue };
                     needed.extend(of.library(db).clone());
                 }
                 Meaning::Library(of) | Meaning::Package(of) | Meaning::Message(of, _) => {

@@ -2,8 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use mauve_model::item_tree::{Feature, FeatureKind, Kind, Name};
-use mauve_model::{Decl, Link, Type, architecture, flat_of, type_of};
+use mauve_hir::item_tree::{Feature, FeatureKind, Kind, Name};
+use mauve_hir::{Decl, Link, Type, architecture, flat_of, type_of};
 use mauve_syntax::SyntaxKind::{self, *};
 
 use super::position::without_path;
@@ -49,7 +49,7 @@ impl<'db> Completer<'_, 'db> {
     pub(super) fn instances(&self, of: Decl<'db>) -> Vec<(Name, Option<Decl<'db>>, Features<'db>)> {
         let (db, project) = (self.db, self.project);
         let instances = flat_of(db, project, of).instances.iter();
-        let instance = |it: &mauve_model::FlatInstance<'db>| {
+        let instance = |it: &mauve_hir::FlatInstance<'db>| {
             // Where a text is damaged, so is what its names mean; not for whoever looks for one.
             let (declared, index) = it.declared;
             let written = || architecture(db, declared)?.instances.get(index)?.component.as_ref();

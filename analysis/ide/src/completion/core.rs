@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use mauve_model::Type;
-use mauve_model::item_tree::FeatureKind;
+use mauve_hir::Type;
+use mauve_hir::item_tree::FeatureKind;
 use mauve_syntax::SyntaxKind::{self, *};
 use mauve_syntax::ast::{self, AstNode as _};
 
@@ -211,8 +211,8 @@ impl Completer<'_, '_> {
     pub(super) fn of_feature(
         &self,
         name: &str,
-        of: mauve_model::Decl<'_>,
-        feature: &mauve_model::item_tree::Feature,
+        of: mauve_hir::Decl<'_>,
+        feature: &mauve_hir::item_tree::Feature,
     ) -> Completion {
         let kind = match feature.kind {
             FeatureKind::Constant => CompletionKind::Constant,

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use mauve_model::item_tree::{Kind, Name};
-use mauve_model::{catalogue, names_of};
+use mauve_hir::item_tree::{Kind, Name};
+use mauve_hir::{catalogue, names_of};
 use mauve_syntax::SyntaxKind::*;
 use mauve_syntax::ast::{self, AstNode as _};
 

@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
-use mauve_model::item_tree::{Kind, Name};
-use mauve_model::{Decl, Type, deployment};
+use mauve_hir::item_tree::{Kind, Name};
+use mauve_hir::{Decl, Type, deployment};
 use mauve_syntax::SyntaxKind::*;
 use mauve_syntax::ast::{self, AstNode as _};
 

@@ -4,8 +4,8 @@
 
 use std::path::PathBuf;
 
-use mauve_model::item_tree::{Kind, Name};
-use mauve_model::{Decl, ModelDb, Workspace, declarations, package, parse, source_map};
+use mauve_hir::item_tree::{Kind, Name};
+use mauve_hir::{Decl, ModelDb, Workspace, declarations, package, parse, source_map};
 use mauve_syntax::SyntaxKind::*;
 use mauve_syntax::{SyntaxKind, SyntaxNode, comment_above};
 

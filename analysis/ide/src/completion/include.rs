@@ -2,7 +2,7 @@
 
 use std::path::{Component, Path, PathBuf};
 
-use mauve_model::{File, ModelDb, Project, includes, is_model};
+use mauve_hir::{File, ModelDb, Project, includes, is_model};
 use mauve_syntax::SyntaxKind::*;
 use mauve_syntax::{SyntaxNode, TextRange, TextSize};
 

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use mauve_model::item_tree::{Data, Kind, Name};
-use mauve_model::{
+use mauve_hir::item_tree::{Data, Kind, Name};
+use mauve_hir::{
     C_TYPES, Decl, LANGUAGE_TYPES, Package, Type, config_of, data, names_of, package, used_packages,
 };
 use mauve_syntax::SyntaxKind::*;

@@ -1,7 +1,7 @@
 //! Statements, and the operands of expressions.
 
-use mauve_model::item_tree::{Direction, FeatureKind, Kind};
-use mauve_model::{Builtin, Operand, Type, VariableKind};
+use mauve_hir::item_tree::{Direction, FeatureKind, Kind};
+use mauve_hir::{Builtin, Operand, Type, VariableKind};
 use mauve_syntax::SyntaxKind::*;
 
 use super::position::{ends_operand, without_path};
@@ -144,7 +144,7 @@ impl<'db> Completer<'_, 'db> {
     fn callables(&mut self, scope: &Scope<'db>, expected: &Expected, is_statement: bool) {
         let from = self.found.len();
         self.declared(Kind::Codel, &[]);
-        let names = mauve_model::names_of(self.db, self.project);
+        let names = mauve_hir::names_of(self.db, self.project);
         let codels: Vec<Completion> = self.found.drain(from..).collect();
         for item in codels {
             let of = match &item.subject {

@@ -1,7 +1,7 @@
 //! What stands in a shell.
 
-use mauve_model::item_tree::FeatureKind;
-use mauve_model::{Type, built_in_type};
+use mauve_hir::item_tree::FeatureKind;
+use mauve_hir::{Type, built_in_type};
 use mauve_syntax::SyntaxKind::*;
 
 use super::position::without_path;

@@ -2,16 +2,17 @@
 
 use std::collections::BTreeSet;
 
-use mauve_model::config_keys::{Entries, Kind as ValueKind, SECTIONS, SEVERITIES, Section, section_named};
-use mauve_model::diagnostics::codes;
-use mauve_model::item_tree::{FeatureKind, Kind, Name};
-use mauve_model::{
+use mauve_diagnostics::codes;
+use mauve_hir::config_keys::{Entries, Kind as ValueKind, SECTIONS, SEVERITIES, Section, section_named};
+use mauve_hir::item_tree::{FeatureKind, Kind, Name};
+use mauve_hir::{
     File, ModelDb, ProgramKey, Project, Workspace, behaviour_of, config_file, core_of, flat_of, is_model,
-    names_of, table_files, timetable_of,
+    names_of,
 };
 use mauve_syntax::{TextRange, TextSize};
 use mauve_timing::Unit;
 use mauve_timing::table_keys::{KEYS, Key as TableKey, Kind as TableKind, OVERHEAD, kind_of};
+use mauve_wcrt::{table_files, timetable_of};
 
 use super::{Completion, CompletionKind, Completions};
 use crate::program::{features, shell_of_component};

@@ -3,13 +3,14 @@
 
 use std::fmt::Write as _;
 
-use mauve_model::item_tree::{HookKind, Kind, Name, Part};
-use mauve_model::{
-    Decl, Flat, ModelDb, Place, ProgramId, Project, Query, architecture, core, deployment, features_of,
-    flat_of, inference_of_core, names_of, psm_of, shell, shell_of, table, table_files, timing_reason,
-    type_of, values_in_effect,
+use mauve_diagnostics::timing_reason;
+use mauve_hir::item_tree::{HookKind, Kind, Name, Part};
+use mauve_hir::{
+    Decl, Flat, ModelDb, Place, ProgramId, Project, architecture, core, deployment, features_of, flat_of,
+    inference_of_core, names_of, shell, shell_of, type_of, values_in_effect,
 };
 use mauve_timing::Time;
+use mauve_wcrt::{Query, psm_of, table, table_files};
 
 use crate::document_symbols::SymbolKind;
 use crate::inlay_hints::components_of;

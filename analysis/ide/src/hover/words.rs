@@ -1,7 +1,7 @@
 //! What the words of the language mean that no model declares: built-in functions, the statuses that they give, the programs
 //! of cores and states, the fields of an activity, and the buffer of a connection.
 
-use mauve_model::{File, ModelDb, is_model, parse};
+use mauve_hir::{File, ModelDb, is_model, parse};
 use mauve_syntax::SyntaxKind::{self, *};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxToken, TextSize};

@@ -1,10 +1,11 @@
 //! What the programs of a core take, and what a period takes at most in each state and with each transition.
 
-use mauve_model::item_tree::{HookKind, Kind, Name, Part};
-use mauve_model::{Decl, ModelDb, Place, ProgramId, Project, Query, core, core_of, names_of, parse, psm_of};
+use mauve_hir::item_tree::{HookKind, Kind, Name, Part};
+use mauve_hir::{Decl, ModelDb, Place, ProgramId, Project, core, core_of, names_of, parse};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxNode, SyntaxToken, TextRange, TextSize};
 use mauve_timing::{Level, Time};
+use mauve_wcrt::{Query, psm_of};
 use rustc_hash::FxHashMap;
 
 use super::InlayHint;

@@ -1,8 +1,8 @@
 //! The values that properties and constants have: beside instances, all of them; beside settings, what they come to, and
 //! instead of what.
 
-use mauve_model::item_tree::{Expr, Kind, Setting};
-use mauve_model::{
+use mauve_hir::item_tree::{Expr, Kind, Setting};
+use mauve_hir::{
     Decl, ModelDb, Place, Project, ValueInEffect, architecture, deployment, names_of, values_in_effect,
 };
 
@@ -58,7 +58,7 @@ pub(super) fn of_values<'db>(
     }
 }
 
-type Values<'db> = std::collections::BTreeMap<mauve_model::item_tree::Name, Vec<ValueInEffect<'db>>>;
+type Values<'db> = std::collections::BTreeMap<mauve_hir::item_tree::Name, Vec<ValueInEffect<'db>>>;
 
 /// The values that a deployment may replace.
 fn below<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Option<&'db Values<'db>> {

@@ -2,12 +2,13 @@
 
 use std::ops::Range;
 
-use mauve_model::item_tree::{Endpoint, Kind, NameRef, Part};
-use mauve_model::{
+use mauve_hir::item_tree::{Endpoint, Kind, NameRef, Part};
+use mauve_hir::{
     Decl, File, ModelDb, Place, ProgramId, ProgramKey, Project, config_of, core, core_of, deployment,
-    features_of, names_of, shell_of, table, table_files,
+    features_of, names_of, shell_of,
 };
 use mauve_syntax::{TextRange, TextSize};
+use mauve_wcrt::{table, table_files};
 use rustc_hash::FxHashSet;
 
 use super::{Finder, Found, Meaning, Role, kind_of, mention, unquoted};
@@ -41,7 +42,7 @@ impl<'db> InToml<'db> {
 pub(super) fn in_toml<'db>(db: &'db dyn ModelDb, project: Project<'db>, file: File) -> InToml<'db> {
     let workspace = project.workspace(db);
     let mut reader = Reader { file, found: InToml::default(), known: FxHashSet::default() };
-    if mauve_model::config_file(db, workspace) == Some(file) {
+    if mauve_hir::config_file(db, workspace) == Some(file) {
         reader.config(db, project);
     } else if table_files(db, workspace).files.contains(&file) {
         reader.table(db, project);
@@ -81,7 +82,7 @@ impl<'db> Reader<'db> {
         let (text, workspace) = (self.file.text(db), project.workspace(db));
         let config = config_of(db, workspace);
         for (path, span) in &config.roots {
-            let root = workspace.file(db, &mauve_model::normalised(&workspace.folder(db).join(path)));
+            let root = workspace.file(db, &mauve_hir::normalised(&workspace.folder(db).join(path)));
             if let Some(root) = root {
                 self.add(
                     Some(unquoted(text, range_of(span)).into()),

@@ -1,16 +1,17 @@
 //! The proof that a rename keeps all meanings: it is known what all names what is renamed, and once the texts are read as they
 //! would be, every name stands for what it stood for.
 
-use mauve_model::diagnostics::{Diagnostic, render};
-use mauve_model::fact::Fact;
-use mauve_model::item_tree::{Data, Endpoint, Kind, NameRef};
-use mauve_model::{
+use mauve_diagnostics::{Diagnostic, render};
+use mauve_hir::fact::Fact;
+use mauve_hir::item_tree::{Data, Endpoint, Kind, NameRef};
+use mauve_hir::{
     Builtin, Database, Decl, File, ModelDb, Place, Project, Workspace, behaviour_of, config_file, config_of,
     data, declaration_at, declaration_facts, declarations, features_of, flat_of, includes, inference_of_core,
-    is_model, names_of, parse, project_files, projects, shell_of, table,
+    is_model, names_of, parse, project_files, projects, shell_of,
 };
 use mauve_syntax::format::Replacement;
 use mauve_syntax::{SyntaxKind, SyntaxToken, TextRange, TextSize};
+use mauve_wcrt::table;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::{Renaming, shown, text_of};
@@ -71,7 +72,7 @@ impl<'db> Renaming<'_, 'db> {
             Some(home) if is_model && home.file(db) != file => return Ok(()),
             Some(home) if is_model => {
                 let name = Place::name_of(home).range(db);
-                let maps = &mauve_model::source_map(db, file).declarations;
+                let maps = &mauve_hir::source_map(db, file).declarations;
                 maps.iter().find(|map| map.range.contains_range(name)).map(|map| map.range)
             }
             _ => None,

@@ -9,10 +9,8 @@
 //!       MAUVE_TRACE_CODEL(getName(), "motion.ramp", ::motion::ramp(pursue_result, step, velocity))
 //! ```
 
-use mauve_model::item_tree::{
-    BinaryOperator, Direction, Expr, Literal, NameRef, Part, TypeRef, UnaryOperator,
-};
-use mauve_model::{
+use mauve_hir::item_tree::{BinaryOperator, Direction, Expr, Literal, NameRef, Part, TypeRef, UnaryOperator};
+use mauve_hir::{
     Binding, Builtin, Callee, Decl, Integer, ProgramId, Type, Value, VariableId, VariableKind, codel, type_of,
 };
 use rustc_hash::{FxHashMap, FxHashSet};

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use mauve_model::item_tree::{Direction, Expr, FeatureKind, HookKind, Variable};
-use mauve_model::{ProgramId, Type, VariableId};
+use mauve_hir::item_tree::{Direction, Expr, FeatureKind, HookKind, Variable};
+use mauve_hir::{ProgramId, Type, VariableId};
 
 use super::expression::{Writer, literal_text};
 use super::layout::Text;

@@ -2,8 +2,8 @@
 //!
 //! Models may hold them, and the C++ compilers warn of them. Where one is found, the file says that it is meant.
 
-use mauve_model::item_tree::BinaryOperator;
-use mauve_model::{Type, Value};
+use mauve_hir::item_tree::BinaryOperator;
+use mauve_hir::{Type, Value};
 
 use super::expression::{Code, ends};
 

@@ -1,7 +1,7 @@
 //! The statements of a program, as the body of a member function.
 
-use mauve_model::item_tree::{Expr, Part, Statement, Variable};
-use mauve_model::{Builtin, Callee, Type, returns};
+use mauve_hir::item_tree::{Expr, Part, Statement, Variable};
+use mauve_hir::{Builtin, Callee, Type, returns};
 
 use super::expression::{Line, Writer};
 use super::{Body, Class, Routine};

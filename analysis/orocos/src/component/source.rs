@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use mauve_model::item_tree::{Direction, FeatureKind, HookKind, MethodKind, Variable};
-use mauve_model::{Callee, Integer, ProgramId, Type, Value};
+use mauve_hir::item_tree::{Direction, FeatureKind, HookKind, MethodKind, Variable};
+use mauve_hir::{Callee, Integer, ProgramId, Type, Value};
 
 use super::expression::{Code, Line, Writer, ends};
 use super::header::direction;

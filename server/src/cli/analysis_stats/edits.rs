@@ -6,10 +6,11 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use mauve_model::diagnostics::workspace_diagnostics;
-use mauve_model::{Database, File, Query, Workspace, project_files, projects, response_times, table_files};
+use mauve_diagnostics::workspace_diagnostics;
+use mauve_hir::{Database, File, Workspace, project_files, projects};
 use mauve_syntax::{SyntaxKind, SyntaxNode, SyntaxToken};
 use mauve_timing::Table;
+use mauve_wcrt::{Query, response_times, table_files};
 use salsa::Setter as _;
 
 use crate::analysis_document::deployments;
@@ -153,7 +154,7 @@ fn first_numbers(
         let range = token.text_range();
         Some(Edit::new(db, file, range.start().into()..range.end().into(), &number))
     };
-    let root = mauve_model::parse(db, file).syntax();
+    let root = mauve_hir::parse(db, file).syntax();
     root.descendants().filter(|node| node.kind() == kind).filter_map(first).collect()
 }
 
@@ -189,7 +190,7 @@ fn raised(number: &str) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mauve_model::{config_file, normalised};
+    use mauve_hir::{config_file, normalised};
 
     #[test]
     fn every_kind_of_edit_leaves_a_whole_model() {

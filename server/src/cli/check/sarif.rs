@@ -4,8 +4,8 @@
 
 use std::path::Path;
 
-use mauve_model::diagnostics::{Code, Finding, Fix, Severity, page};
-use mauve_model::{Database, Place};
+use mauve_diagnostics::{Code, Finding, Fix, Severity, page};
+use mauve_hir::{Database, Place};
 use serde::Serialize;
 use tower_lsp::lsp_types::Url;
 
@@ -304,7 +304,7 @@ struct Content {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mauve_model::diagnostics::codes;
+    use mauve_diagnostics::codes;
 
     /// What GitHub takes.
     #[test]

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use mauve_model::{Database, normalised};
+use mauve_hir::{Database, normalised};
 use mauve_orocos::{Action, ChangedCodel, MANIFEST, Plan, Problem, Step};
 use serde::Serialize;
 

@@ -9,8 +9,8 @@
 //!
 //! The result is a list, with a document for each deployment in each project that has it.
 
-use mauve_model::Query;
 use mauve_timing::{Level, Method};
+use mauve_wcrt::Query;
 use serde::Deserialize;
 use tower_lsp::jsonrpc::{Error, Result};
 use tower_lsp::lsp_types::TextDocumentIdentifier;
@@ -77,7 +77,7 @@ pub(crate) fn analysis(snapshot: &Snapshot, params: &AnalysisParams) -> Result<V
     let found = deployments(db, &snapshot.workspaces, params.deployment.as_deref());
     let mut found = found.map_err(Error::invalid_params)?;
     found.retain(|(project, _)| {
-        file.is_none_or(|(file, _)| mauve_model::project_files(db, *project).contains(&file))
+        file.is_none_or(|(file, _)| mauve_hir::project_files(db, *project).contains(&file))
     });
     let documents = found.into_iter().map(|(project, deployment)| {
         let queries = levels(db, project, significance.as_ref()).into_iter();

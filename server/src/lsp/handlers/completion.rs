@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
+use mauve_hir::item_tree::Kind;
 use mauve_ide::{Completion, CompletionKind, Subject};
-use mauve_model::item_tree::Kind;
 use serde::{Deserialize, Serialize};
 use tower_lsp::jsonrpc::Result;
 use tower_lsp::lsp_types::{
@@ -39,7 +39,7 @@ pub(crate) fn completion(
 
 fn item(
     snapshot: &Snapshot,
-    file: mauve_model::File,
+    file: mauve_hir::File,
     lines: &LineIndex,
     offset: mauve_syntax::TextSize,
     (index, found): (usize, Completion),
@@ -121,7 +121,7 @@ enum About {
 
 impl From<Subject> for About {
     fn from(subject: Subject) -> About {
-        let text = |name: mauve_model::item_tree::Name| name.to_string();
+        let text = |name: mauve_hir::item_tree::Name| name.to_string();
         match subject {
             Subject::Message { package, name } => {
                 About::Message { package: text(package), message: text(name) }

@@ -1,8 +1,8 @@
 //! `textDocument/definition`, `textDocument/declaration`, `textDocument/typeDefinition` and `textDocument/implementation`:
 //! four questions of one shape.
 
+use mauve_hir::{File, ModelDb, Workspace};
 use mauve_ide::Definition;
-use mauve_model::{File, ModelDb, Workspace};
 use mauve_syntax::TextSize;
 use tower_lsp::jsonrpc::Result;
 use tower_lsp::lsp_types::{

@@ -127,7 +127,7 @@ fn outermost(mut folds: Vec<lsp_types::FoldingRange>, most: usize) -> Vec<lsp_ty
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mauve_model::{Database, Workspace};
+    use mauve_hir::{Database, Workspace};
 
     fn folds(text: &str) -> Vec<lsp_types::FoldingRange> {
         let db = Database::default();

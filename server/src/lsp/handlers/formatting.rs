@@ -5,7 +5,7 @@
 //! space at the ends of lines (`trimTrailingWhitespace`), and one line break at the end of the file (`insertFinalNewline`,
 //! `trimFinalNewlines`). Where the text has an error, what stands around it stays as it is, whatever the client wants.
 
-use mauve_model::File;
+use mauve_hir::File;
 use mauve_syntax::format::Replacement;
 use tower_lsp::jsonrpc::Result;
 use tower_lsp::lsp_types::{

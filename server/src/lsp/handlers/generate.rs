@@ -19,8 +19,8 @@
 
 use std::collections::HashMap;
 
-use mauve_model::item_tree::Kind;
-use mauve_model::{File, declarations, is_model, source_map};
+use mauve_hir::item_tree::Kind;
+use mauve_hir::{File, declarations, is_model, source_map};
 use mauve_orocos::Action;
 use mauve_syntax::TextRange;
 use serde::{Deserialize, Serialize};

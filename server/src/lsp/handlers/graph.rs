@@ -17,9 +17,11 @@
 
 use std::path::PathBuf;
 
+use mauve_diagnostics::timing_reason;
+use mauve_hir::{Decl, Project};
 use mauve_ide::{GraphEdge, GraphNode, GraphsOf, draw_graph, graph as graph_of, graphs_meant};
-use mauve_model::{Decl, Project, Query, timing_reason};
 use mauve_timing::Level;
+use mauve_wcrt::Query;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use tower_lsp::jsonrpc::{Error, Result};

@@ -127,6 +127,6 @@ fn type_item(snapshot: &Snapshot, item: HierarchyItem) -> Option<TypeHierarchyIt
     })
 }
 
-fn range_in(snapshot: &Snapshot, file: mauve_model::File, range: TextRange) -> Range {
+fn range_in(snapshot: &Snapshot, file: mauve_hir::File, range: TextRange) -> Range {
     line_index(&snapshot.db, file).range(range, snapshot.capabilities.encoding)
 }

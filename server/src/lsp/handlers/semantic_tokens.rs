@@ -19,8 +19,8 @@ use std::collections::HashMap;
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 use std::sync::Arc;
 
+use mauve_hir::File;
 use mauve_ide::{SymbolKind, TokenKind, TokenModifier};
-use mauve_model::File;
 use mauve_syntax::TextRange;
 use tower_lsp::jsonrpc::Result;
 use tower_lsp::lsp_types::{

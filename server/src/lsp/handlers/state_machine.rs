@@ -10,9 +10,10 @@
 //! Of the result, `source` and `target` are numbers of states, and `worstTrace` has numbers of edges. In the SVG, `data-state`,
 //! `data-source` and `data-target` hold the numbers of states. Without times, there are `reasons`, and no drawing.
 
+use mauve_hir::item_tree::Kind;
+use mauve_hir::{Decl, Project, names_of, project_files, projects};
 use mauve_ide::{Drawing, component_at, draw_state_machine, state_machine as machine_of};
-use mauve_model::item_tree::Kind;
-use mauve_model::{Decl, Project, Query, names_of, project_files, projects};
+use mauve_wcrt::Query;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use tower_lsp::jsonrpc::{Error, Result};

@@ -2,7 +2,8 @@
 
 use std::sync::atomic::Ordering;
 
-use mauve_model::{level_shown, projects};
+use mauve_hir::projects;
+use mauve_wcrt::level_shown;
 use serde::Serialize;
 use tower_lsp::jsonrpc::Result;
 

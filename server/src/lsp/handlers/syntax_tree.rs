@@ -2,7 +2,7 @@
 //!
 //! Its parameter is `textDocument`, the result a text.
 
-use mauve_model::parse;
+use mauve_hir::parse;
 use serde::Deserialize;
 use tower_lsp::jsonrpc::{Error, Result};
 use tower_lsp::lsp_types::TextDocumentIdentifier;
@@ -19,7 +19,7 @@ pub(crate) struct SyntaxTreeParams {
 /// The tree of a model.
 pub(crate) fn syntax_tree(snapshot: &Snapshot, params: &SyntaxTreeParams) -> Result<String> {
     let (file, _) = snapshot.file(&params.text_document)?;
-    if !mauve_model::is_model(file.path(&snapshot.db)) {
+    if !mauve_hir::is_model(file.path(&snapshot.db)) {
         let uri = &params.text_document.uri;
         return Err(Error::invalid_params(format!("`{uri}` is no model (*.mal)")));
     }

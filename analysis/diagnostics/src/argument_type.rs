@@ -1,0 +1,37 @@
+//! # argument-type
+//!
+//! An argument has another type than the parameter that it is for. Only `int` becomes `double` or `float` by itself, and for
+//! `out` and `inout` parameters not even that.
+//!
+//! ```mauve
+//! codel drive(in speed: double, out done: bool): void
+//! shell S { }
+//! core C(S) {
+//!   var n: int = 0
+//!   var done: bool
+//!   update = {
+//!     drive("fast", done);   // error
+//!     drive(2, n);   // error
+//!     drive(2, done);
+//!   }
+//! }
+//! ```
+
+use super::*;
+use mauve_hir::fact::ParameterName;
+
+code!(ARGUMENT_TYPE, Error, "argument-type");
+
+pub(super) fn report<'db>(at: Place<'db>, of: &str, parameter: &ParameterName, expected: &Type, found: &Type) -> Diagnostic<'db> {
+    let parameter = shown(parameter);
+    let message = format!("`{parameter}` of `{of}` is of type {expected}, and this is {found}");
+    Diagnostic::new(&ARGUMENT_TYPE, at, message)
+}
+
+/// How a parameter is called.
+pub(super) fn shown(parameter: &ParameterName) -> &str {
+    match parameter {
+        ParameterName::Named(name) => name,
+        ParameterName::Result => "the result",
+    }
+}

@@ -1,0 +1,49 @@
+//! # invalid-field
+//!
+//! A field of an activity has a value that it cannot have. `priority` is a whole number from 1 to 99, greater is more
+//! urgent, or `background`; `period` and `deadline` are milliseconds, exact to the nanosecond; `affinity` is a bit
+//! mask of CPUs: 1 is the first, 2 the second, 3 both, 0 any.
+//!
+//! ```mauve
+//! shell S { }
+//! core C(S) { update = { } }
+//! component Laser(S, C)
+//! architecture A { instance front: Laser  instance back: Laser }
+//! deployment D {
+//!   architecture A
+//!   activity front { priority = 100 period = 10 }   // error
+//!   activity back { priority = 99 period = 0.5 affinity = 0x1 }
+//! }
+//! ```
+
+use super::*;
+use mauve_wcrt::{ActivityField, Expected, NoSuchCpu, NoTime};
+
+code!(INVALID_FIELD, Error, "invalid-field");
+
+pub(super) fn report<'db>(at: Place<'db>, field: ActivityField, expected: &Expected) -> Diagnostic<'db> {
+    let expected = match expected {
+        Expected::Cpus => {
+            "a whole number, a bit for each CPU: 1 for the first, 2 for the second, 3 for both".to_owned()
+        }
+        Expected::Priority => "a whole number from 1 to 99, or `background`".to_owned(),
+        Expected::PositiveTime => "a time in milliseconds greater than 0".to_owned(),
+        Expected::Time(why) => format!("a time in milliseconds ({})", no_time(why)),
+    };
+    let message = format!("this cannot be the {}: expected {expected}", field.name());
+    Diagnostic::new(&INVALID_FIELD, at, message)
+}
+
+fn no_time(why: &NoTime) -> String {
+    match why {
+        NoTime::TooLarge(text) => format!("`{text}` is greater than 2147483647"),
+        NoTime::Hexadecimal => "not in hexadecimal".to_owned(),
+        NoTime::Negative => "it is never negative".to_owned(),
+        NoTime::NotALiteral => "a number, not an expression".to_owned(),
+        NoTime::Unreadable(error) => error.to_string(),
+    }
+}
+
+pub(super) fn no_such_cpu(at: Place<'_>, missing: NoSuchCpu) -> Diagnostic<'_> {
+    Diagnostic::new(&INVALID_FIELD, at, timing_reasons::no_such_cpu(missing))
+}

@@ -1,0 +1,45 @@
+//! # invalid-table
+//!
+//! A timing table has an error: it is not TOML, a section or a key is unknown, a value is no time, a shorter time stands at
+//! a stricter level, something has two times. Such a table is incomplete, and nothing is analysed until it is mended: the
+//! error may hide other entries, and a bound without them would be too low.
+//!
+//! ```mauve
+//! codel plan(): int
+//! codel land(): int
+//! codel hover(): int
+//! //- /mauve.toml
+//! timing.tables = ["times.toml"]
+//! //- /times.toml
+//! levels = [1e-3, 1e-4]
+//! [codel]
+//! plan = [1, 2, 3]   # error
+//! land = [3, 2]   # error
+//! hover = [3, 4]
+//! ```
+
+use super::*;
+use mauve_wcrt::TableFault;
+
+code!(INVALID_TABLE, Error, "invalid-table");
+
+pub(super) fn report<'db>(db: &'db dyn ModelDb, at: Place<'db>, fault: &TableFault) -> Diagnostic<'db> {
+    let message = match fault {
+        TableFault::NoProgramKey(_) => "the key of a program is `Component/update`, `Component/state.run`, \
+                                        `Component/state.transition.guard`, `Component/state.transition.effect` \
+                                        or `Component/operation`"
+            .to_owned(),
+        fault => timing_reasons::table_fault(db, fault),
+    };
+    Diagnostic::new(&INVALID_TABLE, at, message)
+}
+
+pub(super) fn repeated<'db>(
+    db: &'db dyn ModelDb,
+    at: Place<'db>,
+    key: &str,
+    (first, first_at): &(File, Place<'db>),
+) -> Diagnostic<'db> {
+    let message = timing_reasons::repeated(db, key, *first);
+    Diagnostic::new(&INVALID_TABLE, at, message).related(first_at.clone(), "the first is here")
+}

@@ -1,0 +1,36 @@
+//! # not-assignable
+//!
+//! A program assigns to variables. Properties and constants get their values from architectures and deployments, ports are
+//! written with `write`, and what comes in through an `in` parameter belongs to the caller.
+//!
+//! ```mauve
+//! shell S { property speed: int = 1  output port way: int  provide set(in to: int): void }
+//! core C(S) {
+//!   var n: int = 0
+//!   provide set(in to: int) = {
+//!     to = 2;   // error
+//!     n = to;
+//!   }
+//!   update = {
+//!     speed = 2;   // error
+//!     way = 2;   // error
+//!     write(way, n);
+//!   }
+//! }
+//! ```
+
+use super::*;
+use mauve_hir::fact::NotAssignable;
+
+code!(NOT_ASSIGNABLE, Error, "not-assignable");
+
+pub(super) fn report<'db>(at: Place<'db>, name: &str, is: NotAssignable) -> Diagnostic<'db> {
+    let is = match is {
+        NotAssignable::InParameter => "an `in` parameter: its value belongs to the caller",
+        NotAssignable::Property => "a property: architectures and deployments give it its value",
+        NotAssignable::Constant => "a constant",
+        NotAssignable::OutputPort => "a port: write to it with `write(port, value)`",
+        NotAssignable::InputPort => "an input port: nothing is assigned to it",
+    };
+    Diagnostic::new(&NOT_ASSIGNABLE, at, format!("`{name}` is {is}"))
+}

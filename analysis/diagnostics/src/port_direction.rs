@@ -1,0 +1,29 @@
+//! # port-direction
+//!
+//! `read` takes an input port, `write` an output port, `status` a port that is read.
+//!
+//! ```mauve
+//! shell S { input port scan: int  output port way: int }
+//! core C(S) {
+//!   var n: int = 0
+//!   update = {
+//!     read(way, n);   // error
+//!     read(scan, n);
+//!     write(scan, n);   // error
+//!     write(way, n);
+//!   }
+//! }
+//! ```
+
+use super::*;
+use mauve_hir::Builtin;
+
+code!(PORT_DIRECTION, Error, "port-direction");
+
+pub(super) fn report<'db>(at: Place<'db>, function: Builtin, port: &str, is: FeatureKind) -> Diagnostic<'db> {
+    let message = match is {
+        FeatureKind::Output => format!("`{port}` is an output port: `{function}` takes an input port"),
+        _ => format!("`{port}` is an input port: `{function}` takes an output port"),
+    };
+    Diagnostic::new(&PORT_DIRECTION, at, message)
+}

@@ -1,0 +1,142 @@
+//! Says facts: the arm of a fact calls the file of its code.
+
+use super::*;
+use mauve_hir::fact::{Fact, FactKind};
+
+/// Returns what a user reads of a fact that was found in `project`: its message, severity, other locations and fixes.
+pub fn render<'db>(db: &'db dyn ModelDb, project: Project<'db>, fact: &Fact<'db>) -> Diagnostic<'db> {
+    use FactKind as K;
+    let at = fact.at.clone();
+    let found = match &fact.kind {
+        K::AmbiguousName { kind, name } => ambiguous_name::report(at, *kind, name),
+        K::ArgumentCount { callee, takes, found } => argument_count::report(at, callee, takes, *found),
+        K::ArgumentType { callee, parameter, expected, found } => {
+            argument_type::report(at, callee, parameter, expected, found)
+        }
+        K::AssignmentType { name, expected, found } => assignment_type::report(at, name, expected, found),
+        K::BinaryOperator { operator, operands } => operator_type::binary(at, *operator, operands),
+        K::BlockingCall { name, send } => blocking_call::report(at, name, send.as_ref()),
+        K::BufferSize { size } => buffer_size::report(at, size),
+        K::ConditionType { found } => condition_type::report(at, found),
+        K::ConnectionType { ends } => connection_type::report(at, ends),
+        K::ContinuedLine { name, white } => continued_line::report(at, *white, name),
+        K::CoreBeforeShell { core } => unresolved_shell::swapped(at, core),
+        K::DuplicateDefinition { what, name, first } => {
+            duplicate_definition::report(at, *what, name, first.clone())
+        }
+        K::DuplicateHook(kind) => duplicate_hook::report(at, kind.keyword()),
+        K::DuplicateMethod(kind) => duplicate_hook::report(at, kind.keyword()),
+        K::DuplicateValue { instance, name, first } => {
+            duplicate_definition::value(at, instance, name, first.clone())
+        }
+        K::EmptyInterval { ends } => empty_interval::report(at, ends),
+        K::HeaderColon => header_colon::report(at),
+        K::ImportCycle { architecture } => import_cycle::report(at, architecture),
+        K::InheritanceCycle { shell } => inheritance_cycle::report(at, shell),
+        K::IntervalType { found } => invalid_type::interval(at, found),
+        K::LostWrite { port } => lost_write::report(at, port),
+        K::MissingElse { end } => missing_else::report(at, *end),
+        K::MissingReturn { name, expected } => return_type::missing(at, name, expected),
+        K::MissingValue { instance, kind, name, declared } => {
+            missing_value::report(at, instance, *kind, name, declared.clone())
+        }
+        K::NeverTaken { name, first, first_at } => never_taken::report(at, (name, first), first_at.clone()),
+        K::NoBehaviour => update_or_statemachine::neither(at),
+        K::NoEffect => no_effect::report(at),
+        K::NoInitialState { first } => initial_state::none(at, first.as_ref()),
+        K::NoValue(why) => constant_expression::no_value(at, *why),
+        K::NotAssignable { name, is } => not_assignable::report(at, name, *is),
+        K::NotBuiltin(function) => unresolved_codel::built_in(at, *function),
+        K::NotCallable { name, is, hides } => unresolved_codel::not_callable(at, name, *is, *hides),
+        K::NotCalled { name, is_operation } => unresolved_variable::not_called(at, name, *is_operation),
+        K::NotConstant(why) => constant_expression::not_constant(at, why),
+        K::NotDeployed { instance, near } => unresolved_instance::not_deployed(at, instance, near.clone()),
+        K::NotStronglyConnected { initial, states } => not_strongly_connected::report(at, initial, states),
+        K::OperationDefinition { declared, defined, declared_at, fixed } => {
+            operation_definition::report(at, declared, defined, declared_at.clone(), fixed.as_ref())
+        }
+        K::OperationSignature { provided, required } => operation_signature::report(at, [provided, required]),
+        K::OtherFeature { expected, name, instance, found, shell } => {
+            unresolved_feature::another_kind(at, *expected, name, instance, (*found, shell))
+        }
+        K::OutArgument { callee, parameter } => out_argument::report(at, callee, parameter),
+        K::OutsideInterval { name, value, interval, declared } => {
+            outside_interval::report(at, name, value, interval, declared.clone())
+        }
+        K::PortAsValue { name, kind } => unresolved_variable::port(at, name, *kind),
+        K::PortDirection { function, port, is } => port_direction::report(at, *function, port, *is),
+        K::ReadBeforeAssignment { name, declared } => {
+            read_before_assignment::report(at, name, declared.clone())
+        }
+        K::RecursiveOperation { name } => recursive_operation::report(at, name),
+        K::ReservedName { name, is } => reserved_name::report(at, name, *is),
+        K::ReturnType { of, expected, found } => return_type::report(at, of, expected, found),
+        K::SeveralInitialStates { first, second, all } => initial_state::several(at, first, second, all),
+        K::SwappedEnds { kind, source, target } => connection_direction::swapped(at, *kind, source, target),
+        K::TooLarge { with } => too_large::report(db, *with),
+        K::TwoBehaviours { machines } => update_or_statemachine::both(at, *machines),
+        K::TwoWriters { of, first, second } => two_writers::report(at, *of, first, second),
+        K::UnaryOperator { operator, operand } => operator_type::unary(at, *operator, operand),
+        K::UnconnectedInput { instance, ports } => unconnected_input::report(at, instance, ports),
+        K::UnconnectedOperation { instance, name, declared } => {
+            unconnected_operation::report(at, instance, name, declared.clone())
+        }
+        K::UndeclaredOperation { name } => undeclared_operation::report(at, name),
+        K::UndefinedOperation { core, name, declared } => {
+            undefined_operation::report(db, at, *core, name, declared)
+        }
+        K::UnknownPackage { name } => unknown_package::report(db, project, at, name),
+        K::UnknownType { of, ty } => unknown_type::report(db, project, at, *of, ty),
+        K::UnreachableCode(why) => unreachable_code::report(at, why),
+        K::UnreachableState { name } => unreachable_state::report(at, name),
+        K::UnresolvedCodel { core, name } => unresolved_codel::report(db, project, *core, at, name),
+        K::UnresolvedFeature { expected, name, instance, shell, near } => {
+            unresolved_feature::report(at, *expected, name, instance, shell, near.clone())
+        }
+        K::UnresolvedInstance { name, architecture, near } => {
+            unresolved_instance::report(at, name, architecture, near.clone())
+        }
+        K::UnresolvedOperand { function, name, near } => {
+            unresolved_variable::operand(at, *function, name, near.clone())
+        }
+        K::UnresolvedOperation { name, shell, near } => {
+            unresolved_operation::report(at, name, shell, near.clone())
+        }
+        K::UnresolvedState { name, near } => unresolved_state::report(at, name, near.clone()),
+        K::UnresolvedType { of, kind, ty } => unresolved_type(db, project, at, *of, *kind, ty),
+        K::UnresolvedVariable { name, near } => unresolved_variable::report(at, name, near.clone()),
+        K::UnusedCodel { codel } => unused_codel::report(db, *codel),
+        K::UnusedDeclaration { kind, name } => unused_declaration::report(at, *kind, name),
+        K::UnusedProperty { kind, name } => unused_property::report(at, *kind, name),
+        K::UnusedVariable { is_handler, name, is_removable } => {
+            unused_variable::report(at, *is_handler, name, *is_removable)
+        }
+        K::VoidValue => invalid_type::void(at),
+        K::WrongEnd { kind, is_source, instance, name } => {
+            connection_direction::one_end(at, *kind, *is_source, instance, name)
+        }
+        K::WrongShell { core, shell } => wrong_shell::report(at, core.name(db), &shell.qualified(db)),
+    };
+    // The analysis refuses what has errors, and reads only the fact.
+    debug_assert_eq!(fact.is_error(), found.code.severity == Severity::Error, "{}", found.code.name);
+    found
+}
+
+/// The name of a shell, core, component or architecture that is not found.
+fn unresolved_type<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    at: Place<'db>,
+    of: Decl<'db>,
+    kind: Kind,
+    ty: &TypeRef,
+) -> Diagnostic<'db> {
+    let code = match kind {
+        Kind::Core => &unresolved_core::UNRESOLVED_CORE,
+        Kind::Component => &unresolved_component::UNRESOLVED_COMPONENT,
+        Kind::Architecture => &unresolved_architecture::UNRESOLVED_ARCHITECTURE,
+        _ => &unresolved_shell::UNRESOLVED_SHELL,
+    };
+    let found = Diagnostic::new(code, at, format!("no {kind} `{ty}`"));
+    found.look_elsewhere(db, project, of, kind, &ty.path)
+}

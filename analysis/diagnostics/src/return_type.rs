@@ -1,0 +1,46 @@
+//! # return-type
+//!
+//! A program gives something else than it should. `configure` and `start` give a bool, and true without any `return`; `stop`,
+//! `cleanup`, `update` and the programs of a state give nothing; an operation gives what its shell says, on every path.
+//!
+//! ```mauve
+//! shell S { provide near(in far: double): bool  provide stop(): void }
+//! core C(S) {
+//!   provide near(in far: double): bool = {   // error
+//!     if far < 2 then { return true; } else { }
+//!   }
+//!   provide stop() = { return; }
+//!   configure = { return 1; }   // error
+//!   start = { }
+//!   update = { return true; }   // error
+//! }
+//! ```
+
+use super::*;
+use mauve_hir::fact::ProgramName;
+
+code!(RETURN_TYPE, Error, "return-type");
+
+pub(super) fn report<'db>(at: Place<'db>, of: &ProgramName, expected: &Type, found: &Type) -> Diagnostic<'db> {
+    let what = match of {
+        ProgramName::Hook(kind) => format!("`{}`", kind.keyword()),
+        ProgramName::Method(kind) => format!("`{}`", kind.keyword()),
+        ProgramName::Effect => "the program of a transition".to_owned(),
+        ProgramName::Operation(name) => format!("`{name}`"),
+    };
+    let gives = match expected {
+        Type::Void => format!("{what} gives nothing"),
+        expected => format!("{what} gives {expected}"),
+    };
+    let found = match found {
+        Type::Void => "this is no value".to_owned(),
+        found => format!("this is {found}"),
+    };
+    Diagnostic::new(&RETURN_TYPE, at, format!("{gives}, and {found}"))
+}
+
+/// An operation that may end without a `return`.
+pub(super) fn missing<'db>(at: Place<'db>, name: &str, expected: &Type) -> Diagnostic<'db> {
+    let message = format!("`{name}` gives {expected}, and not every path of it ends with a `return`");
+    Diagnostic::new(&RETURN_TYPE, at, message)
+}

@@ -1,0 +1,66 @@
+//! The diagnostic of each fact of the timing side.
+
+use super::*;
+use mauve_wcrt::{TimingFact, TimingFactKind as Fact};
+
+/// The diagnostic of a fact; none where another diagnostic reports what it comes from.
+pub(super) fn timing_diagnostic<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    TimingFact { at, kind }: &TimingFact<'db>,
+) -> Option<Diagnostic<'db>> {
+    let at = at.clone();
+    Some(match kind {
+        Fact::UnresolvedArchitecture { of, ty, why } => {
+            let fact = mauve_hir::fact::unresolved_type(*of, Kind::Architecture, Some(ty), why)?;
+            return Some(render(db, project, &fact));
+        }
+        Fact::NoTarget => deployment_target::none(at),
+        Fact::SecondTarget => deployment_target::second(at),
+        Fact::UnresolvedInstance { name, architecture, near } => {
+            unresolved_instance::report(at, name, architecture.name(db), near.clone())
+        }
+        Fact::DuplicateActivity { instance, first } => duplicate_activity::report(at, instance, first),
+        Fact::MissingActivity { of, instance } => missing_activity::report(db, at, *of, instance),
+        Fact::DuplicateField { of, part, field, instance, first } => {
+            duplicate_field::report((*of, *part), *field, instance, first)
+        }
+        Fact::UnknownField(name) => unknown_field::report(at, name),
+        Fact::MissingPriority { of, activity, free, period } => {
+            missing_field::priority(*of, activity, *free, *period)
+        }
+        Fact::MissingPeriod { of, activity, priority } => missing_field::period(*of, activity, *priority),
+        Fact::InvalidField(field, expected) => invalid_field::report(at, *field, expected),
+        Fact::NoSuchCpu(missing) => invalid_field::no_such_cpu(at, *missing),
+        Fact::DeadlineExceedsPeriod { deadline, period, written, period_at } => {
+            deadline_exceeds_period::report(at, *deadline, (*period, written, period_at))
+        }
+        Fact::EqualPriorities { instance, priority, others } => {
+            equal_priorities::report(at, instance, *priority, others)
+        }
+        Fact::PriorityInversion { late, early, early_at } => {
+            priority_inversion::report(at, late, early, early_at)
+        }
+        Fact::StaleData { reader, writer, port, writer_at } => {
+            stale_data::report(at, [reader, writer], port, writer_at)
+        }
+        Fact::InvalidTable(fault) => invalid_table::report(db, at, fault),
+        Fact::RepeatedTime { key, first } => invalid_table::repeated(db, at, key, first),
+        Fact::UnknownTimingKey { kind, key, near, fixed } => {
+            unknown_timing_key::report(at, *kind, key, near.as_ref(), fixed.as_deref())
+        }
+        Fact::UnknownProgram { program, near, fixed } => {
+            unknown_timing_key::of_program(db, at, program, near.as_ref(), fixed.as_deref())
+        }
+        Fact::AmbiguousTimingKey { key, first } => {
+            unknown_timing_key::ambiguous(at, key, &first.qualified(db))
+        }
+        Fact::NoTimesAtLevel(level, table) => missing_time::no_level(db, at, *level, table),
+        Fact::NoTimes { codels } => missing_time::no_table(at, *codels),
+        Fact::MissingTime(missing, budget) => missing_time::report(db, at, missing, budget.as_ref()),
+        Fact::DeadlineMissed { instance, deadline, missed } => {
+            deadline_missed::report(db, at, instance, *deadline, missed)
+        }
+        Fact::NotAnalysed { instance, reasons } => not_analysed::report(db, at, instance, reasons),
+    })
+}

@@ -1,0 +1,271 @@
+//! How reasons of the timing side are said: why something is not analysed, or has no response time.
+
+use mauve_timing::Level;
+
+use super::reasons;
+use mauve_hir::item_tree::Name;
+use mauve_hir::{File, ModelDb, features_of, names_of};
+use mauve_wcrt::{
+    ActivityReport, Doubt, LONGEST_PATTERN, LostTable, NoSuchCpu, PatternError, Prose, Reason, TableFault,
+    TableFilesError, TableLevels, Timed, TooLong, Unknown, UnusableTime, WrongProgram, file_name,
+};
+
+/// How reasons are said in exported files.
+pub const PROSE: Prose = Prose { reason: timing_reason, doubt };
+
+/// Says a reason.
+pub fn timing_reason<'db>(db: &'db dyn ModelDb, reason: &Reason<'db>) -> String {
+    match reason {
+        Reason::Model(refusal) => reasons::reason(db, &refusal.reason),
+        Reason::ErrorIn(of, refusal) => {
+            format!("{} {} has an error: {}", of.kind(db), of.name(db), reasons::reason(db, &refusal.reason))
+        }
+        Reason::Stated(text) => text.clone(),
+
+        Reason::ProjectTooLarge => "the project is too large".to_owned(),
+        Reason::DamagedDeployment(of) => {
+            format!("deployment {} has a syntax error: an activity may be missing in it", of.name(db))
+        }
+        Reason::DeclaredTwice(of) => {
+            format!("deployment {} is declared twice: which of them runs is unknown", of.name(db))
+        }
+        Reason::NoArchitecture(of) => {
+            format!("deployment {} has no architecture that is known", of.name(db))
+        }
+        Reason::ImportsItself(of) => format!("architecture {} imports itself", of.name(db)),
+        Reason::DamagedFile { file, problem: Some(problem) } => {
+            format!("{}: {problem}", file_name(db, *file))
+        }
+        Reason::DamagedFile { file, problem: None } => {
+            let name = file_name(db, *file);
+            format!("{name} has a syntax error between its declarations: one of them may be missing")
+        }
+        Reason::LostTables(lost) => lost_tables(db, lost),
+
+        Reason::NoSuchInstance { architecture, instance } => {
+            let architecture = architecture.name(db);
+            format!("architecture {architecture} has no instance `{instance}`: one may be missing in it")
+        }
+        Reason::SecondActivity(instance) => super::duplicate_activity::message(instance),
+        Reason::NoActivity => "it has no activity".to_owned(),
+        Reason::UnknownInstance => "its instance is unknown".to_owned(),
+        Reason::SeveralInstances => "several instances have its name".to_owned(),
+        Reason::Unknown { project, what } => {
+            let what = match what {
+                Unknown::ShellOf(of) => format!("the shell of component {}", of.name(db)),
+                Unknown::CoreOf(of) => format!("the core of component {}", of.name(db)),
+                Unknown::ComponentOf(instance) => format!("the component of instance {instance}"),
+            };
+            reasons::unknown(names_of(db, *project), &what)
+        }
+        Reason::DamagedActivity => "its activity has a syntax error".to_owned(),
+        Reason::UnknownField(name) => super::unknown_field::message(name),
+        Reason::SecondField { field, instance } => super::duplicate_field::message(*field, instance),
+        Reason::NoField(field) => format!("it has no {}", field.name()),
+        Reason::DamagedField(field) => format!("its {} has a syntax error", field.name()),
+        Reason::UnusableField(field) => format!("its {} cannot be used", field.name()),
+        Reason::NoSuchCpu(missing) => no_such_cpu(*missing),
+        Reason::SeveralCpus { cpus, given } => {
+            let may = if *given { "it may run on" } else { "it has no affinity: it may run on" };
+            format!("{may} {}, which is not analysed yet: give it one CPU", cpu_names(*cpus))
+        }
+        Reason::ServesOperation(name) => {
+            format!("it serves the operation `{name}` for others, whose time is not analysed yet")
+        }
+        Reason::MayServe => "it provides operations, and which connections call them is not known".to_owned(),
+        Reason::SynchronisedClock => {
+            "its clock is declared synchronised, which is not analysed yet: without \
+                                      `[clocks]` it is analysed for any phasing"
+                .to_owned()
+        }
+
+        Reason::Damaged(of) => format!("{} {} has a syntax error", of.kind(db), of.name(db)),
+        Reason::CoreOfOtherShell(of) => format!("the core of component {} is for another shell", of.name(db)),
+        Reason::IncompleteShell { project, shell } => {
+            let why =
+                reasons::incomplete(features_of(db, *project, *shell).incomplete(names_of(db, *project)));
+            format!("shell {} {why}", shell.name(db))
+        }
+        Reason::NoTime(codel) => format!("no time for codel `{}`", codel.qualified(db)),
+        Reason::Table(unusable) => unusable_time(db, unusable),
+        Reason::NoOverhead { level, table } => format!("no overhead at {level}: {}", table_levels(db, table)),
+        Reason::TooLong(what) => match what {
+            TooLong::Overhead => "the overhead exceeds 584 years".to_owned(),
+            TooLong::Edge(program) => format!("the time of `{program}` exceeds 584 years"),
+            TooLong::Program => "the time of a program exceeds 584 years".to_owned(),
+        },
+        Reason::NoMachine(error) => error.to_string(),
+
+        Reason::DelayedBy { instances, doubt: unknown } => {
+            let names: Vec<&str> = instances.iter().map(Name::as_str).collect();
+            let verb = if names.len() == 1 { "is" } else { "are" };
+            let unknown = unknown.as_ref().map_or_else(String::new, |it| format!(", {},", doubt(it)));
+            format!("{}{unknown} may delay it, and {verb} not analysed", enumerated(&names))
+        }
+        Reason::Overloaded { cpu, utilisation } => {
+            let asked = utilisation.0 * 100.0;
+            // Rounded, a slight overload is none.
+            let asked = if asked < 100.05 { "more than 100".to_owned() } else { format!("{asked:.1}") };
+            format!("{} is asked for {asked} % by it and what is at least as urgent", cpu_names(*cpu))
+        }
+        Reason::NoBound(why) => format!("no bound found: {why}"),
+    }
+}
+
+/// Says why an activity has no response time: each reason once, since one mistake may stand in several places.
+pub fn reasons_of<'db>(db: &'db dyn ModelDb, activity: &ActivityReport<'db>) -> Vec<String> {
+    let mut reasons: Vec<String> = Vec::new();
+    for reason in activity.reasons.iter().map(|it| timing_reason(db, &it.reason)) {
+        if !reasons.contains(&reason) {
+            reasons.push(reason);
+        }
+    }
+    reasons
+}
+
+/// Says a doubt, in words that follow a name.
+fn doubt(doubt: &Doubt) -> String {
+    match doubt {
+        Doubt::TwoActivities => "which has two activities",
+        Doubt::SeveralInstances => "whose name several instances have",
+        Doubt::PriorityAsPeriod => "whose priority may be meant as its period",
+        Doubt::AffinityAsPriority => "whose affinity may be meant as its priority",
+        Doubt::NoSuchCpu => "whose CPU is unknown, and whose affinity may be meant as its priority",
+        Doubt::Stated(text) => text,
+        Doubt::UnknownPriority => "whose priority is unknown",
+        Doubt::UnknownPriorities => "whose priorities are unknown",
+        Doubt::UnknownPrioritiesOrCpus => "whose priorities or CPUs are unknown",
+    }
+    .to_owned()
+}
+
+/// Says what an affinity names that there is not.
+pub(super) fn no_such_cpu(missing: NoSuchCpu) -> String {
+    format!(
+        "affinity names {}, and mauve.toml has {}",
+        cpu_names(missing.named),
+        cpu_names(missing.available)
+    )
+}
+
+/// Says why what the tables say of a time cannot be used.
+pub fn unusable_time<'db>(db: &'db dyn ModelDb, unusable: &UnusableTime<'db>) -> String {
+    match unusable {
+        UnusableTime::Stray(entry, of) => {
+            format!("`{}` in {} may be meant for {}", entry.key, file_name(db, entry.table), timed(db, of))
+        }
+        UnusableTime::AmbiguousKey(entry) => {
+            format!("{}: the key `{}` means several of that name", file_name(db, entry.table), entry.key)
+        }
+        UnusableTime::WrongProgram(table, program) => {
+            format!("{}: {}", file_name(db, *table), wrong_program(db, program))
+        }
+        UnusableTime::TwoTimes(of, [first, second]) => {
+            let (first, second) = (file_name(db, *first), file_name(db, *second));
+            format!("{} has two times, in {first} and {second}", timed(db, of))
+        }
+        UnusableTime::Damaged(of, table) => {
+            format!("the time of {} in {} has an error", timed(db, of), file_name(db, *table))
+        }
+        UnusableTime::OtherLevels(of, level, table) => {
+            format!("no time for {} at {level}: {}", timed(db, of), table_levels(db, table))
+        }
+    }
+}
+
+fn timed<'db>(db: &'db dyn ModelDb, of: &Timed<'db>) -> String {
+    match of {
+        Timed::Codel(codel) => format!("codel `{}`", codel.qualified(db)),
+        Timed::Program(component, key) => format!("`{}/{key}`", component.name(db)),
+        Timed::Component(component) => format!("component `{}`", component.name(db)),
+    }
+}
+
+/// Says that a component does not have a program.
+pub(super) fn wrong_program<'db>(db: &'db dyn ModelDb, wrong: &WrongProgram<'db>) -> String {
+    let what = if wrong.is_repeated { "several programs" } else { "no program" };
+    format!("{} has {what} `{}`", wrong.component.name(db), wrong.program)
+}
+
+/// Says which levels a table has.
+pub(super) fn table_levels(db: &dyn ModelDb, table: &TableLevels) -> String {
+    let levels: Vec<String> = table.levels.iter().map(Level::to_string).collect();
+    format!("{} has the levels {}", file_name(db, table.table), levels.join(", "))
+}
+
+/// Says why the timing tables are incomplete.
+fn lost_tables(db: &dyn ModelDb, lost: &LostTable) -> String {
+    format!("{}: {}", file_name(db, lost.file), table_fault(db, &lost.error))
+}
+
+/// Says what is wrong in a table.
+pub(super) fn table_fault(db: &dyn ModelDb, fault: &TableFault) -> String {
+    match fault {
+        TableFault::Configuration(message) | TableFault::Unreadable(message) => message.clone(),
+        TableFault::Files(error) => table_files_error(error),
+        TableFault::SecondOverhead(first) => {
+            format!("[overhead] stands in {} already: write it once", file_name(db, *first))
+        }
+        TableFault::NoProgramKey(key) => format!("`{key}` is not the key of a program"),
+        TableFault::Repeated(key, first) => repeated(db, key, *first),
+        TableFault::MeansNothing(key) => format!("`{key}` means nothing"),
+        TableFault::WrongSection(key, kind) => format!("`{key}` is a {kind}: it belongs into [{kind}]"),
+        TableFault::OfOverhead(key) => format!("`{key}` belongs into [overhead]"),
+    }
+}
+
+/// Says that a key has a time in another table.
+pub(super) fn repeated(db: &dyn ModelDb, key: &str, first: File) -> String {
+    format!("`{key}` has a time in {} already: keep one", file_name(db, first))
+}
+
+/// Says what is wrong with `[timing] tables`.
+pub(super) fn table_files_error(error: &TableFilesError) -> String {
+    match error {
+        TableFilesError::Pattern { pattern, error } => {
+            let why = match error {
+                PatternError::Choice => {
+                    "`{` and `[` choose between names, and a file may be missing: write a pattern for each name"
+                        .to_owned()
+                }
+                PatternError::TooLong => format!("a pattern has at most {LONGEST_PATTERN} bytes"),
+                PatternError::Invalid(error) => format!("this is not a pattern of paths: {error}"),
+            };
+            // All of a long pattern would be too long for a message.
+            match pattern.char_indices().nth(80) {
+                Some((end, _)) => format!("`{}…`: {why}", pattern.get(..end).unwrap_or_default()),
+                None => format!("`{pattern}`: {why}"),
+            }
+        }
+        TableFilesError::NoSuchFile(pattern) => format!("`{pattern}` names no timing table: no such file"),
+        TableFilesError::Unreadable(problem) => problem.clone(),
+        TableFilesError::NotAllKnown(why) => format!("not all timing tables are known: {why}"),
+    }
+}
+
+/// How CPUs are named to a user: by number from 1, bit 0 of the mask first.
+///
+/// ```
+/// assert_eq!(crate::cpu_names(0b1), "CPU 1");
+/// assert_eq!(crate::cpu_names(0b1011), "CPUs 1, 2 and 4");
+/// ```
+pub fn cpu_names(mask: u64) -> String {
+    let numbers: Vec<String> =
+        (0..64).filter(|bit| mask & (1 << bit) != 0).map(|bit| (bit + 1).to_string()).collect();
+    match numbers.as_slice() {
+        [one] => format!("CPU {one}"),
+        [rest @ .., last] => format!("CPUs {} and {last}", rest.join(", ")),
+        [] => "no CPU".to_owned(),
+    }
+}
+
+/// `a`, `a and b`, `a, b and c`; of many the first few.
+pub(super) fn enumerated(names: &[&str]) -> String {
+    const SHOWN: usize = 5;
+    match names {
+        [] => "nothing".to_owned(),
+        [one] => (*one).to_owned(),
+        [rest @ .., last] if rest.len() < SHOWN => format!("{} and {last}", rest.join(", ")),
+        _ => format!("{} and {} more", names[..SHOWN - 1].join(", "), names.len() - SHOWN + 1),
+    }
+}

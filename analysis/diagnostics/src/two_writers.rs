@@ -1,0 +1,43 @@
+//! # two-writers
+//!
+//! Two connections lead to one input port: its reader would see the values of both, each as new. Let a component choose, as a
+//! switch does.
+//!
+//! ```mauve
+//! shell S { output port way: int  input port goal: int }
+//! core C(S) { update = { } }
+//! component K(S, C)
+//! architecture A {
+//!   instance a: K
+//!   instance b: K
+//!   instance c: K
+//!   connection a.way -> c.goal
+//!   connection b.way -> c.goal   // error
+//!   connection b.way -> a.goal
+//! }
+//! ```
+//!
+//! Fixes: remove one of the connections.
+
+use super::*;
+use mauve_hir::Link;
+
+code!(TWO_WRITERS, Error, "two-writers");
+
+/// `second` stands in `of`, or in what it imports.
+pub(super) fn report<'db>(at: Place<'db>, of: Decl<'db>, first: &Link<'db>, second: &Link<'db>) -> Diagnostic<'db> {
+    let (instance, port) = &second.target;
+    let message = format!("a second connection to `{instance}.{port}`: an input port has one writer");
+    let mut found = Diagnostic::new(&TWO_WRITERS, at, message).related(first.at.clone(), "the first is here");
+    if !second.is_in(of) {
+        found = found.related(second.at.clone(), "the second is here");
+    }
+    for link in [first, second] {
+        // Others may import what is not its own.
+        if let (true, Place::Part(of, part)) = (link.is_in(of), &link.at) {
+            let (instance, port) = &link.source;
+            found = found.remove(format!("Remove the connection from `{instance}.{port}`"), *of, *part);
+        }
+    }
+    found
+}

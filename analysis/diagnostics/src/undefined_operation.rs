@@ -1,0 +1,40 @@
+//! # undefined-operation
+//!
+//! The shell provides an operation, and the core does not define it. Where a program calls it, the core is not analysed.
+//!
+//! ```mauve
+//! shell S { provide reset(): void  provide stop(): void }
+//! core C(S) {   // error
+//!   provide reset() = { }
+//!   update = { reset(); }
+//! }
+//! core D(S) {
+//!   provide reset() = { }
+//!   provide stop() = { reset(); }
+//!   update = { stop(); }
+//! }
+//! ```
+//!
+//! Fix: define it, with nothing in it but a value to return.
+
+use super::*;
+use mauve_hir::operation_skeleton;
+
+code!(UNDEFINED_OPERATION, Error, "undefined-operation");
+
+pub(super) fn report<'db>(
+    db: &'db dyn ModelDb,
+    at: Place<'db>,
+    core: Decl<'db>,
+    name: &str,
+    declared: &FeatureOf<'db>,
+) -> Diagnostic<'db> {
+    let message = format!("the operation `{name}` is not defined: write `provide {name}(…) = {{ … }}`");
+    let found = Diagnostic::new(&UNDEFINED_OPERATION, at, message);
+    let Some(data) = declared.data(db) else { return found };
+    let found = found.related(Place::Part(declared.shell, data.name.part), "declared here");
+    match operation_skeleton(name, data) {
+        Some(skeleton) => found.add_item(db, core, format!("Define `{name}`"), &skeleton),
+        None => found,
+    }
+}

@@ -1,0 +1,67 @@
+//! # unresolved-feature
+//!
+//! A connection, an operation or a value names a port, operation, property or constant that the shell of the instance
+//! does not have.
+//!
+//! ```mauve
+//! shell S { output port scan: int  input port mark: int  property rate: int }
+//! core C(S) { update = { } }
+//! component Laser(S, C)
+//! architecture A {
+//!   instance front: Laser
+//!   instance back: Laser
+//!   connection front.scna -> back.mark   // error
+//!   connection front.scan -> back.mark
+//!   property front.scan = 3   // error
+//!   property front.rate = 3
+//! }
+//! ```
+//!
+//! So is a port that a chain in `mauve.toml` names. Ports are connected by `connection`, operations by `operation`; values are given by `property` and `constant`.
+
+use super::*;
+use mauve_hir::fact::EndKind;
+
+code!(UNRESOLVED_FEATURE, Error, "unresolved-feature");
+
+pub(super) fn report<'db>(
+    at: Place<'db>,
+    expected: EndKind,
+    name: &str,
+    instance: &str,
+    shell: &str,
+    near: Option<Name>,
+) -> Diagnostic<'db> {
+    let message = format!("no {} `{name}` in {shell}, the shell of {instance}", shown(expected));
+    Diagnostic::new(&UNRESOLVED_FEATURE, at.clone(), message).did_you_mean(at, near)
+}
+
+/// A connection to an operation, say.
+pub(super) fn another_kind<'db>(
+    at: Place<'db>,
+    expected: EndKind,
+    name: &str,
+    instance: &str,
+    (found, shell): (FeatureKind, &str),
+) -> Diagnostic<'db> {
+    let (is, write) = match found {
+        FeatureKind::Input => ("an input port", "`connection a.output -> b.input`"),
+        FeatureKind::Output => ("an output port", "`connection a.output -> b.input`"),
+        FeatureKind::Required => ("a required operation", "`operation a.provided -> b.required`"),
+        FeatureKind::Provided => ("a provided operation", "`operation a.provided -> b.required`"),
+        FeatureKind::Constant => ("a constant", "`constant a.name = value`"),
+        FeatureKind::Property => ("a property", "`property a.name = value`"),
+    };
+    let article = if expected == EndKind::Operation { "an" } else { "a" };
+    let what = shown(expected);
+    let message = format!("`{name}` is {is} of {shell}, the shell of {instance}, not {article} {what}: write {write}");
+    Diagnostic::new(&UNRESOLVED_FEATURE, at, message)
+}
+
+fn shown(expected: EndKind) -> &'static str {
+    match expected {
+        EndKind::Port => "port",
+        EndKind::Operation => "operation",
+        EndKind::Value => "property or constant",
+    }
+}

@@ -1,0 +1,56 @@
+//! # unresolved-variable
+//!
+//! A name in a program is no variable of the block, the operation, the state machine or the core, and no feature of the
+//! shell. Or it is a codel or an operation that is not called: then time may be missing in the program, and it is not
+//! analysed.
+//!
+//! ```mauve
+//! codel plan(in speed: int): int
+//! shell S { property fast: int }
+//! core C(S) {
+//!   var speed: int = 0
+//!   update = {
+//!     speed = fsat;   // error
+//!     speed = plan;   // error
+//!     { var local: int = plan(fast); }
+//!     speed = local;   // error
+//!     speed = plan(fast);
+//!   }
+//! }
+//! ```
+
+use super::*;
+use mauve_hir::{Builtin, Operand};
+
+code!(UNRESOLVED_VARIABLE, Error, "unresolved-variable");
+
+pub(super) fn report<'db>(at: Place<'db>, name: &str, near: Option<Name>) -> Diagnostic<'db> {
+    let message = format!("no variable or property `{name}`");
+    Diagnostic::new(&UNRESOLVED_VARIABLE, at.clone(), message).did_you_mean(at, near)
+}
+
+/// What `read`, `send` or `collect` is called with.
+pub(super) fn operand<'db>(at: Place<'db>, function: Builtin, name: &str, near: Option<Name>) -> Diagnostic<'db> {
+    let what = match function.operand() {
+        Operand::Port(_) => "port",
+        Operand::Operation => "required operation",
+        Operand::Handler => "handler",
+    };
+    Diagnostic::new(&UNRESOLVED_VARIABLE, at.clone(), format!("no {what} `{name}`")).did_you_mean(at, near)
+}
+
+/// A port, whose value is read with `read`.
+pub(super) fn port<'db>(at: Place<'db>, name: &str, kind: FeatureKind) -> Diagnostic<'db> {
+    let message = match kind {
+        FeatureKind::Input => format!("`{name}` is a port: `read({name}, variable)` takes its value"),
+        _ => format!("`{name}` is an output port, which has no value to take"),
+    };
+    Diagnostic::new(&UNRESOLVED_VARIABLE, at, message)
+}
+
+/// A codel or an operation, of which no value can be taken.
+pub(super) fn not_called<'db>(at: Place<'db>, name: &str, is_operation: bool) -> Diagnostic<'db> {
+    let what = if is_operation { "an operation" } else { "a codel" };
+    let message = format!("`{name}` is {what}: call it, as in `{name}(…)`");
+    Diagnostic::new(&UNRESOLVED_VARIABLE, at, message)
+}

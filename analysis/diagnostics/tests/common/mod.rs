@@ -1,0 +1,97 @@
+//! A fixture's verdicts and machines as text.
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
+#![allow(dead_code, reason = "each test file uses a part of it")]
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use mauve_diagnostics::{Severity, timing_reason, workspace_diagnostics};
+use mauve_hir::item_tree::Kind;
+use mauve_hir::{Database, Workspace, names_of, projects};
+use mauve_timing::{Level, Method};
+use mauve_wcrt::{Query, psm_of, response_times};
+
+pub(crate) const LEVEL: Level = Level::TEN_TO_MINUS_FOUR;
+
+pub(crate) fn workspace(db: &Database, fixture: &str) -> Workspace {
+    let texts = mauve_tests::fixture(fixture).into_iter().map(|(path, text)| (PathBuf::from(path), text));
+    Workspace::of_texts(db, "/".into(), texts)
+}
+
+/// A line for each activity of each deployment: its response time, or why it has none.
+pub(crate) fn verdicts(fixture: &str) -> String {
+    verdicts_with(fixture, Method::Psm, LEVEL)
+}
+
+pub(crate) fn verdicts_with(fixture: &str, method: Method, level: Level) -> String {
+    let db = Database::default();
+    let workspace = workspace(&db, fixture);
+    let mut out = String::new();
+    for &project in projects(&db, workspace) {
+        for &decl in names_of(&db, project).all.iter().filter(|decl| decl.kind(&db) == Kind::Deployment) {
+            let query = Query { level, method, horizon: None };
+            for activity in &response_times(&db, project, decl, query).activities {
+                let _ = write!(out, "{} {}", activity.row.instance, activity.verdict.name());
+                if let Some(response) = activity.response {
+                    let _ = write!(out, " {response}");
+                }
+                let reasons: Vec<String> =
+                    activity.reasons.iter().map(|it| timing_reason(&db, &it.reason)).collect();
+                out +=
+                    &if reasons.is_empty() { "\n".to_owned() } else { format!(": {}\n", reasons.join("; ")) };
+            }
+        }
+    }
+    out
+}
+
+/// A line for each edge of a component's machine.
+pub(crate) fn machine(fixture: &str, component: &str) -> String {
+    let db = Database::default();
+    let workspace = workspace(&db, fixture);
+    let project = projects(&db, workspace)[0];
+    let decl = names_of(&db, project).anywhere(Kind::Component, component)[0];
+    let mut out = String::new();
+    match psm_of(&db, project, decl, LEVEL) {
+        Ok(psm) => {
+            for (edge, described) in psm.machine.edges().iter().zip(&psm.edges) {
+                let state = |number: u32| &psm.states[number as usize];
+                let name = described.transition.as_ref().map_or("stay", |name| name.as_str());
+                let _ = writeln!(out, "{} {name} {}: {}", state(edge.source), state(edge.target), edge.cost);
+            }
+        }
+        Err(refused) => {
+            for refusal in &refused.refusals {
+                let _ = writeln!(out, "refused: {}", timing_reason(&db, &refusal.reason));
+            }
+        }
+    }
+    out
+}
+
+/// A line for each diagnostic but hints: file, text that it marks, code, message.
+pub(crate) fn diagnostics(fixture: &str) -> String {
+    let db = Database::default();
+    let workspace = workspace(&db, fixture);
+    let mut out = String::new();
+    let findings = workspace_diagnostics(&db, workspace);
+    for finding in findings.iter().filter(|finding| finding.severity != Severity::Hint) {
+        let diagnostic = &finding.diagnostic;
+        let file = diagnostic.at.file(&db);
+        let range = diagnostic.at.range(&db);
+        let text = &file.text(&db)[usize::from(range.start())..usize::from(range.end())];
+        let _ = writeln!(
+            out,
+            "{} {text:?} {}: {}",
+            file.path(&db).display(),
+            diagnostic.code.name,
+            diagnostic.message
+        );
+    }
+    out
+}
+
+/// The models, tables and configuration of the sample robot.
+pub(crate) fn sample() -> Vec<(PathBuf, String)> {
+    mauve_tests::texts_in(&mauve_tests::models().join("p3dx"))
+}

@@ -1,0 +1,309 @@
+//! A task set that is written to a file and read again gives what its model gives: every figure, every verdict, every
+//! reason, at every level, by each method, with traces that end early too. So it is for the sample robot, for random
+//! models, and for models that are damaged, of which much is not analysed.
+//!
+//! `MAUVE_EXPORTS=20000 cargo test --release -p mauve-model --test exported` tries more.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
+use std::path::PathBuf;
+
+use mauve_diagnostics::{PROSE, timing_reason};
+use mauve_hir::item_tree::Kind;
+use mauve_hir::{Database, Decl, File, Project, Workspace, names_of, projects};
+use mauve_tests::{Random, texts_in};
+use mauve_timing::task_set::{Component, Exported, TaskSet};
+use mauve_timing::{Level, Method, Status, Time};
+use mauve_wcrt::{
+    Query, Report, Verdict, exported_component, psm_of, response_times, response_times_of, task_set_of,
+    timetable_of,
+};
+use salsa::Setter as _;
+use serde_json::{Value, json};
+
+/// What was compared.
+#[derive(Default, Debug)]
+struct Counted {
+    responses: usize,
+    not_analysed: usize,
+    machines: usize,
+}
+
+/// Everything that is said of a report.
+fn said<'db>(db: &'db Database, report: &Report<'db>) -> Vec<String> {
+    let activities = report.activities.iter().map(|it| {
+        let reasons: Vec<String> =
+            it.reasons.iter().map(|reason| timing_reason(db, &reason.reason)).collect();
+        let row = &it.row;
+        format!(
+            "{} {} {:?} {:?} {:?} {:?} {:?}: {:?} {:?} {:?} {:?} {:?} {:?} {:?} {reasons:?}",
+            row.instance,
+            row.component_name,
+            row.priority,
+            row.cpus,
+            row.period,
+            row.deadline,
+            row.doubt.as_ref().map(PROSE.doubt),
+            it.verdict,
+            it.own,
+            it.first_job,
+            it.response,
+            it.interference,
+            it.window,
+            it.assumed,
+        )
+    });
+    let lost: Vec<String> = report.lost.iter().map(|lost| timing_reason(db, &lost.reason)).collect();
+    let ends = format!("{:?} {lost:?} {} {:?}", report.cpus, report.schedulable(), report.deadlines());
+    activities.chain([ends]).collect()
+}
+
+fn deployments<'db>(db: &'db Database, workspace: Workspace) -> Vec<(Project<'db>, Decl<'db>)> {
+    let of_kind = |kind| {
+        let in_project = move |&project: &Project<'db>| {
+            let all = names_of(db, project).all.iter().filter(move |decl| decl.kind(db) == kind);
+            all.map(move |&decl| (project, decl)).collect::<Vec<_>>()
+        };
+        projects(db, workspace).iter().flat_map(in_project).collect()
+    };
+    of_kind(Kind::Deployment)
+}
+
+fn written(set: TaskSet) -> TaskSet {
+    let text = Exported::Deployment(set).to_json();
+    let parsed = Exported::parse(&text).unwrap_or_else(|why| panic!("{why}\n{text}"));
+    assert!(parsed.is_sealed);
+    let Exported::Deployment(read) = parsed.content else { panic!("a deployment") };
+    read
+}
+
+fn check(db: &Database, workspace: Workspace, what: &str, counted: &mut Counted) {
+    let file = File::new(db, "/read.json".into(), "".into(), None);
+    for (project, deployment) in deployments(db, workspace) {
+        let set = task_set_of(db, project, deployment, &PROSE);
+        let read = written(set.clone());
+        assert_eq!(read, set, "{what}");
+        let known = timetable_of(db, project).levels();
+        assert_eq!(read.levels, if known.is_empty() { vec![read.significance] } else { known.to_vec() });
+        for &level in &read.levels {
+            for (method, horizon) in [
+                (Method::Psm, None),
+                (Method::Classic, None),
+                (Method::Psm, Some(Time::from_nanos(300_000_000))),
+            ] {
+                let query = Query { level, method, horizon };
+                let model = response_times(db, project, deployment, query);
+                let from_file = response_times_of(db, file, &read, query).unwrap();
+                assert_eq!(said(db, &from_file), said(db, model), "{what}, {query:?}");
+                for activity in &model.activities {
+                    counted.responses += usize::from(activity.response.is_some());
+                    counted.not_analysed +=
+                        usize::from(activity.verdict == Verdict::RealTime(Status::NotAnalysed));
+                }
+            }
+        }
+        let other = Level::from_f64(0.123).unwrap();
+        let query = Query { level: other, method: Method::Psm, horizon: None };
+        assert!(response_times_of(db, file, &read, query).is_none(), "a level that nobody measured");
+    }
+    for &project in projects(db, workspace) {
+        for &of in names_of(db, project).all.iter().filter(|decl| decl.kind(db) == Kind::Component) {
+            let component = exported_component(db, project, of, &PROSE);
+            let text = Exported::Component(component.clone()).to_json();
+            assert_eq!(
+                Exported::parse(&text).map(|it| it.content),
+                Ok(Exported::Component(component.clone())),
+                "{what}"
+            );
+            counted.machines += machines(db, project, of, &component, what);
+        }
+    }
+}
+
+/// The machine of a component is that of the model, where that has one.
+fn machines<'db>(
+    db: &'db Database,
+    project: Project<'db>,
+    of: Decl<'db>,
+    component: &Component,
+    what: &str,
+) -> usize {
+    let is_timed = timetable_of(db, project).lost.is_none();
+    let mut machines = 0;
+    for (column, &level) in component.levels.iter().enumerate() {
+        let machine = component.machine.as_ref().and_then(|machine| machine.state_machine(column));
+        let psm = psm_of(db, project, of, level).as_ref().ok().filter(|_| is_timed);
+        assert_eq!(machine.as_ref(), psm.map(|psm| &psm.machine), "{what}");
+        machines += usize::from(machine.is_some());
+    }
+    machines
+}
+
+fn count() -> u64 {
+    std::env::var("MAUVE_EXPORTS").map_or(300, |count| count.parse().expect("a number"))
+}
+
+#[test]
+fn the_sample_robot() {
+    let db = Database::default();
+    let folder = mauve_tests::models().join("p3dx");
+    let workspace = Workspace::of_texts(&db, folder.clone(), texts_in(&folder));
+    let mut counted = Counted::default();
+    check(&db, workspace, "p3dx", &mut counted);
+    // Seven levels and three questions of nine activities, of which some are unbounded at some levels.
+    assert!(counted.responses >= 140 && counted.not_analysed == 0, "{counted:?}");
+    assert_eq!(counted.machines, 63, "of nine components: nobody measured the one in the background");
+}
+
+#[test]
+fn random_models() {
+    let mut counted = Counted::default();
+    for seed in 0..count() / 5 {
+        let db = Database::default();
+        let workspace = Workspace::of_texts(&db, "/".into(), random_texts(seed));
+        check(&db, workspace, &format!("seed {seed}"), &mut counted);
+    }
+    assert!(counted.responses > 100 && counted.machines > 100, "{counted:?}");
+}
+
+#[test]
+fn damaged_models() {
+    let sample = mauve_tests::models().join("p3dx");
+    let random = (0..count() / 30).map(|seed| ("/".into(), random_texts(seed)));
+    let models: Vec<(PathBuf, Vec<(PathBuf, String)>)> =
+        std::iter::once((sample.clone(), texts_in(&sample))).chain(random).collect();
+    let mut counted = Counted::default();
+    for (number, (folder, texts)) in models.iter().enumerate() {
+        let mut db = Database::default();
+        let workspace = Workspace::of_texts(&db, folder.clone(), texts.iter().cloned());
+        for damage in 0..30 {
+            let mut random =
+                Random(0x2545_f491_4f6c_dd1d ^ (number as u64 * 1000 + damage + 1).wrapping_mul(0x9e37_79b9));
+            let (path, text) = random.of(texts);
+            let damaged = damage_once(text, &mut random);
+            let file = workspace.file(&db, path).unwrap();
+            file.set_text(&mut db).to(damaged.as_str().into());
+            check(
+                &db,
+                workspace,
+                &format!("model {number}, damage {damage} in {}", path.display()),
+                &mut counted,
+            );
+            file.set_text(&mut db).to(text.as_str().into());
+        }
+    }
+    assert!(counted.responses > 100 && counted.not_analysed > 100, "{counted:?}");
+}
+
+fn random_texts(seed: u64) -> Vec<(PathBuf, String)> {
+    let written = mauve_tests::random_model(seed).written();
+    written.files.into_iter().map(|(path, text)| (path.into(), text)).collect()
+}
+
+/// A file that somebody wrote himself, to harm: it is refused, or analysed, and nothing panics.
+#[test]
+fn hostile_task_sets() {
+    let hostile = [
+        json!(null),
+        json!(0),
+        json!(1),
+        json!(2),
+        json!(3),
+        json!(99),
+        json!(100),
+        json!(-1),
+        json!(1.5),
+        json!(1e300),
+        json!(u64::MAX),
+        json!(u64::MAX / 2),
+        json!(1_u64 << 63),
+        json!(""),
+        json!("background"),
+        json!("\u{1b}[2J"),
+        json!([]),
+        json!({}),
+        json!(true),
+        json!([null]),
+        json!([0]),
+        json!(1e-9),
+        json!(0.001),
+    ];
+    let db = Database::default();
+    let folder = mauve_tests::models().join("p3dx");
+    let workspace = Workspace::of_texts(&db, folder.clone(), texts_in(&folder));
+    let file = File::new(&db, "/read.json".into(), "".into(), None);
+    let (project, deployment) = deployments(&db, workspace)[0];
+    let text = Exported::Deployment(task_set_of(&db, project, deployment, &PROSE)).to_json();
+    let mut whole: Value = serde_json::from_str(&text).unwrap();
+    whole.as_object_mut().unwrap().remove("digest");
+    let (mut refused, mut analysed) = (0, 0);
+    for damage in 0..count() * 10 {
+        let mut random = Random(0x0123_4567_89ab_cdef ^ (damage + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15));
+        let mut document = whole.clone();
+        for _ in 0..1 + random.below(3) {
+            let paths = pointers(&document);
+            let path = random.of(&paths).clone();
+            let other = match random.below(3) {
+                0 => document.pointer(random.of(&paths).as_str()).unwrap().clone(),
+                _ => random.of(&hostile).clone(),
+            };
+            *document.pointer_mut(&path).unwrap() = other;
+        }
+        match Exported::parse(&document.to_string()) {
+            Err(why) => {
+                assert!(!why.chars().any(char::is_control), "{why:?}");
+                refused += 1;
+            }
+            Ok(parsed) => {
+                assert!(!parsed.is_sealed);
+                let Exported::Deployment(set) = parsed.content else { panic!("a deployment") };
+                for &level in &set.levels {
+                    for method in [Method::Psm, Method::Classic] {
+                        let query = Query { level, method, horizon: None };
+                        let report = response_times_of(&db, file, &set, query).unwrap();
+                        // Of nothing that is said not to be known is there a figure.
+                        for (activity, asked) in report.activities.iter().zip(&set.activities) {
+                            let unknown = asked.not_analysed.iter().any(|it| it.holds(level, method));
+                            assert!(!unknown || activity.response.is_none());
+                        }
+                        analysed += 1;
+                    }
+                }
+            }
+        }
+    }
+    assert!(refused > count() && analysed > count(), "{refused} refused, {analysed} analysed");
+}
+
+/// Where every value of a document stands.
+fn pointers(document: &Value) -> Vec<String> {
+    let mut found = Vec::new();
+    let mut open = vec![(String::new(), document)];
+    while let Some((path, value)) = open.pop() {
+        match value {
+            Value::Array(values) => {
+                open.extend(values.iter().enumerate().map(|(index, it)| (format!("{path}/{index}"), it)));
+            }
+            Value::Object(values) => {
+                open.extend(values.iter().map(|(key, it)| (format!("{path}/{key}"), it)))
+            }
+            _ => {}
+        }
+        found.push(path);
+    }
+    found
+}
+
+/// One token goes, is doubled, or is another.
+fn damage_once(text: &str, random: &mut Random) -> String {
+    let lexed = mauve_syntax::lex(text);
+    let token = lexed.range(random.below(lexed.len().max(1)));
+    let junk = ["qqq", "{", "}", "(", "=", "->", "§", "\"", "\n", "\u{1b}", "9", "1e-3"];
+    let (before, after) = (&text[..token.start], &text[token.end..]);
+    match random.below(4) {
+        0 => format!("{before}{after}"),
+        1 => format!("{before}{} {}{after}", &text[token.clone()], random.of(&junk)),
+        2 => format!("{before}{}{after}", random.of(&junk)),
+        _ => format!("{before}{0} {0}{after}", &text[token]),
+    }
+}

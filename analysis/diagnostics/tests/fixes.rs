@@ -1,0 +1,224 @@
+//! Every fix that is offered for the models on the pages mends what it is offered for, and breaks nothing.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use mauve_diagnostics::{Finding, Fix, Severity, codes, page, workspace_diagnostics};
+use mauve_hir::{Database, Workspace};
+
+type Texts = BTreeMap<PathBuf, String>;
+
+#[test]
+fn a_fix_mends_what_it_is_offered_for_and_breaks_nothing() {
+    let mut offered: BTreeMap<&str, usize> = BTreeMap::new();
+    for code in codes() {
+        let page = page(code.name).unwrap();
+        for model in page.split("```mauve\n").skip(1).map(|rest| rest.split("```").next().unwrap()) {
+            let texts: Texts =
+                mauve_tests::fixture(model).into_iter().map(|(path, text)| (path.into(), text)).collect();
+            let db = Database::default();
+            let findings = found(&db, &texts);
+            for finding in findings.iter().filter(|finding| finding.diagnostic.code.name == code.name) {
+                for fix in &finding.diagnostic.fixes {
+                    *offered.entry(code.name).or_default() += 1;
+                    let fixed = applied(&db, &texts, fix);
+                    let fixed_db = Database::default();
+                    let after = found(&fixed_db, &fixed);
+                    let count = |all: &[Finding<'_>]| {
+                        all.iter().filter(|it| it.diagnostic.code.name == code.name).count()
+                    };
+                    let what = format!("{}: {}\n{model}\n{fixed:#?}\n{after:#?}", code.name, fix.title);
+                    assert!(count(&after) < count(&findings), "it is still there: {what}");
+                    let errors =
+                        |all: &[Finding<'_>]| all.iter().filter(|it| it.severity == Severity::Error).count();
+                    assert!(errors(&after) <= errors(&findings), "there are more errors: {what}");
+                }
+            }
+        }
+    }
+    assert!(offered.len() >= 20, "codes with fixes: {offered:?}");
+}
+
+fn found<'db>(db: &'db Database, texts: &Texts) -> Vec<Finding<'db>> {
+    let workspace = Workspace::of_texts(db, "/".into(), texts.clone());
+    workspace_diagnostics(db, workspace)
+}
+
+fn applied(db: &Database, texts: &Texts, fix: &Fix<'_>) -> Texts {
+    let mut texts = texts.clone();
+    let mut edits: Vec<_> =
+        fix.edits.iter().map(|(at, text)| (at.file(db).path(db).clone(), at.range(db), text)).collect();
+    edits.sort_by_key(|(path, range, _)| (path.clone(), std::cmp::Reverse(range.start())));
+    for (path, range, text) in edits {
+        texts.get_mut(&path).unwrap().replace_range(std::ops::Range::<usize>::from(range), text);
+    }
+    texts
+}
+
+#[test]
+fn a_sign_that_is_missing_is_written_where_it_was() {
+    let models = mauve_tests::models().join("p3dx/components");
+    let mut texts: Vec<String> = std::fs::read_dir(models)
+        .unwrap()
+        .map(|entry| std::fs::read_to_string(entry.unwrap().path()).unwrap())
+        .collect();
+    texts.sort();
+    let (mut mended, mut same) = (0, 0);
+    for text in texts {
+        let tree = mauve_syntax::parse(&text);
+        let tokens =
+            tree.syntax().descendants_with_tokens().filter_map(mauve_syntax::NodeOrToken::into_token);
+        for token in tokens.filter(|it| [";", "then", "}", ")", ":", "=", "->", "to"].contains(&it.text())) {
+            let mut damaged = text.clone();
+            damaged.replace_range(std::ops::Range::<usize>::from(token.text_range()), "");
+            let texts: Texts = [("/model.mal".into(), damaged)].into();
+            let errors =
+                |texts: &Texts| mauve_syntax::parse(&texts[&PathBuf::from("/model.mal")]).errors().len();
+            let db = Database::default();
+            let findings = found(&db, &texts);
+            let fixes = findings.iter().filter(|it| it.diagnostic.code.name == "syntax-error");
+            for fix in fixes.flat_map(|it| &it.diagnostic.fixes) {
+                let fixed = applied(&db, &texts, fix);
+                assert!(errors(&fixed) < errors(&texts), "{}\n{texts:#?}\n{fixed:#?}", fix.title);
+                mended += 1;
+                let bare = |text: &str| text.split_whitespace().collect::<String>();
+                same += usize::from(bare(&fixed[&PathBuf::from("/model.mal")]) == bare(&text));
+            }
+        }
+    }
+    // A brace may be missing in several places.
+    assert!(mended > 250 && same * 5 > mended * 4, "{same} of {mended} as it was");
+}
+
+/// The texts of `/model.mal` after each fix for the diagnostics of that code in `model`, with the titles of the fixes.
+fn after_fixes(code: &str, model: &str) -> Vec<(String, String)> {
+    let texts: Texts =
+        mauve_tests::fixture(model).into_iter().map(|(path, text)| (path.into(), text)).collect();
+    let db = Database::default();
+    let findings = found(&db, &texts).into_iter().filter(|it| it.diagnostic.code.name == code);
+    let fixes = findings.flat_map(|it| it.diagnostic.fixes);
+    fixes
+        .map(|it| (it.title.clone(), applied(&db, &texts, &it)[&PathBuf::from("/model.mal")].clone()))
+        .collect()
+}
+
+#[track_caller]
+fn check_after(code: &str, model: &str, expected: &[(&str, &str)]) {
+    let after = after_fixes(code, model);
+    let after: Vec<(&str, &str)> =
+        after.iter().map(|(title, text)| (title.as_str(), text.as_str())).collect();
+    assert_eq!(after, expected, "{code}");
+}
+
+#[test]
+fn what_is_removed_leaves_no_gap() {
+    let user = "core C(S) { update = { f(); } }\n";
+    let model = |unused: &str| format!("shell S {{ }}\n{unused}codel f(): int\n{user}");
+    for unused in [
+        "codel old(): int\n",
+        "// It was once.\n/* é */\ncodel old(): int // and is no more\n",
+        "  codel old(\n    in a: int\n  ): int;  \n",
+        "codel old(): int ",
+    ] {
+        check_after("unused-codel", &model(unused), &[("Remove `old`", &model(""))]);
+    }
+    // A comment that is of something else stays.
+    let model = |unused: &str| format!("shell S {{ }} // one\n{unused}\n// two\ncodel f(): int\n{user}");
+    check_after("unused-codel", &model("codel old(): int\n"), &[("Remove `old`", &model(""))]);
+
+    let model = |unused: &str| {
+        format!(
+            "codel f(): int\nshell S {{ }}\ncore C(S) {{\n  var n: int = 0;{unused}\n  update = {{ f(); if n > 0 then {{ }} else {{ }} }}\n}}\n"
+        )
+    };
+    for unused in ["\n  var old: int = 3;", " var old: int", "\n  // It was.\n  var old: int = n + 1"] {
+        check_after("unused-variable", &model(unused), &[("Remove `old`", &model(""))]);
+    }
+    check_after("unused-variable", &model("\n  var old: int = f();"), &[]);
+}
+
+#[test]
+fn a_file_that_is_not_included_is_included_behind_the_others() {
+    let model = |includes: &str| {
+        format!(
+            "{includes}core C(GripperShell) {{ update = {{ }} }}\n//- /lib/gripper.mal\nshell GripperShell {{ }}\n//- /other.mal\n//- /mauve.toml\nproject.root = \"model.mal\"\n"
+        )
+    };
+    let after = |includes: &str| format!("{includes}core C(GripperShell) {{ update = {{ }} }}\n");
+    let title = "Add `include \"lib/gripper.mal\"`";
+    for (before, then) in [
+        ("", "include \"lib/gripper.mal\"\n"),
+        ("include \"other.mal\" // é\n", "include \"other.mal\"\ninclude \"lib/gripper.mal\" // é\n"),
+    ] {
+        check_after("unresolved-shell", &model(before), &[(title, &after(then))]);
+    }
+}
+
+#[test]
+fn a_field_that_is_missing_is_written_with_a_value_that_is_free() {
+    let model = |one: &str, other: &str| {
+        format!(
+            "shell S {{ }}\ncore C(S) {{ update = {{ }} }}\ncomponent K(S, C)\narchitecture A {{ instance a: K  instance b: K }}\ndeployment D {{\n  architecture A\n  activity a {{{one}}}\n  activity b {{{other}}}\n}}\n"
+        )
+    };
+    for (one, other, priority) in [
+        (" priority = 7 period = 10 ", " ", 6),
+        (" priority = 1 period = 10 ", " ", 1),
+        (" priority = background ", " ", 1),
+        (" priority = 7 period = 10 affinity = 1 ", " affinity = 2 ", 1),
+    ] {
+        let title = format!("Write `priority = {priority}`, to be changed");
+        let after = format!(" priority = {priority}{other}");
+        check_after("missing-field", &model(one, other), &[(&title, &model(one, &after))]);
+    }
+    let (one, other) = (" priority = 7 period = 10 ", " priority = 3 // é\n  ");
+    let after = " priority = 3 period = 100 // é\n  ";
+    check_after(
+        "missing-field",
+        &model(one, other),
+        &[("Write `period = 100`, to be changed", &model(one, after))],
+    );
+}
+
+#[test]
+fn a_definition_takes_the_signature_of_its_shell_and_keeps_its_names() {
+    let model = |signature: &str| {
+        format!(
+            "shell S {{ provide near(in far: int, out at: int): bool }}\ncore C(S) {{\n  provide near{signature} = {{ return true; }}\n  update = {{ }}\n}}\n"
+        )
+    };
+    for (before, after) in [
+        ("(in a: double, out at: int): bool", "(in a: int, out at: int): bool"),
+        ("(in a: int)", "(in a: int, out at: int): bool"),
+        ("()", "(in far: int, out at: int): bool"),
+    ] {
+        let title = "Define it as the shell declares it";
+        check_after("operation-definition", &model(before), &[(title, &model(after))]);
+    }
+    // Its program may use what would go.
+    check_after("operation-definition", &model("(in a: int, out b: int, in c: int): bool"), &[]);
+}
+
+/// What is missing on the line of what follows it has an empty error in the tree there.
+#[test]
+fn a_sign_that_is_missing_within_a_line_is_written() {
+    for (body, title) in [
+        ("n = 1 }", "Write `;`"),
+        ("n = 1 n = 2; }", "Write `;`"),
+        ("return }", "Write `;`"),
+        ("if n > 0 { } else { } }", "Write `then`"),
+        ("if (n > 0 then { } else { } }", "Write `)`"),
+        ("if (n = 10) then { } else { } }", "Write `==`"),
+        ("if n = 10 then { } else { } }", "Write `==`"),
+    ] {
+        let model = format!("shell S {{ }}\ncore C(S) {{\n  var n: int = 0\n  update = {{ {body}\n}}\n");
+        let after = after_fixes("syntax-error", &model);
+        assert_eq!(after.len(), 1, "{body}: {after:?}");
+        assert!(
+            after.iter().all(|(it, text)| it == title && mauve_syntax::parse(text).errors().is_empty()),
+            "{after:?}"
+        );
+    }
+}

@@ -1,0 +1,244 @@
+//! What an edit makes the database compute again, counted by query.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use mauve_diagnostics::workspace_diagnostics;
+use mauve_hir::item_tree::Kind;
+use mauve_hir::{Database, Workspace, names_of, projects};
+use mauve_timing::{Level, Method};
+use mauve_wcrt::{Query, response_times};
+use salsa::Setter as _;
+
+/// Two robots that share a component.
+const MODEL: &str = r#"
+include "parts.mal"
+architecture A { instance a: C  instance b: C }
+architecture B { instance b: C }
+
+deployment D {
+  architecture A
+  activity a { priority = 2 period = 10 }
+  activity b { priority = 1 period = 20 }
+}
+deployment E {
+  architecture B
+  activity b { priority = 1 period = 30 }
+}
+//- /parts.mal
+codel one(): int
+codel two(): int
+shell S { }
+core K(S) {
+  statemachine {
+    initial state A { run = { one(); } transition t if two() > 1 to B }
+    state B { transition back to A }
+  }
+}
+core Other(S) { update = { one(); } }
+component C(S, K)
+//- /mauve.toml
+project.root = "model.mal"
+timing.tables = ["times.toml"]
+//- /times.toml
+[codel]
+one = 1
+two = 2
+"#;
+
+/// Asks for everything that is shown: all diagnostics, all response times.
+fn show(db: &Database, workspace: Workspace) {
+    workspace_diagnostics(db, workspace);
+    for &project in projects(db, workspace) {
+        for &decl in names_of(db, project).all.iter().filter(|decl| decl.kind(db) == Kind::Deployment) {
+            let query = Query { level: Level::TEN_TO_MINUS_FOUR, method: Method::Psm, horizon: None };
+            response_times(db, project, decl, query);
+        }
+    }
+}
+
+/// The queries that are executed when `from` becomes `to` in the file at `path`, with how often.
+fn executed(fixture: &[(PathBuf, String)], path: &str, from: &str, to: &str) -> BTreeMap<String, usize> {
+    let mut db = Database::with_log();
+    let workspace =
+        Workspace::of_texts(&db, fixture[0].0.parent().unwrap().to_owned(), fixture.iter().cloned());
+    show(&db, workspace);
+    assert!(db.take_log().len() > 30, "the log is not kept");
+    show(&db, workspace);
+    assert_eq!(db.take_log(), Vec::<String>::new(), "nothing changed");
+    let file = workspace.file(&db, Path::new(path)).unwrap();
+    let old = file.text(&db).to_string();
+    assert!(old.contains(from), "{from:?} is not in {path}");
+    file.set_text(&mut db).to(old.replacen(from, to, 1).into());
+    show(&db, workspace);
+    let mut counts = BTreeMap::new();
+    for query in db.take_log() {
+        *counts.entry(query).or_default() += 1;
+    }
+    counts
+}
+
+fn robot() -> Vec<(PathBuf, String)> {
+    mauve_tests::fixture(MODEL).into_iter().map(|(path, text)| (path.into(), text)).collect()
+}
+
+/// What any edit of a file may execute again: it looks at that file alone, or copies what others found.
+const OF_A_FILE: [&str; 11] = [
+    "body_of",
+    "core_interface",
+    "core_scope",
+    "parse",
+    "lowered",
+    "item_tree_of",
+    "declarations",
+    "includes",
+    "data",
+    "file_diagnostics",
+    "project_diagnostics",
+];
+
+#[track_caller]
+fn check(counts: &BTreeMap<String, usize>, analysis: &[(&str, usize)]) {
+    let mut rest = counts.clone();
+    for query in OF_A_FILE {
+        rest.remove(query);
+    }
+    let expected: BTreeMap<String, usize> =
+        analysis.iter().map(|(query, count)| ((*query).to_owned(), *count)).collect();
+    assert_eq!(rest, expected);
+}
+
+#[test]
+fn a_comment_runs_no_analysis() {
+    for (path, at) in [
+        ("/model.mal", "deployment D {"),
+        ("/model.mal", "  architecture A\n"),
+        ("/model.mal", "include"),
+        ("/parts.mal", "codel one"),
+        ("/parts.mal", "    initial state"),
+    ] {
+        let counts = executed(&robot(), path, at, &format!("// a comment\n\n{at}"));
+        check(&counts, &[]);
+        assert_eq!(
+            counts.get("data"),
+            None,
+            "what stands in a declaration is not even looked at: {counts:?}"
+        );
+    }
+}
+
+#[test]
+fn a_changed_period_runs_only_its_deployments_response_times() {
+    let counts = executed(&robot(), "/model.mal", "period = 10", "period = 15");
+    check(
+        &counts,
+        &[
+            ("system_of", 1),
+            ("target_of", 1),
+            ("lost_in", 1),
+            ("shape_of", 1),
+            ("response_times", 1),
+            ("declaration_facts", 1),
+            ("declaration_diagnostics", 1),
+        ],
+    );
+}
+
+#[test]
+fn a_changed_program_runs_its_core_and_where_a_time_changed_the_response_times() {
+    let counts = executed(&robot(), "/parts.mal", "run = { one(); }", "run = { one(); one(); }");
+    let of_core = [
+        ("behaviour_of", 1),
+        ("costs_of", 1),
+        ("declaration_facts", 1),
+        ("inference_of", 1),
+        ("uses_of", 1),
+        ("errors_in", 1),
+        ("flow_facts", 1),
+        ("unknown_types", 1),
+    ];
+    let and = |more: &[(&'static str, usize)]| [&of_core, more].concat();
+    check(&counts, &and(&[("psm_of", 1), ("response_times", 2), ("declaration_diagnostics", 2)]));
+    // The same time: nothing behind the machine.
+    let counts =
+        executed(&robot(), "/parts.mal", "run = { one(); }", "run = { if (1 > 0) then { one(); } else { } }");
+    check(&counts, &and(&[("psm_of", 1)]));
+    // A core that no component has; what the project uses is another codel.
+    let counts = executed(&robot(), "/parts.mal", "update = { one(); }", "update = { two(); }");
+    let of_core: Vec<_> = of_core.into_iter().filter(|(query, _)| *query != "errors_in").collect();
+    let and = |more: &[(&'static str, usize)]| [of_core.as_slice(), more].concat();
+    check(&counts, &and(&[("usage_of", 1)]));
+    // A half-typed line in it: each is asked whether it is used, and none is looked at again for that.
+    let counts = executed(&robot(), "/parts.mal", "update = { one(); }", "update = { one() }");
+    let asked = [("usage_of", 1), ("is_unused", 8), ("unread", 1), ("declaration_diagnostics", 1)];
+    check(&counts, &and(&asked));
+}
+
+#[test]
+fn a_saved_table_runs_no_names_and_no_behaviours() {
+    let counts = executed(&robot(), "/times.toml", "two = 2", "two = 3");
+    let expected = [
+        ("table", 1),
+        ("joined", 1),
+        ("timetable_of", 1),
+        ("is_timed", 1),
+        ("lost_in", 2),
+        ("psm_of", 1),
+        ("response_times", 2),
+        ("declaration_diagnostics", 2),
+    ];
+    check(&counts, &expected);
+    let counts = executed(&robot(), "/times.toml", "[codel]", "# measured\n[codel]");
+    check(&counts, &[("table", 1), ("joined", 1), ("timetable_of", 1)]);
+    // Nor where the table has a warning in it.
+    let mut warned = robot();
+    for (path, text) in &mut warned {
+        if path.ends_with("times.toml") {
+            *text += "three = 3\n[program]\n\"C/B.rnu\" = 1\n";
+        }
+    }
+    let counts = executed(&warned, "/times.toml", "[codel]", "# measured\n[codel]");
+    check(&counts, &[("table", 1), ("joined", 1), ("timetable_of", 1)]);
+}
+
+#[test]
+fn a_comment_in_the_configuration_runs_no_analysis() {
+    let counts = executed(&robot(), "/mauve.toml", "project", "# a comment\nproject");
+    for query in ["psm_of", "behaviour_of", "system_of", "response_times"] {
+        assert_eq!(counts.get(query), None, "{counts:?}");
+    }
+}
+
+#[test]
+fn a_new_name_runs_no_response_times() {
+    for new in ["codel three(): int\n", "codel thr\n", "cod\n"] {
+        let counts = executed(&robot(), "/parts.mal", "shell S", &format!("{new}shell S"));
+        assert_eq!(counts.get("response_times"), None, "{new}: {counts:?}");
+    }
+}
+
+#[test]
+fn the_sample_robot_too() {
+    let folder = mauve_tests::models().join("p3dx");
+    let mut texts: Vec<_> = mauve_tests::all_texts_in(&folder).into_iter().collect();
+    texts.sort_by_key(|(path, _)| (path.parent() != Some(&folder), path.clone()));
+    let deployment = folder.join("deployment.mal");
+    let deployment = deployment.to_str().unwrap();
+    let counts = executed(&texts, deployment, "deployment", "// a comment\ndeployment");
+    check(&counts, &[]);
+    let counts = executed(&texts, deployment, "period = 1000", "period = 900");
+    check(
+        &counts,
+        &[
+            ("shape_of", 1),
+            ("system_of", 1),
+            ("target_of", 1),
+            ("lost_in", 1),
+            ("response_times", 1),
+            ("declaration_facts", 1),
+            ("declaration_diagnostics", 1),
+        ],
+    );
+}

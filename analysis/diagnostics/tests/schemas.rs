@@ -1,0 +1,566 @@
+//! The schemas that editors check `mauve.toml`, timing tables and task sets with say what the readers say.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
+
+use std::path::PathBuf;
+
+use mauve_diagnostics::{Code, codes, page};
+use mauve_hir::config_keys::{Entries, Key, Kind, SECTIONS, SEVERITIES, Section, list_keys};
+use mauve_hir::{Database, Workspace, config_of};
+use mauve_timing::task_set::Exported;
+use mauve_timing::{Table, Unit, table_keys};
+use serde_json::{Value, json};
+use toml::de::{DeTable, DeValue};
+
+const CONFIGURATION: &str = include_str!("../../../editors/schemas/mauve.schema.json");
+const TABLE: &str = include_str!("../../../editors/schemas/timing-table.schema.json");
+
+const TASK_SET: &str = include_str!("../../../editors/schemas/task-set.schema.json");
+
+/// `UPDATE_EXPECT=1 cargo test -p mauve-model --test schemas` writes it.
+#[test]
+fn the_schema_of_configurations_has_every_key() {
+    let mut sections: Vec<&Section> = SECTIONS.iter().collect();
+    sections.sort_by_key(|it| place(CONFIGURATION, &format!("\n    \"{}\": {{", it.name)));
+    let expected = document(
+        "mauve.toml",
+        "What a folder of MAUVE models is: its roots, its timing tables, its platform.",
+        sections.into_iter().map(section).collect(),
+        r#"
+    "paths": {
+      "type": ["string", "array"],
+      "items": { "type": "string" }
+    }"#,
+    );
+    expect_test::expect_file!["../../../editors/schemas/mauve.schema.json"].assert_eq(&expected);
+}
+
+/// `UPDATE_EXPECT=1 cargo test -p mauve-model --test schemas` writes it.
+#[test]
+fn the_schema_of_tables_has_every_key() {
+    let times = [r##""allOf": [{ "$ref": "#/definitions/times" }]"##, "\"default\": 0"].map(str::to_owned);
+    let key = |it: &table_keys::Key| {
+        let members = match it.kind {
+            table_keys::Kind::Unit => {
+                let units = Unit::ALL.map(|unit| format!("\"{unit}\"")).join(", ");
+                vec![format!("\"enum\": [{units}]"), r#""default": "ms""#.to_owned()]
+            }
+            table_keys::Kind::Levels => vec![
+                r#""type": "array""#.to_owned(),
+                r#""items": { "type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1 }"#.to_owned(),
+                r#""uniqueItems": true"#.to_owned(),
+                r#""examples": [[1e-3, 1e-4, 1e-5]]"#.to_owned(),
+            ],
+            table_keys::Kind::Entries(_, example) => vec![
+                r#""type": "object""#.to_owned(),
+                r##""additionalProperties": { "$ref": "#/definitions/entry" }"##.to_owned(),
+                format!("\"examples\": [{example}]"),
+            ],
+            table_keys::Kind::Overhead => {
+                let keys = table_keys::OVERHEAD.iter();
+                closed(3, keys.map(|it| property(4, it.name, it.documentation, &times)).collect())
+            }
+            table_keys::Kind::Times(_) => times.to_vec(),
+        };
+        property(2, it.name, it.documentation, &members)
+    };
+    let expected = document(
+        "A timing table",
+        "Execution times by codel, program or component, one for each significance level. mauve.toml names the tables \
+         under [timing].",
+        table_keys::KEYS.iter().map(key).collect(),
+        r##"
+    "time": {
+      "description": "An execution time in `unit`.",
+      "type": "number",
+      "minimum": 0
+    },
+    "times": {
+      "description": "One bound for every level, or one for each of `levels`.",
+      "type": ["number", "array"],
+      "minimum": 0,
+      "items": { "$ref": "#/definitions/time" },
+      "minItems": 1
+    },
+    "entry": {
+      "description": "One bound for every level, or one for each of `levels`; or more entries, whose keys are joined by points.",
+      "type": ["number", "array", "object"],
+      "minimum": 0,
+      "items": { "$ref": "#/definitions/time" },
+      "minItems": 1,
+      "additionalProperties": { "$ref": "#/definitions/entry" },
+      "minProperties": 1
+    }"##,
+    );
+    expect_test::expect_file!["../../../editors/schemas/timing-table.schema.json"].assert_eq(&expected);
+}
+
+fn section(section: &Section) -> String {
+    let open = || "\"type\": \"object\"".to_owned();
+    let members = match section.entries {
+        Entries::Keys(keys) => closed(3, keys.iter().map(|key| configuration_key(4, key)).collect()),
+        Entries::Types(keys) => {
+            let keys = closed(4, keys.iter().map(|key| configuration_key(5, key)).collect());
+            let example = r#"{ "ArRobotPtr": { "cpp": "ArRobot*", "header": "Aria.h" } }"#;
+            vec![open(), object(3, "additionalProperties", &keys), format!("\"examples\": [{example}]")]
+        }
+        Entries::Chains => {
+            let (_, rest) = CONFIGURATION.split_once("\"propertyNames\"").unwrap();
+            let mut lists: Vec<String> = list_keys().map(|name| format!("\"{name}\"")).collect();
+            lists.sort_by_key(|name| place(rest, name));
+            let ports = [
+                r#""description": "Ports, each as instance.port.""#.to_owned(),
+                r#""type": "array""#.to_owned(),
+                r#""items": { "type": "string", "pattern": "^[^.]+[.][^.]+$" }"#.to_owned(),
+            ];
+            vec![
+                open(),
+                format!("\"propertyNames\": {{ \"not\": {{ \"enum\": [{}] }} }}", lists.join(", ")),
+                object(3, "additionalProperties", &ports),
+                r#""examples": [{ "scan-to-wheels": ["hokuyo.scan", "guidance.command"] }]"#.to_owned(),
+            ]
+        }
+        Entries::Lints => {
+            let mut members = closed(3, codes().map(lint).collect());
+            members.push(r#""examples": [{ "lost-write": "error", "missing-else": "allow" }]"#.to_owned());
+            members
+        }
+    };
+    property(2, section.name, section.documentation, &members)
+}
+
+fn lint(code: &Code) -> String {
+    let (default, _) = SEVERITIES.iter().find(|(_, severity)| *severity == Some(code.severity)).unwrap();
+    let page = page(code.name).unwrap();
+    let first: Vec<&str> = page.lines().skip(2).take_while(|line| !line.is_empty()).collect();
+    let severities = SEVERITIES.map(|(name, _)| format!("\"{name}\"")).join(", ");
+    let members = [format!("\"enum\": [{severities}]"), format!("\"default\": \"{default}\"")];
+    property(4, code.name, &first.join(" "), &members)
+}
+
+fn configuration_key<T>(depth: usize, key: &Key<T>) -> String {
+    const TIME: &str =
+        r"^\s*[+]?[0-9]+(_[0-9]+)*([.][0-9]+(_[0-9]+)*)?([eE][-+]?[0-9]+(_[0-9]+)*)?\s*(ns|us|ms|s)\s*$";
+    let pattern = |pattern: &str| format!("\"type\": \"string\"\n\"pattern\": {}", Value::from(pattern));
+    let kind = match &key.kind {
+        Kind::Models(_) | Kind::Tables(_) => r##""allOf": [{ "$ref": "#/definitions/paths" }]"##.to_owned(),
+        Kind::Instances(_) => {
+            "\"type\": [\"string\", \"array\"]\n\"items\": { \"type\": \"string\" }".to_owned()
+        }
+        Kind::Level(_) => "\"type\": \"number\"\n\"exclusiveMinimum\": 0\n\"exclusiveMaximum\": 1".to_owned(),
+        Kind::Time(_) => pattern(TIME),
+        Kind::Integer(from, to, _) => {
+            format!("\"type\": \"integer\"\n\"minimum\": {from}\n\"maximum\": {to}")
+        }
+        Kind::Boolean(_) => "\"type\": \"boolean\"".to_owned(),
+        Kind::Folder(_) => "\"type\": \"string\"".to_owned(),
+        Kind::Text { pattern: of_text, .. } => pattern(of_text),
+    };
+    let mut members: Vec<String> = kind.lines().map(str::to_owned).collect();
+    members.extend(key.default.map(|value| format!("\"default\": {value}")));
+    members.push(format!("\"examples\": {}", key.examples));
+    property(depth, key.name, key.documentation, &members)
+}
+
+/// A schema: the names that may stand in a document, and raw definitions that they refer to.
+fn document(title: &str, description: &str, properties: Vec<String>, definitions: &str) -> String {
+    let mut members = vec![
+        "\"$schema\": \"http://json-schema.org/draft-07/schema#\"".to_owned(),
+        format!("\"title\": \"{title}\""),
+        format!("\"description\": \"{description}\""),
+    ];
+    members.extend(closed(1, properties));
+    members.push(format!("\"definitions\": {{{definitions}\n  }}"));
+    format!("{{\n  {}\n}}\n", members.join(",\n  "))
+}
+
+/// The members of a schema of objects that have these properties and no others.
+fn closed(depth: usize, properties: Vec<String>) -> Vec<String> {
+    let no_others = "\"additionalProperties\": false".to_owned();
+    vec!["\"type\": \"object\"".to_owned(), no_others, object(depth, "properties", &properties)]
+}
+
+fn property(depth: usize, name: &str, documentation: &str, members: &[String]) -> String {
+    let documentation = format!("\"description\": {}", Value::from(documentation));
+    object(depth, name, &[&[documentation], members].concat())
+}
+
+/// A named object, in one line where it fits.
+fn object(depth: usize, name: &str, members: &[String]) -> String {
+    let line = format!("\"{name}\": {{ {} }}", members.join(", "));
+    let indentation = "  ".repeat(depth);
+    match line.contains('\n') || indentation.len() + line.chars().count() > 110 {
+        true => {
+            let inner = format!("\n{indentation}  ");
+            format!("\"{name}\": {{{inner}{}\n{indentation}}}", members.join(&format!(",{inner}")))
+        }
+        false => line,
+    }
+}
+
+/// Where something stands now, so that it stays there; what is new comes behind.
+fn place(text: &str, what: &str) -> usize {
+    text.find(what).unwrap_or(usize::MAX)
+}
+
+/// Which of the schema and the reader find nothing wrong.
+fn configuration(text: &str) -> (bool, bool) {
+    let db = Database::default();
+    let file = (PathBuf::from("/mauve.toml"), text.to_owned());
+    let workspace = Workspace::of_texts(&db, "/".into(), [file]);
+    (is_valid(CONFIGURATION, text), config_of(&db, workspace).errors.is_empty())
+}
+
+fn table(text: &str) -> (bool, bool) {
+    (is_valid(TABLE, text), Table::parse(text).errors.is_empty())
+}
+
+fn is_valid(schema: &str, text: &str) -> bool {
+    let document = DeTable::parse(text).expect("the documents of this test are TOML");
+    is_valid_json(schema, &as_json(document.get_ref()))
+}
+
+fn is_valid_json(schema: &str, document: &Value) -> bool {
+    let mut compiler = boon::Compiler::new();
+    compiler.add_resource("schema.json", serde_json::from_str(schema).unwrap()).unwrap();
+    let mut schemas = boon::Schemas::new();
+    let schema = compiler.compile("schema.json", &mut schemas).unwrap();
+    schemas.validate(document, schema).is_ok()
+}
+
+/// As editors show TOML to a schema: what JSON does not have is null, and a date is a text.
+fn as_json(table: &DeTable<'_>) -> Value {
+    let of = |value: &DeValue<'_>| value_as_json(value);
+    table.iter().map(|(key, value)| (key.get_ref().to_string(), of(value.get_ref()))).collect()
+}
+
+fn value_as_json(value: &DeValue<'_>) -> Value {
+    match value {
+        DeValue::String(text) => json!(text),
+        DeValue::Integer(number) => {
+            json!(i64::from_str_radix(number.as_str(), number.radix()).expect("fits"))
+        }
+        DeValue::Float(number) => json!(number.as_str().parse::<f64>().expect("is a number")),
+        DeValue::Boolean(value) => json!(value),
+        DeValue::Datetime(date) => json!(date.to_string()),
+        DeValue::Array(values) => values.iter().map(|value| value_as_json(value.get_ref())).collect(),
+        DeValue::Table(table) => as_json(table),
+    }
+}
+
+#[test]
+fn the_schemas_are_draft_7() {
+    for schema in [CONFIGURATION, TABLE, TASK_SET] {
+        let mut compiler = boon::Compiler::new();
+        compiler.add_resource("schema.json", serde_json::from_str(schema).unwrap()).unwrap();
+        // Checked against the schema of schemas, which `$schema` names.
+        compiler.compile("schema.json", &mut boon::Schemas::new()).unwrap();
+        assert!(schema.contains("\"$schema\": \"http://json-schema.org/draft-07/schema#\""));
+    }
+}
+
+#[test]
+fn schema_and_reader_agree_on_configurations() {
+    for good in [
+        "",
+        "[project]\nroot = \"a.mal\"\n",
+        "[project]\nroot = [\"a.mal\", \"b.mal\"]\n",
+        "project.roots = [\"a.mal\", \"b.mal\"]\n",
+        "project.roots = \"a.mal\"\n",
+        "[timing]\ntables = [\"timing/*.toml\"]\nsignificance = 1e-4\n",
+        "timing.tables = \"t.toml\"\n",
+        "timing.tables = []\n",
+        "assume.codel = \"5 ms\"\n",
+        "assume.codel = \" +1_000.25e-1us \"\n",
+        "assume.codel = \"0s\"\n",
+        "platform = { cpus = 1, rt_throttling = true }\n",
+        "platform.cpus = 0x40\n",
+        "[platform]\n",
+        "clocks.synchronised = [\"a\", \"b\"]\n",
+        "clocks.synchronised = \"a\"\n",
+        "[chains]\nscan-to-wheels = [\"hokuyo.scan\", \"guidance.command\"]\nempty = []\n",
+        "[types.ArRobotPtr]\ncpp = \"ArRobot*\"\nheader = \"Aria.h\"\n[types.Empty]\n",
+        "generate.out = \"generated\"\n",
+        "[generate]\nros_streams = false\nintrospection = false\nmaintainer = \"A B <a@b.org>\"\nlicense = \"BSD\"\n",
+        "[lints]\nlost-write = \"error\"\nmissing-else = \"allow\"\nunused-codel = \"warn\"\nno-effect = \"hint\"\n",
+    ] {
+        assert_eq!(configuration(good), (true, true), "{good}");
+    }
+    for bad in [
+        "root = \"a.mal\"\n",
+        "[platfrm]\ncpus = 1\n",
+        "[[project]]\nroot = \"a.mal\"\n",
+        "project = \"a.mal\"\n",
+        "project.files = \"a.mal\"\n",
+        "project.root = 1\n",
+        "project.roots = [1]\n",
+        "project.roots = [[\"a.mal\"]]\n",
+        "timing.table = []\n",
+        "timing.tables = {}\n",
+        "timing.tables = [true]\n",
+        "timing.significance = \"1e-4\"\n",
+        "timing.significance = 0\n",
+        "timing.significance = 1.0\n",
+        "timing.significance = -1e-4\n",
+        "timing.significance = nan\n",
+        "timing.significance = inf\n",
+        "assume.codels = \"5 ms\"\n",
+        "assume.codel = 5\n",
+        "assume.codel = \"5\"\n",
+        "assume.codel = \"5 min\"\n",
+        "assume.codel = \"-5 ms\"\n",
+        "assume.codel = \".5 ms\"\n",
+        "assume.codel = \"5. ms\"\n",
+        "assume.codel = \"1__0 ms\"\n",
+        "assume.codel = \"inf ms\"\n",
+        "assume.codel = \"5 ms or more\"\n",
+        "platform.cpu = 1\n",
+        "platform.cpus = 0\n",
+        "platform.cpus = 65\n",
+        "platform.cpus = 1.5\n",
+        "platform.cpus = \"2\"\n",
+        "platform.rt_throttling = 1\n",
+        "platform.rt_throttling = \"true\"\n",
+        "clocks.synchronized = [\"a\"]\n",
+        "clocks.synchronised = [1]\n",
+        "clocks.synchronised = true\n",
+        "chains.a = \"hokuyo.scan\"\n",
+        "chains.a = [\"hokuyo\"]\n",
+        "chains.a = [\"hokuyo.\"]\n",
+        "chains.a = [\".scan\"]\n",
+        "chains.a = [\"hokuyo.scan.ranges\"]\n",
+        "chains.a = [1]\n",
+        "chains.tables = [\"t.toml\"]\n",
+        "chains.root = []\n",
+        "types.X = \"X*\"\n",
+        "types.X.cpp = 1\n",
+        "types.X.include = \"X.h\"\n",
+        "types.X.header = [\"X.h\"]\n",
+        "generate.out = 1\n",
+        "generate.ros_streams = 1\n",
+        "generate.introspection = \"yes\"\n",
+        "generate.maintainer = \"A B\"\n",
+        "generate.license = \" \"\n",
+        "types.X.cpp = \"int; }\"\n",
+        "types.X.header = \"a b.h\"\n",
+        "types.X.header = \"/usr/include/a.h\"\n",
+        "types.X.header = \"a/../b.h\"\n",
+        "types.X.header = \"-a.h\"\n",
+        "generate.output = \"generated\"\n",
+        "lints.lost-write = \"warning\"\n",
+        "lints.lost-write = true\n",
+        "lints.lost-writes = \"warn\"\n",
+        "lints.all = \"warn\"\n",
+        "lints.lost-write = 1979-05-27\n",
+    ] {
+        assert_eq!(configuration(bad), (false, false), "{bad}");
+    }
+    // To a schema 2.0 is a whole number, and it knows neither the longest time, nor the sign of zero, nor what a type is.
+    for (text, both) in [
+        ("platform.cpus = 2.0\n", (true, false)),
+        ("assume.codel = \"1e99 s\"\n", (true, false)),
+        ("types.X.cpp = \"int x, y\"\n", (true, false)),
+        ("assume.codel = \"-0 ms\"\n", (false, true)),
+    ] {
+        assert_eq!(configuration(text), both, "{text}");
+    }
+}
+
+#[test]
+fn schema_and_reader_agree_on_tables() {
+    for good in [
+        "",
+        "unit = \"ns\"\n",
+        "unit = \"us\"\n",
+        "unit = \"ms\"\n",
+        "unit = \"s\"\n",
+        "levels = []\n",
+        "levels = [1e-3, 1e-4]\n[codel]\n\"navigation.astar\" = [290, 297.5]\nnavigation.dist = 1\nnothing = 0\n",
+        "[codel.pose.filter]\nupdate = 0x10\n[codel]\n",
+        "levels = [1e-3]\n[program]\n\"Hokuyo/update\" = [40]\n[component]\nNavigation = 2.5e2\n",
+        "levels = [1e-3, 1e-4]\n[overhead]\ndispatch = 0.01\ncontext_switch = [0.005, 0.006]\n",
+        "levels = [1e-3]\n[codel]\nunit = 1\nlevels = [1]\n",
+        "[codel]\na = -0.0\n",
+    ] {
+        assert_eq!(table(good), (true, true), "{good}");
+    }
+    for bad in [
+        "unit = \"min\"\n",
+        "unit = 1\n",
+        "levels = 1e-3\n",
+        "levels = [0]\n",
+        "levels = [1]\n",
+        "levels = [1e-3, 1e-3]\n",
+        "levels = [\"1e-3\"]\n",
+        "levels = [nan]\n",
+        "astar = 1\n",
+        "[codels]\nastar = 1\n",
+        "codel = 1\n",
+        "[[codel]]\nastar = 1\n",
+        "program = []\n",
+        "component = \"Navigation\"\n",
+        "overhead = 7\n",
+        "[codel]\na = \"5 ms\"\n",
+        "[codel]\na = true\n",
+        "[codel]\na = -1\n",
+        "[codel]\na = inf\n",
+        "[codel]\na = nan\n",
+        "[codel]\na = 1979-05-27\n",
+        "[codel]\na = {}\n",
+        "[codel.a.b]\n",
+        "[codel]\nunit = \"ms\"\n",
+        "levels = [1e-3]\n[codel]\na = []\n",
+        "levels = [1e-3]\n[codel]\na = [[1]]\n",
+        "levels = [1e-3]\n[codel]\na = [-1]\n",
+        "levels = [1e-3]\n[codel]\na = [\"1\"]\n",
+        "levels = [1e-3]\n[codel]\na = [{ b = 1 }]\n",
+        "[program]\n\"C/update\" = \"50\"\n",
+        "[component.C]\nx = true\n",
+        "[overhead]\nswitch = 1\n",
+        "[overhead]\ndispatch = -1\n",
+        "[overhead]\ndispatch = { a = 1 }\n",
+        "levels = [1e-3]\n[overhead]\ndispatch = [true]\n",
+    ] {
+        assert_eq!(table(bad), (false, false), "{bad}");
+    }
+    // A schema does not count one array by another, compare numbers, join keys, or know the longest time in each unit.
+    for text in [
+        "[codel]\na = [1]\n",
+        "levels = [1e-3, 1e-4]\n[codel]\na = [1]\n",
+        "levels = [1e-3, 1e-4]\n[codel]\na = [2, 1]\n",
+        "[codel]\n\"a.b\" = 1\na.b = 2\n",
+        "[codel]\na = 1e40\n",
+    ] {
+        assert_eq!(table(text), (true, false), "{text}");
+    }
+}
+
+/// A task set with one activity, which is analysed, and one that is not.
+fn example() -> Value {
+    let machine = json!({
+        "states": ["update"], "initial": "update", "overhead": [1, 2], "component_time": [null, 99],
+        "assumed": [{ "codel": "a.b", "time": 5 }],
+        "programs": [{ "program": "update", "time": [7, 8] }],
+        "edges": [
+            { "source": "update", "target": "update", "transition": null, "programs": ["update"], "cost": [8, 10] },
+        ],
+    });
+    let reason = json!({ "reason": "no time", "levels": [1e-3, 1e-6], "classic_only": false });
+    json!({
+        "format": "mauve-1", "unit": "ns", "digest": null,
+        "deployment": {
+            "name": "D", "levels": [1e-3, 1e-6], "significance": 1e-6, "cpus": 3, "rt_throttling": true, "not_analysed": [],
+            "activities": [
+                {
+                    "instance": "a", "component": "C", "affinity": 2, "priority": 99, "period": 100, "deadline": 50,
+                    "not_analysed": [], "doubt": null, "machine": machine,
+                },
+                {
+                    "instance": "b", "component": "C", "affinity": null, "priority": null, "period": null,
+                    "deadline": null, "not_analysed": [reason], "doubt": "which is doubted", "machine": null,
+                },
+            ],
+        },
+    })
+}
+
+#[test]
+fn schema_and_reader_agree_on_task_sets() {
+    let agree = |document: &Value| {
+        let by_schema = is_valid_json(TASK_SET, document);
+        (by_schema, Exported::parse(&document.to_string()).is_ok())
+    };
+    let whole = example();
+    assert_eq!(agree(&whole), (true, true));
+    let machine = &whole["deployment"]["activities"][0]["machine"];
+    let component = json!({ "name": "m.C", "levels": [1e-3, 1e-6], "not_analysed": [], "machine": machine });
+    assert_eq!(agree(&json!({ "format": "mauve-1", "unit": "ns", "component": component })), (true, true));
+    let of_first = "/deployment/activities/0";
+    for (path, value) in [
+        ("/format", json!("mauve-2")),
+        ("/unit", json!("us")),
+        ("/digest", json!(5)),
+        ("/component", json!({})),
+        ("/deployment", json!(null)),
+        ("/deployment/name", json!("a\u{1b}b")),
+        ("/deployment/levels", json!([])),
+        ("/deployment/levels/0", json!(1)),
+        ("/deployment/levels/0", json!(1e-6)),
+        ("/deployment/significance", json!(0)),
+        ("/deployment/cpus", json!(0)),
+        ("/deployment/cpus", json!(1.5)),
+        ("/deployment/rt_throttling", json!("on")),
+        ("/deployment/not_analysed", json!([1])),
+        ("/deployment/activities", json!({})),
+        ("front/affinity", json!(-1)),
+        ("front/priority", json!(0)),
+        ("front/priority", json!(100)),
+        ("front/priority", json!("Background")),
+        ("front/period", json!(0)),
+        ("front/deadline", json!(0)),
+        ("front/period", json!("5 ms")),
+        ("front/doubt", json!(1)),
+        ("front/machine/states", json!(["update", "update"])),
+        ("front/machine/states", json!([])),
+        ("front/machine/edges", json!([])),
+        ("front/machine/overhead/0", json!(0.5)),
+        ("front/machine/edges/0/cost/0", json!(-8)),
+        ("front/machine/assumed/0/time", json!(null)),
+        ("front/machine/programs/0", json!(["update", 7, 8])),
+        ("/deployment/activities/1/not_analysed/0", json!("no time")),
+        ("/deployment/activities/1/not_analysed/0/classic_only", json!(null)),
+    ] {
+        let mut document = whole.clone();
+        let (parent, key) = path.rsplit_once('/').unwrap();
+        let parent = document.pointer_mut(&parent.replace("front", of_first)).unwrap();
+        match key.parse::<usize>() {
+            Ok(index) => parent[index] = value,
+            Err(_) => parent[key] = value,
+        }
+        assert_eq!(agree(&document), (false, false), "{path}: {document}");
+    }
+    // Every key is needed, and no other known.
+    for (path, keys) in objects(&whole) {
+        for key in keys.iter().filter(|key| *key != "digest") {
+            let mut document = whole.clone();
+            document.pointer_mut(&path).unwrap().as_object_mut().unwrap().remove(key);
+            assert_eq!(agree(&document), (false, false), "no {key} in {path}");
+        }
+        let mut document = whole.clone();
+        document.pointer_mut(&path).unwrap()["more"] = json!(null);
+        assert_eq!(agree(&document), (false, false), "more in {path}");
+    }
+    // A schema does not follow names, compare times, or count one array by another.
+    for (path, value) in [
+        ("/machine/initial", json!("other")),
+        ("/machine/edges/0/target", json!("other")),
+        ("/machine/edges/0/cost", json!([8, 9])),
+        ("/machine/edges/0/cost", json!([8])),
+        ("/deadline", json!(101)),
+        ("/affinity", json!(4)),
+        ("/machine", json!(null)),
+    ] {
+        let mut document = whole.clone();
+        *document.pointer_mut(&format!("{of_first}{path}")).unwrap() = value;
+        assert_eq!(agree(&document), (true, false), "{path}");
+    }
+}
+
+/// Where the objects of a document stand, and their keys.
+fn objects(document: &Value) -> Vec<(String, Vec<String>)> {
+    let mut found = Vec::new();
+    let mut open = vec![(String::new(), document)];
+    while let Some((path, value)) = open.pop() {
+        match value {
+            Value::Array(values) => {
+                open.extend(values.iter().enumerate().map(|(index, it)| (format!("{path}/{index}"), it)));
+            }
+            Value::Object(values) => {
+                open.extend(values.iter().map(|(key, it)| (format!("{path}/{key}"), it)));
+                found.push((path, values.keys().cloned().collect()));
+            }
+            _ => {}
+        }
+    }
+    found
+}

@@ -1,0 +1,994 @@
+//! What of a deployment is analysed: nothing that rests on what was lost, and everything else.
+
+mod common;
+
+use common::{LEVEL, diagnostics, verdicts, verdicts_with, workspace};
+use expect_test::{Expect, expect};
+use mauve_hir::item_tree::Kind;
+use mauve_hir::{Database, names_of, projects};
+use mauve_timing::{Level, Method};
+use mauve_wcrt::{Deadlines, Query, response_times};
+
+/// Three activities of 1, 2 and 4 ms on one CPU, by falling priority.
+const ROBOT: &str = "
+codel one(): int
+codel two(): int
+codel four(): int
+shell S { }
+shell Serving { provide help(): int }
+shell Asking { require help(): int }
+core K1(S) { update = { one(); } }
+core K2(S) { update = { two(); } }
+core K4(S) { update = { four(); } }
+core KS(Serving) { provide help() = { return one(); } update = { two(); } }
+core KA(Asking) { update = { one(); } }
+component C1(S, K1)
+component C2(S, K2)
+component C4(S, K4)
+component CS(Serving, KS)
+component CA(Asking, KA)
+architecture A { instance a: C1  instance b: C2  instance c: C4 }
+";
+
+const TIMES: &str = "
+//- /mauve.toml
+timing.tables = [\"times.toml\"]
+//- /times.toml
+[codel]
+one = 1
+two = 2
+four = 4
+";
+
+fn check(deployment: &str, expected: Expect) {
+    expected.assert_eq(&verdicts(&format!("{ROBOT}{deployment}{TIMES}")));
+}
+
+fn activities(a: &str, b: &str, c: &str) -> String {
+    format!(
+        "deployment D {{ architecture A  activity a {{ {a} }}  activity b {{ {b} }}  activity c {{ {c} }} }}"
+    )
+}
+
+const FINE: (&str, &str, &str) =
+    ("priority = 3 period = 10", "priority = 2 period = 10", "priority = 1 period = 10");
+
+#[test]
+fn a_system_without_faults() {
+    check(
+        &activities(FINE.0, FINE.1, FINE.2),
+        expect![[r#"
+        a met 1 ms
+        b met 3 ms
+        c met 7 ms
+    "#]],
+    );
+}
+
+/// How many deadlines are met, unknown, and there.
+fn deadlines(deployment: &str) -> [usize; 3] {
+    let db = Database::default();
+    let workspace = workspace(&db, &format!("{ROBOT}{deployment}{TIMES}"));
+    let project = projects(&db, workspace)[0];
+    let decl = names_of(&db, project).anywhere(Kind::Deployment, "D")[0];
+    let Deadlines { met, unknown, all } =
+        response_times(&db, project, decl, Query::shown(&db, project)).deadlines();
+    [met, unknown, all]
+}
+
+#[test]
+fn deadlines_are_counted() {
+    let [met, missed] = ["priority = 1 period = 10", "priority = 1 period = 10 deadline = 6"];
+    assert_eq!(deadlines(&activities(FINE.0, FINE.1, met)), [3, 0, 3]);
+    assert_eq!(deadlines(&activities(FINE.0, FINE.1, missed)), [2, 0, 3]);
+    assert_eq!(deadlines(&activities("priority = background", FINE.1, missed)), [2, 0, 2]);
+    // What is less urgent may be delayed by what is not known.
+    assert_eq!(deadlines(&activities(FINE.0, "priority = 2 period = 0", met)), [1, 2, 3]);
+    // Where an activity may be missing, nothing is known of the others.
+    let lost = "deployment D { architecture A  actvity b { priority = 1 }
+        activity a { priority = 3 period = 10 } activity c { priority = background } }";
+    assert_eq!(deadlines(lost), [0, 2, 2]);
+}
+
+#[test]
+fn equal_priorities_delay_each_other() {
+    check(
+        &activities("priority = 2 period = 10", "priority = 2 period = 10", "priority = 1 period = 10"),
+        expect![[r#"
+        a met 3 ms
+        b met 3 ms
+        c met 7 ms
+    "#]],
+    );
+}
+
+#[test]
+fn background_delays_nobody() {
+    check(
+        &activities("priority = background", FINE.1, FINE.2),
+        expect![[r#"
+        a background
+        b met 2 ms
+        c met 6 ms
+    "#]],
+    );
+}
+
+#[test]
+fn a_deadline_is_missed_strictly_after_it() {
+    check(
+        &activities(FINE.0, FINE.1, "priority = 1 period = 10 deadline = 7"),
+        expect![[r#"
+        a met 1 ms
+        b met 3 ms
+        c met 7 ms
+    "#]],
+    );
+    check(
+        &activities(FINE.0, FINE.1, "priority = 1 period = 10 deadline = 6.999999"),
+        expect![[r#"
+        a met 1 ms
+        b met 3 ms
+        c missed 7 ms
+    "#]],
+    );
+}
+
+#[test]
+fn a_broken_field_takes_what_it_may_delay_with_it() {
+    // The priority is known: what is more urgent is not delayed.
+    check(
+        &activities(FINE.0, "priority = 2 period = 0", FINE.2),
+        expect![[r#"
+            a met 1 ms
+            b not-analysed: its period cannot be used
+            c not-analysed: b may delay it, and is not analysed
+        "#]],
+    );
+    // It is not known: it may be the most urgent.
+    check(
+        &activities(FINE.0, "priority = 100 period = 10", FINE.2),
+        expect![[r#"
+            a not-analysed: b, whose priority is unknown, may delay it, and is not analysed
+            b not-analysed: its priority cannot be used
+            c not-analysed: b, whose priority is unknown, may delay it, and is not analysed
+        "#]],
+    );
+    check(
+        &activities(FINE.0, "priority = 2 period = 10 deadlin = 5", FINE.2),
+        expect![[r#"
+        a met 1 ms
+        b not-analysed: no field `deadlin` in an activity: expected affinity, priority, period or deadline; did you mean `deadline`?
+        c not-analysed: b may delay it, and is not analysed
+    "#]],
+    );
+    check(
+        &activities(FINE.0, "priority = 2 period = 10 period = 20", FINE.2),
+        expect![[r#"
+            a met 1 ms
+            b not-analysed: a second period for `b`: remove one
+            c not-analysed: b may delay it, and is not analysed
+        "#]],
+    );
+    check(
+        &activities(FINE.0, "priority = 2 period = 10 deadline = 99999999999", FINE.2),
+        expect![[r#"
+            a met 1 ms
+            b not-analysed: its deadline cannot be used
+            c not-analysed: b may delay it, and is not analysed
+        "#]],
+    );
+}
+
+#[test]
+fn half_typed_activities() {
+    check(
+        "deployment D { architecture A
+             activity a { priority = 3 period = 10 }
+             activity b { priority = 2 period =
+             activity c { priority = 1 period = 10 } }",
+        expect![[r#"
+            a met 1 ms
+            b not-analysed: its period has a syntax error
+            c not-analysed: b may delay it, and is not analysed
+        "#]],
+    );
+    check(
+        "deployment D { architecture A
+             activity a { priority = 3 period = 10 }
+             activity b
+             activity c { priority = 1 period = 10 } }",
+        expect![[r#"
+            a not-analysed: b, whose priority is unknown, may delay it, and is not analysed
+            b not-analysed: its activity has a syntax error; it has no priority
+            c not-analysed: b, whose priority is unknown, may delay it, and is not analysed
+        "#]],
+    );
+    check(
+        "deployment D { architecture A  actvity b { priority = 1 }
+             activity a { priority = 3 period = 10 }
+             activity c { priority = 1 period = 10 } }",
+        expect![[r#"
+            a not-analysed: deployment D has a syntax error: an activity may be missing in it
+            c not-analysed: deployment D has a syntax error: an activity may be missing in it
+            b not-analysed: it has no activity; deployment D has a syntax error: an activity may be missing in it
+        "#]],
+    );
+}
+
+#[test]
+fn a_codel_that_is_declared_twice_is_no_built_in_function() {
+    let deployment = "deployment D { architecture A  activity a { priority = 1 period = 10 } }";
+    let robot = "codel read(in x: int): int\ncodel read(in y: int): int\nshell S { }\n\
+                 core K(S) { update = { read(1); read(2); } }\ncomponent C(S, K)\n\
+                 architecture A { instance a: C }\n";
+    let fixture = format!("{robot}{deployment}\n//- /mauve.toml\nassume.codel = \"5 ms\"\n");
+    expect![[r#"
+        a not-analysed: core K: codel `read` is declared twice
+    "#]]
+    .assert_eq(&verdicts(&fixture));
+}
+
+#[test]
+fn a_word_behind_a_value_may_be_a_unit_or_a_lost_field() {
+    check(
+        "deployment D { architecture A
+             activity a { priority = 3 period = 10 affinity }
+             activity b { priority = 2 period = 10 affinity = 2 }
+             activity c { priority = 1 period = 10 ms } }",
+        expect![[r#"
+            a not-analysed: its period has a syntax error
+            b not-analysed: a may delay it, and is not analysed
+            c not-analysed: its period has a syntax error; a may delay it, and is not analysed
+        "#]],
+    );
+}
+
+#[test]
+fn instances_and_activities_that_do_not_match() {
+    check(
+        "deployment D { architecture A  activity a { priority = 3 period = 10 } activity b { priority = 2 period = 10 } }",
+        expect![[r#"
+            a not-analysed: c, whose priority is unknown, may delay it, and is not analysed
+            b not-analysed: c, whose priority is unknown, may delay it, and is not analysed
+            c not-analysed: it has no activity
+        "#]],
+    );
+    check(
+        &(activities(FINE.0, FINE.1, FINE.2).replace("} }", "}")
+            + " activity d { priority = 2 period = 10 } }"),
+        expect![[r#"
+            a not-analysed: architecture A has no instance `d`: one may be missing in it
+            b not-analysed: architecture A has no instance `d`: one may be missing in it
+            c not-analysed: architecture A has no instance `d`: one may be missing in it
+            d not-analysed: its instance is unknown; architecture A has no instance `d`: one may be missing in it
+        "#]],
+    );
+    check(
+        &(activities(FINE.0, FINE.1, FINE.2).replace("} }", "}")
+            + " activity b { priority = 1 period = 10 } }"),
+        expect![[r#"
+            a not-analysed: b, which has two activities, may delay it, and is not analysed
+            b not-analysed: a second activity for `b`: remove one
+            c not-analysed: b, which has two activities, may delay it, and is not analysed
+            b not-analysed: a second activity for `b`: remove one
+        "#]],
+    );
+    check(
+        "deployment D { activity a { priority = 3 period = 10 } }",
+        expect![[r#"
+        a not-analysed: its instance is unknown; deployment D has no architecture that is known
+    "#]],
+    );
+}
+
+#[test]
+fn cpus() {
+    check(
+        &activities(
+            "affinity = 1 priority = 3 period = 10",
+            "affinity = 2 priority = 2 period = 10",
+            "affinity = 0x2 priority = 1 period = 10",
+        ),
+        expect![[r#"
+        a met 1 ms
+        b met 2 ms
+        c met 6 ms
+    "#]],
+    );
+    // An activity that may run anywhere competes with all that are as urgent.
+    check(
+        &activities(
+            "affinity = 1 priority = 3 period = 10",
+            "priority = 2 period = 10",
+            "affinity = 2 priority = 1 period = 10",
+        ),
+        expect![[r#"
+        a met 1 ms
+        b not-analysed: it has no affinity: it may run on CPUs 1 and 2, which is not analysed yet: give it one CPU
+        c not-analysed: b may delay it, and is not analysed
+    "#]],
+    );
+    check(
+        &activities(
+            "affinity = 1 priority = 3 period = 10",
+            "affinity = 3 priority = 2 period = 10",
+            "affinity = 4 priority = 1 period = 10",
+        ),
+        expect![[r#"
+        a met 1 ms
+        b not-analysed: it may run on CPUs 1 and 2, which is not analysed yet: give it one CPU
+        c met 4 ms
+    "#]],
+    );
+    let platform = TIMES.replace("timing.tables", "platform.cpus = 2\ntiming.tables");
+    let on_four = activities(
+        "affinity = 1 priority = 3 period = 10",
+        "affinity = 4 priority = 2 period = 10",
+        "affinity = 2 priority = 1 period = 10",
+    );
+    expect![[r#"
+        a not-analysed: b, whose CPU is unknown, and whose affinity may be meant as its priority, may delay it, and is not analysed
+        b not-analysed: affinity names CPU 3, and mauve.toml has CPUs 1 and 2
+        c not-analysed: b, whose CPU is unknown, and whose affinity may be meant as its priority, may delay it, and is not analysed
+    "#]]
+    .assert_eq(&verdicts(&format!("{ROBOT}{on_four}{platform}")));
+    // Whether it is the more urgent one is not certain of any: each value may be another field's.
+    let deployed = activities(
+        "affinity = 1 priority = 3 period = 10",
+        "affinity = 2 priority = 2 period = 10",
+        "affinity = 2 priority = 1 period = 10",
+    );
+    expect![[r#"
+        a not-analysed: b and c, whose priorities or CPUs are unknown, may delay it, and are not analysed
+        b not-analysed: affinity names CPU 2, and mauve.toml has CPU 1; c, whose CPU is unknown, and whose affinity may be meant as its priority, may delay it, and is not analysed
+        c not-analysed: affinity names CPU 2, and mauve.toml has CPU 1; b, whose CPU is unknown, and whose affinity may be meant as its priority, may delay it, and is not analysed
+    "#]]
+    .assert_eq(&verdicts(&format!("{ROBOT}{deployed}{}", TIMES.replace("timing.", "platform.cpus = 1\ntiming."))));
+    // Without any affinity: as many CPUs as the platform has.
+    let nowhere = activities(FINE.0, FINE.1, FINE.2);
+    assert_eq!(verdicts(&format!("{ROBOT}{nowhere}{platform}")).matches("not-analysed").count(), 3);
+}
+
+#[test]
+fn served_operations_are_not_analysed_yet() {
+    let deployment = activities(FINE.0, FINE.1, FINE.2);
+    let robot = |connection: &str| {
+        let architecture =
+            format!("architecture A {{ instance a: C1  instance b: CS  instance c: CA  {connection} }}");
+        let robot =
+            ROBOT.replace("architecture A { instance a: C1  instance b: C2  instance c: C4 }", &architecture);
+        verdicts(&format!("{robot}{deployment}{TIMES}"))
+    };
+    expect![[r#"
+        a met 1 ms
+        b not-analysed: it serves the operation `help` for others, whose time is not analysed yet
+        c not-analysed: b may delay it, and is not analysed
+    "#]]
+    .assert_eq(&robot("operation b.help -> c.help"));
+    // Nobody calls it.
+    expect![[r#"
+        a met 1 ms
+        b met 3 ms
+        c met 4 ms
+    "#]]
+    .assert_eq(&robot(""));
+    // Half typed, it may be anybody's.
+    expect![[r#"
+        a met 1 ms
+        b not-analysed: it provides operations, and which connections call them is not known
+        c not-analysed: b may delay it, and is not analysed
+    "#]]
+    .assert_eq(&robot("operation\n "));
+    // So it may where an error has swallowed one, or where one is not right: another provider may be meant.
+    for lost in [
+        "property a.x = operation b.help -> c.help",
+        "instance d: CS  property d.x = 1  operation d.help -> c.nothing",
+        "operation c.help -> b.help",
+    ] {
+        let found = robot(lost);
+        assert!(found.contains("b not-analysed: it provides operations, and which"), "{lost}: {found}");
+    }
+    // A text that is not closed may have any item in it.
+    let found = robot("property b.x = \"/dev  operation b.help -> c.help\n");
+    assert_eq!(found.matches("not-analysed:").count(), 3, "{found}");
+    let found = robot("property b.x = \"/dev\n");
+    assert!(found.starts_with("a met 1 ms\n"), "{found}");
+}
+
+#[test]
+fn an_operation_whose_signature_is_wrong_may_be_meant_for_another_provider() {
+    let robot = "codel f(): int
+shell S1 { provide plan(in g: int): int }
+shell S2 { provide plan(in g: double): int }
+shell S { require route(in g: int): int }
+core C1(S1) { provide plan(in g: int): int = { return g; }  update = { f(); } }
+core C2(S2) { provide plan(in g: double): int = { return 1; }  update = { f(); } }
+core C(S) { handler h: route  update = { h = send(route, 1); f(); } }
+component K1(S1, C1)
+component K2(S2, C2)
+component K(S, C)
+architecture A { instance p1: K1  instance p2: K2  instance q: K
+  operation p2.plan -> q.route
+}
+deployment D { architecture A
+  activity p1 { priority = 9 period = 10 affinity = 1 }
+  activity p2 { priority = 9 period = 10 affinity = 2 }
+  activity q { priority = 5 period = 10 affinity = 2 }
+}
+//- /mauve.toml
+assume.codel = \"1 ms\"
+";
+    let found = verdicts(robot);
+    assert!(found.starts_with("p1 not-analysed: it provides operations, and which connections"), "{found}");
+    let right = verdicts(&robot.replace("operation p2", "operation p1"));
+    assert!(right.starts_with("p1 not-analysed: it serves the operation `plan`"), "{right}");
+    assert!(right.contains("p2 met 1 ms"), "{right}");
+}
+
+#[test]
+fn a_codel_with_a_syntax_error_refuses_who_calls_it() {
+    let deployed = activities(FINE.0, FINE.1, FINE.2);
+    let damaged = ROBOT.replace("codel two(): int", "codel two() int");
+    let found = verdicts(&format!("{damaged}{deployed}{TIMES}"));
+    assert!(
+        found.contains("a met 1 ms") && found.contains("b not-analysed: codel two has a syntax error"),
+        "{found}"
+    );
+}
+
+#[test]
+fn a_pattern_of_tables_that_chooses_may_miss_one() {
+    let deployed = activities(FINE.0, FINE.1, FINE.2);
+    let with =
+        |pattern: &str| verdicts(&format!("{ROBOT}{deployed}{}", TIMES.replace("times.toml\"]", pattern)));
+    assert!(with("*.toml\"]").starts_with("a met 1 ms"));
+    assert!(with("[t]imes.toml\"]").starts_with("a met 1 ms"));
+    for choice in ["{times,more}.toml\"]", "[tm]imes.toml\"]", "[!m]imes.toml\"]", "[t-z]imes.toml\"]"] {
+        let found = with(choice);
+        assert_eq!(found.matches("not-analysed: mauve.toml: ").count(), 3, "{found}");
+    }
+}
+
+#[test]
+fn architectures() {
+    let deployed = activities(FINE.0, FINE.1, FINE.2);
+    let with = |architecture: &str| {
+        let robot =
+            ROBOT.replace("architecture A { instance a: C1  instance b: C2  instance c: C4 }", architecture);
+        verdicts(&format!("{robot}{deployed}{TIMES}"))
+    };
+    let fine = "a met 1 ms\nb met 3 ms\nc met 7 ms\n";
+    assert_eq!(
+        with("architecture B { instance a: C1  instance b: C2 } architecture A { import B  instance c: C4 }"),
+        fine
+    );
+    // A half-typed connection has no time.
+    assert_eq!(
+        with(
+            "architecture A { instance a: C1  instance b: C2  instance c: C4  connection a.\n property b. = \n }"
+        ),
+        fine
+    );
+    // One with an error says that one of its ends may be of another component; of no instance, that one may be lost.
+    expect![[r#"
+        a met 1 ms
+        b not-analysed: architecture A has an error: no property or constant `p` in S, the shell of b
+        c not-analysed: b may delay it, and is not analysed
+    "#]]
+    .assert_eq(&with("architecture A { instance a: C1  instance b: C2  instance c: C4  property b.p = 1 }"));
+    for item in ["connection a.x -> d.y", "operation d.x -> a.y", "property d.p = 1"] {
+        let found =
+            with(&format!("architecture A {{ instance a: C1  instance b: C2  instance c: C4  {item} }}"));
+        assert_eq!(found.matches("architecture A has an error: no instance `d` in A").count(), 3, "{found}");
+    }
+    // Anything else may have been an instance.
+    for lost in [
+        "architecture A { instance a: C1  instance b: C2  instance c: C4  instanc d: C1 }",
+        "architecture A { instance a: C1  instance b: C2  instance c: C4  import }",
+        "architecture A { instance a: C1  instance b: C2  instance c: C4  import Nothing }",
+        "architecture A { instance a: C1  instance b: C2  instance c: C4  import A }",
+        "architecture A { instance a: C1  instance b: C2  instance c: C4  instance : C1 }",
+    ] {
+        assert_eq!(with(lost).matches("not-analysed").count(), 3, "{lost}: {}", with(lost));
+    }
+    expect![[r#"
+        a met 1 ms
+        b not-analysed: the component of instance b is unknown; architecture A has an error: no component `Nothing`
+        c not-analysed: b may delay it, and is not analysed
+    "#]]
+    .assert_eq(&with("architecture A { instance a: C1  instance b: Nothing  instance c: C4 }"));
+    expect![[r#"
+        a not-analysed: b, whose name several instances have, may delay it, and is not analysed
+        b not-analysed: several instances have its name; architecture A has an error: a second instance `b`: rename one of them
+        c not-analysed: b, whose name several instances have, may delay it, and is not analysed
+    "#]]
+    .assert_eq(&with("architecture A { instance a: C1  instance b: C2  instance b: C1  instance c: C4 }"));
+}
+
+#[test]
+fn files() {
+    let deployed = activities(FINE.0, FINE.1, FINE.2);
+    let fine = "a met 1 ms\nb met 3 ms\nc met 7 ms\n";
+    let split = |root: &str| verdicts(&format!("{root}\n{deployed}\n//- /robot.mal\n{ROBOT}{TIMES}"));
+    assert_eq!(split("include \"robot.mal\"\ninclude \"robot.mal\""), fine);
+    // A ring of includes is harmless; a missing file costs what stands in it.
+    assert_eq!(
+        verdicts(&format!(
+            "include \"robot.mal\"\n{deployed}\n//- /robot.mal\ninclude \"model.mal\"\n{ROBOT}{TIMES}"
+        )),
+        fine
+    );
+    assert_eq!(split("include \"robot.mal\"\ninclude \"nothing.mal\""), fine);
+    assert_eq!(
+        verdicts(&format!("include \"robto.mal\"\n{deployed}{TIMES}")).matches("not-analysed").count(),
+        3
+    );
+}
+
+#[test]
+fn what_a_missing_file_or_a_stray_brace_may_hide_is_not_guessed() {
+    // `f` of one's own library may stand in the file that is missing: the one of the used library is not taken.
+    let model = |includes: &str, brace: &str| {
+        let text = format!(
+            "{includes}
+library near {{ use far  shell S {{ }}  core K(S) {{ update = {{ f(); }} }}  component C(S, K) {brace} }}
+library far {{ codel f(): int  shell S {{ }}  core K(S) {{ update = {{ f(); }} }}  component C(S, K) }}
+architecture A {{ instance a: near.C  instance b: far.C }}
+deployment D {{ architecture A  activity a {{ priority = 1 period = 10 }}  activity b {{ priority = 2 period = 10 }} }}
+//- /mauve.toml
+assume.codel = \"1 ms\"
+"
+        );
+        verdicts(&text)
+    };
+    assert_eq!(model("", ""), "a met 2 ms\nb met 1 ms\n");
+    expect![[r#"
+        a not-analysed: core K: codel `f` is not found: a file that may declare it is missing
+        b met 1 ms
+    "#]]
+    .assert_eq(&model("include \"lost.mal\"", ""));
+    expect![[r#"
+        a not-analysed: model.mal has a syntax error between its declarations: one of them may be missing
+        b not-analysed: model.mal has a syntax error between its declarations: one of them may be missing
+    "#]]
+    .assert_eq(&model("", "}"));
+    // A half-typed word moves nothing; but it may have been the codel `f` of that library.
+    expect![[r#"
+        a not-analysed: core K: codel `f` is not found: a syntax error may hide its declaration
+        b met 1 ms
+    "#]]
+    .assert_eq(&model("", "\n  cod\n"));
+    // What is missing is one mistake.
+    let lost = "include \"lost.mal\"\ncomponent C(S, K)\narchitecture A { instance a: Lost }\n";
+    expect![[r#"
+        /model.mal "\"lost.mal\"" unresolved-include: no file `lost.mal`: looked for /lost.mal
+    "#]]
+    .assert_eq(&diagnostics(lost));
+}
+
+#[test]
+fn a_table_that_cannot_be_read_analyses_nothing() {
+    let deployed = activities(FINE.0, FINE.1, FINE.2);
+    let with = |times: &str| {
+        verdicts(&format!(
+            "{ROBOT}{deployed}\n//- /mauve.toml\ntiming.tables = [\"*.times\"]\n//- /a.times\n{times}"
+        ))
+    };
+    let fine = "[codel]\none = 1\ntwo = 2\nfour = 4\n";
+    assert_eq!(with(fine), "a met 1 ms\nb met 3 ms\nc met 7 ms\n");
+    for lost in [
+        "[program\n\"C1/update\" = 50\n",
+        "[programs]\n\"C1/update\" = 50\n",
+        "[overhead]\ndispach = 1\n",
+        "[overhead]\ndispatch = -1\n",
+        "[program]\n\"C1\" = 50\n",
+    ] {
+        let found = with(&format!("{fine}{lost}"));
+        assert_eq!(found.matches("not-analysed").count(), 3, "{lost}: {found}");
+    }
+    // A value with an error may have swallowed other entries.
+    for (value, message) in [
+        ("-2", "negative time -2: expected a number of ms from 0"),
+        ("[1, 2]", "2 values but no `levels`: name them, or write one time"),
+        ("1e30", "1e30 ms is too large: the longest time is 584 years"),
+        ("\"2\"", "a text: expected a number of ms, or one for each level"),
+        ("\"\"\"\none = 1\n\"\"\"", "a text: expected a number of ms, or one for each level"),
+        ("nan", "nan is not a time: expected a finite number of ms"),
+    ] {
+        let found = with(&fine.replace("two = 2", &format!("two = {value}")));
+        assert_eq!(
+            found.matches(&format!("not-analysed: a.times: {message}\n")).count(),
+            3,
+            "{value}: {found}"
+        );
+    }
+    // So does one that two tables have.
+    expect![[r#"
+        a not-analysed: b.times: `two` has a time in a.times already: keep one
+        b not-analysed: b.times: `two` has a time in a.times already: keep one
+        c not-analysed: b.times: `two` has a time in a.times already: keep one
+    "#]]
+    .assert_eq(&with(&format!("{fine}//- /b.times\n[codel]\ntwo = 1\n")));
+}
+
+#[test]
+fn a_configuration_that_may_hide_something_analyses_nothing() {
+    let deployed = activities(FINE.0, FINE.1, FINE.2);
+    let with = |config: &str| {
+        verdicts(&format!(
+            "{ROBOT}{deployed}{}",
+            TIMES.replace("timing.tables", &format!("{config}\ntiming.tables"))
+        ))
+    };
+    for lost in [
+        "project.rot = \"x\"",
+        "project.platform.rt_throttling = true",
+        "generate.cpp = \"x\"",
+        "chains.roots = [\"main.mal\"]",
+        "platfrm.rt_throttling = true",
+        "platform.rt_throttling = 1",
+        "clocks.x = 1",
+        "assume.codel = 5",
+        "x = [[",
+        "timing.significance = 2",
+    ] {
+        let found = with(lost);
+        assert_eq!(found.matches("not-analysed").count(), 3, "{lost}: {found}");
+    }
+    let none = verdicts(&format!(
+        "{ROBOT}{deployed}{}",
+        TIMES.replace("times.toml\"]", "times.toml\", \"more.toml\"]")
+    ));
+    assert_eq!(
+        none.matches("not-analysed: mauve.toml: `more.toml` names no timing table").count(),
+        3,
+        "{none}"
+    );
+}
+
+#[test]
+fn platform_clocks_and_assumptions() {
+    let deployed = activities(FINE.0, FINE.1, FINE.2);
+    let with = |config: &str| {
+        verdicts(&format!(
+            "{ROBOT}{deployed}{}",
+            TIMES.replace("timing.tables", &format!("{config}\ntiming.tables"))
+        ))
+    };
+    // Throttling takes 50 ms of each second: all that is left of several periods.
+    expect![[r#"
+        a missed 51 ms
+        b missed 58 ms
+        c missed 78 ms
+    "#]]
+    .assert_eq(&with("platform.rt_throttling = true"));
+    expect![[r#"
+        a met 1 ms
+        b not-analysed: its clock is declared synchronised, which is not analysed yet: without `[clocks]` it is analysed for any phasing
+        c not-analysed: b may delay it, and is not analysed
+    "#]].assert_eq(&with("clocks.synchronised = [\"b\"]"));
+    let missing = TIMES.replace("two = 2\n", "");
+    expect![[r#"
+        a met 1 ms
+        b not-analysed: no time for codel `two`
+        c not-analysed: b may delay it, and is not analysed
+    "#]]
+    .assert_eq(&verdicts(&format!("{ROBOT}{deployed}{missing}")));
+    let assumed = missing.replace("timing.tables", "assume.codel = \"3 ms\"\ntiming.tables");
+    expect![[r#"
+        a met 1 ms
+        b met 4 ms
+        c met 8 ms
+    "#]]
+    .assert_eq(&verdicts(&format!("{ROBOT}{deployed}{assumed}")));
+}
+
+#[test]
+fn keys_that_mean_nothing_are_not_ignored() {
+    let deployed = activities(FINE.0, FINE.1, FINE.2);
+    let with = |entries: &str| verdicts(&format!("{ROBOT}{deployed}{TIMES}{entries}"));
+    // An unknown codel is nobody's: all that are executed have their times.
+    assert_eq!(with("three = 3\n"), "a met 1 ms\nb met 3 ms\nc met 7 ms\n");
+    // A component among the codels has lost its header.
+    let classic =
+        |entries: &str| verdicts_with(&format!("{ROBOT}{deployed}{TIMES}{entries}"), Method::Classic, LEVEL);
+    assert_eq!(classic("three = 3\n"), "a met 1 ms\nb met 3 ms\nc met 7 ms\n");
+    let found = classic("C4 = 9\n");
+    let reason = "not-analysed: times.toml: `C4` is a component: it belongs into [component]";
+    assert_eq!(found.matches(reason).count(), 3, "{found}");
+    assert_eq!(with("\"C4/update\" = 9\n").matches("not-analysed: times.toml: `C4/update`").count(), 3);
+    // A program of a known component may be any of its programs.
+    expect![[r#"
+        a met 1 ms
+        b not-analysed: times.toml: C2 has no program `updaet`
+        c not-analysed: b may delay it, and is not analysed
+    "#]]
+    .assert_eq(&with("[program]\n\"C2/update\" = 1\n\"C2/updaet\" = 50\n"));
+    // Of an unknown one: any program of all.
+    let found = with("[program]\n\"Renamed/update\" = 50\n");
+    assert_eq!(
+        found.matches("not-analysed: times.toml: `Renamed/update` means nothing").count(),
+        3,
+        "{found}"
+    );
+    // With an assumed time, an unknown codel may be the one that is assumed to be short.
+    let assumed = TIMES
+        .replace("two = 2", "tow = 200")
+        .replace("timing.tables", "assume.codel = \"1 ms\"\ntiming.tables");
+    let found = verdicts(&format!("{ROBOT}{deployed}{assumed}"));
+    assert!(found.contains("b not-analysed: `tow` in times.toml may be meant for codel `two`\n"), "{found}");
+}
+
+#[test]
+fn an_operation_called_like_the_hook_shares_no_key_with_it() {
+    let robot = ROBOT.replace(
+        "core KS(Serving) { provide help() = { return one(); } update = { two(); } }",
+        "core KS(Serving) { provide update() = { return one(); } update = { two(); } }",
+    );
+    let robot =
+        robot.replace("shell Serving { provide help(): int }", "shell Serving { provide update(): int }");
+    let robot = robot.replace("instance b: C2", "instance b: CS");
+    let deployed = activities(FINE.0, FINE.1, FINE.2);
+    expect![[r#"
+        a met 1 ms
+        b not-analysed: times.toml: CS has several programs `update`
+        c not-analysed: b may delay it, and is not analysed
+    "#]]
+    .assert_eq(&verdicts(&format!("{robot}{deployed}{TIMES}[program]\n\"CS/update\" = 1\n")));
+}
+
+#[test]
+fn tokens_left_over_behind_a_value_may_belong_to_it() {
+    for (field, taken) in [
+        ("priority = 2 9 period = 10", 3),
+        ("priority = 2)9 period = 10", 3),
+        ("priority = background 9 period = 10", 3),
+        ("priority = background priorty = 9 period = 10", 3),
+        ("priority = 2 e1 period = 10", 3),
+        ("affinity 2 priority = 2 period = 10", 2),
+        ("priority = 2 period = 10 0", 2),
+    ] {
+        let deployed = activities(FINE.0, field, FINE.2);
+        let found = verdicts(&format!("{ROBOT}{deployed}{TIMES}"));
+        assert_eq!(found.matches("not-analysed:").count(), taken, "{field}: {found}");
+    }
+}
+
+#[test]
+fn operations_with_any_fault_are_not_taken_for_silent() {
+    let deployment = activities(FINE.0, FINE.1, FINE.2);
+    let robot = |shells: &str, connection: &str| {
+        let text = format!(
+            "codel one(): int codel two(): int codel four(): int\n{shells}
+core K1(S) {{ update = {{ one(); }} }}
+core KS(Serving) {{ provide help() = {{ return four(); }} update = {{ two(); }} }}
+core KA(Asking) {{ update = {{ one(); }} }}
+component C1(S, K1) component CS(Serving, KS) component CA(Asking, KA)
+architecture A {{ instance a: C1  instance b: CS  instance c: CA  {connection} }}
+{deployment}{TIMES}"
+        );
+        verdicts(&text)
+    };
+    let fine = "shell S { } shell Serving { provide help(): int } shell Asking { require help(): int }";
+    assert_eq!(robot(fine, ""), "a met 1 ms\nb met 3 ms\nc met 4 ms\n");
+    for (shells, connection) in [
+        (fine, "operation b. -> c.help"),
+        // The shell does not list what the core defines.
+        ("shell S { } shell Serving { } shell Asking { require help(): int }", "operation b.help -> c.help"),
+        // Connected like ports.
+        (fine, "connection b.help -> c.help"),
+        (fine, "connection b.hlep -> c.help"),
+        // Provided by the base, required by the shell.
+        (
+            "shell S { } shell Base { provide help(): int } shell Serving extends Base { require help(): int } \
+             shell Asking { require help(): int }",
+            "operation b.help -> c.help",
+        ),
+    ] {
+        let found = robot(shells, connection);
+        assert!(found.starts_with("a met 1 ms\nb not-analysed: "), "{shells} {connection}: {found}");
+    }
+    // A misspelt provider may be any instance.
+    let found = robot(fine, "operation bb.help -> c.help");
+    assert_eq!(found.matches("not-analysed").count(), 3, "{found}");
+}
+
+#[test]
+fn a_core_for_another_shell_is_not_analysed() {
+    let robot = ROBOT.replace("component C2(S, K2)", "component C2(Serving, K2)");
+    let deployed = activities(FINE.0, FINE.1, FINE.2);
+    expect![[r#"
+        a met 1 ms
+        b not-analysed: the core of component C2 is for another shell
+        c not-analysed: b may delay it, and is not analysed
+    "#]]
+    .assert_eq(&verdicts(&format!("{robot}{deployed}{TIMES}")));
+    let extended = robot.replace("shell Serving { provide help(): int }", "shell Serving extends S { }");
+    assert_eq!(verdicts(&format!("{extended}{deployed}{TIMES}")), "a met 1 ms\nb met 3 ms\nc met 7 ms\n");
+}
+
+#[test]
+fn text_between_declarations_may_be_one() {
+    let deployed = activities(FINE.0, FINE.1, FINE.2);
+    let with = |text: &str| verdicts(&format!("{ROBOT}{text}\n{deployed}{TIMES}"));
+    assert_eq!(with("arch"), "a met 1 ms\nb met 3 ms\nc met 7 ms\n");
+    for lost in [
+        "Rob",
+        "x = 3",
+        "coedl one(): int",
+        "instance h: C1",
+        "operation b.help -> c.help",
+        "ues far",
+        "paths { include \"x.mal\" }",
+        "from x { use far }",
+        "files { \"x.mal\" }",
+        "}",
+        "library x {",
+    ] {
+        assert_eq!(with(lost).matches("not-analysed:").count(), 3, "{lost}: {}", with(lost));
+    }
+    // Sections of other tools are errors, and harmless; a misspelt keyword is not one.
+    let fine = "a met 1 ms\nb met 3 ms\nc met 7 ms\n";
+    assert_eq!(with("view Robot { a { x = 1; } b }"), fine);
+    assert_eq!(with("libary near { codel one(): int }").matches("not-analysed:").count(), 3);
+    // Half of the text is a comment that nobody closed.
+    let found = verdicts(&format!("{ROBOT}{deployed}\n/* codel\n{TIMES}"));
+    assert_eq!(found.matches("not-analysed:").count(), 3, "{found}");
+}
+
+#[test]
+fn a_name_that_is_still_to_come_is_not_looked_for_elsewhere() {
+    // In each, one token is missing, and something of the same name stands in a library that is used.
+    let model = |near: &str, instance: &str| {
+        verdicts(&format!(
+            "library near {{ use far {near} }}
+library far {{ codel f(): int  shell S {{ }}  core K(S) {{ update = {{ f(); }} }}  component C(S, K) }}
+library other {{ component X(far.S, far.K) }}
+architecture A {{ {instance} }}
+deployment D {{ architecture A  activity a {{ priority = 1 period = 10 }} }}
+//- /mauve.toml
+timing.tables = [\"times.toml\"]
+//- /times.toml
+[codel]
+\"near.f\" = 5
+\"far.f\" = 1
+"
+        ))
+    };
+    let whole = "codel f(): int  shell S { }  core K(S) { update = { f(); } }  component C(S, K)";
+    assert_eq!(model(whole, "instance a: near.C"), "a met 5 ms\n");
+    for (from, to) in [
+        ("codel f()", "codel ()"),
+        ("shell S", "shell "),
+        ("core K(S)", "core (S)"),
+        ("component C(", "component ("),
+        ("(S, K)", "(S, far.)"),
+        ("core K(S)", "core K(far.)"),
+    ] {
+        let found = model(&whole.replace(from, to), "instance a: near.C");
+        assert!(found.starts_with("a not-analysed: "), "{to}: {found}");
+    }
+    for instance in ["instance a: X.", "instance a: X C", "instance a: X\n near"] {
+        let found = model(whole, instance);
+        assert!(found.starts_with("a not-analysed: "), "{instance}: {found}");
+    }
+}
+
+#[test]
+fn a_background_activity_of_two_instances_may_be_real_time() {
+    let robot = ROBOT.replace("instance b: C2", "instance b: C2  instance b: C4");
+    let deployed = activities(FINE.0, "priority = background", FINE.2);
+    let found = verdicts(&format!("{robot}{deployed}{TIMES}"));
+    assert_eq!(found.matches("not-analysed").count(), 3, "{found}");
+}
+
+#[test]
+fn a_deployment_of_which_nothing_is_known_is_not_schedulable() {
+    let schedulable = |text: &str| {
+        let db = Database::default();
+        let workspace = workspace(&db, text);
+        let project = projects(&db, workspace)[0];
+        let names = names_of(&db, project);
+        let deployment = names.anywhere(Kind::Deployment, "D")[0];
+        let query = Query { level: LEVEL, method: Method::Psm, horizon: None };
+        response_times(&db, project, deployment, query).schedulable()
+    };
+    assert!(schedulable("architecture A { } deployment D { architecture A }"));
+    assert!(!schedulable("deployment D { architecture Missing }"));
+    assert!(!schedulable("architecture A { instnce h: K } deployment D { architecture A }"));
+}
+
+#[test]
+fn levels_are_never_interpolated() {
+    let deployed = activities(FINE.0, FINE.1, FINE.2);
+    let times = "\n//- /mauve.toml\ntiming.tables = [\"times.toml\"]\nassume.codel = \"1 ms\"\n//- /times.toml\nlevels = [1e-3, 1e-5]\n[codel]\none = 1\ntwo = [2, 3]\nfour = 4\n";
+    let at = |level: f64| {
+        verdicts_with(&format!("{ROBOT}{deployed}{times}"), Method::Psm, Level::from_f64(level).unwrap())
+    };
+    assert_eq!(at(1e-5), "a met 1 ms\nb met 4 ms\nc met 8 ms\n");
+    expect![[r#"
+        a met 1 ms
+        b not-analysed: no time for codel `two` at 1e-4: times.toml has the levels 1e-3, 1e-5
+        c not-analysed: b may delay it, and is not analysed
+    "#]]
+    .assert_eq(&at(1e-4));
+    // That is one mistake, at the level that is asked for.
+    let asked =
+        times.replace("assume", "timing.significance = 1e-7\nassume").replace("one = 1", "one = [1, 1]");
+    expect![[r#"
+        /mauve.toml "1e-7" missing-time: no times at 1e-7: times.toml has the levels 1e-3, 1e-5
+    "#]]
+    .assert_eq(&diagnostics(&format!("{ROBOT}{deployed}{asked}")));
+}
+
+#[test]
+fn the_classic_method_takes_the_greater_of_component_and_edge() {
+    let deployed = activities(FINE.0, FINE.1, FINE.2);
+    let with = |components: &str| {
+        verdicts_with(&format!("{ROBOT}{deployed}{TIMES}[component]\n{components}"), Method::Classic, LEVEL)
+    };
+    assert_eq!(with("C1 = 2\nC2 = 1\n"), "a met 2 ms\nb met 4 ms\nc met 8 ms\n");
+    expect![[r#"
+        a not-analysed: times.toml: negative time -2: expected a number of ms from 0
+        b not-analysed: times.toml: negative time -2: expected a number of ms from 0
+        c not-analysed: times.toml: negative time -2: expected a number of ms from 0
+    "#]]
+    .assert_eq(&with("C1 = -2\n"));
+    // An unknown component may be any that has no time of its own.
+    expect![[r#"
+        a met 2 ms
+        b not-analysed: `Nothing` in times.toml may be meant for component `C2`
+        c not-analysed: `Nothing` in times.toml may be meant for component `C4`; b may delay it, and is not analysed
+    "#]]
+    .assert_eq(&with("C1 = 2\nNothing = 9\n"));
+}
+
+#[test]
+fn what_a_codel_without_a_time_may_take() {
+    let deployed = activities(FINE.0, FINE.1, FINE.2);
+    let without = |names: &[&str]| {
+        let times =
+            names.iter().fold(TIMES.to_owned(), |times, name| times.replace(&format!("{name} = "), "# "));
+        diagnostics(&format!("{ROBOT}{deployed}{times}"))
+    };
+    // 1 + x + 4 ≤ 10 for the least urgent.
+    expect![[r#"
+        /model.mal "two" missing-time: no time for codel `two`: b is not analysed — it may take up to 5 ms
+    "#]]
+    .assert_eq(&without(&["two"]));
+    expect![[r#"
+        /model.mal "one" missing-time: no time for codel `one`: a is not analysed — it may take up to 6 ms if the others without a time take nothing
+        /model.mal "two" missing-time: no time for codel `two`: b is not analysed — it may take up to 6 ms if the others without a time take nothing
+    "#]].assert_eq(&without(&["one", "two"]));
+    let no_table = TIMES.split("//- /mauve.toml").next().unwrap();
+    expect![[r#"
+        /model.mal "D" missing-time: no execution times: each of 3 codels lacks one, so nothing is analysed. Name timing tables in mauve.toml (`[timing] tables = ["timing/*.toml"]`)
+    "#]].assert_eq(&diagnostics(&format!("{ROBOT}{deployed}{no_table}")));
+}
+
+#[test]
+fn names_are_looked_up_in_ones_own_library_first() {
+    let model = "
+library near { codel f(): int  shell S { }  core K(S) { update = { f(); } }  component C(S, K) }
+library far { codel f(): int  codel g(): int }
+library user { use far  shell S { }  core K(S) { update = { f(); g(); } }  component C(S, K) }
+architecture A { instance a: near.C  instance b: user.C }
+deployment D { architecture A  activity a { priority = 2 period = 10 }  activity b { priority = 1 period = 10 } }
+//- /mauve.toml
+timing.tables = [\"times.toml\"]
+//- /times.toml
+[codel]
+\"near.f\" = 1
+far.f = 2
+g = 4
+";
+    assert_eq!(verdicts(model), "a met 1 ms\nb met 7 ms\n");
+    // A key that several codels have is an error, and none of them has that time; one that has its own keeps it.
+    let found = verdicts(&model.replace("\"near.f\" = 1", "f = 1"));
+    expect![[r#"
+        a not-analysed: times.toml: the key `f` means several of that name
+        b not-analysed: a may delay it, and is not analysed
+    "#]]
+    .assert_eq(&found);
+}

@@ -1,0 +1,182 @@
+//! What is wrong in a declaration and in a project, response times aside; and which errors keep from analysing it.
+
+use rustc_hash::FxHashMap;
+
+use crate::ModelDb;
+use crate::behaviour::behaviour_of;
+use crate::fact::{Defined, Fact, FactKind, Refusal, repeated, unresolved_type};
+use crate::flat;
+use crate::flow::flow_facts;
+use crate::infer::inference_of_core;
+use crate::item_tree::{FeatureKind, Kind, Name, TypeRef};
+use crate::names::{FeatureOf, features_of, is_core_for, names_of};
+use crate::project::Project;
+use crate::size::too_large;
+use crate::source::{Decl, Place, component, core_interface, shell};
+use crate::{declared, settings, wiring};
+
+/// What is wrong between the declarations of a project.
+pub fn project_facts<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<Fact<'db>> {
+    let mut found = duplicates(db, project);
+    found.extend(
+        too_large(db, project).map(|with| Fact::new(Place::name_of(with), FactKind::TooLarge { with })),
+    );
+    found
+}
+
+/// What is wrong in one declaration. Of a deployment, its values and what it leaves open: its activities are read for the
+/// analysis.
+#[salsa::tracked(returns(ref))]
+pub fn declaration_facts<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    decl: Decl<'db>,
+) -> Box<[Fact<'db>]> {
+    let mut found = Vec::new();
+    match decl.kind(db) {
+        Kind::Core => {
+            found.extend(behaviour_of(db, project, decl).facts.iter().cloned());
+            found.extend(inference_of_core(db, project, decl).facts().cloned());
+            found.extend(flow_facts(db, project, decl).iter().cloned());
+        }
+        Kind::Architecture => {
+            found.extend(flat::check_architecture(db, project, decl));
+            found.extend(wiring::check_architecture(db, project, decl));
+            found.extend(settings::check_settings(db, project, decl));
+        }
+        Kind::Deployment => {
+            found.extend(flat::check_settings(db, project, decl));
+            found.extend(settings::check_settings(db, project, decl));
+            found.extend(wiring::check_deployment(db, project, decl));
+        }
+        Kind::Component => found.extend(component_facts(db, project, decl)),
+        Kind::Shell => found.extend(shell_facts(db, project, decl)),
+        Kind::Use => found.extend(declared::check_use(db, project, decl)),
+        Kind::Codel => {}
+    }
+    found.extend(declared::check(db, project, decl));
+    found.into_boxed_slice()
+}
+
+/// The errors in a declaration, as reasons: nothing that rests on it is proved, whatever severity `mauve.toml` gives them.
+/// Of a deployment, those of its values of properties: each of its activities has its own.
+#[salsa::tracked(returns(ref))]
+pub fn errors_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, decl: Decl<'db>) -> Vec<Refusal<'db>> {
+    let refusals = |found: &[Fact<'db>]| {
+        let errors = found.iter().filter(|fact| fact.is_error());
+        errors.map(|fact| Refusal::of_fact(project, fact)).collect()
+    };
+    if decl.kind(db) != Kind::Core {
+        return refusals(declaration_facts(db, project, decl));
+    }
+    // Only what can be an error: the rest reads other declarations.
+    let behaviour = behaviour_of(db, project, decl).facts.iter();
+    let inference = inference_of_core(db, project, decl);
+    let all: Vec<Fact<'db>> =
+        behaviour.chain(inference.facts()).cloned().chain(declared::errors(db, project, decl)).collect();
+    refusals(&all)
+}
+
+fn component_facts<'db>(db: &'db dyn ModelDb, project: Project<'db>, decl: Decl<'db>) -> Vec<Fact<'db>> {
+    let Some(data) = component(db, decl) else { return Vec::new() };
+    let names = names_of(db, project);
+    let resolve = |kind, ty: &Option<TypeRef>| names.resolve_type(db, decl, kind, ty.as_ref());
+    match (resolve(Kind::Shell, &data.shell), resolve(Kind::Core, &data.core)) {
+        (Ok(shell), Ok(core)) if is_core_for(db, project, core, shell) => {
+            let at = data.core.as_ref().map(|it| Place::Part(decl, it.part));
+            at.map_or_else(Vec::new, |at| undefined_operations(db, project, at, shell, core))
+        }
+        (Ok(shell), Ok(core)) => {
+            let at = data.core.as_ref().map_or(Place::name_of(decl), |it| Place::Part(decl, it.part));
+            vec![Fact::new(at, FactKind::WrongShell { core, shell })]
+        }
+        (Err(_), Err(_))
+            if resolve(Kind::Core, &data.shell).is_ok() && resolve(Kind::Shell, &data.core).is_ok() =>
+        {
+            let swapped = |core: &TypeRef| {
+                Fact::new(Place::Part(decl, core.part), FactKind::CoreBeforeShell { core: core.clone() })
+            };
+            data.shell.iter().map(swapped).collect()
+        }
+        (shell, core) => {
+            let unresolved = [(Kind::Shell, &data.shell, shell), (Kind::Core, &data.core, core)];
+            let fact = |(kind, ty, why): (_, &Option<TypeRef>, Result<_, _>)| {
+                unresolved_type(decl, kind, ty.as_ref(), &why.err()?)
+            };
+            unresolved.into_iter().filter(|_| data.whole).filter_map(fact).collect()
+        }
+    }
+}
+
+/// The operations that the shell of a component provides and its core does not define. What the core's own shell provides
+/// is looked at in the core.
+fn undefined_operations<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    at: Place<'db>,
+    shell: Decl<'db>,
+    core: Decl<'db>,
+) -> Vec<Fact<'db>> {
+    let own = core_interface(db, core).as_ref().and_then(|it| it.shell.as_ref());
+    let own = names_of(db, project).resolve_type(db, core, Kind::Shell, own).ok();
+    let Some(own) = own.filter(|own| *own != shell) else { return Vec::new() };
+    let of_core = features_of(db, project, own);
+    let more = features_of(db, project, shell).by_name.iter();
+    let more = more.filter(|(name, _)| of_core.get(name).is_none());
+    let provided = more.filter_map(|(name, more)| {
+        let declared = more.first().filter(|it| it.kind == FeatureKind::Provided)?.clone();
+        Some(Fact::new(at.clone(), FactKind::UndefinedOperation { core, name: name.clone(), declared }))
+    });
+    provided.collect()
+}
+
+fn shell_facts<'db>(db: &'db dyn ModelDb, project: Project<'db>, decl: Decl<'db>) -> Vec<Fact<'db>> {
+    let Some(data) = shell(db, decl) else { return Vec::new() };
+    let mut found = Vec::new();
+    for base in &data.bases {
+        if let Err(why) = names_of(db, project).resolve_type(db, decl, Kind::Shell, Some(base)) {
+            found.extend(unresolved_type(decl, Kind::Shell, Some(base), &why));
+        }
+    }
+    if features_of(db, project, decl).cycle {
+        let shell = decl.name(db).clone();
+        found.push(Fact::new(Place::name_of(decl), FactKind::InheritanceCycle { shell }));
+    }
+    found.extend(repeated(decl, data.features.iter().map(|feature| (&feature.name, Defined::Feature))));
+    found.extend(clashes(db, project, decl));
+    found.extend(settings::check_shell(db, project, decl));
+    found
+}
+
+/// Features of one name that a shell gets from different shells.
+fn clashes<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<Fact<'db>> {
+    let place = |feature: &FeatureOf<'db>| Some(Place::Part(feature.shell, feature.data(db)?.name.part));
+    let mut found = Vec::new();
+    for (name, features) in &features_of(db, project, of).by_name {
+        let Some(first) = features.first() else { continue };
+        let Some(other) = features.iter().find(|other| other.shell != first.shell) else { continue };
+        // Where one of the two is the shell's own, it is the one to rename.
+        let at = if first.shell == of { place(first) } else { Some(Place::name_of(of)) };
+        if let (Some(at), Some(other)) = (at, place(other)) {
+            let (what, name) = (Defined::Feature, name.clone());
+            found.push(Fact::new(at, FactKind::DuplicateDefinition { what, name, first: other }));
+        }
+    }
+    found
+}
+
+/// Declarations of one kind and name in one library, over all files.
+fn duplicates<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<Fact<'db>> {
+    let mut first: FxHashMap<(&Option<Name>, Kind, &Name), Decl<'db>> = FxHashMap::default();
+    let mut found = Vec::new();
+    for &decl in names_of(db, project).all.iter().filter(|decl| !decl.name(db).is_empty()) {
+        let kind = decl.kind(db);
+        let first = *first.entry((decl.library(db), kind, decl.name(db))).or_insert(decl);
+        if first != decl {
+            let (what, name) = (Defined::Declaration(kind), decl.name(db).clone());
+            let kind = FactKind::DuplicateDefinition { what, name, first: Place::name_of(first) };
+            found.push(Fact::new(Place::name_of(decl), kind));
+        }
+    }
+    found
+}

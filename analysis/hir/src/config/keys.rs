@@ -1,0 +1,172 @@
+//! The keys of `mauve.toml`: what each is for, which values it takes, and where [`Config`] has them. The reader, completion and
+//! the JSON schema (written by `tests/schemas.rs`) follow this table: a new key is one entry here.
+
+use std::ops::Range;
+
+use mauve_timing::{Level, Time};
+
+use super::cpp::is_cpp_type;
+use super::{Config, ExternalType, is_header, maintainer_of};
+use crate::fact::Severity;
+
+/// A section of `mauve.toml`: `summary` is shown by completion, `documentation` by the schema.
+#[allow(missing_docs)]
+pub struct Section {
+    pub name: &'static str,
+    pub summary: &'static str,
+    pub entries: Entries,
+    pub documentation: &'static str,
+}
+
+/// What stands in a section.
+pub enum Entries {
+    /// Keys with fixed names.
+    Keys(&'static [Key<Config>]),
+    /// A section for each type, such as `[types.ArRobotPtr]`, with these keys.
+    Types(&'static [Key<ExternalType>]),
+    /// A list of ports for each chain.
+    Chains,
+    /// One of [`SEVERITIES`] for each diagnostic code.
+    Lints,
+}
+
+/// A key, whose value is stored in a `T`. `default` and `examples` are written in JSON.
+#[allow(missing_docs)]
+pub struct Key<T: 'static> {
+    pub name: &'static str,
+    pub kind: Kind<T>,
+    pub default: Option<&'static str>,
+    pub examples: &'static str,
+    pub documentation: &'static str,
+}
+
+/// Which values a key takes, and the field that stores them.
+pub enum Kind<T> {
+    /// The path of a model, or a list of them.
+    Models(fn(&mut T) -> &mut Vec<(String, Range<usize>)>),
+    /// The path of a timing table, or a list of them; a path may have wildcards.
+    Tables(fn(&mut T) -> &mut Vec<(String, Range<usize>)>),
+    /// The name of an instance, or a list of them.
+    Instances(fn(&mut T) -> &mut Vec<(String, Range<usize>)>),
+    /// A significance level.
+    Level(fn(&mut T, Level, Range<usize>)),
+    /// A time with its unit.
+    Time(fn(&mut T) -> &mut Option<Time>),
+    /// An integer between two others, which are included.
+    Integer(u32, u32, fn(&mut T) -> &mut Option<u32>),
+    /// `true` or `false`.
+    Boolean(fn(&mut T) -> &mut Option<bool>),
+    /// The path of a folder.
+    Folder(fn(&mut T) -> &mut Option<(String, Range<usize>)>),
+    /// A text in a format of its own.
+    Text {
+        /// Stores a text; `None` if it does not have the format.
+        store: fn(&mut T, &str) -> Option<()>,
+        /// What the message expects then.
+        expected: &'static str,
+        /// A regular expression for the schema, which may match more.
+        pattern: &'static str,
+        /// What completion offers.
+        usual: &'static [&'static str],
+    },
+}
+
+/// The severities of `[lints]`; `None`: the diagnostic is not shown.
+pub const SEVERITIES: [(&str, Option<Severity>); 4] = [
+    ("allow", None),
+    ("hint", Some(Severity::Hint)),
+    ("warn", Some(Severity::Warning)),
+    ("error", Some(Severity::Error)),
+];
+
+/// The sections, in the order of messages and completion.
+#[rustfmt::skip] // rustfmt would give each field a line of its own.
+pub static SECTIONS: [Section; 9] = [
+    Section { name: "project", summary: "the roots of the models", entries: Entries::Keys(&[
+        Key { name: "root", kind: Kind::Models(|it| &mut it.roots), default: None, examples: r#"["robot.mal"]"#,
+            documentation: "The model that includes all others, from the folder of mauve.toml." },
+        Key { name: "roots", kind: Kind::Models(|it| &mut it.roots), default: None,
+            examples: r#"[["robot.mal", "bench.mal"]]"#,
+            documentation: "Several such models, each with its own project." },
+    ]), documentation: "What is looked at. Without it, every model that no other one includes is the root of a project." },
+    Section { name: "timing", summary: "where execution times stand", entries: Entries::Keys(&[
+        Key { name: "tables", kind: Kind::Tables(|it| &mut it.tables), default: None, examples: r#"[["timing/*.toml"]]"#,
+            documentation: "The timing tables, from the folder of mauve.toml; `*` stands for any part of a name." },
+        Key { name: "significance", kind: Kind::Level(|it, level, span| {
+                (it.significance, it.significance_span) = (Some(level), Some(span));
+            }), default: Some("1e-4"), examples: "[1e-4]",
+            documentation: "The significance level that is shown and checked: with which probability one execution of a codel \
+                            may take longer than its time." },
+    ]), documentation: "Execution times." },
+    Section { name: "types", summary: "types that no message package declares", entries: Entries::Types(&[
+        Key { name: "cpp", kind: Kind::Text {
+                store: |it, text| is_cpp_type(text).then(|| text.clone_into(&mut it.cpp)),
+                expected: "is a type in C++ and nothing else, such as \"ArRobot*\"",
+                pattern: "^[A-Za-z_:][A-Za-z0-9_:<>, *]*$", usual: &[],
+            }, default: None, examples: r#"["ArRobot*"]"#, documentation: "The type in C++, and nothing else." },
+        Key { name: "header", kind: Kind::Text {
+                store: |it, text| is_header(text).then(|| it.header = Some(text.to_owned())),
+                expected: "is a header as an #include names it, such as \"Aria/Aria.h\": a relative path, no part of which \
+                           begins with `.` or `-`",
+                pattern: "^[A-Za-z0-9_+][A-Za-z0-9_+.-]*(/[A-Za-z0-9_+][A-Za-z0-9_+.-]*)*$", usual: &[],
+            }, default: None, examples: r#"["Aria/Aria.h"]"#,
+            documentation: "The header that declares it, as an #include names it." },
+    ]), documentation: "Types that no message package declares, and what they are in C++." },
+    Section { name: "generate", summary: "where generated sources go", entries: Entries::Keys(&[
+        Key { name: "out", kind: Kind::Folder(|it| &mut it.out), default: None, examples: r#"["generated"]"#,
+            documentation: "The folder that they go to." },
+        Key { name: "ros_streams", kind: Kind::Boolean(|it| &mut it.ros_streams), default: Some("true"), examples: "[false]",
+            documentation: "Are outputs of deployed components, and inputs that nothing is connected to, ROS topics too, \
+                            instance/port? When left out, they are." },
+        Key { name: "introspection", kind: Kind::Boolean(|it| &mut it.introspection), default: Some("true"),
+            examples: "[false]",
+            documentation: "Have components ports that show their state and their execution times? When left out, they have." },
+        Key { name: "maintainer", kind: Kind::Text {
+                store: |it, text| maintainer_of(text).map(|maintainer| it.maintainer = Some(maintainer)),
+                expected: "is a name and an address, such as \"Ada Lovelace <ada@example.org>\"",
+                pattern: r"^\s*[^<]*[^<\s][^<]*<\s*[A-Za-z0-9_%+.-]+@[A-Za-z0-9.-]*[.][A-Za-z0-9]{2,}\s*>\s*$",
+                usual: &["Name <name@example.org>"],
+            }, default: None, examples: r#"["Ada Lovelace <ada@example.org>"]"#,
+            documentation: "Whom the packages name as their maintainer." },
+        Key { name: "license", kind: Kind::Text {
+                store: |it, text| (!text.trim().is_empty()).then(|| it.license = Some(text.to_owned())),
+                expected: "names a licence, such as \"BSD\"",
+                pattern: r"\S", usual: &["Apache-2.0", "BSD-3-Clause", "MIT"],
+            }, default: None, examples: r#"["BSD-3-Clause"]"#, documentation: "The licence that the packages name." },
+    ]), documentation: "Generated sources: `mauve generate`." },
+    Section { name: "lints", summary: "how bad a diagnostic is", entries: Entries::Lints,
+        documentation: "How bad a diagnostic is here: \"error\", \"warn\", \"hint\", or \"allow\" not to show it at all." },
+    Section { name: "assume", summary: "times that the tables lack", entries: Entries::Keys(&[
+        Key { name: "codel", kind: Kind::Time(|it| &mut it.assume), default: None, examples: r#"["5 ms", "250 us"]"#,
+            documentation: "The execution time of every codel that no table has, with its unit: ns, us, ms or s." },
+    ]), documentation: "What is assumed where nothing is known; shown wherever it is used." },
+    Section { name: "platform", summary: "what the programs run on", entries: Entries::Keys(&[
+        Key { name: "cpus", kind: Kind::Integer(1, 64, |it| &mut it.cpus), default: None, examples: "[2]",
+            documentation: "How many CPUs there are: those that an activity without an affinity may use. When left out, those \
+                            that affinities name." },
+        Key { name: "rt_throttling", kind: Kind::Boolean(|it| &mut it.rt_throttling), default: None, examples: "[false]",
+            documentation: "Does Linux keep 50 ms of each second from real-time tasks (kernel.sched_rt_runtime_us)? When left \
+                            out, it does not, and that is shown as an assumption." },
+    ]), documentation: "The machine that the robot runs on." },
+    Section { name: "clocks", summary: "what is released together", entries: Entries::Keys(&[
+        Key { name: "synchronised", kind: Kind::Instances(|it| &mut it.synchronised), default: None,
+            examples: r#"[["hokuyo", "p3dx_driver"]]"#, documentation: "Their instances." },
+    ]), documentation: "Activities that are released together. Read, and reported as not analysed." },
+    Section { name: "chains", summary: "ports that data goes through", entries: Entries::Chains,
+        documentation: "Chains of ports from a cause to its effect, each under a name. Read, and reported as not analysed." },
+];
+
+/// The section of that name.
+pub fn section_named(name: &str) -> Option<&'static Section> {
+    SECTIONS.iter().find(|section| section.name == name)
+}
+
+/// The keys whose values are lists of texts, as chains are.
+pub fn list_keys() -> impl Iterator<Item = &'static str> {
+    let keys = SECTIONS.iter().filter_map(|section| match &section.entries {
+        Entries::Keys(keys) => Some(keys.iter()),
+        _ => None,
+    });
+    let is_list = |kind: &Kind<_>| matches!(kind, Kind::Models(_) | Kind::Tables(_) | Kind::Instances(_));
+    keys.flatten().filter(move |key| is_list(&key.kind)).map(|key| key.name)
+}

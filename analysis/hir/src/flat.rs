@@ -1,0 +1,346 @@
+//! An architecture with all that it imports, and what is wrong with the names in it.
+
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use crate::ModelDb;
+use crate::fact::{Defined, EndKind, Fact, FactKind, Reason, Refusal, unresolved_type};
+use crate::item_tree::{Endpoint, FeatureKind, Instance, Kind, Name};
+use crate::names::{FeatureOf, Features, features_of, names_of, shell_of, similar};
+use crate::project::Project;
+use crate::settings::deployed;
+use crate::size::too_large;
+use crate::source::{Decl, Place, architecture, deployment};
+use crate::values::whole_number;
+
+/// An architecture with what it imports.
+#[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
+pub struct Flat<'db> {
+    /// The instances, those of imported architectures first.
+    pub instances: Vec<FlatInstance<'db>>,
+    /// The connections between ports and between operations, those whose ends are complete.
+    pub links: Vec<Link<'db>>,
+    /// The properties and constants that get a value: instance and feature.
+    pub settings: Vec<(Name, Name)>,
+    /// The architecture itself and all that it imports.
+    pub architectures: Vec<Decl<'db>>,
+    /// The number of the first instance of each name.
+    by_name: FxHashMap<Name, usize>,
+    /// Can an instance have been lost? Why.
+    pub lost: Vec<Refusal<'db>>,
+    /// Can a connection have been lost, or an end of one?
+    pub links_lost: bool,
+    /// Does it import itself, over others or directly?
+    pub cycle: bool,
+}
+
+impl<'db> Flat<'db> {
+    /// The instance of that name, the first where there are several.
+    pub fn instance(&self, name: &str) -> Option<&FlatInstance<'db>> {
+        self.by_name.get(name).and_then(|&index| self.instances.get(index))
+    }
+
+    /// The features of that instance; none where its shell is not known.
+    pub(crate) fn features(
+        &self,
+        db: &'db dyn ModelDb,
+        project: Project<'db>,
+        instance: &str,
+    ) -> Option<&'db Features<'db>> {
+        let shell = shell_of(db, project, self.instance(instance)?.component?)?;
+        Some(features_of(db, project, shell))
+    }
+}
+
+/// A connection.
+#[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
+pub struct Link<'db> {
+    /// Is it between operations, and not between ports?
+    pub operation: bool,
+    /// From where: instance and feature.
+    pub source: (Name, Name),
+    /// To where.
+    pub target: (Name, Name),
+    /// How many values its circular buffer holds; none where it holds the last one.
+    pub buffer: Option<u32>,
+    /// Where the feature that it leads to stands.
+    pub at: Place<'db>,
+}
+
+impl<'db> Link<'db> {
+    /// Returns whether it stands in `of`.
+    pub fn is_in(&self, of: Decl<'db>) -> bool {
+        matches!(self.at, Place::Part(decl, _) if decl == of)
+    }
+}
+
+/// An instance of a component.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub struct FlatInstance<'db> {
+    /// Its name.
+    pub name: Name,
+    /// The architecture that declares it, and its number there.
+    pub declared: (Decl<'db>, usize),
+    /// Its component, where that is known.
+    pub component: Option<Decl<'db>>,
+    /// Does another one have the same name? That is reported where it stands.
+    pub repeated: bool,
+}
+
+/// The instances and operations of an architecture and of all that it imports.
+#[salsa::tracked(returns(ref))]
+pub fn flat_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Flat<'db> {
+    let names = names_of(db, project);
+    let mut flat = Flat::default();
+    if let Some(at) = too_large(db, project) {
+        flat.lost.push(Refusal::reported(Reason::TooLarge, Place::name_of(at)));
+        return flat;
+    }
+    let mut all = vec![of];
+    let mut seen: FxHashSet<Decl<'db>> = all.iter().copied().collect();
+    let mut next = 0;
+    while let Some(&current) = all.get(next) {
+        next += 1;
+        let Some(data) = architecture(db, current) else { continue };
+        if !data.whole {
+            flat.lost.push(Refusal::reported(Reason::SyntaxErrorIn(current), Place::name_of(current)));
+        }
+        for import in data.imports.iter().flatten() {
+            match names.resolve_type(db, current, Kind::Architecture, Some(import)) {
+                Ok(import) if import == of => flat.cycle = true,
+                Ok(import) => {
+                    if seen.insert(import) {
+                        all.push(import);
+                    }
+                }
+                Err(_) => {
+                    let why = Reason::UnknownImport { architecture: current, import: import.clone() };
+                    flat.lost.push(Refusal::reported(why, Place::Part(current, import.part)));
+                }
+            }
+        }
+        flat.links_lost |= !data.connections_whole;
+        for (operation, links) in [(false, &data.connections), (true, &data.operations)] {
+            for link in links {
+                let [source, target] = [&link.source, &link.target].map(|end| {
+                    let end = end.as_ref()?;
+                    let feature = end.feature.as_ref()?;
+                    Some(((end.instance.name.clone(), feature.name.clone()), feature.part))
+                });
+                match source.zip(target) {
+                    Some(((source, _), (target, part))) => {
+                        let buffer = link.buffer.as_ref().and_then(|(size, _)| whole_number(size));
+                        let buffer = buffer.and_then(|size| u32::try_from(size).ok());
+                        let at = Place::Part(current, part);
+                        flat.links.push(Link { operation, source, target, buffer, at });
+                    }
+                    None => flat.links_lost = true,
+                }
+            }
+        }
+        let set = data.settings.iter().filter_map(|setting| setting.endpoint.as_ref());
+        flat.settings.extend(
+            set.filter_map(|end| Some((end.instance.name.clone(), end.feature.as_ref()?.name.clone()))),
+        );
+    }
+    flat.architectures = all.clone();
+    for &current in all.iter().rev() {
+        let Some(data) = architecture(db, current) else { continue };
+        for (index, Instance { name, component }) in data.instances.iter().enumerate() {
+            if name.name.is_empty() {
+                continue;
+            }
+            let component = names.resolve_type(db, current, Kind::Component, component.as_ref()).ok();
+            let earlier = flat.by_name.get(&name.name).and_then(|&earlier| flat.instances.get_mut(earlier));
+            let repeated = earlier.is_some();
+            match earlier {
+                Some(earlier) => earlier.repeated = true,
+                None => {
+                    flat.by_name.insert(name.name.clone(), flat.instances.len());
+                }
+            }
+            let declared = (current, index);
+            flat.instances.push(FlatInstance { name: name.name.clone(), declared, component, repeated });
+        }
+    }
+    flat
+}
+
+/// Why a name of an instance or a feature in an architecture means nothing.
+pub(crate) fn check_architecture<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+) -> Vec<Fact<'db>> {
+    let Some(data) = architecture(db, of) else { return Vec::new() };
+    let names = names_of(db, project);
+    let flat = flat_of(db, project, of);
+    let mut found = Vec::new();
+    for import in data.imports.iter().flatten() {
+        match names.resolve_type(db, of, Kind::Architecture, Some(import)) {
+            Ok(target) if flat.cycle && reaches(db, project, target, of) => {
+                let kind = FactKind::ImportCycle { architecture: of.name(db).clone() };
+                found.push(Fact::new(Place::Part(of, import.part), kind));
+            }
+            Ok(_) => {}
+            Err(unresolved) => {
+                found.extend(unresolved_type(of, Kind::Architecture, Some(import), &unresolved));
+            }
+        }
+    }
+    for instance in &data.instances {
+        if let Err(unresolved) = names.resolve_type(db, of, Kind::Component, instance.component.as_ref()) {
+            found.extend(unresolved_type(of, Kind::Component, instance.component.as_ref(), &unresolved));
+        }
+    }
+    // An instance of an imported architecture, or an earlier one, has the name already.
+    for (index, instance) in data.instances.iter().enumerate().filter(|(_, it)| !it.name.name.is_empty()) {
+        let same = flat.instance(&instance.name.name).filter(|first| first.declared != (of, index));
+        let first = same.and_then(|same| {
+            let (declared, number) = same.declared;
+            let first = architecture(db, declared)?.instances.get(number)?;
+            Some(Place::Part(declared, first.name.part))
+        });
+        if let Some(first) = first {
+            let (what, name) = (Defined::Instance, instance.name.name.clone());
+            let kind = FactKind::DuplicateDefinition { what, name, first };
+            found.push(Fact::new(Place::Part(of, instance.name.part), kind));
+        }
+    }
+    if !flat.lost.is_empty() || flat.cycle {
+        return found;
+    }
+    let connections = data.connections.iter().map(|it| (it, EndKind::Port));
+    for (link, kind) in connections.chain(data.operations.iter().map(|it| (it, EndKind::Operation))) {
+        let ends = [&link.source, &link.target].into_iter().flatten();
+        let wrong: Vec<_> =
+            ends.filter_map(|end| endpoint(db, project, of, flat, of.name(db), end, kind)).collect();
+        match (wrong.is_empty(), &link.source, &link.target) {
+            (true, Some(source), Some(target)) => {
+                found.extend(direction(db, project, of, flat, [source, target], kind));
+            }
+            // The keyword is one mistake, at both ends.
+            (false, Some(source), Some(target))
+                if [source, target].into_iter().all(|end| {
+                    let found = feature_of(db, project, flat, end).map(|feature| feature.kind);
+                    let other = if kind == EndKind::Port { EndKind::Operation } else { EndKind::Port };
+                    found.is_some_and(|found| other.takes(found))
+                }) =>
+            {
+                found.extend(wrong.into_iter().take(1));
+            }
+            _ => found.extend(wrong),
+        }
+    }
+    let settings = data.settings.iter().filter_map(|it| it.endpoint.as_ref());
+    let kind = EndKind::Value;
+    found.extend(settings.filter_map(|end| endpoint(db, project, of, flat, of.name(db), end, kind)));
+    found
+}
+
+/// The feature that the end of a connection names, where all that its shell has is known.
+fn feature_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    flat: &Flat<'db>,
+    end: &Endpoint,
+) -> Option<&'db FeatureOf<'db>> {
+    let features = flat.features(db, project, &end.instance.name)?;
+    features.get(&end.feature.as_ref()?.name).filter(|_| !features.lost)
+}
+
+/// Whether a connection, both ends of which are ports, or operations, goes the right way.
+fn direction<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    flat: &Flat<'db>,
+    ends: [&Endpoint; 2],
+    kind: EndKind,
+) -> Option<Fact<'db>> {
+    let [source, target] = ends.map(|end| {
+        let found = feature_of(db, project, flat, end)?;
+        Some((found.kind, [end.instance.clone(), end.feature.clone()?]))
+    });
+    let ((from, source), (to, target)) = (source?, target?);
+    let starts = matches!(from, FeatureKind::Output | FeatureKind::Provided);
+    let ends = matches!(to, FeatureKind::Input | FeatureKind::Required);
+    if !starts && !ends {
+        let at = Place::Part(of, source[1].part);
+        return Some(Fact::new(at, FactKind::SwappedEnds { kind, source, target }));
+    }
+    let [instance, feature] = match (starts, ends) {
+        (false, _) => source,
+        (_, false) => target,
+        _ => return None,
+    };
+    let at = Place::Part(of, feature.part);
+    let (instance, name) = (instance.name, feature.name);
+    Some(Fact::new(at, FactKind::WrongEnd { kind, is_source: !starts, instance, name }))
+}
+
+/// Why a name of an instance or a feature in the settings of a deployment means nothing.
+pub(crate) fn check_settings<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+) -> Vec<Fact<'db>> {
+    let Some(data) = deployment(db, of) else { return Vec::new() };
+    let Some((flat, target)) = deployed(db, project, of) else { return Vec::new() };
+    let settings = data.settings.iter().filter_map(|setting| setting.endpoint.as_ref());
+    settings.filter_map(|end| endpoint(db, project, of, flat, target.name(db), end, EndKind::Value)).collect()
+}
+
+fn endpoint<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    flat: &Flat<'db>,
+    architecture: &Name,
+    end: &Endpoint,
+    kind: EndKind,
+) -> Option<Fact<'db>> {
+    let name = &end.instance.name;
+    let Some(instance) = flat.instance(name) else {
+        if name.is_empty() {
+            return None;
+        }
+        let near = similar(name, flat.instances.iter().map(|instance| &instance.name));
+        let at = Place::Part(of, end.instance.part);
+        let (name, architecture) = (name.clone(), architecture.clone());
+        return Some(Fact::new(at, FactKind::UnresolvedInstance { name, architecture, near }));
+    };
+    let feature = end.feature.as_ref()?;
+    let shell = shell_of(db, project, instance.component?)?;
+    let features = features_of(db, project, shell);
+    if features.lost || features.get(&feature.name).is_some_and(|found| kind.takes(found.kind)) {
+        return None;
+    }
+    let at = Place::Part(of, feature.part);
+    let (expected, name, instance) = (kind, feature.name.clone(), name.clone());
+    let (found, shell) = (features.get(&name).map(|it| it.kind), shell.name(db).clone());
+    if let Some(found) = found {
+        return Some(Fact::new(at, FactKind::OtherFeature { expected, name, instance, found, shell }));
+    }
+    let fitting = features.by_name.iter().filter(|(_, found)| found.iter().any(|it| kind.takes(it.kind)));
+    let near = similar(&name, fitting.map(|(name, _)| name));
+    Some(Fact::new(at, FactKind::UnresolvedFeature { expected, name, instance, shell, near }))
+}
+
+fn reaches<'db>(db: &'db dyn ModelDb, project: Project<'db>, from: Decl<'db>, to: Decl<'db>) -> bool {
+    let names = names_of(db, project);
+    let mut seen: FxHashSet<Decl<'db>> = FxHashSet::from_iter([from]);
+    let mut open = vec![from];
+    while let Some(current) = open.pop() {
+        if current == to {
+            return true;
+        }
+        for import in architecture(db, current).into_iter().flat_map(|data| data.imports.iter().flatten()) {
+            if let Ok(import) = names.resolve_type(db, current, Kind::Architecture, Some(import))
+                && seen.insert(import)
+            {
+                open.push(import);
+            }
+        }
+    }
+    false
+}

@@ -1,0 +1,510 @@
+//! Message packages: what types a `use` that names no library brings, and which fields they have.
+//!
+//! A package that is installed on this machine is read from its `.msg` files, those of ROS 1 and of ROS 2 alike; the common
+//! ones are built in (`messages/catalogue.txt`), so that a model means the same where nothing is installed.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
+use std::path::PathBuf;
+use std::sync::{Arc, LazyLock};
+
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use crate::item_tree::{Kind, Name};
+use crate::project::{Project, is_model, project_files};
+use crate::source::{declarations, item_tree_of};
+use crate::{File, ModelDb, Workspace};
+
+/// The types that `.msg` files know without a package.
+pub const BUILT_IN_TYPES: [&str; 17] = [
+    "bool", "byte", "char", "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64",
+    "float32", "float64", "string", "wstring", "time", "duration",
+];
+
+/// A message package, such as `geometry_msgs`.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Package {
+    /// Its name.
+    pub name: Name,
+    /// Its messages, by name.
+    pub messages: BTreeMap<Name, Message>,
+}
+
+/// What stands in a `.msg` file.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Message {
+    /// In the order of the text.
+    pub fields: Vec<MessageField>,
+    /// In the order of the text.
+    pub constants: Vec<MessageConstant>,
+    /// The file that it was read from; none: it is built in.
+    pub path: Option<PathBuf>,
+}
+
+/// `float64[36] covariance`, in ROS 2 also `int32 count 1`
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct MessageField {
+    /// Its name.
+    pub name: Name,
+    /// Its type as it stands: `string<=10`, `uint8[]`, `Point[<=4]`, `geometry_msgs/Pose`. Without a package it is
+    /// built in, or of the same package; the `Header` of ROS 1 is `std_msgs/Header`.
+    pub ty: Name,
+    /// Its value where nobody sets it, as it stands.
+    pub default: Option<Name>,
+}
+
+/// `uint8 DEBUG=1`
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct MessageConstant {
+    /// Its name.
+    pub name: Name,
+    /// Its type as it stands.
+    pub ty: Name,
+    /// Its value as it stands.
+    pub value: Name,
+}
+
+impl MessageField {
+    /// The type without what makes it an array or bounds a string: `geometry_msgs/Point` of `geometry_msgs/Point[4]`.
+    pub fn element(&self) -> &str {
+        self.ty.split(['[', '<']).next().unwrap_or_default()
+    }
+
+    /// Does it hold several elements?
+    pub fn is_array(&self) -> bool {
+        self.ty.ends_with(']')
+    }
+}
+
+impl fmt::Display for MessageField {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {}", self.ty, self.name)?;
+        self.default.as_ref().map_or(Ok(()), |default| write!(f, " {default}"))
+    }
+}
+
+impl fmt::Display for MessageConstant {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {}={}", self.ty, self.name, self.value)
+    }
+}
+
+/// What a `.msg` text says; a line that is none of its language is passed over.
+///
+/// ```
+/// let pose = crate::read_message("Header header # when, and where\ngeometry_msgs/Pose[<=2] poses\nuint8 FULL=2");
+/// assert_eq!(pose.fields[0].ty, "std_msgs/Header");
+/// assert_eq!(pose.fields[1].to_string(), "geometry_msgs/Pose[<=2] poses");
+/// assert_eq!(pose.constants[0].to_string(), "uint8 FULL=2");
+/// ```
+pub fn read_message(text: &str) -> Message {
+    let mut message = Message::default();
+    for line in text.trim_start_matches('\u{feff}').lines() {
+        read_line(&mut message, line.trim());
+    }
+    message
+}
+
+/// Reads `type name`, `type name default` or `type name = value`, and nothing from anything else.
+fn read_line(message: &mut Message, line: &str) -> Option<()> {
+    let (ty, rest) = line.split_once(char::is_whitespace)?;
+    let rest = rest.trim_start();
+    let end = rest.find(|c: char| !c.is_ascii_alphanumeric() && c != '_').unwrap_or(rest.len());
+    let (name, rest) = rest.split_at_checked(end)?;
+    if !is_type(ty) || !is_name(name) {
+        return None;
+    }
+    let (name, is_string) = (Name::from(name), ty.starts_with("string") || ty.starts_with("wstring"));
+    match rest.trim_start().strip_prefix('=') {
+        Some(value) if !ty.ends_with(']') && !ty.contains('/') => {
+            let value = value_of(value, is_string);
+            let is_whole = is_string || !value.is_empty();
+            is_whole
+                .then(|| message.constants.push(MessageConstant { name, ty: ty.into(), value: value.into() }))
+        }
+        Some(_) => None,
+        None if !rest.is_empty() && !rest.starts_with(char::is_whitespace) && !rest.starts_with('#') => None,
+        None => {
+            // A default is quoted where it is a text: a comment follows here as anywhere.
+            let value = value_of(rest, is_string && rest.trim_start().starts_with(['"', '\'']));
+            let default = (!value.is_empty()).then(|| value.into());
+            let ty = if ty == "Header" { "std_msgs/Header" } else { ty };
+            message.fields.push(MessageField { name, ty: ty.into(), default });
+            Some(())
+        }
+    }
+}
+
+/// A value without the comment behind it. A text is all of the line in ROS 1, and quoted in ROS 2.
+fn value_of(text: &str, is_string: bool) -> &str {
+    let text = text.trim();
+    let Some(quote) = text.chars().next().filter(|_| is_string) else {
+        return text.split('#').next().unwrap_or_default().trim_end();
+    };
+    if !matches!(quote, '"' | '\'') {
+        return text;
+    }
+    let mut is_escaped = false;
+    let end = text.char_indices().skip(1).find(|&(_, c)| {
+        let is_end = c == quote && !is_escaped;
+        is_escaped = c == '\\' && !is_escaped;
+        is_end
+    });
+    end.and_then(|(index, _)| text.get(..=index)).unwrap_or(text)
+}
+
+fn is_name(text: &str) -> bool {
+    text.starts_with(|c: char| c.is_ascii_alphabetic())
+        && text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
+}
+
+/// Is this `T`, `package/T`, a bounded string, or an array of one of these?
+fn is_type(text: &str) -> bool {
+    let is_number = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+    let (element, is_array) = match text.strip_suffix(']').and_then(|text| text.rsplit_once('[')) {
+        Some((element, size)) => {
+            (element, size.is_empty() || is_number(size.strip_prefix("<=").unwrap_or(size)))
+        }
+        None => (text, true),
+    };
+    let is_element = match (element.split_once("<="), element.split_once('/')) {
+        (Some((string, bound)), _) => matches!(string, "string" | "wstring") && is_number(bound),
+        (None, Some((package, name))) => is_name(package) && is_name(name),
+        (None, None) => is_name(element),
+    };
+    is_array && is_element
+}
+
+/// The packages that are built in, by name. Those that are installed win: ask [`package`].
+pub fn catalogue() -> &'static BTreeMap<Name, Package> {
+    static CATALOGUE: LazyLock<BTreeMap<Name, Package>> =
+        LazyLock::new(|| read_catalogue(include_str!("messages/catalogue.txt")));
+    &CATALOGUE
+}
+
+/// `package P` begins a package, and `Message: field; field` is a message of it.
+fn read_catalogue(text: &str) -> BTreeMap<Name, Package> {
+    let mut packages = BTreeMap::new();
+    let mut name = Name::default();
+    for line in text.lines().filter(|line| !line.starts_with('#')) {
+        if let Some(package) = line.strip_prefix("package ") {
+            name = package.trim().into();
+        } else if let Some((message, fields)) = line.split_once(':') {
+            let package: &mut Package = packages
+                .entry(name.clone())
+                .or_insert_with(|| Package { name: name.clone(), ..Package::default() });
+            package.messages.insert(message.into(), read_message(&fields.replace(';', "\n")));
+        }
+    }
+    packages
+}
+
+/// The message package of that name: the one that is installed; otherwise the one that is built in.
+pub fn package<'db>(db: &'db dyn ModelDb, workspace: Workspace, name: &Name) -> Option<&'db Package> {
+    match installed(db, workspace, name.clone()) {
+        Some(package) => Some(package.as_ref()),
+        None => catalogue().get(name),
+    }
+}
+
+/// Asked by name, so that a package that comes or changes touches nothing but what asks for it.
+#[salsa::tracked(returns(ref))]
+fn installed(db: &dyn ModelDb, workspace: Workspace, name: Name) -> Option<Arc<Package>> {
+    workspace.packages(db).get(&name).cloned()
+}
+
+/// The message that `path`, written in `library`, means, and its package: `package.Message`, or a message of the first
+/// package with such a one that the library uses. What stands outside any library sees all that the project uses.
+pub fn message_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    library: Option<&Name>,
+    path: &[Name],
+) -> Option<(&'db Package, &'db Message)> {
+    let workspace = project.workspace(db);
+    let in_package = |of: &Name, name: &Name| {
+        let package = package(db, workspace, of)?;
+        Some((package, package.messages.get(name)?))
+    };
+    match path {
+        [name] => {
+            used_packages(db, project).get(&library.cloned())?.iter().find_map(|of| in_package(of, name))
+        }
+        [of, name] => in_package(of, name),
+        // As C++ and the tools of ROS 2 write it.
+        [of, msg, name] if msg == "msg" => in_package(of, name),
+        _ => None,
+    }
+}
+
+/// For each library, the message packages that it uses, in the order of the project's files and their texts; for none,
+/// all that the project uses.
+#[salsa::tracked(returns(ref))]
+pub fn used_packages<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> FxHashMap<Option<Name>, Vec<Name>> {
+    let all = || project_files(db, project).iter().flat_map(|&file| &declarations(db, file).all).copied();
+    let libraries: FxHashSet<&Name> =
+        project_files(db, project).iter().flat_map(|&file| &declarations(db, file).libraries).collect();
+    let mut used: FxHashMap<Option<Name>, Vec<Name>> = FxHashMap::default();
+    for decl in all().filter(|decl| decl.kind(db) == Kind::Use && !libraries.contains(decl.name(db))) {
+        let library = decl.library(db).clone();
+        for library in library.is_some().then_some(library).into_iter().chain([None]) {
+            let packages = used.entry(library).or_default();
+            if !decl.name(db).is_empty() && !packages.contains(decl.name(db)) {
+                packages.push(decl.name(db).clone());
+            }
+        }
+    }
+    used
+}
+
+/// What the models of a workspace name where a message package may be meant: `use package`, `package.Message`.
+#[salsa::tracked(returns(ref))]
+pub fn named_packages(db: &dyn ModelDb, workspace: Workspace) -> BTreeSet<Name> {
+    let models = workspace.files(db).values().filter(|file| is_model(file.path(db)));
+    models.flat_map(|&file| named_in(db, file)).cloned().collect()
+}
+
+#[salsa::tracked(returns(ref))]
+fn named_in(db: &dyn ModelDb, file: File) -> BTreeSet<Name> {
+    let mut names = BTreeSet::new();
+    for declaration in &item_tree_of(db, file).declarations {
+        if declaration.kind == Kind::Use && !declaration.name.is_empty() {
+            names.insert(declaration.name.clone());
+        }
+        let types = declaration.data.types().into_iter().map(|(ty, _)| ty);
+        names.extend(types.filter(|ty| ty.path.len() > 1).filter_map(|ty| ty.path.first().cloned()));
+    }
+    names
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fmt::Write as _;
+    use std::path::Path;
+
+    use super::*;
+    use crate::{Database, projects};
+    use expect_test::{Expect, expect};
+    use salsa::Setter as _;
+
+    fn check(text: &str, expected: Expect) {
+        expected.assert_eq(&line_of(&read_message(text)).replace("; ", "\n"));
+    }
+
+    /// As in the catalogue.
+    fn line_of(message: &Message) -> String {
+        let fields = message.fields.iter().map(ToString::to_string);
+        let all: Vec<String> = fields.chain(message.constants.iter().map(ToString::to_string)).collect();
+        all.join("; ")
+    }
+
+    #[test]
+    fn fields_and_constants_of_ros_1() {
+        check(
+            "# a comment\n\nHeader header\n  geometry_msgs/Pose   pose # where\n\tfloat64[36] covariance\r\n\
+             uint8[] data#bytes\nbyte DEBUG=1 #debug\nint32 X = -5\nstring A= a text # with this \nstring E=\n",
+            expect![[r#"
+                std_msgs/Header header
+                geometry_msgs/Pose pose
+                float64[36] covariance
+                uint8[] data
+                byte DEBUG=1
+                int32 X=-5
+                string A=a text # with this
+                string E="#]],
+        );
+    }
+
+    #[test]
+    fn bounds_and_defaults_of_ros_2() {
+        check(
+            "string<=10 name \"a # \\\" b\" # c\nwstring<=5[<=3] names\nPoint[<=4] points\nint32[] samples [1, 2] # c\n\
+             float64 speed 1.5\nbool on true#c\nstring WORD=\"one # two\" # c\nstd_msgs/Header header\nstring s 'it''s'",
+            expect![[r#"
+                string<=10 name "a # \" b"
+                wstring<=5[<=3] names
+                Point[<=4] points
+                int32[] samples [1, 2]
+                float64 speed 1.5
+                bool on true
+                std_msgs/Header header
+                string s 'it'
+                string WORD="one # two""#]],
+        );
+    }
+
+    #[test]
+    fn what_is_no_line_of_a_message_is_passed_over() {
+        check(
+            "\u{feff}int32 a\n---\n=\n= =\nint32\nint32 =5\nint32 5\n5 x\nint32[ x\nint32] x\nint32[x] x\na/b/c x\n/b x\na/ x\n\
+             int32 é\nint32 a-b\nint32[2] X=1\na/B X=1\nint8 Y=\nstring<=x s\nint32<=5 s\n<html>\n\0\n@optional x",
+            expect!["int32 a"],
+        );
+    }
+
+    #[test]
+    fn a_type_without_its_array() {
+        let message = read_message("a/B[3] x\nstring<=3[] y\nint8 z");
+        let elements: Vec<_> = message.fields.iter().map(|it| (it.element(), it.is_array())).collect();
+        assert_eq!(elements, [("a/B", true), ("string", true), ("int8", false)]);
+    }
+
+    #[test]
+    fn every_type_in_the_catalogue_is_built_in_or_in_the_catalogue() {
+        let text = include_str!("messages/catalogue.txt");
+        let packages: Vec<&str> = text.lines().filter_map(|line| line.strip_prefix("package ")).collect();
+        assert!(packages.is_sorted(), "{packages:?}");
+        assert_eq!(catalogue().keys().map(Name::as_str).collect::<Vec<_>>(), packages);
+        for package in catalogue().values() {
+            for (name, message) in &package.messages {
+                // Nothing was passed over.
+                let line = format!("{name}: {}", line_of(message));
+                assert!(text.lines().any(|it| it == line.trim_end()), "{line}");
+                for field in &message.fields {
+                    let ty = field.element();
+                    let (of, ty) = ty.split_once('/').unwrap_or((&package.name, ty));
+                    let is_known = BUILT_IN_TYPES.contains(&field.element())
+                        || catalogue().get(of).is_some_and(|of| of.messages.contains_key(ty));
+                    assert!(is_known, "{}/{name}: {field}", package.name);
+                }
+            }
+        }
+        let messages =
+            text.lines().filter(|line| !line.starts_with(['#', 'p']) && line.contains(':')).count();
+        assert_eq!(catalogue().values().map(|it| it.messages.len()).sum::<usize>(), messages);
+    }
+
+    /// The catalogue is made by what this prints where the packages named at its head are installed. Where none is, only
+    /// [`every_type_in_the_catalogue_is_built_in_or_in_the_catalogue`] speaks for it.
+    #[test]
+    fn the_catalogue_has_what_debian_has_installed() {
+        let mut wrong = String::new();
+        for package in catalogue().values() {
+            let folder = Path::new("/usr/share").join(&*package.name).join("msg");
+            for path in std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path()) {
+                let name = path.file_stem().unwrap().to_str().unwrap();
+                let installed = read_message(&std::fs::read_to_string(&path).unwrap());
+                if package.messages.get(name) != Some(&installed) {
+                    let _ = writeln!(wrong, "{}: {name}: {}", package.name, line_of(&installed));
+                }
+            }
+        }
+        assert_eq!(wrong, "");
+    }
+
+    fn workspace(db: &Database, files: &[(&str, &str)]) -> Workspace {
+        Workspace::of_texts(
+            db,
+            "/".into(),
+            files.iter().map(|(path, text)| ((*path).into(), (*text).to_owned())),
+        )
+    }
+
+    fn install(db: &mut Database, workspace: Workspace, packages: &[(&str, &str)]) {
+        let package = |&(name, message): &(&str, &str)| {
+            let messages = BTreeMap::from([(message.into(), read_message("int8 installed"))]);
+            (name.into(), Arc::new(Package { name: name.into(), messages }))
+        };
+        workspace.set_packages(db).to(Arc::new(packages.iter().map(package).collect()));
+    }
+
+    fn found(db: &Database, workspace: Workspace, library: Option<&str>, path: &[&str]) -> Option<String> {
+        let path: Vec<Name> = path.iter().map(|&part| part.into()).collect();
+        let library = library.map(Name::from);
+        let (package, message) = message_of(db, projects(db, workspace)[0], library.as_ref(), &path)?;
+        Some(format!("{}: {}", package.name, line_of(message)))
+    }
+
+    const MODEL: &str = "
+        use sensor_msgs
+        library a { use std_msgs use b use nothing use tf2_msgs }
+        library b { use geometry_msgs codel f(): int }
+        library a { use nav_msgs use std_msgs }";
+
+    #[test]
+    fn a_message_is_one_of_the_packages_that_its_library_uses() {
+        let db = Database::default();
+        let workspace = workspace(&db, &[("/a.mal", MODEL)]);
+        let found = |library, path: &[&str]| found(&db, workspace, library, path);
+        assert_eq!(found(Some("a"), &["String"]).as_deref(), Some("std_msgs: string data"));
+        assert_eq!(
+            found(Some("a"), &["GridCells"]).as_deref(),
+            Some(
+                "nav_msgs: std_msgs/Header header; float32 cell_width; float32 cell_height; \
+                 geometry_msgs/Point[] cells"
+            )
+        );
+        // What library `b` uses, `a` does not see; what is qualified needs no `use`.
+        assert_eq!(found(Some("a"), &["Pose"]), None);
+        assert_eq!(
+            found(Some("a"), &["geometry_msgs", "Pose"]).as_deref(),
+            Some("geometry_msgs: Point position; Quaternion orientation")
+        );
+        assert_eq!(found(Some("b"), &["Joy"]), None);
+        for name in ["Pose", "Joy", "String"] {
+            assert!(found(None, &[name]).is_some(), "{name}");
+        }
+        for path in [&["std_msgs", "Nothing"] as &[&str], &["nothing", "String"], &["std_msgs"], &[], &[""]] {
+            assert_eq!(found(Some("a"), path), None, "{path:?}");
+        }
+        let msg = found(Some("a"), &["std_msgs", "msg", "String"]);
+        assert_eq!(msg.as_deref(), Some("std_msgs: string data"));
+        assert_eq!(found(Some("a"), &["std_msgs", "srv", "String"]), None);
+    }
+
+    #[test]
+    fn a_package_that_is_installed_wins_as_a_whole() {
+        let mut db = Database::default();
+        let workspace = workspace(&db, &[("/a.mal", MODEL)]);
+        install(&mut db, workspace, &[("std_msgs", "Mine"), ("nothing", "Thing")]);
+        assert_eq!(found(&db, workspace, Some("a"), &["Mine"]).as_deref(), Some("std_msgs: int8 installed"));
+        assert_eq!(found(&db, workspace, Some("a"), &["Thing"]).as_deref(), Some("nothing: int8 installed"));
+        assert_eq!(found(&db, workspace, Some("a"), &["String"]), None);
+        assert!(found(&db, workspace, None, &["Joy"]).is_some());
+    }
+
+    /// Stands for what will ask.
+    #[salsa::tracked(returns(copy))]
+    fn asks(db: &dyn ModelDb, workspace: Workspace) -> usize {
+        package(db, workspace, &"std_msgs".into()).map_or(0, |package| package.messages.len())
+    }
+
+    #[test]
+    fn a_package_that_comes_touches_only_who_asks_for_it() {
+        let mut db = Database::with_log();
+        let workspace = workspace(&db, &[("/a.mal", MODEL)]);
+        install(&mut db, workspace, &[("std_msgs", "Mine")]);
+        assert_eq!(asks(&db, workspace), 1);
+        db.take_log();
+        install(&mut db, workspace, &[("std_msgs", "Mine"), ("other_msgs", "Other")]);
+        assert_eq!(asks(&db, workspace), 1);
+        assert_eq!(db.take_log(), ["installed"]);
+        install(&mut db, workspace, &[("std_msgs", "Another")]);
+        assert_eq!(asks(&db, workspace), 1);
+        assert_eq!(db.take_log(), ["installed", "asks"]);
+    }
+
+    #[test]
+    fn packages_are_named_by_uses_and_by_qualified_types() {
+        let db = Database::default();
+        let model = "use a library l { use b }
+            codel f(in x: c::X, out y: Y): d.D
+            shell S extends lib.S { input port p: e.E property q: int require o(in x: f::F): g.G }
+            core C(lib.S) {
+              var v: h.H
+              handler o: o
+              provide w(in x: i.I) = { var v: j.J }
+              statemachine {
+                var m: k.K
+                initial state S {
+                  run = { if v then { { var w: n.N = 1; } } else { var w: p.P; } }
+                  transition t to S { var w: q.Q; }
+                }
+              }
+            }
+            component M(lib.S, lib.C)";
+        let workspace = workspace(&db, &[("/a.mal", model), ("/mauve.toml", "x = \"y.z\"")]);
+        let named: Vec<&str> = named_packages(&db, workspace).iter().map(Name::as_str).collect();
+        assert_eq!(named.join(" "), "a b c d e f g h i j k n p q");
+    }
+}

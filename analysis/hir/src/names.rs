@@ -1,0 +1,397 @@
+//! What a name means in a project.
+
+use std::collections::BTreeMap;
+
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use crate::fact::{Incomplete, MayHide};
+use crate::item_tree::{Feature, FeatureKind, Kind, Name, TypeRef};
+use crate::project::{Project, includes, is_model, project_files};
+use crate::size::too_large;
+use crate::source::{Decl, component, core_interface, declarations, shell};
+use crate::{File, ModelDb, Problem};
+
+/// The declarations of a project by library, kind and name.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub struct Names<'db> {
+    /// In the order of the project's files and their texts.
+    pub all: Vec<Decl<'db>>,
+    by_name: FxHashMap<(Option<Name>, Kind, Name), Vec<Decl<'db>>>,
+    in_any_library: FxHashMap<(Kind, Name), Vec<Decl<'db>>>,
+    /// For each library, the libraries and message packages that it uses.
+    uses: FxHashMap<Option<Name>, Vec<Name>>,
+    libraries: FxHashSet<Name>,
+    /// Where a declaration has no name: any name of its kind may be meant.
+    nameless: FxHashSet<(Option<Name>, Kind)>,
+    /// See [`crate::item_tree::ItemTree::doubts`].
+    doubts: FxHashSet<(Option<Name>, Option<Name>)>,
+    /// Is a file missing, or unreadable, so that what it declares is unknown?
+    pub missing: bool,
+    /// A file in which a declaration may be lost, or stand in another library than it seems, or of which the text is unknown.
+    pub scope_lost: Option<File>,
+}
+
+/// The names of a project. A change *in* a declaration does not change them.
+#[salsa::tracked(returns(ref))]
+pub fn names_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Names<'db> {
+    let mut names = Names {
+        all: Vec::new(),
+        by_name: FxHashMap::default(),
+        in_any_library: FxHashMap::default(),
+        uses: FxHashMap::default(),
+        libraries: FxHashSet::default(),
+        nameless: FxHashSet::default(),
+        doubts: FxHashSet::default(),
+        missing: false,
+        scope_lost: None,
+    };
+    for &file in project_files(db, project) {
+        let unknown = includes(db, project.workspace(db), file).iter().any(Option::is_none);
+        let declarations = declarations(db, file);
+        names.missing |= unknown || declarations.include_lost || file.problem(db).is_some();
+        names.doubts.extend(declarations.doubts.iter().cloned());
+        names.libraries.extend(declarations.libraries.iter().filter(|name| !name.is_empty()).cloned());
+        // Of a text that may be another, any declaration may be.
+        if declarations.scope_lost || matches!(file.problem(db), Some(Problem::Unknown(_))) {
+            names.scope_lost.get_or_insert(file);
+        }
+        for &decl in &declarations.all {
+            let library = decl.library(db).clone();
+            let name = decl.name(db).clone();
+            if decl.kind(db) == Kind::Use {
+                names.uses.entry(library).or_default().push(name);
+                continue;
+            }
+            names.all.push(decl);
+            if name.is_empty() {
+                names.nameless.insert((library, decl.kind(db)));
+            } else {
+                names.in_any_library.entry((decl.kind(db), name.clone())).or_default().push(decl);
+                names.by_name.entry((library, decl.kind(db), name)).or_default().push(decl);
+            }
+        }
+    }
+    // The rest of a declaration, of which a name is declared elsewhere, says nothing of the name that it had.
+    let declared: FxHashSet<&Name> = if names.doubts.is_empty() {
+        FxHashSet::default()
+    } else {
+        names.all.iter().map(|it| it.name(db)).collect()
+    };
+    let is_declared = |name: &Option<Name>| name.as_ref().is_some_and(|name| declared.contains(name));
+    let more: Vec<Option<Name>> =
+        names.doubts.iter().filter(|(_, name)| is_declared(name)).map(|(of, _)| of.clone()).collect();
+    names.doubts.extend(more.into_iter().map(|of| (of, None)));
+    names
+}
+
+/// Why a name means nothing.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Unresolved {
+    /// Nothing of that kind has the name.
+    Unknown,
+    /// Several libraries have it.
+    Ambiguous,
+    /// One library has it twice. That is reported already, where the second stands.
+    Repeated,
+    /// The name itself is missing; that is reported already.
+    Missing,
+    /// It may be declared by what is missing: a file, or the name of a declaration. That is reported already.
+    Lost,
+}
+
+impl<'db> Names<'db> {
+    /// All declarations of this kind and name in that library; more than one is an error.
+    pub fn in_library(&self, library: Option<&Name>, kind: Kind, name: &Name) -> &[Decl<'db>] {
+        self.by_name.get(&(library.cloned(), kind, name.clone())).map_or(&[], Vec::as_slice)
+    }
+
+    /// All declarations of this kind and name, in any library.
+    pub fn anywhere(&self, kind: Kind, name: &str) -> &[Decl<'db>] {
+        self.in_any_library.get(&(kind, name.into())).map_or(&[], Vec::as_slice)
+    }
+
+    /// What a key of a timing table, `library.name` or `name`, means; more than one is an error.
+    pub fn by_key(&self, kind: Kind, key: &str) -> &[Decl<'db>] {
+        match key.rsplit_once('.') {
+            Some((library, name)) => self.in_library(Some(&library.into()), kind, &name.into()),
+            // What stands outside libraries has no other key.
+            None => match self.in_library(None, kind, &key.into()) {
+                [] => self.anywhere(kind, key),
+                outside => outside,
+            },
+        }
+    }
+
+    /// What `path`, written in `library`, means: looked up there, then in the libraries that it uses. What stands
+    /// outside any library sees everything.
+    pub fn resolve(
+        &self,
+        db: &'db dyn ModelDb,
+        library: Option<&Name>,
+        kind: Kind,
+        path: &[Name],
+    ) -> Result<Decl<'db>, Unresolved> {
+        let found: Vec<Decl<'db>> = match path {
+            [name] => {
+                let own = self.in_library(library, kind, name);
+                match own {
+                    [] => self
+                        .visible(library)
+                        .flat_map(|it| self.in_library(Some(it), kind, name))
+                        .copied()
+                        .collect(),
+                    own => own.to_vec(),
+                }
+            }
+            [of, name] => self.in_library(Some(of), kind, name).to_vec(),
+            _ => Vec::new(),
+        };
+        // What a missing file may declare, or a declaration without a name may be, is not looked for elsewhere; and its
+        // absence is no second mistake.
+        let own = |decl: &Decl<'db>| decl.library(db).as_ref() == library;
+        let in_doubt = |name: &Name| {
+            let own = library.cloned();
+            self.nameless.contains(&(own.clone(), kind))
+                || self.doubts.contains(&(own.clone(), None))
+                || self.doubts.contains(&(own, Some(name.clone())))
+        };
+        let hidden = match path {
+            [name] if name.is_empty() || found.iter().any(own) => false,
+            [name] => self.missing || in_doubt(name),
+            [of, _] if found.is_empty() => self.missing || self.nameless.contains(&(Some(of.clone()), kind)),
+            _ => false,
+        };
+        match found.as_slice() {
+            _ if hidden => Err(Unresolved::Lost),
+            [decl] => Ok(*decl),
+            [] if path.is_empty() || path.iter().any(|part| part.is_empty()) => Err(Unresolved::Missing),
+            // The error between two declarations may hide it.
+            [] if self.scope_lost.is_some() => Err(Unresolved::Lost),
+            [] => Err(Unresolved::Unknown),
+            [first, rest @ ..] if rest.iter().all(|it| it.library(db) == first.library(db)) => {
+                Err(Unresolved::Repeated)
+            }
+            _ => Err(Unresolved::Ambiguous),
+        }
+    }
+
+    /// [`Names::resolve`] for the name of a type, shell, core, component or architecture.
+    pub fn resolve_type(
+        &self,
+        db: &'db dyn ModelDb,
+        from: Decl<'db>,
+        kind: Kind,
+        ty: Option<&TypeRef>,
+    ) -> Result<Decl<'db>, Unresolved> {
+        let Some(ty) = ty else { return Err(Unresolved::Missing) };
+        self.resolve(db, from.library(db).as_ref(), kind, &ty.path)
+    }
+
+    /// The libraries whose declarations are seen in `library`, beside its own: those that it uses, or, outside libraries, all.
+    pub fn visible<'a>(&'a self, library: Option<&Name>) -> Box<dyn Iterator<Item = &'a Name> + 'a> {
+        match library {
+            None => Box::new(self.libraries.iter()),
+            Some(_) => {
+                let used = self.uses.get(&library.cloned()).map_or(&[] as &[Name], Vec::as_slice);
+                let once: FxHashSet<&Name> = used.iter().filter(|name| Some(*name) != library).collect();
+                Box::new(once.into_iter())
+            }
+        }
+    }
+
+    /// Does the project have a library of this name?
+    pub fn has_library(&self, name: &Name) -> bool {
+        self.libraries.contains(name)
+    }
+
+    /// The libraries of the project.
+    pub fn libraries(&self) -> impl Iterator<Item = &Name> {
+        self.libraries.iter()
+    }
+
+    /// May any name at all be declared by a text that is damaged?
+    pub(crate) fn is_in_doubt(&self) -> bool {
+        self.missing || !self.doubts.is_empty() || !self.nameless.is_empty()
+    }
+
+    /// What may hide the declaration of a name that is not found ([`Unresolved::Lost`]).
+    pub fn may_hide(&self) -> MayHide {
+        if self.missing { MayHide::MissingFile } else { MayHide::SyntaxError }
+    }
+
+    /// The path of this kind, as it may be written in `library`, that `path` may be a misspelling of.
+    pub fn similar(
+        &self,
+        db: &'db dyn ModelDb,
+        library: Option<&Name>,
+        kind: Kind,
+        path: &[Name],
+    ) -> Option<Name> {
+        let (of, name) = match path {
+            [name] => (None, name),
+            [of, name] => (Some(of), name),
+            _ => return None,
+        };
+        let visible: FxHashSet<Option<&Name>> = match of {
+            Some(of) => FxHashSet::from_iter([Some(of)]),
+            None => self.visible(library).map(Some).chain([library]).collect(),
+        };
+        let is_seen =
+            |decl: &&Decl<'db>| decl.kind(db) == kind && visible.contains(&decl.library(db).as_ref());
+        let near = similar(name, self.all.iter().filter(is_seen).map(|decl| decl.name(db)))?;
+        Some(of.map_or_else(|| near.clone(), |of| format!("{of}.{near}").into()))
+    }
+}
+
+/// The one of `names` that `name` may be a misspelling of.
+pub fn similar<'a>(name: &str, names: impl IntoIterator<Item = &'a Name>) -> Option<Name> {
+    mauve_syntax::similar(name, names.into_iter().map(Name::as_str)).map(Name::from)
+}
+
+/// A feature of a shell, and the shell that declares it.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub struct FeatureOf<'db> {
+    /// The shell.
+    pub shell: Decl<'db>,
+    /// Its number there.
+    pub index: usize,
+    /// What it is.
+    pub kind: FeatureKind,
+}
+
+impl<'db> FeatureOf<'db> {
+    /// What its shell says of it.
+    pub fn data(&self, db: &'db dyn ModelDb) -> Option<&'db Feature> {
+        feature(db, self.shell, self.index)
+    }
+}
+
+/// The feature of that number in a shell.
+pub(crate) fn feature<'db>(db: &'db dyn ModelDb, of: Decl<'db>, index: usize) -> Option<&'db Feature> {
+    shell(db, of)?.features.get(index)
+}
+
+/// All features of a shell, its own and those of the shells that it extends, by name.
+#[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
+pub struct Features<'db> {
+    /// By name; several where they clash.
+    pub by_name: BTreeMap<Name, Vec<FeatureOf<'db>>>,
+    /// The shell itself and all that it extends.
+    pub shells: Vec<Decl<'db>>,
+    /// Does the shell extend itself, over others or directly?
+    pub cycle: bool,
+    /// Was a feature or a base shell lost, or do two features have one name?
+    pub lost: bool,
+    /// Is there a base shell that may be declared by what is missing?
+    pub lost_base: bool,
+}
+
+impl<'db> Features<'db> {
+    /// The feature of that name.
+    pub fn get(&self, name: &str) -> Option<&FeatureOf<'db>> {
+        self.by_name.get(name).and_then(|found| found.first())
+    }
+
+    /// Why an operation may be missing.
+    pub fn incomplete(&self, names: &Names<'_>) -> Incomplete {
+        if self.lost_base { Incomplete::UnknownBase(names.may_hide()) } else { Incomplete::Error }
+    }
+
+    /// Does the shell have a feature of this kind?
+    pub fn has_any(&self, kind: FeatureKind) -> bool {
+        self.by_name.values().flatten().any(|feature| feature.kind == kind)
+    }
+}
+
+/// The features of a shell.
+#[salsa::tracked(returns(ref))]
+pub fn features_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Features<'db> {
+    let names = names_of(db, project);
+    let mut features = Features::default();
+    if too_large(db, project).is_some() {
+        features.lost = true;
+        return features;
+    }
+    let mut seen: FxHashSet<Decl<'db>> = FxHashSet::from_iter([of]);
+    let mut open = vec![of];
+    while let Some(current) = open.pop() {
+        features.shells.push(current);
+        let Some(data) = shell(db, current) else { continue };
+        features.lost |= !data.whole;
+        for (index, feature) in data.features.iter().enumerate() {
+            let found = FeatureOf { shell: current, index, kind: feature.kind };
+            // A lost port or property changes no program's meaning; a lost operation may be called in one.
+            features.lost |= feature.kind.is_operation() && feature.name.name.is_empty();
+            features.by_name.entry(feature.name.name.clone()).or_default().push(found);
+        }
+        for base in &data.bases {
+            match names.resolve_type(db, current, Kind::Shell, Some(base)) {
+                Ok(base) if base == of => features.cycle = true,
+                Ok(base) => {
+                    if seen.insert(base) {
+                        open.push(base);
+                    }
+                }
+                Err(unresolved) => {
+                    features.lost = true;
+                    features.lost_base |= unresolved == Unresolved::Lost;
+                }
+            }
+        }
+    }
+    // Which of two features of one name is meant is unknown; one of them may be an operation.
+    features.lost |= features.by_name.values().any(|found| found.len() > 1);
+    features
+}
+
+/// The core of a component, where it has one.
+pub fn core_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Option<Decl<'db>> {
+    let data = component(db, of)?;
+    names_of(db, project).resolve_type(db, of, Kind::Core, data.core.as_ref()).ok()
+}
+
+/// The shell of a component, where it has one.
+pub fn shell_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Option<Decl<'db>> {
+    let data = component(db, of)?;
+    names_of(db, project).resolve_type(db, of, Kind::Shell, data.shell.as_ref()).ok()
+}
+
+/// Is a core for this shell, or for one that it extends?
+pub fn is_core_for<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    shell: Decl<'db>,
+) -> bool {
+    let Some(core) = core_interface(db, of) else { return false };
+    match names_of(db, project).resolve_type(db, of, Kind::Shell, core.shell.as_ref()) {
+        Ok(own) => own == shell || features_of(db, project, shell).shells.contains(&own),
+        // That is reported where it stands.
+        Err(_) => true,
+    }
+}
+
+/// What files of the workspace that are not part of a project declare.
+#[salsa::tracked(returns(ref))]
+fn declared_outside<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> FxHashMap<(Kind, Name), File> {
+    let inside: FxHashSet<File> = project_files(db, project).iter().copied().collect();
+    let mut outside = FxHashMap::default();
+    for (path, &file) in project.workspace(db).files(db).iter() {
+        if is_model(path) && !inside.contains(&file) {
+            for decl in &declarations(db, file).all {
+                outside.entry((decl.kind(db), decl.name(db).clone())).or_insert(file);
+            }
+        }
+    }
+    outside
+}
+
+/// A file that declares `name` and is not included.
+pub fn file_outside<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    kind: Kind,
+    name: &Name,
+) -> Option<File> {
+    declared_outside(db, project).get(&(kind, name.clone())).copied()
+}

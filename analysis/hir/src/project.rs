@@ -1,0 +1,250 @@
+//! Which files belong together: the roots of a workspace, and what each includes.
+
+#![allow(missing_docs, reason = "salsa writes constructors without any")]
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use crate::config::{self, Config, ExternalType};
+use crate::item_tree::Name;
+use crate::names::names_of;
+use crate::source::item_tree_of;
+use crate::{File, ModelDb, Workspace, normalised};
+
+/// A root file and all that it includes, directly or not.
+#[salsa::interned(debug)]
+pub struct Project<'db> {
+    /// Where it was found.
+    #[returns(copy)]
+    pub workspace: Workspace,
+    /// The root.
+    #[returns(copy)]
+    pub root: File,
+}
+
+/// The name of the configuration's file.
+pub const CONFIG_FILE: &str = "mauve.toml";
+
+/// The workspace's `mauve.toml`, where it has one.
+pub fn config_file(db: &dyn ModelDb, workspace: Workspace) -> Option<File> {
+    workspace.files(db).get(&workspace.folder(db).join(CONFIG_FILE)).copied()
+}
+
+/// What the workspace's `mauve.toml` says.
+#[salsa::tracked(returns(ref))]
+pub fn config_of(db: &dyn ModelDb, workspace: Workspace) -> Config {
+    let Some(file) = config_file(db, workspace) else { return Config::default() };
+    let mut config = config::read(file.text(db));
+    if let Some(problem) = file.problem(db) {
+        let message = problem.message().to_owned();
+        config.errors.push(config::Mistake { message, span: 0..0, near: None });
+        config.lost = true;
+    }
+    config
+}
+
+/// The types that `mauve.toml` declares, without places.
+#[salsa::tracked(returns(ref))]
+pub fn external_types(db: &dyn ModelDb, workspace: Workspace) -> BTreeMap<Name, ExternalType> {
+    config_of(db, workspace).types.clone()
+}
+
+/// What `mauve.toml` says that response times rest on, without places: a comment in it changes nothing.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Platform {
+    pub cpus: Option<u32>,
+    pub rt_throttling: Option<bool>,
+    pub synchronised: Vec<String>,
+}
+
+#[salsa::tracked(returns(ref))]
+pub fn platform_of(db: &dyn ModelDb, workspace: Workspace) -> Platform {
+    let Config { cpus, rt_throttling, synchronised, .. } = config_of(db, workspace);
+    Platform {
+        cpus: *cpus,
+        rt_throttling: *rt_throttling,
+        synchronised: synchronised.iter().map(|(name, _)| name.clone()).collect(),
+    }
+}
+
+/// Where an include of `file` may be: beside it, then along the model path.
+pub fn include_candidates(db: &dyn ModelDb, workspace: Workspace, file: File, include: &str) -> Vec<PathBuf> {
+    let beside = file.path(db).parent().unwrap_or(Path::new("/"));
+    let folders = std::iter::once(beside).chain(workspace.model_path(db).iter().map(PathBuf::as_path));
+    folders.map(|folder| normalised(&folder.join(include))).collect()
+}
+
+/// The files that `file` includes, in the order of its lines; none where nothing is found.
+#[salsa::tracked(returns(ref))]
+pub fn includes(db: &dyn ModelDb, workspace: Workspace, file: File) -> Vec<Option<File>> {
+    let known = workspace.files(db);
+    let find = |include: &String| {
+        let candidates = include_candidates(db, workspace, file, include);
+        candidates.iter().find_map(|path| known.get(path)).copied()
+    };
+    item_tree_of(db, file).includes.iter().map(|include| include.as_ref().and_then(find)).collect()
+}
+
+/// Is this a model, by its name?
+pub fn is_model(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension == "mal")
+}
+
+/// The projects of a workspace: one for each root.
+///
+/// The roots are those of `mauve.toml`; without any, each model of the folder that no other includes, and of models
+/// that include one another in a ring, the one with the first path.
+#[salsa::tracked(returns(ref))]
+pub fn projects<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Project<'db>> {
+    let mut roots = all_roots(db, workspace).clone();
+    let only = workspace.only(db);
+    if !only.is_empty() {
+        // A part of a project means what it means there; a file of none is one by itself.
+        let files: Vec<Vec<File>> = roots.iter().map(|&root| files_from(db, workspace, root)).collect();
+        let alone = only.iter().filter(|file| !files.iter().any(|files| files.contains(file)));
+        let alone: Vec<File> = alone.copied().collect();
+        let has_one = |files: &Vec<File>| only.iter().any(|file| files.contains(file));
+        roots =
+            roots.into_iter().zip(&files).filter(|(_, files)| has_one(files)).map(|(root, _)| root).collect();
+        roots.extend(alone);
+    }
+    roots.into_iter().map(|root| Project::new(db, workspace, root)).collect()
+}
+
+/// The file that a root of `mauve.toml` names.
+pub fn root_file(db: &dyn ModelDb, workspace: Workspace, path: &str) -> Option<File> {
+    workspace.file(db, &normalised(&workspace.folder(db).join(path)))
+}
+
+/// The models of a workspace's folder that no root of `mauve.toml` includes: nobody checks them.
+pub fn not_checked(db: &dyn ModelDb, workspace: Workspace) -> Vec<File> {
+    let projects = projects(db, workspace);
+    // What a missing include or root would include is not missing for a second time.
+    let roots = &config_of(db, workspace).roots;
+    let all_there = roots.iter().all(|(path, _)| root_file(db, workspace, path).is_some());
+    let missing = !all_there || projects.iter().any(|&project| names_of(db, project).missing);
+    if roots.is_empty() || missing || !workspace.only(db).is_empty() {
+        return Vec::new();
+    }
+    let checked: FxHashSet<File> =
+        projects.iter().flat_map(|&project| project_files(db, project)).copied().collect();
+    let files = workspace.files(db).iter();
+    let models = files.filter(|(path, _)| is_model(path) && path.starts_with(workspace.folder(db)));
+    models.map(|(_, &file)| file).filter(|file| !checked.contains(file)).collect()
+}
+
+/// The roots of a workspace, whichever of them are looked at.
+#[salsa::tracked(returns(ref))]
+pub fn all_roots(db: &dyn ModelDb, workspace: Workspace) -> Vec<File> {
+    let config = config_of(db, workspace);
+    if !config.roots.is_empty() {
+        let mut seen = FxHashSet::default();
+        let roots = config.roots.iter().filter_map(|(path, _)| root_file(db, workspace, path));
+        return roots.filter(|root| seen.insert(*root)).collect();
+    }
+    let folder = workspace.folder(db);
+    // By the path in this folder: a link that leads elsewhere stands here.
+    let files = workspace.files(db).iter();
+    let mut seen = FxHashSet::default();
+    let models: Vec<File> = files
+        .filter(|(path, _)| is_model(path) && path.starts_with(folder))
+        .map(|(_, &file)| file)
+        .filter(|file| seen.insert(*file))
+        .collect();
+    let included: FxHashSet<File> = models
+        .iter()
+        .flat_map(|&file| includes(db, workspace, file).iter().flatten().filter(move |&&it| it != file))
+        .copied()
+        .collect();
+    let mut roots: Vec<File> = models.iter().copied().filter(|file| !included.contains(file)).collect();
+    let mut reached: FxHashSet<File> = FxHashSet::default();
+    for &root in &roots {
+        reached.extend(files_from(db, workspace, root));
+    }
+    for file in models {
+        if !reached.contains(&file) {
+            reached.extend(files_from(db, workspace, file));
+            roots.push(file);
+        }
+    }
+    roots
+}
+
+/// `root` and all that it includes, each once, in the order in which they are met.
+pub(crate) fn files_from(db: &dyn ModelDb, workspace: Workspace, root: File) -> Vec<File> {
+    let mut files = vec![root];
+    let mut seen: FxHashSet<File> = files.iter().copied().collect();
+    let mut next = 0;
+    while let Some(&file) = files.get(next) {
+        next += 1;
+        for &included in includes(db, workspace, file).iter().flatten() {
+            if seen.insert(included) {
+                files.push(included);
+            }
+        }
+    }
+    files
+}
+
+/// The files of a project.
+#[salsa::tracked(returns(ref))]
+pub fn project_files<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<File> {
+    files_from(db, project.workspace(db), project.root(db))
+}
+
+/// The files that include one another in a ring, each with the number of its ring.
+#[salsa::tracked(returns(ref))]
+pub fn include_rings(db: &dyn ModelDb, workspace: Workspace) -> FxHashMap<File, usize> {
+    // Kosaraju's two walks: files in the order in which they are left; then, in the reverse order, what leads to each.
+    let files: BTreeMap<&Path, File> =
+        workspace.files(db).values().map(|&file| (file.path(db).as_path(), file)).collect();
+    let files: Vec<File> = files.into_values().filter(|file| is_model(file.path(db))).collect();
+    let mut includers: FxHashMap<File, Vec<File>> = FxHashMap::default();
+    let mut left = Vec::new();
+    let mut seen: FxHashSet<File> = FxHashSet::default();
+    for &start in &files {
+        if !seen.insert(start) {
+            continue;
+        }
+        let mut open = vec![(start, 0)];
+        while let Some((file, next)) = open.last_mut() {
+            let file = *file;
+            match includes(db, workspace, file).get(*next) {
+                Some(included) => {
+                    *next += 1;
+                    if let Some(included) = *included {
+                        includers.entry(included).or_default().push(file);
+                        if seen.insert(included) {
+                            open.push((included, 0));
+                        }
+                    }
+                }
+                None => {
+                    left.push(file);
+                    open.pop();
+                }
+            }
+        }
+    }
+    let mut rings = FxHashMap::default();
+    let mut placed: FxHashSet<File> = FxHashSet::default();
+    for (number, &start) in left.iter().rev().enumerate() {
+        if !placed.insert(start) {
+            continue;
+        }
+        let mut ring = vec![start];
+        let mut next = 0;
+        while let Some(file) = ring.get(next) {
+            next += 1;
+            let new = includers.get(file).into_iter().flatten().filter(|includer| placed.insert(**includer));
+            let new: Vec<File> = new.copied().collect();
+            ring.extend(new);
+        }
+        if ring.len() > 1 || includes(db, workspace, start).contains(&Some(start)) {
+            rings.extend(ring.into_iter().map(|file| (file, number)));
+        }
+    }
+    rings
+}

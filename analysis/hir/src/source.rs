@@ -1,0 +1,382 @@
+//! A file's tree, what it declares, and where that stands.
+
+#![allow(missing_docs, reason = "salsa writes constructors without any")]
+
+use std::sync::Arc;
+
+use mauve_syntax::{Parse, SyntaxKind, SyntaxNode, SyntaxToken, TextRange, TextSize, token_at};
+use rustc_hash::FxHashMap;
+
+use crate::item_tree::{Data, Declaration, ItemTree, Kind, Name, Part, TypeRef};
+use crate::lower::{DeclarationMap, SourceMap, occurrences};
+use crate::{File, ModelDb};
+
+/// A declaration, known by its file, kind, library and name: it stays the same one while the text around it changes.
+#[salsa::interned(debug)]
+pub struct Decl<'db> {
+    /// Where it stands.
+    #[returns(copy)]
+    pub file: File,
+    /// What it is.
+    #[returns(copy)]
+    pub kind: Kind,
+    /// The library around it.
+    #[returns(ref)]
+    pub library: Option<Name>,
+    /// Empty while it is missing.
+    #[returns(ref)]
+    pub name: Name,
+    /// How many of the same kind, library and name stand before it in the file.
+    #[returns(copy)]
+    pub nth: u32,
+}
+
+impl<'db> Decl<'db> {
+    /// `library.name`, or the name alone outside libraries.
+    pub fn qualified(self, db: &'db dyn ModelDb) -> String {
+        match self.library(db) {
+            Some(library) => format!("{library}.{}", self.name(db)),
+            None => self.name(db).to_string(),
+        }
+    }
+}
+
+/// The tree of a file. Not compared: a text that changed is another tree.
+#[salsa::tracked(returns(ref), no_eq)]
+pub fn parse(db: &dyn ModelDb, file: File) -> Parse {
+    db.trees().parse(file, file.text(db))
+}
+
+#[salsa::tracked(returns(ref), no_eq)]
+fn lowered(db: &dyn ModelDb, file: File) -> (ItemTree, SourceMap) {
+    let parse = parse(db, file);
+    db.trees().lower(file, parse)
+}
+
+/// What a file declares. Comments, blank lines and places change nothing in it.
+#[salsa::tracked(returns(ref))]
+pub fn item_tree_of(db: &dyn ModelDb, file: File) -> ItemTree {
+    lowered(db, file).0.clone()
+}
+
+/// Where its declarations stand. Only what is shown to a user reads it.
+pub fn source_map(db: &dyn ModelDb, file: File) -> &SourceMap {
+    &lowered(db, file).1
+}
+
+/// Where a declaration and its parts stand; nothing where it is no longer in its file.
+pub fn declaration_map<'db>(db: &'db dyn ModelDb, decl: Decl<'db>) -> Option<&'db DeclarationMap> {
+    source_map(db, decl.file(db)).declarations.get(index_of(db, decl)?)
+}
+
+/// The declaration that has all of `range` in it. An empty one, such as a cursor, may also stand at its end, where no other
+/// begins.
+///
+/// ```
+/// use mauve_hir::{Database, Workspace, declaration_at};
+/// use mauve_syntax::TextRange;
+///
+/// let db = Database::default();
+/// let workspace = Workspace::of_texts(&db, "/".into(), [("/a.mal".into(), "shell S { }".to_owned())]);
+/// let file = workspace.file(&db, "/a.mal".as_ref()).unwrap();
+/// let found = declaration_at(&db, file, TextRange::empty(8.into())).unwrap();
+/// assert_eq!(found.name(&db), "S");
+/// ```
+pub fn declaration_at<'db>(db: &'db dyn ModelDb, file: File, range: TextRange) -> Option<Decl<'db>> {
+    // They stand in the order of the text, and none in another.
+    let maps = &source_map(db, file).declarations;
+    let index = maps.partition_point(|map| map.range.end() <= range.start());
+    let is_it = |&index: &usize| maps.get(index).is_some_and(|map| map.range.contains_range(range));
+    let index = Some(index).filter(is_it).or_else(|| index.checked_sub(1).filter(is_it))?;
+    declarations(db, file).all.get(index).copied()
+}
+
+/// The declarations of a file.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub struct Declarations<'db> {
+    /// In the order of the text, which is that of the item tree.
+    pub all: Vec<Decl<'db>>,
+    /// See [`ItemTree::scope_lost`].
+    pub scope_lost: bool,
+    /// See [`ItemTree::doubts`].
+    pub doubts: Vec<(Option<Name>, Option<Name>)>,
+    /// See [`ItemTree::include_lost`].
+    pub include_lost: bool,
+    /// See [`ItemTree::libraries`].
+    pub libraries: Vec<Name>,
+    index: FxHashMap<Decl<'db>, usize>,
+}
+
+/// The declarations of a file. What stands *in* them is not part of this: a changed period changes nothing here.
+#[salsa::tracked(returns(ref))]
+pub fn declarations<'db>(db: &'db dyn ModelDb, file: File) -> Declarations<'db> {
+    let tree = item_tree_of(db, file);
+    let nths = occurrences(tree);
+    let declare = |(it, nth): (&Declaration, u32)| {
+        Decl::new(db, file, it.kind, it.library.clone(), it.name.clone(), nth)
+    };
+    let all: Vec<Decl<'db>> = tree.declarations.iter().zip(nths).map(declare).collect();
+    let index = all.iter().enumerate().map(|(index, &decl)| (decl, index)).collect();
+    let ItemTree { scope_lost, include_lost, doubts, libraries, .. } = tree;
+    Declarations {
+        all,
+        scope_lost: *scope_lost,
+        include_lost: *include_lost,
+        doubts: doubts.clone(),
+        libraries: libraries.clone(),
+        index,
+    }
+}
+
+fn index_of<'db>(db: &'db dyn ModelDb, decl: Decl<'db>) -> Option<usize> {
+    declarations(db, decl.file(db)).index.get(&decl).copied()
+}
+
+/// What stands in a declaration; nothing, where it is no longer in its file.
+#[salsa::tracked(returns(ref))]
+pub fn data<'db>(db: &'db dyn ModelDb, decl: Decl<'db>) -> Option<Arc<Data>> {
+    let index = index_of(db, decl)?;
+    Some(item_tree_of(db, decl.file(db)).declarations.get(index)?.data.clone())
+}
+
+/// Something that a diagnostic points at, wherever it stands now.
+#[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
+pub enum Place<'db> {
+    /// In a declaration.
+    Part(Decl<'db>, Part),
+    /// Right before something in a declaration, where something may be put.
+    Before(Decl<'db>, Part),
+    /// Right behind something in a declaration.
+    Behind(Decl<'db>, Part),
+    /// Before a declaration.
+    Above(Decl<'db>),
+    /// Behind the last thing within the braces of a declaration, where another one may be put, on a line of its own.
+    End(Decl<'db>),
+    /// Behind the first brace that follows something in a declaration.
+    Inside(Decl<'db>, Part),
+    /// All of what something in a declaration is part of, where that is to be removed: see [`whole_item`].
+    Item(Decl<'db>, Part),
+    /// The include of that number.
+    Include(File, u32),
+    /// Behind the last include of a file, or where there is none, its beginning.
+    Includes(File),
+    /// A file that has no tree of its own here, such as a table: these bytes.
+    Range(File, u32, u32),
+}
+
+impl<'db> Place<'db> {
+    /// The name of a declaration.
+    pub fn name_of(decl: Decl<'db>) -> Place<'db> {
+        Place::Part(decl, Part(0))
+    }
+
+    /// The file.
+    pub fn file(&self, db: &'db dyn ModelDb) -> File {
+        match *self {
+            Place::Part(decl, _)
+            | Place::Before(decl, _)
+            | Place::Behind(decl, _)
+            | Place::Above(decl)
+            | Place::End(decl)
+            | Place::Inside(decl, _)
+            | Place::Item(decl, _) => decl.file(db),
+            Place::Include(file, _) | Place::Includes(file) | Place::Range(file, ..) => file,
+        }
+    }
+
+    /// Where it stands now.
+    pub fn range(&self, db: &'db dyn ModelDb) -> TextRange {
+        let map = |decl: Decl<'db>| declaration_map(db, decl);
+        let part = |decl, part: Part| {
+            let map = map(decl)?;
+            Some(map.part(part).unwrap_or(map.range))
+        };
+        let found = match *self {
+            Place::Part(decl, it) => part(decl, it),
+            Place::Before(decl, it) => part(decl, it).map(|range| TextRange::empty(range.start())),
+            Place::Behind(decl, it) => part(decl, it).map(|range| TextRange::empty(range.end())),
+            Place::Above(decl) => map(decl).map(|map| TextRange::empty(map.range.start())),
+            Place::End(decl) => map(decl).and_then(|map| {
+                let text = decl.file(db).text(db).get(std::ops::Range::<usize>::from(map.range))?;
+                // Where the brace is missing, the end of the text will do.
+                let inner = text.strip_suffix('}').unwrap_or(text).trim_end();
+                Some(TextRange::empty(map.range.start() + TextSize::of(inner)))
+            }),
+            Place::Inside(decl, it) => part(decl, it).map(|range| {
+                let root = parse(db, decl.file(db)).syntax();
+                let behind = token_at(&root, range.end());
+                let brace = tokens_from(&root, behind).find(|token| token.kind() == SyntaxKind::L_CURLY);
+                TextRange::empty(brace.map_or(range.end(), |brace| brace.text_range().end()))
+            }),
+            Place::Item(decl, it) => {
+                part(decl, it).map(|range| whole_item(&parse(db, decl.file(db)).syntax(), range))
+            }
+            Place::Includes(file) => {
+                let last = source_map(db, file).includes.last();
+                let begin =
+                    if file.text(db).starts_with('\u{feff}') { '\u{feff}'.len_utf8() as u32 } else { 0 };
+                Some(TextRange::empty(last.map_or(begin.into(), |last| last.end())))
+            }
+            Place::Include(file, index) => source_map(db, file).includes.get(index as usize).copied(),
+            Place::Range(_, start, end) => Some(TextRange::new(start.into(), end.max(start).into())),
+        };
+        found.unwrap_or_default()
+    }
+}
+
+/// The token before `token`: one that an empty node stands before has one too.
+pub fn token_before(root: &SyntaxNode, token: &SyntaxToken) -> Option<SyntaxToken> {
+    let start = token.text_range().start();
+    mauve_syntax::token_before(root, start).filter(|before| before.text_range().end() <= start)
+}
+
+/// The token behind `token`, as [`token_before`].
+fn token_behind(root: &SyntaxNode, token: &SyntaxToken) -> Option<SyntaxToken> {
+    let end = token.text_range().end();
+    token_at(root, end).filter(|behind| behind.text_range().start() >= end)
+}
+
+fn tokens_from(root: &SyntaxNode, first: Option<SyntaxToken>) -> impl Iterator<Item = SyntaxToken> {
+    std::iter::successors(first, |token| token_behind(root, token))
+}
+
+/// The declaration, variable, connection or field around `part`, with the comment above it and all that leaves a gap where
+/// it is removed: its lines, where nothing else stands on them, otherwise the white space before it.
+fn whole_item(root: &SyntaxNode, part: TextRange) -> TextRange {
+    let is_item = |node: &SyntaxNode| {
+        matches!(
+            node.kind(),
+            SyntaxKind::CODEL
+                | SyntaxKind::VAR
+                | SyntaxKind::HANDLER
+                | SyntaxKind::CONNECTION
+                | SyntaxKind::OPERATION_CONNECTION
+                | SyntaxKind::FIELD
+        )
+    };
+    let token = token_at(root, part.start());
+    let Some(node) = token.and_then(|token| token.parent_ancestors().find(is_item)) else { return part };
+    let is_white = |token: &SyntaxToken| token.kind() == SyntaxKind::WHITESPACE;
+    let is_comment = |token: &SyntaxToken| token.kind().is_trivia() && !is_white(token);
+    let ends_line = |token: &SyntaxToken| token.text().contains(['\n', '\r']);
+    let (Some(first), Some(last)) = (node.first_token(), node.last_token()) else { return part };
+
+    // The list around it takes the `;`.
+    let mut end = last.text_range().end();
+    let mut behind = token_behind(root, &last);
+    if let Some(sign) = tokens_from(root, behind.clone()).find(|token| !token.kind().is_trivia())
+        && sign.kind() == SyntaxKind::SEMICOLON
+    {
+        end = sign.text_range().end();
+        behind = token_behind(root, &sign);
+    }
+    // What is left of its line: nothing, or a comment on it.
+    let rest = tokens_from(root, behind)
+        .take_while(|token| token.kind().is_trivia() && !(is_white(token) && ends_line(token)));
+    let rest: Vec<SyntaxToken> = rest.collect();
+    let line_end = rest.last().map_or(end, |token| token.text_range().end());
+    let next = token_at(root, line_end).filter(|token| token.text_range().start() >= line_end);
+    let is_last = next.as_ref().is_none_or(|next| is_white(next) && ends_line(next));
+
+    // The comments above it, each on lines of its own, with no empty line between.
+    let mut start = first;
+    let mut begins = token_before(root, &start).is_none_or(|white| is_white(&white) && ends_line(&white));
+    while begins
+        && let Some(white) =
+            token_before(root, &start).filter(|white| white.text().matches('\n').count() == 1)
+        && let Some(comment) = token_before(root, &white).filter(is_comment)
+    {
+        begins = token_before(root, &comment).is_none_or(|white| is_white(&white) && ends_line(&white));
+        if !begins {
+            begins = true;
+            break;
+        }
+        start = comment;
+    }
+    let white = token_before(root, &start).filter(is_white);
+    let blanks = white.as_ref().map_or(0, |white| {
+        let text = white.text();
+        text.len() - text.rfind(['\n', '\r']).map_or(0, |at| at + 1)
+    });
+    let start = start.text_range().start() - TextSize::from(blanks as u32);
+    if begins && !is_last && rest.iter().all(is_white) {
+        // What follows takes its place.
+        return TextRange::new(start + TextSize::from(blanks as u32), line_end);
+    }
+    if !(begins && is_last) {
+        return TextRange::new(start, end);
+    }
+    let line = next.map_or(0, |white| white.text().find('\n').map_or(white.text().len(), |at| at + 1));
+    TextRange::new(start, line_end + TextSize::from(line as u32))
+}
+
+/// What others read of a core: its programs may change without them.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct CoreInterface {
+    /// The shell that it is for.
+    pub shell: Option<TypeRef>,
+    /// Does it define operations?
+    pub defines_operations: bool,
+}
+
+/// The [`CoreInterface`] of a core.
+#[salsa::tracked(returns(ref))]
+pub fn core_interface<'db>(db: &'db dyn ModelDb, decl: Decl<'db>) -> Option<CoreInterface> {
+    let data = core(db, decl)?;
+    Some(CoreInterface { shell: data.shell.clone(), defines_operations: !data.operations.is_empty() })
+}
+
+macro_rules! data_of {
+    ($($(#[$doc:meta])* $name:ident: $ty:ident;)*) => {$(
+        $(#[$doc])*
+        pub fn $name<'db>(db: &'db dyn ModelDb, decl: Decl<'db>) -> Option<&'db crate::item_tree::$ty> {
+            match data(db, decl).as_deref() {
+                Some(Data::$ty(it)) => Some(it),
+                _ => None,
+            }
+        }
+    )*};
+}
+
+data_of! {
+    /// The codel that `decl` is.
+    codel: Codel;
+    /// The shell that `decl` is.
+    shell: Shell;
+    /// The core that `decl` is.
+    core: Core;
+    /// The component that `decl` is.
+    component: Component;
+    /// The architecture that `decl` is.
+    architecture: Architecture;
+    /// The deployment that `decl` is.
+    deployment: Deployment;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Database, Workspace};
+
+    /// The name of the declaration at each of these ranges.
+    fn at(text: &str, ranges: &[(u32, u32)]) -> Vec<String> {
+        let db = Database::default();
+        let workspace = Workspace::of_texts(&db, "/".into(), [("/a.mal".into(), text.to_owned())]);
+        let file = workspace.file(&db, "/a.mal".as_ref()).unwrap();
+        let range = |&(start, end): &(u32, u32)| TextRange::new(start.into(), end.into());
+        let found = ranges.iter().map(|it| declaration_at(&db, file, range(it)));
+        found.map(|it| it.map_or_else(|| "none".to_owned(), |it| it.name(&db).to_string())).collect()
+    }
+
+    #[test]
+    fn the_declaration_at_a_place() {
+        let text = "shell A { }core B(A) { } /* C */ library l { codel d(): int }";
+        // At the end of one, only where no other begins.
+        assert_eq!(at(text, &[(0, 0), (11, 11), (24, 24), (25, 25)]), ["A", "B", "B", "none"]);
+        assert_eq!(
+            at(text, &[(6, 7), (10, 12), (11, 15), (24, 25), (59, 59)]),
+            ["A", "none", "B", "none", "d"]
+        );
+        assert_eq!(at("", &[(0, 0)]), ["none"]);
+    }
+}

@@ -1,0 +1,233 @@
+//! Task sets and state machines that stand alone ([`mauve_timing::task_set`]): made of models, and analysed as these are.
+
+use mauve_timing::task_set::{Activity, Assumed, Component, Edge, Machine, NotAnalysed, Program, TaskSet};
+use mauve_timing::{Level, Time};
+
+use crate::psm::{Psm, PsmEdge, Refused, psm_of};
+use crate::reason::{Doubt, Prose, Reason, Refusal};
+use crate::response::{Asked, Query, Report, lost_in, psms_of, report};
+use crate::system::{Row, system_of};
+use crate::timetable::timetable_of;
+use mauve_hir::{Decl, File, ModelDb, Place, ProgramId, Project, config_of, platform_of};
+
+/// What a deployment runs, at all levels of its project's tables, with its reasons in `prose`.
+pub fn task_set_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployment: Decl<'db>,
+    prose: &Prose,
+) -> TaskSet {
+    let say = |reason: &Reason<'db>| one_line(&(prose.reason)(db, reason));
+    let levels = levels_of(db, project);
+    let system = system_of(db, project, deployment);
+    let psms: Vec<Psms<'db>> = levels.iter().map(|&level| psms_of(db, project, system, level)).collect();
+    let activity = |(index, row): (usize, &Row<'db>)| {
+        let psms: Psms<'db> = psms.iter().map(|psms| psms.get(index).copied().flatten()).collect();
+        let always = |refusal: &Refusal<'db>| NotAnalysed {
+            reason: say(&refusal.reason),
+            levels: None,
+            classic_only: false,
+        };
+        let mut not_analysed: Vec<NotAnalysed> = row.refusals.iter().map(always).collect();
+        not_analysed.extend(refusals_of(&levels, &psms, &say));
+        Activity {
+            instance: row.instance.to_string(),
+            component: row.component_name.to_string(),
+            affinity: row.cpus,
+            priority: row.priority,
+            period: row.period,
+            deadline: row.deadline,
+            not_analysed,
+            doubt: row.doubt.as_ref().map(prose.doubt),
+            machine: machine_of(&psms),
+        }
+    };
+    let workspace = project.workspace(db);
+    TaskSet {
+        name: deployment.name(db).to_string(),
+        significance: config_of(db, workspace).level(),
+        cpus: system.cpus,
+        rt_throttling: platform_of(db, workspace).rt_throttling,
+        not_analysed: lost_in(db, project, deployment).iter().map(|lost| say(&lost.reason)).collect(),
+        activities: system.rows.iter().enumerate().map(activity).collect(),
+        levels,
+    }
+}
+
+/// What a component may execute, at all levels of its project's tables, with its reasons in `prose`.
+pub fn exported_component<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    component: Decl<'db>,
+    prose: &Prose,
+) -> Component {
+    let say = |reason: &Reason<'db>| one_line(&(prose.reason)(db, reason));
+    let levels = levels_of(db, project);
+    let lost = timetable_of(db, project).lost.as_ref();
+    let is_timed = lost.is_none();
+    let psm = |&level: &Level| is_timed.then(|| psm_of(db, project, component, level));
+    let psms: Psms<'db> = levels.iter().map(psm).collect();
+    let lost = lost.cloned().map(|tables| NotAnalysed {
+        reason: say(&Reason::LostTables(tables)),
+        levels: None,
+        classic_only: false,
+    });
+    Component {
+        name: component.qualified(db),
+        not_analysed: lost.into_iter().chain(refusals_of(&levels, &psms, &say)).collect(),
+        machine: machine_of(&psms),
+        levels,
+    }
+}
+
+/// What one component executes at each level.
+type Psms<'db> = Vec<Option<&'db Result<Psm<'db>, Refused<'db>>>>;
+
+/// Those of its tables; where no time depends on a level, that of `mauve.toml`. What an editor shows has no part in it.
+fn levels_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<Level> {
+    match timetable_of(db, project).levels() {
+        [] => vec![config_of(db, project.workspace(db)).level()],
+        levels => levels.to_vec(),
+    }
+}
+
+/// File names may have anything in them, and stand in reasons.
+fn one_line(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
+}
+
+/// Why a component is not analysed, level by level.
+fn refusals_of<'db>(
+    levels: &[Level],
+    psms: &Psms<'db>,
+    say: &dyn Fn(&Reason<'db>) -> String,
+) -> Vec<NotAnalysed> {
+    let refused = |psm: &Option<&Result<Psm<'db>, Refused<'db>>>| -> Vec<String> {
+        let Some(Err(refused)) = psm else { return Vec::new() };
+        refused.refusals.iter().map(|refusal| say(&refusal.reason)).collect()
+    };
+    let whole = |psm: &Option<&Result<Psm<'db>, Refused<'db>>>| -> Vec<String> {
+        let Some(Ok(Psm { whole_unusable: Some(why), .. })) = psm else { return Vec::new() };
+        vec![say(&Reason::Table(why.clone()))]
+    };
+    let mut found = grouped(levels, psms.iter().map(refused).collect(), false);
+    found.extend(grouped(levels, psms.iter().map(whole).collect(), true));
+    found
+}
+
+/// The reasons of each level, once for all that have the same.
+fn grouped(levels: &[Level], reasons: Vec<Vec<String>>, classic_only: bool) -> Vec<NotAnalysed> {
+    let mut groups: Vec<(Vec<String>, Vec<Level>)> = Vec::new();
+    for (reasons, level) in reasons.into_iter().zip(levels).filter(|(reasons, _)| !reasons.is_empty()) {
+        match groups.iter_mut().find(|(known, _)| *known == reasons) {
+            Some((_, group)) => group.push(*level),
+            None => groups.push((reasons, vec![*level])),
+        }
+    }
+    let of_group = |(reasons, group): (Vec<String>, Vec<Level>)| {
+        let group = (group.len() < levels.len()).then_some(group);
+        reasons.into_iter().map(move |reason| NotAnalysed { reason, levels: group.clone(), classic_only })
+    };
+    groups.into_iter().flat_map(of_group).collect()
+}
+
+/// The machine, with the times of each level. Its states and edges are the same at all of them.
+fn machine_of(psms: &Psms<'_>) -> Option<Machine> {
+    let at_levels: Vec<Option<&Psm<'_>>> = psms.iter().map(|psm| psm.as_ref()?.as_ref().ok()).collect();
+    let shape = at_levels.iter().flatten().next()?;
+    let times = |time: &dyn Fn(&Psm<'_>) -> Option<Time>| -> Vec<Option<Time>> {
+        at_levels.iter().map(|psm| psm.and_then(time)).collect()
+    };
+    let state = |number: u32| shape.states.get(number as usize).map_or_else(String::new, ToString::to_string);
+    let key = |index: &usize| shape.programs.get(*index).map(|(program, _)| program.to_string());
+    let mut used: Vec<usize> = shape.edges.iter().flat_map(|edge| edge.programs.iter().copied()).collect();
+    used.sort_unstable();
+    used.dedup();
+    let programs = used.iter().filter_map(|index| {
+        let time = times(&|psm| psm.programs.get(*index).map(|(_, time)| *time));
+        Some(Program { program: key(index)?, time })
+    });
+    let edges = shape.machine.edges().iter().zip(&shape.edges).enumerate();
+    let edges = edges.map(|(index, (edge, described))| Edge {
+        source: state(edge.source),
+        target: state(edge.target),
+        transition: described.transition.as_ref().map(ToString::to_string),
+        programs: described.programs.iter().filter_map(key).collect(),
+        cost: times(&|psm| psm.machine.edges().get(index).map(|edge| edge.cost)),
+    });
+    let assumed = shape.assumed.iter().map(|(codel, time)| Assumed { codel: codel.clone(), time: *time });
+    Some(Machine {
+        states: shape.states.iter().map(ToString::to_string).collect(),
+        initial: shape.states.get(shape.initial).map_or_else(String::new, ToString::to_string),
+        overhead: times(&|psm| Some(psm.overhead)),
+        component_time: times(&|psm| psm.whole),
+        assumed: assumed.collect(),
+        programs: programs.collect(),
+        edges: edges.collect(),
+    })
+}
+
+/// The response times of a task set, which was read from `file`; none where it does not have the level.
+pub fn response_times_of<'db>(
+    db: &'db dyn ModelDb,
+    file: File,
+    set: &TaskSet,
+    query: Query,
+) -> Option<Report<'db>> {
+    let column = set.column(query.level)?;
+    let reported =
+        |reason: &str, at: &Place<'db>| Refusal::reported(Reason::Stated(reason.to_owned()), at.clone());
+    let row = |(index, activity): (u32, &Activity)| {
+        // Nobody looks there: it tells one activity from another.
+        let at = Place::Range(file, index, index);
+        let reasons = activity.not_analysed.iter().filter(|it| it.holds(query.level, query.method));
+        Row {
+            instance: activity.instance.as_str().into(),
+            component_name: activity.component.as_str().into(),
+            component: None,
+            priority: activity.priority,
+            cpus: activity.affinity,
+            period: activity.period,
+            deadline: activity.deadline,
+            is_late: false,
+            refusals: reasons.map(|it| reported(&it.reason, &at)).collect(),
+            doubt: activity.doubt.as_deref().map(|text| Doubt::Stated(text.into())),
+            at,
+        }
+    };
+    let rows: Vec<Row<'db>> = (0..).zip(&set.activities).map(row).collect();
+    let psm = |activity: &Activity| Some(Ok(psm_at(activity.machine.as_ref()?, column)?));
+    let psms: Vec<Option<Result<Psm<'db>, Refused<'db>>>> = set.activities.iter().map(psm).collect();
+    let psms: Vec<_> = psms.iter().map(Option::as_ref).collect();
+    let at = Place::Range(file, 0, 0);
+    let lost: Vec<Refusal<'db>> = set.not_analysed.iter().map(|reason| reported(reason, &at)).collect();
+    let throttled = set.rt_throttling == Some(true);
+    Some(report(db, &Asked { rows: &rows, psms: &psms, lost: &lost, throttled, is_brief: false }, query))
+}
+
+/// The machine as it is in a model, at the level of this number; none where it has no times there.
+pub fn psm_at(machine: &Machine, column: usize) -> Option<Psm<'static>> {
+    let number: std::collections::HashMap<&str, usize> =
+        machine.programs.iter().map(|it| it.program.as_str()).zip(0..).collect();
+    let edge = |edge: &Edge| PsmEdge {
+        transition: edge.transition.as_deref().map(Into::into),
+        programs: edge.programs.iter().filter_map(|it| number.get(it.as_str()).copied()).collect(),
+    };
+    let time = |times: &[Option<Time>]| times.get(column).copied().flatten();
+    Some(Psm {
+        states: machine.states.iter().map(|state| state.as_str().into()).collect(),
+        initial: machine.states.iter().position(|state| *state == machine.initial)?,
+        machine: machine.state_machine(column)?,
+        edges: machine.edges.iter().map(edge).collect(),
+        programs: machine
+            .programs
+            .iter()
+            .map(|it| (ProgramId::from(it.program.as_str()), time(&it.time).unwrap_or_default()))
+            .collect(),
+        operations: Vec::new(),
+        overhead: time(&machine.overhead)?,
+        whole: time(&machine.component_time),
+        whole_unusable: None,
+        assumed: machine.assumed.iter().map(|it| (it.codel.clone(), it.time)).collect(),
+    })
+}

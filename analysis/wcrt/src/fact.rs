@@ -1,0 +1,139 @@
+//! What is wrong with a deployment, its priorities, its timing tables and its response times, as facts: names, figures
+//! and locations. How a fact is said, how severe it is and what would repair it are decided elsewhere.
+
+use mauve_timing::{Level, Time, TimeError};
+
+use crate::reason::{ActivityField, NoSuchCpu, Refusal, TableFault, TableLevels, WrongProgram};
+use crate::response::{Budget, InterferenceReport, MissingTime};
+use mauve_hir::item_tree::{Kind, Name, Part, TypeRef};
+use mauve_hir::{Decl, File, Place, Unresolved};
+
+/// Something wrong, at a location.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub struct TimingFact<'db> {
+    /// Where.
+    pub at: Place<'db>,
+    /// What.
+    pub kind: TimingFactKind<'db>,
+}
+
+impl<'db> TimingFact<'db> {
+    pub(crate) fn new(at: Place<'db>, kind: TimingFactKind<'db>) -> TimingFact<'db> {
+        TimingFact { at, kind }
+    }
+}
+
+/// What is wrong. Each variant belongs to one code.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+#[allow(missing_docs, reason = "each variant says what its fields are")]
+pub enum TimingFactKind<'db> {
+    /// A deployment has no `architecture`.
+    NoTarget,
+    /// A deployment has a second `architecture`.
+    SecondTarget,
+    /// The name of an architecture that nothing has, or several have.
+    UnresolvedArchitecture { of: Decl<'db>, ty: TypeRef, why: Unresolved },
+    /// An activity is for an instance that the architecture does not have.
+    UnresolvedInstance { name: Name, architecture: Decl<'db>, near: Option<Name> },
+    /// An instance has two activities.
+    DuplicateActivity { instance: Name, first: Place<'db> },
+    /// An instance has no activity.
+    MissingActivity { of: Decl<'db>, instance: Name },
+    /// An activity has a field twice.
+    DuplicateField { of: Decl<'db>, part: Part, field: ActivityField, instance: Name, first: Place<'db> },
+    /// No activity has a field of this name.
+    UnknownField(Name),
+    /// An activity has no priority. With one that is free on its CPU, and where its period stands.
+    MissingPriority { of: Decl<'db>, activity: (Name, Part), free: u32, period: Option<Part> },
+    /// An activity has no period. With the location of the value of its priority.
+    MissingPeriod { of: Decl<'db>, activity: (Name, Part), priority: Option<Part> },
+    /// A value is none for its field.
+    InvalidField(ActivityField, Expected),
+    /// An affinity names a CPU that there is not.
+    NoSuchCpu(NoSuchCpu),
+    /// A deadline is later than the period. With the period as it is written, and its location.
+    DeadlineExceedsPeriod { deadline: Time, period: Time, written: Name, period_at: Place<'db> },
+    /// Several activities have one priority on one CPU: this one, and the others with the locations of their priorities.
+    EqualPriorities { instance: Name, priority: u32, others: Vec<(Name, Place<'db>)> },
+    /// An activity with a shorter deadline has a lower priority.
+    PriorityInversion { late: Urgency, early: Urgency, early_at: Place<'db> },
+    /// A component runs before the one of the same period that writes what it reads.
+    StaleData { reader: Name, writer: Name, port: Name, writer_at: Place<'db> },
+
+    /// A table has an error.
+    InvalidTable(TableFault),
+    /// A table has a time for what has one already.
+    RepeatedTime { key: String, first: (File, Place<'db>) },
+    /// A key means nothing. With a similar name, and the whole key that can be written in its place.
+    UnknownTimingKey { kind: Kind, key: String, near: Option<Name>, fixed: Option<String> },
+    /// A component does not have a program, or has several of its key.
+    UnknownProgram { program: WrongProgram<'db>, near: Option<Name>, fixed: Option<String> },
+    /// A key means several things: the first of them.
+    AmbiguousTimingKey { key: String, first: Decl<'db> },
+
+    /// A table has no times at the level that is shown.
+    NoTimesAtLevel(Level, TableLevels),
+    /// No codel has a time: so many lack one.
+    NoTimes { codels: usize },
+    /// A codel has no time. With what it may take.
+    MissingTime(MissingTime<'db>, Option<Budget<'db>>),
+    /// A deadline is not proved.
+    DeadlineMissed { instance: Name, deadline: Time, missed: Missed<'db> },
+    /// An activity is not analysed for reasons that nothing else reports.
+    NotAnalysed { instance: Name, reasons: Vec<Refusal<'db>> },
+}
+
+/// An activity with its priority and its deadline.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Urgency {
+    /// Its instance.
+    pub instance: Name,
+    /// Its priority.
+    pub priority: u32,
+    /// D.
+    pub deadline: Time,
+}
+
+/// What a field takes.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Expected {
+    /// A bit for each CPU.
+    Cpus,
+    /// 1 to 99, or `background`.
+    Priority,
+    /// A time greater than 0.
+    PositiveTime,
+    /// A time: why the value is none.
+    Time(NoTime),
+}
+
+/// Why a value is no time in milliseconds.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum NoTime {
+    /// A whole number that no INT is.
+    TooLarge(Name),
+    /// It is in hexadecimal.
+    Hexadecimal,
+    /// It is negative.
+    Negative,
+    /// It is an expression.
+    NotALiteral,
+    /// It cannot be read.
+    Unreadable(TimeError),
+}
+
+/// Why a deadline is not proved.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub enum Missed<'db> {
+    /// The response time exceeds it.
+    Late {
+        /// R.
+        response: Time,
+        /// The greatest interference.
+        heaviest: Option<InterferenceReport>,
+        /// Where a later job of a busy window responds last: its number, and the end of that job.
+        window: Option<(u64, Time)>,
+    },
+    /// There is no response time.
+    NoBound(Vec<Refusal<'db>>),
+}

@@ -1,0 +1,374 @@
+//! The periodic state machine of a component at a significance level: its behaviour with the times of a timetable.
+
+use std::collections::BTreeMap;
+
+use mauve_timing::{Edge, Level, StateMachine, Time};
+
+use crate::reason::{MOST_REASONS, Reason, Refusal, TooLong, Unknown, UnusableTime};
+use crate::timetable::{Lookup, Timetable, timetable_of};
+use mauve_hir::item_tree::Name;
+use mauve_hir::{
+    Behaviour, Cost, Decl, ModelDb, Place, ProgramId, Project, TimedProgram, behaviour_of, codel, component,
+    core_of, errors_in, features_of, is_core_for, operations_in, shell_of, uses_of,
+};
+
+/// A component's periodic state machine (paper, Def. 3 and 4).
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub struct Psm<'db> {
+    /// The names of the states, by number.
+    pub states: Vec<Name>,
+    /// The number of the initial one.
+    pub initial: usize,
+    /// The machine that the analysis reads; its edges are those of `edges`, in the same order.
+    pub machine: StateMachine,
+    /// What each edge executes.
+    pub edges: Vec<PsmEdge>,
+    /// The programs with their times: 0 where no edge executes them.
+    pub programs: Vec<(ProgramId, Time)>,
+    /// Its own operations that programs may call, likewise; no time where none was needed.
+    pub operations: Vec<(ProgramId, Option<Time>)>,
+    /// Dispatch and context switches, in each edge.
+    pub overhead: Time,
+    /// The component's own time, for the classic method, where a table has one.
+    pub whole: Option<Time>,
+    /// Why that cannot be used, where it cannot.
+    pub whole_unusable: Option<UnusableTime<'db>>,
+    /// Codels whose time is that of `[assume]`, with it.
+    pub assumed: Vec<(String, Time)>,
+}
+
+/// What one period may execute.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PsmEdge {
+    /// The transition that fires; none where the machine stays.
+    pub transition: Option<Name>,
+    /// The programs in their order: indices into [`Psm::programs`].
+    pub programs: Vec<usize>,
+}
+
+/// Why a component has no periodic state machine.
+#[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
+pub struct Refused<'db> {
+    /// The reasons.
+    pub refusals: Vec<Refusal<'db>>,
+    /// The codels without a time, among them; with a reason where a table has one at other levels.
+    pub missing: Vec<(Decl<'db>, Option<UnusableTime<'db>>)>,
+}
+
+/// The periodic state machine of a component.
+#[salsa::tracked(returns(ref))]
+pub fn psm_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    component: Decl<'db>,
+    level: Level,
+) -> Result<Psm<'db>, Refused<'db>> {
+    psm_with(db, project, component, level, &|_| None)
+}
+
+/// [`psm_of`], where `suppose` gives the times of codels that no table has.
+pub(crate) fn psm_with<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    level: Level,
+    suppose: &dyn Fn(Decl<'db>) -> Option<Time>,
+) -> Result<Psm<'db>, Refused<'db>> {
+    let refuse =
+        |reason, at| Err(Refused { refusals: vec![Refusal::reported(reason, at)], missing: Vec::new() });
+    let at = Place::name_of(of);
+    if component(db, of).is_some_and(|data| !data.whole) {
+        return refuse(Reason::Damaged(of), at);
+    }
+    let Some(shell) = shell_of(db, project, of) else {
+        return refuse(Reason::Unknown { project, what: Unknown::ShellOf(of) }, at);
+    };
+    let Some(core) = core_of(db, project, of) else {
+        return refuse(Reason::Unknown { project, what: Unknown::CoreOf(of) }, at);
+    };
+    if !is_core_for(db, project, core, shell) {
+        return refuse(Reason::CoreOfOtherShell(of), at);
+    }
+    let behaviour = behaviour_of(db, project, core);
+    if !behaviour.refusals.is_empty() {
+        // A few are enough, and every activity that executes the component repeats them.
+        let refusals = behaviour.refusals.iter().take(MOST_REASONS).map(Refusal::of_model).collect();
+        return Err(Refused { refusals, missing: Vec::new() });
+    }
+    let features = features_of(db, project, shell);
+    if features.lost || features.cycle {
+        return refuse(Reason::IncompleteShell { project, shell }, Place::name_of(shell));
+    }
+    let errors = errors_behind(db, project, of, shell, core);
+    if !errors.is_empty() {
+        return Err(Refused { refusals: errors, missing: Vec::new() });
+    }
+    let times = timetable_of(db, project);
+    if let Some(doubt) = times.doubt(of) {
+        return refuse(Reason::Table(doubt), at);
+    }
+    let mut reader = Evaluator {
+        db,
+        component: of,
+        behaviour,
+        times,
+        level,
+        suppose,
+        operations: vec![None; behaviour.operations.len()],
+        refused: Refused::default(),
+        missing: BTreeMap::new(),
+        assumed: BTreeMap::new(),
+    };
+    reader.psm()
+}
+
+/// The errors in all that a component executes: a call may have been lost where one stands.
+fn errors_behind<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    component: Decl<'db>,
+    shell: Decl<'db>,
+    core: Decl<'db>,
+) -> Vec<Refusal<'db>> {
+    let shells = features_of(db, project, shell).shells.iter().filter(|&&base| base != shell);
+    let declared = [component, core, shell].into_iter().chain(shells.copied());
+    let mut codels: Vec<Decl<'db>> = uses_of(db, project, core).codels.iter().copied().collect();
+    codels.sort_by(|a, b| a.name(db).cmp(b.name(db)));
+    let is_damaged = |of: &&Decl<'db>| codel(db, **of).is_some_and(|data| !data.whole);
+    let damaged = codels.iter().filter(is_damaged);
+    let damaged = damaged.map(|&of| Refusal::reported(Reason::Damaged(of), Place::name_of(of)));
+    let errors = declared.chain(codels.iter().copied()).flat_map(|decl| errors_in(db, project, decl));
+    errors.map(Refusal::of_model).chain(damaged).take(MOST_REASONS).collect()
+}
+
+struct Evaluator<'a, 'db> {
+    db: &'db dyn ModelDb,
+    component: Decl<'db>,
+    behaviour: &'db Behaviour<'db>,
+    times: &'db Timetable<'db>,
+    level: Level,
+    suppose: &'a dyn Fn(Decl<'db>) -> Option<Time>,
+    /// The times of the operations that are called, callees first.
+    operations: Vec<Option<Time>>,
+    refused: Refused<'db>,
+    missing: BTreeMap<String, (Decl<'db>, Option<UnusableTime<'db>>)>,
+    assumed: BTreeMap<String, Time>,
+}
+
+impl<'db> Evaluator<'_, 'db> {
+    fn psm(&mut self) -> Result<Psm<'db>, Refused<'db>> {
+        let behaviour = self.behaviour;
+        // Only what some edge executes needs a time: states that are never reached, and transitions behind one without
+        // a guard, never happen.
+        let mut used = vec![false; behaviour.programs.len()];
+        behaviour.edges.iter().flat_map(|edge| &edge.programs).for_each(|&index| used[index] = true);
+        self.operations_of(&used);
+        let programs: Vec<Option<Time>> = behaviour
+            .programs
+            .iter()
+            .zip(used)
+            .map(|(program, used)| if used { self.program(program) } else { None })
+            .collect();
+        let overhead = self.times.overhead(self.level);
+        if overhead.is_none() {
+            match self.times.without_level(self.level) {
+                // That is one warning, where the level is asked for.
+                Some(table) => {
+                    let none = Reason::NoOverhead { level: self.level, table: table.clone() };
+                    self.refused.refusals.push(Refusal::reported(none, Place::name_of(self.component)));
+                }
+                None => self.refuse(Reason::TooLong(TooLong::Overhead)),
+            }
+        }
+        let mut edges = Vec::new();
+        let mut described = Vec::new();
+        for edge in &behaviour.edges {
+            let mut cost = overhead;
+            for &index in &edge.programs {
+                let Some((program, time)) =
+                    behaviour.programs.get(index).zip(programs.get(index).copied().flatten())
+                else {
+                    cost = None;
+                    continue;
+                };
+                let sum = cost.and_then(|cost| cost.checked_add(time));
+                if cost.is_some() && sum.is_none() {
+                    self.refuse(Reason::TooLong(TooLong::Edge(program.id.clone())));
+                }
+                cost = sum;
+            }
+            let Some(cost) = cost else { continue };
+            edges.push(Edge { source: edge.source as u32, target: edge.target as u32, cost });
+            described.push(PsmEdge { transition: edge.transition.clone(), programs: edge.programs.clone() });
+        }
+        let missing = std::mem::take(&mut self.missing);
+        for (decl, other_levels) in missing.into_values() {
+            let reason = other_levels.clone().map_or(Reason::NoTime(decl), Reason::Table);
+            self.refused.refusals.push(Refusal::reported(reason, Place::name_of(decl)));
+            self.refused.missing.push((decl, other_levels));
+        }
+        if !self.refused.refusals.is_empty() {
+            return Err(std::mem::take(&mut self.refused));
+        }
+        let states = behaviour.states.len() as u32;
+        let machine = match StateMachine::new(states, edges) {
+            Ok(machine) => machine,
+            Err(error) => {
+                self.refuse(Reason::NoMachine(error));
+                return Err(std::mem::take(&mut self.refused));
+            }
+        };
+        let (whole, whole_unusable) = match self.times.component_time(self.component, self.level) {
+            Lookup::Known(time) | Lookup::Assumed(time) => (Some(time), None),
+            Lookup::Absent => (None, None),
+            Lookup::OtherLevels(why) | Lookup::Unusable(why) => (None, Some(why)),
+        };
+        let id = |program: &TimedProgram<'db>| program.id.clone();
+        let programs =
+            behaviour.programs.iter().map(id).zip(programs.into_iter().map(Option::unwrap_or_default));
+        let operations = std::mem::take(&mut self.operations);
+        Ok(Psm {
+            states: behaviour.states.clone(),
+            initial: behaviour.initial,
+            machine,
+            edges: described,
+            programs: programs.collect(),
+            operations: behaviour.operations.iter().map(id).zip(operations).collect(),
+            overhead: overhead.unwrap_or_default(),
+            whole,
+            whole_unusable,
+            assumed: std::mem::take(&mut self.assumed).into_iter().collect(),
+        })
+    }
+
+    /// Evaluates the operations that these programs call, over others or directly: callees first, so that no chain of
+    /// calls is ever followed down.
+    fn operations_of(&mut self, used: &[bool]) {
+        let behaviour = self.behaviour;
+        let costs = behaviour.programs.iter().zip(used).filter(|(_, used)| **used);
+        let mut open: Vec<usize> = costs.flat_map(|(program, _)| operations_in(&program.cost)).collect();
+        let mut needed = vec![false; behaviour.operations.len()];
+        while let Some(index) = open.pop() {
+            let Some(operation) = behaviour.operations.get(index) else { continue };
+            if !std::mem::replace(&mut needed[index], true) {
+                open.extend(operations_in(&operation.cost));
+            }
+        }
+        for &index in behaviour.order.iter().filter(|&&index| needed[index]) {
+            if let Some(operation) = behaviour.operations.get(index) {
+                self.operations[index] = self.program(operation);
+            }
+        }
+    }
+
+    fn refuse(&mut self, reason: Reason<'db>) {
+        self.refused.refusals.push(Refusal::own(reason, Place::name_of(self.component)));
+    }
+
+    /// The time of a program: the table's, as a whole, or the sum of its codels.
+    fn program(&mut self, program: &TimedProgram<'db>) -> Option<Time> {
+        match self.times.program_time(self.component, &program.id, self.level) {
+            Lookup::Known(time) | Lookup::Assumed(time) => Some(time),
+            Lookup::Absent => self.cost(&program.cost),
+            Lookup::OtherLevels(why) | Lookup::Unusable(why) => {
+                let refusal = Refusal::reported(Reason::Table(why), Place::name_of(self.component));
+                self.refused.refusals.push(refusal);
+                None
+            }
+        }
+    }
+
+    fn cost(&mut self, cost: &Cost<'db>) -> Option<Time> {
+        match cost {
+            Cost::Codel(codel) => self.codel(*codel),
+            Cost::Operation(index) => self.operations.get(*index).copied().flatten(),
+            Cost::Sum(costs) => {
+                // Every codel is looked at, so that all that lack a time are named at once.
+                let times: Vec<Option<Time>> = costs.iter().map(|cost| self.cost(cost)).collect();
+                let mut sum = Time::ZERO;
+                for time in times {
+                    let Some(next) = sum.checked_add(time?) else {
+                        self.refuse(Reason::TooLong(TooLong::Program));
+                        return None;
+                    };
+                    sum = next;
+                }
+                Some(sum)
+            }
+            Cost::Greatest(costs) => {
+                let times: Vec<Option<Time>> = costs.iter().map(|cost| self.cost(cost)).collect();
+                times.into_iter().try_fold(Time::ZERO, |greatest, time| Some(greatest.max(time?)))
+            }
+        }
+    }
+
+    fn codel(&mut self, codel: Decl<'db>) -> Option<Time> {
+        let name = codel.qualified(self.db);
+        if let Some(time) = (self.suppose)(codel) {
+            return Some(time);
+        }
+        match self.times.codel_time(self.db, codel, self.level) {
+            Lookup::Known(time) => Some(time),
+            Lookup::Assumed(time) => {
+                self.assumed.insert(name, time);
+                Some(time)
+            }
+            Lookup::Absent => {
+                self.missing.insert(name, (codel, None));
+                None
+            }
+            Lookup::OtherLevels(why) => {
+                self.missing.insert(name, (codel, Some(why)));
+                None
+            }
+            Lookup::Unusable(why) => {
+                let refusal = Refusal::reported(Reason::Table(why), Place::name_of(codel));
+                if !self.refused.refusals.contains(&refusal) {
+                    self.refused.refusals.push(refusal);
+                }
+                None
+            }
+        }
+    }
+}
+
+/// The codels of one program of a component along its worst path, and its own operations, with their times, in the
+/// order of execution: where the time of the program comes from. Empty where a table gives that time as a whole.
+pub fn worst_path<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    component: Decl<'db>,
+    level: Level,
+    program: &ProgramId,
+) -> Vec<(String, Time)> {
+    let Some(core) = core_of(db, project, component) else { return Vec::new() };
+    let Ok(psm) = psm_of(db, project, component, level) else { return Vec::new() };
+    let times = timetable_of(db, project);
+    let is_whole = times.program_time(component, program, level) != Lookup::Absent;
+    let program = behaviour_of(db, project, core).programs.iter().find(|it| it.id == *program && !is_whole);
+    let time = |cost: &Cost<'db>| match cost {
+        Cost::Codel(codel) => match times.codel_time(db, *codel, level) {
+            Lookup::Known(time) | Lookup::Assumed(time) => Some((codel.qualified(db), time)),
+            _ => None,
+        },
+        Cost::Operation(index) => {
+            psm.operations.get(*index).and_then(|(id, time)| Some((id.to_string(), (*time)?)))
+        }
+        Cost::Sum(_) | Cost::Greatest(_) => None,
+    };
+    program.map_or_else(Vec::new, |program| path(&program.cost, &time))
+}
+
+fn path<'db>(cost: &Cost<'db>, time: &dyn Fn(&Cost<'db>) -> Option<(String, Time)>) -> Vec<(String, Time)> {
+    match cost {
+        Cost::Codel(_) | Cost::Operation(_) => time(cost).into_iter().collect(),
+        Cost::Sum(costs) => costs.iter().flat_map(|cost| path(cost, time)).collect(),
+        Cost::Greatest(costs) => {
+            let sum = |path: &[(String, Time)]| {
+                path.iter().try_fold(Time::ZERO, |sum, (_, time)| sum.checked_add(*time))
+            };
+            let paths = costs.iter().map(|cost| path(cost, time));
+            paths.reduce(|best, next| if sum(&next) > sum(&best) { next } else { best }).unwrap_or_default()
+        }
+    }
+}

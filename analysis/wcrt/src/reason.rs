@@ -1,0 +1,391 @@
+//! Why something is not analysed, or has no response time: names and figures. How a reason is said is decided elsewhere.
+
+use mauve_timing::{Level, MachineError, NoBoundReason};
+
+use mauve_hir::fact::Refusal as ModelRefusal;
+use mauve_hir::item_tree::{Kind, Name};
+use mauve_hir::{Decl, File, ModelDb, Place, ProgramId, Project};
+
+/// So many errors are named as reasons; the diagnostics have all.
+pub(crate) const MOST_REASONS: usize = 8;
+
+/// Why something is not analysed, or has no response time.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub struct Refusal<'db> {
+    /// The reason.
+    pub reason: Reason<'db>,
+    /// Where the reason stands.
+    pub at: Place<'db>,
+    /// Whether a diagnostic of its own reports the reason.
+    pub reported: bool,
+}
+
+impl<'db> Refusal<'db> {
+    /// A reason that another diagnostic reports at its place.
+    pub(crate) fn reported(reason: Reason<'db>, at: Place<'db>) -> Refusal<'db> {
+        Refusal { reason, at, reported: true }
+    }
+
+    /// A reason that nothing else reports.
+    pub(crate) fn own(reason: Reason<'db>, at: Place<'db>) -> Refusal<'db> {
+        Refusal { reason, at, reported: false }
+    }
+
+    /// A reason that stands in the model.
+    pub(crate) fn of_model(refusal: &ModelRefusal<'db>) -> Refusal<'db> {
+        let (at, reported) = (refusal.at.clone(), refusal.reported);
+        Refusal { reason: Reason::Model(refusal.clone()), at, reported }
+    }
+}
+
+/// A reason.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub enum Reason<'db> {
+    /// The model has an error, or what it refers to is incomplete.
+    Model(ModelRefusal<'db>),
+    /// This architecture or deployment has that error.
+    ErrorIn(Decl<'db>, ModelRefusal<'db>),
+    /// An exported file states it in these words.
+    Stated(String),
+
+    /// There are more declarations than are analysed.
+    ProjectTooLarge,
+    /// A deployment has a syntax error: an activity may be missing in it.
+    DamagedDeployment(Decl<'db>),
+    /// Two deployments of one library have the name.
+    DeclaredTwice(Decl<'db>),
+    /// The architecture of a deployment is unknown.
+    NoArchitecture(Decl<'db>),
+    /// An architecture imports itself.
+    ImportsItself(Decl<'db>),
+    /// A file has this problem: a declaration may be missing.
+    DamagedFile {
+        /// The file.
+        file: File,
+        /// Why it cannot be read; none where it has a syntax error.
+        problem: Option<String>,
+    },
+    /// The timing tables are incomplete: every time may be longer.
+    LostTables(LostTable),
+
+    /// An activity names an instance that the architecture does not have.
+    NoSuchInstance {
+        /// The architecture.
+        architecture: Decl<'db>,
+        /// The name.
+        instance: Name,
+    },
+    /// An instance has two activities.
+    SecondActivity(Name),
+    /// An instance has no activity.
+    NoActivity,
+    /// The instance of an activity is unknown.
+    UnknownInstance,
+    /// Several instances have the name of this one.
+    SeveralInstances,
+    /// A declaration or a part of it is unknown.
+    Unknown {
+        /// Where it was looked for.
+        project: Project<'db>,
+        /// What.
+        what: Unknown<'db>,
+    },
+    /// An activity has a syntax error.
+    DamagedActivity,
+    /// An activity has a field that no activity has: it may be a misspelt one.
+    UnknownField(Name),
+    /// An activity has a field twice.
+    SecondField {
+        /// The field.
+        field: ActivityField,
+        /// The instance.
+        instance: Name,
+    },
+    /// An activity lacks a field.
+    NoField(ActivityField),
+    /// The value of a field has a syntax error.
+    DamagedField(ActivityField),
+    /// The value of a field cannot be used.
+    UnusableField(ActivityField),
+    /// An affinity names a CPU that `mauve.toml` does not have.
+    NoSuchCpu(NoSuchCpu),
+    /// An activity may run on several CPUs.
+    SeveralCpus {
+        /// A bit each.
+        cpus: u64,
+        /// Whether an affinity names them.
+        given: bool,
+    },
+    /// An activity serves this operation for others.
+    ServesOperation(Name),
+    /// An activity provides operations, and the connections are not known.
+    MayServe,
+    /// The clock of an instance is declared synchronised.
+    SynchronisedClock,
+
+    /// A declaration has a syntax error.
+    Damaged(Decl<'db>),
+    /// The core of a component is for another shell.
+    CoreOfOtherShell(Decl<'db>),
+    /// A feature of a shell may be missing.
+    IncompleteShell {
+        /// Where its bases were looked for.
+        project: Project<'db>,
+        /// The shell.
+        shell: Decl<'db>,
+    },
+    /// No table has a time for a codel.
+    NoTime(Decl<'db>),
+    /// What a table says of a time cannot be used.
+    Table(UnusableTime<'db>),
+    /// The overhead has no time at a level.
+    NoOverhead {
+        /// The level.
+        level: Level,
+        /// A table without it.
+        table: TableLevels,
+    },
+    /// A time exceeds what can be represented.
+    TooLong(TooLong),
+    /// The states and edges of a component make no state machine.
+    NoMachine(MachineError),
+
+    /// Activities that may delay this one are not analysed.
+    DelayedBy {
+        /// Their instances, each once.
+        instances: Vec<Name>,
+        /// Why they may delay it although they seem to have a lower priority.
+        doubt: Option<Doubt>,
+    },
+    /// More than the whole of a CPU is asked for.
+    Overloaded {
+        /// Its bit.
+        cpu: u64,
+        /// The utilisation by the activity and those of a priority at least as high.
+        utilisation: Share,
+    },
+    /// The search for a bound ended without one.
+    NoBound(NoBoundReason),
+}
+
+/// A share of a CPU, for a message: the analysis itself compares exactly.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Share(pub f64);
+
+/// A share is computed, and never NaN.
+impl Eq for Share {}
+
+/// What is unknown.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub enum Unknown<'db> {
+    /// The shell of a component.
+    ShellOf(Decl<'db>),
+    /// The core of a component.
+    CoreOf(Decl<'db>),
+    /// The component of an instance.
+    ComponentOf(Name),
+}
+
+/// A field of an activity.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum ActivityField {
+    /// The CPUs that it may use.
+    Affinity,
+    /// Its priority.
+    Priority,
+    /// T.
+    Period,
+    /// D.
+    Deadline,
+}
+
+impl ActivityField {
+    /// All fields.
+    pub const ALL: [ActivityField; 4] =
+        [ActivityField::Affinity, ActivityField::Priority, ActivityField::Period, ActivityField::Deadline];
+
+    /// The field of this name.
+    pub fn named(name: &str) -> Option<ActivityField> {
+        ActivityField::ALL.into_iter().find(|field| field.name() == name)
+    }
+
+    /// Its name, as it is written.
+    pub fn name(self) -> &'static str {
+        match self {
+            ActivityField::Affinity => "affinity",
+            ActivityField::Priority => "priority",
+            ActivityField::Period => "period",
+            ActivityField::Deadline => "deadline",
+        }
+    }
+}
+
+/// An affinity that names a CPU that `mauve.toml` does not have.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct NoSuchCpu {
+    /// The CPUs that the affinity names, a bit each.
+    pub named: u64,
+    /// The CPUs that there are.
+    pub available: u64,
+}
+
+/// What exceeds 2⁶⁴ ns.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum TooLong {
+    /// Dispatch and context switches.
+    Overhead,
+    /// An edge, at this program.
+    Edge(ProgramId),
+    /// A program.
+    Program,
+}
+
+/// Why the priority of an activity counts as unknown although one is written, or why those of several do.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Doubt {
+    /// Its instance has two activities.
+    TwoActivities,
+    /// Several instances have its name.
+    SeveralInstances,
+    /// It has no period: its priority may be meant as one.
+    PriorityAsPeriod,
+    /// Its affinity may be meant as its priority.
+    AffinityAsPriority,
+    /// Its affinity names no CPU, and may be meant as its priority.
+    NoSuchCpu,
+    /// An exported file states it in these words.
+    Stated(Name),
+    /// It has no priority that can be used.
+    UnknownPriority,
+    /// Several activities have no priority that can be used.
+    UnknownPriorities,
+    /// Several activities have no priority, or no CPU, that can be used.
+    UnknownPrioritiesOrCpus,
+}
+
+/// What an entry of a timing table is for.
+#[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
+pub enum Timed<'db> {
+    /// A codel.
+    Codel(Decl<'db>),
+    /// A program of a component, by the key behind `Component/`.
+    Program(Decl<'db>, ProgramId),
+    /// A component as a whole.
+    Component(Decl<'db>),
+}
+
+/// Why what the tables say of a time cannot be used.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub enum UnusableTime<'db> {
+    /// An entry for something that is not declared may be meant for it.
+    Stray(StrayEntry, Timed<'db>),
+    /// The key of an entry that may be meant for it means several things.
+    AmbiguousKey(StrayEntry),
+    /// An entry for a program that the component does not have may be meant for any of its programs.
+    WrongProgram(File, WrongProgram<'db>),
+    /// Two entries are for it, in these tables.
+    TwoTimes(Timed<'db>, [File; 2]),
+    /// Its entry in this table has an error.
+    Damaged(Timed<'db>, File),
+    /// It has no time at a level.
+    OtherLevels(Timed<'db>, Level, TableLevels),
+}
+
+/// An entry whose key does not mean one thing.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub struct StrayEntry {
+    /// Its key.
+    pub key: String,
+    /// Its table.
+    pub table: File,
+}
+
+/// The key of a program that a component does not have, or has several times.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub struct WrongProgram<'db> {
+    /// The component.
+    pub component: Decl<'db>,
+    /// The key behind `Component/`.
+    pub program: ProgramId,
+    /// Whether it has several programs of that key.
+    pub is_repeated: bool,
+}
+
+/// A table in which some time depends on the level.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TableLevels {
+    /// The table.
+    pub table: File,
+    /// Its levels.
+    pub levels: Vec<Level>,
+}
+
+/// Why the timing tables are incomplete.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LostTable {
+    /// The file with the error: a table, or `mauve.toml`.
+    pub file: File,
+    /// The error.
+    pub error: TableFault,
+}
+
+/// An error that leaves every time unknown. No location stands here: a comment in a table changes no time.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum TableFault {
+    /// The configuration has this error.
+    Configuration(String),
+    /// The configuration names tables that are not there.
+    Files(TableFilesError),
+    /// The table cannot be read, or has an error.
+    Unreadable(String),
+    /// The overhead stands in this table already.
+    SecondOverhead(File),
+    /// This key is not that of a program.
+    NoProgramKey(String),
+    /// This key stands in that table already.
+    Repeated(String, File),
+    /// This key of a program means nothing.
+    MeansNothing(String),
+    /// This key is of the other kind: the header of its section is missing.
+    WrongSection(String, Kind),
+    /// This key is one of `[overhead]`, whose header is missing.
+    OfOverhead(String),
+}
+
+/// What is wrong with `[timing] tables`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum TableFilesError {
+    /// A pattern is none.
+    Pattern {
+        /// The pattern.
+        pattern: String,
+        /// Why.
+        error: PatternError,
+    },
+    /// No file has the name.
+    NoSuchFile(String),
+    /// A table cannot be read.
+    Unreadable(String),
+    /// A folder cannot be read.
+    NotAllKnown(String),
+}
+
+/// Why a text is no pattern of `[timing] tables`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum PatternError {
+    /// It chooses between names.
+    Choice,
+    /// It is longer than a path.
+    TooLong,
+    /// It has this error.
+    Invalid(String),
+}
+
+/// How reasons are said, for what is exported with them.
+#[derive(Clone, Copy)]
+pub struct Prose {
+    /// Says a reason.
+    pub reason: for<'db> fn(&'db dyn ModelDb, &Reason<'db>) -> String,
+    /// Says a doubt, in words that follow a name.
+    pub doubt: fn(&Doubt) -> String,
+}

@@ -1,0 +1,582 @@
+//! The execution times of a project: its timing tables, joined, with the names in them resolved.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use globset::{GlobBuilder, GlobMatcher};
+use mauve_timing::table_keys::{OVERHEAD, kind_of};
+use mauve_timing::{Entry, Level, Overhead, Table, Time, Times};
+use rustc_hash::FxHashMap;
+
+use crate::fact::{TimingFact, TimingFactKind};
+use crate::reason::{
+    LostTable, PatternError, StrayEntry, TableFault, TableFilesError, TableLevels, Timed, UnusableTime,
+    WrongProgram,
+};
+use mauve_hir::item_tree::{FeatureKind, HookKind, Kind, Name};
+use mauve_hir::{
+    CONFIG_FILE, Decl, File, Mistake, ModelDb, Place, ProgramId, ProgramKey, Project, Workspace, all_roots,
+    behaviour_of, config_file, config_of, core_of, features_of, is_core_for, names_of, normalised, shell_of,
+    similar,
+};
+
+/// A table's content.
+#[salsa::tracked(returns(ref))]
+pub fn table(db: &dyn ModelDb, file: File) -> Table {
+    Table::parse(file.text(db))
+}
+
+/// The tables that the configuration names, in the order of their paths; and what is wrong with those names.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct TableFiles {
+    /// The tables.
+    pub files: Vec<File>,
+    /// Patterns that name none, or are none.
+    pub errors: Vec<(TableFilesError, Range<usize>)>,
+}
+
+/// Finds the tables of a workspace.
+#[salsa::tracked(returns(ref))]
+pub fn table_files(db: &dyn ModelDb, workspace: Workspace) -> TableFiles {
+    let mut files: BTreeMap<&Path, File> = BTreeMap::new();
+    let mut errors = Vec::new();
+    let config = workspace.folder(db).join(CONFIG_FILE);
+    for (pattern, span) in &config_of(db, workspace).tables {
+        let glob = match table_pattern(workspace.folder(db), pattern) {
+            Ok(glob) => glob,
+            Err(error) => {
+                let pattern = pattern.clone();
+                errors.push((TableFilesError::Pattern { pattern, error }, span.clone()));
+                continue;
+            }
+        };
+        let known = workspace.files(db).iter().filter(|(path, _)| **path != config);
+        let named = known.filter(|(path, _)| glob.is_match(path));
+        let named: Vec<File> = named.map(|(_, file)| *file).collect();
+        if named.is_empty() {
+            errors.push((TableFilesError::NoSuchFile(pattern.clone()), span.clone()));
+        }
+        for file in named {
+            match file.problem(db).as_ref().filter(|_| file.is_outside(db)) {
+                Some(problem) => {
+                    errors.push((TableFilesError::Unreadable(problem.message().to_owned()), span.clone()));
+                }
+                None => _ = files.insert(file.path(db).as_path(), file),
+            }
+        }
+    }
+    if let Some((_, span)) = config_of(db, workspace).tables.first() {
+        let unreadable = workspace.unreadable(db).iter();
+        errors.extend(unreadable.map(|why| (TableFilesError::NotAllKnown(why.clone()), span.clone())));
+    }
+    TableFiles { files: files.into_values().collect(), errors }
+}
+
+/// What paths a pattern of `[timing] tables` names, from the configuration's folder. `*` and `?` do not cross folders,
+/// `**` does.
+///
+/// # Errors
+///
+/// The pattern is none, is too long, or chooses between names.
+pub fn table_pattern(folder: &Path, pattern: &str) -> Result<GlobMatcher, PatternError> {
+    if has_choice(pattern) {
+        return Err(PatternError::Choice);
+    }
+    if pattern.len() > LONGEST_PATTERN {
+        return Err(PatternError::TooLong);
+    }
+    // The folder is a path, whatever letters it has: only the pattern is one.
+    let escaped = PathBuf::from(globset::escape(&folder.to_string_lossy()));
+    let absolute = normalised(&escaped.join(pattern));
+    let absolute = absolute.to_string_lossy();
+    // A backslash is a letter of a folder's name; `[*]` is a star.
+    let glob = GlobBuilder::new(&absolute).literal_separator(true).backslash_escape(false).build();
+    Ok(glob.map_err(|error| PatternError::Invalid(error.to_string()))?.compile_matcher())
+}
+
+/// In bytes: no system has longer paths.
+pub const LONGEST_PATTERN: usize = 4096;
+
+/// Does a pattern choose between names, so that a missing table goes unnoticed? (`[x]` is the letter `x`.)
+fn has_choice(pattern: &str) -> bool {
+    let mut letters = pattern.chars();
+    while let Some(letter) = letters.next() {
+        match letter {
+            // `[!` and `[^` begin what is left out.
+            '[' if letters.next().is_none_or(|letter| matches!(letter, '!' | '^')) => return true,
+            '[' if letters.next() != Some(']') => return true,
+            '{' | '}' => return true,
+            _ => {}
+        }
+    }
+    false
+}
+
+/// The pattern of `[timing] tables` that names one path and no other.
+pub fn pattern_of_path(path: &str) -> String {
+    globset::escape(path)
+}
+
+/// What one table says of one thing. No place stands here: a comment in a table changes no time.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+struct Slot {
+    file: File,
+    levels: Arc<[Level]>,
+    /// None where the entry has an error.
+    times: Option<Times>,
+}
+
+/// The times of a project.
+#[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
+pub struct Timetable<'db> {
+    slots: FxHashMap<Timed<'db>, Vec<Slot>>,
+    /// What an entry that means several things may have been for: used where nothing else gives a time.
+    doubts: FxHashMap<Timed<'db>, StrayEntry>,
+    /// Components that have an entry for a program that they do not have: it may be for any of their programs.
+    doubtful: FxHashMap<Decl<'db>, (File, WrongProgram<'db>)>,
+    /// An entry for something that is not declared: it may be for any codel that has no other time.
+    stray_codel: Option<StrayEntry>,
+    /// Those entries by the name of the codel: they may be for one of that name in another library, whatever its time.
+    strays: FxHashMap<Name, StrayEntry>,
+    /// An entry that may be for any component without a time of its own.
+    stray_component: Option<StrayEntry>,
+    overhead: Option<(File, Arc<[Level]>, Overhead)>,
+    /// The levels at which all times hold, from the most probable down.
+    levels: Vec<Level>,
+    /// Levels that only some tables have, each with a table that does not.
+    partial: Vec<(Level, String)>,
+    /// The tables in which some time depends on the level.
+    with_levels: Vec<TableLevels>,
+    assume: Option<Time>,
+    /// Something was lost that may make every time longer: nothing is analysed.
+    pub lost: Option<LostTable>,
+}
+
+/// What the tables say of a time.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Lookup<'db> {
+    /// This.
+    Known(Time),
+    /// This, by `[assume]`: no table has it.
+    Assumed(Time),
+    /// Nothing.
+    Absent,
+    /// Something, but not at this level.
+    OtherLevels(UnusableTime<'db>),
+    /// Something that cannot be used. It is reported where it stands.
+    Unusable(UnusableTime<'db>),
+}
+
+/// The times of a project: its tables, joined. No place stands in them: a comment in a table changes nothing.
+#[salsa::tracked(returns(ref))]
+pub fn timetable_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Timetable<'db> {
+    joined(db, project).0.clone()
+}
+
+/// What is wrong in the tables, in no particular order.
+pub fn table_facts<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> &'db [TimingFact<'db>] {
+    &joined(db, project).1
+}
+
+#[salsa::tracked(returns(ref), no_eq)]
+fn joined<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> (Timetable<'db>, Vec<TimingFact<'db>>) {
+    let workspace = project.workspace(db);
+    let found = table_files(db, workspace);
+    let config = config_of(db, workspace);
+    let times = Timetable { assume: config.assume, ..Timetable::default() };
+    let mut joining = Joining { db, project, times, facts: Vec::new(), places: FxHashMap::default() };
+    if let Some(file) = config_file(db, workspace) {
+        if config.lost
+            && let Some(Mistake { message, .. }) = config.errors.iter().min_by_key(|it| it.span.start)
+        {
+            joining.lost(file, TableFault::Configuration(message.clone()));
+        }
+        for (error, _) in &found.errors {
+            joining.lost(file, TableFault::Files(error.clone()));
+        }
+    }
+    let mut tables = Vec::new();
+    for &file in &found.files {
+        let table = table(db, file);
+        tables.push(table);
+        joining.table(file, table);
+    }
+    joining.report_repeated();
+    let all: BTreeSet<Level> = tables.iter().flat_map(|table| table.levels.iter().copied()).collect();
+    for (table, &file) in tables.iter().zip(&found.files) {
+        if table.depends_on_level() {
+            joining.times.with_levels.push(TableLevels { table: file, levels: table.levels.clone() });
+        }
+    }
+    for level in all.into_iter().rev() {
+        match tables.iter().position(|table| !table.covers(level)).and_then(|index| found.files.get(index)) {
+            None => joining.times.levels.push(level),
+            Some(without) => joining.times.partial.push((level, file_name(db, *without))),
+        }
+    }
+    (joining.times, joining.facts)
+}
+
+/// A timetable that is being made, and where its entries stand.
+struct Joining<'db> {
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    times: Timetable<'db>,
+    facts: Vec<TimingFact<'db>>,
+    places: FxHashMap<Timed<'db>, Vec<(File, Place<'db>, String)>>,
+}
+
+impl<'db> Joining<'db> {
+    fn lost(&mut self, file: File, error: TableFault) {
+        self.times.lost.get_or_insert(LostTable { file, error });
+    }
+
+    fn report(&mut self, at: Place<'db>, kind: TimingFactKind<'db>) {
+        self.facts.push(TimingFact::new(at, kind));
+    }
+
+    /// An error that leaves every time unknown.
+    fn fault(&mut self, file: File, at: Place<'db>, error: TableFault) {
+        self.report(at, TimingFactKind::InvalidTable(error.clone()));
+        self.lost(file, error);
+    }
+
+    fn table(&mut self, file: File, table: &'db Table) {
+        let at = |span: &Range<usize>| Place::Range(file, span.start as u32, span.end as u32);
+        if let Some(problem) = file.problem(self.db) {
+            self.fault(file, at(&(0..0)), TableFault::Unreadable(problem.message().to_owned()));
+        }
+        // A value with an error may have swallowed the entries behind it; one of two of a key may be another's.
+        for error in &table.errors {
+            self.fault(file, at(&error.span), TableFault::Unreadable(error.message.clone()));
+        }
+        if table.lost {
+            return;
+        }
+        let levels: Arc<[Level]> = table.levels.as_slice().into();
+        if table.overhead != Overhead::default() {
+            if let Some((first, ..)) = self.times.overhead {
+                self.fault(file, at(&table.overhead_span), TableFault::SecondOverhead(first));
+            }
+            self.times.overhead = Some((file, levels.clone(), table.overhead.clone()));
+        }
+        let slot = |entry: &Entry| Slot { file, levels: levels.clone(), times: entry.value.clone() };
+        for entry in &table.codels {
+            self.add(entry, &entry.key, Kind::Codel, slot(entry), Timed::Codel);
+        }
+        for entry in &table.components {
+            self.add(entry, &entry.key, Kind::Component, slot(entry), Timed::Component);
+        }
+        for entry in &table.programs {
+            self.program(entry, slot(entry), at(&entry.key_span));
+        }
+    }
+
+    /// Enters a time for what `key` names, and gives that. Where it names nothing, or several things, that is reported,
+    /// and what it may have been for is in doubt.
+    fn add(
+        &mut self,
+        entry: &Entry,
+        key: &str,
+        kind: Kind,
+        slot: Slot,
+        of: impl Fn(Decl<'db>) -> Timed<'db>,
+    ) -> Option<Decl<'db>> {
+        let is_program = entry.key != key;
+        let db = self.db;
+        let names = names_of(db, self.project);
+        let file = slot.file;
+        let at = Place::Range(file, entry.key_span.start as u32, entry.key_span.end as u32);
+        let found = names.by_key(kind, key);
+        match found {
+            [] if is_known_elsewhere(db, self.project, kind, key) => {}
+            [] => {
+                let all: Vec<(Name, Decl<'db>)> = names
+                    .all
+                    .iter()
+                    .filter(|decl| decl.kind(db) == kind)
+                    // As many as are looked at.
+                    .take(500)
+                    .flat_map(|&decl| [(decl.qualified(db).into(), decl), (decl.name(db).clone(), decl)])
+                    .collect();
+                let near = similar(key, all.iter().map(|(name, _)| name));
+                // What it may be meant for is not analysed, and says so.
+                let stray = StrayEntry { key: entry.key.clone(), table: file };
+                // It may also stand in the wrong section, below a header that was lost.
+                let last = key.rsplit('.').next().unwrap_or(key);
+                let names_component = !names.anywhere(Kind::Component, last).is_empty();
+                if is_program || ProgramKey::parse(key).is_some() {
+                    self.lost(file, TableFault::MeansNothing(entry.key.clone()));
+                }
+                if kind == Kind::Component || names_component {
+                    self.times.stray_component = Some(stray.clone());
+                }
+                // It stands in the wrong section: a header was lost, or a value is that of another entry.
+                let other = if kind == Kind::Codel { Kind::Component } else { Kind::Codel };
+                if !is_program && !names.by_key(other, key).is_empty() {
+                    self.lost(file, TableFault::WrongSection(key.to_owned(), other));
+                }
+                // They stand in `[overhead]`, of which the header was lost.
+                if kind_of(last, &OVERHEAD).is_some() {
+                    self.lost(file, TableFault::OfOverhead(key.to_owned()));
+                }
+                if kind == Kind::Codel {
+                    self.times.strays.insert(last.into(), stray.clone());
+                }
+                self.times.stray_codel = Some(stray);
+                // What a missing file declares is not unknown for a second time.
+                if names.missing {
+                    return None;
+                }
+                let rest = entry.key.get(key.len()..).unwrap_or_default();
+                let fixed = near.as_ref().map(|near| format!("{near}{rest}"));
+                let fixed = fixed.filter(|fixed| may_replace(db, file, entry, fixed));
+                let key = key.to_owned();
+                self.report(at, TimingFactKind::UnknownTimingKey { kind, key, near, fixed });
+            }
+            [one] => {
+                let of = of(*one);
+                self.places.entry(of.clone()).or_default().push((file, at, entry.key.clone()));
+                self.times.slots.entry(of).or_default().push(slot);
+                return Some(*one);
+            }
+            [first, rest @ ..] => {
+                // Two declarations of one library: that is reported where the second stands.
+                if rest.iter().any(|other| other.library(db) != first.library(db)) {
+                    let (key, first) = (key.to_owned(), *first);
+                    self.report(at, TimingFactKind::AmbiguousTimingKey { key, first });
+                }
+                for &decl in found {
+                    let entry = StrayEntry { key: key.to_owned(), table: file };
+                    self.times.doubts.insert(of(decl), entry);
+                }
+            }
+        }
+        None
+    }
+
+    fn program(&mut self, entry: &Entry, slot: Slot, at: Place<'db>) {
+        let (db, file) = (self.db, slot.file);
+        let Some(ProgramKey { component, program }) = ProgramKey::parse(&entry.key) else {
+            self.fault(file, at, TableFault::NoProgramKey(entry.key.clone()));
+            return;
+        };
+        let of = |decl| Timed::Program(decl, program.clone());
+        let named = self.add(entry, component, Kind::Component, slot, of);
+        // Programs that no period executes: measured, and of no weight.
+        let is_hook = matches!(program, ProgramId::Hook(kind) if kind != HookKind::Update);
+        let last = component.rsplit('.').next().unwrap_or(component);
+        let namesakes = names_of(db, self.project).anywhere(Kind::Component, last).to_vec();
+        let addressed: Vec<Decl<'db>> = named.map_or_else(|| namesakes.clone(), |named| vec![named]);
+        let wrong = addressed.into_iter().find_map(|component| {
+            let programs = self.programs_of(component);
+            match programs.iter().filter(|it| **it == program).count() {
+                0 if is_hook => None,
+                1 => None,
+                count => Some((component, programs, count)),
+            }
+        });
+        let Some((found, programs, count)) = wrong else { return };
+        let name = found.name(db);
+        let wrong = WrongProgram { component: found, program: program.clone(), is_repeated: count > 0 };
+        // The transition alone is neither its guard nor its program.
+        let keys: Vec<Name> = programs.iter().map(|it| it.to_string().into()).collect();
+        let key = program.to_string();
+        let longer = keys.iter().find(|it| it.strip_prefix(&*key).is_some_and(|rest| rest.starts_with('.')));
+        let near = longer.cloned().or_else(|| similar(&key, &keys));
+        let near_of = |component: &str| {
+            let program = near.as_deref()?.into();
+            Some(ProgramKey { component, program }.to_string())
+        };
+        // Where the core is wrong, it may have the program when it is right.
+        if named.is_some() && self.is_read(found, &key) {
+            let fixed = near_of(component).filter(|fixed| may_replace(db, file, entry, fixed));
+            let near = near_of(name).map(Name::from);
+            self.report(at, TimingFactKind::UnknownProgram { program: wrong.clone(), near, fixed });
+        }
+        // It may be meant for another component of that name.
+        for namesake in namesakes {
+            self.times.doubtful.insert(namesake, (file, wrong.clone()));
+        }
+    }
+
+    /// A component's programs and operations, as tables name them.
+    fn programs_of(&self, component: Decl<'db>) -> Vec<ProgramId> {
+        let core = core_of(self.db, self.project, component);
+        let known = core.map(|core| behaviour_of(self.db, self.project, core));
+        let programs = known.into_iter().flat_map(|it| it.programs.iter().chain(&it.operations));
+        programs.map(|it| it.id.in_table()).collect()
+    }
+
+    /// Is it known what a component executes, but for operations that it should define?
+    fn is_read(&self, component: Decl<'db>, program: &str) -> bool {
+        let (db, project) = (self.db, self.project);
+        let (Some(core), Some(shell)) = (core_of(db, project, component), shell_of(db, project, component))
+        else {
+            return false;
+        };
+        let feature = features_of(db, project, shell).get(program);
+        is_core_for(db, project, core, shell)
+            && behaviour_of(db, project, core).refusals.is_empty()
+            && feature.is_none_or(|feature| feature.kind != FeatureKind::Provided)
+    }
+
+    /// One thing with two times: an error at each but the first. The key of either may be meant as another.
+    fn report_repeated(&mut self) {
+        let db = self.db;
+        let places = std::mem::take(&mut self.places);
+        let mut repeated = Vec::new();
+        for places in places.values().filter(|places| places.len() > 1) {
+            let Some(((first_file, first, _), rest)) = places.split_first() else { continue };
+            let first = (*first_file, first);
+            repeated.extend(rest.iter().map(|(file, at, key)| (*file, at, key, first)));
+        }
+        // In an order of their own: it says which is the reason.
+        repeated.sort_by_cached_key(|(_, _, key, (first, _))| (format!("`{key}`"), file_name(db, *first)));
+        for (file, at, key, (first, first_at)) in repeated {
+            self.lost(file, TableFault::Repeated(key.clone(), first));
+            let first = (first, first_at.clone());
+            self.report(at.clone(), TimingFactKind::RepeatedTime { key: key.clone(), first });
+        }
+    }
+}
+
+impl<'db> Timetable<'db> {
+    /// The time of one execution of a codel.
+    pub fn codel_time(&self, db: &'db dyn ModelDb, codel: Decl<'db>, level: Level) -> Lookup<'db> {
+        let timed = Timed::Codel(codel);
+        if let Some(stray) = self.strays.get(codel.name(db)) {
+            return Lookup::Unusable(UnusableTime::Stray(stray.clone(), timed));
+        }
+        match (self.time(&timed, level), self.assume, &self.stray_codel) {
+            (Lookup::Absent, Some(_), Some(stray)) => {
+                Lookup::Unusable(UnusableTime::Stray(stray.clone(), timed))
+            }
+            (Lookup::Absent, Some(time), None) => Lookup::Assumed(time),
+            (found, ..) => found,
+        }
+    }
+
+    /// The time of a program as a whole.
+    pub fn program_time(&self, component: Decl<'db>, program: &ProgramId, level: Level) -> Lookup<'db> {
+        self.time(&Timed::Program(component, program.in_table()), level)
+    }
+
+    /// The time of a component as a whole, for the classic method.
+    pub fn component_time(&self, component: Decl<'db>, level: Level) -> Lookup<'db> {
+        let timed = Timed::Component(component);
+        match (self.time(&timed, level), &self.stray_component) {
+            (Lookup::Absent, Some(stray)) => Lookup::Unusable(UnusableTime::Stray(stray.clone(), timed)),
+            (found, _) => found,
+        }
+    }
+
+    /// Why a component is not analysed whatever its codels take.
+    pub fn doubt(&self, component: Decl<'db>) -> Option<UnusableTime<'db>> {
+        let (table, program) = self.doubtful.get(&component)?;
+        Some(UnusableTime::WrongProgram(*table, program.clone()))
+    }
+
+    /// Dispatch and two context switches, for each job; nothing where they have no time at this level.
+    pub fn overhead(&self, level: Level) -> Option<Time> {
+        let Some((_, levels, overhead)) = &self.overhead else { return Some(Time::ZERO) };
+        let dispatch = at_level(&overhead.dispatch, levels, level)?;
+        let switch = at_level(&overhead.context_switch, levels, level)?;
+        switch.checked_mul(2)?.checked_add(dispatch)
+    }
+
+    /// Is there no time for any codel or program?
+    pub fn is_empty(&self) -> bool {
+        self.slots.is_empty() && self.assume.is_none()
+    }
+
+    /// The levels at which every table holds, from the most probable down; none where no time depends on a level.
+    pub fn levels(&self) -> &[Level] {
+        &self.levels
+    }
+
+    /// The levels that only some tables have, each with the name of one that does not.
+    pub fn partial_levels(&self) -> &[(Level, String)] {
+        &self.partial
+    }
+
+    /// A table that has no times at this level.
+    pub(crate) fn without_level(&self, level: Level) -> Option<&TableLevels> {
+        self.with_levels.iter().find(|table| !table.levels.contains(&level))
+    }
+
+    fn time(&self, of: &Timed<'db>, level: Level) -> Lookup<'db> {
+        let slot = match self.slots.get(of).map_or(&[] as &[Slot], Vec::as_slice) {
+            [] => {
+                let doubt = self.doubts.get(of).cloned().map(UnusableTime::AmbiguousKey);
+                return doubt.map_or(Lookup::Absent, Lookup::Unusable);
+            }
+            [slot] => slot,
+            [first, second, ..] => {
+                return Lookup::Unusable(UnusableTime::TwoTimes(of.clone(), [first.file, second.file]));
+            }
+        };
+        let Some(times) = &slot.times else {
+            return Lookup::Unusable(UnusableTime::Damaged(of.clone(), slot.file));
+        };
+        at_level(times, &slot.levels, level).map_or_else(
+            || {
+                let table = TableLevels { table: slot.file, levels: slot.levels.to_vec() };
+                Lookup::OtherLevels(UnusableTime::OtherLevels(of.clone(), level, table))
+            },
+            Lookup::Known,
+        )
+    }
+}
+
+fn at_level(times: &Times, levels: &[Level], level: Level) -> Option<Time> {
+    match times {
+        Times::Always(time) => Some(*time),
+        Times::PerLevel(times) => times.get(levels.iter().position(|&column| column == level)?).copied(),
+    }
+}
+
+/// Can `key` be written in place of that of an entry? Only where the whole of that stands in one place, and where the table
+/// has no other entry of that key.
+fn may_replace(db: &dyn ModelDb, file: File, entry: &Entry, key: &str) -> bool {
+    let table = table(db, file);
+    let mut all = table.codels.iter().chain(&table.programs).chain(&table.components);
+    let length = entry.key_span.len();
+    (length == entry.key.len() || length == entry.key.len() + 2) && !all.any(|other| other.key == key)
+}
+
+/// A table may serve several projects of a workspace: a key is unknown only where none of them has it.
+fn is_known_elsewhere<'db>(db: &'db dyn ModelDb, project: Project<'db>, kind: Kind, key: &str) -> bool {
+    let workspace = project.workspace(db);
+    let others = all_roots(db, workspace).iter().filter(|&&root| root != project.root(db));
+    others.map(|&root| Project::new(db, workspace, root)).any(|other| match key.rsplit_once('.') {
+        Some((library, name)) => {
+            !names_of(db, other).in_library(Some(&library.into()), kind, &name.into()).is_empty()
+        }
+        None => !names_of(db, other).anywhere(kind, key).is_empty(),
+    })
+}
+
+/// The name of a file, for a user.
+pub fn file_name(db: &dyn ModelDb, file: File) -> String {
+    file.path(db).file_name().map_or_else(String::new, |name| Path::new(name).display().to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn the_pattern_of_a_path_names_it_and_chooses_nothing(path in "[a\\[\\]{}*?!^-]{1,12}") {
+            let pattern = pattern_of_path(&path);
+            prop_assert!(!has_choice(&pattern), "{}", pattern);
+            let glob = table_pattern("/robot".as_ref(), &pattern).unwrap();
+            prop_assert!(glob.is_match(Path::new("/robot").join(&path)), "{}", pattern);
+        }
+    }
+}
