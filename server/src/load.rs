@@ -10,9 +10,10 @@ use std::sync::Arc;
 
 use mauve_hir::item_tree::Name;
 use mauve_hir::{
-    CONFIG_FILE, DECLARATIONS, Database, File, ModelDb, Package, Problem, Workspace, config_file, config_of,
+    CONFIG_FILE, Database, File, ModelDb, Package, Problem, Workspace, config_file, config_of,
     include_candidates, includes, is_model, item_tree_of, named_packages, normalised,
 };
+use mauve_syntax::keywords::DECLARATIONS;
 use mauve_timing::Level;
 use mauve_wcrt::table_pattern;
 use salsa::Setter;

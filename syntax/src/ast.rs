@@ -3,6 +3,7 @@
 //! Everything may be missing, since the text may be half typed: each accessor gives an `Option`, and
 //! [`is_whole`](crate::is_whole) tells whether something was lost.
 
+use crate::keywords::Direction;
 use crate::{SyntaxKind, SyntaxNode, SyntaxToken};
 
 pub use crate::generated::nodes::*;
@@ -59,6 +60,14 @@ impl BinaryExpr {
             .children_with_tokens()
             .filter_map(rowan::NodeOrToken::into_token)
             .find(|token| !token.kind().is_trivia())
+    }
+}
+
+impl Param {
+    /// Which way its value goes: `in` where nothing says so.
+    pub fn direction(&self) -> Direction {
+        let keyword = first_token(self.syntax());
+        keyword.and_then(|token| Direction::from_kind(token.kind())).unwrap_or(Direction::In)
     }
 }
 

@@ -11,6 +11,7 @@ mod shell;
 mod statement;
 
 use crate::SyntaxKind::{self, *};
+use crate::keywords::DECLARATIONS;
 use crate::parser::{CompletedMarker, DEEPEST, List, Parser};
 use crate::spelling::similar;
 
@@ -31,7 +32,7 @@ pub(crate) fn source_file(p: &mut Parser<'_>) {
             include(p, declared && !late);
             late |= declared;
         } else {
-            declared |= p.at(LIBRARY_KW) || DECLARATIONS.contains(&p.current());
+            declared |= p.word().is_some_and(|word| DECLARATIONS.contains(&word));
             item(p, List::File);
         }
     }
@@ -43,9 +44,6 @@ pub(crate) fn source_file(p: &mut Parser<'_>) {
 
 const DECLARATION: &str =
     "a declaration (`library`, `use`, `codel`, `shell`, `core`, `component`, `architecture` or `deployment`)";
-
-const DECLARATIONS: [SyntaxKind; 7] =
-    [USE_KW, CODEL_KW, SHELL_KW, CORE_KW, COMPONENT_KW, ARCHITECTURE_KW, DEPLOYMENT_KW];
 
 fn declaration(p: &mut Parser<'_>) {
     match p.current() {

@@ -12,7 +12,7 @@
 //!
 //! | file | holds |
 //! |---|---|
-//! | `mauve.ungram` | the tree: nodes and what stands in them; `generated/` is made from it |
+//! | `mauve.ungram` | the tree: nodes and what stands in them, and the sets of keywords; `generated/` is made from it |
 //! | `lexer.rs` | text → tokens, by logos |
 //! | `grammar/` | tokens → events, a function for each rule, by hand |
 //! | `parser.rs` | what those functions are written with: markers, recovery, the cap on depth |
@@ -37,6 +37,7 @@ mod spelling;
 mod tree;
 
 pub use comment::comment_above;
+pub use generated::keywords;
 pub use generated::kinds::SyntaxKind;
 pub use lexer::{Lexed, lex};
 pub use reparse::Tier;

@@ -12,9 +12,27 @@ use ungrammar::{Grammar, Node, Rule};
 fn the_generated_files_are_those_of_the_grammar() {
     let grammar: Grammar = include_str!("../mauve.ungram").parse().expect("mauve.ungram is a grammar");
     let kinds = kinds(&grammar);
+    let sets = keyword_sets(&grammar);
     let nodes = nodes(&grammar);
     expect_test::expect_file!["../src/generated/kinds.rs"].assert_eq(&kinds);
+    expect_test::expect_file!["../src/generated/keywords.rs"].assert_eq(&sets);
     expect_test::expect_file!["../src/generated/nodes.rs"].assert_eq(&nodes);
+}
+
+#[test]
+fn editors_highlight_every_keyword() {
+    let grammar: Grammar = include_str!("../mauve.ungram").parse().expect("mauve.ungram is a grammar");
+    let vim = include_str!("../../editors/nvim/syntax/mauve.vim");
+    let text_mate = include_str!("../../editors/vscode/syntaxes/mauve.tmLanguage.json");
+    for (editor, rules) in [("vim", vim), ("TextMate", text_mate)] {
+        // An escape such as `\zs` is no part of the word behind it.
+        let rules = rules.replace(r"\zs", " ").replace(r"\\b", " ");
+        let words: Vec<&str> =
+            rules.split(|letter: char| !letter.is_alphanumeric() && letter != '_').collect();
+        for keyword in keywords(&grammar) {
+            assert!(words.contains(&keyword.as_str()), "the {editor} grammar has no `{keyword}`");
+        }
+    }
 }
 
 const PUNCTUATION: &[(&str, &str)] = &[
@@ -46,9 +64,6 @@ const PUNCTUATION: &[(&str, &str)] = &[
     ("&&", "AMP2"),
     ("||", "PIPE2"),
 ];
-
-/// Words that are keywords without standing in the grammar as tokens.
-const MORE_KEYWORDS: &[&str] = &["affinity", "priority", "period", "deadline", "background"];
 
 /// Tokens that are no fixed text: kind, regular expression or callback for logos (none: `lexer.rs` finds them), what it
 /// is in a message.
@@ -93,8 +108,8 @@ fn kinds(grammar: &Grammar) -> String {
         }
         writeln!(out, "    {kind},").unwrap();
     }
-    for node in grammar.iter().filter(|&node| !is_enum(grammar, node)) {
-        writeln!(out, "    {},", upper(&grammar[node].name)).unwrap();
+    for node in structs(grammar) {
+        writeln!(out, "    {node},").unwrap();
     }
     out += "    /// Something is missing here, or these tokens fit nowhere.\n    ERROR,\n}\n\n";
     out += "impl SyntaxKind {\n";
@@ -104,9 +119,7 @@ fn kinds(grammar: &Grammar) -> String {
     let tokens = PUNCTUATION.iter().map(|(_, kind)| kind.to_string());
     let words = keywords.iter().map(|keyword| format!("{}_KW", keyword.to_uppercase()));
     let classes = CLASSES.iter().map(|(kind, _, _)| kind.to_string());
-    let structs =
-        grammar.iter().filter(|&node| !is_enum(grammar, node)).map(|node| upper(&grammar[node].name));
-    for kind in tokens.chain(words.clone()).chain(classes).chain(structs) {
+    for kind in tokens.chain(words.clone()).chain(classes).chain(structs(grammar)) {
         writeln!(out, "        SyntaxKind::{kind},").unwrap();
     }
     out += "        SyntaxKind::ERROR,\n    ];\n\n";
@@ -117,6 +130,15 @@ fn kinds(grammar: &Grammar) -> String {
     out += "    /// White space or a comment.\n";
     out += "    #[inline]\n    pub fn is_trivia(self) -> bool {\n";
     out += "        matches!(self, SyntaxKind::WHITESPACE | SyntaxKind::LINE_COMMENT | SyntaxKind::BLOCK_COMMENT)\n    }\n\n";
+    out += "    /// A comment.\n";
+    out += "    #[inline]\n    pub fn is_comment(self) -> bool {\n";
+    out += "        matches!(self, SyntaxKind::LINE_COMMENT | SyntaxKind::BLOCK_COMMENT)\n    }\n\n";
+    let literals = first_words(grammar, rule_of(grammar, "Literal"));
+    let literals: Vec<String> =
+        literals.iter().map(|word| format!("SyntaxKind::{}", token_kind(word))).collect();
+    out += "    /// A keyword that is a literal.\n";
+    out += "    #[inline]\n    pub fn is_literal_keyword(self) -> bool {\n";
+    writeln!(out, "        matches!(self, {})\n    }}\n", literals.join(" | ")).unwrap();
     out += "    /// How a message names this token.\n    pub fn describe(self) -> &'static str {\n        match self {\n";
     for (text, kind) in PUNCTUATION {
         writeln!(out, "            SyntaxKind::{kind} => \"`{text}`\",").unwrap();
@@ -131,12 +153,77 @@ fn kinds(grammar: &Grammar) -> String {
     out
 }
 
+fn keyword_sets(grammar: &Grammar) -> String {
+    let mut out = HEADER.replacen("//! ", "//! Sets of keywords.\n//!\n//! ", 1);
+    out += "\nuse crate::SyntaxKind;\n";
+    for node in grammar.iter().filter(|&node| is_set(grammar, node)) {
+        match set(grammar, node).as_slice() {
+            [(name, word)] => {
+                let name = name.to_uppercase();
+                writeln!(out, "\n/// `{word}`\npub const {name}: &str = {word:?};").unwrap();
+            }
+            words => keyword_set(&mut out, &camel(&grammar[node].name), words),
+        }
+    }
+    let mut list = |name: &str, docs: &str, words: &[String]| {
+        writeln!(out, "\n/// {docs}\npub const {name}: [&str; {}] = {words:?};", words.len()).unwrap();
+    };
+    list("LITERALS", "Keywords that are literals.", &first_words(grammar, rule_of(grammar, "Literal")));
+    list(
+        "DECLARATIONS",
+        "Keywords that begin a declaration.",
+        &first_words(grammar, rule_of(grammar, "Item")),
+    );
+    let mut all: Vec<String> = Vec::new();
+    for name in ["Shell", "Core", "StateMachine", "State", "Architecture", "Deployment"] {
+        let words = items(grammar, rule_of(grammar, name));
+        if matches!(name, "Architecture" | "Deployment") {
+            let docs = format!("Keywords that begin an item of `{}`.", lower(name));
+            list(&format!("{}_ITEMS", upper(name)), &docs, &words);
+        }
+        all.extend(words);
+    }
+    all.sort();
+    all.dedup();
+    list("ITEMS", "Keywords that begin an item of a declaration, a state machine or a state.", &all);
+    out
+}
+
+/// An enum with the keywords of a set.
+fn keyword_set(out: &mut String, name: &str, words: &[(String, String)]) {
+    let variants: Vec<String> = words.iter().map(|(variant, _)| camel(variant)).collect();
+    let docs: Vec<String> = words.iter().map(|(_, word)| format!("`{word}`")).collect();
+    writeln!(out, "\n/// {}.\n#[allow(missing_docs)]", docs.join(", ")).unwrap();
+    writeln!(out, "#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]\npub enum {name} {{").unwrap();
+    for variant in &variants {
+        writeln!(out, "    {variant},").unwrap();
+    }
+    writeln!(out, "}}\n\nimpl {name} {{\n    /// All of them, in the order of the grammar.").unwrap();
+    let all: Vec<String> = variants.iter().map(|variant| format!("{name}::{variant}")).collect();
+    writeln!(out, "    pub const ALL: [{name}; {}] = [{}];\n", all.len(), all.join(", ")).unwrap();
+    writeln!(out, "    /// Returns the keyword.\n    pub fn keyword(self) -> &'static str {{").unwrap();
+    writeln!(out, "        match self {{").unwrap();
+    for (variant, (_, word)) in all.iter().zip(words) {
+        writeln!(out, "            {variant} => {word:?},").unwrap();
+    }
+    writeln!(out, "        }}\n    }}\n\n    /// Returns the one with `keyword`.").unwrap();
+    writeln!(out, "    pub fn from_keyword(keyword: &str) -> Option<{name}> {{").unwrap();
+    writeln!(out, "        Self::ALL.into_iter().find(|it| it.keyword() == keyword)\n    }}\n").unwrap();
+    writeln!(out, "    /// Returns the one whose keyword is a token of `kind`.").unwrap();
+    writeln!(out, "    pub fn from_kind(kind: SyntaxKind) -> Option<{name}> {{\n        match kind {{")
+        .unwrap();
+    for (variant, (_, word)) in all.iter().zip(words) {
+        writeln!(out, "            SyntaxKind::{} => Some({variant}),", token_kind(word)).unwrap();
+    }
+    writeln!(out, "            _ => None,\n        }}\n    }}\n}}").unwrap();
+}
+
 fn nodes(grammar: &Grammar) -> String {
     let mut out = String::from(HEADER);
     out += "\n#![allow(missing_docs)]\n\nuse crate::SyntaxKind::{self, *};\n";
     out += "use crate::ast::{AstNode, children, child, nth_child, token};\n";
     out += "use crate::{SyntaxNode, SyntaxToken};\n";
-    for node in grammar.iter() {
+    for node in grammar.iter().filter(|&node| !is_set(grammar, node)) {
         let name = &grammar[node].name;
         if is_enum(grammar, node) {
             enumeration(&mut out, grammar, node)
@@ -240,6 +327,9 @@ enum Field {
 fn collect(grammar: &Grammar, rule: &Rule, label: Option<&str>, many: bool, fields: &mut Vec<Field>) {
     match rule {
         Rule::Labeled { label, rule } => collect(grammar, rule, Some(label), many, fields),
+        Rule::Node(node) if is_set(grammar, *node) => {
+            collect(grammar, &grammar[*node].rule, None, many, fields);
+        }
         Rule::Node(node) => {
             let ty = grammar[*node].name.clone();
             let same =
@@ -264,7 +354,6 @@ fn keywords(grammar: &Grammar) -> Vec<String> {
         .tokens()
         .map(|token| grammar[token].name.clone())
         .filter(|text| token_kind(text).ends_with("_KW"))
-        .chain(MORE_KEYWORDS.iter().map(|keyword| (*keyword).to_owned()))
         .collect();
     keywords.sort();
     keywords
@@ -278,6 +367,59 @@ fn token_kind(text: &str) -> String {
         Some((kind, _, _)) => (*kind).to_owned(),
         None => text.to_uppercase() + "_KW",
     }
+}
+
+fn structs(grammar: &Grammar) -> impl Iterator<Item = String> {
+    let nodes = grammar.iter().filter(|&node| !is_enum(grammar, node) && !is_set(grammar, node));
+    nodes.map(|node| upper(&grammar[node].name))
+}
+
+/// Is this a set of keywords, and not a node?
+fn is_set(grammar: &Grammar, node: Node) -> bool {
+    grammar[node].name.starts_with(char::is_lowercase)
+}
+
+/// The keywords of a set, each with its name, which is the label where there is one.
+fn set(grammar: &Grammar, node: Node) -> Vec<(String, String)> {
+    let mut rules = vec![&grammar[node].rule];
+    if let Rule::Alt(alternatives) = &grammar[node].rule {
+        rules = alternatives.iter().collect();
+    }
+    let named = |rule: &Rule| match rule {
+        Rule::Labeled { label, rule } => (label.clone(), first_words(grammar, rule).concat()),
+        rule => (first_words(grammar, rule).concat(), first_words(grammar, rule).concat()),
+    };
+    rules.into_iter().map(named).collect()
+}
+
+fn rule_of<'a>(grammar: &'a Grammar, name: &str) -> &'a Rule {
+    let mut nodes = grammar.iter().filter(|&node| grammar[node].name == name);
+    &grammar[nodes.next().unwrap()].rule
+}
+
+/// The keywords that may begin what a rule describes.
+fn first_words(grammar: &Grammar, rule: &Rule) -> Vec<String> {
+    match rule {
+        Rule::Labeled { rule, .. } | Rule::Opt(rule) | Rule::Rep(rule) => first_words(grammar, rule),
+        Rule::Node(node) => first_words(grammar, &grammar[*node].rule),
+        Rule::Token(token) => {
+            let word = grammar[*token].name.clone();
+            if token_kind(&word).ends_with("_KW") { vec![word] } else { Vec::new() }
+        }
+        Rule::Alt(rules) => rules.iter().flat_map(|rule| first_words(grammar, rule)).collect(),
+        Rule::Seq(rules) => {
+            let is_optional = |rule: &&Rule| matches!(rule, Rule::Opt(_) | Rule::Rep(_));
+            let end = rules.iter().take_while(is_optional).count() + 1;
+            rules.iter().take(end).flat_map(|rule| first_words(grammar, rule)).collect()
+        }
+    }
+}
+
+/// The keywords that may begin an item between the braces of a rule.
+fn items(grammar: &Grammar, rule: &Rule) -> Vec<String> {
+    let Rule::Seq(rules) = rule else { unreachable!("a rule with braces") };
+    let is_open = |rule: &Rule| matches!(rule, Rule::Token(token) if grammar[*token].name == "{");
+    rules.iter().skip_while(|rule| !is_open(rule)).flat_map(|rule| first_words(grammar, rule)).collect()
 }
 
 fn is_enum(grammar: &Grammar, node: Node) -> bool {
@@ -297,6 +439,12 @@ fn lower(name: &str) -> String {
         out.extend(letter.to_lowercase());
     }
     out
+}
+
+/// `in_out` → `InOut`
+fn camel(name: &str) -> String {
+    let parts = name.split('_').map(|part| part[..1].to_uppercase() + &part[1..]);
+    parts.collect()
 }
 
 /// The name of an accessor: that of the node, unless it is a word of Rust.

@@ -29,9 +29,9 @@ pub(super) fn report<'db>(
 ) -> Diagnostic<'db> {
     let found = Diagnostic::new(&DUPLICATE_FIELD, Place::Part(of, part), message(field, instance));
     let found = found.related(first.clone(), "the first is here");
-    found.remove(format!("Remove the second {}", field.name()), of, part)
+    found.remove(format!("Remove the second {}", field.keyword()), of, part)
 }
 
 pub(super) fn message(field: ActivityField, instance: &str) -> String {
-    format!("a second {} for `{instance}`: remove one", field.name())
+    format!("a second {} for `{instance}`: remove one", field.keyword())
 }

@@ -30,7 +30,7 @@ pub(super) fn report<'db>(at: Place<'db>, field: ActivityField, expected: &Expec
         Expected::PositiveTime => "a time in milliseconds greater than 0".to_owned(),
         Expected::Time(why) => format!("a time in milliseconds ({})", no_time(why)),
     };
-    let message = format!("this cannot be the {}: expected {expected}", field.name());
+    let message = format!("this cannot be the {}: expected {expected}", field.keyword());
     Diagnostic::new(&INVALID_FIELD, at, message)
 }
 

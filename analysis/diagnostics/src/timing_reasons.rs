@@ -61,9 +61,9 @@ pub fn timing_reason<'db>(db: &'db dyn ModelDb, reason: &Reason<'db>) -> String 
         Reason::DamagedActivity => "its activity has a syntax error".to_owned(),
         Reason::UnknownField(name) => super::unknown_field::message(name),
         Reason::SecondField { field, instance } => super::duplicate_field::message(*field, instance),
-        Reason::NoField(field) => format!("it has no {}", field.name()),
-        Reason::DamagedField(field) => format!("its {} has a syntax error", field.name()),
-        Reason::UnusableField(field) => format!("its {} cannot be used", field.name()),
+        Reason::NoField(field) => format!("it has no {}", field.keyword()),
+        Reason::DamagedField(field) => format!("its {} has a syntax error", field.keyword()),
+        Reason::UnusableField(field) => format!("its {} cannot be used", field.keyword()),
         Reason::NoSuchCpu(missing) => no_such_cpu(*missing),
         Reason::SeveralCpus { cpus, given } => {
             let may = if *given { "it may run on" } else { "it has no affinity: it may run on" };

@@ -34,5 +34,5 @@ pub(super) fn message(name: &str) -> String {
 }
 
 fn similar_field(name: &str) -> Option<&'static str> {
-    mauve_syntax::similar(name, ActivityField::ALL.map(ActivityField::name))
+    mauve_syntax::similar(name, ActivityField::ALL.map(ActivityField::keyword))
 }

@@ -8,6 +8,7 @@ use std::fmt;
 use std::ops::Deref;
 use std::sync::Arc;
 
+pub use mauve_syntax::keywords::{CallStatus, Direction, HookKind, MethodKind, PortStatus};
 use rustc_hash::FxHashSet;
 
 /// A name, or another short text, as it stands in the file. Cheap to clone.
@@ -227,26 +228,6 @@ pub struct Parameter {
     pub ty: Option<TypeRef>,
 }
 
-/// Which way the value of a parameter goes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[allow(missing_docs)]
-pub enum Direction {
-    In,
-    Out,
-    InOut,
-}
-
-impl Direction {
-    /// The keyword.
-    pub fn keyword(self) -> &'static str {
-        match self {
-            Direction::In => "in",
-            Direction::Out => "out",
-            Direction::InOut => "inout",
-        }
-    }
-}
-
 /// `shell S { … }`
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Shell {
@@ -416,39 +397,6 @@ pub struct Hook {
     pub program: Program,
 }
 
-/// The hooks of a core.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[allow(missing_docs)]
-pub enum HookKind {
-    Configure,
-    Start,
-    Update,
-    Stop,
-    Cleanup,
-}
-
-impl HookKind {
-    /// All hooks of a core.
-    pub const ALL: [HookKind; 5] =
-        [HookKind::Configure, HookKind::Start, HookKind::Update, HookKind::Stop, HookKind::Cleanup];
-
-    /// Returns the hook that begins with `keyword`.
-    pub fn from_keyword(keyword: &str) -> Option<HookKind> {
-        HookKind::ALL.into_iter().find(|kind| kind.keyword() == keyword)
-    }
-
-    /// The keyword.
-    pub fn keyword(self) -> &'static str {
-        match self {
-            HookKind::Configure => "configure",
-            HookKind::Start => "start",
-            HookKind::Update => "update",
-            HookKind::Stop => "stop",
-            HookKind::Cleanup => "cleanup",
-        }
-    }
-}
-
 /// `statemachine { … }`
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Machine {
@@ -488,37 +436,6 @@ pub struct Method {
     pub part: Part,
     /// What it does.
     pub program: Program,
-}
-
-/// The methods of a state.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[allow(missing_docs)]
-pub enum MethodKind {
-    Entry,
-    Run,
-    Handle,
-    Exit,
-}
-
-impl MethodKind {
-    /// All methods of a state.
-    pub const ALL: [MethodKind; 4] =
-        [MethodKind::Entry, MethodKind::Run, MethodKind::Handle, MethodKind::Exit];
-
-    /// Returns the method that begins with `keyword`.
-    pub fn from_keyword(keyword: &str) -> Option<MethodKind> {
-        MethodKind::ALL.into_iter().find(|kind| kind.keyword() == keyword)
-    }
-
-    /// The keyword.
-    pub fn keyword(self) -> &'static str {
-        match self {
-            MethodKind::Entry => "entry",
-            MethodKind::Run => "run",
-            MethodKind::Handle => "handle",
-            MethodKind::Exit => "exit",
-        }
-    }
 }
 
 /// `transition t if … to S { … }`
@@ -629,8 +546,8 @@ pub enum Literal {
     Float(Name),
     String(Name),
     Bool(bool),
-    /// `no_data`, `success`, …
-    Status(Name),
+    PortStatus(PortStatus),
+    CallStatus(CallStatus),
 }
 
 /// The unary operators.

@@ -82,7 +82,7 @@ pub use infer::{
     CoreInference, HiddenName, Inference, Problem as NameProblem, ReportedProblem, Shared, Signature, Uses,
     VariableKind, VariableOf, expression_types, inference_of, inference_of_core, returns, uses_of,
 };
-pub use lower::{DECLARATIONS, DeclarationMap, SourceMap};
+pub use lower::{DeclarationMap, SourceMap};
 pub use messages::{
     BUILT_IN_TYPES, Message, MessageConstant, MessageField, Package, catalogue, message_of, named_packages,
     package, read_message, used_packages,

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use mauve_syntax::ast::{self, AstNode};
+use mauve_syntax::keywords::{ARCHITECTURE_ITEMS, DECLARATIONS, DEPLOYMENT_ITEMS, ITEMS};
 use mauve_syntax::{GreenNode, SyntaxKind, SyntaxNode, SyntaxToken, TextRange, is_whole, similar};
 use rustc_hash::FxHashMap;
 
@@ -95,41 +96,6 @@ pub(crate) fn lower(file: &ast::SourceFile, whole: bool, known: &Known) -> (Item
     (lowering.tree, lowering.map, lowering.read)
 }
 
-/// What begins a declaration.
-pub const DECLARATIONS: [&str; 9] =
-    ["include", "library", "use", "codel", "shell", "core", "component", "architecture", "deployment"];
-
-/// What begins an item of some declaration.
-const ITEMS: [&str; 27] = [
-    "constant",
-    "property",
-    "input",
-    "output",
-    "require",
-    "provide",
-    "var",
-    "handler",
-    "configure",
-    "start",
-    "update",
-    "stop",
-    "cleanup",
-    "statemachine",
-    "initial",
-    "state",
-    "entry",
-    "run",
-    "handle",
-    "exit",
-    "transition",
-    "import",
-    "instance",
-    "connection",
-    "operation",
-    "architecture",
-    "activity",
-];
-
 /// May an item of the list that `node` is have been lost, or its end?
 ///
 /// In an architecture and a deployment, a line that is the beginning of a keyword is no item yet: were it one that lost
@@ -138,10 +104,8 @@ const ITEMS: [&str; 27] = [
 /// keyword was lost.
 fn loses_an_item(node: &SyntaxNode) -> bool {
     let keywords: &[&str] = match node.kind() {
-        SyntaxKind::ARCHITECTURE => {
-            &["import", "instance", "connection", "operation", "property", "constant"]
-        }
-        SyntaxKind::DEPLOYMENT => &["architecture", "activity", "property", "constant"],
+        SyntaxKind::ARCHITECTURE => &ARCHITECTURE_ITEMS,
+        SyntaxKind::DEPLOYMENT => &DEPLOYMENT_ITEMS,
         _ => return has_error_child(node),
     };
     let errors = node.children().filter(|child| child.kind() == SyntaxKind::ERROR);
@@ -446,13 +410,7 @@ impl Lowering<'_> {
         let parameters = list.into_iter().flat_map(|list| list.params().collect::<Vec<_>>());
         parameters
             .map(|parameter| Parameter {
-                direction: if parameter.out_token().is_some() {
-                    Direction::Out
-                } else if parameter.inout_token().is_some() {
-                    Direction::InOut
-                } else {
-                    Direction::In
-                },
+                direction: parameter.direction(),
                 name: self.name(parameter.name(), parameter.syntax()),
                 ty: parameter.ty().map(|ty| self.type_ref(&ty)),
             })
@@ -745,8 +703,13 @@ impl Lowering<'_> {
             SyntaxKind::STRING => Literal::String(ast::unescape(token.text()).into()),
             SyntaxKind::TRUE_KW => Literal::Bool(true),
             SyntaxKind::FALSE_KW => Literal::Bool(false),
-            kind if kind.is_word() => Literal::Status(token.text().into()),
-            _ => return Expr::Missing,
+            kind => {
+                let port = PortStatus::from_kind(kind).map(Literal::PortStatus);
+                match port.or_else(|| CallStatus::from_kind(kind).map(Literal::CallStatus)) {
+                    Some(status) => status,
+                    None => return Expr::Missing,
+                }
+            }
         };
         Expr::Literal(value, self.part(token.text_range()))
     }

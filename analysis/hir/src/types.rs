@@ -299,10 +299,8 @@ impl Typed {
             Literal::Float(_) => Type::Double,
             Literal::String(_) => Type::String,
             Literal::Bool(_) => Type::Bool,
-            Literal::Status(word) => match word.as_str() {
-                "no_data" | "old_data" | "new_data" => Type::PortStatus,
-                _ => Type::CallStatus,
-            },
+            Literal::PortStatus(_) => Type::PortStatus,
+            Literal::CallStatus(_) => Type::CallStatus,
         };
         Ok(Typed { ty, value })
     }

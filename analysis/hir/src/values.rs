@@ -69,7 +69,7 @@ impl Value {
                 Ok(value) if value.is_finite() => Value::Double(value),
                 _ => return Err(NoValue::DoubleLiteralTooLarge),
             },
-            Literal::Status(_) => return Ok(None),
+            Literal::PortStatus(_) | Literal::CallStatus(_) => return Ok(None),
         }))
     }
 

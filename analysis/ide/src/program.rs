@@ -11,6 +11,7 @@ use mauve_hir::{
 use mauve_syntax::SyntaxKind::*;
 use mauve_syntax::SyntaxToken;
 use mauve_syntax::ast::{self, AstNode as _};
+use mauve_syntax::keywords::{CallStatus, PortStatus, TruthValue};
 
 use crate::completion::Subject;
 use crate::completion::position::{Call, Position, before_token, behind, call_around};
@@ -447,9 +448,9 @@ impl<'db> Scope<'db> {
             INT_NUMBER => Some(Type::INT),
             FLOAT_NUMBER => Some(Type::Double),
             STRING => Some(Type::String),
-            TRUE_KW | FALSE_KW => Some(Type::Bool),
-            NO_DATA_KW | OLD_DATA_KW | NEW_DATA_KW => Some(Type::PortStatus),
-            FAILURE_KW | SUCCESS_KW | NOT_READY_KW => Some(Type::CallStatus),
+            kind if TruthValue::from_kind(kind).is_some() => Some(Type::Bool),
+            kind if PortStatus::from_kind(kind).is_some() => Some(Type::PortStatus),
+            kind if CallStatus::from_kind(kind).is_some() => Some(Type::CallStatus),
             _ => None,
         }
     }

@@ -11,6 +11,7 @@ use mauve_hir::{
     Builtin, Decl, File, ModelDb, Place, Project, Workspace, data, features_of, flat_of, is_model, names_of,
 };
 use mauve_syntax::format::Replacement;
+use mauve_syntax::keywords::LITERALS;
 use mauve_syntax::{TextRange, TextSize};
 
 use crate::change::Change;
@@ -137,10 +138,6 @@ fn the_one<'a, 'db>(
     }
 }
 
-/// Words that are values wherever there may be one.
-const VALUES: [&str; 8] =
-    ["true", "false", "no_data", "old_data", "new_data", "failure", "success", "not_ready"];
-
 fn check_name(kind: SymbolKind, name: &str) -> Result<(), String> {
     let mut letters = name.chars();
     let begins = letters.next().is_some_and(|first| first.is_ascii_alphabetic() || first == '_');
@@ -161,7 +158,7 @@ fn check_name(kind: SymbolKind, name: &str) -> Result<(), String> {
             | SymbolKind::Architecture
             | SymbolKind::Deployment
     );
-    if in_programs && VALUES.contains(&name) {
+    if in_programs && LITERALS.contains(&name) {
         return Err(format!("`{name}` is a value of the language"));
     }
     if matches!(kind, SymbolKind::Codel | SymbolKind::Operation) && Builtin::of_name(name).is_some() {

@@ -7,6 +7,7 @@ use mauve_hir::{
     Builtin, Decl, File, ModelDb, Place, Project, Workspace, built_in_type, declarations, is_model, parse,
     shell, source_map,
 };
+use mauve_syntax::keywords::{BACKGROUND, TruthValue};
 use mauve_syntax::{NodeOrToken, SyntaxKind, SyntaxToken, TextRange, TextSize};
 
 use crate::document_symbols::SymbolKind;
@@ -266,14 +267,14 @@ fn word(token: &SyntaxToken, found: &mut Vec<SemanticToken>) {
             modifiers = modifiers.with(TokenModifier::DefaultLibrary);
             match around.map(|around| around.kind()) {
                 Some(SyntaxKind::FIELD) => TokenKind::Field,
-                Some(SyntaxKind::NAME_EXPR) if is_value && token.text() == "background" => TokenKind::Keyword,
+                Some(SyntaxKind::NAME_EXPR) if is_value && token.text() == BACKGROUND => TokenKind::Keyword,
                 Some(SyntaxKind::CALL_EXPR) if Builtin::of_name(token.text()).is_some() => {
                     TokenKind::Function
                 }
                 _ => return,
             }
         }
-        SyntaxKind::TRUE_KW | SyntaxKind::FALSE_KW => TokenKind::Keyword,
+        kind if TruthValue::from_kind(kind).is_some() => TokenKind::Keyword,
         kind if kind.is_word() && parent.is_some_and(|it| it.kind() == SyntaxKind::LITERAL) => {
             modifiers = modifiers.with(TokenModifier::Readonly).with(TokenModifier::DefaultLibrary);
             TokenKind::Status

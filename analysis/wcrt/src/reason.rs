@@ -1,5 +1,6 @@
 //! Why something is not analysed, or has no response time: names and figures. How a reason is said is decided elsewhere.
 
+pub use mauve_syntax::keywords::ActivityField;
 use mauve_timing::{Level, MachineError, NoBoundReason};
 
 use mauve_hir::fact::Refusal as ModelRefusal;
@@ -184,40 +185,6 @@ pub enum Unknown<'db> {
     CoreOf(Decl<'db>),
     /// The component of an instance.
     ComponentOf(Name),
-}
-
-/// A field of an activity.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum ActivityField {
-    /// The CPUs that it may use.
-    Affinity,
-    /// Its priority.
-    Priority,
-    /// T.
-    Period,
-    /// D.
-    Deadline,
-}
-
-impl ActivityField {
-    /// All fields.
-    pub const ALL: [ActivityField; 4] =
-        [ActivityField::Affinity, ActivityField::Priority, ActivityField::Period, ActivityField::Deadline];
-
-    /// The field of this name.
-    pub fn named(name: &str) -> Option<ActivityField> {
-        ActivityField::ALL.into_iter().find(|field| field.name() == name)
-    }
-
-    /// Its name, as it is written.
-    pub fn name(self) -> &'static str {
-        match self {
-            ActivityField::Affinity => "affinity",
-            ActivityField::Priority => "priority",
-            ActivityField::Period => "period",
-            ActivityField::Deadline => "deadline",
-        }
-    }
 }
 
 /// An affinity that names a CPU that `mauve.toml` does not have.

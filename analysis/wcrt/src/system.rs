@@ -377,7 +377,7 @@ impl<'db> Reader<'db> {
 
     fn field<'a>(&mut self, row: &mut Row<'db>, fields: &mut Fields<'a>, written: &'a Field) {
         let at = Place::Part(self.of, written.name.part);
-        let Some(field) = ActivityField::named(&written.name.name) else {
+        let Some(field) = ActivityField::from_keyword(&written.name.name) else {
             let name = written.name.name.clone();
             row.refusals.push(Refusal::reported(Reason::UnknownField(name.clone()), at.clone()));
             self.report(at, TimingFactKind::UnknownField(name));
@@ -594,7 +594,7 @@ struct Fields<'a> {
 
 /// The first field of this name.
 fn field_of(activity: &Activity, field: ActivityField) -> Option<&Field> {
-    activity.fields.iter().find(|it| it.name.name == field.name())
+    activity.fields.iter().find(|it| it.name.name == field.keyword())
 }
 
 /// Enters the value of a field; what it takes where the value is none.

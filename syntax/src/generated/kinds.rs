@@ -428,6 +428,18 @@ impl SyntaxKind {
         matches!(self, SyntaxKind::WHITESPACE | SyntaxKind::LINE_COMMENT | SyntaxKind::BLOCK_COMMENT)
     }
 
+    /// A comment.
+    #[inline]
+    pub fn is_comment(self) -> bool {
+        matches!(self, SyntaxKind::LINE_COMMENT | SyntaxKind::BLOCK_COMMENT)
+    }
+
+    /// A keyword that is a literal.
+    #[inline]
+    pub fn is_literal_keyword(self) -> bool {
+        matches!(self, SyntaxKind::TRUE_KW | SyntaxKind::FALSE_KW | SyntaxKind::NEW_DATA_KW | SyntaxKind::OLD_DATA_KW | SyntaxKind::NO_DATA_KW | SyntaxKind::SUCCESS_KW | SyntaxKind::NOT_READY_KW | SyntaxKind::FAILURE_KW)
+    }
+
     /// How a message names this token.
     pub fn describe(self) -> &'static str {
         match self {

@@ -2054,20 +2054,16 @@ impl Literal {
         token(&self.0, FALSE_KW)
     }
 
-    pub fn no_data_token(&self) -> Option<SyntaxToken> {
-        token(&self.0, NO_DATA_KW)
+    pub fn new_data_token(&self) -> Option<SyntaxToken> {
+        token(&self.0, NEW_DATA_KW)
     }
 
     pub fn old_data_token(&self) -> Option<SyntaxToken> {
         token(&self.0, OLD_DATA_KW)
     }
 
-    pub fn new_data_token(&self) -> Option<SyntaxToken> {
-        token(&self.0, NEW_DATA_KW)
-    }
-
-    pub fn failure_token(&self) -> Option<SyntaxToken> {
-        token(&self.0, FAILURE_KW)
+    pub fn no_data_token(&self) -> Option<SyntaxToken> {
+        token(&self.0, NO_DATA_KW)
     }
 
     pub fn success_token(&self) -> Option<SyntaxToken> {
@@ -2076,6 +2072,10 @@ impl Literal {
 
     pub fn not_ready_token(&self) -> Option<SyntaxToken> {
         token(&self.0, NOT_READY_KW)
+    }
+
+    pub fn failure_token(&self) -> Option<SyntaxToken> {
+        token(&self.0, FAILURE_KW)
     }
 }
 

@@ -121,22 +121,8 @@ fn operand(p: &mut Parser<'_>) -> Option<(CompletedMarker, u32)> {
 }
 
 fn is_literal(kind: SyntaxKind) -> bool {
-    matches!(
-        kind,
-        INT_NUMBER
-            | FLOAT_NUMBER
-            | BAD_NUMBER
-            | STRING
-            | UNTERMINATED_STRING
-            | TRUE_KW
-            | FALSE_KW
-            | NO_DATA_KW
-            | OLD_DATA_KW
-            | NEW_DATA_KW
-            | FAILURE_KW
-            | SUCCESS_KW
-            | NOT_READY_KW
-    )
+    kind.is_literal_keyword()
+        || matches!(kind, INT_NUMBER | FLOAT_NUMBER | BAD_NUMBER | STRING | UNTERMINATED_STRING)
 }
 
 /// `( one, two, … )`; the height of the tree in it.

@@ -3,6 +3,7 @@
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::format::Replacement;
 use mauve_syntax::is_whole;
+use mauve_syntax::keywords::BACKGROUND;
 
 use super::{ActionKind, Actions, has_comment, put, with_line};
 use crate::Change;
@@ -18,7 +19,7 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
     let value = |field: &ast::Field| Some(field.expr()?.syntax().text().to_string());
     let Some(period) = of("period") else { return };
     let Some(text) = value(&period) else { return };
-    let is_background = of("priority").and_then(|it| value(&it)).is_some_and(|it| it == "background");
+    let is_background = of("priority").and_then(|it| value(&it)).is_some_and(|it| it == BACKGROUND);
     let has_deadline =
         activity.fields().any(|it| it.name_ref().is_some_and(|it| it.syntax().text() == "deadline"));
     if !has_deadline && !is_background {

@@ -2,11 +2,10 @@
 
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::format::Replacement;
+use mauve_syntax::keywords::ActivityField;
 
 use super::{ActionKind, Actions, has_comment};
 use crate::Change;
-
-const ORDER: [&str; 4] = ["affinity", "priority", "period", "deadline"];
 
 pub(super) fn offer(actions: &mut Actions<'_, '_>) {
     let (file, activity) = (actions.question.file, actions.node::<ast::Activity>());
@@ -15,8 +14,8 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
     let Some(activity) = activity.filter(is_plain) else { return };
     let fields: Vec<ast::Field> = activity.fields().collect();
     let rank = |field: &ast::Field| {
-        let name = field.name_ref().map(|name| name.syntax().text().to_string());
-        ORDER.iter().position(|it| Some(*it) == name.as_deref()).unwrap_or(ORDER.len())
+        let name = field.name_ref().map(|name| name.syntax().text().to_string()).unwrap_or_default();
+        ActivityField::ALL.iter().position(|it| it.keyword() == name).unwrap_or(ActivityField::ALL.len())
     };
     // Which of two that are the same counts is a question of their order.
     let mut sorted: Vec<&ast::Field> = fields.iter().collect();

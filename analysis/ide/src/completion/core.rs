@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use mauve_hir::Type;
-use mauve_hir::item_tree::FeatureKind;
+use mauve_hir::item_tree::{FeatureKind, HookKind, MethodKind};
 use mauve_syntax::SyntaxKind::{self, *};
 use mauve_syntax::ast::{self, AstNode as _};
 
@@ -43,23 +43,20 @@ impl Completer<'_, '_> {
     }
 
     fn core_items(&mut self) {
-        let there: BTreeSet<SyntaxKind> = self.at.list.children().filter_map(|it| first_kind(&it)).collect();
-        let behaves = there.contains(&UPDATE_KW) || there.contains(&STATEMACHINE_KW);
+        let there = self.keywords_there();
+        let behaves = there.contains(HookKind::Update.keyword()) || there.contains("statemachine");
         if !behaves {
             let machine = "statemachine {\n\tinitial state ${1:Idle} {\n\t\trun = {\n\t\t\t$0\n\t\t}\n\t}\n}";
             self.skeleton("statemachine", machine);
             self.skeleton("update", "update = {\n\t$0\n}");
         }
         self.skeleton("var", "var ${1:name}: ${2:type};");
-        for (kind, keyword, snippet) in [
-            (CONFIGURE_KW, "configure", "configure = {\n\t$0\n\treturn true;\n}"),
-            (START_KW, "start", "start = {\n\t$0\n\treturn true;\n}"),
-            (STOP_KW, "stop", "stop = {\n\t$0\n}"),
-            (CLEANUP_KW, "cleanup", "cleanup = {\n\t$0\n}"),
-        ] {
-            if !there.contains(&kind) {
-                self.skeleton(keyword, snippet);
-            }
+        let others = HookKind::ALL.into_iter().filter(|kind| *kind != HookKind::Update);
+        for kind in others.filter(|kind| !there.contains(kind.keyword())) {
+            let gives = matches!(kind, HookKind::Configure | HookKind::Start);
+            let result = if gives { "\treturn true;\n" } else { "" };
+            let keyword = kind.keyword();
+            self.skeleton(keyword, &format!("{keyword} = {{\n\t$0\n{result}}}"));
         }
         let scope = self.scope();
         if scope.features.values().any(|(_, feature)| feature.kind == FeatureKind::Required) {
@@ -181,12 +178,17 @@ impl Completer<'_, '_> {
         }
     }
 
+    /// The keywords of the programs and state machines in the list around the cursor.
+    fn keywords_there(&self) -> BTreeSet<String> {
+        let items = self.at.list.children();
+        let items = items.filter(|item| matches!(item.kind(), HOOK | METHOD | STATE_MACHINE));
+        items.filter_map(|item| Some(item.first_token()?.text().to_owned())).collect()
+    }
+
     fn state_items(&mut self) {
-        let there: BTreeSet<SyntaxKind> = self.at.list.children().filter_map(|it| first_kind(&it)).collect();
-        for (kind, keyword) in
-            [(ENTRY_KW, "entry"), (RUN_KW, "run"), (HANDLE_KW, "handle"), (EXIT_KW, "exit")]
-        {
-            if !there.contains(&kind) {
+        let there = self.keywords_there();
+        for keyword in MethodKind::ALL.map(MethodKind::keyword) {
+            if !there.contains(keyword) {
                 self.skeleton(keyword, &format!("{keyword} = {{\n\t$0\n}}"));
             }
         }
@@ -244,10 +246,6 @@ impl Completer<'_, '_> {
 }
 
 /// The keyword that a node begins with.
-fn first_kind(node: &mauve_syntax::SyntaxNode) -> Option<SyntaxKind> {
-    matches!(node.kind(), HOOK | METHOD | STATE_MACHINE).then(|| node.first_token().map(|it| it.kind()))?
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::testing::{labels, offered};

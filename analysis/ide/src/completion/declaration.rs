@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use mauve_hir::item_tree::{Kind, Name};
+use mauve_hir::item_tree::{Direction, Kind, Name};
 use mauve_hir::{catalogue, names_of};
 use mauve_syntax::SyntaxKind::*;
 use mauve_syntax::ast::{self, AstNode as _};
@@ -121,8 +121,8 @@ impl Completer<'_, '_> {
         let in_parameters = depth > 0;
         match parameter.as_slice() {
             [] if in_parameters && path.is_empty() => {
-                for direction in ["in", "out", "inout"] {
-                    self.keyword(direction);
+                for direction in Direction::ALL {
+                    self.keyword(direction.keyword());
                 }
             }
             [.., COLON] => self.types(&path, !in_parameters),

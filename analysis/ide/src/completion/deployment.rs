@@ -7,17 +7,18 @@ use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{Decl, Type, deployment};
 use mauve_syntax::SyntaxKind::*;
 use mauve_syntax::ast::{self, AstNode as _};
+use mauve_syntax::keywords::{ActivityField, BACKGROUND};
 
 use super::position::without_path;
 use super::{Completer, Completion, CompletionKind};
 use crate::program::resolved;
 
 /// What is said of an activity, and what each means.
-const FIELDS: [(&str, &str, &str); 4] = [
-    ("priority", "priority = $1", "greater is more urgent, 1 to 99; or background"),
-    ("period", "period = $1", "in milliseconds"),
-    ("deadline", "deadline = $1", "in milliseconds; the period where it is left out"),
-    ("affinity", "affinity = $1", "a bit for each CPU that it may run on; 0: any"),
+const FIELDS: [(ActivityField, &str); 4] = [
+    (ActivityField::Priority, "greater is more urgent, 1 to 99; or background"),
+    (ActivityField::Period, "in milliseconds"),
+    (ActivityField::Deadline, "in milliseconds; the period where it is left out"),
+    (ActivityField::Affinity, "a bit for each CPU that it may run on; 0: any"),
 ];
 
 impl<'db> Completer<'_, 'db> {
@@ -104,9 +105,9 @@ impl<'db> Completer<'_, 'db> {
         match kinds.as_slice() {
             [] => self.fields(),
             [_, EQ] => {
-                if self.at.item.first().is_some_and(|name| name.text() == "priority") {
+                if self.at.item.first().is_some_and(|name| name.text() == ActivityField::Priority.keyword()) {
                     let note = "not real-time, and not analysed";
-                    self.add(Completion::new(CompletionKind::Value, "background").note(note));
+                    self.add(Completion::new(CompletionKind::Value, BACKGROUND).note(note));
                 }
                 self.value_of(Some(Type::INT));
             }
@@ -121,10 +122,11 @@ impl<'db> Completer<'_, 'db> {
         let names = fields.filter_map(|field| field.name_ref());
         let names = names.filter(|name| name.syntax().text_range() != self.at.word);
         let known: BTreeSet<String> = names.map(|name| name.syntax().text().to_string()).collect();
-        for (rank, (name, snippet, note)) in FIELDS.into_iter().enumerate() {
+        for (rank, (field, note)) in FIELDS.into_iter().enumerate() {
+            let name = field.keyword();
             if !known.contains(name) {
                 let item = Completion::new(CompletionKind::Property, name).note(note).rank(rank as u8);
-                self.add(if self.at.right == EQ { item } else { item.snippet(snippet) });
+                self.add(if self.at.right == EQ { item } else { item.snippet(format!("{name} = $1")) });
             }
         }
     }

@@ -177,15 +177,7 @@ fn may_end_item(token: &SyntaxToken) -> bool {
 
 /// May an operand end with this token?
 pub(crate) fn ends_operand(kind: SyntaxKind) -> bool {
-    matches!(kind, IDENT | INT_NUMBER | FLOAT_NUMBER | STRING | R_PAREN) || is_literal(kind)
-}
-
-/// Is this a word that always means the value?
-fn is_literal(kind: SyntaxKind) -> bool {
-    matches!(
-        kind,
-        TRUE_KW | FALSE_KW | NO_DATA_KW | OLD_DATA_KW | NEW_DATA_KW | FAILURE_KW | SUCCESS_KW | NOT_READY_KW
-    )
+    matches!(kind, IDENT | INT_NUMBER | FLOAT_NUMBER | STRING | R_PAREN) || kind.is_literal_keyword()
 }
 
 /// `a.b::` at the end of `tokens`: what stands before it, and its parts.
@@ -243,7 +235,7 @@ pub(crate) fn call_around(left: &SyntaxToken) -> Option<Call> {
             }
             SEMICOLON | L_CURLY | R_CURLY | EQ | COLON | ARROW => return None,
             // But for the literals, a keyword stands in no argument.
-            kind if kind.is_word() && kind != IDENT && !is_literal(kind) => return None,
+            kind if kind.is_word() && kind != IDENT && !kind.is_literal_keyword() => return None,
             _ => {}
         }
     }

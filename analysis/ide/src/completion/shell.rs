@@ -3,6 +3,7 @@
 use mauve_hir::item_tree::FeatureKind;
 use mauve_hir::{Type, built_in_type};
 use mauve_syntax::SyntaxKind::*;
+use mauve_syntax::keywords::{CallStatus, PortStatus, TruthValue};
 
 use super::position::without_path;
 use super::{Completer, Completion, CompletionKind};
@@ -70,9 +71,9 @@ impl Completer<'_, '_> {
     pub(super) fn literals(&mut self, expected: &Expected) {
         let is_known = expected.ty.as_ref().is_some_and(|ty| *ty != Type::Unknown);
         for (words, ty) in [
-            (&["true", "false"][..], Type::Bool),
-            (&["new_data", "old_data", "no_data"], Type::PortStatus),
-            (&["success", "not_ready", "failure"], Type::CallStatus),
+            (&TruthValue::ALL.map(TruthValue::keyword)[..], Type::Bool),
+            (&PortStatus::ALL.map(PortStatus::keyword), Type::PortStatus),
+            (&CallStatus::ALL.map(CallStatus::keyword), Type::CallStatus),
         ] {
             let fits = is_known && expected.takes(&ty);
             // A status is compared, and hardly ever anything else.

@@ -4,6 +4,7 @@
 use mauve_hir::{File, ModelDb, is_model, parse};
 use mauve_syntax::SyntaxKind::{self, *};
 use mauve_syntax::ast::{self, AstNode as _};
+use mauve_syntax::keywords::{ActivityField, BACKGROUND};
 use mauve_syntax::{SyntaxToken, TextSize};
 
 use super::Hover;
@@ -74,21 +75,27 @@ const PROGRAMS: [(SyntaxKind, &str); 9] = [
 ];
 
 /// The fields of an activity.
-const FIELDS: [(&str, &str); 4] = [
+const FIELDS: [(ActivityField, &str); 4] = [
     (
-        "affinity",
+        ActivityField::Affinity,
         "The CPUs that the activity may use, a bit for each: 1 is CPU 1, 2 is CPU 2, 3 is both. With 0, or left out: any.",
     ),
-    ("priority", "How urgent the activity is, from 1 to 99: greater is more urgent. Or `background`."),
-    ("period", "The time between two releases of the activity, in milliseconds, such as `100` or `2.5`."),
     (
-        "deadline",
+        ActivityField::Priority,
+        "How urgent the activity is, from 1 to 99: greater is more urgent. Or `background`.",
+    ),
+    (
+        ActivityField::Period,
+        "The time between two releases of the activity, in milliseconds, such as `100` or `2.5`.",
+    ),
+    (
+        ActivityField::Deadline,
         "The time after its release at which the activity has to be done, in milliseconds. Not later than the period; left \
          out, it is the period.",
     ),
 ];
 
-const BACKGROUND: &str =
+const OF_BACKGROUND: &str =
     "Runs when no activity with a priority does, and so delays none of them. It needs no period.";
 
 const BUFFERED: &str = "A circular buffer: the connection keeps so many of the last values, and each read takes the oldest. Without it, \
@@ -123,13 +130,13 @@ fn meaning(token: &SyntaxToken) -> Option<String> {
             Some(format!("```mauve\n{shape}\n```\n\n{meaning}\n"))
         }
         (NAME_REF, Some(FIELD)) => {
-            let (_, meaning) = FIELDS.iter().find(|(name, _)| *name == text)?;
+            let (_, meaning) = FIELDS.iter().find(|(field, _)| field.keyword() == text)?;
             Some(format!("`{text}`: {meaning}\n"))
         }
-        (NAME_REF, Some(NAME_EXPR)) if text == "background" => {
+        (NAME_REF, Some(NAME_EXPR)) if text == BACKGROUND => {
             let field = token.parent_ancestors().find_map(ast::Field::cast)?;
-            let is_priority = field.name_ref()?.syntax().text() == "priority";
-            is_priority.then(|| format!("`{text}`: {BACKGROUND}\n"))
+            let is_priority = field.name_ref()?.syntax().text() == ActivityField::Priority.keyword();
+            is_priority.then(|| format!("`{text}`: {OF_BACKGROUND}\n"))
         }
         _ => None,
     }

@@ -9,7 +9,9 @@
 //!       MAUVE_TRACE_CODEL(getName(), "motion.ramp", ::motion::ramp(pursue_result, step, velocity))
 //! ```
 
-use mauve_hir::item_tree::{BinaryOperator, Direction, Expr, Literal, NameRef, Part, TypeRef, UnaryOperator};
+use mauve_hir::item_tree::{
+    BinaryOperator, CallStatus, Direction, Expr, Literal, NameRef, Part, PortStatus, TypeRef, UnaryOperator,
+};
 use mauve_hir::{
     Binding, Builtin, Callee, Decl, Integer, ProgramId, Type, Value, VariableId, VariableKind, codel, type_of,
 };
@@ -315,15 +317,16 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
     }
 
     fn literal(&self, literal: &Literal) -> Code {
-        if let Literal::Status(word) = literal {
-            let (text, ty) = match word.as_str() {
-                "no_data" => ("RTT::NoData", Type::PortStatus),
-                "old_data" => ("RTT::OldData", Type::PortStatus),
-                "new_data" => ("RTT::NewData", Type::PortStatus),
-                "failure" => ("RTT::SendFailure", Type::CallStatus),
-                "not_ready" => ("RTT::SendNotReady", Type::CallStatus),
-                _ => ("RTT::SendSuccess", Type::CallStatus),
-            };
+        let status = match literal {
+            Literal::PortStatus(PortStatus::NoData) => Some(("RTT::NoData", Type::PortStatus)),
+            Literal::PortStatus(PortStatus::OldData) => Some(("RTT::OldData", Type::PortStatus)),
+            Literal::PortStatus(PortStatus::NewData) => Some(("RTT::NewData", Type::PortStatus)),
+            Literal::CallStatus(CallStatus::Failure) => Some(("RTT::SendFailure", Type::CallStatus)),
+            Literal::CallStatus(CallStatus::NotReady) => Some(("RTT::SendNotReady", Type::CallStatus)),
+            Literal::CallStatus(CallStatus::Success) => Some(("RTT::SendSuccess", Type::CallStatus)),
+            Literal::Int(_) | Literal::Float(_) | Literal::String(_) | Literal::Bool(_) => None,
+        };
+        if let Some((text, ty)) = status {
             return Code { is_literal: true, ..Code::primary(text, ty) };
         }
         let value = Value::of_literal(literal).ok().flatten().unwrap_or(Value::Bool(false));

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use mauve_hir::item_tree::{Direction, Expr, FeatureKind, HookKind, Variable};
+use mauve_hir::item_tree::{Expr, FeatureKind, HookKind, Variable};
 use mauve_hir::{ProgramId, Type, VariableId};
 
 use super::expression::{Writer, literal_text};
@@ -252,7 +252,7 @@ impl<'db> Class<'_, 'db> {
         let data = member.data;
         let parameters = data.parameters.iter().map(|parameter| {
             let ty = parameter.ty.as_ref().map_or_else(String::new, ToString::to_string);
-            format!("{} {}: {ty}", direction(parameter.direction), parameter.name.name)
+            format!("{} {}: {ty}", parameter.direction.keyword(), parameter.name.name)
         });
         let parameters: Vec<String> = parameters.collect();
         let parameters =
@@ -261,14 +261,5 @@ impl<'db> Class<'_, 'db> {
         let interval = data.interval.as_ref().map(|it| self.source(member.shell, it.part));
         let interval = interval.map_or_else(String::new, |interval| format!(" {interval}"));
         format!("{word} {}{parameters}{ty}{interval}", data.name.name)
-    }
-}
-
-/// The word before a parameter.
-pub(super) fn direction(of: Direction) -> &'static str {
-    match of {
-        Direction::In => "in",
-        Direction::Out => "out",
-        Direction::InOut => "inout",
     }
 }

@@ -6,7 +6,6 @@ use mauve_hir::item_tree::{Direction, FeatureKind, HookKind, MethodKind, Variabl
 use mauve_hir::{Callee, Integer, ProgramId, Type, Value};
 
 use super::expression::{Code, Line, Writer, ends};
-use super::header::direction;
 use super::layout::Text;
 use super::obvious::MEANT;
 use super::program::definition;
@@ -163,7 +162,7 @@ fn added(class: &Class<'_, '_>, member: &Member<'_>) -> String {
         FeatureKind::Provided => {
             let arguments = data.parameters.iter().map(|parameter| {
                 let ty = parameter.ty.as_ref().map_or_else(String::new, ToString::to_string);
-                let (name, doc) = (&parameter.name.name, format!("{} {ty}", direction(parameter.direction)));
+                let (name, doc) = (&parameter.name.name, format!("{} {ty}", parameter.direction.keyword()));
                 format!(".arg({}, {})", cpp_string(name), cpp_string(&doc))
             });
             let arguments: String = arguments.collect();
