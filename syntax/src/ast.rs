@@ -4,7 +4,7 @@
 //! [`is_whole`](crate::is_whole) tells whether something was lost.
 
 use crate::keywords::Direction;
-use crate::{SyntaxKind, SyntaxNode, SyntaxToken};
+use crate::{SyntaxKind, SyntaxNode, SyntaxToken, significant_tokens};
 
 pub use crate::generated::nodes::*;
 
@@ -56,10 +56,7 @@ impl UnaryExpr {
 impl BinaryExpr {
     /// The operator between the two sides.
     pub fn operator(&self) -> Option<SyntaxToken> {
-        self.syntax()
-            .children_with_tokens()
-            .filter_map(rowan::NodeOrToken::into_token)
-            .find(|token| !token.kind().is_trivia())
+        first_token(self.syntax())
     }
 }
 
@@ -124,7 +121,5 @@ impl Type {
 }
 
 fn first_token(node: &SyntaxNode) -> Option<SyntaxToken> {
-    node.children_with_tokens()
-        .filter_map(rowan::NodeOrToken::into_token)
-        .find(|token| !token.kind().is_trivia())
+    significant_tokens(node).next()
 }

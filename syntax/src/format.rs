@@ -29,7 +29,7 @@ use std::ops::Range;
 use rowan::{NodeOrToken, TextRange, TextSize, WalkEvent};
 
 use crate::SyntaxKind::{self, *};
-use crate::{Parse, SyntaxNode};
+use crate::{Parse, SyntaxNode, is_closed_comment};
 
 /// How far a line may go that is one block.
 const WIDTH: usize = 120;
@@ -176,12 +176,12 @@ impl Piece<'_> {
     }
 
     fn is_comment(&self) -> bool {
-        matches!(self.kind, LINE_COMMENT | BLOCK_COMMENT)
+        self.kind.is_comment()
     }
 
     /// Is it a comment that goes on to the end of the text?
     fn is_unclosed(&self) -> bool {
-        self.kind == BLOCK_COMMENT && (self.text.len() < 4 || !self.text.ends_with("*/"))
+        self.kind == BLOCK_COMMENT && !is_closed_comment(self.text)
     }
 }
 
@@ -901,8 +901,7 @@ impl<'a> Reader<'a> {
     fn push(&mut self, kind: SyntaxKind, range: Range<usize>, parent: SyntaxKind) {
         let (start, text) = (range.start, self.text.get(range).unwrap_or_default());
         let keep = std::mem::replace(&mut self.keep, Keep::Nothing);
-        let is_comment = matches!(kind, LINE_COMMENT | BLOCK_COMMENT);
-        let item = if is_comment { None } else { self.item.take() };
+        let item = if kind.is_comment() { None } else { self.item.take() };
         self.pieces.push(Piece {
             kind,
             text,

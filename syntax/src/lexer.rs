@@ -3,6 +3,7 @@
 use logos::Logos;
 
 use crate::SyntaxKind::{self, *};
+use crate::is_closed_comment;
 
 /// The tokens of a text, trivia included.
 pub struct Lexed {
@@ -115,9 +116,7 @@ pub(crate) fn lex_from(
             BAD_NUMBER => Some(LexError::BadNumber),
             UNTERMINATED_STRING => Some(LexError::UnterminatedString),
             STRING if has_unknown_escape(lexer.slice()) => Some(LexError::UnknownEscape),
-            BLOCK_COMMENT if lexer.slice().len() < 4 || !lexer.slice().ends_with("*/") => {
-                Some(LexError::UnterminatedComment)
-            }
+            BLOCK_COMMENT if !is_closed_comment(lexer.slice()) => Some(LexError::UnterminatedComment),
             _ => None,
         };
         errors.extend(error.map(|error| (kinds.len() as u32, error)));

@@ -20,13 +20,12 @@
 //! | `reparse.rs` | an edit of a text → an edit of its tree |
 //! | `ast.rs` | the typed view |
 //! | `format.rs` | white space as it should be |
-//! | `comment.rs` | what is said of a declaration right above it |
+//! | `trivia.rs` | white space and comments between tokens, and the comment above a declaration |
 //! | `spelling.rs` | what a misspelt word may be |
 //!
 //! This crate knows no database, no editor protocol and no analysis of any kind.
 
 pub mod ast;
-mod comment;
 pub mod format;
 mod generated;
 mod grammar;
@@ -35,8 +34,8 @@ mod parser;
 mod reparse;
 mod spelling;
 mod tree;
+mod trivia;
 
-pub use comment::comment_above;
 pub use generated::keywords;
 pub use generated::kinds::SyntaxKind;
 pub use lexer::{Lexed, lex};
@@ -44,6 +43,10 @@ pub use reparse::Tier;
 pub use rowan::{GreenNode, NodeOrToken, TextRange, TextSize, WalkEvent};
 pub use spelling::similar;
 pub use tree::{Parse, SyntaxError, is_whole, token_at, token_before};
+pub use trivia::{
+    begins_line, comment_above, comments_above, has_comment, is_closed_comment, is_gap, next_significant,
+    next_token, previous_significant, previous_token, significant_tokens,
+};
 
 /// Ties rowan's untyped kinds to [`SyntaxKind`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -22,10 +22,9 @@
 //! program uses: a name that its own library lacks is not looked for in others meanwhile.
 
 use mauve_syntax::ast::{AstNode as _, BinaryExpr, Expr};
-use mauve_syntax::{NodeOrToken, Parse, SyntaxError, SyntaxKind, SyntaxNode, SyntaxToken, TextRange, TextSize, token_at};
+use mauve_syntax::{NodeOrToken, Parse, SyntaxError, SyntaxKind, SyntaxNode, SyntaxToken, TextRange, TextSize, previous_token, token_at};
 
 use super::*;
-use mauve_hir::token_before;
 
 code!(SYNTAX_ERROR, Error, "syntax-error");
 
@@ -67,7 +66,7 @@ fn forgotten(parse: &Parse, error: &SyntaxError) -> Option<(TextSize, String)> {
     let is_there = |token: &SyntaxToken| !token.kind().is_trivia();
     let next = next.and_then(|token| following(token, is_there));
     let before = match is_found {
-        true => tokens_before(&root, next.as_ref()?).find(is_there)?.text_range().end(),
+        true => tokens_before(next.as_ref()?).find(is_there)?.text_range().end(),
         false => error.range.end(),
     };
     let text = match sign {
@@ -112,7 +111,7 @@ fn single_equals(parse: &Parse, error: &SyntaxError) -> Option<TextRange> {
     let root = parse.syntax();
     let sign = token_at(&root, error.range.start())?;
     let ends = [SyntaxKind::IF_KW, SyntaxKind::SEMICOLON, SyntaxKind::L_CURLY, SyntaxKind::R_CURLY];
-    let end = tokens_before(&root, &sign).find(|token| ends.contains(&token.kind()))?;
+    let end = tokens_before(&sign).find(|token| ends.contains(&token.kind()))?;
     (sign.kind() == SyntaxKind::EQ && end.kind() == SyntaxKind::IF_KW).then(|| sign.text_range())
 }
 
@@ -120,9 +119,8 @@ fn single_equals(parse: &Parse, error: &SyntaxError) -> Option<TextRange> {
 const MOST_TOKENS: usize = 1000;
 
 /// The tokens before `token`, backwards, the nearest of them.
-fn tokens_before(root: &SyntaxNode, token: &SyntaxToken) -> impl Iterator<Item = SyntaxToken> {
-    let all = std::iter::successors(token_before(root, token), |token| token_before(root, token));
-    all.take(MOST_TOKENS)
+fn tokens_before(token: &SyntaxToken) -> impl Iterator<Item = SyntaxToken> {
+    std::iter::successors(previous_token(token), previous_token).take(MOST_TOKENS)
 }
 
 /// May a value begin with it?

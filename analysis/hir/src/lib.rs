@@ -104,7 +104,6 @@ pub use skeleton::operation_skeleton;
 pub use source::{
     CoreInterface, Decl, Declarations, Place, architecture, codel, component, core, core_interface, data,
     declaration_at, declaration_map, declarations, deployment, item_tree_of, parse, shell, source_map,
-    token_before,
 };
 pub use types::{C_TYPES, Integer, LANGUAGE_TYPES, Type, built_in_type, type_of};
 pub use values::{Value, whole_number};

@@ -4,7 +4,10 @@ use std::sync::Arc;
 
 use mauve_syntax::ast::{self, AstNode};
 use mauve_syntax::keywords::{ARCHITECTURE_ITEMS, DECLARATIONS, DEPLOYMENT_ITEMS, ITEMS};
-use mauve_syntax::{GreenNode, SyntaxKind, SyntaxNode, SyntaxToken, TextRange, is_whole, similar};
+use mauve_syntax::{
+    GreenNode, SyntaxKind, SyntaxNode, SyntaxToken, TextRange, begins_line, is_whole, next_significant,
+    significant_tokens, similar,
+};
 use rustc_hash::FxHashMap;
 
 use crate::item_tree::*;
@@ -124,16 +127,8 @@ fn swallows_an_item(node: &SyntaxNode) -> bool {
     texts.any(|text| text.text().split(|letter: char| !letter.is_alphanumeric()).any(is_item))
 }
 
-/// The tokens right in `node` that are no trivia.
 fn tokens_of(node: &SyntaxNode) -> Vec<SyntaxToken> {
-    let tokens = node.children_with_tokens().filter_map(mauve_syntax::NodeOrToken::into_token);
-    tokens.filter(|token| !token.kind().is_trivia()).collect()
-}
-
-fn begins_line(word: &SyntaxToken) -> bool {
-    let before = word.prev_token();
-    let white = before.as_ref().filter(|before| before.kind() == SyntaxKind::WHITESPACE);
-    before.is_none() || white.is_some_and(|it| it.text().contains(['\n', '\r']))
+    significant_tokens(node).collect()
 }
 
 /// The words before the first brace of `word … { … }`, a section that another tool may know: not one whose word may be
@@ -847,15 +842,13 @@ impl Lowering<'_> {
 fn continued(variable: &ast::Var) -> Option<(TextRange, Option<TextRange>)> {
     let value = variable.initializer()?;
     let last = value.syntax().last_token()?;
-    let mut behind = std::iter::successors(last.next_token(), SyntaxToken::next_token);
-    let next = behind.find(|token| !token.kind().is_trivia());
-    if next.is_some_and(|token| token.kind() == SyntaxKind::SEMICOLON) {
+    if next_significant(&last).is_some_and(|token| token.kind() == SyntaxKind::SEMICOLON) {
         return None;
     }
     let goes_on =
         |node: &SyntaxNode| matches!(node.kind(), SyntaxKind::BINARY_EXPR | SyntaxKind::ARGUMENT_LIST);
     let nodes = value.syntax().descendants().filter(goes_on);
-    let token = nodes.flat_map(|node| tokens_of(&node)).find(|token| {
+    let token = nodes.flat_map(|node| significant_tokens(&node)).find(|token| {
         matches!(token.kind(), SyntaxKind::L_PAREN | SyntaxKind::MINUS) && begins_line(token)
     })?;
     let white = token.prev_token().filter(|white| white.kind() == SyntaxKind::WHITESPACE);

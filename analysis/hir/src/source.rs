@@ -4,7 +4,10 @@
 
 use std::sync::Arc;
 
-use mauve_syntax::{Parse, SyntaxKind, SyntaxNode, SyntaxToken, TextRange, TextSize, token_at};
+use mauve_syntax::{
+    Parse, SyntaxKind, SyntaxNode, SyntaxToken, TextRange, TextSize, next_significant, next_token,
+    previous_token, token_at,
+};
 use rustc_hash::FxHashMap;
 
 use crate::item_tree::{Data, Declaration, ItemTree, Kind, Name, Part, TypeRef};
@@ -205,7 +208,8 @@ impl<'db> Place<'db> {
             Place::Inside(decl, it) => part(decl, it).map(|range| {
                 let root = parse(db, decl.file(db)).syntax();
                 let behind = token_at(&root, range.end());
-                let brace = tokens_from(&root, behind).find(|token| token.kind() == SyntaxKind::L_CURLY);
+                let brace = std::iter::successors(behind, next_token)
+                    .find(|token| token.kind() == SyntaxKind::L_CURLY);
                 TextRange::empty(brace.map_or(range.end(), |brace| brace.text_range().end()))
             }),
             Place::Item(decl, it) => {
@@ -222,22 +226,6 @@ impl<'db> Place<'db> {
         };
         found.unwrap_or_default()
     }
-}
-
-/// The token before `token`: one that an empty node stands before has one too.
-pub fn token_before(root: &SyntaxNode, token: &SyntaxToken) -> Option<SyntaxToken> {
-    let start = token.text_range().start();
-    mauve_syntax::token_before(root, start).filter(|before| before.text_range().end() <= start)
-}
-
-/// The token behind `token`, as [`token_before`].
-fn token_behind(root: &SyntaxNode, token: &SyntaxToken) -> Option<SyntaxToken> {
-    let end = token.text_range().end();
-    token_at(root, end).filter(|behind| behind.text_range().start() >= end)
-}
-
-fn tokens_from(root: &SyntaxNode, first: Option<SyntaxToken>) -> impl Iterator<Item = SyntaxToken> {
-    std::iter::successors(first, |token| token_behind(root, token))
 }
 
 /// The declaration, variable, connection or field around `part`, with the comment above it and all that leaves a gap where
@@ -257,21 +245,18 @@ fn whole_item(root: &SyntaxNode, part: TextRange) -> TextRange {
     let token = token_at(root, part.start());
     let Some(node) = token.and_then(|token| token.parent_ancestors().find(is_item)) else { return part };
     let is_white = |token: &SyntaxToken| token.kind() == SyntaxKind::WHITESPACE;
-    let is_comment = |token: &SyntaxToken| token.kind().is_trivia() && !is_white(token);
     let ends_line = |token: &SyntaxToken| token.text().contains(['\n', '\r']);
     let (Some(first), Some(last)) = (node.first_token(), node.last_token()) else { return part };
 
     // The list around it takes the `;`.
     let mut end = last.text_range().end();
-    let mut behind = token_behind(root, &last);
-    if let Some(sign) = tokens_from(root, behind.clone()).find(|token| !token.kind().is_trivia())
-        && sign.kind() == SyntaxKind::SEMICOLON
-    {
+    let mut behind = next_token(&last);
+    if let Some(sign) = next_significant(&last).filter(|sign| sign.kind() == SyntaxKind::SEMICOLON) {
         end = sign.text_range().end();
-        behind = token_behind(root, &sign);
+        behind = next_token(&sign);
     }
     // What is left of its line: nothing, or a comment on it.
-    let rest = tokens_from(root, behind)
+    let rest = std::iter::successors(behind, next_token)
         .take_while(|token| token.kind().is_trivia() && !(is_white(token) && ends_line(token)));
     let rest: Vec<SyntaxToken> = rest.collect();
     let line_end = rest.last().map_or(end, |token| token.text_range().end());
@@ -280,20 +265,15 @@ fn whole_item(root: &SyntaxNode, part: TextRange) -> TextRange {
 
     // The comments above it, each on lines of its own, with no empty line between.
     let mut start = first;
-    let mut begins = token_before(root, &start).is_none_or(|white| is_white(&white) && ends_line(&white));
+    let begins = previous_token(&start).is_none_or(|white| is_white(&white) && ends_line(&white));
     while begins
-        && let Some(white) =
-            token_before(root, &start).filter(|white| white.text().matches('\n').count() == 1)
-        && let Some(comment) = token_before(root, &white).filter(is_comment)
+        && let Some(white) = previous_token(&start).filter(|white| white.text().matches('\n').count() == 1)
+        && let Some(comment) = previous_token(&white).filter(|it| it.kind().is_comment())
+        && previous_token(&comment).is_none_or(|white| is_white(&white) && ends_line(&white))
     {
-        begins = token_before(root, &comment).is_none_or(|white| is_white(&white) && ends_line(&white));
-        if !begins {
-            begins = true;
-            break;
-        }
         start = comment;
     }
-    let white = token_before(root, &start).filter(is_white);
+    let white = previous_token(&start).filter(is_white);
     let blanks = white.as_ref().map_or(0, |white| {
         let text = white.text();
         text.len() - text.rfind(['\n', '\r']).map_or(0, |at| at + 1)

@@ -26,7 +26,7 @@ use mauve_diagnostics::{Finding, diagnostics_of_file};
 use mauve_hir::{Decl, File, ModelDb, Place, Project, Workspace, parse};
 use mauve_syntax::ast::AstNode;
 use mauve_syntax::format::Replacement;
-use mauve_syntax::{NodeOrToken, SyntaxNode, SyntaxToken, TextRange, TextSize};
+use mauve_syntax::{SyntaxNode, SyntaxToken, TextRange, TextSize};
 
 use crate::Change;
 use crate::project::projects_with;
@@ -348,12 +348,6 @@ pub(crate) fn put(file: File, offset: TextSize, text: String) -> Change {
 pub(crate) fn put_into(db: &dyn ModelDb, of: Decl<'_>, item: &str) -> Change {
     let indentation = if of.library(db).is_some() { "    " } else { "  " };
     put(of.file(db), Place::End(of).range(db).start(), format!("\n{indentation}{item}"))
-}
-
-/// Is there a comment in it?
-pub(crate) fn has_comment(node: &SyntaxNode) -> bool {
-    let mut tokens = node.descendants_with_tokens().filter_map(NodeOrToken::into_token);
-    tokens.any(|token| token.kind().is_trivia() && !token.text().trim().is_empty())
 }
 
 #[cfg(test)]

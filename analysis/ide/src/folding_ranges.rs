@@ -1,7 +1,10 @@
 //! What an editor can fold: blocks, lists over several lines, comments, groups of includes and uses, marked regions.
 
 use mauve_hir::{File, ModelDb, is_model, parse};
-use mauve_syntax::{NodeOrToken, SyntaxElement, SyntaxKind, SyntaxNode, SyntaxToken, TextRange, WalkEvent};
+use mauve_syntax::{
+    NodeOrToken, SyntaxElement, SyntaxKind, SyntaxNode, SyntaxToken, TextRange, WalkEvent, begins_line,
+    is_gap,
+};
 
 /// A part of a text of more than one line that can be hidden.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -95,7 +98,7 @@ impl Finder<'_> {
             SyntaxKind::LINE_COMMENT => {
                 if let Some(is_begin) = marker(token.text()) {
                     self.marker(token, is_begin);
-                } else if token.text_range().start() >= self.passed && begins_its_line(token) {
+                } else if token.text_range().start() >= self.passed && begins_line(token) {
                     let mut last = token.clone();
                     while let Some(next) = comment_below(&last).filter(|next| marker(next.text()).is_none()) {
                         last = next;
@@ -138,9 +141,9 @@ fn brackets(node: &SyntaxNode) -> Option<(SyntaxToken, SyntaxToken)> {
 fn follower(node: &SyntaxNode) -> Option<SyntaxNode> {
     let mut next = node.next_sibling_or_token();
     while let Some(SyntaxElement::Token(token)) = &next {
-        let is_gap = token.kind() == SyntaxKind::WHITESPACE && token.text().matches('\n').count() < 2
+        let is_gap = is_gap(token)
             || token.kind() == SyntaxKind::SEMICOLON
-            || token.kind() == SyntaxKind::LINE_COMMENT && !begins_its_line(token);
+            || token.kind() == SyntaxKind::LINE_COMMENT && !begins_line(token);
         if !is_gap {
             return None;
         }
@@ -154,14 +157,6 @@ fn comment_below(comment: &SyntaxToken) -> Option<SyntaxToken> {
     let white = comment.next_token().filter(|white| white.kind() == SyntaxKind::WHITESPACE)?;
     let is_next_line = white.text().matches('\n').count() == 1;
     white.next_token().filter(|next| is_next_line && next.kind() == SyntaxKind::LINE_COMMENT)
-}
-
-/// Does nothing stand before it in its line?
-pub(crate) fn begins_its_line(token: &SyntaxToken) -> bool {
-    token.prev_token().is_none_or(|before| {
-        before.kind() == SyntaxKind::WHITESPACE
-            && (before.text().contains('\n') || before.prev_token().is_none())
-    })
 }
 
 /// Does the comment begin a region, or end one?

@@ -9,12 +9,12 @@ use mauve_hir::{
     core, names_of, shell, type_of,
 };
 use mauve_syntax::SyntaxKind::*;
-use mauve_syntax::SyntaxToken;
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::keywords::{CallStatus, PortStatus, TruthValue};
+use mauve_syntax::{SyntaxToken, previous_significant};
 
 use crate::completion::Subject;
-use crate::completion::position::{Call, Position, before_token, behind, call_around};
+use crate::completion::position::{Call, Position, behind, call_around};
 
 /// What a name in a program may stand for.
 pub(crate) struct Scope<'db> {
@@ -390,7 +390,7 @@ impl<'db> Scope<'db> {
     /// What is expected behind `left`, in an expression; none where no operand may stand there.
     pub(crate) fn expected(&self, left: &SyntaxToken) -> Option<Expected> {
         let of = |ty: Option<Type>| Some(Expected { ty, ..Expected::default() });
-        let previous = || before_token(left);
+        let previous = || previous_significant(left);
         match left.kind() {
             EQ => of(self.assigned_at(left)),
             RETURN_KW => of(self.result.clone()),
@@ -441,7 +441,7 @@ impl<'db> Scope<'db> {
             R_PAREN => {
                 let list = last.parent().filter(|list| list.kind() == ARGUMENT_LIST)?;
                 let open = list.first_token()?;
-                let callee = before_token(&open)?;
+                let callee = previous_significant(&open)?;
                 let call = Call { callee, arguments: list, index: 0 };
                 Some(self.called(&call)?.result)
             }

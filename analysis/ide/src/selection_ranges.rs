@@ -1,9 +1,10 @@
 //! What belongs together around the cursor: a word, what it is part of, and so on, up to the file.
 
 use mauve_hir::{File, ModelDb, is_model, parse};
-use mauve_syntax::{NodeOrToken, SyntaxKind, SyntaxNode, SyntaxToken, TextRange, TextSize};
-
-use crate::folding_ranges::begins_its_line;
+use mauve_syntax::{
+    NodeOrToken, SyntaxKind, SyntaxNode, SyntaxToken, TextRange, TextSize, begins_line, comments_above,
+    is_gap, next_token, previous_token,
+};
 
 /// What belongs together around `offset`, from the least to the whole file: each is more than the one before.
 ///
@@ -165,42 +166,30 @@ fn with_separator(item: &SyntaxNode) -> TextRange {
 
 /// An item, the `;` behind it, and the comments right above it.
 fn with_comments(item: &SyntaxNode) -> TextRange {
-    let mut range = with_separator(item);
-    let mut previous = item.prev_sibling_or_token();
-    while let Some(NodeOrToken::Token(token)) = previous {
-        let is_gap = token.kind() == SyntaxKind::WHITESPACE && token.text().matches('\n').count() < 2;
-        let is_comment = matches!(token.kind(), SyntaxKind::LINE_COMMENT | SyntaxKind::BLOCK_COMMENT);
-        if is_comment && begins_its_line(&token) {
-            range = range.cover(token.text_range());
-        } else if !is_gap {
-            break;
-        }
-        previous = token.prev_sibling_or_token();
-    }
-    range
+    comments_above(item).fold(with_separator(item), |range, comment| range.cover(comment.text_range()))
 }
 
 /// The comments in the lines above and below this one, with nothing between.
 fn run_of_comments(comment: &SyntaxToken) -> TextRange {
     let mut range = comment.text_range();
-    if comment.kind() != SyntaxKind::LINE_COMMENT || !begins_its_line(comment) {
+    if comment.kind() != SyntaxKind::LINE_COMMENT || !begins_line(comment) {
         return range;
     }
     let walk = |next: fn(&SyntaxToken) -> Option<SyntaxToken>, range: &mut TextRange| {
         let mut open = next(comment);
         while let Some(token) = open {
             match token.kind() {
-                SyntaxKind::WHITESPACE if token.text().matches('\n').count() < 2 => {}
-                SyntaxKind::LINE_COMMENT if begins_its_line(&token) => {
+                SyntaxKind::LINE_COMMENT if begins_line(&token) => {
                     *range = range.cover(token.text_range());
                 }
+                _ if is_gap(&token) => {}
                 _ => break,
             }
             open = next(&token);
         }
     };
-    walk(SyntaxToken::next_token, &mut range);
-    walk(SyntaxToken::prev_token, &mut range);
+    walk(next_token, &mut range);
+    walk(previous_token, &mut range);
     range
 }
 

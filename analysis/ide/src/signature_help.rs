@@ -2,9 +2,9 @@
 
 use mauve_hir::{File, ModelDb, Workspace, is_model, parse};
 use mauve_syntax::SyntaxKind::{BLOCK_COMMENT, LINE_COMMENT};
-use mauve_syntax::{TextRange, TextSize};
+use mauve_syntax::{TextRange, TextSize, is_closed_comment, previous_significant};
 
-use crate::completion::position::{Position, call_around, token_before};
+use crate::completion::position::{Position, call_around};
 use crate::completion::{Subject, documentation};
 use crate::program::{Scope, subject};
 use crate::project::projects_with;
@@ -51,10 +51,10 @@ pub fn signature_help(
     let ends = token.text_range().end() <= offset;
     match token.kind() {
         LINE_COMMENT => return Vec::new(),
-        BLOCK_COMMENT if !ends || !token.text().ends_with("*/") => return Vec::new(),
+        BLOCK_COMMENT if !ends || !is_closed_comment(token.text()) => return Vec::new(),
         _ => {}
     }
-    let left = std::iter::successors(Some(token), token_before).find(|token| !token.kind().is_trivia());
+    let left = if token.kind().is_trivia() { previous_significant(&token) } else { Some(token) };
     let Some(left) = left else { return Vec::new() };
     let Some(call) = call_around(&left) else { return Vec::new() };
     let at = Position::in_any_token(&root, offset);

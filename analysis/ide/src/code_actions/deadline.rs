@@ -2,10 +2,10 @@
 
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::format::Replacement;
-use mauve_syntax::is_whole;
 use mauve_syntax::keywords::BACKGROUND;
+use mauve_syntax::{has_comment, is_whole};
 
-use super::{ActionKind, Actions, has_comment, put, with_line};
+use super::{ActionKind, Actions, put, with_line};
 use crate::Change;
 
 pub(super) fn offer(actions: &mut Actions<'_, '_>) {

@@ -11,10 +11,10 @@
 use mauve_hir::{Type, VariableKind};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::format::Replacement;
-use mauve_syntax::{NodeOrToken, SyntaxKind, SyntaxNode, TextRange};
+use mauve_syntax::{SyntaxKind, SyntaxNode, TextRange, has_comment, next_significant};
 
 use super::program::{Programs, bare, calls, statement_of};
-use super::{ActionKind, Actions, has_comment, with_line};
+use super::{ActionKind, Actions, with_line};
 use crate::Change;
 use crate::occurrences::{Found, Meaning, Role};
 
@@ -185,12 +185,8 @@ fn expression_at(block: &SyntaxNode, range: TextRange) -> Option<ast::Expr> {
 
 /// A declaration with the `;` behind it, if any.
 fn with_semicolon(node: &SyntaxNode) -> TextRange {
-    let mut next = std::iter::successors(node.next_sibling_or_token(), |it| it.next_sibling_or_token());
-    let next = next.find(|it| !it.kind().is_trivia());
-    match next {
-        Some(NodeOrToken::Token(token)) if token.kind() == SyntaxKind::SEMICOLON => {
-            node.text_range().cover(token.text_range())
-        }
+    match node.last_token().and_then(|last| next_significant(&last)) {
+        Some(sign) if sign.kind() == SyntaxKind::SEMICOLON => node.text_range().cover(sign.text_range()),
         _ => node.text_range(),
     }
 }

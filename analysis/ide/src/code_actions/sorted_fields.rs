@@ -2,9 +2,10 @@
 
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::format::Replacement;
+use mauve_syntax::has_comment;
 use mauve_syntax::keywords::ActivityField;
 
-use super::{ActionKind, Actions, has_comment};
+use super::{ActionKind, Actions};
 use crate::Change;
 
 pub(super) fn offer(actions: &mut Actions<'_, '_>) {

@@ -15,7 +15,7 @@ use mauve_syntax::{NodeOrToken, SyntaxKind, SyntaxNode, TextRange, is_whole};
 use mauve_wcrt::{table, table_files};
 use rustc_hash::FxHashSet;
 
-use super::{ActionKind, Actions, has_comment, indentation};
+use super::{ActionKind, Actions, indentation};
 use crate::Change;
 use crate::project::name_of_root;
 
@@ -123,9 +123,7 @@ fn to_update(
     let inside = block.syntax().text_range();
     let all = machine.syntax().text_range();
     let outside = machine.syntax().descendants_with_tokens().filter_map(NodeOrToken::into_token);
-    let is_comment = |kind: SyntaxKind, text: &str| kind.is_trivia() && !text.trim().is_empty();
-    if outside.filter(|it| !inside.contains_range(it.text_range())).any(|it| is_comment(it.kind(), it.text()))
-    {
+    if outside.filter(|it| !inside.contains_range(it.text_range())).any(|it| it.kind().is_comment()) {
         return refused("there are comments round its program, which would be lost");
     }
     let head = TextRange::new(all.start(), inside.start());
@@ -151,13 +149,9 @@ fn to_update(
 
 /// The comments of `node` that lie in `range`, each with the line break behind it.
 fn comments_in(node: &SyntaxNode, range: TextRange) -> String {
-    if !has_comment(node) {
-        return String::new();
-    }
     let tokens = node.descendants_with_tokens().filter_map(NodeOrToken::into_token);
-    let comments = tokens.filter(|it| it.kind().is_trivia() && range.contains_range(it.text_range()));
-    let comments: Vec<String> = comments
-        .filter(|it| !it.text().trim().is_empty())
+    let comments: Vec<String> = tokens
+        .filter(|it| it.kind().is_comment() && range.contains_range(it.text_range()))
         .map(|it| {
             if it.text().starts_with("//") {
                 format!("{}\n", it.text().trim_end())

@@ -66,8 +66,7 @@ fn path_at(root: &SyntaxNode, offset: TextSize) -> Option<(TextRange, bool)> {
     }
     let word = around.clone().find(|it| it.kind().is_word() && it.text_range().start() < offset);
     let range = word.map_or(TextRange::empty(offset), |word| word.text_range());
-    let is_comment = |kind| matches!(kind, LINE_COMMENT | BLOCK_COMMENT);
-    if around.clone().any(|it| is_comment(it.kind()) && it.text_range().start() < offset) {
+    if around.clone().any(|it| it.kind().is_comment() && it.text_range().start() < offset) {
         return None;
     }
     let left = around.find_map(|token| before(token, range.start()))?;

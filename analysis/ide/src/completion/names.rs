@@ -8,9 +8,8 @@ use mauve_hir::{
 };
 use mauve_syntax::SyntaxKind::*;
 use mauve_syntax::format::Replacement;
-use mauve_syntax::{SyntaxNode, TextRange, TextSize};
+use mauve_syntax::{SyntaxNode, TextRange, TextSize, comments_above, previous_token};
 
-use super::position::token_before;
 use super::{Completer, Completion, CompletionKind, Subject};
 use crate::program::{parameters_text, result_text};
 
@@ -220,22 +219,12 @@ fn insertion(at: TextSize, text: String) -> Replacement {
 
 /// Where the comment right above a node begins, or the node.
 fn with_comment(node: &SyntaxNode) -> TextSize {
-    let mut start = node.text_range().start();
-    let mut before = node.first_token().and_then(|token| token_before(&token));
-    while let Some(token) = before {
-        match token.kind() {
-            LINE_COMMENT | BLOCK_COMMENT => start = token.text_range().start(),
-            WHITESPACE if token.text().matches('\n').count() < 2 => {}
-            _ => break,
-        }
-        before = token_before(&token);
-    }
-    start
+    comments_above(node).last().map_or(node.text_range().start(), |comment| comment.text_range().start())
 }
 
 /// The white space before a node that begins its line.
 fn line_start(node: &SyntaxNode) -> Option<String> {
-    let Some(before) = token_before(&node.first_token()?) else { return Some(String::new()) };
+    let Some(before) = previous_token(&node.first_token()?) else { return Some(String::new()) };
     let (_, indent) = before.text().rsplit_once('\n').filter(|_| before.kind() == WHITESPACE)?;
     Some(indent.to_owned())
 }

@@ -1,7 +1,10 @@
 //! Where the cursor is in the grammar, by the tree and the tokens before it: what is being typed is hardly ever correct.
 
 use mauve_syntax::SyntaxKind::{self, *};
-use mauve_syntax::{SyntaxNode, SyntaxToken, TextRange, TextSize, is_whole};
+use mauve_syntax::{
+    SyntaxNode, SyntaxToken, TextRange, TextSize, is_closed_comment, is_whole, next_token,
+    previous_significant, previous_token,
+};
 
 /// A place at which something may be typed.
 pub(crate) struct Position {
@@ -116,39 +119,21 @@ fn is_closed_to(token: &SyntaxToken, offset: TextSize) -> bool {
     }
     match token.kind() {
         LINE_COMMENT | UNTERMINATED_STRING | INT_NUMBER | FLOAT_NUMBER | BAD_NUMBER => true,
-        BLOCK_COMMENT => offset < range.end() || !token.text().ends_with("*/") || token.text().len() < 4,
+        BLOCK_COMMENT => offset < range.end() || !is_closed_comment(token.text()),
         STRING => offset < range.end(),
         _ => false,
     }
 }
 
-/// The token before another. Rowan's own way ends at a node without text, and what is missing is one.
-pub(crate) fn token_before(token: &SyntaxToken) -> Option<SyntaxToken> {
-    let start = token.text_range().start();
-    let root = token.parent_ancestors().last()?;
-    root.token_at_offset(start).left_biased().filter(|before| before.text_range().end() <= start)
-}
-
-fn token_after(token: &SyntaxToken) -> Option<SyntaxToken> {
-    let end = token.text_range().end();
-    let root = token.parent_ancestors().last()?;
-    root.token_at_offset(end).right_biased().filter(|after| after.text_range().start() >= end)
-}
-
-/// The token before another, but for white space and comments.
-pub(crate) fn before_token(token: &SyntaxToken) -> Option<SyntaxToken> {
-    before(token_before(token)?, token.text_range().start())
-}
-
 /// The last token, but for white space and comments, that ends at `offset` or before it; `token` is near.
 pub(crate) fn before(token: SyntaxToken, offset: TextSize) -> Option<SyntaxToken> {
-    std::iter::successors(Some(token), token_before)
+    std::iter::successors(Some(token), previous_token)
         .find(|token| token.text_range().end() <= offset && !token.kind().is_trivia())
 }
 
 /// The first token, but for white space and comments, that begins at `offset` or behind it.
 pub(crate) fn behind(token: SyntaxToken, offset: TextSize) -> Option<SyntaxToken> {
-    std::iter::successors(Some(token), token_after)
+    std::iter::successors(Some(token), next_token)
         .find(|token| token.text_range().start() >= offset && !token.kind().is_trivia())
 }
 
@@ -208,7 +193,7 @@ pub(crate) struct Call {
 pub(crate) fn call_around(left: &SyntaxToken) -> Option<Call> {
     let mut commas: Vec<(SyntaxNode, usize)> = Vec::new();
     let mut depth = 0_usize;
-    for token in std::iter::successors(Some(left.clone()), token_before) {
+    for token in std::iter::successors(Some(left.clone()), previous_token) {
         match token.kind() {
             R_PAREN => depth += 1,
             L_PAREN if depth > 0 => depth -= 1,
@@ -216,7 +201,7 @@ pub(crate) fn call_around(left: &SyntaxToken) -> Option<Call> {
                 let list = token.parent()?;
                 match list.kind() {
                     ARGUMENT_LIST => {
-                        let callee = before_token(&token)?;
+                        let callee = previous_significant(&token)?;
                         let index = commas.iter().find(|(of, _)| *of == list).map_or(0, |(_, count)| *count);
                         return Some(Call { callee, arguments: list, index });
                     }

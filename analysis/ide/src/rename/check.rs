@@ -10,7 +10,7 @@ use mauve_hir::{
     is_model, names_of, parse, project_files, projects, shell_of,
 };
 use mauve_syntax::format::Replacement;
-use mauve_syntax::{SyntaxKind, SyntaxToken, TextRange, TextSize};
+use mauve_syntax::{SyntaxKind, TextRange, TextSize, next_significant};
 use mauve_wcrt::table;
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -125,11 +125,7 @@ impl<'db> Renaming<'_, 'db> {
         if token.kind() != SyntaxKind::IDENT {
             return parent.ancestors().any(|node| node.kind() == SyntaxKind::ERROR);
         }
-        let next = |token: &SyntaxToken| {
-            std::iter::successors(token.next_token(), SyntaxToken::next_token)
-                .find(|it| !it.kind().is_trivia())
-        };
-        let is_call = || next(&token).is_some_and(|next| next.kind() == SyntaxKind::L_PAREN);
+        let is_call = || next_significant(&token).is_some_and(|next| next.kind() == SyntaxKind::L_PAREN);
         if Builtin::of_name(token.text()).is_some() && is_call() {
             return false;
         }
