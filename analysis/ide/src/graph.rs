@@ -14,8 +14,8 @@ use mauve_syntax::{TextRange, TextSize};
 use mauve_timing::{Status, Time, Utilisation};
 use mauve_wcrt::{ActivityReport, Query, Report, Verdict, psm_of, response_times};
 
+use crate::drawing::{Drawing, dot_text, svg_arrow, svg_head, svg_text};
 use crate::project::projects_with;
-use crate::state_machine::{Drawing, escaped};
 
 /// Instances and connections.
 #[derive(Debug, Clone)]
@@ -240,22 +240,21 @@ pub fn draw_graph(graph: &Graph<'_>, drawing: Drawing) -> String {
 type Lines<'a> = BTreeMap<(usize, usize, bool), Vec<&'a str>>;
 
 fn dot(graph: &Graph<'_>, lines: &Lines<'_>) -> String {
-    let quoted = |text: &str| format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\""));
-    let mut out = format!("digraph {} {{\n", quoted(&graph.title));
+    let mut out = format!("digraph {} {{\n", dot_text(&graph.title));
     let _ = writeln!(
         out,
         "  label={}; labelloc=t; rankdir=LR; node [shape=box, style=filled];",
-        quoted(&graph.title)
+        dot_text(&graph.title)
     );
     for (index, node) in graph.nodes.iter().enumerate() {
         let verdict = node.verdict();
         let below = if verdict.is_empty() { String::new() } else { format!("\\n{verdict}") };
         let label = format!("\"{}: {}{below}\"", node.instance, node.component);
-        let _ = writeln!(out, "  {index} [label={label}, fillcolor={}];", quoted(node.fill()));
+        let _ = writeln!(out, "  {index} [label={label}, fillcolor={}];", dot_text(node.fill()));
     }
     for ((source, target, operation), names) in lines {
         let style = if *operation { ", style=dashed" } else { "" };
-        let _ = writeln!(out, "  {source} -> {target} [label={}{style}];", quoted(&names.join(", ")));
+        let _ = writeln!(out, "  {source} -> {target} [label={}{style}];", dot_text(&names.join(", ")));
     }
     out + "}\n"
 }
@@ -278,15 +277,7 @@ fn svg(graph: &Graph<'_>, lines: &Lines<'_>) -> String {
     }
     let width = 60.0 + heights.len().max(1) as f64 * (BOX.0 + GAP.0) - GAP.0;
     let height = 90.0 + heights.iter().max().copied().unwrap_or(1) as f64 * (BOX.1 + GAP.1);
-    let mut out = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width:.0}\" height=\"{height:.0}\" \
-         viewBox=\"0 0 {width:.0} {height:.0}\" font-family=\"sans-serif\" font-size=\"13\">\n\
-         <defs><marker id=\"tip\" viewBox=\"0 0 10 10\" refX=\"9\" refY=\"5\" markerWidth=\"9\" markerHeight=\"9\" \
-         markerUnits=\"userSpaceOnUse\" orient=\"auto\"><path d=\"M0 0 L10 5 L0 10 z\" fill=\"#456\"/></marker></defs>\n\
-         <rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n\
-         <text x=\"30\" y=\"28\" font-weight=\"bold\">{}</text>\n",
-        escaped(&graph.title)
-    );
+    let mut out = svg_head((width, height), "x=\"30\" y=\"28\"", &graph.title);
     for (&(source, target, operation), names) in lines {
         let (Some(&(x1, y1)), Some(&(x2, y2))) = (places.get(source), places.get(target)) else { continue };
         let dashed = if operation { " stroke-dasharray=\"5 4\"" } else { "" };
@@ -307,12 +298,11 @@ fn svg(graph: &Graph<'_>, lines: &Lines<'_>) -> String {
             let path = format!("M{x1:.1} {y1:.1} C{x1:.1} {low:.1} {x2:.1} {low:.1} {x2:.1} {y2:.1}");
             (path, ((x1 + x2) / 2.0, low - 8.0))
         };
-        let label = escaped(&names.join(", "));
+        out += &svg_arrow(&path, (source, target), dashed);
+        let label = svg_text(&names.join(", "));
         let _ = writeln!(
             out,
-            "<path d=\"{path}\" data-source=\"{source}\" data-target=\"{target}\" fill=\"none\" stroke=\"#456\"{dashed} \
-             marker-end=\"url(#tip)\"/>\n\
-             <text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"middle\" font-size=\"11\" fill=\"#234\">{label}</text>"
+            "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"middle\" font-size=\"11\" fill=\"#234\">{label}</text>"
         );
     }
     for (index, (node, (x, y))) in graph.nodes.iter().zip(&places).enumerate() {
@@ -327,11 +317,11 @@ fn svg(graph: &Graph<'_>, lines: &Lines<'_>) -> String {
             node.fill(),
             x + BOX.0 / 2.0,
             y + 23.0,
-            escaped(&node.instance),
-            escaped(&node.component),
+            svg_text(&node.instance),
+            svg_text(&node.component),
             x + BOX.0 / 2.0,
             y + 42.0,
-            escaped(&node.verdict())
+            svg_text(&node.verdict())
         );
     }
     out + "</svg>\n"

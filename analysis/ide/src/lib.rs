@@ -27,6 +27,7 @@
 //! | `explanation.rs` | where a response time comes from, in words |
 //! | `levels.rs` | the significance levels that may be shown |
 //! | `project.rs` | which projects a file is part of, and what they are called |
+//! | `drawing.rs` | what drawings in DOT and SVG have in common |
 //! | `graph.rs` | an architecture as a graph, with load and response times, as DOT and as SVG |
 //! | `machine_view.rs` | a component's state machine with its places, for a panel |
 //! | `timing_actions.rs` | other priorities, CPUs and periods, with what they give |
@@ -43,6 +44,7 @@ mod declaration;
 mod definition;
 mod document_links;
 mod document_symbols;
+mod drawing;
 mod explanation;
 #[cfg(test)]
 mod fixture;
@@ -80,6 +82,7 @@ pub use declaration::declaration;
 pub use definition::{Definition, Target, definition};
 pub use document_links::{DocumentLink, document_links};
 pub use document_symbols::{Symbol, SymbolKind, document_symbols};
+pub use drawing::Drawing;
 pub use explanation::{explain_response, explain_response_of};
 pub use folding_ranges::{FoldingKind, FoldingRange, folding_ranges};
 pub use formatting::{formatting, formatting_on_type};
@@ -99,7 +102,7 @@ pub use semantic_tokens::{
     SemanticToken, TokenKind, TokenModifier, TokenModifiers, meanings_of_names, semantic_tokens,
 };
 pub use signature_help::{Signature, signature_help};
-pub use state_machine::{Drawing, draw_state_machine};
+pub use state_machine::draw_state_machine;
 pub use type_definition::type_definition;
 pub use type_hierarchy::{subtypes, supertypes, type_items};
 pub use workspace_symbols::{FoundSymbol, workspace_symbols};

@@ -6,14 +6,7 @@ use std::fmt::Write as _;
 use mauve_timing::{Level, Time, Unit};
 use mauve_wcrt::Psm;
 
-/// How a state machine is drawn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Drawing {
-    /// For Graphviz.
-    Dot,
-    /// For a browser.
-    Svg,
-}
+use crate::drawing::{Drawing, dot_text, svg_arrow, svg_head, svg_text};
 
 /// Draws `psm`, the machine of `component` at `level`, its initial state and its greatest edges in bold. Of several edges
 /// between two states, the greatest is drawn, with the names of all their transitions. In SVG, `data-state`, `data-source` and
@@ -51,17 +44,19 @@ impl Arrow<'_> {
 }
 
 fn dot(component: &str, title: &str, psm: &Psm<'_>, arrows: &BTreeMap<(usize, usize), Arrow<'_>>) -> String {
-    let quoted = |text: &str| format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\""));
-    let mut out = format!("digraph {} {{\n", quoted(component));
-    let _ =
-        writeln!(out, "  label={}; labelloc=t; rankdir=LR; node [shape=box, style=rounded];", quoted(title));
+    let mut out = format!("digraph {} {{\n", dot_text(component));
+    let _ = writeln!(
+        out,
+        "  label={}; labelloc=t; rankdir=LR; node [shape=box, style=rounded];",
+        dot_text(title)
+    );
     for (index, state) in psm.states.iter().enumerate() {
         let bold = if index == psm.initial { " [penwidth=2]" } else { "" };
-        let _ = writeln!(out, "  {}{bold};", quoted(state));
+        let _ = writeln!(out, "  {}{bold};", dot_text(state));
     }
     for ((source, target), arrow) in arrows {
-        let name = |state: &usize| quoted(psm.states.get(*state).map_or("", |name| name.as_str()));
-        let _ = writeln!(out, "  {} -> {} [label={}];", name(source), name(target), quoted(&arrow.label()));
+        let name = |state: &usize| dot_text(psm.states.get(*state).map_or("", |name| name.as_str()));
+        let _ = writeln!(out, "  {} -> {} [label={}];", name(source), name(target), dot_text(&arrow.label()));
     }
     out + "}\n"
 }
@@ -81,15 +76,8 @@ fn svg(title: &str, psm: &Psm<'_>, arrows: &BTreeMap<(usize, usize), Arrow<'_>>)
         let angle = std::f64::consts::TAU * state as f64 / count as f64 - std::f64::consts::FRAC_PI_2;
         (cx + radius * angle.cos(), cy + radius * angle.sin())
     };
-    let mut out = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width:.0}\" height=\"{height:.0}\" \
-         viewBox=\"0 0 {width:.0} {height:.0}\" font-family=\"sans-serif\" font-size=\"13\">\n\
-         <defs><marker id=\"tip\" viewBox=\"0 0 10 10\" refX=\"9\" refY=\"5\" markerWidth=\"9\" markerHeight=\"9\" \
-         markerUnits=\"userSpaceOnUse\" orient=\"auto\"><path d=\"M0 0 L10 5 L0 10 z\" fill=\"#456\"/></marker></defs>\n\
-         <rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n\
-         <text x=\"{cx:.0}\" y=\"24\" text-anchor=\"middle\" font-weight=\"bold\">{}</text>\n",
-        escaped(title)
-    );
+    let middle = format!("x=\"{cx:.0}\" y=\"24\" text-anchor=\"middle\"");
+    let mut out = svg_head((width, height), &middle, title);
     let greatest = arrows.values().map(|arrow| arrow.cost).max().unwrap_or_default();
     for (&(source, target), arrow) in arrows {
         let heavy = if arrow.cost == greatest { " stroke-width=\"2.5\"" } else { "" };
@@ -112,17 +100,13 @@ fn svg(title: &str, psm: &Psm<'_>, arrows: &BTreeMap<(usize, usize), Arrow<'_>>)
         } else {
             between(place(source), place(target))
         };
-        let _ = writeln!(
-            out,
-            "<path d=\"{path}\" data-source=\"{source}\" data-target=\"{target}\" fill=\"none\" stroke=\"#456\"{heavy} \
-             marker-end=\"url(#tip)\"/>"
-        );
+        out += &svg_arrow(&path, (source, target), heavy);
         // White around it first, so that it is read on lines: not every viewer knows an order of painting.
         for paint in ["stroke=\"#fff\" stroke-width=\"4\" fill=\"#fff\"", "fill=\"#234\""] {
             let _ = writeln!(
                 out,
                 "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"middle\" {paint}>{}</text>",
-                escaped(&arrow.label())
+                svg_text(&arrow.label())
             );
         }
     }
@@ -137,7 +121,7 @@ fn svg(title: &str, psm: &Psm<'_>, arrows: &BTreeMap<(usize, usize), Arrow<'_>>)
             x - width / 2.0,
             y - 20.0,
             y + 5.0,
-            escaped(state)
+            svg_text(state)
         );
     }
     out + "</svg>\n"
@@ -157,10 +141,6 @@ fn between((x1, y1): (f64, f64), (x2, y2): (f64, f64)) -> (String, (f64, f64)) {
     };
     let ((sx, sy), (tx, ty)) = (edge(x1, y1), edge(x2, y2));
     (format!("M{sx:.1} {sy:.1} Q{mx:.1} {my:.1} {tx:.1} {ty:.1}"), (mx - 8.0 * nx, my - 8.0 * ny + 4.0))
-}
-
-pub(crate) fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 #[cfg(test)]

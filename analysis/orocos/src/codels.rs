@@ -14,11 +14,8 @@ use mauve_hir::{
 use crate::cpp_name::CppNames;
 use crate::cpp_type::{Headers, cpp_type, parameter_type};
 use crate::library::Library;
-use crate::origin::{generated_from, origin, origin_file, words_of};
+use crate::origin::{WIDTH, generated_from, origin, origin_file, words_of, wrapped};
 use crate::package::{GeneratedFile, Owner};
-
-/// The longest line of generated code.
-const WIDTH: usize = 100;
 
 /// The headers of a library's types and codels, and a stub for each codel.
 pub(crate) fn codel_files<'db>(
@@ -258,18 +255,10 @@ fn stub<'db>(
 
 /// A line of a comment, or several where it is too long for one.
 fn line_comment(mark: &str, text: &str) -> String {
-    let mut out = mark.to_owned();
-    let mut column = mark.len();
-    for word in text.split_whitespace() {
-        let width = 1 + word.chars().count();
-        if column > mark.len() && column + width > WIDTH {
-            out += &format!("\n{mark}");
-            column = mark.len();
-        }
-        out += &format!(" {word}");
-        column += width;
+    match wrapped(text.split_whitespace(), WIDTH.saturating_sub(mark.len() + 1)).as_slice() {
+        [] => format!("{mark}\n"),
+        lines => lines.iter().map(|line| format!("{mark} {line}\n")).collect(),
     }
-    out + "\n"
 }
 
 #[cfg(test)]

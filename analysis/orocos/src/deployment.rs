@@ -14,7 +14,6 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::component::{is_set_from_text, ports_of_introspection};
 use crate::cpp_name::{file_name, script_name, task_name};
-use crate::escape::comment;
 use crate::library::{Libraries, Library};
 use crate::package::{GeneratedFile, Owner};
 use crate::{launch, lua, ops};
@@ -405,18 +404,6 @@ pub(crate) fn topic_package(ty: &Type) -> Option<String> {
         }
         _ => None,
     }
-}
-
-/// The lines of a comment, short enough to be read beside code.
-pub(crate) fn comment_lines(text: &str) -> Vec<String> {
-    let mut lines: Vec<String> = Vec::new();
-    for word in comment(text).split(' ') {
-        match lines.last_mut() {
-            Some(line) if line.chars().count() + word.chars().count() < 96 => *line += &format!(" {word}"),
-            _ => lines.push(word.to_owned()),
-        }
-    }
-    lines
 }
 
 /// Where something stands in the model, for a reader: `robot/deployment.mal:4`.

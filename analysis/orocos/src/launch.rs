@@ -1,8 +1,8 @@
 //! The launch file of ROS that starts the deployer with the script of a deployment: `roslaunch exploration D.launch`.
 
-use crate::deployment::{Deployed, comment_lines};
+use crate::deployment::Deployed;
 use crate::escape::xml;
-use crate::origin::generated_from;
+use crate::origin::{comment_lines, generated_from};
 
 /// The launch file of a deployment that stands in `package`.
 pub(crate) fn launch_file(deployed: &Deployed, package: &str) -> String {

@@ -3,11 +3,11 @@
 use mauve_hir::Value;
 
 use crate::deployment::{
-    ACTIVITIES, Activity, BACKGROUND, Deployed, LOADED, STARTED, STREAMS, TOPICS, Task, VALUES,
-    comment_lines, connecting, pinning, scheduling, streaming,
+    ACTIVITIES, Activity, BACKGROUND, Deployed, LOADED, STARTED, STREAMS, TOPICS, Task, VALUES, connecting,
+    pinning, scheduling, streaming,
 };
 use crate::escape::lua_string;
-use crate::origin::generated_from;
+use crate::origin::{comment_lines, generated_from};
 
 /// What every script begins with.
 const PRELUDE: &str = r#"

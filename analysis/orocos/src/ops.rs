@@ -22,10 +22,10 @@ use mauve_hir::Value;
 
 use crate::deployment::{
     ACTIVITIES, Activity, BACKGROUND, Deployed, LOADED, NOTHING_STARTS, STARTED, STREAMS, TOPICS, Task,
-    VALUES, comment_lines, connecting, pinning, reading, scheduling, streaming,
+    VALUES, connecting, pinning, reading, scheduling, streaming,
 };
 use crate::escape::ops_string;
-use crate::origin::generated_from;
+use crate::origin::{comment_lines, generated_from};
 
 /// What every script begins with. A package is also looked for below the name of its target: where the deployer is run beside
 /// the folder of a package, RTT takes that for what is installed of it.

@@ -5,7 +5,7 @@
 //!                           ::navigation::astar(here, destination, grid, resolution, route));
 //! ```
 
-const WIDTH: usize = 100;
+use crate::origin::{WIDTH, wrapped};
 
 /// A line may end behind these.
 const BREAKS: [&str; 14] =
@@ -86,14 +86,13 @@ impl Lines {
     }
 
     fn comment(&mut self, text: &str, indent: usize) {
-        self.push("//");
-        for word in text.split(' ') {
-            if self.column + 1 + word.chars().count() > WIDTH && self.column > indent + 2 {
+        for (index, line) in
+            wrapped(text.split(' '), WIDTH.saturating_sub(indent + 3)).into_iter().enumerate()
+        {
+            if index > 0 {
                 self.next(indent);
-                self.push("//");
             }
-            self.push(" ");
-            self.push(word);
+            self.push(&format!("// {line}"));
         }
     }
 
