@@ -13,7 +13,7 @@
 //! |---|---|
 //! | `db.rs` | the inputs: files and workspaces; and the last trees, from which the next are made |
 //! | `item_tree.rs`, `lower.rs` | what a file declares, without locations; and the source map: only what an edit touches is read again |
-//! | `source.rs` | declarations, their data, and [`Place`]s |
+//! | `source.rs`, `lines.rs` | declarations, their data, and [`Place`]s; the lines of a file |
 //! | `project.rs`, `config.rs` | roots, includes, `mauve.toml` |
 //! | `names.rs` | what the name of a declaration refers to; the features of a shell |
 //! | `body.rs` | the bodies of a core: what is read apart from the rest of it |
@@ -53,6 +53,7 @@ mod flow;
 mod graph;
 mod infer;
 pub mod item_tree;
+mod lines;
 mod lower;
 mod messages;
 mod names;
@@ -82,6 +83,7 @@ pub use infer::{
     CoreInference, HiddenName, Inference, Problem as NameProblem, ReportedProblem, Shared, Signature, Uses,
     VariableKind, VariableOf, expression_types, inference_of, inference_of_core, returns, uses_of,
 };
+pub use lines::{file_and_line, line_index, line_of};
 pub use lower::{DeclarationMap, SourceMap};
 pub use messages::{
     BUILT_IN_TYPES, Message, MessageConstant, MessageField, Package, catalogue, message_of, named_packages,

@@ -8,7 +8,8 @@ mod check;
 
 use mauve_hir::item_tree::{Core, Data, Kind, NameRef, Part, Statement};
 use mauve_hir::{
-    Builtin, Decl, File, ModelDb, Place, Project, Workspace, data, features_of, flat_of, is_model, names_of,
+    Builtin, Decl, File, ModelDb, Place, Project, Workspace, data, features_of, flat_of, is_model, line_of,
+    names_of,
 };
 use mauve_syntax::format::Replacement;
 use mauve_syntax::keywords::LITERALS;
@@ -195,8 +196,7 @@ impl<'db> Renaming<'_, 'db> {
     }
 
     fn line(&self, file: File, range: TextRange) -> String {
-        let before = file.text(self.db).get(..usize::from(range.start())).unwrap_or_default();
-        format!("{}, line {}", shown(self.db, file), before.matches('\n').count() + 1)
+        format!("{}, line {}", shown(self.db, file), line_of(self.db, file, range.start()))
     }
 
     /// Is the new name free where this one is declared?

@@ -23,15 +23,15 @@ mod obvious;
 mod program;
 mod source;
 
-use std::cell::{Cell, RefCell};
+use std::cell::Cell;
 
 use mauve_hir::item_tree::{
     Core, Direction, Expr, Feature, FeatureKind, HookKind, Parameter, Part, Program, Statement, Variable,
 };
 use mauve_hir::{
-    Binding, Builtin, Callee, CoreInference, Decl, File, Integer, ModelDb, Place, ProgramId, Project, Type,
-    Value, VariableId, VariableKind, config_of, core, core_of, external_types, features_of,
-    inference_of_core, shell_of, type_of, values_of_shell,
+    Binding, Builtin, Callee, CoreInference, Decl, Integer, ModelDb, Place, ProgramId, Project, Type, Value,
+    VariableId, VariableKind, config_of, core, core_of, external_types, features_of, inference_of_core,
+    shell_of, type_of, values_of_shell,
 };
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -39,6 +39,7 @@ use crate::cpp_name::CppNames;
 use crate::cpp_type::{cpp_type, operation_parameter_type};
 use crate::escape::comment;
 use crate::library::{Libraries, Library};
+use crate::origin::origin;
 use crate::package::{GeneratedFile, Owner};
 
 pub(crate) use source::ports_of_introspection;
@@ -111,7 +112,6 @@ struct Class<'a, 'db> {
     names: CppNames,
     /// Is there a condition in it that is always true, or never?
     is_obvious: Cell<bool>,
-    lines: RefCell<FxHashMap<File, Vec<usize>>>,
 }
 
 /// A feature of the shell.
@@ -251,7 +251,6 @@ impl<'a, 'db> Class<'a, 'db> {
             by_part: FxHashMap::default(),
             names,
             is_obvious: Cell::default(),
-            lines: RefCell::default(),
         };
         class.features(shell_of(db, project, component)?);
         class.variables();
@@ -582,18 +581,7 @@ impl<'a, 'db> Class<'a, 'db> {
     /// Where something stands: `components/guidance.mal:25`.
     fn at(&self, of: Decl<'db>, part: Part) -> String {
         let Model { db, project, .. } = self.model;
-        let file = of.file(db);
-        let path = file.path(db);
-        let folder = project.workspace(db).folder(db);
-        // What lies outside of the workspace is elsewhere on each machine.
-        let relative = path.strip_prefix(folder).ok().or(path.file_name().map(AsRef::as_ref));
-        let shown = relative.map_or_else(String::new, |path| path.display().to_string());
-        let mut lines = self.lines.borrow_mut();
-        let lines = lines.entry(file).or_insert_with(|| {
-            file.text(db).bytes().enumerate().filter(|(_, it)| *it == b'\n').map(|(at, _)| at).collect()
-        });
-        let start = usize::from(Place::Part(of, part).range(db).start());
-        comment(&format!("{shown}:{}", lines.partition_point(|at| *at < start) + 1))
+        origin(db, project.workspace(db), &Place::Part(of, part))
     }
 
     /// What stands there in the model.

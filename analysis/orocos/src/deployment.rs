@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use mauve_hir::item_tree::{Expr, Name};
 use mauve_hir::{
     Decl, Features, Flat, FlatInstance, Integer, ModelDb, Place, Project, Type, Value, ValueInEffect,
-    config_of, core as core_data, core_of, deployment, features_of, flat_of, names_of, shell_of, type_of,
-    values_in_effect,
+    config_of, core as core_data, core_of, deployment, features_of, file_and_line, flat_of, names_of,
+    shell_of, type_of, values_in_effect,
 };
 use mauve_timing::Time;
 use mauve_wcrt::{Priority, Row, mask, system_of};
@@ -215,7 +215,7 @@ fn deployed<'db>(
             "Deployment `{}` of architecture `{}` ({}).",
             of.qualified(db),
             target.qualified(db),
-            position(db, project, &Place::name_of(of)),
+            file_and_line(db, project.workspace(db), &Place::name_of(of)),
         ),
         packages: packages.filter(|package| used.contains(package.as_str())).collect(),
         order: ordered(tasks.iter().map(|task| (task.name.clone(), providers(task))).collect()),
@@ -404,19 +404,6 @@ pub(crate) fn topic_package(ty: &Type) -> Option<String> {
         }
         _ => None,
     }
-}
-
-/// Where something stands in the model, for a reader: `robot/deployment.mal:4`.
-fn position<'db>(db: &'db dyn ModelDb, project: Project<'db>, place: &Place<'db>) -> String {
-    let file = place.file(db);
-    let path = file.path(db);
-    let path = path
-        .strip_prefix(project.workspace(db).folder(db))
-        .ok()
-        .or(path.file_name().map(std::path::Path::new));
-    let before = file.text(db).get(..usize::from(place.range(db).start())).unwrap_or_default();
-    let line = before.matches('\n').count() + 1;
-    format!("{}:{line}", path.map(|path| path.display().to_string()).unwrap_or_default())
 }
 
 #[cfg(test)]

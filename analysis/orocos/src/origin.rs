@@ -1,6 +1,6 @@
 //! Where generated code comes from: what its comments say of the model.
 
-use mauve_hir::{Decl, ModelDb, Place, Workspace, declaration_map, parse};
+use mauve_hir::{Decl, ModelDb, Place, Workspace, declaration_map, file_and_line, parse};
 use mauve_syntax::comment_above;
 use mauve_timing::task_set::Exported;
 
@@ -54,8 +54,7 @@ pub(crate) fn is_marked(path: &str, text: &str) -> bool {
 
 /// The file of something in a model, from the folder of the workspace, and its line: `components/switch.mal:8`.
 pub(crate) fn origin<'db>(db: &'db dyn ModelDb, workspace: Workspace, at: &Place<'db>) -> String {
-    let before = at.file(db).text(db).get(..at.range(db).start().into()).unwrap_or_default();
-    format!("{}:{}", origin_file(db, workspace, at), before.matches('\n').count() + 1)
+    comment(&file_and_line(db, workspace, at))
 }
 
 /// The file alone. One from outside the folder is known by its name: where it is differs from machine to machine.

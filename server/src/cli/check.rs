@@ -2,7 +2,7 @@
 
 mod sarif;
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::BTreeSet;
 use std::io::IsTerminal as _;
 use std::path::{Path, PathBuf};
 
@@ -11,7 +11,8 @@ use clap::ValueEnum;
 use mauve_diagnostics::{
     Code, Diagnostic, Finding, Fix, Severity, codes, errors_of_text, workspace_diagnostics,
 };
-use mauve_hir::{Database, File, Place, Workspace};
+use mauve_hir::{Database, Place, Workspace, line_index};
+use mauve_syntax::TextSize;
 use serde::Serialize;
 
 use super::{Outside, Paths, counted, shown, wcrt};
@@ -93,8 +94,8 @@ impl Check {
         let text = match self.format {
             Format::Sarif => super::json(&sarif::log(&db, &here, &findings))?,
             Format::Json => {
-                let mut lines = Lines::new(|text| text.chars().count());
-                let diagnostics = findings.iter().map(|it| document(&db, &mut lines, it)).collect();
+                let lines = Lines::new(|text| text.chars().count());
+                let diagnostics = findings.iter().map(|it| document(&db, &lines, it)).collect();
                 let deployments = deployed.iter().map(analysis_document).collect();
                 super::json(&Document { diagnostics, errors, warnings, hints, deployments })?
             }
@@ -297,7 +298,7 @@ struct PositionDocument {
     column: usize,
 }
 
-fn document(db: &Database, lines: &mut Lines, finding: &Finding<'_>) -> DiagnosticDocument {
+fn document(db: &Database, lines: &Lines, finding: &Finding<'_>) -> DiagnosticDocument {
     let diagnostic: &Diagnostic<'_> = &finding.diagnostic;
     let related = diagnostic.related.iter().map(|(at, message)| RelatedDocument {
         message: message.clone(),
@@ -317,19 +318,18 @@ fn document(db: &Database, lines: &mut Lines, finding: &Finding<'_>) -> Diagnost
     }
 }
 
-/// Where the lines of the files begin, found once for each file; and how wide a text is in columns.
+/// How wide a text is in columns.
 pub(super) struct Lines {
-    starts: HashMap<File, Vec<usize>>,
     width: fn(&str) -> usize,
 }
 
 impl Lines {
     pub(super) fn new(width: fn(&str) -> usize) -> Lines {
-        Lines { starts: HashMap::new(), width }
+        Lines { width }
     }
 
     /// ` (path:line)`; nothing for a whole file, which a message names.
-    pub(super) fn shown(&mut self, db: &Database, here: &Path, at: &Place<'_>) -> String {
+    pub(super) fn shown(&self, db: &Database, here: &Path, at: &Place<'_>) -> String {
         if matches!(at, Place::Range(_, 0, 0)) {
             return String::new();
         }
@@ -337,18 +337,15 @@ impl Lines {
         format!(" ({path}:{})", self.range(db, at).start.line)
     }
 
-    pub(super) fn range(&mut self, db: &Database, at: &Place<'_>) -> RangeDocument {
+    pub(super) fn range(&self, db: &Database, at: &Place<'_>) -> RangeDocument {
         let file = at.file(db);
         let text: &str = file.text(db);
-        let starts = self.starts.entry(file).or_insert_with(|| {
-            std::iter::once(0).chain(text.match_indices('\n').map(|(index, _)| index + 1)).collect()
-        });
         let range = at.range(db);
         let span = clamp(text, range.start().into(), range.end().into());
         let position = |offset: usize| {
-            let line = starts.partition_point(|&start| start <= offset);
-            let start = line.checked_sub(1).and_then(|line| starts.get(line)).copied().unwrap_or(0);
-            PositionDocument { line, column: (self.width)(&text[start..offset]) + 1 }
+            let found = line_index(db, file).line_col(TextSize::new(offset as u32));
+            let before = text.get(offset - found.col as usize..offset).unwrap_or_default();
+            PositionDocument { line: found.line as usize + 1, column: (self.width)(before) + 1 }
         };
         RangeDocument { start: position(span.start), end: position(span.end) }
     }

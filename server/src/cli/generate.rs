@@ -183,8 +183,8 @@ impl Generate {
                 parts.join("\n")
             }
             Format::Json => {
-                let mut lines = Lines::new(|text| text.chars().count());
-                let problems = problems.iter().map(|it| ProblemDocument::new(db, &mut lines, it));
+                let lines = Lines::new(|text| text.chars().count());
+                let problems = problems.iter().map(|it| ProblemDocument::new(db, &lines, it));
                 let problems = problems.collect();
                 super::json(&Document { problems, folders: Vec::new(), written: false })?
             }

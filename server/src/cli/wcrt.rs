@@ -300,7 +300,7 @@ fn table(name: &str, it: &Deployed<'_>) -> String {
 fn notes<'db>(it: &Deployed<'db>) -> Vec<String> {
     let mut notes: Vec<(String, Vec<String>)> = Vec::new();
     let mut index: HashMap<String, usize> = HashMap::new();
-    let mut lines = Lines::new(|text| text.chars().count());
+    let lines = Lines::new(|text| text.chars().count());
     let here = std::env::current_dir().unwrap_or_default();
     for (query, report) in &it.reports {
         // Activities are named already.

@@ -3,7 +3,7 @@
 //! A line ends at `\n`; a `\r` before it belongs to the line's end. Every position from a client is taken: one behind a
 //! line's end means that end, one behind the text the text's.
 
-use mauve_hir::{Database, File, ModelDb};
+use mauve_hir::{Database, File};
 use mauve_syntax::{TextRange, TextSize};
 use tower_lsp::lsp_types::{Position, PositionEncodingKind, Range};
 
@@ -87,26 +87,19 @@ fn offset_in_line(text: &str, column: u32, encoding: Encoding) -> usize {
     text.len()
 }
 
-/// Where the lines of a text begin.
-#[derive(Debug, PartialEq, Eq)]
-pub(crate) struct LineIndex {
-    text: std::sync::Arc<str>,
-    lines: line_index::LineIndex,
+/// A text and where its lines begin.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct LineIndex<'a> {
+    text: &'a str,
+    lines: &'a line_index::LineIndex,
 }
 
 /// The lines of a file.
-#[salsa::tracked(returns(ref), no_eq)]
-fn lines(db: &dyn ModelDb, file: File) -> LineIndex {
-    let text = file.text(db).clone();
-    LineIndex { lines: line_index::LineIndex::new(&text), text }
+pub(crate) fn line_index(db: &Database, file: File) -> LineIndex<'_> {
+    LineIndex { text: file.text(db), lines: mauve_hir::line_index(db, file) }
 }
 
-/// The lines of a file.
-pub(crate) fn line_index(db: &Database, file: File) -> &LineIndex {
-    lines(db, file)
-}
-
-impl LineIndex {
+impl LineIndex<'_> {
     /// Where a position is.
     pub(crate) fn offset(&self, position: Position, encoding: Encoding) -> TextSize {
         let line = self.lines.line(position.line);
@@ -115,7 +108,7 @@ impl LineIndex {
             (Some(line), Some(text)) => {
                 line.start() + TextSize::new(offset_in_line(text, position.character, encoding) as u32)
             }
-            _ => TextSize::of(&*self.text),
+            _ => TextSize::of(self.text),
         }
     }
 
@@ -127,7 +120,7 @@ impl LineIndex {
 
     /// The position of an offset.
     pub(crate) fn position(&self, offset: TextSize, encoding: Encoding) -> Position {
-        let offset = offset.min(TextSize::of(&*self.text));
+        let offset = offset.min(TextSize::of(self.text));
         let line_column = self.lines.line_col(offset);
         let line = self.lines.line(line_column.line).map_or(0, |line| line.start().into());
         let before = self.text.get(line..offset.into()).unwrap_or_default();
@@ -156,7 +149,7 @@ mod tests {
         for (encoding, column) in [(Encoding::Utf8, 7), (Encoding::Utf16, 4), (Encoding::Utf32, 3)] {
             let position = Position::new(0, column);
             assert_eq!(offset(TEXT, position, encoding).0, robot);
-            let index = LineIndex { text: TEXT.into(), lines: line_index::LineIndex::new(TEXT) };
+            let index = LineIndex { text: TEXT, lines: &line_index::LineIndex::new(TEXT) };
             assert_eq!(index.offset(position, encoding), TextSize::new(robot as u32));
             assert_eq!(index.position(TextSize::new(robot as u32), encoding), position);
             assert_eq!(end_of(&TEXT[..robot], encoding), position);
@@ -167,7 +160,7 @@ mod tests {
 
     #[test]
     fn positions_outside_the_text_mean_its_nearest_place() {
-        let index = LineIndex { text: TEXT.into(), lines: line_index::LineIndex::new(TEXT) };
+        let index = LineIndex { text: TEXT, lines: &line_index::LineIndex::new(TEXT) };
         let end_of_line = TEXT.find('\r').unwrap();
         for (position, expected) in [
             (Position::new(0, 99), end_of_line),

@@ -63,7 +63,7 @@ impl Snapshot {
     /// # Errors
     ///
     /// It is neither open nor part of a workspace.
-    pub(crate) fn file(&self, document: &TextDocumentIdentifier) -> Result<(File, &LineIndex)> {
+    pub(crate) fn file(&self, document: &TextDocumentIdentifier) -> Result<(File, LineIndex<'_>)> {
         let url = &document.uri;
         let file = match self.documents.get(url) {
             Some(document) if !document.is_analysed => return Err(Error::invalid_params(ANOTHER_TEXT)),
@@ -80,7 +80,7 @@ impl Snapshot {
     /// # Errors
     ///
     /// Those of [`Snapshot::file`].
-    pub(crate) fn at(&self, at: &TextDocumentPositionParams) -> Result<(File, &LineIndex, TextSize)> {
+    pub(crate) fn at(&self, at: &TextDocumentPositionParams) -> Result<(File, LineIndex<'_>, TextSize)> {
         let (file, lines) = self.file(&at.text_document)?;
         Ok((file, lines, lines.offset(at.position, self.capabilities.encoding)))
     }

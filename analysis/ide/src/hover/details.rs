@@ -7,8 +7,9 @@ use mauve_diagnostics::timing_reason;
 use mauve_hir::item_tree::{HookKind, Kind, Name, Part};
 use mauve_hir::{
     Decl, Flat, ModelDb, Place, ProgramId, Project, architecture, core, deployment, features_of, flat_of,
-    inference_of_core, names_of, shell, shell_of, type_of, values_in_effect,
+    inference_of_core, line_of, names_of, shell, shell_of, type_of, values_in_effect,
 };
+use mauve_syntax::TextSize;
 use mauve_timing::Time;
 use mauve_wcrt::{Query, psm_of, table, table_files};
 
@@ -70,10 +71,9 @@ fn table_of_codel<'db>(db: &'db dyn ModelDb, project: Project<'db>, codel: Decl<
             {
                 continue;
             }
-            let before = file.text(db).get(..entry.key_span.start).unwrap_or_default();
             let path = file.path(db);
             let path = path.strip_prefix(workspace.folder(db)).unwrap_or(path).display().to_string();
-            let line = before.matches('\n').count() + 1;
+            let line = line_of(db, file, TextSize::new(entry.key_span.start as u32));
             let _ = writeln!(out, "from {}, line {line}\n", markdown::code(&path));
         }
     }

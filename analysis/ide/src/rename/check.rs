@@ -7,7 +7,7 @@ use mauve_hir::item_tree::{Data, Endpoint, Kind, NameRef};
 use mauve_hir::{
     Builtin, Database, Decl, File, ModelDb, Place, Project, Workspace, behaviour_of, config_file, config_of,
     data, declaration_at, declaration_facts, declarations, features_of, flat_of, includes, inference_of_core,
-    is_model, names_of, parse, project_files, projects, shell_of,
+    is_model, line_of, names_of, parse, project_files, projects, shell_of,
 };
 use mauve_syntax::format::Replacement;
 use mauve_syntax::{SyntaxKind, TextRange, TextSize, next_significant};
@@ -267,7 +267,7 @@ impl<'db> Renaming<'_, 'db> {
             return Err(says(db, file, *range));
         }
         if let Some((_, range)) = after.iter().find(|(seen, _)| !old.contains(seen)) {
-            let line = scratch_line(scratch, new_file, *range);
+            let line = line_of(scratch, new_file, range.start());
             let word = text_of(scratch, new_file, *range);
             return Err(format!("{}, line {line}: `{word}` would come to mean something", shown(db, file)));
         }
@@ -301,7 +301,7 @@ impl<'db> Renaming<'_, 'db> {
             let (at, range) = (error.at.file(scratch), error.at.range(scratch));
             let place = (error.code.name, range.start());
             if at == new_file && !old.contains(&(place.0, file, place.1)) {
-                let line = scratch_line(scratch, new_file, range);
+                let line = line_of(scratch, new_file, range.start());
                 return Err(format!("{}, line {line}: {}", shown(db, file), error.message));
             }
         }
@@ -421,11 +421,6 @@ fn in_key(text: &str, start: usize) -> bool {
     let rest = text.get(start..).unwrap_or_default();
     let is_header = line.trim_start() == "[" && WORDS.iter().any(|word| rest.starts_with(word));
     !line.contains('#') && !is_header
-}
-
-fn scratch_line(db: &dyn ModelDb, file: File, range: TextRange) -> usize {
-    let before = file.text(db).get(..usize::from(range.start())).unwrap_or_default();
-    before.matches('\n').count() + 1
 }
 
 #[cfg(test)]

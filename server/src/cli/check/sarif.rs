@@ -108,11 +108,11 @@ struct Places<'a> {
 }
 
 impl Places<'_> {
-    fn of(&mut self, at: &Place<'_>) -> PhysicalLocation {
+    fn of(&self, at: &Place<'_>) -> PhysicalLocation {
         PhysicalLocation { artifact_location: self.artifact(at), region: self.region(at) }
     }
 
-    fn region(&mut self, at: &Place<'_>) -> Region {
+    fn region(&self, at: &Place<'_>) -> Region {
         let RangeDocument { start, end } = self.lines.range(self.db, at);
         Region {
             start_line: start.line,

@@ -169,7 +169,7 @@ pub(super) struct ProblemDocument {
 }
 
 impl ProblemDocument {
-    pub(super) fn new(db: &Database, lines: &mut Lines, it: &Problem<'_>) -> ProblemDocument {
+    pub(super) fn new(db: &Database, lines: &Lines, it: &Problem<'_>) -> ProblemDocument {
         let file = it.at.file(db).path(db).clone();
         ProblemDocument { message: it.message.clone(), file, range: lines.range(db, &it.at) }
     }

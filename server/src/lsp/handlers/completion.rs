@@ -40,7 +40,7 @@ pub(crate) fn completion(
 fn item(
     snapshot: &Snapshot,
     file: mauve_hir::File,
-    lines: &LineIndex,
+    lines: LineIndex<'_>,
     offset: mauve_syntax::TextSize,
     (index, found): (usize, Completion),
 ) -> CompletionItem {

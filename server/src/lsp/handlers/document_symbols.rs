@@ -42,7 +42,7 @@ pub(crate) fn document_symbols(
     Ok(Some(DocumentSymbolResponse::Flat(flat)))
 }
 
-fn nested(snapshot: &Snapshot, lines: &LineIndex, symbol: Symbol) -> DocumentSymbol {
+fn nested(snapshot: &Snapshot, lines: LineIndex<'_>, symbol: Symbol) -> DocumentSymbol {
     let encoding = snapshot.capabilities.encoding;
     let name = shown(&symbol);
     let children: Vec<DocumentSymbol> =

@@ -24,7 +24,7 @@ pub(crate) fn selection_ranges(
     Ok(ranges.collect())
 }
 
-fn nested(snapshot: &Snapshot, lines: &LineIndex, ranges: &[TextRange]) -> Option<SelectionRange> {
+fn nested(snapshot: &Snapshot, lines: LineIndex<'_>, ranges: &[TextRange]) -> Option<SelectionRange> {
     let (last, inner) = ranges.split_last()?;
     let mut found: Option<SelectionRange> = None;
     // The least of them, and the file.

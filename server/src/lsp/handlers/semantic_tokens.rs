@@ -96,7 +96,7 @@ fn note(snapshot: &Snapshot, url: &Url, file: File, all: Option<&Arc<[SemanticTo
 fn encoded(
     snapshot: &Snapshot,
     file: File,
-    lines: &LineIndex,
+    lines: LineIndex<'_>,
     range: Option<TextRange>,
 ) -> Arc<[SemanticToken]> {
     let legend = snapshot.capabilities.tokens;

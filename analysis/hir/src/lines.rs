@@ -1,0 +1,31 @@
+//! The lines of a file.
+
+use ::line_index::LineIndex;
+use mauve_syntax::TextSize;
+
+use crate::source::Place;
+use crate::{File, ModelDb, Workspace};
+
+/// Returns where the lines of a file begin.
+#[salsa::tracked(returns(ref), no_eq)]
+pub fn line_index(db: &dyn ModelDb, file: File) -> LineIndex {
+    LineIndex::new(file.text(db))
+}
+
+/// Returns the line of `offset`, from 1.
+pub fn line_of(db: &dyn ModelDb, file: File, offset: TextSize) -> usize {
+    let lines = line_index(db, file);
+    lines.try_line_col(offset.min(lines.len())).map_or(1, |found| found.line as usize + 1)
+}
+
+/// Returns where something stands, as generated files say it: `components/switch.mal:8`, from the folder of the workspace.
+///
+/// Of a file outside of it, only the name is given: its folder differs from machine to machine.
+pub fn file_and_line<'db>(db: &'db dyn ModelDb, workspace: Workspace, at: &Place<'db>) -> String {
+    let file = at.file(db);
+    let path = file.path(db);
+    let own = path.strip_prefix(workspace.folder(db)).ok();
+    let own = own.or_else(|| path.file_name().map(AsRef::as_ref)).unwrap_or(path);
+    let parts: Vec<_> = own.iter().map(|part| part.to_string_lossy()).collect();
+    format!("{}:{}", parts.join("/"), line_of(db, file, at.range(db).start()))
+}
