@@ -1,59 +1,36 @@
 //! What else a deployment could be: other priorities, another CPU, another period, each offered with the response times
 //! that it gives.
 //!
-//! Those are no guess: the deployment is analysed with the new values as if they stood in the text (see
-//! [`mauve_wcrt::response_times_if`]), and what is not analysed so is not offered. A file may be part of several projects,
-//! in which other times count: what is found in one of them is analysed in every one. Nothing is offered with which a
-//! deadline is lost that is proved now, in any of them; where they differ, the title says what comes out of each. It says
-//! also which warnings there are then that there are not now.
-//!
-//! | offered | where | if |
-//! |---|---|---|
-//! | the priorities of two swapped | at an activity | it has a later deadline before it |
-//! | the deadline as period | at an activity | it is later than the period |
-//! | priorities by deadline | in a deployment | a later deadline goes before an earlier one on the same CPU |
-//! | optimal priorities, or why there are none | in a deployment | a deadline is not proved, nor would be by the former |
-//! | each other CPU, the best first | at an activity | no deadline is lost that is proved now |
-//! | the shortest period found | at an activity | every deadline is proved now, and still would be |
-//! | a longer period, the shortest found that helps | at an activity | some deadline is not proved now |
-//! | the period as deadline | at an activity | it has an earlier one |
+//! [`mauve_wcrt::better_timing`] finds them. A file may be part of several projects, in which other times count: what is
+//! found in one of them is analysed in every one. Nothing is offered with which a deadline is lost that is proved now, in any
+//! of them; where they differ, the title says what comes out of each. It says also which warnings there are then that there
+//! are not now.
 
-use std::cmp::Reverse;
 use std::collections::BTreeSet;
 
 use mauve_diagnostics::{Diagnostic, Finding, cpu_names, diagnostics_if};
-use mauve_hir::item_tree::{Expr, Literal, Name};
+use mauve_hir::item_tree::Name;
 use mauve_hir::{Decl, ModelDb, Place, Project, declaration_at, deployment};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::format::Replacement;
 use mauve_syntax::{TextRange, TextSize};
-use mauve_timing::{Level, Status, Time};
+use mauve_timing::{Level, Status};
+use mauve_wcrt::better_timing::{
+    BetterTiming, TimingChange, better_activity, better_priorities, is_no_worse, least_slack,
+};
 use mauve_wcrt::{
-    ActivityReport, Deadlines, Priority, Query, Report, Row, SupposedField, System, Verdict, before_its_time,
-    response_times, response_times_if, system_of,
+    Deadlines, Query, Report, SupposedField, Verdict, response_times, response_times_if, system_of,
 };
 
 use crate::Change;
 use crate::code_actions::{ActionKind, Actions, CodeAction};
 use crate::project::name_of_root;
 
-/// So many activities are analysed in one search, those of each try counted; what takes more is not offered. It is a number
-/// of steps and no time, so that the same model has the same offers everywhere. A step of the sample robot, of ten activities,
-/// takes 1.2 µs in a release build: the two searches of a question take 5 ms at most in each project, 20 ms in
-/// [`MOST_PROJECTS`]; the robot itself needs 0.2 ms.
-const MOST_STEPS: usize = 2048;
-
-/// So many other CPUs are offered.
-const MOST_MOVES: usize = 4;
+/// What the search for optimal priorities is called.
+const OPTIMAL: &str = "Optimal priorities (Audsley's)";
 
 /// In so many projects something better is looked for; a deployment is rarely part of more than one.
 const MOST_PROJECTS: usize = 4;
-
-/// A period is at most so many times longer than it is now.
-const MOST_LONGER: u64 = 64;
-
-/// The greatest number that a field takes, in nanoseconds.
-const LONGEST: u64 = i32::MAX as u64 * 1_000_000;
 
 /// Offers what there is at the cursor.
 pub(crate) fn offer(actions: &mut Actions<'_, '_>) {
@@ -66,14 +43,14 @@ pub(crate) fn offer(actions: &mut Actions<'_, '_>) {
     let name = activity.as_ref().and_then(|it| it.name_ref()).map(|name| name.syntax().text_range());
     let db = actions.db;
     let projects = actions.projects.clone();
-    let mut found: Vec<(&Offer, Vec<Project<'_>>)> = Vec::new();
+    let mut found: Vec<(&BetterTiming, Vec<Project<'_>>)> = Vec::new();
     for &project in projects.iter().take(MOST_PROJECTS) {
         let (query, rows) = (Query::shown(db, project), &system_of(db, project, deployment).rows);
         let row = name.and_then(|at| rows.iter().position(|row| row.at.range(db) == at));
-        let of_row = row.map(|row| offers_of_activity(db, project, deployment, row, query));
-        let offers = offers_of_deployment(db, project, deployment, query).iter();
+        let of_row = row.map(|row| better_activity(db, project, deployment, row, query));
+        let offers = better_priorities(db, project, deployment, query).iter();
         for offer in offers.chain(of_row.into_iter().flatten()) {
-            match found.iter_mut().find(|(known, _)| known.is_same(offer)) {
+            match found.iter_mut().find(|(known, _)| is_same(known, offer)) {
                 Some((_, having)) => having.push(project),
                 None => found.push((offer, vec![project])),
             }
@@ -82,14 +59,14 @@ pub(crate) fn offer(actions: &mut Actions<'_, '_>) {
     let wrong = activity.map_or_else(Vec::new, |it| wrong_in(actions, it.syntax().text_range()));
     for (offer, having) in found {
         match offer {
-            Offer::Refused { title, reason } => {
+            BetterTiming::NoPriorities(names) => {
                 let title = match having.len() < projects.len() {
-                    true => format!("{title} {}", in_projects(db, &having)),
-                    false => title.clone(),
+                    true => format!("{OPTIMAL} {}", in_projects(db, &having)),
+                    false => OPTIMAL.to_owned(),
                 };
-                actions.refuse(ActionKind::Rewrite, title, reason.clone());
+                actions.refuse(ActionKind::Rewrite, title, no_priorities(names));
             }
-            Offer::Proposed { what, fields } => {
+            BetterTiming::Change(what, fields) => {
                 let outcomes: Vec<(Project<'_>, &Outcome<'_>)> = projects
                     .iter()
                     .map(|&project| {
@@ -106,7 +83,7 @@ pub(crate) fn offer(actions: &mut Actions<'_, '_>) {
                 };
                 let mends: Vec<Finding<'_>> = wrong.iter().filter(|it| !is_left(it)).cloned().collect();
                 let action = CodeAction {
-                    title: format!("{what}: {}", said(db, &outcomes)),
+                    title: format!("{}: {}", title(what), said(db, &outcomes)),
                     kind: if mends.is_empty() { ActionKind::Rewrite } else { ActionKind::QuickFix },
                     preferred: false,
                     mends,
@@ -160,26 +137,39 @@ fn wrong_in<'db>(actions: &Actions<'_, 'db>, activity: TextRange) -> Vec<Finding
     actions.findings().iter().filter(|it| is_it(&it.diagnostic)).cloned().collect()
 }
 
-/// Something that is offered.
-#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
-enum Offer {
-    /// What it is called, and the values.
-    Proposed { what: String, fields: Vec<SupposedField> },
-    /// What may be expected, and why it cannot be.
-    Refused { title: String, reason: String },
+/// Whether two findings set the same values, or are the same.
+fn is_same(one: &BetterTiming, other: &BetterTiming) -> bool {
+    match (one, other) {
+        (BetterTiming::Change(_, one), BetterTiming::Change(_, other)) => {
+            one.len() == other.len() && one.iter().all(|field| other.contains(field))
+        }
+        _ => one == other,
+    }
 }
 
-impl Offer {
-    /// Would it do the same?
-    fn is_same(&self, other: &Self) -> bool {
-        match (self, other) {
-            (Offer::Proposed { fields: one, .. }, Offer::Proposed { fields: other, .. }) => {
-                one.len() == other.len() && one.iter().all(|field| other.contains(field))
-            }
-            (Offer::Refused { .. }, Offer::Refused { .. }) => self == other,
-            _ => false,
+/// What a change is called.
+fn title(change: &TimingChange) -> String {
+    match change {
+        TimingChange::SwapPriorities(one, other) => format!("Swap the priorities of {one} and {other}"),
+        TimingChange::PrioritiesByDeadline => "Priorities by deadline (deadline-monotonic)".to_owned(),
+        TimingChange::OptimalPriorities => OPTIMAL.to_owned(),
+        TimingChange::PeriodAsDeadline(text) => format!("Period {text} ms, as the deadline"),
+        TimingChange::DeadlineAsPeriod(period) => format!("Deadline {period}, as the period"),
+        TimingChange::Cpu(cpu) => format!("Move to {}", cpu_names(*cpu)),
+        TimingChange::Period { is_longer, with_deadline, period, step } => {
+            let which = if *is_longer { "Longer" } else { "Shorter" };
+            let and = if *with_deadline { " and deadline" } else { "" };
+            format!("{which} period{and}, {period} (the shortest found, in steps of {step})")
         }
     }
+}
+
+fn no_priorities(names: &[Name]) -> String {
+    format!(
+        "no order of priorities is found with which every deadline is proved: below the others, none of {} would meet its \
+         own",
+        names.join(", ")
+    )
 }
 
 /// What some values give in one project, as far as it is shown.
@@ -215,369 +205,6 @@ fn outcome_of<'db>(
     let late = then.activities.iter().filter(|it| !it.verdict.is_met());
     wrong.extend(late.map(|it| ("deadline-missed", it.row.at.clone())));
     Outcome { said, loses: !is_no_worse(now, &then), wrong }
-}
-
-/// Everything that is offered of a deployment as a whole. Editors ask at every movement of the cursor, and again when an
-/// action is chosen: the search is made once.
-#[salsa::tracked(returns(ref))]
-fn offers_of_deployment<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    of: Decl<'db>,
-    query: Query,
-) -> Vec<Offer> {
-    Search::new(db, project, of, query).map_or_else(Vec::new, |mut search| search.priorities())
-}
-
-/// Everything that is offered of the activity of that row.
-#[salsa::tracked(returns(ref))]
-fn offers_of_activity<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    of: Decl<'db>,
-    row: usize,
-    query: Query,
-) -> Vec<Offer> {
-    let mut offers = Vec::new();
-    let row = system_of(db, project, of).rows.get(row);
-    if let Some(row) = row.filter(|row| matches!(row.priority, Priority::RealTime(_)))
-        && let Some(mut search) = Search::new(db, project, of, query)
-    {
-        offers.extend(search.swap(row));
-        offers.extend(search.late_deadline(row));
-        offers.extend(search.deadline(row));
-        offers.extend(search.period(row));
-        offers.extend(search.moves(row));
-    }
-    offers
-}
-
-/// The search for something better.
-struct Search<'db> {
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    of: Decl<'db>,
-    query: Query,
-    now: &'db Report<'db>,
-    system: &'db System<'db>,
-    /// How many more activities may be analysed.
-    steps: usize,
-}
-
-impl<'db> Search<'db> {
-    /// Nothing where a part of the deployment is unknown: so is what another one would give.
-    fn new(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, query: Query) -> Option<Search<'db>> {
-        let now = response_times(db, project, of, query);
-        let system = system_of(db, project, of);
-        now.lost.is_empty().then_some(Search { db, project, of, query, now, system, steps: MOST_STEPS })
-    }
-
-    /// What these values give; nothing where that would take too many steps. A search that nobody waits for any more ends
-    /// at the next of them.
-    fn ask(&mut self, fields: &[SupposedField]) -> Option<Report<'db>> {
-        self.steps = self.steps.checked_sub(self.system.rows.len().max(1))?;
-        self.db.unwind_if_revision_cancelled();
-        Some(response_times_if(self.db, self.project, self.of, self.query, fields))
-    }
-
-    /// The priorities of an activity and of the least urgent that goes before it although it may end later.
-    fn swap(&mut self, row: &Row<'db>) -> Option<Offer> {
-        let other = before_its_time(&self.system.rows, row)?;
-        let fields = vec![priority_of(row, priority(other)), priority_of(other, priority(row))];
-        Some(proposed(&format!("Swap the priorities of {} and {}", row.instance, other.instance), fields))
-    }
-
-    /// A deadline that is later than the period, as the period.
-    fn late_deadline(&mut self, row: &Row<'db>) -> Option<Offer> {
-        let data = deployment(self.db, self.of).filter(|_| row.is_late)?;
-        let activity = data.activities.iter().find(|it| it.instance.name == row.instance)?;
-        let deadline = activity.fields.iter().find(|field| field.name.name == "deadline")?;
-        let Expr::Literal(Literal::Int(text) | Literal::Float(text), _) = &deadline.value else {
-            return None;
-        };
-        let fields = vec![field(row, "period", text.to_string())];
-        Some(proposed(&format!("Period {text} ms, as the deadline"), fields))
-    }
-
-    /// Other priorities.
-    fn priorities(&mut self) -> Vec<Offer> {
-        let Some(groups) = groups(self.system) else { return Vec::new() };
-        let mut offers = Vec::new();
-        let ordered: Vec<SupposedField> =
-            groups.iter().filter(|group| !group.is_by_deadline()).flat_map(Group::by_deadline).collect();
-        let mut is_solved = is_proved(self.now);
-        if !ordered.is_empty()
-            && let Some(report) = self.ask(&ordered)
-        {
-            is_solved |= is_proved(&report);
-            let what = "Priorities by deadline (deadline-monotonic)";
-            offers.push(proposed(what, ordered));
-        }
-        let is_analysed = |it: &ActivityReport<'_>| it.verdict != Verdict::RealTime(Status::NotAnalysed);
-        if !is_solved && self.now.activities.iter().all(is_analysed) {
-            offers.extend(self.optimal(&groups));
-        }
-        offers
-    }
-
-    /// The priorities with which every deadline is proved, if there are any: from the least urgent up, whoever meets its
-    /// deadline below all that are left is given the place (Audsley). That finds them where they are, since a response
-    /// time depends on which activities are more urgent, and not on their order.
-    fn optimal(&mut self, groups: &[Group<'_, 'db>]) -> Option<Offer> {
-        let what = "Optimal priorities (Audsley's)";
-        let mut fields = Vec::new();
-        for group in groups {
-            match self.optimal_of(group)? {
-                Ok(found) => fields.extend(found),
-                Err(names) => {
-                    let reason = format!(
-                        "no order of priorities is found with which every deadline is proved: below the others, none of {} \
-                         would meet its own",
-                        names.join(", ")
-                    );
-                    return Some(Offer::Refused { title: what.to_owned(), reason });
-                }
-            }
-        }
-        self.ask(&fields).filter(is_proved)?;
-        Some(proposed(what, fields))
-    }
-
-    /// The priorities of a group, or those of it that cannot be ordered.
-    fn optimal_of(&mut self, group: &Group<'_, 'db>) -> Option<Result<Vec<SupposedField>, Vec<String>>> {
-        let mut numbers = group.numbers.clone();
-        // Those with the latest deadlines last, so that they are tried first.
-        let mut left: Vec<&Row<'db>> = group.in_order();
-        let mut fields: Vec<SupposedField> = Vec::new();
-        while let Some(number) = numbers.pop() {
-            let greatest = *numbers.first().unwrap_or(&number);
-            let mut chosen = None;
-            for index in (0..left.len()).rev() {
-                let mut supposed = fields.clone();
-                supposed.extend(
-                    left.iter()
-                        .enumerate()
-                        .map(|(other, row)| priority_of(row, if other == index { number } else { greatest })),
-                );
-                let report = self.ask(&supposed)?;
-                let row = left.get(index)?;
-                let is_it = |it: &&ActivityReport<'_>| it.row.instance == row.instance;
-                if report.activities.iter().find(is_it).is_some_and(|it| it.verdict.is_met()) {
-                    chosen = Some(index);
-                    break;
-                }
-            }
-            let Some(index) = chosen else {
-                return Some(Err(left.iter().map(|row| row.instance.to_string()).collect()));
-            };
-            fields.push(priority_of(left.remove(index), number));
-        }
-        Some(Ok(fields))
-    }
-
-    /// The other CPUs on which nothing becomes worse, the best first.
-    fn moves(&mut self, row: &Row<'db>) -> Vec<Offer> {
-        let mut found = Vec::new();
-        for cpu in (0..64).map(|bit| 1_u64 << bit).filter(|cpu| self.system.cpus & cpu != 0) {
-            if row.cpus == Some(cpu) {
-                continue;
-            }
-            let fields = vec![field(row, "affinity", cpu.to_string())];
-            let Some(report) = self.ask(&fields) else { break };
-            let is_analysed = report.activities.iter().any(|it| {
-                it.row.instance == row.instance && it.verdict != Verdict::RealTime(Status::NotAnalysed)
-            });
-            if is_analysed && is_no_worse(self.now, &report) {
-                let offer = proposed(&format!("Move to {}", cpu_names(cpu)), fields);
-                found.push((offer, report));
-            }
-        }
-        let slack = |report: &Report<'_>| least_slack(report).map(|(slack, _)| slack);
-        found.sort_by_key(|(_, report)| Reverse((report.deadlines().met, slack(report))));
-        found.into_iter().map(|(offer, _)| offer).take(MOST_MOVES).collect()
-    }
-
-    /// The shortest period while all is well; the least longer one that helps otherwise.
-    fn period(&mut self, row: &Row<'db>) -> Option<Offer> {
-        let period = row.period?.as_nanos();
-        // The greatest power of ten that is a hundredth of it at most, up to a millisecond.
-        let mut step = 1_000_000;
-        while step > 1 && step > period / 100 {
-            step /= 10;
-        }
-        let fields = |search: &Self, number: u64| search.with_period(row, Time::from_nanos(number * step));
-        let now = period / step;
-        if is_proved(self.now) {
-            let greatest = if now * step == period { now.checked_sub(1)? } else { now };
-            let report = self.ask(&fields(self, greatest)).filter(|it| greatest > 0 && is_proved(it))?;
-            let (number, _) = self.least(0, (greatest, report), &fields, &is_proved)?;
-            return Some(self.with(row, "Shorter", number * step, step));
-        }
-        let is_row_met = |report: &Report<'db>| {
-            report.activities.iter().any(|it| it.row.instance == row.instance && it.verdict.is_met())
-        };
-        let is_met_now = is_row_met(self.now);
-        let goals: [&dyn Fn(&Report<'db>) -> bool; 2] = [&is_proved, &is_row_met];
-        for goal in goals.into_iter().take(if is_met_now { 1 } else { 2 }) {
-            let mut bad = now;
-            let mut factor = 2;
-            while factor <= MOST_LONGER {
-                let number = now.checked_mul(factor).filter(|number| number.saturating_mul(step) <= LONGEST);
-                let Some(number) = number else { break };
-                let report = self.ask(&fields(self, number))?;
-                if goal(&report) {
-                    let (number, _) = self.least(bad, (number, report), &fields, goal)?;
-                    return Some(self.with(row, "Longer", number * step, step));
-                }
-                bad = number;
-                factor *= 2;
-            }
-        }
-        None
-    }
-
-    /// A number above `bad` with which the goal is reached, and with one less it is not; `good` is one with which it is. Where
-    /// the goal is not lost and reached again in between, it is the least.
-    fn least(
-        &mut self,
-        mut bad: u64,
-        mut good: (u64, Report<'db>),
-        fields: &dyn Fn(&Self, u64) -> Vec<SupposedField>,
-        goal: &dyn Fn(&Report<'db>) -> bool,
-    ) -> Option<(u64, Report<'db>)> {
-        while good.0 - bad > 1 {
-            let middle = bad + (good.0 - bad) / 2;
-            let report = self.ask(&fields(self, middle))?;
-            if goal(&report) {
-                good = (middle, report);
-            } else {
-                bad = middle;
-            }
-        }
-        Some(good)
-    }
-
-    fn with(&self, row: &Row<'db>, which: &str, period: u64, step: u64) -> Offer {
-        let (period, step) = (Time::from_nanos(period), Time::from_nanos(step));
-        let fields = self.with_period(row, period);
-        let and = if fields.len() > 1 { " and deadline" } else { "" };
-        // The search halves an interval: it knows that one step less is too short, and nothing of what is shorter still.
-        let what = format!("{which} period{and}, {period} (the shortest found, in steps of {step})");
-        proposed(&what, fields)
-    }
-
-    /// A period, and the deadline with it where it is written and is the period now, or would be later.
-    fn with_period(&self, row: &Row<'db>, period: Time) -> Vec<SupposedField> {
-        let mut fields = vec![field(row, "period", period.number())];
-        let is_written = deployment(self.db, self.of)
-            .and_then(|data| data.activities.iter().find(|it| it.instance.name == row.instance))
-            .is_some_and(|it| it.fields.iter().any(|field| field.name.name == "deadline"));
-        if is_written && (row.deadline == row.period || row.deadline > Some(period)) {
-            fields.push(field(row, "deadline", period.number()));
-        }
-        fields
-    }
-
-    /// The latest deadline that there is.
-    fn deadline(&mut self, row: &Row<'db>) -> Option<Offer> {
-        let period = row.period.filter(|period| row.deadline < Some(*period))?;
-        let fields = vec![field(row, "deadline", period.number())];
-        Some(proposed(&format!("Deadline {period}, as the period"), fields))
-    }
-}
-
-fn proposed(what: &str, fields: Vec<SupposedField>) -> Offer {
-    Offer::Proposed { what: what.to_owned(), fields }
-}
-
-/// Activities that may delay each other, and the priorities that they have among them.
-struct Group<'a, 'db> {
-    cpus: u64,
-    rows: Vec<&'a Row<'db>>,
-    /// As many as rows, from the greatest down, no two alike.
-    numbers: Vec<u32>,
-}
-
-/// The real-time activities by the CPUs that they share; none where the priority, the CPU or the deadline of one is not
-/// known, or there are more of them than priorities.
-fn groups<'a, 'db>(system: &'a System<'db>) -> Option<Vec<Group<'a, 'db>>> {
-    let mut groups: Vec<Group<'a, 'db>> = Vec::new();
-    for row in system.rows.iter().filter(|row| row.priority != Priority::Background) {
-        let cpus = row.cpus.filter(|_| row.priority != Priority::Unknown && row.deadline.is_some())?;
-        let (linked, apart): (Vec<_>, Vec<_>) = groups.into_iter().partition(|group| group.cpus & cpus != 0);
-        groups = apart;
-        let mut joined = Group { cpus, rows: Vec::new(), numbers: Vec::new() };
-        for group in linked {
-            joined.cpus |= group.cpus;
-            joined.rows.extend(group.rows);
-        }
-        joined.rows.push(row);
-        groups.push(joined);
-    }
-    for group in &mut groups {
-        let own: BTreeSet<u32> = group.rows.iter().map(|row| priority(row)).collect();
-        let count = u32::try_from(group.rows.len()).ok().filter(|count| *count <= 99)?;
-        group.numbers = if own.len() == group.rows.len() {
-            own.into_iter().rev().collect()
-        } else {
-            (1..=count).rev().collect()
-        };
-    }
-    Some(groups)
-}
-
-impl<'a, 'db> Group<'a, 'db> {
-    /// By deadline; those that have the same stay as they are.
-    fn in_order(&self) -> Vec<&'a Row<'db>> {
-        let mut rows = self.rows.clone();
-        rows.sort_by_key(|row| (row.deadline, Reverse(priority(row))));
-        rows
-    }
-
-    /// Does the priority fall from each to the next, in the order of the deadlines?
-    fn is_by_deadline(&self) -> bool {
-        let rows = self.in_order();
-        rows.windows(2).all(|pair| matches!(pair, [one, other] if priority(one) > priority(other)))
-    }
-
-    fn by_deadline(&self) -> Vec<SupposedField> {
-        let rows = self.in_order();
-        let changed = rows.iter().zip(&self.numbers).filter(|(row, number)| priority(row) != **number);
-        changed.map(|(row, &number)| priority_of(row, number)).collect()
-    }
-}
-
-fn priority(row: &Row<'_>) -> u32 {
-    if let Priority::RealTime(priority) = row.priority { priority } else { 0 }
-}
-
-fn priority_of(row: &Row<'_>, number: u32) -> SupposedField {
-    field(row, "priority", number.to_string())
-}
-
-fn field(row: &Row<'_>, field: &'static str, value: String) -> SupposedField {
-    SupposedField { instance: row.instance.clone(), field, value: value.into() }
-}
-
-fn is_proved(report: &Report<'_>) -> bool {
-    report.schedulable()
-}
-
-/// Is every deadline proved that is now, and is there a bound of all of which there is one?
-fn is_no_worse(now: &Report<'_>, then: &Report<'_>) -> bool {
-    now.activities.len() == then.activities.len()
-        && now.activities.iter().zip(&then.activities).all(|(now, then)| {
-            now.row.instance == then.row.instance
-                && (!now.verdict.is_met() || then.verdict.is_met())
-                && (now.response.is_none() || then.response.is_some())
-        })
-}
-
-/// The time that is left in the worst case to the one that has the least.
-fn least_slack<'a>(report: &'a Report<'_>) -> Option<(Time, &'a Name)> {
-    let slack =
-        |it: &'a ActivityReport<'_>| Some((it.row.deadline?.checked_sub(it.response?)?, &it.row.instance));
-    report.activities.iter().filter_map(slack).min_by_key(|(slack, _)| *slack)
 }
 
 /// What a deployment gives, in a few words.
@@ -660,6 +287,7 @@ mod tests {
     use mauve_hir::item_tree::Kind;
     use mauve_hir::{Database, Workspace, names_of, projects};
     use mauve_tests::Random;
+    use mauve_wcrt::Row;
     use salsa::Setter as _;
 
     /// The first file of a robot with a component for each instance: `(name, cost)`.
@@ -709,8 +337,8 @@ mod tests {
         let rows = &system_of(&db, project, deployment).rows;
         let row = rows.iter().position(|row| row.at.range(&db).contains_inclusive(offset));
         let query = Query::shown(&db, project);
-        let mut offers = offers_of_deployment(&db, project, deployment, query).clone();
-        let of_row = row.map(|row| offers_of_activity(&db, project, deployment, row, query));
+        let mut offers = better_priorities(&db, project, deployment, query).clone();
+        let of_row = row.map(|row| better_activity(&db, project, deployment, row, query));
         offers.extend(of_row.into_iter().flatten().cloned());
         let question = ActionQuestion {
             file,
@@ -728,17 +356,19 @@ mod tests {
         let before = codes(&db, workspace);
         let mut said = Vec::new();
         for offer in offers.clone() {
-            let Offer::Proposed { what, fields } = &offer else {
-                let Offer::Refused { title, reason } = offer else { continue };
-                assert!(actions.iter().any(|action| action.title == title), "{title}");
-                said.push(format!("{title} ✗ {reason}"));
-                continue;
+            let (what, fields) = match &offer {
+                BetterTiming::Change(what, fields) => (what, fields),
+                BetterTiming::NoPriorities(names) => {
+                    assert!(actions.iter().any(|action| action.title == OPTIMAL), "{fixture}");
+                    said.push(format!("{OPTIMAL} ✗ {}", no_priorities(names)));
+                    continue;
+                }
             };
             let outcome_now = outcome_of(&db, project, deployment, query, fields.clone());
-            let title = format!("{what}: {}", outcome_now.said);
+            let title = format!("{}: {}", title(what), outcome_now.said);
             let Some(action) = actions.iter().find(|action| action.title == title) else {
                 // Two may do the same, and some would cost a deadline.
-                let is_twin = |it: &&Offer| it.is_same(&offer);
+                let is_twin = |it: &&BetterTiming| is_same(it, &offer);
                 assert!(outcome_now.loses || offers.iter().filter(is_twin).count() > 1, "{title}\n{fixture}");
                 continue;
             };
@@ -975,33 +605,6 @@ mod tests {
     }
 
     #[test]
-    fn the_order_that_is_found_proves_what_can_be_proved() {
-        // From the worst order; without the offer by deadline, which would give it too.
-        let costs = [("a", "3"), ("b", "6"), ("c", "14")];
-        let text = robot(
-            &costs,
-            "deployment D { architecture A activity a { priority = 1 period = 10 } activity b { priority = 2 period = 20 } \
-             activity c { priority = 3 period = 50 } }",
-            "",
-        );
-        let Fixture { db, workspace, .. } = Fixture::new(&text);
-        let project = projects(&db, workspace)[0];
-        let of = names_of(&db, project).anywhere(Kind::Deployment, "D")[0];
-        let mut search = Search::new(&db, project, of, Query::shown(&db, project)).unwrap();
-        let (now, system) = (search.now, search.system);
-        assert!(!is_proved(now));
-        let offer = search.optimal(&groups(system).unwrap()).unwrap();
-        let Offer::Proposed { what, fields } = offer else { panic!("refused") };
-        assert_eq!(
-            format!("{what}: {}", outcome_of(&db, project, of, Query::shown(&db, project), fields).said),
-            "Optimal priorities (Audsley's): all 3 meet their deadlines at 1e-4, worst slack 7 ms (a)"
-        );
-        // Too many steps: nothing rather than half an answer.
-        search.steps = 3;
-        assert!(search.optimal(&groups(system).unwrap()).is_none());
-    }
-
-    #[test]
     fn a_question_that_is_repeated_is_not_searched_for_again() {
         let costs = [("laser", "40"), ("pilot", "20")];
         let text = robot(
@@ -1016,8 +619,8 @@ mod tests {
             let project = projects(db, workspace)[0];
             let of = names_of(db, project).anywhere(Kind::Deployment, "D")[0];
             let query = Query::shown(db, project);
-            let of_row = offers_of_activity(db, project, of, 1, query);
-            let of_all = offers_of_deployment(db, project, of, query);
+            let of_row = better_activity(db, project, of, 1, query);
+            let of_all = better_priorities(db, project, of, query);
             assert!(!of_all.is_empty() && !of_row.is_empty());
             [of_all.as_ptr(), of_row.as_ptr()]
         };

@@ -14,6 +14,7 @@
 //! | `supposed.rs` | a deployment with other values in its activities: what if? |
 //! | `urgency.rs` | the order of priorities, and what may be better about it |
 //! | `response.rs` | response times, and what a codel without a time may take |
+//! | `better_timing.rs` | the search for better priorities, CPUs and periods |
 //! | `exported.rs` | task sets and state machines that stand alone, made of models and analysed as these are |
 //! | `fact.rs`, `reason.rs` | what is wrong, and why something has no response time: names and figures |
 //!
@@ -22,6 +23,7 @@
 //!
 //! This crate knows no prose, no editor and no file system.
 
+pub mod better_timing;
 mod exported;
 mod fact;
 mod psm;
