@@ -50,87 +50,31 @@ impl<'db> Fact<'db> {
         Fact { at, kind }
     }
 
-    /// Returns whether it is an error, on which no analysis may rest, and not a warning or a hint.
+    /// Returns whether it is an error, on which no analysis may rest, and not a warning or a hint. What is not listed is an
+    /// error: the safe side for a new fact. `diagnostics` asserts that this is the severity of the fact's code.
     pub fn is_error(&self) -> bool {
         use FactKind as K;
-        match &self.kind {
+        !matches!(
+            self.kind,
             K::ContinuedLine { .. }
-            | K::HeaderColon
-            | K::LostWrite { .. }
-            | K::MissingElse { .. }
-            | K::NeverTaken { .. }
-            | K::NotStronglyConnected { .. }
-            | K::ReadBeforeAssignment { .. }
-            | K::ReservedName { .. }
-            | K::UnconnectedInput { .. }
-            | K::UnconnectedOperation { .. }
-            | K::UnknownPackage { .. }
-            | K::UnknownType { .. }
-            | K::UnreachableCode(_)
-            | K::UnreachableState { .. }
-            | K::UnusedCodel { .. }
-            | K::UnusedDeclaration { .. }
-            | K::UnusedProperty { .. }
-            | K::UnusedVariable { .. } => false,
-            K::AmbiguousName { .. }
-            | K::ArgumentCount { .. }
-            | K::ArgumentType { .. }
-            | K::AssignmentType { .. }
-            | K::BinaryOperator { .. }
-            | K::BlockingCall { .. }
-            | K::BufferSize { .. }
-            | K::ConditionType { .. }
-            | K::ConnectionType { .. }
-            | K::CoreBeforeShell { .. }
-            | K::DuplicateDefinition { .. }
-            | K::DuplicateHook(_)
-            | K::DuplicateMethod(_)
-            | K::DuplicateValue { .. }
-            | K::EmptyInterval { .. }
-            | K::ImportCycle { .. }
-            | K::InheritanceCycle { .. }
-            | K::IntervalType { .. }
-            | K::MissingReturn { .. }
-            | K::MissingValue { .. }
-            | K::NoBehaviour
-            | K::NoEffect
-            | K::NoInitialState { .. }
-            | K::NoValue(_)
-            | K::NotAssignable { .. }
-            | K::NotBuiltin(_)
-            | K::NotCallable { .. }
-            | K::NotCalled { .. }
-            | K::NotConstant(_)
-            | K::NotDeployed { .. }
-            | K::OperationDefinition { .. }
-            | K::OperationSignature { .. }
-            | K::OtherFeature { .. }
-            | K::OutArgument { .. }
-            | K::OutsideInterval { .. }
-            | K::PortAsValue { .. }
-            | K::PortDirection { .. }
-            | K::RecursiveOperation { .. }
-            | K::ReturnType { .. }
-            | K::SeveralInitialStates { .. }
-            | K::SwappedEnds { .. }
-            | K::TooLarge { .. }
-            | K::TwoBehaviours { .. }
-            | K::TwoWriters { .. }
-            | K::UnaryOperator { .. }
-            | K::UndeclaredOperation { .. }
-            | K::UndefinedOperation { .. }
-            | K::UnresolvedCodel { .. }
-            | K::UnresolvedFeature { .. }
-            | K::UnresolvedInstance { .. }
-            | K::UnresolvedOperand { .. }
-            | K::UnresolvedOperation { .. }
-            | K::UnresolvedState { .. }
-            | K::UnresolvedType { .. }
-            | K::UnresolvedVariable { .. }
-            | K::VoidValue
-            | K::WrongEnd { .. }
-            | K::WrongShell { .. } => true,
-        }
+                | K::HeaderColon
+                | K::LostWrite { .. }
+                | K::MissingElse { .. }
+                | K::NeverTaken { .. }
+                | K::NotStronglyConnected { .. }
+                | K::ReadBeforeAssignment { .. }
+                | K::ReservedName { .. }
+                | K::UnconnectedInput { .. }
+                | K::UnconnectedOperation { .. }
+                | K::UnknownPackage { .. }
+                | K::UnknownType { .. }
+                | K::UnreachableCode(_)
+                | K::UnreachableState { .. }
+                | K::UnusedCodel { .. }
+                | K::UnusedDeclaration { .. }
+                | K::UnusedProperty { .. }
+                | K::UnusedVariable { .. }
+        )
     }
 }
 
