@@ -90,7 +90,7 @@ impl Arguments {
             Command::Completions { shell } => {
                 let mut text = Vec::new();
                 clap_complete::generate(shell, &mut Arguments::command(), "mauve", &mut text);
-                Ok(Output::document(String::from_utf8_lossy(&text), 0))
+                Ok(Output::verbatim(String::from_utf8_lossy(&text), 0))
             }
         }
     }

@@ -143,11 +143,11 @@ pub(crate) fn models_in(paths: &[PathBuf]) -> Result<(BTreeSet<PathBuf>, Vec<Str
 }
 
 impl Loader {
-    /// A loader that does not walk through folders itself, see [`Loader::load`]; `allows_outside`: projects may read what
-    /// is none of theirs.
-    pub(crate) fn told(allows_outside: bool) -> Loader {
+    /// Creates a loader that returns the walks it requires instead of walking itself, see [`Loader::load`]. Where it
+    /// `allows_outside`, projects may read files outside their folders.
+    pub(crate) fn deferred(allows_outside: bool) -> Loader {
         let mut loader = Loader { allows_outside, ..Loader::default() };
-        loader.walks.is_told = true;
+        loader.walks.is_deferred = true;
         loader
     }
 
@@ -158,7 +158,7 @@ impl Loader {
     ///
     /// # Errors
     ///
-    /// What is to be walked through first, by somebody else: see [`Loader::told`] and [`Loader::learn`].
+    /// The walks that are required first, from a loader that is [`Loader::deferred`]; their results go to [`Loader::learn`].
     pub(crate) fn load(&mut self, db: &mut Database, paths: &[PathBuf]) -> Result<Loaded, Vec<Walk>> {
         let before = std::mem::take(&mut self.surroundings);
         self.packages.clear();
@@ -229,12 +229,12 @@ impl Loader {
         Ok(Loaded { workspaces, problems })
     }
 
-    /// The disk may be another one: forgets what was found in folders, and gives what is to be walked through anew.
-    pub(crate) fn forget_walks(&mut self) -> Vec<Walk> {
-        self.walks.forget()
+    /// Discards the results of all walks, since the disk may have changed. Returns the walks that must be repeated.
+    pub(crate) fn reset_walks(&mut self) -> Vec<Walk> {
+        self.walks.reset()
     }
 
-    /// Somebody has walked.
+    /// Takes the result of a walk.
     pub(crate) fn learn(&mut self, walk: Walk, walked: Walked) {
         self.walks.learn(walk, walked);
     }

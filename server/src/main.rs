@@ -33,13 +33,13 @@ pub(crate) struct Output {
 }
 
 impl Output {
-    /// What people read, without what their terminal would obey.
-    pub(crate) fn said(text: impl AsRef<str>, code: u8) -> Output {
+    /// Text for a terminal: control characters in it are made visible.
+    pub(crate) fn escaped(text: impl AsRef<str>, code: u8) -> Output {
         Output { text: harmless(text.as_ref()), code }
     }
 
-    /// What programs read, or what is harmless already.
-    pub(crate) fn document(text: impl Into<String>, code: u8) -> Output {
+    /// Text for programs, or text whose control characters are escaped already.
+    pub(crate) fn verbatim(text: impl Into<String>, code: u8) -> Output {
         Output { text: text.into(), code }
     }
 }

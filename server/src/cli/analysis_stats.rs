@@ -115,7 +115,7 @@ impl AnalysisStats {
         }
         drop(db);
         let _ = write!(out, "\n{}", edits::table(&self.paths.paths)?);
-        Ok(Output::said(out, 0))
+        Ok(Output::escaped(out, 0))
     }
 }
 

@@ -118,7 +118,7 @@ impl Check {
             }
         };
         let proved = deployed.iter().all(Deployed::schedulable);
-        Ok(Output::document(text, u8::from(errors > 0 || !proved)))
+        Ok(Output::verbatim(text, u8::from(errors > 0 || !proved)))
     }
 }
 

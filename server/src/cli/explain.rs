@@ -16,7 +16,7 @@ impl Explain {
         if self.code == "all" {
             let line =
                 |code: &mauve_diagnostics::Code| format!("{:<24} {}\n", code.name, code.severity.name());
-            return Ok(Output::said(codes().map(line).collect::<String>(), 0));
+            return Ok(Output::escaped(codes().map(line).collect::<String>(), 0));
         }
         if let Some(page) = page(&self.code) {
             // Examples of several files.
@@ -24,7 +24,7 @@ impl Explain {
                 Some(path) => format!("── {path} ──\n"),
                 None => format!("{line}\n"),
             };
-            return Ok(Output::said(page.lines().map(line).collect::<String>(), 0));
+            return Ok(Output::escaped(page.lines().map(line).collect::<String>(), 0));
         }
         Err(unknown(&self.code))
     }

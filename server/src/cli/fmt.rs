@@ -43,7 +43,7 @@ impl Fmt {
         if self.check {
             let text =
                 difference(&text, &tidy).map(|lines| format!("standard input{lines}")).unwrap_or_default();
-            return Ok(Output::said(&text, u8::from(!text.is_empty())));
+            return Ok(Output::escaped(&text, u8::from(!text.is_empty())));
         }
         // As it is: what other commands print loses escape sequences where it is not for a terminal.
         let mut out = std::io::stdout().lock();
@@ -51,7 +51,7 @@ impl Fmt {
             Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
                 Err(format!("the result cannot be written: {error}"))
             }
-            _ => Ok(Output::document("", 0)),
+            _ => Ok(Output::verbatim("", 0)),
         }
     }
 
@@ -95,7 +95,7 @@ impl Fmt {
         let done = if self.check { "to be formatted" } else { "formatted" };
         text += &format!("{} {done}, {unchanged} unchanged\n", counted(changed, "file"));
         let code = if problems > 0 { 2 } else { u8::from(self.check && changed > 0) };
-        Ok(Output::said(text, code))
+        Ok(Output::escaped(text, code))
     }
 }
 

@@ -115,7 +115,7 @@ impl Generate {
             }
         };
         let is_stale = self.check && folders.iter().any(|it| !it.plan.is_settled());
-        Ok(Output::document(text, u8::from(is_refused || is_stale)))
+        Ok(Output::verbatim(text, u8::from(is_refused || is_stale)))
     }
 
     /// The packages that go to each folder.
@@ -189,7 +189,7 @@ impl Generate {
                 super::json(&Document { problems, folders: Vec::new(), written: false })?
             }
         };
-        Ok(Output::document(text, 1))
+        Ok(Output::verbatim(text, 1))
     }
 }
 

@@ -50,6 +50,6 @@ impl Lsp {
             mirror.map_err(|error| format!("cannot record into `{}`: {error}", path.display()))
         });
         let code = run(std::io::stdin(), std::io::stdout(), mirror.transpose()?, self.outside.allow_outside)?;
-        Ok(Output::document("", code))
+        Ok(Output::verbatim("", code))
     }
 }

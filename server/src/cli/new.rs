@@ -28,7 +28,7 @@ impl New {
         }
         std::fs::create_dir_all(folder).map_err(failed)?;
         let text = written(folder)?;
-        Ok(Output::said(format!("{text}\nNow try: mauve check {}\n", folder.display()), 0))
+        Ok(Output::escaped(format!("{text}\nNow try: mauve check {}\n", folder.display()), 0))
     }
 }
 

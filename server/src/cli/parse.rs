@@ -47,7 +47,7 @@ impl Parse {
                 super::json(&json!({ "tree": node(&parse.syntax()), "errors": errors }))?
             }
         };
-        Ok(Output::document(text, code))
+        Ok(Output::verbatim(text, code))
     }
 }
 

@@ -92,7 +92,7 @@ fn show<'db>(
                 "no times for the state machine of {name} at {level}: {}",
                 reasons.join("; ")
             ));
-            return Ok(Output::document("", 1));
+            return Ok(Output::verbatim("", 1));
         }
     };
     let text = match format {
@@ -133,5 +133,5 @@ fn show<'db>(
             }))?
         }
     };
-    Ok(Output::document(text, 0))
+    Ok(Output::verbatim(text, 0))
 }

@@ -92,7 +92,7 @@ impl Replay {
                 differences.iter().for_each(|difference| out += difference);
             }
         }
-        Ok(Output::said(out, code))
+        Ok(Output::escaped(out, code))
     }
 }
 

@@ -29,6 +29,6 @@ impl Schema {
             Of::Table => include_str!("../../../editors/schemas/timing-table.schema.json"),
             Of::TaskSet => include_str!("../../../editors/schemas/task-set.schema.json"),
         };
-        Output::document(text, 0)
+        Output::verbatim(text, 0)
     }
 }

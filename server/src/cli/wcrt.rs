@@ -110,7 +110,7 @@ impl Wcrt {
             say(&with_errors(errors));
         }
         let proved = all.iter().all(Deployed::schedulable);
-        Ok(Output::document(text, u8::from(!proved || errors > 0)))
+        Ok(Output::verbatim(text, u8::from(!proved || errors > 0)))
     }
 
     /// The response times of task sets that were written to files.
@@ -160,7 +160,7 @@ impl Wcrt {
             })
             .collect();
         let text = self.text(&all)?;
-        Ok(Output::document(text, u8::from(!all.iter().all(Deployed::schedulable))))
+        Ok(Output::verbatim(text, u8::from(!all.iter().all(Deployed::schedulable))))
     }
 
     fn text(&self, all: &[Deployed<'_>]) -> Result<String, String> {

@@ -81,21 +81,21 @@ pub(crate) struct Walked {
 #[derive(Debug, Default)]
 pub(super) struct Walks {
     known: BTreeMap<Walk, Arc<Walked>>,
-    /// Asked for since everything was forgotten.
+    /// The walks that were asked for since the last reset.
     asked: BTreeSet<Walk>,
-    /// Is somebody else to walk?
-    pub(super) is_told: bool,
+    /// Whether walks are run by the caller, and not where they are asked for.
+    pub(super) is_deferred: bool,
     left: Left,
 }
 
 impl Walks {
-    /// What is found there; nothing where somebody else is to walk, and has not yet.
+    /// Returns the result of a walk; nothing where walks are deferred and this one was not run yet.
     pub(super) fn walked(&mut self, walk: Walk) -> Option<Arc<Walked>> {
         self.asked.insert(walk.clone());
         if let Some(known) = self.known.get(&walk) {
             return Some(known.clone());
         }
-        if self.is_told {
+        if self.is_deferred {
             return None;
         }
         let walked = Arc::new(walk.run(&mut self.left, &|| false));
@@ -112,8 +112,8 @@ impl Walks {
         self.known.insert(walk, walked.into());
     }
 
-    /// Forgets everything; gives what was asked for.
-    pub(super) fn forget(&mut self) -> Vec<Walk> {
+    /// Discards all results, and returns the walks that were asked for.
+    pub(super) fn reset(&mut self) -> Vec<Walk> {
         self.known.clear();
         self.left = Left::default();
         std::mem::take(&mut self.asked).into_iter().collect()

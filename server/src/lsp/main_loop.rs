@@ -147,7 +147,7 @@ impl MainLoop {
     ) -> MainLoop {
         MainLoop {
             db: Database::default(),
-            loader: Loader::told(allows_outside),
+            loader: Loader::deferred(allows_outside),
             documents: Documents::default(),
             folders: Vec::new(),
             settings: Settings::default(),
@@ -355,7 +355,7 @@ impl MainLoop {
         if self.reload && self.walking.is_none() {
             self.stir();
             self.reload = false;
-            match self.loader.forget_walks() {
+            match self.loader.reset_walks() {
                 walks if walks.is_empty() => self.reload_now(),
                 walks => self.walk(walks),
             }
