@@ -12,6 +12,7 @@
 //! | `transport.rs` | order, panics, the ways in which a session ends |
 //! | `backend.rs` | the methods: each an event for the main loop |
 //! | `main_loop.rs` | one thread, one database; edits in, snapshots out |
+//! | `staleness.rs` | whether the workspaces and the published diagnostics are outdated |
 //! | `documents.rs`, `position.rs` | the client's texts, and its positions in them |
 //! | `snapshot.rs` | what a worker reads, and how its jobs end |
 //! | `handlers/` | a file for each method that is answered |
@@ -42,6 +43,7 @@ mod publisher;
 mod pulls;
 mod settings;
 mod snapshot;
+mod staleness;
 mod to_proto;
 mod tokens;
 mod transport;

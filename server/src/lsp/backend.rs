@@ -171,10 +171,10 @@ impl Backend {
     pub(crate) fn lost(&self, lost: &Lost) {
         let known: Vec<Url> = lost.addresses.iter().filter_map(|it| Url::parse(it).ok()).collect();
         if lost.all || known.len() < lost.addresses.len() {
-            self.send(Event::Lost(None));
+            self.send(Event::TextUnknown(None));
             self.warn(LOST_MESSAGE);
         }
-        known.into_iter().for_each(|address| self.send(Event::Lost(Some(address))));
+        known.into_iter().for_each(|address| self.send(Event::TextUnknown(Some(address))));
     }
 
     /// Shows a warning, once.
@@ -301,7 +301,7 @@ impl Backend {
         if let (Err(error), Some(version)) = (&answer, asked.get())
             && *error == Error::content_modified()
         {
-            self.send(Event::Uncoloured(uri, *version));
+            self.send(Event::TokensCancelled(uri, *version));
         }
         answer
     }
@@ -347,7 +347,7 @@ struct Pull {
 impl Pull {
     /// About one file, or about all.
     fn new(main_loop: &mpsc::Sender<Event>, about: Option<&Url>) -> Pull {
-        let _ = main_loop.send(Event::Pulled(about.cloned()));
+        let _ = main_loop.send(Event::DiagnosticsRequested(about.cloned()));
         Pull { main_loop: main_loop.clone(), about: about.cloned(), given: None }
     }
 
@@ -362,9 +362,9 @@ impl Pull {
 impl Drop for Pull {
     fn drop(&mut self) {
         let event = match (self.given.take(), self.about.take()) {
-            (Some(given), _) => Event::Diagnosed(given),
-            (None, Some(url)) => Event::Undiagnosed(url),
-            (None, None) => Event::Diagnosed(BTreeMap::new()),
+            (Some(given), _) => Event::DiagnosticsGiven(given),
+            (None, Some(url)) => Event::DiagnosticsNotGiven(url),
+            (None, None) => Event::DiagnosticsGiven(BTreeMap::new()),
         };
         let _ = self.main_loop.send(event);
     }
@@ -476,13 +476,13 @@ impl LanguageServer for Backend {
         };
         match self.answer(handler).await {
             Ok((hints, generation)) => {
-                self.send(Event::Hinted(Some(generation)));
+                self.send(Event::HintsGiven(Some(generation)));
                 Ok(hints)
             }
             Err(error) => {
                 // An edit elsewhere may have overtaken it: then nobody asks again by himself.
                 if error == Error::content_modified() {
-                    self.send(Event::Hinted(None));
+                    self.send(Event::HintsGiven(None));
                 }
                 Err(error)
             }
@@ -512,8 +512,8 @@ impl LanguageServer for Backend {
         };
         let answer = self.answer(handler).await;
         match &answer {
-            Ok((_, generation)) => self.send(Event::Hinted(Some(*generation))),
-            Err(error) if *error == Error::content_modified() => self.send(Event::Hinted(None)),
+            Ok((_, generation)) => self.send(Event::HintsGiven(Some(*generation))),
+            Err(error) if *error == Error::content_modified() => self.send(Event::HintsGiven(None)),
             Err(_) => {}
         }
         answer.map(|(lenses, _)| lenses)

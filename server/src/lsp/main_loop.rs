@@ -23,66 +23,76 @@ use super::publisher::{Publisher, Refresh};
 use super::pulls::Given;
 use super::settings::Settings;
 use super::snapshot::{Document, Failure, Snapshot, attempt};
+use super::staleness::{MAX_LOADS_FOR_WATCHES, Staleness};
 use super::tokens::Tokens;
 use super::watcher::Watcher;
 use crate::load::{Left, Loaded, Loader, Walk, Walked, place};
 
-/// What the main loop is told.
+/// A message to the main loop.
 pub(crate) enum Event {
-    /// The client's first words.
+    /// The client sent `initialize`.
     Initialize { capabilities: Capabilities, folders: Vec<Url> },
-    /// The client knows what the server can do: now it may be spoken to.
+    /// The client sent `initialized`: the server may send messages.
     Initialized,
-    /// A text is the client's from now on.
+    /// The client opened a document: its text counts, and no longer that of the disk.
     Opened(TextDocumentItem),
-    /// It has changed.
+    /// The client changed a document.
     Changed(DidChangeTextDocumentParams),
-    /// Something came that could not be understood; about this text, open or not, or about any.
-    Lost(Option<Url>),
-    /// Something that the user is told once.
+    /// A message about this document, open or not, was not understood, so its text is unknown; without one, all texts are.
+    TextUnknown(Option<Url>),
+    /// Shows a warning to the user, once.
     Warn(String),
-    /// It was written to the disk.
+    /// The client saved a document.
     Saved(DidSaveTextDocumentParams),
-    /// It is the disk's again.
+    /// The client closed a document: the text of the disk counts.
     Closed(Url),
-    /// These folders were looked through, unless that was called off; none: it has failed.
+    /// A walk through folders has ended, without a result if it panicked. The flag tells it from others.
     Walked(Arc<AtomicBool>, Option<Vec<(Walk, Walked)>>),
-    /// Files that have come, gone or changed; and perhaps more, which nobody can name.
+    /// These files were created, removed or changed, and perhaps others whose events were `missed`.
     Disk { paths: BTreeSet<PathBuf>, missed: bool },
-    /// The client's folders have changed.
+    /// The client added and removed folders.
     Folders { added: Vec<Url>, removed: Vec<Url> },
-    /// The significance level that is shown from now on; none: that of each `mauve.toml`.
+    /// Shows everything at this significance level; without one, at that of each `mauve.toml`.
     Significance(Option<Level>),
-    /// What the user has set in his editor, and what was wrong with it.
+    /// The user's settings, and what was wrong with them.
     Configured(Settings, Vec<String>),
-    /// Something to compute.
+    /// Computes an answer.
     Job(Job),
-    /// The user does not want to wait for the analysis that is running.
+    /// The user stopped the analysis that is running.
     Stop,
-    /// A handler panicked: its request had an error for an answer, and the user is told once.
+    /// A handler panicked, and its request was answered with an error: shows that to the user, once.
     Defect(String),
-    /// The client asks what is wrong, in a file or in all.
-    Pulled(Option<Url>),
-    /// It was told so.
-    Diagnosed(BTreeMap<Url, Given>),
-    /// It was not.
-    Undiagnosed(Url),
-    /// The client was given the inlay hints or code lenses of this generation; none, where an edit has overtaken its question.
-    Hinted(Option<u64>),
-    /// An edit has overtaken its question for the colours of this text in this version.
-    Uncoloured(Url, i32),
-    /// A worker has checked everything as it was at this generation.
+    /// The client requested the diagnostics of a file, or of all.
+    DiagnosticsRequested(Option<Url>),
+    /// That request was answered with these.
+    DiagnosticsGiven(BTreeMap<Url, Given>),
+    /// The request for the diagnostics of this file was not answered.
+    DiagnosticsNotGiven(Url),
+    /// The client was given the inlay hints or code lenses of this generation; none if an edit cancelled the request.
+    HintsGiven(Option<u64>),
+    /// An edit cancelled the request for the semantic tokens of this version of a document.
+    TokensCancelled(Url, i32),
+    /// A worker checked this generation.
     Checked(u64, Result<Checked, Failure>),
+}
+
+impl Event {
+    /// Whether the client or the disk has changed something, after which a load that panicked is tried again.
+    fn is_change(&self) -> bool {
+        matches!(
+            self,
+            Event::Opened(_)
+                | Event::Changed(_)
+                | Event::Saved(_)
+                | Event::Closed(_)
+                | Event::Disk { .. }
+                | Event::Folders { .. }
+        )
+    }
 }
 
 /// Something to compute.
 pub(crate) type Job = Box<dyn FnOnce(Snapshot) + Send>;
-
-/// After so many attempts in a row to read what is missing, what is there is shown.
-const MOST_RELOADS: u32 = 3;
-
-/// So often folders are read again that nobody watched while they were read.
-const MOST_PASSES: u32 = 3;
 
 /// The state of the server.
 pub(crate) struct MainLoop {
@@ -97,35 +107,12 @@ pub(crate) struct MainLoop {
     shared_documents: Arc<BTreeMap<Url, Document>>,
     /// Open texts that no folder of the client has: opening them has changed the workspaces, closing them will.
     strays: BTreeSet<Url>,
-    /// Files or folders have come or gone: the workspaces are to be looked for again.
-    reload: bool,
-    /// The workspaces could not be loaded the last time.
-    failed: bool,
-    /// Another thread is looking through folders: set to call that off.
-    walking: Option<Arc<AtomicBool>>,
-    /// What is to be computed once it is done.
+    /// What of all this is outdated.
+    staleness: Staleness,
+    /// Jobs that wait for the end of a walk through folders.
     waiting: Vec<Job>,
-    /// How often in a row folders were read again that nobody had watched.
-    passes: u32,
-    /// How often in a row a check has found that something was to be read first.
-    reloads: u32,
-    /// A check is due.
-    check: bool,
-    /// The generation of which a check is running.
-    checking: Option<u64>,
-    /// Counts the states of what the client and the disk have.
-    generation: u64,
-    /// The one of which a check has found that everything is read that is needed, or can be.
-    complete: Option<u64>,
-    /// The one that the user does not want to be analysed.
-    stopped: Option<u64>,
-    /// The one of which the diagnostics were published last.
-    published: Option<u64>,
-    /// Others of which the client was given inlay hints since.
-    hinted: BTreeSet<u64>,
     /// What the client was given of the colours of names.
     tokens: Arc<Tokens>,
-    is_initialized: bool,
     publisher: Publisher,
     watcher: Watcher,
     sender: mpsc::Sender<Event>,
@@ -155,21 +142,9 @@ impl MainLoop {
             workspaces: Arc::new([]),
             shared_documents: Arc::default(),
             strays: BTreeSet::new(),
-            reload: false,
-            failed: false,
-            walking: None,
+            staleness: Staleness::default(),
             waiting: Vec::new(),
-            passes: 0,
-            reloads: 0,
-            check: false,
-            checking: None,
-            generation: 0,
-            complete: None,
-            stopped: None,
-            published: None,
-            hinted: BTreeSet::new(),
             tokens: Arc::default(),
-            is_initialized: false,
             publisher,
             watcher: Watcher::new(sender.clone()),
             sender,
@@ -186,49 +161,39 @@ impl MainLoop {
             while let Ok(event) = events.try_recv() {
                 self.handle(event);
             }
-            self.settle();
-            // A newly watched folder is read again at once: no event need follow that would have it read.
-            for _ in 0..MOST_PASSES {
-                if self.reload && self.walking.is_none() {
-                    self.settle();
+            self.apply_changes();
+            // A newly watched folder is read again at once: perhaps no event follows.
+            for _ in 0..MAX_LOADS_FOR_WATCHES {
+                if self.staleness.is_load_due() {
+                    self.apply_changes();
                 }
             }
-            // What could not be loaded is not checked: nothing is known of it.
-            let is_loaded = !self.reload && !self.failed && self.walking.is_none();
-            if self.is_initialized && is_loaded && std::mem::take(&mut self.check) {
+            if self.staleness.begin_check() {
                 self.start_check();
             }
         }
     }
 
     fn handle(&mut self, event: Event) {
-        let is_news = matches!(
-            event,
-            Event::Opened(_)
-                | Event::Changed(_)
-                | Event::Saved(_)
-                | Event::Closed(_)
-                | Event::Disk { .. }
-                | Event::Folders { .. }
-        );
-        // What could not be loaded is tried again when something has happened.
-        self.reload |= is_news && std::mem::take(&mut self.failed);
+        if event.is_change() {
+            self.staleness.retry_failed_load();
+        }
         match event {
             Event::Initialize { capabilities, folders } => {
                 self.capabilities = capabilities;
                 if capabilities.pull_diagnostics {
                     self.publisher.pull();
                 }
-                self.folders = folders.iter().filter_map(|url| url.to_file_path().ok()).collect();
-                self.reload = true;
+                self.folders = paths(folders).collect();
+                self.staleness.outdate_workspaces();
             }
             Event::Initialized => {
-                self.is_initialized = true;
-                self.check = true;
+                self.staleness.allow_checks();
+                self.staleness.request_check();
             }
             Event::Opened(document) => {
-                // Not every client says so.
-                self.is_initialized = true;
+                // Not every client sends `initialized`.
+                self.staleness.allow_checks();
                 let uri = document.uri.clone();
                 self.documents.open(document);
                 self.touched(&uri);
@@ -239,80 +204,79 @@ impl MainLoop {
                 self.documents.change(uri, params.text_document.version, &params.content_changes, encoding);
                 self.touched(uri);
             }
-            Event::Lost(uri) => {
-                let all: Vec<Url> = self.documents.0.keys().cloned().collect();
-                for uri in uri.map_or(all, |uri| vec![uri]) {
-                    self.documents.lost(&uri);
-                    self.touched(&uri);
-                }
-            }
+            Event::TextUnknown(uri) => self.text_unknown(uri),
             Event::Warn(message) => self.publisher.warn(&message),
             Event::Saved(params) => {
                 self.documents.saved(&params.text_document.uri, params.text);
                 self.touched(&params.text_document.uri);
             }
             Event::Closed(uri) => self.closed(&self.documents.address(&uri).unwrap_or(uri)),
-            Event::Disk { paths, missed } => {
-                if missed {
-                    // The folders that are watched may be gone.
-                    self.watcher.forget_all();
-                    self.reload = true;
-                }
-                self.disk(&paths);
-            }
+            Event::Disk { paths, missed } => self.disk(&paths, missed),
             Event::Folders { added, removed } => {
-                let paths = |urls: Vec<Url>| urls.into_iter().filter_map(|url| url.to_file_path().ok());
                 let removed: BTreeSet<PathBuf> = paths(removed).collect();
                 self.folders.retain(|folder| !removed.contains(folder));
                 self.folders.extend(paths(added));
-                self.reload = true;
-                if let Some(walking) = self.walking.take() {
-                    walking.store(true, Ordering::Relaxed);
-                }
+                self.staleness.restart_load();
             }
             Event::Significance(level) => {
                 if self.loader.set_significance(&mut self.db, level) {
-                    self.stir();
+                    self.staleness.bump_generation();
                 }
             }
             Event::Configured(settings, problems) => self.configured(settings, problems),
             Event::Job(job) => {
-                self.settle();
-                match self.walking {
-                    Some(_) => self.waiting.push(job),
-                    None => self.start(job),
+                self.apply_changes();
+                match self.staleness.is_walking() {
+                    true => self.waiting.push(job),
+                    false => self.start(job),
                 }
             }
-            Event::Walked(walking, walked) => self.walked(&walking, walked),
+            Event::Walked(flag, walked) => self.walked(&flag, walked),
             Event::Stop => self.stop(),
             Event::Defect(message) => self.publisher.defect(&message),
-            Event::Pulled(about) => {
+            Event::DiagnosticsRequested(about) => {
                 let version = |url: &Url| self.documents.get(url).map(|open| open.version);
                 self.publisher.asked(about.map(|url| (url.clone(), version(&url))));
             }
-            Event::Diagnosed(given) => self.publisher.answered(|pulls| pulls.answered(given)),
-            Event::Undiagnosed(url) => self.publisher.answered(|pulls| pulls.lost(&url)),
-            Event::Hinted(generation) => self.hinted(generation),
-            Event::Uncoloured(uri, version) => self.uncoloured(&uri, version),
+            Event::DiagnosticsGiven(given) => self.publisher.answered(|pulls| pulls.answered(given)),
+            Event::DiagnosticsNotGiven(url) => self.publisher.answered(|pulls| pulls.lost(&url)),
+            Event::HintsGiven(generation) => {
+                if self.staleness.hints_given(generation) {
+                    self.refresh_hints();
+                }
+            }
+            Event::TokensCancelled(uri, version) => self.tokens_cancelled(&uri, version),
             Event::Checked(generation, checked) => {
-                self.settle();
+                self.apply_changes();
                 self.checked(generation, checked);
             }
         }
     }
 
-    /// A text was touched: it is to be checked, even where it is the same, since the client waits for its version.
+    fn text_unknown(&mut self, uri: Option<Url>) {
+        let all = || self.documents.0.keys().cloned().collect();
+        for uri in uri.map_or_else(all, |uri| vec![uri]) {
+            self.documents.lost(&uri);
+            self.touched(&uri);
+        }
+    }
+
+    /// Requests a check after a message about a document, even if its text is the same: the client waits for the version.
     fn touched(&mut self, uri: &Url) {
-        self.check = true;
+        self.staleness.request_check();
         let dirty = self.documents.get(uri).filter(|open| open.dirty.is_some());
-        self.reload |= dirty.is_some_and(|open| self.loader.is_config(&open.path));
+        if dirty.is_some_and(|open| self.loader.is_config(&open.path)) {
+            self.staleness.outdate_workspaces();
+        }
     }
 
     fn closed(&mut self, uri: &Url) {
         // The client may have forgotten its diagnostics.
         self.publisher.forget(uri);
         self.tokens.closed(uri);
-        self.reload |= self.strays.remove(uri);
+        if self.strays.remove(uri) {
+            self.staleness.outdate_workspaces();
+        }
         let Some(document) =
             self.documents.0.remove(uri).and_then(|_| self.shared_documents.get(uri).copied())
         else {
@@ -327,43 +291,51 @@ impl MainLoop {
             }
         }
         if !is_open {
-            self.reload |= self.loader.closed(&mut self.db, document.file);
-            self.reload |= !document.file.path(&self.db).is_file()
-                || self.loader.is_config(document.file.path(&self.db));
+            let is_outdated = self.loader.closed(&mut self.db, document.file);
+            let path = document.file.path(&self.db);
+            if is_outdated || !path.is_file() || self.loader.is_config(path) {
+                self.staleness.outdate_workspaces();
+            }
         }
-        self.stir();
+        self.staleness.bump_generation();
     }
 
-    /// Looks at what may have changed outside the client.
-    fn disk(&mut self, paths: &BTreeSet<PathBuf>) {
+    /// Reads again what may have changed outside the client.
+    fn disk(&mut self, paths: &BTreeSet<PathBuf>, missed: bool) {
+        if missed {
+            // The folders that are watched may be gone.
+            self.watcher.forget_all();
+            self.staleness.outdate_workspaces();
+        }
         for path in paths {
-            self.reload |= self.watcher.forget(path);
+            if self.watcher.forget(path) {
+                self.staleness.outdate_workspaces();
+            }
             match self.loader.refreshed(&mut self.db, path) {
-                Some(true) => self.stir(),
-                Some(false) => {}
-                None => self.reload |= self.loader.surroundings().matters(path),
+                Some(true) => self.staleness.bump_generation(),
+                None if self.loader.surroundings().matters(path) => self.staleness.outdate_workspaces(),
+                Some(false) | None => {}
             }
         }
     }
 
-    /// Gives what has changed to the database, which ends whatever reads it.
-    fn settle(&mut self) {
-        if self.reload {
-            self.find_again();
+    /// Writes all changes to the database, which cancels the workers that read it.
+    fn apply_changes(&mut self) {
+        if self.staleness.is_outdated() {
+            self.close_moved_documents();
         }
-        self.settle_documents();
-        if self.reload && self.walking.is_none() {
-            self.stir();
-            self.reload = false;
+        self.apply_documents();
+        if self.staleness.begin_load() {
             match self.loader.reset_walks() {
-                walks if walks.is_empty() => self.reload_now(),
+                walks if walks.is_empty() => self.load(),
                 walks => self.walk(walks),
             }
         }
         self.start_waiting();
     }
 
-    fn settle_documents(&mut self) {
+    /// Writes the texts of changed documents to the database.
+    fn apply_documents(&mut self) {
         let mut dirty: Vec<(Instant, &Url)> =
             self.documents.0.iter().filter_map(|(uri, open)| Some((open.dirty?, uri))).collect();
         // Of two addresses of one file, the one that was changed last counts.
@@ -385,23 +357,26 @@ impl MainLoop {
             let Some(file) = written.get(uri).copied().or(known) else { continue };
             let is_analysed = **file.text(&self.db) == *open.text;
             shared.insert(uri.clone(), Document { file, version: open.version, is_analysed });
-            if known.is_none() && !is_in_a_folder(&self.db, &self.workspaces, file) {
-                // What is loaded once the folders are looked through has it.
-                self.reload |= self.strays.insert(uri.clone()) && self.walking.is_none();
+            let is_new_stray = known.is_none()
+                && !is_in_a_folder(&self.db, &self.workspaces, file)
+                && self.strays.insert(uri.clone());
+            // The load at the end of a walk includes new strays.
+            let is_loaded_later = self.staleness.is_walking();
+            // A link in the path may lead to another file now.
+            let is_moved = known.is_some_and(|known| known != file);
+            if is_new_stray && !is_loaded_later || is_moved {
+                self.staleness.outdate_workspaces();
             }
-            // Behind a link that has become another one.
-            self.reload |= known.is_some_and(|known| known != file);
         }
         if is_new {
             self.shared_documents = Arc::new(shared);
-            self.stir();
+            self.staleness.bump_generation();
         }
     }
 
-    /// Looks through folders on a thread of its own: nobody knows how many there are, and how slow the disk is.
+    /// Walks through folders on a separate thread: their number and the speed of the disk are unknown.
     fn walk(&mut self, walks: Vec<Walk>) {
-        let cancelled = Arc::new(AtomicBool::new(false));
-        self.walking = Some(Arc::clone(&cancelled));
+        let cancelled = self.staleness.begin_walk();
         let sender = self.sender.clone();
         let walk = move || {
             let is_cancelled = || cancelled.load(Ordering::Relaxed);
@@ -416,39 +391,33 @@ impl MainLoop {
             let walked = catch_unwind(AssertUnwindSafe(run)).ok();
             let _ = sender.send(Event::Walked(cancelled, walked));
         };
-        // Not one of the workers: all of them may be busy with what is outdated.
+        // No worker is used: all of them may be busy with cancelled jobs.
         if let Err(error) = std::thread::Builder::new().name("walk".to_owned()).spawn(walk) {
-            self.walking = None;
-            self.reload = true;
+            self.staleness.restart_load();
             self.publisher.warn(&format!("The folders cannot be looked through: {error}."));
         }
     }
 
-    /// Takes what was found in folders; then what has waited for it is computed, before they are looked through again.
-    fn walked(&mut self, walking: &Arc<AtomicBool>, walked: Option<Vec<(Walk, Walked)>>) {
-        if !self.walking.as_ref().is_some_and(|it| Arc::ptr_eq(it, walking)) {
+    /// Takes the result of a walk and loads the workspaces. Then starts the jobs that waited for it, before another walk
+    /// begins.
+    fn walked(&mut self, flag: &Arc<AtomicBool>, walked: Option<Vec<(Walk, Walked)>>) {
+        if !self.staleness.end_walk(flag) {
             return;
         }
-        self.walking = None;
-        self.stir();
         match walked {
             Some(walked) => {
                 walked.into_iter().for_each(|(walk, walked)| self.loader.learn(walk, walked));
-                self.reload_now();
+                self.load();
             }
-            None => {
-                self.workspaces = Arc::new([]);
-                self.failed = true;
-                self.panicked("the folders could not be looked through");
-            }
+            None => self.load_failed("the folders could not be looked through"),
         }
-        self.settle_documents();
+        self.apply_documents();
         self.start_waiting();
     }
 
-    /// What waits for folders to be looked through is computed, if nothing is to be waited for any more.
+    /// Starts the jobs that waited for a walk, unless one is still running.
     fn start_waiting(&mut self) {
-        if self.walking.is_none() {
+        if !self.staleness.is_walking() {
             std::mem::take(&mut self.waiting).into_iter().for_each(|job| self.start(job));
         }
     }
@@ -458,22 +427,25 @@ impl MainLoop {
         self.spawn(move || job(snapshot));
     }
 
-    fn reload_now(&mut self) {
-        match self.load() {
+    /// Loads the workspaces, or begins the walk that this requires.
+    fn load(&mut self) {
+        match self.load_workspaces() {
             Ok(wanted) if wanted.is_empty() => {}
             Ok(wanted) => self.walk(wanted),
-            Err(Failure::Panicked(message)) => {
-                // Nothing is known until something happens, and it succeeds.
-                self.workspaces = Arc::new([]);
-                self.failed = true;
-                self.panicked(&message);
-            }
-            Err(Failure::Overtaken | Failure::Cancelled) => self.reload = true,
+            Err(Failure::Panicked(message)) => self.load_failed(&message),
+            Err(Failure::Overtaken | Failure::Cancelled) => self.staleness.outdate_workspaces(),
         }
     }
 
-    /// Behind a link that has become another one, an open text is that of another file.
-    fn find_again(&mut self) {
+    /// Publishes that loading panicked: no workspace is known until a change, after which loading succeeds.
+    fn load_failed(&mut self, message: &str) {
+        self.workspaces = Arc::new([]);
+        self.staleness.fail_load();
+        self.panicked(message);
+    }
+
+    /// Closes the files of documents whose path leads to another file now, through a link that has changed.
+    fn close_moved_documents(&mut self) {
         let known = |uri| self.shared_documents.get(uri).map(|document| document.file);
         let files = self.documents.0.iter().filter(|(_, open)| open.is_file);
         let files = files.filter_map(|(uri, open)| Some((known(uri)?, open)));
@@ -482,7 +454,9 @@ impl MainLoop {
             .map(|(file, _)| file)
             .collect();
         for &file in &left {
-            self.reload |= self.loader.closed(&mut self.db, file);
+            if self.loader.closed(&mut self.db, file) {
+                self.staleness.outdate_workspaces();
+            }
         }
         for (uri, document) in
             self.shared_documents.iter().filter(|(_, document)| left.contains(&document.file))
@@ -494,12 +468,6 @@ impl MainLoop {
         }
     }
 
-    /// The state is another one from here on.
-    fn stir(&mut self) {
-        self.generation += 1;
-        self.check = true;
-    }
-
     fn configured(&mut self, settings: Settings, problems: Vec<String>) {
         let before = std::mem::replace(&mut self.settings, settings);
         // A level that was chosen since stays until another one is set.
@@ -507,22 +475,21 @@ impl MainLoop {
             self.loader.set_significance(&mut self.db, settings.significance);
         }
         if before != settings {
-            self.stir();
+            self.staleness.bump_generation();
         }
         problems.iter().for_each(|problem| self.publisher.warn(problem));
     }
 
-    /// Ends whatever is computed. Nothing is known then, and that is said, until the next edit.
+    /// Cancels all computations. Until the next change, diagnostics say that the analysis was stopped.
     fn stop(&mut self) {
         if *self.busy.borrow() {
             self.db.trigger_cancellation();
-            self.stir();
-            self.stopped = Some(self.generation);
+            self.staleness.stop();
         }
     }
 
-    /// Loads the workspaces anew. Gives what is to be looked through first.
-    fn load(&mut self) -> Result<Vec<Walk>, Failure> {
+    /// Loads the workspaces. Returns the walks that are required first.
+    fn load_workspaces(&mut self) -> Result<Vec<Walk>, Failure> {
         let begin = Instant::now();
         let folders: Vec<PathBuf> = self.folders.iter().map(|folder| place(folder)).collect();
         let mut paths = self.folders.clone();
@@ -559,13 +526,8 @@ impl MainLoop {
         problems.iter().for_each(|problem| tracing::info!("{problem}"));
         workspaces.extend(alone.iter().map(|&file| self.loader.alone(&mut self.db, file)));
         self.workspaces = workspaces.into();
-        // What was written before a folder was watched was perhaps not read.
         match self.watcher.watch(&self.loader.surroundings().watched()) {
-            Ok(is_new) if is_new && self.passes < MOST_PASSES => {
-                self.passes += 1;
-                self.reload = true;
-            }
-            Ok(_) => self.passes = 0,
+            Ok(is_new) => self.staleness.folders_watched(is_new),
             Err(error) => self.publisher.warn(&format!(
                 "Files that change outside the editor may not be noticed: {error}. Restart the server after such a change."
             )),
@@ -586,20 +548,14 @@ impl MainLoop {
             documents: Arc::clone(&self.shared_documents),
             capabilities: self.capabilities,
             settings: self.settings,
-            generation: self.generation,
-            is_complete: self.complete == Some(self.generation),
-            is_stopped: self.stopped == Some(self.generation),
+            generation: self.staleness.generation(),
+            is_complete: self.staleness.is_published(),
+            is_stopped: self.staleness.is_stopped(),
             tokens: Arc::clone(&self.tokens),
             running: Arc::clone(&self.running),
-            is_settled: self.is_settled(),
+            is_settled: self.staleness.is_settled(),
             outbox: self.publisher.outbox(),
         }
-    }
-
-    /// Does the main loop wait for nothing but events? What cannot be loaded is not checked.
-    fn is_settled(&self) -> bool {
-        let is_checked = !self.check || self.failed || !self.is_initialized;
-        is_checked && !self.reload && self.walking.is_none() && self.checking.is_none()
     }
 
     fn spawn(&self, job: impl FnOnce() + Send + 'static) {
@@ -614,8 +570,8 @@ impl MainLoop {
 
     fn start_check(&mut self) {
         self.busy.send_replace(self.capabilities.progress);
-        let (generation, snapshot, sender) = (self.generation, self.snapshot(), self.sender.clone());
-        self.checking = Some(generation);
+        let (generation, snapshot, sender) =
+            (self.staleness.generation(), self.snapshot(), self.sender.clone());
         self.spawn(move || {
             let checked = attempt(|| check(&snapshot));
             drop(snapshot);
@@ -624,61 +580,45 @@ impl MainLoop {
     }
 
     fn checked(&mut self, generation: u64, checked: Result<Checked, Failure>) {
-        self.checking = self.checking.filter(|&checking| checking != generation);
-        if generation != self.generation {
+        if !self.staleness.end_check(generation) {
             return;
         }
         self.busy.send_replace(false);
         match checked {
-            Ok(checked) if checked.is_outdated && self.reloads < MOST_RELOADS => {
-                self.reloads += 1;
-                self.reload = true;
-            }
-            Ok(Checked { is_outdated, diagnostics, ids, hints, meanings }) => {
-                if is_outdated {
-                    tracing::error!("a file that is included cannot be read");
-                }
-                self.complete = Some(generation);
-                self.reloads = 0;
-                self.published = Some(generation);
-                let others = std::mem::take(&mut self.hinted);
-                let is_another = self.publisher.publish(diagnostics, &ids, hints);
-                // What is shown of a state that is not analysed any more is to go.
-                let is_another = is_another || self.stopped == Some(generation);
-                if is_another || others.iter().any(|hinted| *hinted != generation) {
-                    self.refresh_hints();
-                }
-                if self.tokens.is_outdated(&meanings) && self.capabilities.token_refresh {
-                    self.publisher.refresh(Refresh::Tokens);
-                }
-            }
+            Ok(checked) => self.publish(checked),
             Err(Failure::Panicked(message)) => self.panicked(&message),
-            // What ended it is followed by another check; if not, it is due now.
-            Err(Failure::Overtaken | Failure::Cancelled) => self.check = true,
+            // A check that a change cancelled is of an older generation. Any other is repeated.
+            Err(Failure::Overtaken | Failure::Cancelled) => self.staleness.request_check(),
         }
     }
 
-    /// The check that is to come has the client ask again; if there is none to come, it is now. A text that is another one
-    /// since, it asks about by itself.
-    fn uncoloured(&mut self, uri: &Url, version: i32) {
-        if self.documents.get(uri).is_none_or(|open| open.version != version) {
-            return;
+    /// Publishes a check of the current generation, unless the workspaces are to be loaded again first.
+    fn publish(&mut self, checked: Checked) {
+        let Checked { is_outdated, diagnostics, ids, hints, meanings } = checked;
+        if is_outdated {
+            if self.staleness.load_for_check() {
+                return;
+            }
+            tracing::error!("a file that is included cannot be read");
         }
-        self.tokens.lost(uri, version);
-        if self.published == Some(self.generation) && self.capabilities.token_refresh {
+        let are_hints_outdated = self.staleness.publish();
+        if self.publisher.publish(diagnostics, &ids, hints) || are_hints_outdated {
+            self.refresh_hints();
+        }
+        if self.tokens.is_outdated(&meanings) && self.capabilities.token_refresh {
             self.publisher.refresh(Refresh::Tokens);
         }
     }
 
-    /// Sees to it that the client does not keep hints of another state than the last.
-    fn hinted(&mut self, generation: Option<u64>) {
-        if generation.is_none() || generation != self.published {
-            self.hinted.insert(generation.unwrap_or(u64::MAX));
-            // The check that is to come looks at it; if there is none to come, it is now.
-            if self.published == Some(self.generation) {
-                self.hinted.clear();
-                self.refresh_hints();
-            }
+    /// Requests a token refresh when an edit elsewhere cancelled the client's request for this version of a document. The
+    /// next check does so if one is to come. About a newer version the client asks by itself.
+    fn tokens_cancelled(&mut self, uri: &Url, version: i32) {
+        if self.documents.get(uri).is_none_or(|open| open.version != version) {
+            return;
+        }
+        self.tokens.lost(uri, version);
+        if self.staleness.is_published() && self.capabilities.token_refresh {
+            self.publisher.refresh(Refresh::Tokens);
         }
     }
 
@@ -696,6 +636,11 @@ impl MainLoop {
         self.publisher.panicked(open.collect(), message);
         self.refresh_hints();
     }
+}
+
+/// The paths of these addresses that are files or folders on the disk.
+fn paths(urls: Vec<Url>) -> impl Iterator<Item = PathBuf> {
+    urls.into_iter().filter_map(|url| url.to_file_path().ok())
 }
 
 /// Does a workspace of the client's folders have this file?
