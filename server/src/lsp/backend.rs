@@ -1,5 +1,5 @@
-//! The methods of the protocol. Each puts what it was given on the main loop's channel before it waits for anything, so
-//! that everything happens in the client's order; answers are made by workers, in `handlers/`.
+//! The methods of the protocol. Each sends its event to the main loop before its first `.await`, so that the main loop
+//! receives all events in the client's order; workers compute the answers, in `handlers/`.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -7,7 +7,7 @@ use std::sync::{Arc, OnceLock, mpsc};
 
 use salsa::{CancellationToken, Database as _};
 use serde::Deserialize as _;
-use serde_json::Value;
+use serde_json::{Value, from_value};
 use tokio::sync::oneshot;
 use tokio::time::timeout;
 use tower_lsp::jsonrpc::{Error, Request, Result};
@@ -126,9 +126,55 @@ impl Backend {
         }
     }
 
-    /// Looks at a message before its method does. One about a text that cannot be understood, or is sent as a request, is
-    /// dropped by the service: then the texts that it may have changed, `lost`, are unknown.
-    pub(crate) fn notice(&self, request: &Request, lost: &Lost) {
+    /// Handles a message before tower-lsp does, and returns it if tower-lsp is to handle it as well.
+    ///
+    /// tower-lsp drops a notification whose parameters it does not understand. Those about documents are therefore
+    /// deserialized here, once, and their events sent; where one is malformed, or is sent as a request, the texts that it may
+    /// have changed, `lost`, are unknown.
+    pub(crate) fn preprocess(&self, request: Request, lost: &Lost) -> Option<Request> {
+        if matches!(
+            request.method(),
+            "textDocument/didOpen" | "textDocument/didChange" | "textDocument/didClose"
+        ) {
+            if request.id().is_none() {
+                self.document_notification(request, lost);
+                return None;
+            }
+            self.lost(lost);
+        }
+        self.notice(&request);
+        Some(request)
+    }
+
+    /// Sends the event of a notification about a document.
+    fn document_notification(&self, request: Request, lost: &Lost) {
+        let (method, _, params) = request.into_parts();
+        let params = params.unwrap_or_default();
+        let event = match &*method {
+            "textDocument/didOpen" => {
+                from_value::<DidOpenTextDocumentParams>(params).map(|it| Event::Opened(it.text_document))
+            }
+            "textDocument/didChange" => from_value::<DidChangeTextDocumentParams>(params).map(Event::Changed),
+            _ => {
+                from_value::<DidCloseTextDocumentParams>(params).map(|it| Event::Closed(it.text_document.uri))
+            }
+        };
+        match event {
+            // Before `initialize`, the protocol has a server drop notifications.
+            Ok(_) if self.session.get().is_none() => {}
+            Ok(event) => {
+                tracing::debug!("{method}");
+                self.send(event);
+            }
+            Err(error) => {
+                tracing::error!("{method} means nothing: {error}");
+                self.lost(lost);
+            }
+        }
+    }
+
+    /// Takes what tower-lsp drops of a message.
+    fn notice(&self, request: &Request) {
         let params = request.params().unwrap_or(&Value::Null);
         if request.method() == "initialize" {
             let _ = self.raw.set(params.clone());
@@ -152,18 +198,6 @@ impl Backend {
                 self.warn(LOST_FOLDERS);
             }
             _ => {}
-        }
-        let wrong = match request.method() {
-            "textDocument/didOpen" => DidOpenTextDocumentParams::deserialize(params).err(),
-            "textDocument/didChange" => DidChangeTextDocumentParams::deserialize(params).err(),
-            "textDocument/didClose" => DidCloseTextDocumentParams::deserialize(params).err(),
-            _ => None,
-        };
-        if let Some(error) = &wrong {
-            tracing::error!("{} means nothing: {error}", request.method());
-        }
-        if wrong.is_some() || request.id().is_some() {
-            self.lost(lost);
         }
     }
 
@@ -421,20 +455,8 @@ impl LanguageServer for Backend {
         Ok(())
     }
 
-    async fn did_open(&self, params: DidOpenTextDocumentParams) {
-        self.send(Event::Opened(params.text_document));
-    }
-
-    async fn did_change(&self, params: DidChangeTextDocumentParams) {
-        self.send(Event::Changed(params));
-    }
-
     async fn did_save(&self, params: DidSaveTextDocumentParams) {
         self.send(Event::Saved(params));
-    }
-
-    async fn did_close(&self, params: DidCloseTextDocumentParams) {
-        self.send(Event::Closed(params.text_document.uri));
     }
 
     async fn did_change_watched_files(&self, params: DidChangeWatchedFilesParams) {

@@ -86,12 +86,12 @@ impl Documents {
         self.0.get_mut(&address)
     }
 
-    /// Makes the changes of one message, one after the other.
+    /// Applies the changes of one message, one after the other.
     pub(crate) fn change(
         &mut self,
         uri: &Url,
         version: i32,
-        changes: &[TextDocumentContentChangeEvent],
+        changes: impl IntoIterator<Item = TextDocumentContentChangeEvent>,
         encoding: Encoding,
     ) {
         if self.get(uri).is_none() {
@@ -108,7 +108,7 @@ impl Documents {
         for change in changes {
             match change.range {
                 None => {
-                    open.text.clone_from(&change.text);
+                    open.text = change.text;
                     open.problem = None;
                 }
                 Some(range) => {
@@ -196,7 +196,7 @@ mod tests {
     fn changes_of_one_message_follow_each_other() {
         let mut documents = opened("one\ntwo\n");
         let changes = [change((0, 0), (0, 3), "1"), change((0, 1), (1, 0), ""), change((9, 0), (9, 9), "!")];
-        documents.change(&uri(), 2, &changes, Encoding::Utf16);
+        documents.change(&uri(), 2, changes, Encoding::Utf16);
         assert_eq!(documents.0[&uri()].text, "1two\n!");
     }
 
@@ -204,7 +204,7 @@ mod tests {
     fn one_file_written_in_two_ways() {
         let mut documents = opened("one");
         let other = Url::parse("file:///robot/%61.mal").unwrap();
-        documents.change(&other, 2, &[change((0, 0), (0, 3), "two")], Encoding::Utf16);
+        documents.change(&other, 2, [change((0, 0), (0, 3), "two")], Encoding::Utf16);
         assert_eq!(documents.0[&uri()].text, "two");
         assert_eq!(documents.address(&other), Some(uri()));
     }
@@ -220,18 +220,18 @@ mod tests {
     fn a_lost_change_is_a_problem_until_the_whole_text_comes() {
         let mut documents = opened("one");
         documents.lost(&uri());
-        documents.change(&uri(), 2, &[change((0, 0), (0, 0), "x")], Encoding::Utf16);
+        documents.change(&uri(), 2, [change((0, 0), (0, 0), "x")], Encoding::Utf16);
         assert!(documents.0[&uri()].problem.is_some());
         let whole =
             TextDocumentContentChangeEvent { range: None, range_length: None, text: "two".to_owned() };
-        documents.change(&uri(), 3, &[whole], Encoding::Utf16);
+        documents.change(&uri(), 3, [whole], Encoding::Utf16);
         assert_eq!((documents.0[&uri()].text.as_str(), &documents.0[&uri()].problem), ("two", &None));
     }
 
     #[test]
     fn a_change_of_a_text_that_is_not_open_leaves_it_unknown_until_the_whole_text_comes() {
         let mut documents = Documents::default();
-        documents.change(&uri(), 7, &[change((0, 0), (0, 0), "x")], Encoding::Utf16);
+        documents.change(&uri(), 7, [change((0, 0), (0, 0), "x")], Encoding::Utf16);
         assert!(documents.0[&uri()].problem.is_some() && documents.0[&uri()].version == 7);
         documents.open(TextDocumentItem::new(uri(), "mauve".to_owned(), 8, "two".to_owned()));
         assert_eq!((documents.0[&uri()].text.as_str(), &documents.0[&uri()].problem), ("two", &None));
@@ -246,7 +246,7 @@ mod tests {
             ("// a\rone", (0, 0), (0, 1)),
         ] {
             let mut documents = opened(text);
-            documents.change(&uri(), 2, &[change(from, to, "x")], Encoding::Utf16);
+            documents.change(&uri(), 2, [change(from, to, "x")], Encoding::Utf16);
             assert!(documents.0[&uri()].problem.is_some(), "{text:?} {from:?} {to:?}");
         }
         // Behind the end of a line, or of the text, is that end.
@@ -254,7 +254,7 @@ mod tests {
             [("one\r\ntwo", (0, 9), (0, 9)), ("one\n\u{1f916}", (1, 9), (4, 1)), ("", (7, 7), (8, 8))]
         {
             let mut documents = opened(text);
-            documents.change(&uri(), 2, &[change(from, to, "x")], Encoding::Utf16);
+            documents.change(&uri(), 2, [change(from, to, "x")], Encoding::Utf16);
             assert_eq!(documents.0[&uri()].problem, None, "{text:?} {from:?} {to:?}");
         }
     }
@@ -279,7 +279,7 @@ mod tests {
         ) {
             for encoding in [Encoding::Utf8, Encoding::Utf16, Encoding::Utf32] {
                 let mut documents = opened(&text);
-                documents.change(&uri(), 2, &[change(from, to, &new)], encoding);
+                documents.change(&uri(), 2, [change(from, to, &new)], encoding);
                 prop_assert!(documents.0[&uri()].text.contains(&new));
             }
         }

@@ -14,7 +14,10 @@ use mauve_timing::Level;
 use salsa::Database as _;
 use tokio::runtime::Handle;
 use tokio::sync::watch;
-use tower_lsp::lsp_types::{DidChangeTextDocumentParams, DidSaveTextDocumentParams, TextDocumentItem, Url};
+use tower_lsp::lsp_types::{
+    DidChangeTextDocumentParams, DidSaveTextDocumentParams, TextDocumentItem, Url,
+    VersionedTextDocumentIdentifier,
+};
 
 use super::capabilities::Capabilities;
 use super::check::{Checked, check};
@@ -199,10 +202,10 @@ impl MainLoop {
                 self.touched(&uri);
             }
             Event::Changed(params) => {
-                let uri = &params.text_document.uri;
-                let encoding = self.capabilities.encoding;
-                self.documents.change(uri, params.text_document.version, &params.content_changes, encoding);
-                self.touched(uri);
+                let DidChangeTextDocumentParams { text_document, content_changes } = params;
+                let VersionedTextDocumentIdentifier { uri, version } = text_document;
+                self.documents.change(&uri, version, content_changes, self.capabilities.encoding);
+                self.touched(&uri);
             }
             Event::TextUnknown(uri) => self.text_unknown(uri),
             Event::Warn(message) => self.publisher.warn(&message),

@@ -26,11 +26,11 @@ pub(crate) enum Side {
 
 /// A line of the record.
 #[derive(Debug, Serialize, Deserialize)]
-pub(crate) struct Line {
+pub(crate) struct Line<M = Value> {
     /// Since the session began.
     pub(crate) seconds: f64,
     pub(crate) from: Side,
-    pub(crate) message: Value,
+    pub(crate) message: M,
 }
 
 /// Writes what both sides say to a file.
@@ -56,7 +56,7 @@ impl Mirror {
 
     /// Writes a line at once: a session may end at any time. One that cannot be written is not worth the session.
     pub(crate) fn record(&self, from: Side, message: &Value) {
-        let line = Line { seconds: self.begin.elapsed().as_secs_f64(), from, message: message.clone() };
+        let line = Line { seconds: self.begin.elapsed().as_secs_f64(), from, message };
         let Ok(text) = serde_json::to_string(&line) else { return };
         let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
         if let Err(error) = file.write_all((text + "\n").as_bytes()) {

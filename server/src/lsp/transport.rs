@@ -4,7 +4,8 @@
 //! tower-lsp's own `Server` is not used. It stops reading at a message that is no JSON, and when four requests wait; it
 //! lives on after `exit` while its input is open; a panic in a handler ends it. Here each message is called and polled
 //! once before the next is looked at, so that a handler that begins by sending its event to the main loop keeps the order
-//! of the client; then it waits in a task of its own, with all others.
+//! of the client; then it waits in a task of its own, with all others. Notifications about documents do not reach
+//! tower-lsp, see [`Backend::preprocess`].
 
 use std::panic::AssertUnwindSafe;
 use std::sync::Arc;
@@ -122,7 +123,7 @@ pub(crate) async fn serve(
                     "initialize" => client = client.or_else(|| process_of(&request)),
                     _ => {}
                 }
-                service.inner().notice(&request, &lost);
+                let Some(request) = service.inner().preprocess(request, &lost) else { continue };
                 let id = request.id().cloned();
                 // tower-lsp leaves these without an answer.
                 if let Some(id) = id.clone().filter(|_| request.method().starts_with("$/")) {
