@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use mauve_diagnostics::{errors_of, reasons_of, timing_reason};
 use mauve_hir::item_tree::Kind;
-use mauve_hir::{Database, Decl, Project, Workspace, config_of, names_of, projects};
+use mauve_hir::{Database, Decl, ModelDb, Project, Workspace, config_of, names_of, projects};
 use mauve_timing::task_set::TaskSet;
 use mauve_timing::{Level, Time, Unit};
 use mauve_wcrt::{ActivityReport, CpuReport, Priority, Query, Report, response_times, timetable_of};
@@ -326,8 +326,7 @@ pub(crate) fn deployments<'db>(
     let mut found = Vec::new();
     for &workspace in workspaces {
         for &project in projects(db, workspace) {
-            let all = names_of(db, project).all.iter().copied();
-            found.extend(all.filter(|decl| decl.kind(db) == Kind::Deployment).map(|decl| (project, decl)));
+            found.extend(deployments_of(db, project).map(|decl| (project, decl)));
         }
     }
     let Some(only) = only else { return Ok(found) };
@@ -340,6 +339,14 @@ pub(crate) fn deployments<'db>(
         });
     }
     Ok(found)
+}
+
+/// The deployments of a project.
+pub(crate) fn deployments_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+) -> impl Iterator<Item = Decl<'db>> + use<'db> {
+    names_of(db, project).all.iter().copied().filter(move |decl| decl.kind(db) == Kind::Deployment)
 }
 
 /// A time as a number of milliseconds, whole where it is.

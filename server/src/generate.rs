@@ -1,18 +1,18 @@
-//! Generated packages on the disk: where they go, what is there already, how they are written.
+//! Generated packages: what a request selects, where they go, what is there already, how they are written.
 //!
 //! The folder that they go to, or one in it, may be exchanged for a link at any time. So its path is looked at
 //! once, and what was found is opened without following a link from then on (`folder.rs`).
 
 mod write;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashSet};
 use std::ffi::OsString;
 use std::fs::File;
 use std::io::{self, ErrorKind};
 use std::path::{Component, Path, PathBuf};
 
-use mauve_hir::{CONFIG_FILE, Database, Project, Workspace, config_of, normalised};
-use mauve_orocos::{MANIFEST, Package};
+use mauve_hir::{CONFIG_FILE, Database, Decl, Project, Workspace, config_of, normalised};
+use mauve_orocos::{MANIFEST, Package, Plan, Problem, packages, plan, problems};
 
 use crate::disk::{LONGEST, bytes_of, is_hidden};
 use crate::folder::{Folder, Folders, Kind};
@@ -203,15 +203,125 @@ fn leads_nowhere(path: &Path) -> String {
     format!("`{}` is a link that leads nowhere: remove it", path.display())
 }
 
-/// What projects that go into one folder make.
-pub(crate) type Made<'db> = Vec<(Project<'db>, Vec<Package>)>;
+/// A request to generate packages, from the command line or from an editor.
+#[derive(Debug, Clone)]
+pub(crate) struct GenerateRequest<'db> {
+    /// What to generate and where to.
+    pub(crate) selected: Vec<Selected<'db>>,
+    /// Whether these are all packages of their folders. Then [`Generated::left_packages`] lists any others there.
+    pub(crate) is_whole: bool,
+    /// Whether the folders will be written: they are created, and locked until [`Generated`] is dropped.
+    pub(crate) is_written: bool,
+}
 
-/// The packages of several projects that go into one folder, each once.
+/// A project of a request.
+#[derive(Debug, Clone)]
+pub(crate) struct Selected<'db> {
+    pub(crate) project: Project<'db>,
+    /// Selects the packages that this deployment needs; without one, all packages of the project.
+    pub(crate) deployment: Option<Decl<'db>>,
+    /// What must be corrected in the project before anything is generated.
+    pub(crate) problems: Vec<Problem<'db>>,
+    /// The folder of the packages, or why there is none, in words for the user.
+    pub(crate) out: Result<Out, String>,
+}
+
+impl<'db> Selected<'db> {
+    /// Selects packages of a project, to be generated into `out`.
+    pub(crate) fn new(
+        db: &'db Database,
+        project: Project<'db>,
+        deployment: Option<Decl<'db>>,
+        out: Result<Out, String>,
+    ) -> Selected<'db> {
+        Selected { project, deployment, problems: problems(db, project), out }
+    }
+}
+
+/// Why a request is refused.
+pub(crate) enum Refusal<'db> {
+    /// These must be corrected in the models first. Each is listed once.
+    Problems(Vec<Problem<'db>>),
+    /// Another reason, in words for the user.
+    Other(String),
+}
+
+impl From<String> for Refusal<'_> {
+    fn from(why: String) -> Self {
+        Refusal::Other(why)
+    }
+}
+
+/// The packages of a folder, and how its files must change.
+pub(crate) struct Generated {
+    pub(crate) out: Out,
+    pub(crate) packages: Vec<Package>,
+    pub(crate) plan: Plan,
+    /// Packages in the folder that the models do not have, where all are known.
+    pub(crate) left_packages: Vec<String>,
+    /// Where the plan is written, if the request says that it will be.
+    pub(crate) site: Option<Site>,
+}
+
+impl<'db> GenerateRequest<'db> {
+    /// Returns why the request is refused, as far as that does not depend on the files in the folders.
+    pub(crate) fn refusal(&self) -> Option<Refusal<'db>> {
+        let mut seen: HashSet<&Problem<'db>> = HashSet::new();
+        let all = self.selected.iter().flat_map(|it| &it.problems);
+        let problems: Vec<Problem<'db>> = all.filter(|problem| seen.insert(problem)).cloned().collect();
+        if !problems.is_empty() {
+            return Some(Refusal::Problems(problems));
+        }
+        self.selected.iter().find_map(|it| it.out.clone().err()).map(Refusal::Other)
+    }
+}
+
+/// Answers a request: generates its packages, and compares them with the files in their folders, as `read` returns them.
+/// Writes nothing.
+///
+/// # Errors
+///
+/// The request is refused; two projects have different packages of one name; a folder or a file cannot be read or locked.
+pub(crate) fn generate<'db>(
+    db: &'db Database,
+    request: &GenerateRequest<'db>,
+    read: &dyn Fn(&Out, &str) -> Result<Option<String>, String>,
+) -> Result<Vec<Generated>, Refusal<'db>> {
+    if let Some(refusal) = request.refusal() {
+        return Err(refusal);
+    }
+    let mut folders: Vec<(Out, Made<'db>)> = Vec::new();
+    for Selected { project, deployment, out, .. } in &request.selected {
+        let out = out.clone()?;
+        // The project has no problems: it would have been refused.
+        let made = packages(db, *project, *deployment).unwrap_or_default();
+        match folders.iter_mut().find(|(known, _)| known.real == out.real) {
+            Some((_, all)) => all.push((*project, made)),
+            None => folders.push((out, vec![(*project, made)])),
+        }
+    }
+    let merged = folders.into_iter().map(|(out, made)| Ok((out, merged(db, made)?)));
+    let merged: Vec<(Out, Vec<Package>)> = merged.collect::<Result<_, String>>()?;
+    let mut all = Vec::new();
+    for (out, packages) in merged {
+        // From here on no other run writes there.
+        let site = if request.is_written { Some(Site::open(&out)?) } else { None };
+        let plan = plan(&packages, &|path| read(&out, path))?;
+        let left_packages = if request.is_whole { left_packages(&out, &packages) } else { Vec::new() };
+        all.push(Generated { out, packages, plan, left_packages, site });
+    }
+    Ok(all)
+}
+
+/// The packages of each project that go to one folder.
+type Made<'db> = Vec<(Project<'db>, Vec<Package>)>;
+
+/// Merges the packages of several projects that go to one folder, each once.
 ///
 /// # Errors
 ///
 /// Two projects have different packages of one name.
-pub(crate) fn merged<'db>(db: &'db Database, made: Made<'db>) -> Result<Vec<Package>, String> {
+fn merged<'db>(db: &'db Database, made: Made<'db>) -> Result<Vec<Package>, String> {
     let mut all: Vec<(Project<'db>, Package)> = Vec::new();
     for (project, packages) in made {
         for package in packages {
@@ -241,8 +351,8 @@ fn difference<'a>(a: &'a Package, b: &'a Package) -> Option<&'a str> {
     only(a, b).or_else(|| only(b, a)).map(|file| file.path.as_str())
 }
 
-/// Folders below one that hold a package, none of which is among `packages`: their names.
-pub(crate) fn left_packages(out: &Out, packages: &[Package]) -> Vec<String> {
+/// Returns the names of the packages in a folder that are not among `packages`.
+fn left_packages(out: &Out, packages: &[Package]) -> Vec<String> {
     let ours: BTreeSet<&str> = packages.iter().map(|package| package.name.as_str()).collect();
     let Ok(folder) = Folder::open(&out.real) else { return Vec::new() };
     let is_held = |name: &OsString| {

@@ -2,21 +2,20 @@
 
 mod report;
 
-use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use annotate_snippets::{AnnotationKind, Level};
 use clap::ValueEnum;
 use mauve_diagnostics::{Finding, Severity, workspace_diagnostics};
 use mauve_hir::{Database, Decl, Project, Workspace, projects};
-use mauve_orocos::{Package, Plan, Problem, packages, plan, problems};
+use mauve_orocos::Problem;
 use mauve_wcrt::Query;
 
 use super::check::{Lines, MOST_EXCERPTS, excerpt, with_excerpts};
 use super::{Outside, counted, say};
 use crate::Output;
 use crate::analysis_document::{Deployed, Proved, deployments};
-use crate::generate::{Made, Out, Site, configured_out, left_packages, merged, read};
+use crate::generate::{GenerateRequest, Generated, Out, Refusal, Selected, configured_out, generate, read};
 use crate::harmless::harmless;
 use crate::load::load;
 use report::{Document, Doing, ProblemDocument, document, report};
@@ -53,48 +52,24 @@ enum Format {
     Json,
 }
 
-/// The packages of a folder, and what is to be done there.
-struct Planned {
-    out: PathBuf,
-    packages: Vec<Package>,
-    plan: Plan,
-    left_packages: Vec<String>,
-    /// For whoever writes there; nothing where nobody does.
-    site: Option<Site>,
-}
-
 impl Generate {
     pub(crate) fn run(self) -> Result<Output, String> {
         let mut db = Database::default();
         let workspaces = load(&mut db, self.path.as_slice(), self.outside.allow_outside)?;
-        let asked: Vec<(Project<'_>, Option<Decl<'_>>)> = match &self.deployment {
-            Some(name) => {
-                let found = deployments(&db, &workspaces, Some(name))?;
-                found.into_iter().map(|(project, deployment)| (project, Some(deployment))).collect()
-            }
-            None => {
-                let all = workspaces.iter().flat_map(|&workspace| projects(&db, workspace));
-                all.map(|&project| (project, None)).collect()
-            }
+        let request = self.request(&db, &workspaces)?;
+        let folders = match generate(&db, &request, &read) {
+            Ok(folders) => folders,
+            Err(Refusal::Problems(problems)) => return self.refused(&db, &workspaces, &problems),
+            Err(Refusal::Other(why)) => return Err(why),
         };
-        let all = asked.iter().flat_map(|&(project, _)| problems(&db, project));
-        let mut seen: HashSet<Problem<'_>> = HashSet::new();
-        let found: Vec<Problem<'_>> = all.filter(|problem| seen.insert(problem.clone())).collect();
-        if !found.is_empty() {
-            return self.refused(&db, &workspaces, &found);
-        }
-        let mut folders = Vec::new();
-        for (out, packages) in self.packages(&db, &asked)? {
-            folders.push(self.planned(&db, &workspaces, out, packages)?);
-        }
-        warn_of_deadlines(&db, &workspaces, &asked)?;
+        warn_of_deadlines(&db, &workspaces, &request.selected)?;
         let is_refused = !self.force && folders.iter().any(|it| !it.plan.edited.is_empty());
         let is_written = !self.check && !is_refused;
         if is_written {
-            for (number, Planned { site, plan, .. }) in folders.iter().enumerate() {
+            for (number, Generated { site, plan, .. }) in folders.iter().enumerate() {
                 let written = site.iter().try_for_each(|site| site.write(&plan.steps));
                 // Each folder is written as a whole, and one after the other.
-                let before = folders.iter().take(number).map(|it| format!("`{}`", it.out.display()));
+                let before = folders.iter().take(number).map(|it| format!("`{}`", it.out.shown.display()));
                 let before: Vec<String> = before.collect();
                 written.map_err(|error| match before.is_empty() {
                     true => error,
@@ -118,46 +93,43 @@ impl Generate {
         Ok(Output::verbatim(text, u8::from(is_refused || is_stale)))
     }
 
-    /// The packages that go to each folder.
-    fn packages<'db>(
+    /// Returns what the arguments ask for.
+    fn request<'db>(
         &self,
         db: &'db Database,
-        asked: &[(Project<'db>, Option<Decl<'db>>)],
-    ) -> Result<Vec<(Out, Vec<Package>)>, String> {
-        let mut folders: Vec<(Out, Made<'db>)> = Vec::new();
-        for &(project, deployment) in asked {
-            let out = match &self.out {
-                Some(out) if out.as_os_str().is_empty() => return Err("--out is the path of a folder".to_owned()),
-                Some(out) => Out::named(out)?,
-                None => configured_out(db, project.workspace(db))?.ok_or(
-                    "where to? Say `--out DIR`, or in mauve.toml `[generate] out = \"generated\"`, from its folder",
-                )?,
-            };
-            // They have no problems: that was asked.
-            let made = packages(db, project, deployment).unwrap_or_default();
-            let is_same = |(known, _): &&mut (Out, _)| known.real == out.real;
-            match folders.iter_mut().find(is_same) {
-                Some((_, all)) => all.push((project, made)),
-                None => folders.push((out, vec![(project, made)])),
+        workspaces: &[Workspace],
+    ) -> Result<GenerateRequest<'db>, String> {
+        let asked: Vec<(Project<'_>, Option<Decl<'_>>)> = match &self.deployment {
+            Some(name) => {
+                let found = deployments(db, workspaces, Some(name))?;
+                found.into_iter().map(|(project, deployment)| (project, Some(deployment))).collect()
             }
-        }
-        folders.into_iter().map(|(out, made)| Ok((out, merged(db, made)?))).collect()
+            None => {
+                let all = workspaces.iter().flat_map(|&workspace| projects(db, workspace));
+                all.map(|&project| (project, None)).collect()
+            }
+        };
+        let select = |(project, deployment): (Project<'db>, Option<Decl<'db>>)| {
+            Selected::new(db, project, deployment, self.out(db, project.workspace(db)))
+        };
+        Ok(GenerateRequest {
+            selected: asked.into_iter().map(select).collect(),
+            is_whole: self.deployment.is_none()
+                && workspaces.iter().all(|workspace| workspace.only(db).is_empty()),
+            is_written: !self.check,
+        })
     }
 
-    fn planned(
-        &self,
-        db: &Database,
-        workspaces: &[Workspace],
-        out: Out,
-        packages: Vec<Package>,
-    ) -> Result<Planned, String> {
-        // From here on nobody else writes.
-        let site = if self.check { None } else { Some(Site::open(&out)?) };
-        let plan = plan(&packages, &|path| read(&out, path))?;
-        let is_whole =
-            self.deployment.is_none() && workspaces.iter().all(|workspace| workspace.only(db).is_empty());
-        let left_packages = if is_whole { left_packages(&out, &packages) } else { Vec::new() };
-        Ok(Planned { out: out.shown, packages, plan, left_packages, site })
+    /// The folder of the packages of a workspace.
+    fn out(&self, db: &Database, workspace: Workspace) -> Result<Out, String> {
+        match &self.out {
+            Some(out) if out.as_os_str().is_empty() => Err("--out is the path of a folder".to_owned()),
+            Some(out) => Out::named(out),
+            None => configured_out(db, workspace)?.ok_or_else(|| {
+                "where to? Say `--out DIR`, or in mauve.toml `[generate] out = \"generated\"`, from its folder"
+                    .to_owned()
+            }),
+        }
     }
 
     /// What is wrong in the models, and that nothing was generated from them.
@@ -213,13 +185,13 @@ fn problem_excerpt(db: &Database, here: &Path, problem: &Problem<'_>, findings: 
 fn warn_of_deadlines(
     db: &Database,
     workspaces: &[Workspace],
-    asked: &[(Project<'_>, Option<Decl<'_>>)],
+    selected: &[Selected<'_>],
 ) -> Result<(), String> {
     for (project, deployment) in deployments(db, workspaces, None)? {
-        let is_asked = |it: &&(Project<'_>, Option<Decl<'_>>)| {
-            it.0 == project && it.1.is_none_or(|asked| asked == deployment)
+        let is_selected = |it: &Selected<'_>| {
+            it.project == project && it.deployment.is_none_or(|selected| selected == deployment)
         };
-        if asked.iter().find(is_asked).is_none() {
+        if !selected.iter().any(is_selected) {
             continue;
         }
         let query = Query::shown(db, project);

@@ -21,7 +21,7 @@ use super::handlers;
 use super::handlers::analysis::AnalysisParams;
 use super::handlers::diagnostic::{Diagnosed, ask_again};
 use super::handlers::execute_command::Command;
-use super::handlers::generate::{GenerateDocument, GenerateParams, Said};
+use super::handlers::generate::{GenerateDocument, GenerateParams, Messages};
 use super::handlers::graph::{GraphDocument, GraphParams};
 use super::handlers::state_machine::{StateMachineDocument, StateMachineParams};
 use super::handlers::status::{Status, status};
@@ -297,11 +297,11 @@ impl Backend {
     }
 
     /// Has the client make an edit. Its user may take as long as he likes to look at it.
-    fn make(&self, (edit, said): (WorkspaceEdit, Said)) {
+    fn make(&self, (edit, messages): (WorkspaceEdit, Messages)) {
         let client = self.client.clone();
         tokio::spawn(async move {
-            let is_something = said.nothing.is_none();
-            tell(&client, said).await;
+            let is_something = messages.nothing.is_none();
+            tell(&client, messages).await;
             if !is_something {
                 return;
             }
@@ -341,12 +341,12 @@ impl Backend {
     }
 }
 
-/// Tells the user what he must know of an edit.
-async fn tell(client: &Client, said: Said) {
-    if let Some(warning) = said.warning {
+/// Shows the messages about an edit.
+async fn tell(client: &Client, messages: Messages) {
+    if let Some(warning) = messages.warning {
         client.show_message(MessageType::WARNING, warning).await;
     }
-    if let Some(nothing) = said.nothing {
+    if let Some(nothing) = messages.nothing {
         client.show_message(MessageType::INFO, nothing).await;
     }
 }
@@ -665,9 +665,9 @@ impl LanguageServer for Backend {
 
     async fn code_action_resolve(&self, action: CodeAction) -> Result<CodeAction> {
         let resolved = self.answer(move |snapshot| handlers::code_actions::resolve(snapshot, &action)).await;
-        let (action, said) = resolved?;
+        let (action, messages) = resolved?;
         let client = self.client.clone();
-        tokio::spawn(async move { tell(&client, said).await });
+        tokio::spawn(async move { tell(&client, messages).await });
         Ok(action)
     }
 

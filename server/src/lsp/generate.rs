@@ -8,59 +8,44 @@ use std::cell::RefCell;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-use mauve_hir::item_tree::Kind;
-use mauve_hir::{Decl, File, ModelDb, Project, Workspace, config_of, names_of, normalised, projects};
+use mauve_hir::{Decl, File, ModelDb, Workspace, config_of, normalised, projects};
 use mauve_ide::projects_with;
-use mauve_orocos::{MANIFEST, Package, Plan, Problem, Step, packages, plan, problems};
+use mauve_orocos::{MANIFEST, Step};
 use mauve_syntax::similar;
 use salsa::Database as _;
 use tower_lsp::lsp_types::Url;
 
 use super::position::{Encoding, line_index};
 use super::snapshot::{Document, Snapshot};
-use crate::generate::{Out, behind_links, left_packages, merged, read, refuse_hidden, target};
+use crate::analysis_document::deployments_of;
+use crate::generate::{
+    GenerateRequest, Generated, Out, Refusal, Selected, behind_links, generate, read, refuse_hidden, target,
+};
 use crate::harmless::harmless_line;
 use crate::load::place;
 
 /// The folder of the packages, where `mauve.toml` does not say it.
 const FOLDER: &str = "generated";
 
-/// What is to be generated. What may be asked for several deployments at once is found out once: what is wrong, and where
-/// folders are behind links.
-#[derive(Debug, Clone)]
-pub(crate) struct Meant<'db> {
-    /// The projects of one workspace that have it, at least one, with what is wrong in each.
-    projects: Vec<(Project<'db>, Vec<Problem<'db>>)>,
-    /// The folder that the packages go to, behind all links, and as the user knows it; or why they go nowhere.
-    folder: Result<(PathBuf, String), String>,
-    /// The packages of this deployment, named with its library; none: all.
-    deployment: Option<String>,
-}
-
-/// What would be done.
-#[derive(Debug, Clone)]
-pub(crate) struct Generated {
-    /// The folder of the packages, behind all links.
-    pub(crate) folder: PathBuf,
-    /// The same for the user, from the workspace's folder.
+/// What an answered request would do to the client's files.
+pub(crate) struct Preview {
+    /// No file of its plan was edited.
+    pub(crate) generated: Generated,
+    /// The folder of the packages for the user, from the workspace's folder.
     pub(crate) shown_folder: String,
-    /// Nothing in it was edited.
-    pub(crate) plan: Plan,
-    /// What stood in the files that were read, by their paths in the plan.
+    /// The contents of the files that were read, by their paths in the plan.
     pub(crate) before: HashMap<String, String>,
-    /// Packages in the folder that the models make no more, as far as that is known.
-    pub(crate) left_packages: Vec<String>,
 }
 
-impl Generated {
+impl Preview {
     /// Where the file of a step is.
     pub(crate) fn path(&self, step: &Step) -> PathBuf {
-        self.folder.join(&step.path)
+        self.generated.out.real.join(&step.path)
     }
 
     /// What the user must know whatever else is done: files of his, and packages, that the model has left behind.
     pub(crate) fn warning(&self) -> Option<String> {
-        let plan = &self.plan;
+        let Generated { plan, left_packages, .. } = &self.generated;
         let changed = plan.changed_codels.iter().map(|it| match it.before.as_str() {
             "" => format!("{} is to define `{}`", it.path, it.now),
             before => format!("{} is to define `{}`, and was written for `{before}`", it.path, it.now),
@@ -78,11 +63,11 @@ impl Generated {
                 all.join("; ")
             ));
         }
-        if !self.left_packages.is_empty() {
+        if !left_packages.is_empty() {
             said.push(format!(
                 "The models make these packages in {} no more; remove what nobody needs: {}.",
                 self.shown_folder,
-                self.left_packages.join(", ")
+                left_packages.join(", ")
             ));
         }
         (!said.is_empty()).then(|| harmless_line(&said.join(" ")))
@@ -90,17 +75,17 @@ impl Generated {
 
     /// That there is nothing to do, if there is not.
     pub(crate) fn nothing(&self) -> Option<String> {
-        let is_done = self.plan.steps.is_empty();
+        let is_done = self.generated.plan.steps.is_empty();
         is_done.then(|| format!("The Orocos packages in {} are as they should be.", self.shown_folder))
     }
 }
 
-/// All that can be generated from the projects of a file.
+/// Returns the request for all packages of the projects of a file.
 ///
 /// # Errors
 ///
-/// That it has none, for the user.
-pub(crate) fn meant(snapshot: &Snapshot, file: File) -> Result<Meant<'_>, String> {
+/// The file has no project, in words for the user.
+pub(crate) fn request(snapshot: &Snapshot, file: File) -> Result<GenerateRequest<'_>, String> {
     let db = &snapshot.db;
     let mut projects = projects_with(db, &snapshot.workspaces, file);
     // A file of several workspaces counts where it stands nearest.
@@ -109,179 +94,150 @@ pub(crate) fn meant(snapshot: &Snapshot, file: File) -> Result<Meant<'_>, String
         (file.path(db).starts_with(folder), folder.components().count())
     };
     let Some(nearest) = projects.iter().map(|it| it.workspace(db)).max_by_key(|&it| nearness(it)) else {
-        return Err("this file is part of no project".to_owned());
+        return Err(NO_PROJECT.to_owned());
     };
     projects.retain(|project| project.workspace(db) == nearest);
-    Ok(Meant {
-        projects: projects.into_iter().map(|project| (project, problems(db, project))).collect(),
-        folder: out_folder(snapshot, nearest),
-        deployment: None,
-    })
+    let out = out_folder(snapshot, nearest);
+    let selected = projects.into_iter().map(|project| Selected::new(db, project, None, out.clone()));
+    Ok(GenerateRequest { selected: selected.collect(), is_whole: false, is_written: false })
 }
 
-fn deployments<'db>(
+const NO_PROJECT: &str = "this file is part of no project";
+
+/// Returns the part of a request that a deployment needs, by its name with its library or without.
+///
+/// # Errors
+///
+/// The request has no such deployment, or several, in words for the user.
+pub(crate) fn only<'db>(
     db: &'db dyn ModelDb,
-    project: Project<'db>,
-) -> impl Iterator<Item = Decl<'db>> + use<'db> {
-    names_of(db, project).all.iter().copied().filter(move |decl| decl.kind(db) == Kind::Deployment)
+    request: &GenerateRequest<'db>,
+    name: &str,
+) -> Result<GenerateRequest<'db>, String> {
+    let is_meant = |decl: &Decl<'db>| decl.qualified(db) == name || **decl.name(db) == *name;
+    let of_project = |it: &Selected<'db>| {
+        let it = it.clone();
+        let found = deployments_of(db, it.project).filter(is_meant);
+        found.map(move |decl| Selected { deployment: Some(decl), ..it.clone() })
+    };
+    let selected: Vec<Selected<'db>> = request.selected.iter().flat_map(of_project).collect();
+    let mut names: Vec<String> =
+        selected.iter().filter_map(|it| it.deployment.map(|decl| decl.qualified(db))).collect();
+    names.sort();
+    names.dedup();
+    match names.as_slice() {
+        [_] => Ok(GenerateRequest { selected, ..*request }),
+        [] => {
+            let all = request.selected.iter().flat_map(|it| deployments_of(db, it.project));
+            let all: Vec<String> = all.map(|decl| decl.qualified(db)).collect();
+            let near = similar(name, all.iter().map(String::as_str));
+            let near = near.map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
+            Err(format!("no deployment `{}` in the projects of this file{near}", harmless_line(name)))
+        }
+        several => Err(format!("`{name}` may be {}", several.join(" or "))),
+    }
 }
 
-impl<'db> Meant<'db> {
-    /// What is meant by the name of a deployment.
-    ///
-    /// # Errors
-    ///
-    /// Why nothing is, for the user.
-    pub(crate) fn only(&self, db: &'db dyn ModelDb, name: &str) -> Result<Meant<'db>, String> {
-        let mut names: Vec<String> = self
-            .projects
-            .iter()
-            .flat_map(|(project, _)| deployments(db, *project))
-            .filter(|decl| decl.qualified(db) == name || **decl.name(db) == *name)
-            .map(|decl| decl.qualified(db))
-            .collect();
-        names.sort();
-        names.dedup();
-        match names.as_slice() {
-            [only] => {
-                let has = |project| deployments(db, project).any(|decl| decl.qualified(db) == *only);
-                let projects = self.projects.iter().filter(|(project, _)| has(*project)).cloned().collect();
-                Ok(Meant { projects, folder: self.folder.clone(), deployment: Some(only.clone()) })
-            }
-            [] => {
-                let all: Vec<String> = self
-                    .projects
-                    .iter()
-                    .flat_map(|(project, _)| deployments(db, *project).map(|decl| decl.qualified(db)))
-                    .collect();
-                let near = similar(name, all.iter().map(String::as_str));
-                let near = near.map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
-                Err(format!("no deployment `{}` in the projects of this file{near}", harmless_line(name)))
-            }
-            several => Err(format!("`{name}` may be {}", several.join(" or "))),
-        }
+/// Formats why a request is refused.
+fn refusal_text(snapshot: &Snapshot, request: &GenerateRequest<'_>, refusal: Refusal<'_>) -> String {
+    let db = &snapshot.db;
+    let problems = match refusal {
+        Refusal::Problems(problems) => problems,
+        Refusal::Other(why) => return why,
+    };
+    let Some(first) = problems.first() else { return String::new() };
+    let file = first.at.file(db);
+    let start = line_index(db, file).position(first.at.range(db).start(), Encoding::Utf32);
+    let path = match request.selected.first() {
+        Some(it) => shown(db, it.project.workspace(db), file.path(db)),
+        None => harmless_line(&file.path(db).display().to_string()),
+    };
+    let at = format!("{path}:{}:{}", start.line + 1, start.character + 1);
+    match problems.len() {
+        1 => format!("1 error is to be mended first: {at}: {}", first.message),
+        count => format!("{count} errors are to be mended first. The first one: {at}: {}", first.message),
     }
+}
 
-    /// Why it cannot be generated, as far as nothing on the disk is read.
-    pub(crate) fn refusal(&self, snapshot: &'db Snapshot) -> Option<String> {
-        let mut found: Vec<&Problem<'db>> = Vec::new();
-        for problem in self.projects.iter().flat_map(|(_, problems)| problems) {
-            if !found.contains(&problem) {
-                found.push(problem);
-            }
-        }
-        self.mend(snapshot, &found).or_else(|| self.folder.clone().err())
+/// Returns why a request is refused, as far as that is known without reading files.
+pub(crate) fn refusal(snapshot: &Snapshot, request: &GenerateRequest<'_>) -> Option<String> {
+    request.refusal().map(|refusal| refusal_text(snapshot, request, refusal))
+}
+
+/// Returns the title of the action that answers a request, with the folder of the packages.
+pub(crate) fn title(db: &dyn ModelDb, request: &GenerateRequest<'_>) -> String {
+    let first = request.selected.first();
+    let what = match first.and_then(|it| it.deployment) {
+        Some(deployment) => format!("Generate Orocos packages of `{}`", deployment.qualified(db)),
+        None => "Generate all Orocos packages".to_owned(),
+    };
+    match first.filter(|it| it.out.is_ok()) {
+        Some(it) => format!("{what} in {}", shown_out(db, it.project.workspace(db))),
+        None => what,
     }
+}
 
-    fn mend(&self, snapshot: &Snapshot, problems: &[&Problem<'db>]) -> Option<String> {
-        let db = &snapshot.db;
-        let first = problems.first()?;
-        let file = first.at.file(db);
-        let start = line_index(db, file).position(first.at.range(db).start(), Encoding::Utf32);
-        let path = match self.projects.first() {
-            Some((project, _)) => shown(db, project.workspace(db), file.path(db)),
-            None => harmless_line(&file.path(db).display().to_string()),
+/// Returns whether a request selects all packages of its folder, as far as the client has their workspaces open.
+fn is_whole(snapshot: &Snapshot, request: &GenerateRequest<'_>) -> bool {
+    let db = &snapshot.db;
+    let Some(Selected { project, deployment: None, out: Ok(out), .. }) = request.selected.first() else {
+        return false;
+    };
+    let own = project.workspace(db);
+    let mut others = snapshot.workspaces.iter().filter(|&&it| it != own);
+    own.only(db).is_empty()
+        && projects(db, own).len() == request.selected.len()
+        && !others.any(|&it| out_folder(snapshot, it).is_ok_and(|other| other.real == out.real))
+}
+
+/// Returns what a request would do to the client's files. The texts of open documents count as the contents of their files.
+///
+/// # Errors
+///
+/// The request is refused; a file cannot be read, was edited, or is a link; in words for the user.
+pub(crate) fn preview(snapshot: &Snapshot, request: &GenerateRequest<'_>) -> Result<Preview, String> {
+    let db = &snapshot.db;
+    let before = RefCell::new(HashMap::new());
+    let read = |out: &Out, path: &str| {
+        // A disk may be slow, and an edit waits for this.
+        db.unwind_if_revision_cancelled();
+        let text = match open(snapshot, &out.real.join(path)) {
+            Some((_, document)) => Some(document.file.text(db).to_string()),
+            None => read(out, path)?,
         };
-        let at = format!("{path}:{}:{}", start.line + 1, start.character + 1);
-        Some(match problems.len() {
-            1 => format!("1 error is to be mended first: {at}: {}", first.message),
-            count => format!("{count} errors are to be mended first. The first one: {at}: {}", first.message),
-        })
+        before.borrow_mut().extend(text.clone().map(|text| (path.to_owned(), text)));
+        Ok(text)
+    };
+    let request = GenerateRequest { is_whole: is_whole(snapshot, request), ..request.clone() };
+    let generated =
+        generate(db, &request, &read).map_err(|refusal| refusal_text(snapshot, &request, refusal))?;
+    // All projects are of one workspace, so there is one folder.
+    let (Some(mut generated), Some(first)) = (generated.into_iter().next(), request.selected.first()) else {
+        return Err(NO_PROJECT.to_owned());
+    };
+    let shown_folder = shown_out(db, first.project.workspace(db));
+    let Generated { out, plan, .. } = &mut generated;
+    if !plan.edited.is_empty() {
+        let edited: Vec<String> =
+            plan.edited.iter().map(|it| format!("{shown_folder}/{}", harmless_line(it))).collect();
+        return Err(format!(
+            "these generated files were edited, and would lose that: {}. `mauve generate --force` writes them anew",
+            edited.join(", ")
+        ));
     }
-
-    /// What it is called, with the folder that it goes to.
-    pub(crate) fn title(&self) -> String {
-        let what = match &self.deployment {
-            Some(deployment) => format!("Generate Orocos packages of `{deployment}`"),
-            None => "Generate all Orocos packages".to_owned(),
-        };
-        match &self.folder {
-            Ok((_, shown)) => format!("{what} in {shown}"),
-            Err(_) => what,
-        }
-    }
-
-    /// The packages, each once.
-    fn packages(&self, snapshot: &'db Snapshot) -> Result<Vec<Package>, String> {
-        let db = &snapshot.db;
-        let of_project = |project: Project<'db>| {
-            let mut found = deployments(db, project);
-            let of = self.deployment.as_ref().and_then(|name| found.find(|it| it.qualified(db) == *name));
-            let made = packages(db, project, of).map_err(|problems| {
-                let problems: Vec<&Problem<'db>> = problems.iter().collect();
-                self.mend(snapshot, &problems).unwrap_or_default()
-            });
-            Ok((project, made?))
-        };
-        merged(
-            db,
-            self.projects.iter().map(|(project, _)| of_project(*project)).collect::<Result<_, String>>()?,
-        )
-    }
-
-    /// Is this all that is generated into a folder, as far as the client has it open?
-    fn is_whole(&self, snapshot: &'db Snapshot, folder: &Path) -> bool {
-        let db = &snapshot.db;
-        let is_all = |workspace: Workspace| {
-            workspace.only(db).is_empty() && projects(db, workspace).len() == self.projects.len()
-        };
-        let Some((project, _)) = self.projects.first() else { return false };
-        let own = project.workspace(db);
-        let mut others = snapshot.workspaces.iter().filter(|&&it| it != own);
-        let is_shared = others.any(|&it| out_folder(snapshot, it).is_ok_and(|(other, _)| other == *folder));
-        self.deployment.is_none() && is_all(own) && !is_shared
-    }
-
-    /// What would be done.
-    ///
-    /// # Errors
-    ///
-    /// Why nothing is, for the user: what is wrong in the models, a folder that is elsewhere, files that somebody edited.
-    pub(crate) fn generated(&self, snapshot: &'db Snapshot) -> Result<Generated, String> {
-        if let Some(refusal) = self.refusal(snapshot) {
-            return Err(refusal);
-        }
-        let (folder, shown_folder) = self.folder.clone()?;
-        let packages = self.packages(snapshot)?;
-        let out = Out { shown: folder.clone(), real: folder.clone() };
-        let before = RefCell::new(HashMap::new());
-        let read = |path: &str| {
-            // A disk may be slow, and an edit waits for this.
-            snapshot.db.unwind_if_revision_cancelled();
-            let text = match open(snapshot, &folder.join(path)) {
-                Some((_, document)) => Some(document.file.text(&snapshot.db).to_string()),
-                None => read(&out, path)?,
-            };
-            before.borrow_mut().extend(text.clone().map(|text| (path.to_owned(), text)));
-            Ok(text)
-        };
-        let mut plan = plan(&packages, &read)?;
-        if !plan.edited.is_empty() {
-            let edited: Vec<String> =
-                plan.edited.iter().map(|it| format!("{shown_folder}/{}", harmless_line(it))).collect();
+    for step in &plan.steps {
+        // The command line puts a file in the place of a link; an editor writes where the link leads.
+        if target(&out.real, step)?.is_symlink() {
             return Err(format!(
-                "these generated files were edited, and would lose that: {}. `mauve generate --force` writes them anew",
-                edited.join(", ")
+                "{shown_folder}/{} is a link, and what it leads to would be written: put a file in its place, or run \
+                 `mauve generate`, which does",
+                harmless_line(&step.path)
             ));
         }
-        for step in &plan.steps {
-            // The command line puts a file in the place of a link; an editor writes where the link leads.
-            if target(&folder, step)?.is_symlink() {
-                return Err(format!(
-                    "{shown_folder}/{} is a link, and what it leads to would be written: put a file in its place, or run \
-                     `mauve generate`, which does",
-                    harmless_line(&step.path)
-                ));
-            }
-        }
-        // A manifest says what was written: last, since whoever writes may be stopped.
-        plan.steps.sort_by_key(|step| step.path.ends_with(MANIFEST));
-        let left_packages = match self.is_whole(snapshot, &folder) {
-            true => left_packages(&out, &packages),
-            false => Vec::new(),
-        };
-        Ok(Generated { folder, shown_folder, plan, before: before.into_inner(), left_packages })
     }
+    // A manifest lists what was written: it comes last, since whatever writes the files may be stopped.
+    plan.steps.sort_by_key(|step| step.path.ends_with(MANIFEST));
+    Ok(Preview { generated, shown_folder, before: before.into_inner() })
 }
 
 /// A path as the user knows it: from the workspace's folder.
@@ -289,17 +245,28 @@ fn shown(db: &dyn ModelDb, workspace: Workspace, path: &Path) -> String {
     harmless_line(&path.strip_prefix(workspace.folder(db)).unwrap_or(path).display().to_string())
 }
 
-/// The folder that the packages of a workspace go to, behind all links, and as the user knows it.
-fn out_folder(snapshot: &Snapshot, workspace: Workspace) -> Result<(PathBuf, String), String> {
+/// Returns the path that `[generate] out` of a workspace names, or the default.
+fn asked_out(db: &dyn ModelDb, workspace: Workspace) -> PathBuf {
+    let out = config_of(db, workspace).out.as_ref().map_or(FOLDER, |(out, _)| out);
+    normalised(&workspace.folder(db).join(out))
+}
+
+/// The same for the user, from the workspace's folder.
+fn shown_out(db: &dyn ModelDb, workspace: Workspace) -> String {
+    let shown = shown(db, workspace, &asked_out(db, workspace));
+    if shown.is_empty() { ".".to_owned() } else { shown }
+}
+
+/// Returns the folder that the packages of a workspace go to.
+fn out_folder(snapshot: &Snapshot, workspace: Workspace) -> Result<Out, String> {
     let db = &snapshot.db;
     let home = workspace.folder(db);
     if home.as_os_str().is_empty() {
         return Err("this text is no file yet: save it first".to_owned());
     }
     let out = config_of(db, workspace).out.as_ref().map_or(FOLDER, |(out, _)| out);
-    let asked = normalised(&home.join(out));
+    let asked = asked_out(db, workspace);
     let folder = behind_links(&asked)?;
-    let shown = shown(db, workspace, &asked);
     let mut homes = std::iter::once(home).chain(snapshot.folders.iter());
     let holder = homes.find_map(|home| home.canonicalize().ok().filter(|home| folder.starts_with(home)));
     let Some(holder) = holder else {
@@ -311,9 +278,10 @@ fn out_folder(snapshot: &Snapshot, workspace: Workspace) -> Result<(PathBuf, Str
     };
     refuse_hidden(home, out, [(home, &asked), (&holder, &folder)])?;
     if folder.exists() && !folder.is_dir() {
+        let shown = shown_out(db, workspace);
         return Err(format!("{shown} is a file, and not the folder that the packages would go to"));
     }
-    Ok((folder, if shown.is_empty() { ".".to_owned() } else { shown }))
+    Ok(Out { shown: folder.clone(), real: folder })
 }
 
 /// The document that the client has open of a file.

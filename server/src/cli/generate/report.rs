@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::super::check::{Lines, RangeDocument};
 use super::super::{counted, shown};
-use super::Planned;
+use crate::generate::{Generated, Out};
 
 /// What becomes of a plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -22,8 +22,8 @@ pub(super) enum Doing {
 }
 
 /// What was done in a folder, or is to be done, for people.
-pub(super) fn report(it: &Planned, doing: Doing) -> String {
-    let Planned { out, packages, plan, left_packages, .. } = it;
+pub(super) fn report(it: &Generated, doing: Doing) -> String {
+    let Generated { out: Out { shown: out, .. }, packages, plan, left_packages, .. } = it;
     let here = std::env::current_dir().unwrap_or_default();
     let out = shown(&normalised(&here.join(out)), &here);
     let path = |path: &str| Path::new(&out).join(path).display().to_string();
@@ -199,8 +199,8 @@ struct CodelDocument {
 }
 
 /// What was done in a folder, or is to be done.
-pub(super) fn document(it: &Planned) -> FolderDocument {
-    let Planned { out, packages, plan, left_packages, .. } = it;
+pub(super) fn document(it: &Generated) -> FolderDocument {
+    let Generated { out: Out { shown: out, .. }, packages, plan, left_packages, .. } = it;
     let steps = |is_such: fn(&Action) -> bool| {
         plan.steps.iter().filter(|step| is_such(&step.action)).map(|step| step.path.clone()).collect()
     };

@@ -9,7 +9,7 @@ use tower_lsp::lsp_types::{
     CodeActionTriggerKind, NumberOrString, Range, TextDocumentIdentifier,
 };
 
-use super::generate::{self, Said};
+use super::generate::{self, Messages};
 use crate::lsp::snapshot::Snapshot;
 use crate::lsp::to_proto;
 
@@ -102,16 +102,16 @@ pub(crate) fn code_actions(
     Ok(Some(shown))
 }
 
-/// An action with its edit; and what is said of that.
+/// Returns an action with its edit, and the messages about that.
 pub(crate) fn resolve(
     snapshot: &Snapshot,
     action: &lsp_types::CodeAction,
-) -> Result<(lsp_types::CodeAction, Said)> {
+) -> Result<(lsp_types::CodeAction, Messages)> {
     if let Some(chosen) = generate::chosen(action) {
-        let (edit, said) = generate::resolve(snapshot, chosen)?.into_edit();
-        return Ok((lsp_types::CodeAction { edit: Some(edit), ..action.clone() }, said));
+        let (edit, messages) = generate::resolve(snapshot, chosen)?.into_edit();
+        return Ok((lsp_types::CodeAction { edit: Some(edit), ..action.clone() }, messages));
     }
-    resolve_change(snapshot, action).map(|action| (action, Said::default()))
+    resolve_change(snapshot, action).map(|action| (action, Messages::default()))
 }
 
 fn resolve_change(snapshot: &Snapshot, action: &lsp_types::CodeAction) -> Result<lsp_types::CodeAction> {

@@ -35,7 +35,8 @@ use tower_lsp::lsp_types::{
 
 use super::execute_command::GENERATE;
 use super::rename::refused;
-use crate::lsp::generate::{Generated, Meant, meant, open};
+use crate::generate::{GenerateRequest, Generated};
+use crate::lsp::generate::{Preview, only, open, preview, refusal, request, title};
 use crate::lsp::position::end_of;
 use crate::lsp::snapshot::{ANOTHER_TEXT, Snapshot};
 
@@ -61,9 +62,9 @@ pub(crate) struct GenerateDocument {
     left_files: Vec<String>,
     left_packages: Vec<String>,
     edit: WorkspaceEdit,
-    /// What is to be said when it is done, or instead of it.
+    /// What the user is told when it is done, or instead of it.
     #[serde(skip)]
-    pub(crate) said: Said,
+    messages: Messages,
 }
 
 #[derive(Debug, Serialize)]
@@ -79,19 +80,19 @@ struct ChangedCodelDocument {
     now: String,
 }
 
-/// What the user is told.
+/// Messages about an edit, for the user.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub(crate) struct Said {
-    /// Files of his, and packages, that the model has left behind.
+pub(crate) struct Messages {
+    /// Which of the user's files, and which packages, the model no longer has.
     pub(crate) warning: Option<String>,
-    /// That there is nothing to do.
+    /// That nothing needs to change.
     pub(crate) nothing: Option<String>,
 }
 
 impl GenerateDocument {
-    /// The edit, and what is said of it.
-    pub(crate) fn into_edit(self) -> (WorkspaceEdit, Said) {
-        (self.edit, self.said)
+    /// The edit, and the messages about it.
+    pub(crate) fn into_edit(self) -> (WorkspaceEdit, Messages) {
+        (self.edit, self.messages)
     }
 
     /// What was done, for who cannot see it.
@@ -111,13 +112,15 @@ pub(crate) fn generate(snapshot: &Snapshot, params: &GenerateParams) -> Result<G
             "this editor makes no files that a change says to: run `mauve generate`".to_owned(),
         ));
     }
-    let mut meant = meant(snapshot, file).map_err(refused)?;
+    let mut request = request(snapshot, file).map_err(refused)?;
     if let Some(deployment) = &params.deployment {
-        meant = meant.only(&snapshot.db, deployment).map_err(refused)?;
+        request = only(&snapshot.db, &request, deployment).map_err(refused)?;
     }
-    let generated = meant.generated(snapshot).map_err(refused)?;
-    let edit = edit(snapshot, &generated, uri)?;
-    let files = generated.plan.steps.iter().map(|step| FileDocument {
+    let preview = preview(snapshot, &request).map_err(refused)?;
+    let edit = edit(snapshot, &preview, uri)?;
+    let messages = Messages { warning: preview.warning(), nothing: preview.nothing() };
+    let Generated { out, plan, left_packages, .. } = preview.generated;
+    let files = plan.steps.iter().map(|step| FileDocument {
         path: step.path.clone(),
         action: match step.action {
             Action::Create(_) => "create",
@@ -125,20 +128,20 @@ pub(crate) fn generate(snapshot: &Snapshot, params: &GenerateParams) -> Result<G
             Action::Remove => "remove",
         },
     });
-    let changed = generated.plan.changed_codels.iter().map(|it| ChangedCodelDocument {
-        path: it.path.clone(),
-        before: it.before.clone(),
-        now: it.now.clone(),
+    let changed = plan.changed_codels.into_iter().map(|it| ChangedCodelDocument {
+        path: it.path,
+        before: it.before,
+        now: it.now,
     });
     Ok(GenerateDocument {
         files: files.collect(),
         changed_codels: changed.collect(),
-        left_codels: generated.plan.left_codels.clone(),
-        left_files: generated.plan.left_files.clone(),
-        left_packages: generated.left_packages.clone(),
+        left_codels: plan.left_codels,
+        left_files: plan.left_files,
+        left_packages,
         edit,
-        said: Said { warning: generated.warning(), nothing: generated.nothing() },
-        folder: generated.folder,
+        messages,
+        folder: out.real,
     })
 }
 
@@ -189,7 +192,7 @@ pub(crate) fn actions(
     }
     let is_automatic = context.trigger_kind == Some(CodeActionTriggerKind::AUTOMATIC);
     // Once for all of them: it asks all the models, and the disk.
-    let Ok(all) = meant(snapshot, file) else { return Vec::new() };
+    let Ok(all) = request(snapshot, file) else { return Vec::new() };
     of.into_iter()
         .filter_map(|deployment| action(snapshot, document, &all, deployment, is_automatic))
         .collect()
@@ -199,20 +202,20 @@ pub(crate) fn actions(
 fn action<'db>(
     snapshot: &'db Snapshot,
     document: &TextDocumentIdentifier,
-    all: &Meant<'db>,
+    all: &GenerateRequest<'db>,
     deployment: Option<&str>,
     is_automatic: bool,
 ) -> Option<CodeAction> {
     let capabilities = snapshot.capabilities;
-    let meant = match deployment {
-        Some(name) => all.only(&snapshot.db, name).ok()?,
+    let request = match deployment {
+        Some(name) => only(&snapshot.db, all, name).ok()?,
         None => all.clone(),
     };
-    let refusal = meant.refusal(snapshot);
+    let refusal = refusal(snapshot, &request);
     if is_automatic && refusal.is_some() {
         return None;
     }
-    let title = meant.title();
+    let title = title(&snapshot.db, &request);
     let mut action = CodeAction { title: title.clone(), kind: Some(KIND), ..CodeAction::default() };
     match refusal {
         Some(reason) if capabilities.disabled_actions => {
@@ -252,25 +255,26 @@ pub(crate) fn resolve(snapshot: &Snapshot, chosen: Chosen) -> Result<GenerateDoc
 }
 
 /// The edit that does it; `asked` is the document from which it was asked for.
-fn edit(snapshot: &Snapshot, generated: &Generated, asked: &Url) -> Result<WorkspaceEdit> {
+fn edit(snapshot: &Snapshot, preview: &Preview, asked: &Url) -> Result<WorkspaceEdit> {
+    let steps = &preview.generated.plan.steps;
     let capabilities = snapshot.capabilities;
     let mut annotations = Annotations {
         are_known: capabilities.change_annotations,
-        folder: &generated.shown_folder,
+        folder: &preview.shown_folder,
         all: HashMap::new(),
     };
     let mut operations = Vec::new();
     // VS Code shows all of an edit before it is made where a part of it is to be confirmed, and leaves that part out
     // unless the user chooses it. So it is one that does nothing, and no file is left out by accident.
     let is_there = asked.to_file_path().is_ok_and(|path| path.is_file());
-    if capabilities.change_annotations && is_there && !generated.plan.steps.is_empty() {
+    if capabilities.change_annotations && is_there && !steps.is_empty() {
         let options = CreateFileOptions { overwrite: None, ignore_if_exists: Some(true) };
         let annotation_id = annotations.add("Look at what is generated", true);
         let create = CreateFile { uri: asked.clone(), options: Some(options), annotation_id };
         operations.push(DocumentChangeOperation::Op(ResourceOp::Create(create)));
     }
-    for step in &generated.plan.steps {
-        let path = generated.path(step);
+    for step in steps {
+        let path = preview.path(step);
         let known = open(snapshot, &path);
         if known.is_some_and(|(_, document)| !document.is_analysed) {
             return Err(refused(format!("{}: {ANOTHER_TEXT}", path.display())));
@@ -289,7 +293,7 @@ fn edit(snapshot: &Snapshot, generated: &Generated, asked: &Url) -> Result<Works
                 (text, Position::new(u32::from(capabilities.keeps_last_line), 0), annotation_id)
             }
             Action::Change(text) => {
-                let before = generated.before.get(&step.path).map_or("", String::as_str);
+                let before = preview.before.get(&step.path).map_or("", String::as_str);
                 let annotation_id = annotations.add("Change generated files", false);
                 (text, end_of(before, capabilities.encoding), annotation_id)
             }
