@@ -25,12 +25,14 @@
 //! | `utilisation.rs` | [`Utilisation`]: Σ λ/T, compared with 1 exactly |
 //! | `task_set.rs` | [`task_set`]: what a deployment runs, as a file in JSON |
 //! | `task.rs` | [`Task`] and [`Response`]: what the analysis is asked and answers |
+//! | `activities.rs` | [`ActivitySet`]: what a deployment runs at one level, and its response times |
 //! | `response_time.rs` | [`response_times`]: the analysis |
 //!
 //! The tests compare each of these with its definition on small random inputs. Beside them, `tests/reachability.rs` runs
 //! small systems in every possible way and finds nothing above a bound, `tests/literature.rs` compares with an
 //! independent implementation, and `tests/robot.rs` has the figures of the paper. `benches/` measures.
 
+mod activities;
 mod cycle_mean;
 mod machine;
 mod response_time;
@@ -43,6 +45,7 @@ mod time;
 mod trace_bound;
 mod utilisation;
 
+pub use activities::{Activity, ActivitySet, SetAnalysis};
 pub use cycle_mean::CycleMean;
 pub use machine::{Edge, MachineError, StateMachine};
 pub use response_time::response_times;

@@ -55,7 +55,7 @@ use serde::Deserialize;
 use serde::de::{Deserializer, Error as _, Unexpected, Visitor};
 
 use crate::table::MOST_LEVELS;
-use crate::{Edge as Period, Level, Method, StateMachine, Time};
+use crate::{ActivitySet, Demand, Edge as Period, Level, Method, StateMachine, Time};
 
 /// What stands in a file.
 #[derive(Clone, PartialEq, Debug)]
@@ -325,6 +325,28 @@ impl TaskSet {
     /// The number of a level, which is that of its time in every array.
     pub fn column(&self, level: Level) -> Option<usize> {
         self.levels.iter().position(|&it| it == level)
+    }
+
+    /// The activities at the level of this number, by a method.
+    pub fn activities_at(&self, column: usize, method: Method) -> ActivitySet {
+        let level = self.levels.get(column);
+        // Of a level that there is not, nothing is known.
+        let is_refused = |reason: &NotAnalysed| level.is_none_or(|level| reason.holds(*level, method));
+        let activity = |it: &Activity| {
+            let machine = it.machine.as_ref().filter(|_| !it.not_analysed.iter().any(is_refused));
+            let whole = machine.and_then(|machine| machine.component_time.get(column).copied().flatten());
+            let machine = machine.and_then(|machine| machine.state_machine(column));
+            crate::Activity {
+                name: it.instance.clone(),
+                priority: it.priority,
+                period: it.period,
+                deadline: it.deadline,
+                cpus: it.affinity,
+                demand: machine.map_or(Demand::Unknown, |machine| Demand::Machine { machine, whole }),
+            }
+        };
+        let activities = self.activities.iter().map(activity).collect();
+        ActivitySet { activities, throttled: self.rt_throttling == Some(true) }
     }
 
     fn check(&self) -> Result<(), String> {

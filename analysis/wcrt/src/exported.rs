@@ -5,7 +5,7 @@ use mauve_timing::{Level, Time};
 
 use crate::psm::{Psm, PsmEdge, Refused, psm_of};
 use crate::reason::{Doubt, Prose, Reason, Refusal};
-use crate::response::{Asked, Query, Report, lost_in, psms_of, report};
+use crate::response::{Executed, Known, Query, Report, lost_in, psms_of, report};
 use crate::system::{Row, system_of};
 use crate::timetable::timetable_of;
 use mauve_hir::{Decl, File, ModelDb, Place, ProgramId, Project, config_of, platform_of};
@@ -81,7 +81,7 @@ pub fn exported_component<'db>(
 }
 
 /// What one component executes at each level.
-type Psms<'db> = Vec<Option<&'db Result<Psm<'db>, Refused<'db>>>>;
+type Psms<'db> = Vec<Executed<'db, 'db>>;
 
 /// Those of its tables; where no time depends on a level, that of `mauve.toml`. What an editor shows has no part in it.
 fn levels_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<Level> {
@@ -175,12 +175,12 @@ pub fn response_times_of<'db>(
     query: Query,
 ) -> Option<Report<'db>> {
     let column = set.column(query.level)?;
+    let activities = set.activities_at(column, query.method);
     let reported =
         |reason: &str, at: &Place<'db>| Refusal::reported(Reason::Stated(reason.to_owned()), at.clone());
     let row = |(index, activity): (u32, &Activity)| {
         // Nobody looks there: it tells one activity from another.
         let at = Place::Range(file, index, index);
-        let reasons = activity.not_analysed.iter().filter(|it| it.holds(query.level, query.method));
         Row {
             instance: activity.instance.as_str().into(),
             component_name: activity.component.as_str().into(),
@@ -190,19 +190,30 @@ pub fn response_times_of<'db>(
             period: activity.period,
             deadline: activity.deadline,
             is_late: false,
-            refusals: reasons.map(|it| reported(&it.reason, &at)).collect(),
+            refusals: Vec::new(),
             doubt: activity.doubt.as_deref().map(|text| Doubt::Stated(text.into())),
             at,
         }
     };
     let rows: Vec<Row<'db>> = (0..).zip(&set.activities).map(row).collect();
-    let psm = |activity: &Activity| Some(Ok(psm_at(activity.machine.as_ref()?, column)?));
-    let psms: Vec<Option<Result<Psm<'db>, Refused<'db>>>> = set.activities.iter().map(psm).collect();
-    let psms: Vec<_> = psms.iter().map(Option::as_ref).collect();
-    let at = Place::Range(file, 0, 0);
-    let lost: Vec<Refusal<'db>> = set.not_analysed.iter().map(|reason| reported(reason, &at)).collect();
-    let throttled = set.rt_throttling == Some(true);
-    Some(report(db, &Asked { rows: &rows, psms: &psms, lost: &lost, throttled, is_brief: false }, query))
+    let reasons = |(activity, row): (&Activity, &Row<'db>)| {
+        let all = activity.not_analysed.iter().filter(|it| it.holds(query.level, query.method));
+        all.map(|it| reported(&it.reason, &row.at)).collect()
+    };
+    let assumed = |activity: &Activity| -> Vec<(String, Time)> {
+        let machine = activity.machine.iter().filter(|machine| machine.is_known(column));
+        machine.flat_map(|it| &it.assumed).map(|it| (it.codel.clone(), it.time)).collect()
+    };
+    let assumed: Vec<Vec<(String, Time)>> = set.activities.iter().map(assumed).collect();
+    let lost = &Place::Range(file, 0, 0);
+    let lost: Vec<Refusal<'db>> = set.not_analysed.iter().map(|reason| reported(reason, lost)).collect();
+    let known = Known {
+        rows: &rows,
+        reasons: set.activities.iter().zip(&rows).map(reasons).collect(),
+        assumed: assumed.iter().map(Vec::as_slice).collect(),
+        lost: &lost,
+    };
+    Some(report(&activities, known, query, &|| db.unwind_if_revision_cancelled()))
 }
 
 /// The machine as it is in a model, at the level of this number; none where it has no times there.

@@ -4,8 +4,8 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use std::cell::Cell;
 
 use mauve_timing::{
-    Analysis, Bound, CycleMean, Demand, Level, Method, Options, StateMachine, Status, Task, Time,
-    Utilisation, Window, response_times as analyse,
+    Activity, ActivitySet, Bound, CpuLoad, Demand, Level, Method, Options, Response, Status, Time,
+    Utilisation, Window,
 };
 
 use crate::fact::{Missed, TimingFact, TimingFactKind};
@@ -33,6 +33,10 @@ pub struct Query {
 }
 
 impl Query {
+    fn options(self, is_brief: bool) -> Options {
+        Options { method: self.method, horizon: self.horizon, is_brief }
+    }
+
     /// What is shown and checked: the level that was chosen, otherwise that of `mauve.toml`, by the best method.
     pub fn shown<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Query {
         Query { level: level_shown(db, project.workspace(db)), method: Method::Psm, horizon: None }
@@ -43,6 +47,8 @@ impl Query {
 pub fn level_shown(db: &dyn ModelDb, workspace: Workspace) -> Level {
     workspace.significance(db).unwrap_or_else(|| config_of(db, workspace).level())
 }
+
+const THROTTLING: &str = "real-time throttling";
 
 /// The response times of a deployment.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
@@ -173,12 +179,6 @@ pub struct Deadlines {
     pub all: usize,
 }
 
-/// Linux keeps real-time tasks from the CPU for this long in each period, unless it is told otherwise
-/// (`kernel.sched_rt_runtime_us`, `kernel.sched_rt_period_us`).
-const THROTTLED: Time = Time::from_nanos(50_000_000);
-const THROTTLING_PERIOD: Time = Time::from_nanos(1_000_000_000);
-const THROTTLING: &str = "real-time throttling";
-
 /// Computes the response times of a deployment.
 #[salsa::tracked(returns(ref))]
 pub fn response_times<'db>(
@@ -229,23 +229,24 @@ fn report_of<'db>(
     lost: &[Refusal<'db>],
     query: Query,
 ) -> Report<'db> {
-    let psms = &psms_of(db, project, system, query.level);
-    let throttled = platform_of(db, project.workspace(db)).rt_throttling == Some(true);
-    report(db, &Asked { rows: &system.rows, psms, lost, throttled, is_brief: false }, query)
+    let psms = psms_of(db, project, system, query.level);
+    let (set, reasons) = activities_of(system, &psms, is_throttled(db, project), query);
+    let assumed = |psm: &Executed<'db, 'db>| match psm {
+        Some(Ok(psm)) => psm.assumed.as_slice(),
+        _ => &[],
+    };
+    let assumed = psms.iter().map(assumed).collect();
+    let known = Known { rows: &system.rows, reasons, assumed, lost };
+    report(&set, known, query, &|| db.unwind_if_revision_cancelled())
 }
 
-/// What is analysed: a deployment, or what a file says of one.
-pub(crate) struct Asked<'a, 'db> {
-    pub(crate) rows: &'a [Row<'db>],
-    /// What each row executes; none in the background, and where that is not known.
-    pub(crate) psms: &'a [Option<&'a Result<Psm<'db>, Refused<'db>>>],
-    /// Why nothing at all is analysed.
-    pub(crate) lost: &'a [Refusal<'db>],
-    /// Does Linux keep some time from real-time tasks?
-    pub(crate) throttled: bool,
-    /// See [`Options::is_brief`].
-    pub(crate) is_brief: bool,
+/// Does Linux keep some time from real-time tasks?
+fn is_throttled<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> bool {
+    platform_of(db, project.workspace(db)).rt_throttling == Some(true)
 }
+
+/// What an activity executes; none in the background, and where that is not known.
+pub(crate) type Executed<'a, 'db> = Option<&'a Result<Psm<'db>, Refused<'db>>>;
 
 /// What each activity of a deployment executes.
 pub(crate) fn psms_of<'db>(
@@ -253,86 +254,101 @@ pub(crate) fn psms_of<'db>(
     project: Project<'db>,
     system: &System<'db>,
     level: Level,
-) -> Vec<Option<&'db Result<Psm<'db>, Refused<'db>>>> {
+) -> Vec<Executed<'db, 'db>> {
     // Of lost tables no time is right: what is left is that of `[assume]`.
     let timed = is_timed(db, project);
     let executed = |row: &Row<'db>| row.executed().filter(|_| timed);
     system.rows.iter().map(|row| Some(psm_of(db, project, executed(row)?, level))).collect()
 }
 
+/// What else is known of the activities of a set, by their numbers.
+pub(crate) struct Known<'a, 'db> {
+    pub(crate) rows: &'a [Row<'db>],
+    /// Why each itself is not analysed; whom it takes with it is decided by the analysis.
+    pub(crate) reasons: Vec<Vec<Refusal<'db>>>,
+    /// The codels of each whose time is assumed.
+    pub(crate) assumed: Vec<&'a [(String, Time)]>,
+    /// Why nothing at all is analysed.
+    pub(crate) lost: &'a [Refusal<'db>],
+}
+
 /// Analyses the activities, and says of each what comes out, and why.
-pub(crate) fn report<'db>(db: &'db dyn ModelDb, asked: &Asked<'_, 'db>, query: Query) -> Report<'db> {
-    let Analysed { reasons, row_of, tasks, analysis } = analysed(db, asked, query);
-    let Asked { rows, psms, lost, .. } = *asked;
-    let mut activities: Vec<ActivityReport<'db>> = rows.iter().map(background).collect();
-    let mut shares = None;
-    for ((&index, response), task) in row_of.iter().zip(&analysis.responses).zip(&tasks) {
-        let (Some(activity), Some(row)) = (activities.get_mut(index), rows.get(index)) else {
-            continue;
-        };
-        let psm = psms.get(index).copied().flatten().and_then(|psm| psm.as_ref().ok());
-        activity.own = response.own;
-        activity.assumed = psm.map_or_else(Vec::new, |psm| psm.assumed.clone());
-        activity.reasons = reasons.get(index).cloned().unwrap_or_default();
-        // Nothing is claimed of a deployment of which a part is unknown.
-        activity.reasons.extend(lost.iter().cloned());
-        let because = match &response.bound {
-            Bound::NotAnalysed { because } => because.as_slice(),
-            _ => &[],
-        };
-        let others = because.iter().filter_map(|&other| row_of.get(other)).filter(|&&other| other != index);
-        // Where nothing at all is analysed, that is the reason.
-        let others = others.filter(|_| lost.is_empty());
-        let others = others.filter_map(|&other| rows.get(other));
-        // A second activity of its own instance is a reason already.
-        let others: Vec<&Row<'db>> = others.filter(|other| other.instance != row.instance).collect();
-        if let Some(first) = others.first() {
-            // Two activities of one instance have one name.
-            let mut seen = FxHashSet::default();
-            let instances = others.iter().map(|other| &other.instance).filter(|name| seen.insert(*name));
-            let instances = instances.cloned().collect();
-            let delayed = Reason::DelayedBy { instances, doubt: doubt_of(&others) };
-            activity.reasons.push(Refusal::reported(delayed, first.at.clone()));
-        }
-        if !activity.reasons.is_empty() {
+pub(crate) fn report<'db>(
+    set: &ActivitySet,
+    known: Known<'_, 'db>,
+    query: Query,
+    interrupt: &dyn Fn(),
+) -> Report<'db> {
+    let analysis = set.response_times(&query.options(false), interrupt);
+    let Known { rows, reasons, assumed, lost } = known;
+    let mut activities = Vec::new();
+    for (index, ((row, response), reasons)) in rows.iter().zip(&analysis.responses).zip(reasons).enumerate() {
+        let mut activity = background(row);
+        if let Some(response) = response {
+            activity.own = response.own;
+            activity.assumed = assumed.get(index).map_or_else(Vec::new, |it| it.to_vec());
+            activity.reasons = reasons;
+            // Nothing is claimed of a deployment of which a part is unknown.
+            activity.reasons.extend(lost.iter().cloned());
+            // Where nothing at all is analysed, that is the reason.
+            activity.reasons.extend(delayed_by(rows, row, response).filter(|_| lost.is_empty()));
             activity.verdict = Verdict::RealTime(Status::NotAnalysed);
-            continue;
-        }
-        activity.first_job = response.first_job;
-        activity.verdict = Verdict::RealTime(response.status(task.deadline));
-        activity.window = response.window.clone();
-        let instance = |task: usize| match row_of.get(task).and_then(|&row| rows.get(row)) {
-            Some(row) => row.instance.clone(),
-            None => THROTTLING.into(),
-        };
-        let interference = response.interference.iter().filter(|it| it.jobs > 0);
-        activity.interference = interference
-            .map(|it| InterferenceReport { instance: instance(it.task), jobs: it.jobs, time: it.time })
-            .collect();
-        match &response.bound {
-            Bound::Response(time) => activity.response = Some(*time),
-            Bound::Unbounded { cpu } => {
-                let shares = shares.get_or_insert_with(|| shares_of(&tasks, query.method));
-                let utilisation = Share(utilisation_above(&tasks, shares, task));
-                let overloaded = Reason::Overloaded { cpu: 1 << cpu, utilisation };
-                activity.reasons.push(Refusal::reported(overloaded, row.at.clone()));
+            if activity.reasons.is_empty() {
+                let overload = analysis.overloads.get(index).copied().flatten();
+                bounded(rows, &mut activity, response, overload);
             }
-            Bound::NoBound(why) => {
-                activity.reasons.push(Refusal::reported(Reason::NoBound(*why), row.at.clone()));
-            }
-            Bound::NotAnalysed { .. } => {}
         }
+        activities.push(activity);
     }
-    let cpus = analysis
-        .cpus
-        .iter()
-        .map(|load| CpuReport {
-            mask: 1 << load.cpu,
-            utilisation: load.utilisation.clone(),
-            complete: load.complete && lost.is_empty(),
-        })
+    let cpu = |load: &CpuLoad| CpuReport {
+        mask: 1 << load.cpu,
+        utilisation: load.utilisation.clone(),
+        complete: load.complete && lost.is_empty(),
+    };
+    Report { activities, cpus: analysis.cpus.iter().map(cpu).collect(), lost: lost.to_vec() }
+}
+
+/// The activities that are not analysed and may delay that of `row`, as a reason.
+fn delayed_by<'db>(rows: &[Row<'db>], row: &Row<'db>, response: &Response) -> Option<Refusal<'db>> {
+    let Bound::NotAnalysed { because } = &response.bound else { return None };
+    let others = because.iter().filter_map(|&other| rows.get(other));
+    // A second activity of its own instance is a reason already.
+    let others: Vec<&Row<'db>> = others.filter(|other| other.instance != row.instance).collect();
+    let first = others.first()?;
+    // Two activities of one instance have one name.
+    let mut seen = FxHashSet::default();
+    let instances = others.iter().map(|other| &other.instance).filter(|name| seen.insert(*name));
+    let instances = instances.cloned().collect();
+    let delayed = Reason::DelayedBy { instances, doubt: doubt_of(&others) };
+    Some(Refusal::reported(delayed, first.at.clone()))
+}
+
+/// Enters the figures of an activity that is analysed.
+fn bounded<'db>(
+    rows: &[Row<'db>],
+    activity: &mut ActivityReport<'db>,
+    response: &Response,
+    overload: Option<f64>,
+) {
+    let at = activity.row.at.clone();
+    activity.first_job = response.first_job;
+    activity.verdict = Verdict::RealTime(response.status(activity.row.deadline.unwrap_or_default()));
+    activity.window = response.window.clone();
+    let instance = |task: usize| rows.get(task).map_or_else(|| THROTTLING.into(), |row| row.instance.clone());
+    let interference = response.interference.iter().filter(|it| it.jobs > 0);
+    activity.interference = interference
+        .map(|it| InterferenceReport { instance: instance(it.task), jobs: it.jobs, time: it.time })
         .collect();
-    Report { activities, cpus, lost: lost.to_vec() }
+    match &response.bound {
+        Bound::Response(time) => activity.response = Some(*time),
+        Bound::Unbounded { cpu } => {
+            let utilisation = Share(overload.unwrap_or_default());
+            let overloaded = Reason::Overloaded { cpu: 1 << cpu, utilisation };
+            activity.reasons.push(Refusal::reported(overloaded, at));
+        }
+        Bound::NoBound(why) => activity.reasons.push(Refusal::reported(Reason::NoBound(*why), at)),
+        Bound::NotAnalysed { .. } => {}
+    }
 }
 
 /// What is unknown of those that may delay an activity: they may seem to have a lower priority.
@@ -350,35 +366,30 @@ fn doubt_of(others: &[&Row<'_>]) -> Option<Doubt> {
     }
 }
 
-/// The rows of a system as tasks, and what comes out.
-struct Analysed<'db> {
-    /// Why a row itself is not analysed; whom it takes with it is decided by the analysis.
-    reasons: Vec<Vec<Refusal<'db>>>,
-    /// The rows of the tasks; behind them comes what throttling takes.
-    row_of: Vec<usize>,
-    tasks: Vec<Task>,
-    analysis: Analysis,
-}
-
-fn analysed<'db>(db: &'db dyn ModelDb, asked: &Asked<'_, 'db>, query: Query) -> Analysed<'db> {
-    let Asked { rows, psms, .. } = *asked;
+/// The activities of a system; with the reasons why each itself is not analysed.
+fn activities_of<'db>(
+    system: &System<'db>,
+    psms: &[Executed<'_, 'db>],
+    throttled: bool,
+    query: Query,
+) -> (ActivitySet, Vec<Vec<Refusal<'db>>>) {
     let reasons: Vec<Vec<Refusal<'db>>> =
-        rows.iter().zip(psms).map(|(row, psm)| own_reasons(query, row, *psm)).collect();
-    let mut tasks = Vec::new();
-    let mut row_of = Vec::new();
-    for (index, ((row, psm), reasons)) in rows.iter().zip(psms).zip(&reasons).enumerate() {
-        if row.priority == Priority::Background {
-            continue;
-        }
-        row_of.push(index);
-        tasks.push(task(row, *psm, reasons));
-    }
-    if asked.throttled {
-        tasks.extend(throttling(&tasks));
-    }
-    let options = Options { method: query.method, horizon: query.horizon, is_brief: asked.is_brief };
-    let analysis = analyse(&tasks, &options, &|| db.unwind_if_revision_cancelled());
-    Analysed { reasons, row_of, tasks, analysis }
+        system.rows.iter().zip(psms).map(|(row, psm)| own_reasons(query, row, *psm)).collect();
+    let rows = system.rows.iter().zip(psms).zip(&reasons);
+    let activities = rows.map(|((row, psm), reasons)| Activity {
+        name: row.instance.to_string(),
+        priority: row.priority,
+        period: row.period,
+        deadline: row.deadline,
+        cpus: row.cpus,
+        demand: match psm {
+            Some(Ok(psm)) if reasons.is_empty() => {
+                Demand::Machine { machine: psm.machine.clone(), whole: psm.whole }
+            }
+            _ => Demand::Unknown,
+        },
+    });
+    (ActivitySet { activities: activities.collect(), throttled }, reasons)
 }
 
 /// Is no table lost? What reads only this is not run again for every other change of a table.
@@ -409,11 +420,7 @@ fn lost_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, system: &System<'db
     lost
 }
 
-fn own_reasons<'db>(
-    query: Query,
-    row: &Row<'db>,
-    psm: Option<&Result<Psm<'db>, Refused<'db>>>,
-) -> Vec<Refusal<'db>> {
+fn own_reasons<'db>(query: Query, row: &Row<'db>, psm: Executed<'_, 'db>) -> Vec<Refusal<'db>> {
     let mut reasons = row.refusals.clone();
     match psm {
         Some(Err(refused)) => reasons.extend(refused.refusals.iter().cloned()),
@@ -423,44 +430,6 @@ fn own_reasons<'db>(
         _ => {}
     }
     reasons
-}
-
-fn task<'db>(row: &Row<'db>, psm: Option<&Result<Psm<'db>, Refused<'db>>>, reasons: &[Refusal<'db>]) -> Task {
-    let priority = match row.priority {
-        Priority::RealTime(priority) => priority,
-        _ => u32::MAX,
-    };
-    let demand = match psm {
-        Some(Ok(psm)) if reasons.is_empty() => {
-            Demand::Machine { machine: psm.machine.clone(), whole: psm.whole }
-        }
-        _ => Demand::Unknown,
-    };
-    Task {
-        name: row.instance.to_string(),
-        priority,
-        period: row.period.unwrap_or_default(),
-        deadline: row.deadline.unwrap_or_default(),
-        cpus: row.cpus.unwrap_or(u64::MAX),
-        demand,
-    }
-}
-
-/// One task for each CPU, more urgent than all: what throttling takes.
-fn throttling(tasks: &[Task]) -> Vec<Task> {
-    let cpus =
-        tasks.iter().filter(|task| task.demand != Demand::Unknown).fold(0, |all, task| all | task.cpus);
-    (0..64)
-        .filter(|bit| cpus & (1 << bit) != 0)
-        .map(|bit| Task {
-            name: THROTTLING.to_owned(),
-            priority: u32::MAX,
-            period: THROTTLING_PERIOD,
-            deadline: THROTTLING_PERIOD,
-            cpus: 1 << bit,
-            demand: Demand::Machine { machine: StateMachine::single(THROTTLED), whole: None },
-        })
-        .collect()
 }
 
 fn background<'db>(row: &Row<'db>) -> ActivityReport<'db> {
@@ -475,28 +444,6 @@ fn background<'db>(row: &Row<'db>) -> ActivityReport<'db> {
         reasons: Vec::new(),
         assumed: Vec::new(),
     }
-}
-
-/// The share of a CPU that each task asks for in the long run, for a message: the analysis itself compares exactly.
-fn shares_of(tasks: &[Task], method: Method) -> Vec<f64> {
-    let share = |task: &Task| {
-        let Demand::Machine { machine, whole } = &task.demand else { return 0.0 };
-        let mean = match method {
-            Method::Psm => machine.greatest_cycle_mean(),
-            Method::Classic => {
-                CycleMean { cost: machine.greatest_cost().max(whole.unwrap_or_default()), length: 1 }
-            }
-        };
-        Utilisation::new([(mean, task.period)]).as_f64()
-    };
-    tasks.iter().map(share).collect()
-}
-
-/// What a task and those at least as urgent ask of its CPU.
-fn utilisation_above(tasks: &[Task], shares: &[f64], of: &Task) -> f64 {
-    let above =
-        tasks.iter().zip(shares).filter(|(task, _)| task.priority >= of.priority && task.cpus & of.cpus != 0);
-    above.map(|(_, share)| share).sum()
 }
 
 /// With more codels without a time than this, what one may take if all others take nothing says little, and each costs
@@ -540,7 +487,7 @@ pub fn budgets<'db>(
     if missing.len() > MOST_BUDGETS || !lost_in(db, project, deployment).is_empty() {
         return Vec::new();
     }
-    let throttled = platform_of(db, project.workspace(db)).rt_throttling == Some(true);
+    let throttled = is_throttled(db, project);
     let left = Cell::new(MOST_SUPPOSED / system.rows.len().max(1));
     let holds = |codel: Decl<'db>, time: Time| -> Option<bool> {
         left.set(left.get().checked_sub(1)?);
@@ -560,10 +507,12 @@ pub fn budgets<'db>(
             supposed.get(&component).or_else(|| Some(psm_of(db, project, component, query.level)))
         };
         let psms: Vec<_> = system.rows.iter().map(psm).collect();
-        let asked = Asked { rows: &system.rows, psms: &psms, lost: &[], throttled, is_brief: true };
-        let Analysed { tasks, analysis, .. } = analysed(db, &asked, query);
-        let statuses = tasks.iter().zip(&analysis.responses);
-        let statuses: Vec<Status> = statuses.map(|(task, response)| response.status(task.deadline)).collect();
+        let (set, _) = activities_of(system, &psms, throttled, query);
+        let analysis = set.response_times(&query.options(true), &|| db.unwind_if_revision_cancelled());
+        let statuses = system.rows.iter().zip(&analysis.responses);
+        let statuses = statuses
+            .filter_map(|(row, response)| Some(response.as_ref()?.status(row.deadline.unwrap_or_default())));
+        let statuses: Vec<Status> = statuses.collect();
         let has = |status| statuses.contains(&status);
         match () {
             () if has(Status::NotAnalysed) => None,

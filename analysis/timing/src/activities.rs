@@ -1,0 +1,154 @@
+//! The activities of a deployment at one level, and their response times: what a model and an exported file are both
+//! turned into. What is unknown of an activity counts as the worst: it has the highest priority, on every CPU.
+
+use crate::task_set::Priority;
+use crate::{
+    Bound, CpuLoad, CycleMean, Demand, Method, Options, Response, StateMachine, Task, Time, Utilisation,
+    response_times,
+};
+
+/// An activity of a deployment, at one level.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Activity {
+    /// For those who read the result; the analysis does not look at it.
+    pub name: String,
+    /// Its priority.
+    pub priority: Priority,
+    /// T.
+    pub period: Option<Time>,
+    /// D.
+    pub deadline: Option<Time>,
+    /// The CPUs that it may use, a bit each; `None` where that is unknown.
+    pub cpus: Option<u64>,
+    /// What a job executes. [`Demand::Unknown`] where anything else of the activity cannot be used.
+    pub demand: Demand,
+}
+
+/// The activities of a deployment, at one level.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub struct ActivitySet {
+    /// In the order of the deployment.
+    pub activities: Vec<Activity>,
+    /// Whether Linux keeps some time from real-time tasks.
+    pub throttled: bool,
+}
+
+/// The response times of an [`ActivitySet`]. The tasks in it are numbered as the activities are; a number behind theirs is
+/// real-time throttling.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct SetAnalysis {
+    /// One for each activity; none for those in the background.
+    pub responses: Vec<Option<Response>>,
+    /// Of each activity without a bound because its CPU is overloaded: the share of the CPU that it and those of a priority
+    /// at least as high ask for, rounded. The analysis itself compares exactly.
+    pub overloads: Vec<Option<f64>>,
+    /// The CPUs that are used.
+    pub cpus: Vec<CpuLoad>,
+}
+
+/// Linux keeps real-time tasks from the CPU for this long in each period, unless it is told otherwise
+/// (`kernel.sched_rt_runtime_us`, `kernel.sched_rt_period_us`).
+const THROTTLED: Time = Time::from_nanos(50_000_000);
+const THROTTLING_PERIOD: Time = Time::from_nanos(1_000_000_000);
+
+impl ActivitySet {
+    /// Computes the response times. To cancel, `interrupt` unwinds.
+    pub fn response_times(&self, options: &Options, interrupt: &dyn Fn()) -> SetAnalysis {
+        let real_time = |(_, activity): &(usize, &Activity)| activity.priority != Priority::Background;
+        let (mut numbers, mut tasks): (Vec<usize>, Vec<Task>) = self
+            .activities
+            .iter()
+            .enumerate()
+            .filter(real_time)
+            .map(|(index, it)| (index, it.task()))
+            .unzip();
+        if self.throttled {
+            let throttling = throttling(&tasks);
+            numbers.extend((self.activities.len()..).take(throttling.len()));
+            tasks.extend(throttling);
+        }
+        let analysis = response_times(&tasks, options, interrupt);
+        let mut found = SetAnalysis {
+            responses: vec![None; self.activities.len()],
+            overloads: vec![None; self.activities.len()],
+            cpus: analysis.cpus,
+        };
+        let number = |task: usize| numbers.get(task).copied().unwrap_or(usize::MAX);
+        let mut shares = None;
+        for (task, mut response) in analysis.responses.into_iter().enumerate() {
+            response.interference.iter_mut().for_each(|it| it.task = number(it.task));
+            match &mut response.bound {
+                Bound::NotAnalysed { because } => because.iter_mut().for_each(|it| *it = number(*it)),
+                Bound::Unbounded { .. } => {
+                    let shares = shares.get_or_insert_with(|| shares_of(&tasks, options.method));
+                    if let (Some(overload), Some(of)) =
+                        (found.overloads.get_mut(number(task)), tasks.get(task))
+                    {
+                        *overload = Some(utilisation_above(&tasks, shares, of));
+                    }
+                }
+                Bound::Response(_) | Bound::NoBound(_) => {}
+            }
+            if let Some(known) = found.responses.get_mut(number(task)) {
+                *known = Some(response);
+            }
+        }
+        found
+    }
+}
+
+impl Activity {
+    fn task(&self) -> Task {
+        let priority = match self.priority {
+            Priority::RealTime(priority) => priority,
+            Priority::Background | Priority::Unknown => u32::MAX,
+        };
+        Task {
+            name: self.name.clone(),
+            priority,
+            period: self.period.unwrap_or_default(),
+            deadline: self.deadline.unwrap_or_default(),
+            cpus: self.cpus.unwrap_or(u64::MAX),
+            demand: self.demand.clone(),
+        }
+    }
+}
+
+/// One task for each CPU, with the highest priority: what throttling takes.
+fn throttling(tasks: &[Task]) -> Vec<Task> {
+    let cpus =
+        tasks.iter().filter(|task| task.demand != Demand::Unknown).fold(0, |all, task| all | task.cpus);
+    (0..64)
+        .filter(|bit| cpus & (1 << bit) != 0)
+        .map(|bit| Task {
+            name: "real-time throttling".to_owned(),
+            priority: u32::MAX,
+            period: THROTTLING_PERIOD,
+            deadline: THROTTLING_PERIOD,
+            cpus: 1 << bit,
+            demand: Demand::Machine { machine: StateMachine::single(THROTTLED), whole: None },
+        })
+        .collect()
+}
+
+/// The share of a CPU that each task asks for in the long run, for a message: the analysis itself compares exactly.
+fn shares_of(tasks: &[Task], method: Method) -> Vec<f64> {
+    let share = |task: &Task| {
+        let Demand::Machine { machine, whole } = &task.demand else { return 0.0 };
+        let mean = match method {
+            Method::Psm => machine.greatest_cycle_mean(),
+            Method::Classic => {
+                CycleMean { cost: machine.greatest_cost().max(whole.unwrap_or_default()), length: 1 }
+            }
+        };
+        Utilisation::new([(mean, task.period)]).as_f64()
+    };
+    tasks.iter().map(share).collect()
+}
+
+/// What a task and those of a priority at least as high ask of its CPU.
+fn utilisation_above(tasks: &[Task], shares: &[f64], of: &Task) -> f64 {
+    let above =
+        tasks.iter().zip(shares).filter(|(task, _)| task.priority >= of.priority && task.cpus & of.cpus != 0);
+    above.map(|(_, share)| share).sum()
+}
