@@ -8,6 +8,7 @@ use mauve_hir::{
     config_of, core as core_data, core_of, deployment, features_of, file_and_line, flat_of, names_of,
     shell_of, type_of, values_in_effect,
 };
+use mauve_syntax::keywords::ActivityField;
 use mauve_timing::Time;
 use mauve_wcrt::{Priority, Row, mask, system_of};
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -319,7 +320,9 @@ fn names_in(expr: &Expr) -> Vec<&Name> {
 fn activity<'db>(db: &'db dyn ModelDb, of: Decl<'db>, row: &Row<'db>) -> Activity {
     let activities = deployment(db, of).into_iter().flat_map(|data| &data.activities);
     let mut fields = activities.filter(|it| it.instance.name == row.instance).flat_map(|it| &it.fields);
-    let affinity = fields.find(|field| field.name.name == "affinity").and_then(|field| mask(&field.value));
+    let affinity = fields
+        .find(|field| field.name.name == ActivityField::Affinity.keyword())
+        .and_then(|field| mask(&field.value));
     // What is not pinned by the model was analysed on certain CPUs all the same: it runs there.
     let affinity = if row.priority == Priority::Background { affinity } else { row.cpus.or(affinity) };
     let affinity = affinity.and_then(|mask| u32::try_from(mask).ok()).filter(|mask| *mask != 0);

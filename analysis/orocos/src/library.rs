@@ -9,6 +9,7 @@ use mauve_hir::{
     core_of, deployment, external_types, features_of, flat_of, inference_of_core, names_of, shell_of,
     type_of,
 };
+use mauve_syntax::keywords::ActivityField;
 use mauve_wcrt::mask;
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -305,7 +306,9 @@ impl<'db> Reader<'db> {
     /// Orocos has 32 bits for the CPUs of a thread.
     fn check_affinities(&mut self, of: Decl<'db>) {
         for activity in deployment(self.db, of).into_iter().flat_map(|data| &data.activities) {
-            for field in activity.fields.iter().filter(|field| field.name.name == "affinity") {
+            for field in
+                activity.fields.iter().filter(|field| field.name.name == ActivityField::Affinity.keyword())
+            {
                 if let Some(mask) = mask(&field.value).filter(|mask| u32::try_from(*mask).is_err()) {
                     let say = format!("Orocos has CPUs 1 to 32, and this is {}", cpu_names(mask));
                     self.report(say, Place::Part(of, field.value_part));

@@ -25,6 +25,7 @@ use crate::system::{Priority, Row, System, system_of};
 use crate::urgency::before_its_time;
 use mauve_hir::item_tree::{Expr, Literal, Name};
 use mauve_hir::{Decl, ModelDb, Project, deployment};
+use mauve_syntax::keywords::ActivityField;
 
 /// So many activities are analysed in one search, those of each try counted; what takes more is not found. It is a number
 /// of steps and no time, so that the same model has the same answers everywhere. A step of the sample robot, of ten
@@ -154,11 +155,12 @@ impl<'db> Search<'db> {
     fn late_deadline(&self, row: &Row<'db>) -> Option<BetterTiming> {
         let data = deployment(self.db, self.of).filter(|_| row.is_late)?;
         let activity = data.activities.iter().find(|it| it.instance.name == row.instance)?;
-        let deadline = activity.fields.iter().find(|field| field.name.name == "deadline")?;
+        let deadline =
+            activity.fields.iter().find(|field| field.name.name == ActivityField::Deadline.keyword())?;
         let Expr::Literal(Literal::Int(text) | Literal::Float(text), _) = &deadline.value else {
             return None;
         };
-        let fields = vec![field(row, "period", text.to_string())];
+        let fields = vec![field(row, ActivityField::Period, text.to_string())];
         Some(BetterTiming::Change(TimingChange::PeriodAsDeadline(text.clone()), fields))
     }
 
@@ -236,7 +238,7 @@ impl<'db> Search<'db> {
             if row.cpus == Some(cpu) {
                 continue;
             }
-            let fields = vec![field(row, "affinity", cpu.to_string())];
+            let fields = vec![field(row, ActivityField::Affinity, cpu.to_string())];
             let Some(report) = self.ask(&fields) else { break };
             let is_analysed = report.activities.iter().any(|it| {
                 it.row.instance == row.instance && it.verdict != Verdict::RealTime(Status::NotAnalysed)
@@ -319,12 +321,14 @@ impl<'db> Search<'db> {
 
     /// A period, and the deadline with it where it is written and is the period now, or would be later.
     fn with_period(&self, row: &Row<'db>, period: Time) -> Vec<SupposedField> {
-        let mut fields = vec![field(row, "period", period.number())];
+        let mut fields = vec![field(row, ActivityField::Period, period.number())];
         let is_written = deployment(self.db, self.of)
             .and_then(|data| data.activities.iter().find(|it| it.instance.name == row.instance))
-            .is_some_and(|it| it.fields.iter().any(|field| field.name.name == "deadline"));
+            .is_some_and(|it| {
+                it.fields.iter().any(|field| field.name.name == ActivityField::Deadline.keyword())
+            });
         if is_written && (row.deadline == row.period || row.deadline > Some(period)) {
-            fields.push(field(row, "deadline", period.number()));
+            fields.push(field(row, ActivityField::Deadline, period.number()));
         }
         fields
     }
@@ -333,7 +337,7 @@ impl<'db> Search<'db> {
 /// The latest deadline that there is.
 fn deadline(row: &Row<'_>) -> Option<BetterTiming> {
     let period = row.period.filter(|period| row.deadline < Some(*period))?;
-    let fields = vec![field(row, "deadline", period.number())];
+    let fields = vec![field(row, ActivityField::Deadline, period.number())];
     Some(BetterTiming::Change(TimingChange::DeadlineAsPeriod(period), fields))
 }
 
@@ -399,11 +403,11 @@ fn priority(row: &Row<'_>) -> u32 {
 }
 
 fn priority_of(row: &Row<'_>, number: u32) -> SupposedField {
-    field(row, "priority", number.to_string())
+    field(row, ActivityField::Priority, number.to_string())
 }
 
-fn field(row: &Row<'_>, field: &'static str, value: String) -> SupposedField {
-    SupposedField { instance: row.instance.clone(), field, value: value.into() }
+fn field(row: &Row<'_>, field: ActivityField, value: String) -> SupposedField {
+    SupposedField { instance: row.instance.clone(), field: field.keyword(), value: value.into() }
 }
 
 fn is_proved(report: &Report<'_>) -> bool {

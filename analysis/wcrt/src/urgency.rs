@@ -6,6 +6,7 @@ use crate::fact::{TimingFact, TimingFactKind, Urgency};
 use crate::system::{Priority, Row, system_of};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Decl, ModelDb, Place, Project, deployed, deployment};
+use mauve_syntax::keywords::ActivityField;
 
 /// What may be better about the priorities of a deployment.
 pub fn priority_facts<'db>(
@@ -32,7 +33,8 @@ pub(crate) fn check_rows<'db>(
         .collect();
     let priority_at = |instance: &Name| {
         let activity = deployment(db, of)?.activities.iter().find(|it| it.instance.name == *instance)?;
-        let field = activity.fields.iter().find(|field| field.name.name == "priority")?;
+        let field =
+            activity.fields.iter().find(|field| field.name.name == ActivityField::Priority.keyword())?;
         Some(Place::Part(of, field.value_part))
     };
     let mut found = Vec::new();
