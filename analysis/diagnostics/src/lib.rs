@@ -8,7 +8,7 @@ use std::path::{Component, Path};
 use mauve_timing::Time;
 use rustc_hash::FxHashMap;
 
-pub use mauve_hir::fact::Severity;
+pub use mauve_hir::Severity;
 use mauve_hir::item_tree::{FeatureKind, Kind, Name, NameRef, Part, TypeRef};
 use mauve_hir::{
     Decl, FeatureOf, File, ModelDb, Names, Place, Project, Type, Workspace, config_file, config_of,
@@ -322,7 +322,7 @@ pub fn codes() -> impl Iterator<Item = &'static Code> {
 /// The page of a diagnostic, in Markdown: what `mauve explain` shows.
 ///
 /// ```
-/// assert!(crate::page("deadline-missed").is_some_and(|page| page.starts_with("# deadline-missed")));
+/// assert!(mauve_diagnostics::page("deadline-missed").is_some_and(|page| page.starts_with("# deadline-missed")));
 /// ```
 pub fn page(name: &str) -> Option<String> {
     let (_, source) = CODES.iter().find(|(code, _)| code.name == name)?;

@@ -246,8 +246,8 @@ pub(super) fn table_files_error(error: &TableFilesError) -> String {
 /// How CPUs are named to a user: by number from 1, bit 0 of the mask first.
 ///
 /// ```
-/// assert_eq!(crate::cpu_names(0b1), "CPU 1");
-/// assert_eq!(crate::cpu_names(0b1011), "CPUs 1, 2 and 4");
+/// assert_eq!(mauve_diagnostics::cpu_names(0b1), "CPU 1");
+/// assert_eq!(mauve_diagnostics::cpu_names(0b1011), "CPUs 1, 2 and 4");
 /// ```
 pub fn cpu_names(mask: u64) -> String {
     let numbers: Vec<String> =

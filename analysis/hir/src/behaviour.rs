@@ -3,20 +3,21 @@
 //! What the programs cost and what their names refer to is known body by body; this puts the bodies together. Times are not
 //! known here, so that a changed table re-runs none of this, and a changed program only its own core.
 
+use crate::cost::{Cost, ProgramCost, costs_of, operations_in};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
 use crate::body::{BodyId, ProgramIn};
-use crate::cost::{ProgramCost, costs_of};
 use crate::fact::{
     CorePart, CoreReason, Defined, Fact, FactKind, Reason, Refusal, Unreachable, repeated, unresolved_type,
 };
+use crate::features::{Features, features_of};
 use crate::graph::{reachable, topological_order};
-use crate::infer::{HiddenName, Problem, ReportedProblem, inference_of};
+use crate::infer::{HiddenName, NameProblem, ReportedProblem, inference_of};
 use crate::item_tree::{
     Core, FeatureKind, HookKind, Kind, Machine, MethodKind, Name, NameRef, Part, State, Transition,
 };
-use crate::names::{Features, Names, features_of, names_of, similar};
+use crate::names::{Names, names_of, similar};
 use crate::program_id::ProgramId;
 use crate::project::Project;
 use crate::source::{Decl, Place, core};
@@ -62,19 +63,6 @@ pub struct TimedProgram<'db> {
     pub id: ProgramId,
     /// What it costs at most.
     pub cost: Cost<'db>,
-}
-
-/// The cost of a program along its worst path, by codels.
-#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
-pub enum Cost<'db> {
-    /// One execution of a codel.
-    Codel(Decl<'db>),
-    /// One execution of an operation that the core itself provides: an index into [`Behaviour::operations`].
-    Operation(usize),
-    /// All of these.
-    Sum(Vec<Cost<'db>>),
-    /// The greatest of these.
-    Greatest(Vec<Cost<'db>>),
 }
 
 /// The name of the one state of a core that has `update` instead of a state machine.
@@ -198,20 +186,20 @@ impl<'db> Reader<'_, 'db> {
         let inference = inference_of(self.db, self.project, self.of, body);
         for problem in inference.problems.get(&program).into_iter().flatten() {
             match problem {
-                Problem::Error(fact) => self.refuse(fact.clone()),
-                Problem::Reported(ReportedProblem::UndefinedOperation(name)) => {
+                NameProblem::Error(fact) => self.refuse(fact.clone()),
+                NameProblem::Reported(ReportedProblem::UndefinedOperation(name)) => {
                     self.refuse_here(CoreReason::UndefinedOperation(name.clone()));
                 }
-                Problem::Reported(ReportedProblem::RepeatedCodel(name)) => {
+                NameProblem::Reported(ReportedProblem::RepeatedCodel(name)) => {
                     self.refuse_here(CoreReason::RepeatedCodel(name.clone()));
                 }
-                Problem::Hidden(HiddenName::Codel(name)) => {
+                NameProblem::Hidden(HiddenName::Codel(name)) => {
                     self.refuse_hidden(CoreReason::CodelNotFound(name.clone(), self.names.may_hide()));
                 }
-                Problem::Hidden(HiddenName::Operation(name)) => {
+                NameProblem::Hidden(HiddenName::Operation(name)) => {
                     self.refuse_hidden(CoreReason::MayBeOperation(name.clone()));
                 }
-                Problem::Hidden(HiddenName::Variable(name)) => {
+                NameProblem::Hidden(HiddenName::Variable(name)) => {
                     self.refuse_hidden(CoreReason::MayBeDeclared(name.clone()));
                 }
             }
@@ -503,13 +491,4 @@ pub(crate) fn leads_to(machine: &Machine) -> Vec<Vec<usize>> {
         targets.filter_map(|target| number.get(&target.name).copied()).collect()
     };
     machine.states.iter().map(|state| targets(state)).collect()
-}
-
-/// The operations that a cost counts, by their numbers in [`Behaviour::operations`].
-pub fn operations_in(cost: &Cost<'_>) -> Vec<usize> {
-    match cost {
-        Cost::Codel(_) => Vec::new(),
-        Cost::Operation(index) => vec![*index],
-        Cost::Sum(costs) | Cost::Greatest(costs) => costs.iter().flat_map(operations_in).collect(),
-    }
 }

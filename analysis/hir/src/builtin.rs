@@ -39,7 +39,7 @@ impl Builtin {
     /// The function of this name.
     ///
     /// ```
-    /// use crate::Builtin;
+    /// use mauve_hir::Builtin;
     /// assert_eq!(Builtin::of_name("send"), Some(Builtin::Send));
     /// assert_eq!(Builtin::of_name("plan"), None);
     /// ```

@@ -1,16 +1,18 @@
 //! What is wrong in a declaration and in a project, response times aside; and which errors keep from analysing it.
 
-use rustc_hash::FxHashMap;
+use crate::db::{File, Workspace};
+use crate::project::{Project, config_of, is_model, project_files, projects, root_file};
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
 use crate::behaviour::behaviour_of;
 use crate::fact::{Defined, Fact, FactKind, Refusal, repeated, unresolved_type};
+use crate::features::{FeatureOf, features_of, is_core_for};
 use crate::flat;
 use crate::flow::flow_facts;
 use crate::infer::inference_of_core;
 use crate::item_tree::{FeatureKind, Kind, Name, TypeRef};
-use crate::names::{FeatureOf, features_of, is_core_for, names_of};
-use crate::project::Project;
+use crate::names::names_of;
 use crate::size::too_large;
 use crate::source::{Decl, Place, component, core_interface, shell};
 use crate::{declared, settings, wiring};
@@ -179,4 +181,21 @@ fn duplicates<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<Fact<'db>
         }
     }
     found
+}
+
+/// The models of a workspace's folder that no root of `mauve.toml` includes: nobody checks them.
+pub fn not_checked(db: &dyn ModelDb, workspace: Workspace) -> Vec<File> {
+    let projects = projects(db, workspace);
+    // What a missing include or root would include is not missing for a second time.
+    let roots = &config_of(db, workspace).roots;
+    let all_there = roots.iter().all(|(path, _)| root_file(db, workspace, path).is_some());
+    let missing = !all_there || projects.iter().any(|&project| names_of(db, project).missing);
+    if roots.is_empty() || missing || !workspace.only(db).is_empty() {
+        return Vec::new();
+    }
+    let checked: FxHashSet<File> =
+        projects.iter().flat_map(|&project| project_files(db, project)).copied().collect();
+    let files = workspace.files(db).iter();
+    let models = files.filter(|(path, _)| is_model(path) && path.starts_with(workspace.folder(db)));
+    models.map(|(_, &file)| file).filter(|file| !checked.contains(file)).collect()
 }

@@ -11,8 +11,8 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use self::keys::{Entries, Key, Kind, SECTIONS, SEVERITIES, Section};
-use crate::fact::Severity;
 use crate::item_tree::Name;
+use crate::severity::Severity;
 
 /// What `mauve.toml` says.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]

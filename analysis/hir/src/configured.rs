@@ -4,11 +4,11 @@ use std::ops::Range;
 
 use crate::config::Chain;
 use crate::fact::{EndKind, Fact, FactKind};
-use crate::flat::{Flat, flat_of};
+use crate::features::shell_of;
+use crate::flat::{Flat, flat_of, target_of};
 use crate::item_tree::{Kind, Name};
-use crate::names::{names_of, shell_of, similar};
+use crate::names::{names_of, similar};
 use crate::project::{Project, all_roots, config_file, config_of, root_file};
-use crate::settings::target_of;
 use crate::source::Place;
 use crate::{ModelDb, Workspace};
 

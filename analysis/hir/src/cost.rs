@@ -3,7 +3,6 @@
 //! Paths end at a `return`, and a condition that is constant takes one branch. Any other condition is free.
 
 use crate::ModelDb;
-use crate::behaviour::Cost;
 use crate::body::{BodyId, Code, ProgramIn, body_of};
 use crate::fact::{Fact, FactKind, Unreachable};
 use crate::infer::{Inference, inference_of};
@@ -12,6 +11,28 @@ use crate::project::Project;
 use crate::resolve::Callee;
 use crate::source::{Decl, Place};
 use crate::values::Value;
+
+/// The cost of a program along its worst path, by codels.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub enum Cost<'db> {
+    /// One execution of a codel.
+    Codel(Decl<'db>),
+    /// One execution of an operation that the core itself provides: an index into [`Behaviour::operations`].
+    Operation(usize),
+    /// All of these.
+    Sum(Vec<Cost<'db>>),
+    /// The greatest of these.
+    Greatest(Vec<Cost<'db>>),
+}
+
+/// The operations that a cost counts, by their numbers in [`crate::Behaviour::operations`].
+pub fn operations_in(cost: &Cost<'_>) -> Vec<usize> {
+    match cost {
+        Cost::Codel(_) => Vec::new(),
+        Cost::Operation(index) => vec![*index],
+        Cost::Sum(costs) | Cost::Greatest(costs) => costs.iter().flat_map(operations_in).collect(),
+    }
+}
 
 /// What one program or guard of a body costs.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]

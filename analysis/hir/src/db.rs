@@ -12,7 +12,7 @@ use rustc_hash::FxHashMap;
 
 use crate::item_tree::{ItemTree, Name};
 use crate::lower::{Known, SourceMap, lower};
-use crate::messages::Package;
+use crate::msg::Package;
 
 /// A text: a model, a timing table or a `mauve.toml`.
 #[salsa::input(debug)]
@@ -201,7 +201,7 @@ impl Database {
 ///
 /// ```
 /// use std::path::{Path, PathBuf};
-/// assert_eq!(crate::normalised(Path::new("/a/b/../c/./d.mal")), PathBuf::from("/a/c/d.mal"));
+/// assert_eq!(mauve_hir::normalised(Path::new("/a/b/../c/./d.mal")), PathBuf::from("/a/c/d.mal"));
 /// ```
 pub fn normalised(path: &Path) -> PathBuf {
     let mut out = PathBuf::new();

@@ -4,13 +4,14 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
 use crate::fact::{Defined, Fact, FactKind, Reserved, repeated};
-use crate::flat::flat_of;
+use crate::features::{core_of, features_of, shell_of};
+use crate::flat::{flat_of, target_of};
 use crate::infer::uses_of;
 use crate::item_tree::{Data, Kind, Name, NameRef, Parameter, Part, Shell, TypeRef};
 use crate::messages::used_packages;
-use crate::names::{core_of, features_of, names_of, shell_of};
+use crate::names::names_of;
 use crate::project::Project;
-use crate::settings::{names_in_values, target_of};
+use crate::settings::names_in_values;
 use crate::source::{Decl, Place, data, shell};
 use crate::types::{self, Type};
 

@@ -1,40 +1,22 @@
 //! What is wrong with a model, as facts: what was found, with its names, types and figures, and where. How a fact is said,
 //! how severe it is and what would repair it are decided elsewhere.
 
+use crate::features::FeatureOf;
+pub use crate::features::Incomplete;
+pub use crate::names::MayHide;
+use crate::names::Unresolved;
 use rustc_hash::FxHashMap;
 
 use crate::builtin::Builtin;
-use crate::flat::Link;
 use crate::item_tree::{
     BinaryOperator, FeatureKind, HookKind, Kind, MethodKind, Name, NameRef, Part, TypeRef, UnaryOperator,
 };
-use crate::names::{FeatureOf, Unresolved};
+use crate::link::Link;
 use crate::project::Project;
 use crate::source::{Decl, Place};
-use crate::types::Type;
+use crate::types::{Type, Wrong};
+pub use crate::values::NoValue;
 use crate::values::Value;
-
-/// How severe something wrong is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Severity {
-    /// The model cannot be used so.
-    Error,
-    /// It can, and perhaps it should not.
-    Warning,
-    /// It can be better.
-    Hint,
-}
-
-impl Severity {
-    /// `error`, `warning` or `hint`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Severity::Error => "error",
-            Severity::Warning => "warning",
-            Severity::Hint => "hint",
-        }
-    }
-}
 
 /// Something wrong, at a location.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
@@ -319,20 +301,6 @@ pub enum Hidden {
     Builtin,
 }
 
-/// Why a constant expression has no value.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, salsa::SalsaValue)]
-#[allow(missing_docs)]
-pub enum NoValue {
-    DivisionByZero,
-    TooLarge,
-    /// An integer that is greater than the greatest.
-    GreaterThanGreatest,
-    /// A literal that is too large for a double.
-    DoubleLiteralTooLarge,
-    DoubleTooLarge,
-    StringTooLong,
-}
-
 /// The program that a `return` stands in.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 #[allow(missing_docs)]
@@ -470,23 +438,6 @@ pub enum CorePart {
     Program,
 }
 
-/// Why an operation may be missing in a shell.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, salsa::SalsaValue)]
-pub enum Incomplete {
-    /// It extends a shell that is not found.
-    UnknownBase(MayHide),
-    /// It has an error.
-    Error,
-}
-
-/// What may hide the declaration of a name that is not found.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, salsa::SalsaValue)]
-#[allow(missing_docs)]
-pub enum MayHide {
-    MissingFile,
-    SyntaxError,
-}
-
 /// Returns a fact for each name in `of` that an earlier one of `names` has as well.
 pub(crate) fn repeated<'db, 'a>(
     of: Decl<'db>,
@@ -520,4 +471,14 @@ pub fn unresolved_type<'db>(
         Unresolved::Repeated | Unresolved::Missing | Unresolved::Lost => return None,
     };
     Some(Fact::new(Place::Part(of, ty.part), fact))
+}
+
+impl From<Wrong> for FactKind<'_> {
+    fn from(wrong: Wrong) -> Self {
+        match wrong {
+            Wrong::Unary(operator, operand) => FactKind::UnaryOperator { operator, operand },
+            Wrong::Binary(operator, operands) => FactKind::BinaryOperator { operator, operands },
+            Wrong::NoValue(why) => FactKind::NoValue(why),
+        }
+    }
 }

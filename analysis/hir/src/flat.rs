@@ -1,13 +1,14 @@
 //! An architecture with all that it imports, and what is wrong with the names in it.
 
+use crate::link::Link;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
 use crate::fact::{Defined, EndKind, Fact, FactKind, Reason, Refusal, unresolved_type};
+use crate::features::{FeatureOf, Features, features_of, shell_of};
 use crate::item_tree::{Endpoint, FeatureKind, Instance, Kind, Name};
-use crate::names::{FeatureOf, Features, features_of, names_of, shell_of, similar};
+use crate::names::{names_of, similar};
 use crate::project::Project;
-use crate::settings::deployed;
 use crate::size::too_large;
 use crate::source::{Decl, Place, architecture, deployment};
 use crate::values::whole_number;
@@ -48,28 +49,6 @@ impl<'db> Flat<'db> {
     ) -> Option<&'db Features<'db>> {
         let shell = shell_of(db, project, self.instance(instance)?.component?)?;
         Some(features_of(db, project, shell))
-    }
-}
-
-/// A connection.
-#[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
-pub struct Link<'db> {
-    /// Is it between operations, and not between ports?
-    pub operation: bool,
-    /// From where: instance and feature.
-    pub source: (Name, Name),
-    /// To where.
-    pub target: (Name, Name),
-    /// How many values its circular buffer holds; none where it holds the last one.
-    pub buffer: Option<u32>,
-    /// Where the feature that it leads to stands.
-    pub at: Place<'db>,
-}
-
-impl<'db> Link<'db> {
-    /// Returns whether it stands in `of`.
-    pub fn is_in(&self, of: Decl<'db>) -> bool {
-        matches!(self.at, Place::Part(decl, _) if decl == of)
     }
 }
 
@@ -343,4 +322,26 @@ fn reaches<'db>(db: &'db dyn ModelDb, project: Project<'db>, from: Decl<'db>, to
         }
     }
     false
+}
+
+/// The architecture that a deployment runs, flattened; nothing where it is not known, or something in it is lost.
+pub fn deployed<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+) -> Option<(&'db Flat<'db>, Decl<'db>)> {
+    let target = target_of(db, project, of)?;
+    let flat = flat_of(db, project, target);
+    (flat.lost.is_empty() && !flat.cycle).then_some((flat, target))
+}
+
+/// The architecture that a deployment runs.
+#[salsa::tracked(returns(copy))]
+pub(crate) fn target_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+) -> Option<Decl<'db>> {
+    let [target] = deployment(db, of)?.targets.as_slice() else { return None };
+    names_of(db, project).resolve_type(db, of, Kind::Architecture, Some(target)).ok()
 }

@@ -14,6 +14,7 @@ use crate::behaviour::{behaviour_of, leads_to};
 use crate::body::statements;
 use crate::builtin::Builtin;
 use crate::fact::{Fact, FactKind, Unreachable};
+use crate::features::core_of;
 use crate::flat::flat_of;
 use crate::graph::{reachable, topological_order};
 use crate::infer::{CoreInference, VariableKind, VariableOf, inference_of_core, returns};
@@ -21,7 +22,7 @@ use crate::item_tree::{
     BinaryOperator, Core, Direction, Expr, HookKind, Kind, Machine, MethodKind, Name, NameRef, Operation,
     Part, Program, State, Statement, Transition,
 };
-use crate::names::{core_of, names_of};
+use crate::names::names_of;
 use crate::project::Project;
 use crate::resolve::{Callee, VariableId};
 use crate::source::{Decl, Place, architecture, core};

@@ -1,7 +1,7 @@
 //! What each name in a core's programs refers to, what each call calls, and the types of all expressions: body by body, so
 //! that an edit of one body reads no other again.
 //!
-//! A name or a call that refers to nothing keeps the core from being analysed: that is a [`Problem`], which `behaviour.rs`
+//! A name or a call that refers to nothing keeps the core from being analysed: that is a [`NameProblem`], which `behaviour.rs`
 //! turns into a refusal. Such a name is of unknown type, which fits everywhere, so that one mistake is one diagnostic.
 
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -15,11 +15,12 @@ use crate::fact::{
     Defined, Fact, FactKind, Hidden, NotAssignable, NotCallable, ParameterName, ProgramName, SendInstead,
     Takes, repeated,
 };
+use crate::features::{Features, feature, features_of};
 use crate::item_tree::{
     Core, Direction, Expr, FeatureKind, HookKind, Kind, Name, NameRef, Operation, Parameter, Part, State,
     Statement, TypeRef, Variable,
 };
-use crate::names::{Features, Unresolved, feature, features_of, names_of, similar};
+use crate::names::{Unresolved, names_of, similar};
 use crate::project::Project;
 use crate::resolve::{Binding, CallError, Callee, Resolver, Scope, VariableId};
 use crate::source::{Decl, Place, codel, core};
@@ -37,7 +38,7 @@ pub struct Inference<'db> {
     /// Whether there is a name of a value, or of what is called, that refers to nothing.
     pub unresolved: bool,
     /// What keeps the core from being analysed, by program, in the order of execution.
-    pub problems: FxHashMap<ProgramIn, Vec<Problem<'db>>>,
+    pub problems: FxHashMap<ProgramIn, Vec<NameProblem<'db>>>,
     /// What is wrong with types.
     pub facts: Vec<Fact<'db>>,
 }
@@ -70,7 +71,7 @@ pub enum VariableKind {
 
 /// Something in a program that refers to nothing, so that what the program executes is unknown.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
-pub enum Problem<'db> {
+pub enum NameProblem<'db> {
     /// An error.
     Error(Fact<'db>),
     /// An error that is reported elsewhere.
@@ -341,19 +342,19 @@ impl<'db> InferenceContext<'_, 'db> {
         self.found.facts.push(Fact::new(at, kind));
     }
 
-    fn problem(&mut self, problem: Problem<'db>) {
+    fn problem(&mut self, problem: NameProblem<'db>) {
         self.found.problems.entry(self.program).or_default().push(problem);
     }
 
     fn error(&mut self, part: Part, kind: FactKind<'db>) {
         let at = self.at(part);
-        self.problem(Problem::Error(Fact::new(at, kind)));
+        self.problem(NameProblem::Error(Fact::new(at, kind)));
     }
 
     /// The errors of the program so far: a name that an error elsewhere may hide is none.
     fn errors(&self) -> usize {
         let problems = self.found.problems.get(&self.program).into_iter().flatten();
-        problems.filter(|problem| !matches!(problem, Problem::Hidden(_))).count()
+        problems.filter(|problem| !matches!(problem, NameProblem::Hidden(_))).count()
     }
 
     fn type_of_value(&self, ty: Option<&TypeRef>) -> Type {
@@ -646,7 +647,7 @@ impl<'db> InferenceContext<'_, 'db> {
             }
             // One mistake: the error that may hide its declaration is reported.
             Err(_) if self.resolver.features.lost || self.resolver.variables_lost => {
-                self.problem(Problem::Hidden(HiddenName::Variable(name.clone())));
+                self.problem(NameProblem::Hidden(HiddenName::Variable(name.clone())));
             }
             Err(_) => {
                 let known = self.resolver.scope.names().chain(self.resolver.features.by_name.keys());
@@ -803,7 +804,7 @@ impl<'db> InferenceContext<'_, 'db> {
         let kind = match error {
             CallError::Undefined => {
                 let undefined = ReportedProblem::UndefinedOperation(name.clone());
-                return self.problem(Problem::Reported(undefined));
+                return self.problem(NameProblem::Reported(undefined));
             }
             CallError::Required => {
                 let handlers = &self.core.handlers;
@@ -826,14 +827,14 @@ impl<'db> InferenceContext<'_, 'db> {
                 FactKind::AmbiguousName { kind: Kind::Codel, name: name.clone() }
             }
             CallError::Unresolved(Unresolved::Repeated) => {
-                return self.problem(Problem::Reported(ReportedProblem::RepeatedCodel(name.clone())));
+                return self.problem(NameProblem::Reported(ReportedProblem::RepeatedCodel(name.clone())));
             }
             CallError::Unresolved(Unresolved::Lost) => {
-                return self.problem(Problem::Hidden(HiddenName::Codel(name.clone())));
+                return self.problem(NameProblem::Hidden(HiddenName::Codel(name.clone())));
             }
             // One mistake: the shell that may declare it is reported.
             CallError::Unresolved(_) if self.resolver.features.lost => {
-                return self.problem(Problem::Hidden(HiddenName::Operation(name.clone())));
+                return self.problem(NameProblem::Hidden(HiddenName::Operation(name.clone())));
             }
             CallError::Unresolved(_) => match Builtin::of_name(name) {
                 Some(builtin) => FactKind::NotBuiltin(builtin),

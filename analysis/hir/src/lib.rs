@@ -48,20 +48,24 @@ mod cost;
 mod db;
 mod declared;
 pub mod fact;
+mod features;
 mod flat;
 mod flow;
 mod graph;
 mod infer;
 pub mod item_tree;
 mod lines;
+mod link;
 mod lower;
 mod messages;
+mod msg;
 mod names;
 mod program_id;
 mod project;
 mod resolve;
 mod semantics;
 mod settings;
+mod severity;
 mod size;
 mod skeleton;
 mod source;
@@ -69,38 +73,39 @@ mod types;
 mod values;
 mod wiring;
 
-pub use behaviour::{Behaviour, Cost, Edge, TimedProgram, behaviour_of, operations_in};
+pub use behaviour::{Behaviour, Edge, TimedProgram, behaviour_of};
 pub use body::{
     Body, BodyId, Code, CoreScope, InitialValues, OperationHead, ProgramIn, SharedVariable, statements,
 };
 pub use builtin::{Builtin, Operand};
+pub use check::not_checked;
 pub use check::{declaration_facts, errors_in, project_facts};
 pub use config::{Chain, Config, ExternalType, Maintainer, Mistake, keys as config_keys};
 pub use configured::check as check_configuration;
+pub use cost::{Cost, operations_in};
 pub use db::{Database, File, ModelDb, Problem, Trees, Workspace, normalised};
-pub use flat::{Flat, FlatInstance, Link, flat_of};
+pub use features::{FeatureOf, Features, core_of, features_of, is_core_for, shell_of};
+pub use flat::deployed;
+pub use flat::{Flat, FlatInstance, flat_of};
 pub use infer::{
-    CoreInference, HiddenName, Inference, Problem as NameProblem, ReportedProblem, Shared, Signature, Uses,
+    CoreInference, HiddenName, Inference, NameProblem, ReportedProblem, Shared, Signature, Uses,
     VariableKind, VariableOf, expression_types, inference_of, inference_of_core, returns, uses_of,
 };
 pub use lines::{file_and_line, line_index, line_of};
+pub use link::Link;
 pub use lower::{DeclarationMap, SourceMap};
-pub use messages::{
-    BUILT_IN_TYPES, Message, MessageConstant, MessageField, Package, catalogue, message_of, named_packages,
-    package, read_message, used_packages,
-};
-pub use names::{
-    FeatureOf, Features, Names, Unresolved, core_of, features_of, file_outside, is_core_for, names_of,
-    shell_of, similar,
-};
+pub use messages::{catalogue, message_of, named_packages, package, used_packages};
+pub use msg::{BUILT_IN_TYPES, Message, MessageConstant, MessageField, Package, read_message};
+pub use names::{Names, Unresolved, file_outside, names_of, similar};
 pub use program_id::{ProgramId, ProgramKey};
 pub use project::{
     CONFIG_FILE, Platform, Project, all_roots, config_file, config_of, external_types, include_candidates,
-    include_rings, includes, is_model, not_checked, platform_of, project_files, projects, root_file,
+    include_rings, includes, is_model, platform_of, project_files, projects, root_file,
 };
 pub use resolve::{Binding, CallError, Callee, ResolvedCall, Resolver, Scope, VariableId};
 pub use semantics::{Semantics, VisibleScope};
-pub use settings::{ValueInEffect, deployed, values_in_effect, values_of_shell};
+pub use settings::{ValueInEffect, values_in_effect, values_of_shell};
+pub use severity::Severity;
 pub use size::too_large;
 pub use skeleton::operation_skeleton;
 pub use source::{

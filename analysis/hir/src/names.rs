@@ -1,14 +1,10 @@
 //! What a name means in a project.
 
-use std::collections::BTreeMap;
-
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use crate::fact::{Incomplete, MayHide};
-use crate::item_tree::{Feature, FeatureKind, Kind, Name, TypeRef};
+use crate::item_tree::{Kind, Name, TypeRef};
 use crate::project::{Project, includes, is_model, project_files};
-use crate::size::too_large;
-use crate::source::{Decl, component, core_interface, declarations, shell};
+use crate::source::{Decl, declarations};
 use crate::{File, ModelDb, Problem};
 
 /// The declarations of a project by library, kind and name.
@@ -82,6 +78,14 @@ pub fn names_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Names<'db> 
         names.doubts.iter().filter(|(_, name)| is_declared(name)).map(|(of, _)| of.clone()).collect();
     names.doubts.extend(more.into_iter().map(|of| (of, None)));
     names
+}
+
+/// What may hide the declaration of a name that is not found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, salsa::SalsaValue)]
+#[allow(missing_docs)]
+pub enum MayHide {
+    MissingFile,
+    SyntaxError,
 }
 
 /// Why a name means nothing.
@@ -246,129 +250,6 @@ impl<'db> Names<'db> {
 /// The one of `names` that `name` may be a misspelling of.
 pub fn similar<'a>(name: &str, names: impl IntoIterator<Item = &'a Name>) -> Option<Name> {
     mauve_syntax::similar(name, names.into_iter().map(Name::as_str)).map(Name::from)
-}
-
-/// A feature of a shell, and the shell that declares it.
-#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
-pub struct FeatureOf<'db> {
-    /// The shell.
-    pub shell: Decl<'db>,
-    /// Its number there.
-    pub index: usize,
-    /// What it is.
-    pub kind: FeatureKind,
-}
-
-impl<'db> FeatureOf<'db> {
-    /// What its shell says of it.
-    pub fn data(&self, db: &'db dyn ModelDb) -> Option<&'db Feature> {
-        feature(db, self.shell, self.index)
-    }
-}
-
-/// The feature of that number in a shell.
-pub(crate) fn feature<'db>(db: &'db dyn ModelDb, of: Decl<'db>, index: usize) -> Option<&'db Feature> {
-    shell(db, of)?.features.get(index)
-}
-
-/// All features of a shell, its own and those of the shells that it extends, by name.
-#[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
-pub struct Features<'db> {
-    /// By name; several where they clash.
-    pub by_name: BTreeMap<Name, Vec<FeatureOf<'db>>>,
-    /// The shell itself and all that it extends.
-    pub shells: Vec<Decl<'db>>,
-    /// Does the shell extend itself, over others or directly?
-    pub cycle: bool,
-    /// Was a feature or a base shell lost, or do two features have one name?
-    pub lost: bool,
-    /// Is there a base shell that may be declared by what is missing?
-    pub lost_base: bool,
-}
-
-impl<'db> Features<'db> {
-    /// The feature of that name.
-    pub fn get(&self, name: &str) -> Option<&FeatureOf<'db>> {
-        self.by_name.get(name).and_then(|found| found.first())
-    }
-
-    /// Why an operation may be missing.
-    pub fn incomplete(&self, names: &Names<'_>) -> Incomplete {
-        if self.lost_base { Incomplete::UnknownBase(names.may_hide()) } else { Incomplete::Error }
-    }
-
-    /// Does the shell have a feature of this kind?
-    pub fn has_any(&self, kind: FeatureKind) -> bool {
-        self.by_name.values().flatten().any(|feature| feature.kind == kind)
-    }
-}
-
-/// The features of a shell.
-#[salsa::tracked(returns(ref))]
-pub fn features_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Features<'db> {
-    let names = names_of(db, project);
-    let mut features = Features::default();
-    if too_large(db, project).is_some() {
-        features.lost = true;
-        return features;
-    }
-    let mut seen: FxHashSet<Decl<'db>> = FxHashSet::from_iter([of]);
-    let mut open = vec![of];
-    while let Some(current) = open.pop() {
-        features.shells.push(current);
-        let Some(data) = shell(db, current) else { continue };
-        features.lost |= !data.whole;
-        for (index, feature) in data.features.iter().enumerate() {
-            let found = FeatureOf { shell: current, index, kind: feature.kind };
-            // A lost port or property changes no program's meaning; a lost operation may be called in one.
-            features.lost |= feature.kind.is_operation() && feature.name.name.is_empty();
-            features.by_name.entry(feature.name.name.clone()).or_default().push(found);
-        }
-        for base in &data.bases {
-            match names.resolve_type(db, current, Kind::Shell, Some(base)) {
-                Ok(base) if base == of => features.cycle = true,
-                Ok(base) => {
-                    if seen.insert(base) {
-                        open.push(base);
-                    }
-                }
-                Err(unresolved) => {
-                    features.lost = true;
-                    features.lost_base |= unresolved == Unresolved::Lost;
-                }
-            }
-        }
-    }
-    // Which of two features of one name is meant is unknown; one of them may be an operation.
-    features.lost |= features.by_name.values().any(|found| found.len() > 1);
-    features
-}
-
-/// The core of a component, where it has one.
-pub fn core_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Option<Decl<'db>> {
-    let data = component(db, of)?;
-    names_of(db, project).resolve_type(db, of, Kind::Core, data.core.as_ref()).ok()
-}
-
-/// The shell of a component, where it has one.
-pub fn shell_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Option<Decl<'db>> {
-    let data = component(db, of)?;
-    names_of(db, project).resolve_type(db, of, Kind::Shell, data.shell.as_ref()).ok()
-}
-
-/// Is a core for this shell, or for one that it extends?
-pub fn is_core_for<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    of: Decl<'db>,
-    shell: Decl<'db>,
-) -> bool {
-    let Some(core) = core_interface(db, of) else { return false };
-    match names_of(db, project).resolve_type(db, of, Kind::Shell, core.shell.as_ref()) {
-        Ok(own) => own == shell || features_of(db, project, shell).shells.contains(&own),
-        // That is reported where it stands.
-        Err(_) => true,
-    }
 }
 
 /// What files of the workspace that are not part of a project declare.

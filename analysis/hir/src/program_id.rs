@@ -12,8 +12,8 @@ use crate::item_tree::{HookKind, MethodKind, Name};
 /// Names can be keywords. So an operation `update` has the key of the hook, and `From` reads that key as the hook.
 ///
 /// ```
-/// use crate::ProgramId;
-/// use crate::item_tree::MethodKind;
+/// use mauve_hir::ProgramId;
+/// use mauve_hir::item_tree::MethodKind;
 ///
 /// let run = ProgramId::Method { state: "Idle".into(), kind: MethodKind::Run };
 /// assert_eq!(run.to_string(), "Idle.run");

@@ -9,7 +9,6 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::config::{self, Config, ExternalType};
 use crate::item_tree::Name;
-use crate::names::names_of;
 use crate::source::item_tree_of;
 use crate::{File, ModelDb, Workspace, normalised};
 
@@ -116,23 +115,6 @@ pub fn projects<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Project<
 /// The file that a root of `mauve.toml` names.
 pub fn root_file(db: &dyn ModelDb, workspace: Workspace, path: &str) -> Option<File> {
     workspace.file(db, &normalised(&workspace.folder(db).join(path)))
-}
-
-/// The models of a workspace's folder that no root of `mauve.toml` includes: nobody checks them.
-pub fn not_checked(db: &dyn ModelDb, workspace: Workspace) -> Vec<File> {
-    let projects = projects(db, workspace);
-    // What a missing include or root would include is not missing for a second time.
-    let roots = &config_of(db, workspace).roots;
-    let all_there = roots.iter().all(|(path, _)| root_file(db, workspace, path).is_some());
-    let missing = !all_there || projects.iter().any(|&project| names_of(db, project).missing);
-    if roots.is_empty() || missing || !workspace.only(db).is_empty() {
-        return Vec::new();
-    }
-    let checked: FxHashSet<File> =
-        projects.iter().flat_map(|&project| project_files(db, project)).copied().collect();
-    let files = workspace.files(db).iter();
-    let models = files.filter(|(path, _)| is_model(path) && path.starts_with(workspace.folder(db)));
-    models.map(|(_, &file)| file).filter(|file| !checked.contains(file)).collect()
 }
 
 /// The roots of a workspace, whichever of them are looked at.

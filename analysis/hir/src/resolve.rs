@@ -7,8 +7,9 @@ use crate::ModelDb;
 use crate::body::{BodyId, CoreScope};
 use crate::builtin::{Builtin, Operand};
 use crate::fact::NotCallable;
+use crate::features::Features;
 use crate::item_tree::{FeatureKind, Kind, Name};
-use crate::names::{Features, Names, Unresolved};
+use crate::names::{Names, Unresolved};
 use crate::source::Decl;
 
 /// A variable, parameter or handler of a core.

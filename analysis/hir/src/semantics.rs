@@ -6,9 +6,10 @@ use mauve_syntax::{SyntaxNode, TextRange, TextSize};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::body::core_scope;
+use crate::features::{Features, features_of};
 use crate::infer::{CoreInference, VariableKind, VariableOf, expression_types, inference_of_core};
 use crate::item_tree::{FeatureKind, HookKind, Kind, Name, Part};
-use crate::names::{Features, features_of, names_of};
+use crate::names::names_of;
 use crate::project::Project;
 use crate::resolve::{Binding, Callee, ResolvedCall, Resolver, Scope, VariableId};
 use crate::source::{Decl, core, declaration_at, declaration_map};

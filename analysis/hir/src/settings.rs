@@ -1,5 +1,6 @@
 //! The values of properties and constants: those of shells, and those that architectures and deployments set.
 
+use crate::flat::{Flat, deployed, flat_of};
 use std::cell::LazyCell;
 use std::collections::BTreeMap;
 
@@ -7,10 +8,9 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
 use crate::fact::{Fact, FactKind, NotConstant};
-use crate::flat::{Flat, flat_of};
+use crate::features::{FeatureOf, features_of, shell_of};
 use crate::graph::topological_order;
-use crate::item_tree::{Endpoint, Expr, Feature, Kind, Name, Part, Setting, Shell};
-use crate::names::{FeatureOf, features_of, names_of, shell_of};
+use crate::item_tree::{Endpoint, Expr, Feature, Name, Part, Setting, Shell};
 use crate::project::Project;
 use crate::source::{Decl, Place, architecture, deployment, shell};
 use crate::types::{Type, Typed, Wrong, type_of, type_of_value};
@@ -175,28 +175,6 @@ pub fn values_of_shell<'db>(
 ) -> BTreeMap<Name, Value> {
     let constants = constants_of(db, project, of).values.iter();
     constants.filter_map(|(name, found)| Some((name.clone(), found.as_ref()?.value.clone()?))).collect()
-}
-
-/// The architecture that a deployment runs, flattened; nothing where it is not known, or something in it is lost.
-pub fn deployed<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    of: Decl<'db>,
-) -> Option<(&'db Flat<'db>, Decl<'db>)> {
-    let target = target_of(db, project, of)?;
-    let flat = flat_of(db, project, target);
-    (flat.lost.is_empty() && !flat.cycle).then_some((flat, target))
-}
-
-/// The architecture that a deployment runs.
-#[salsa::tracked(returns(copy))]
-pub(crate) fn target_of<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    of: Decl<'db>,
-) -> Option<Decl<'db>> {
-    let [target] = deployment(db, of)?.targets.as_slice() else { return None };
-    names_of(db, project).resolve_type(db, of, Kind::Architecture, Some(target)).ok()
 }
 
 /// The constants and properties of a shell, its own and those of the shells that it extends, with their values.

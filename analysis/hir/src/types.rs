@@ -3,13 +3,12 @@
 use std::fmt;
 
 use crate::ModelDb;
-use crate::fact::{FactKind, NoValue};
 use crate::item_tree::{BinaryOperator, Expr, Literal, Name, TypeRef, UnaryOperator};
 use crate::messages::message_of;
 use crate::names::names_of;
 use crate::project::{Project, external_types};
 use crate::source::Decl;
-use crate::values::Value;
+use crate::values::{NoValue, Value};
 
 /// A type of values.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
@@ -272,16 +271,6 @@ pub(crate) enum Wrong {
     Binary(BinaryOperator, [Type; 2]),
     /// It has no value.
     NoValue(NoValue),
-}
-
-impl From<Wrong> for FactKind<'_> {
-    fn from(wrong: Wrong) -> Self {
-        match wrong {
-            Wrong::Unary(operator, operand) => FactKind::UnaryOperator { operator, operand },
-            Wrong::Binary(operator, operands) => FactKind::BinaryOperator { operator, operands },
-            Wrong::NoValue(why) => FactKind::NoValue(why),
-        }
-    }
 }
 
 impl Typed {

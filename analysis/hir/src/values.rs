@@ -2,7 +2,6 @@
 
 use std::fmt;
 
-use crate::fact::NoValue;
 use crate::item_tree::{BinaryOperator, Literal, UnaryOperator};
 
 /// A constant.
@@ -44,6 +43,20 @@ impl fmt::Display for Value {
 
 /// In bytes.
 const LONGEST_TEXT: usize = 1 << 16;
+
+/// Why a constant expression has no value.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, salsa::SalsaValue)]
+#[allow(missing_docs)]
+pub enum NoValue {
+    DivisionByZero,
+    TooLarge,
+    /// An integer that is greater than the greatest.
+    GreaterThanGreatest,
+    /// A literal that is too large for a double.
+    DoubleLiteralTooLarge,
+    DoubleTooLarge,
+    StringTooLong,
+}
 
 impl Value {
     /// As a number.

@@ -4,12 +4,12 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
 use crate::fact::{Fact, FactKind};
-use crate::flat::{Flat, Link, flat_of};
+use crate::flat::{Flat, deployed, flat_of};
 use crate::infer::signature;
 use crate::item_tree::{Connection, Endpoint, Feature, FeatureKind, Kind, Name};
+use crate::link::Link;
 use crate::names::names_of;
 use crate::project::Project;
-use crate::settings::deployed;
 use crate::source::{Decl, Place, architecture, deployment};
 use crate::types::type_of;
 

@@ -216,6 +216,20 @@ tables = ["times.toml"]
 "#;
 
     #[test]
+    fn a_variable_hides_the_operation_of_its_name() {
+        check(
+            "
+shell S { provide park(): int }
+core C(S) {
+  var park: int = 0
+  provide park(): int = { return 1; }
+  update = { pa$0rk(); }
+}",
+            expect![[""]],
+        );
+    }
+
+    #[test]
     fn types_over_files_and_libraries() {
         at(
             "/robot.mal",

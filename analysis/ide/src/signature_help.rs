@@ -122,6 +122,30 @@ library a {{
         expected.assert_eq(&shown(statements));
     }
 
+    /// The first signature that is shown for the call at the cursor.
+    fn first(text: &str) -> String {
+        let Fixture { db, workspace, file, offset } = Fixture::new(text);
+        let found = signature_help(&db, &[workspace], file, offset);
+        found.first().map_or_else(|| "none".to_owned(), |signature| signature.label.clone())
+    }
+
+    #[test]
+    fn what_a_check_means_is_meant_here_too() {
+        // The codel is in a library that is not used: the function is built in.
+        let text = "
+library far { codel read(in blocks: int): int }
+library near {
+  shell S { input port p: int }
+  core C(S) { var x: int = 0  update = { read(p, x$0); } }
+}";
+        assert_eq!(first(text), "read(p: input port int, out x: int): port status");
+        // A variable hides the operation, and cannot be called.
+        let text = "
+shell S { provide park(): int }
+core C(S) { var park: int = 0  provide park(): int = { return 1; }  update = { park($0); } }";
+        assert_eq!(first(text), "none");
+    }
+
     #[test]
     fn a_codel_and_which_argument_is_typed() {
         check(

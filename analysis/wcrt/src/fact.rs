@@ -4,7 +4,6 @@
 use mauve_timing::{Level, Time, TimeError};
 
 use crate::reason::{ActivityField, NoSuchCpu, Refusal, TableFault, TableLevels, WrongProgram};
-use crate::response::{Budget, InterferenceReport, MissingTime};
 use mauve_hir::item_tree::{Kind, Name, Part, TypeRef};
 use mauve_hir::{Decl, File, Place, Unresolved};
 
@@ -136,4 +135,38 @@ pub enum Missed<'db> {
     },
     /// There is no response time.
     NoBound(Vec<Refusal<'db>>),
+}
+
+/// What one activity executes in another's window.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct InterferenceReport {
+    /// The instance.
+    pub instance: Name,
+    /// How many jobs it releases in the window.
+    pub jobs: u64,
+    /// Their demand.
+    pub time: Time,
+}
+
+/// What a codel without a time may take: the greatest time with which a brief analysis proves every deadline of the
+/// deployment, when the other codels without a time take nothing. A large deployment may get none.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub struct Budget<'db> {
+    /// The codel.
+    pub codel: Decl<'db>,
+    /// `None` where a deadline is missed already when it takes nothing.
+    pub time: Option<Time>,
+    /// Do others lack a time too, so that this is the most, not a promise?
+    pub alone: bool,
+}
+
+/// A codel without a time, and who needs it.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub struct MissingTime<'db> {
+    /// The codel.
+    pub codel: Decl<'db>,
+    /// Does a table have it at other levels?
+    pub at_other_levels: bool,
+    /// The activities that execute it, by their instances.
+    pub users: Vec<(Name, Place<'db>)>,
 }

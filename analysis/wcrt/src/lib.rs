@@ -35,15 +35,17 @@ mod timetable;
 mod urgency;
 
 pub use exported::{exported_component, psm_at, response_times_of, task_set_of};
-pub use fact::{Expected, Missed, NoTime, TimingFact, TimingFactKind, Urgency};
+pub use fact::{
+    Budget, Expected, InterferenceReport, Missed, MissingTime, NoTime, TimingFact, TimingFactKind, Urgency,
+};
 pub use psm::{Psm, PsmEdge, Refused, psm_of, worst_path};
 pub use reason::{
     ActivityField, Doubt, LostTable, NoSuchCpu, PatternError, Prose, Reason, Refusal, Share, StrayEntry,
     TableFault, TableFilesError, TableLevels, Timed, TooLong, Unknown, UnusableTime, WrongProgram,
 };
 pub use response::{
-    ActivityReport, Budget, CpuReport, Deadlines, InterferenceReport, MissingTime, Query, Report, Verdict,
-    budgets, facts_if, level_shown, missing_times, response_times, response_times_if, timing_facts,
+    ActivityReport, CpuReport, Deadlines, Query, Report, Verdict, budgets, facts_if, level_shown,
+    missing_times, response_times, response_times_if, timing_facts,
 };
 pub use supposed::SupposedField;
 pub use system::{Priority, Row, System, mask, system_of};

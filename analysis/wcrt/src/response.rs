@@ -8,14 +8,13 @@ use mauve_timing::{
     Utilisation, Window,
 };
 
-use crate::fact::{Missed, TimingFact, TimingFactKind};
+use crate::fact::{Budget, InterferenceReport, Missed, MissingTime, TimingFact, TimingFactKind};
 use crate::psm::{Psm, Refused, psm_of, psm_with};
 use crate::reason::{Doubt, Reason, Refusal, Share};
 use crate::supposed::{SupposedField, with_fields};
 use crate::system::{Priority, Row, System, read, system_of};
 use crate::timetable::timetable_of;
 use crate::urgency::check_rows;
-use mauve_hir::item_tree::Name;
 use mauve_hir::{
     Decl, ModelDb, Place, Project, Workspace, config_file, config_of, deployment as declared_deployment,
     names_of, platform_of,
@@ -119,17 +118,6 @@ impl Verdict {
     pub fn is_met(self) -> bool {
         matches!(self, Verdict::Background | Verdict::RealTime(Status::Met))
     }
-}
-
-/// What one activity executes in another's window.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct InterferenceReport {
-    /// The instance.
-    pub instance: Name,
-    /// How many jobs it releases in the window.
-    pub jobs: u64,
-    /// Their demand.
-    pub time: Time,
 }
 
 /// The load of a CPU.
@@ -453,18 +441,6 @@ const MOST_BUDGETS: usize = 8;
 /// So many activities are analysed for all of them: as often as a deployment has room in it.
 const MOST_SUPPOSED: usize = 1 << 12;
 
-/// What a codel without a time may take: the greatest time with which a brief analysis proves every deadline of the
-/// deployment, when the other codels without a time take nothing. A large deployment may get none.
-#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
-pub struct Budget<'db> {
-    /// The codel.
-    pub codel: Decl<'db>,
-    /// `None` where a deadline is missed already when it takes nothing.
-    pub time: Option<Time>,
-    /// Do others lack a time too, so that this is the most, not a promise?
-    pub alone: bool,
-}
-
 /// The budgets of the codels that a deployment lacks a time for; none where something else keeps it from being
 /// analysed, and where very many lack one.
 #[salsa::tracked(returns(ref))]
@@ -551,17 +527,6 @@ pub fn budgets<'db>(
 fn real_time_components<'db>(system: &System<'db>) -> Vec<Decl<'db>> {
     let mut seen = FxHashSet::default();
     system.rows.iter().filter_map(Row::executed).filter(|component| seen.insert(*component)).collect()
-}
-
-/// A codel without a time, and who needs it.
-#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
-pub struct MissingTime<'db> {
-    /// The codel.
-    pub codel: Decl<'db>,
-    /// Does a table have it at other levels?
-    pub at_other_levels: bool,
-    /// The activities that execute it, by their instances.
-    pub users: Vec<(Name, Place<'db>)>,
 }
 
 /// The codels that the real-time activities of a deployment lack a time for.

@@ -7,7 +7,7 @@ use mauve_timing::{Level, Time};
 
 use super::cpp::is_cpp_type;
 use super::{Config, ExternalType, is_header, maintainer_of};
-use crate::fact::Severity;
+use crate::severity::Severity;
 
 /// A section of `mauve.toml`: `summary` is shown by completion, `documentation` by the schema.
 #[allow(missing_docs)]
