@@ -3,7 +3,7 @@
 //! the whole model: nothing is analysed that rests on what was lost. And nothing panics, and the database says what a new
 //! one would say.
 //!
-//! `MAUVE_DAMAGES=20000 cargo test --release -p mauve-model --test damage` tries more.
+//! `MAUVE_DAMAGES=20000 cargo test --release -p mauve-diagnostics --test damage` tries more.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
 

@@ -2,7 +2,7 @@
 //! reason, at every level, by each method, with traces that end early too. So it is for the sample robot, for random
 //! models, and for models that are damaged, of which much is not analysed.
 //!
-//! `MAUVE_EXPORTS=20000 cargo test --release -p mauve-model --test exported` tries more.
+//! `MAUVE_EXPORTS=20000 cargo test --release -p mauve-diagnostics --test exported` tries more.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 

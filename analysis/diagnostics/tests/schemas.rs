@@ -17,7 +17,7 @@ const TABLE: &str = include_str!("../../../editors/schemas/timing-table.schema.j
 
 const TASK_SET: &str = include_str!("../../../editors/schemas/task-set.schema.json");
 
-/// `UPDATE_EXPECT=1 cargo test -p mauve-model --test schemas` writes it.
+/// `UPDATE_EXPECT=1 cargo test -p mauve-diagnostics --test schemas` writes it.
 #[test]
 fn the_schema_of_configurations_has_every_key() {
     let mut sections: Vec<&Section> = SECTIONS.iter().collect();
@@ -35,7 +35,7 @@ fn the_schema_of_configurations_has_every_key() {
     expect_test::expect_file!["../../../editors/schemas/mauve.schema.json"].assert_eq(&expected);
 }
 
-/// `UPDATE_EXPECT=1 cargo test -p mauve-model --test schemas` writes it.
+/// `UPDATE_EXPECT=1 cargo test -p mauve-diagnostics --test schemas` writes it.
 #[test]
 fn the_schema_of_tables_has_every_key() {
     let times = [r##""allOf": [{ "$ref": "#/definitions/times" }]"##, "\"default\": 0"].map(str::to_owned);

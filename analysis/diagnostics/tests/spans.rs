@@ -3,7 +3,7 @@
 //! figure rests on has an error: neither the deployment, its architectures, the components that may run in its window, nor
 //! any table or `mauve.toml`; of warnings, these may only have one about a key that names nothing.
 //!
-//! `MAUVE_DAMAGES=200000 cargo test --release -p mauve-model --test spans -- --nocapture` tries more, and prints the kinds
+//! `MAUVE_DAMAGES=200000 cargo test --release -p mauve-diagnostics --test spans -- --nocapture` tries more, and prints the kinds
 //! of damage that make a figure lower.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]

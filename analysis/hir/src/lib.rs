@@ -15,7 +15,7 @@
 //! | `item_tree.rs`, `lower.rs` | what a file declares, without locations; and the source map: only what an edit touches is read again |
 //! | `source.rs`, `lines.rs` | declarations, their data, and [`Place`]s; the lines of a file |
 //! | `project.rs`, `config.rs` | roots, includes, `mauve.toml` |
-//! | `names.rs` | what the name of a declaration refers to; the features of a shell |
+//! | `names.rs`, `features.rs` | what the name of a declaration refers to; the features of a shell |
 //! | `body.rs` | the bodies of a core: what is read apart from the rest of it |
 //! | `resolve.rs`, `builtin.rs` | what the names and the calls in programs refer to: the only place that decides it |
 //! | `infer.rs` | bindings, callees and types, body by body |
@@ -24,11 +24,11 @@
 //! | `flow.rs` | how values flow through a core's states: what is read too early, written and lost, never executed |
 //! | `program_id.rs` | the identity of a program, and its key in timing tables |
 //! | `types.rs`, `values.rs` | types and what fits where; constants, computed as the generated C++ would |
-//! | `messages.rs` | message packages: `.msg` texts, the built-in catalogue, what the name of a type refers to |
-//! | `flat.rs` | an architecture with all that it imports |
+//! | `msg.rs`, `messages.rs` | message packages: `.msg` texts; the built-in catalogue, what the name of a type refers to |
+//! | `flat.rs`, `link.rs` | an architecture with all that it imports; a connection in it |
 //! | `settings.rs`, `wiring.rs` | values of properties; what connections carry and what is left open |
 //! | `declared.rs`, `configured.rs` | names and types as they are declared, and what nothing uses; what `mauve.toml` names |
-//! | `check.rs`, `fact.rs` | what is wrong with a declaration, as facts |
+//! | `check.rs`, `fact.rs`, `severity.rs` | what is wrong with a declaration, as facts |
 //! | `size.rs` | whether a project is too large to be analysed |
 //! | `skeleton.rs` | the definition of an operation that is still to be written |
 //! | `graph.rs` | reachability and order in graphs |

@@ -19,10 +19,10 @@ use std::collections::BTreeSet;
 
 use mauve_timing::{Status, Time};
 
+use crate::priorities::before_its_time;
 use crate::response::{ActivityReport, Query, Report, Verdict, response_times, response_times_if};
-use crate::supposed::SupposedField;
 use crate::system::{Priority, Row, System, system_of};
-use crate::urgency::before_its_time;
+use crate::what_if::SupposedField;
 use mauve_hir::item_tree::{Expr, Literal, Name};
 use mauve_hir::{Decl, ModelDb, Project, deployment};
 use mauve_syntax::keywords::ActivityField;

@@ -11,8 +11,8 @@
 //! | `timetable.rs` | the timing tables, joined |
 //! | `psm.rs` | behaviour + times: the periodic state machine of a component |
 //! | `system.rs` | a deployment's activities |
-//! | `supposed.rs` | a deployment with other values in its activities: what if? |
-//! | `urgency.rs` | the order of priorities, and what may be better about it |
+//! | `what_if.rs` | a deployment with other values in its activities: what if? |
+//! | `priorities.rs` | the order of priorities, and what may be better about it |
 //! | `response.rs` | response times, and what a codel without a time may take |
 //! | `better_timing.rs` | the search for better priorities, CPUs and periods |
 //! | `exported.rs` | task sets and state machines that stand alone, made of models and analysed as these are |
@@ -26,18 +26,19 @@
 pub mod better_timing;
 mod exported;
 mod fact;
+mod priorities;
 mod psm;
 mod reason;
 mod response;
-mod supposed;
 mod system;
 mod timetable;
-mod urgency;
+mod what_if;
 
 pub use exported::{exported_component, psm_at, response_times_of, task_set_of};
 pub use fact::{
     Budget, Expected, InterferenceReport, Missed, MissingTime, NoTime, TimingFact, TimingFactKind, Urgency,
 };
+pub use priorities::{before_its_time, priority_facts};
 pub use psm::{Psm, PsmEdge, Refused, psm_of, worst_path};
 pub use reason::{
     ActivityField, Doubt, LostTable, NoSuchCpu, PatternError, Prose, Reason, Refusal, Share, StrayEntry,
@@ -47,10 +48,9 @@ pub use response::{
     ActivityReport, CpuReport, Deadlines, Query, Report, Verdict, budgets, facts_if, level_shown,
     missing_times, response_times, response_times_if, timing_facts,
 };
-pub use supposed::SupposedField;
 pub use system::{Priority, Row, System, mask, system_of};
 pub use timetable::{
     LONGEST_PATTERN, Lookup, TableFiles, Timetable, file_name, pattern_of_path, table, table_facts,
     table_files, table_pattern, timetable_of,
 };
-pub use urgency::{before_its_time, priority_facts};
+pub use what_if::SupposedField;

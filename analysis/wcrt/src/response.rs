@@ -9,12 +9,12 @@ use mauve_timing::{
 };
 
 use crate::fact::{Budget, InterferenceReport, Missed, MissingTime, TimingFact, TimingFactKind};
+use crate::priorities::check_rows;
 use crate::psm::{Psm, Refused, psm_of, psm_with};
 use crate::reason::{Doubt, Reason, Refusal, Share};
-use crate::supposed::{SupposedField, with_fields};
 use crate::system::{Priority, Row, System, read, system_of};
 use crate::timetable::timetable_of;
-use crate::urgency::check_rows;
+use crate::what_if::{SupposedField, with_fields};
 use mauve_hir::{
     Decl, ModelDb, Place, Project, Workspace, config_file, config_of, deployment as declared_deployment,
     names_of, platform_of,
