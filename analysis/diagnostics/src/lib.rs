@@ -347,7 +347,10 @@ pub fn project_diagnostics<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> 
     let names = names_of(db, project);
     found.extend(project_facts(db, project).iter().map(|fact| render(db, project, fact)));
     for &decl in &names.all {
-        found.extend(declaration_diagnostics(db, project, decl).iter().cloned());
+        // Where nothing is wrong, nothing is kept.
+        if decl.kind(db) == Kind::Deployment || !declaration_facts(db, project, decl).is_empty() {
+            found.extend(declaration_diagnostics(db, project, decl).iter().cloned());
+        }
     }
     let mut in_tables = timing_diagnostics(db, project, table_facts(db, project));
     in_tables.sort_by_key(|it| match it.at {

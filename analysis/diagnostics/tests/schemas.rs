@@ -208,7 +208,10 @@ fn configuration(text: &str) -> (bool, bool) {
     let db = Database::default();
     let file = (PathBuf::from("/mauve.toml"), text.to_owned());
     let workspace = Workspace::of_texts(&db, "/".into(), [file]);
-    (is_valid(CONFIGURATION, text), config_of(&db, workspace).errors.is_empty())
+    let config = config_of(&db, workspace);
+    // The reader knows no codes.
+    let is_code = |name: &String| codes().any(|code| code.name == name);
+    (is_valid(CONFIGURATION, text), config.errors.is_empty() && config.lints.keys().all(is_code))
 }
 
 fn table(text: &str) -> (bool, bool) {

@@ -184,7 +184,8 @@ impl<'db> Reader<'_, 'db> {
     /// What the names in a program refer to: what refers to nothing keeps the core from being analysed.
     fn resolved(&mut self, body: BodyId, program: ProgramIn) {
         let inference = inference_of(self.db, self.project, self.of, body);
-        for problem in inference.problems.get(&program).into_iter().flatten() {
+        let problems = inference.and_then(|inference| inference.problems.get(&program));
+        for problem in problems.into_iter().flatten() {
             match problem {
                 NameProblem::Error(fact) => self.refuse(fact.clone()),
                 NameProblem::Reported(ReportedProblem::UndefinedOperation(name)) => {
@@ -207,7 +208,7 @@ impl<'db> Reader<'_, 'db> {
     }
 
     fn cost(&self, body: BodyId, program: ProgramIn) -> Option<&'db ProgramCost<'db>> {
-        costs_of(self.db, self.project, self.of, body).iter().find(|cost| cost.program == program)
+        costs_of(self.db, self.project, self.of, body)?.iter().find(|cost| cost.program == program)
     }
 
     /// The cost of a program along its worst path.

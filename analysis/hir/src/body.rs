@@ -138,6 +138,10 @@ pub struct CoreScope {
     pub operations: Vec<OperationHead>,
     /// The variables of its state machines.
     pub machine_variables: Vec<SharedVariable>,
+    /// How many hooks it has.
+    pub hooks: u32,
+    /// How many states each of its state machines has.
+    pub states: Vec<u32>,
     /// Whether nothing was lost between its items.
     pub whole: bool,
     /// Whether nothing was lost between the items of its state machines.
@@ -186,27 +190,64 @@ pub(crate) fn core_scope<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Option<Cor
         handlers: core.handlers.clone(),
         operations: core.operations.iter().map(operation).collect(),
         machine_variables: core.machines.iter().flat_map(|it| &it.variables).map(variable).collect(),
+        hooks: core.hooks.len() as u32,
+        states: core.machines.iter().map(|machine| machine.states.len() as u32).collect(),
         whole: core.whole,
         machines_whole: core.machines.iter().all(|machine| machine.whole),
     })
 }
 
-/// What stands in a body; nothing where the core does not have it.
+/// So many bodies are read by one query: a query for each would cost more than it saves.
+const GROUP: usize = 32;
+
+impl CoreScope {
+    /// The group that a body is read in, and its number there; nothing where the core does not have it.
+    pub(crate) fn group(&self, body: BodyId) -> Option<(u32, usize)> {
+        let hooks = 1 + self.operations.len();
+        let states = hooks + self.hooks as usize;
+        let (number, end) = match body {
+            BodyId::InitialValues => (0, 1),
+            BodyId::Operation(index) => (1 + index as usize, hooks),
+            BodyId::Hook(index) => (hooks + index as usize, states),
+            BodyId::State(machine, state) => {
+                let before: u32 = self.states.iter().take(machine as usize).sum();
+                let first = states + before as usize;
+                (first + state as usize, first + self.states.get(machine as usize).copied()? as usize)
+            }
+        };
+        (number < end).then_some(((number / GROUP) as u32, number % GROUP))
+    }
+
+    /// The groups of its bodies.
+    pub(crate) fn groups(&self) -> impl Iterator<Item = u32> + use<> {
+        let states: u32 = self.states.iter().sum();
+        let bodies = 1 + self.operations.len() + self.hooks as usize + states as usize;
+        0..bodies.div_ceil(GROUP) as u32
+    }
+}
+
+/// The bodies of a group, in the order in which they are checked.
 #[salsa::tracked(returns(ref))]
-pub(crate) fn body_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>, body: BodyId) -> Option<Body> {
-    let core = core(db, of)?;
-    Some(match body {
-        BodyId::InitialValues => Body::InitialValues(InitialValues {
-            variables: core.variables.clone(),
-            machine_variables: core.machines.iter().flat_map(|machine| &machine.variables).cloned().collect(),
-            whole: core.whole,
-        }),
-        BodyId::Operation(index) => Body::Operation(core.operations.get(index as usize)?.clone()),
-        BodyId::Hook(index) => Body::Hook(core.hooks.get(index as usize)?.clone()),
-        BodyId::State(machine, state) => {
-            Body::State(core.machines.get(machine as usize)?.states.get(state as usize)?.clone())
-        }
-    })
+pub(crate) fn bodies_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>, group: u32) -> Vec<(BodyId, Body)> {
+    let Some(core) = core(db, of) else { return Vec::new() };
+    let body = |id: BodyId| {
+        Some((
+            id,
+            match id {
+                BodyId::InitialValues => Body::InitialValues(InitialValues {
+                    variables: core.variables.clone(),
+                    machine_variables: core.machines.iter().flat_map(|it| &it.variables).cloned().collect(),
+                    whole: core.whole,
+                }),
+                BodyId::Operation(index) => Body::Operation(core.operations.get(index as usize)?.clone()),
+                BodyId::Hook(index) => Body::Hook(core.hooks.get(index as usize)?.clone()),
+                BodyId::State(machine, state) => {
+                    Body::State(core.machines.get(machine as usize)?.states.get(state as usize)?.clone())
+                }
+            },
+        ))
+    };
+    core.bodies().skip(group as usize * GROUP).take(GROUP).filter_map(body).collect()
 }
 
 /// Visits statements and all within them, in the order of the text.

@@ -3,9 +3,9 @@
 //! Paths end at a `return`, and a condition that is constant takes one branch. Any other condition is free.
 
 use crate::ModelDb;
-use crate::body::{BodyId, Code, ProgramIn, body_of};
+use crate::body::{Body, BodyId, Code, ProgramIn, bodies_of, core_scope};
 use crate::fact::{Fact, FactKind, Unreachable};
-use crate::infer::{Inference, inference_of};
+use crate::infer::{Inference, inferences_of};
 use crate::item_tree::{BinaryOperator, Expr, Literal, Program, Statement};
 use crate::project::Project;
 use crate::resolve::Callee;
@@ -49,17 +49,31 @@ pub(crate) struct ProgramCost<'db> {
     pub(crate) facts: Vec<Fact<'db>>,
 }
 
-/// What the programs of a body cost; none of the initial values, which no period computes.
-#[salsa::tracked(returns(ref))]
+/// What the programs of a body cost; nothing of the initial values, which no period computes.
 pub(crate) fn costs_of<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
     body: BodyId,
-) -> Vec<ProgramCost<'db>> {
-    let inference = inference_of(db, project, of, body);
-    let code = body_of(db, of, body).iter().flat_map(|body| body.code());
-    code.map(|(program, code)| {
+) -> Option<&'db Vec<ProgramCost<'db>>> {
+    let (group, index) = core_scope(db, of).as_ref()?.group(body)?;
+    costs_of_group(db, project, of, group).get(index)
+}
+
+/// What the programs of a group of bodies cost.
+#[salsa::tracked(returns(ref))]
+fn costs_of_group<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    group: u32,
+) -> Vec<Vec<ProgramCost<'db>>> {
+    let bodies = bodies_of(db, of, group).iter().zip(inferences_of(db, project, of, group));
+    bodies.map(|((_, body), inference)| costs(of, body, inference)).collect()
+}
+
+fn costs<'db>(of: Decl<'db>, body: &Body, inference: &'db Inference<'db>) -> Vec<ProgramCost<'db>> {
+    let cost = |(program, code): (ProgramIn, Code<'_>)| {
         let mut pricing = Pricing { of, inference, facts: Vec::new() };
         let (whole, cost, decided) = match code {
             Code::Program(code) => (code.whole, pricing.program(code), None),
@@ -73,8 +87,8 @@ pub(crate) fn costs_of<'db>(
             }
         };
         ProgramCost { program, whole, cost, decided, facts: pricing.facts }
-    })
-    .collect()
+    };
+    body.code().into_iter().map(cost).collect()
 }
 
 /// The costs of a piece of a program along its worst paths, by where they end.

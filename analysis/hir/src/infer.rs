@@ -8,7 +8,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
 use crate::body::{
-    Body, BodyId, Code, CoreScope, InitialValues, ProgramIn, SharedVariable, body_of, core_scope,
+    Body, BodyId, Code, CoreScope, InitialValues, ProgramIn, SharedVariable, bodies_of, core_scope,
 };
 use crate::builtin::{Builtin, Operand};
 use crate::fact::{
@@ -218,38 +218,49 @@ fn handled<'db>(
     unresolved(name.clone(), similar(name, required.map(|(name, _)| name)))
 }
 
-/// Resolves and types one body of a core.
-#[salsa::tracked(returns(ref))]
+/// What is known of one body of a core; nothing where the core does not have it.
 pub fn inference_of<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
     body: BodyId,
-) -> Inference<'db> {
-    inferred(db, project, of, body, false).0
+) -> Option<&'db Inference<'db>> {
+    let (group, index) = core_scope(db, of).as_ref()?.group(body)?;
+    inferences_of(db, project, of, group).get(index)
 }
 
-/// The types of the expressions of a body, by their locations: only refactorings ask for all of them.
+/// Resolves and types a group of bodies.
 #[salsa::tracked(returns(ref))]
-pub fn expression_types<'db>(
+pub(crate) fn inferences_of<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
-    body: BodyId,
+    group: u32,
+) -> Vec<Inference<'db>> {
+    inferred(db, project, of, group, None)
+}
+
+/// The types of the expressions of a group of bodies, by their locations: only refactorings ask for all of them.
+#[salsa::tracked(returns(ref))]
+pub(crate) fn expression_types<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    group: u32,
 ) -> FxHashMap<Part, Type> {
-    inferred(db, project, of, body, true).1.unwrap_or_default()
+    let mut types = FxHashMap::default();
+    inferred(db, project, of, group, Some(&mut types));
+    types
 }
 
 fn inferred<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
-    id: BodyId,
-    all_types: bool,
-) -> (Inference<'db>, Option<FxHashMap<Part, Type>>) {
-    let (Some(scope), Some(body)) = (core_scope(db, of), body_of(db, of, id)) else {
-        return Default::default();
-    };
+    group: u32,
+    mut types: Option<&mut FxHashMap<Part, Type>>,
+) -> Vec<Inference<'db>> {
+    let Some(scope) = core_scope(db, of) else { return Vec::new() };
     let shell = names_of(db, project).resolve_type(db, of, Kind::Shell, scope.shell.as_ref()).ok();
     // What an unknown shell provides may be called.
     let none = Features { lost: true, ..Features::default() };
@@ -273,37 +284,27 @@ fn inferred<'db>(
         };
         scope.push(&variable.name.name, id);
     }
-    let mut context = InferenceContext {
-        db,
-        project,
-        of,
-        id,
-        core: scope,
-        shared,
-        resolver,
-        whole: true,
-        program: ProgramIn::Whole,
-        found: Inference::default(),
-        types: all_types.then(FxHashMap::default),
-    };
-    match body {
-        Body::InitialValues(values) => context.initial_values(values),
-        Body::Operation(operation) => context.operation(operation),
-        Body::Hook(hook) => {
-            let gives = match hook.kind {
-                HookKind::Configure | HookKind::Start => Gives::Bool,
-                HookKind::Update | HookKind::Stop | HookKind::Cleanup => Gives::Nothing,
-            };
-            context.code(
-                ProgramIn::Whole,
-                Code::Program(&hook.program),
-                &ProgramName::Hook(hook.kind),
-                &gives,
-            );
-        }
-        Body::State(state) => context.state(state),
+    let depth = resolver.scope.len();
+    let mut all = Vec::new();
+    for (id, body) in bodies_of(db, of, group) {
+        resolver.scope.truncate(depth);
+        let mut context = InferenceContext {
+            db,
+            project,
+            of,
+            id: *id,
+            core: scope,
+            shared,
+            resolver: &mut resolver,
+            whole: true,
+            program: ProgramIn::Whole,
+            found: Inference::default(),
+            types: types.as_deref_mut(),
+        };
+        context.body(body);
+        all.push(context.found);
     }
-    (context.found, context.types)
+    all
 }
 
 /// What a program gives back.
@@ -314,7 +315,7 @@ enum Gives {
     Value(Type),
 }
 
-struct InferenceContext<'a, 'db> {
+struct InferenceContext<'a, 'f, 'db> {
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
@@ -322,17 +323,33 @@ struct InferenceContext<'a, 'db> {
     core: &'db CoreScope,
     /// The variables that all bodies share.
     shared: &'db [VariableOf],
-    resolver: Resolver<'a, 'db>,
+    resolver: &'a mut Resolver<'f, 'db>,
     /// Whether nothing was lost in the program that is read.
     whole: bool,
     /// The program that is read.
     program: ProgramIn,
     found: Inference<'db>,
     /// The types of expressions, where they are asked for.
-    types: Option<FxHashMap<Part, Type>>,
+    types: Option<&'a mut FxHashMap<Part, Type>>,
 }
 
-impl<'db> InferenceContext<'_, 'db> {
+impl<'db> InferenceContext<'_, '_, 'db> {
+    fn body(&mut self, body: &Body) {
+        match body {
+            Body::InitialValues(values) => self.initial_values(values),
+            Body::Operation(operation) => self.operation(operation),
+            Body::Hook(hook) => {
+                let gives = match hook.kind {
+                    HookKind::Configure | HookKind::Start => Gives::Bool,
+                    HookKind::Update | HookKind::Stop | HookKind::Cleanup => Gives::Nothing,
+                };
+                let (code, name) = (Code::Program(&hook.program), ProgramName::Hook(hook.kind));
+                self.code(ProgramIn::Whole, code, &name, &gives);
+            }
+            Body::State(state) => self.state(state),
+        }
+    }
+
     fn at(&self, part: Part) -> Place<'db> {
         Place::Part(self.of, part)
     }
@@ -1078,9 +1095,9 @@ pub fn inference_of_core<'db>(
     let shared = shared_of(db, project, of);
     let mut found =
         CoreInference { shared, bodies: Vec::new(), by_part: Vec::new(), variables: shared.variables.len() };
-    let Some(core) = core(db, of) else { return found };
-    for id in core.bodies() {
-        let inference = inference_of(db, project, of, id);
+    let (Some(core), Some(scope)) = (core(db, of), core_scope(db, of)) else { return found };
+    let inferences = scope.groups().flat_map(|group| inferences_of(db, project, of, group));
+    for (id, inference) in core.bodies().zip(inferences) {
         found.by_part.extend(core.first_part(id).map(|part| (part, found.bodies.len())));
         found.bodies.push((id, inference, found.variables));
         found.variables += inference.variables.len();
