@@ -307,6 +307,7 @@ codes! {
     unknown_package::UNKNOWN_PACKAGE;
 }
 
+mod configuration;
 mod timing_facts;
 mod timing_reasons;
 
@@ -575,8 +576,8 @@ fn config_diagnostics<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Di
     let config = config_of(db, workspace);
     let at = |span: &std::ops::Range<usize>| Place::Range(file, span.start as u32, span.end as u32);
     let mut found: Vec<Diagnostic<'db>> = Vec::new();
-    for mauve_hir::Mistake { message, span, near } in &config.errors {
-        let report = invalid_configuration::report(at(span), message.clone());
+    for mauve_hir::Mistake { kind, span, near } in &config.errors {
+        let report = invalid_configuration::report(at(span), configuration::mistake(kind));
         found.push(report.did_you_mean(at(span), near.clone()));
     }
     for (name, (_, span)) in config.lints.iter().filter(|(name, _)| codes().all(|code| code.name != *name)) {

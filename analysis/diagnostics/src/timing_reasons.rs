@@ -2,6 +2,7 @@
 
 use mauve_timing::Level;
 
+use super::configuration::mistake;
 use super::reasons;
 use mauve_hir::item_tree::Name;
 use mauve_hir::{File, ModelDb, features_of, names_of};
@@ -201,7 +202,8 @@ fn lost_tables(db: &dyn ModelDb, lost: &LostTable) -> String {
 /// Says what is wrong in a table.
 pub(super) fn table_fault(db: &dyn ModelDb, fault: &TableFault) -> String {
     match fault {
-        TableFault::Configuration(message) | TableFault::Unreadable(message) => message.clone(),
+        TableFault::Configuration(kind) => mistake(kind),
+        TableFault::Unreadable(message) => message.clone(),
         TableFault::Files(error) => table_files_error(error),
         TableFault::SecondOverhead(first) => {
             format!("[overhead] stands in {} already: write it once", file_name(db, *first))

@@ -6,7 +6,7 @@ pub mod keys;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use mauve_timing::{Level, Rounding, Time};
+use mauve_timing::{Level, Rounding, Time, TimeError};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -78,11 +78,84 @@ pub struct Maintainer {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Mistake {
     /// What is wrong.
-    pub message: String,
+    pub kind: MistakeKind,
     /// Where.
     pub span: Range<usize>,
     /// What may have been meant there.
     pub near: Option<Name>,
+}
+
+/// What is wrong in a `mauve.toml`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum MistakeKind {
+    /// The file cannot be read, for this reason.
+    Unreadable(String),
+    /// The text is not TOML: the error of the parser.
+    NotToml(String),
+    /// A section has an unknown name.
+    UnknownSection {
+        /// Its name.
+        section: String,
+        /// The known sections.
+        expected: Vec<&'static str>,
+    },
+    /// A key of a section has an unknown name.
+    UnknownKey {
+        /// Its name.
+        key: String,
+        /// Its section, such as `types.ArRobotPtr`.
+        section: String,
+        /// The known keys of that section.
+        expected: Vec<&'static str>,
+    },
+    /// A key stands in no section.
+    OutsideSections(String),
+    /// The value of this key has a text over several lines.
+    SeveralLines(String),
+    /// The value of a key is not one of those that the key takes.
+    WrongValue {
+        /// The key.
+        key: String,
+        /// The values that it takes.
+        expected: ExpectedValue,
+    },
+}
+
+/// Which values a key of `mauve.toml` takes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ExpectedValue {
+    /// A path, or a list of paths.
+    Paths,
+    /// A list of paths with wildcards.
+    PathPatterns,
+    /// A list of instances.
+    Instances,
+    /// A significance level.
+    Level,
+    /// A time with its unit; the error of a text that is none.
+    Time(Option<TimeError>),
+    /// An integer between two others, which are included.
+    Integer(u32, u32),
+    /// `true` or `false`.
+    Boolean,
+    /// The path of a folder.
+    Folder,
+    /// A text.
+    Text,
+    /// A type in C++.
+    CppType,
+    /// A header as an `#include` names it.
+    Header,
+    /// The name and the address of a maintainer.
+    Maintainer,
+    /// The name of a licence.
+    License,
+    /// A section that declares a type.
+    TypeSection,
+    /// A list of ports, for a chain.
+    Ports,
+    /// A severity, for a diagnostic.
+    Severity,
 }
 
 /// `scan-to-wheels = ["hokuyo.scan", "guidance.command"]`
@@ -111,7 +184,7 @@ pub(crate) fn read(text: &str) -> Config {
         Ok(document) => reader.document(&mut config, document.get_ref()),
         Err(error) => {
             let at = error.span().unwrap_or(0..text.len().min(1));
-            reader.lost(error.message().to_owned(), at);
+            reader.lost(MistakeKind::NotToml(error.message().to_owned()), at);
         }
     }
     Config { errors: reader.errors, lost: reader.lost, ..config }
@@ -128,9 +201,9 @@ type Value<'a> = Spanned<DeValue<'a>>;
 
 impl Reader<'_> {
     /// An error in a value that no response time rests on; but one over several lines may have swallowed others.
-    fn error(&mut self, message: String, at: Range<usize>) {
+    fn error(&mut self, kind: MistakeKind, at: Range<usize>) {
         self.lost |= self.spans_lines(&at);
-        self.errors.push(Mistake { message, span: at, near: None });
+        self.errors.push(Mistake { kind, span: at, near: None });
     }
 
     fn spans_lines(&self, at: &Range<usize>) -> bool {
@@ -148,21 +221,25 @@ impl Reader<'_> {
     }
 
     /// An error that may hide something that makes response times longer.
-    fn lost(&mut self, message: String, at: Range<usize>) {
+    fn lost(&mut self, kind: MistakeKind, at: Range<usize>) {
         self.lost = true;
-        self.error(message, at);
+        self.error(kind, at);
     }
 
-    /// A key or a section that is none of those that are `known`.
-    fn unknown(&mut self, what: String, key: &TomlKey<'_>, known: impl Iterator<Item = &'static str>) {
-        let known: Vec<&str> = known.collect();
-        let near = mauve_syntax::similar(key.get_ref(), known.iter().copied()).map(Name::from);
-        let expected = match known.as_slice() {
-            [rest @ .., last] if !rest.is_empty() => format!("{} or {last}", rest.join(", ")),
-            known => known.concat(),
-        };
-        let message = format!("unknown {what}: expected {expected}");
-        self.errors.push(Mistake { message, span: key.span(), near });
+    /// A value that is none of those that its key takes, and that response times may rest on.
+    fn wrong_value(&mut self, key: &TomlKey<'_>, value: &Value<'_>, expected: ExpectedValue) {
+        self.lost(MistakeKind::WrongValue { key: key.get_ref().to_string(), expected }, value.span());
+    }
+
+    /// A key or a section that is none of those that are `expected`.
+    fn unknown(
+        &mut self,
+        key: &TomlKey<'_>,
+        expected: Vec<&'static str>,
+        kind: impl FnOnce(String, Vec<&'static str>) -> MistakeKind,
+    ) {
+        let near = mauve_syntax::similar(key.get_ref(), expected.iter().copied()).map(Name::from);
+        self.errors.push(Mistake { kind: kind(key.get_ref().to_string(), expected), span: key.span(), near });
         self.lost = true;
     }
 
@@ -170,10 +247,13 @@ impl Reader<'_> {
         for (key, value) in document {
             let name = key.get_ref();
             match (value.get_ref().as_table(), keys::section_named(name)) {
-                (None, _) => self
-                    .lost(format!("unknown key `{name}`: expected a section such as `[timing]`"), key.span()),
+                (None, _) => self.lost(MistakeKind::OutsideSections(name.to_string()), key.span()),
                 (_, None) => {
-                    self.unknown(format!("section `[{name}]`"), key, SECTIONS.iter().map(|it| it.name))
+                    let expected = SECTIONS.iter().map(|section| section.name).collect();
+                    self.unknown(key, expected, |section, expected| MistakeKind::UnknownSection {
+                        section,
+                        expected,
+                    });
                 }
                 (Some(values), Some(section)) => {
                     for (key, value) in values {
@@ -186,11 +266,7 @@ impl Reader<'_> {
 
     fn entry(&mut self, config: &mut Config, section: &Section, key: &TomlKey<'_>, value: &Value<'_>) {
         if let Some(at) = self.long_text(value) {
-            let message = format!(
-                "a text in `{}` spans several lines, and may contain other keys: write it on one line",
-                key.get_ref()
-            );
-            return self.lost(message, at);
+            return self.lost(MistakeKind::SeveralLines(key.get_ref().to_string()), at);
         }
         match &section.entries {
             Entries::Keys(keys) => self.key(config, section.name, keys, key, value),
@@ -204,8 +280,13 @@ impl Reader<'_> {
     fn key<T>(&mut self, into: &mut T, section: &str, keys: &[Key<T>], key: &TomlKey<'_>, value: &Value<'_>) {
         let name = key.get_ref();
         let Some(known) = keys.iter().find(|known| known.name == name) else {
-            let names = keys.iter().map(|known| known.name);
-            return self.unknown(format!("key `{name}` in [{section}]"), key, names);
+            let expected = keys.iter().map(|known| known.name).collect();
+            let section = section.to_owned();
+            return self.unknown(key, expected, |key, expected| MistakeKind::UnknownKey {
+                key,
+                section,
+                expected,
+            });
         };
         if let Err(expected) = known.kind.read(into, value) {
             // No response time rests on a text in a wrong format, nor on a root that is missing.
@@ -214,7 +295,7 @@ impl Reader<'_> {
                 Kind::Text { .. } => !value.get_ref().is_str(),
                 _ => true,
             };
-            self.error(format!("`{name}` {expected}"), value.span());
+            self.error(MistakeKind::WrongValue { key: name.to_string(), expected }, value.span());
         }
     }
 
@@ -230,11 +311,7 @@ impl Reader<'_> {
         let ends = strings(value).filter(|ends| may_be_chain && ends.iter().all(is_end));
         match ends {
             Some(ends) => config.chains.push(Chain { name: name.to_string(), span: key.span(), ends }),
-            None => {
-                let message =
-                    format!("`{name}` is a list of ports, such as [\"hokuyo.scan\", \"guidance.command\"]");
-                self.lost(message, value.span());
-            }
+            None => self.wrong_value(key, value, ExpectedValue::Ports),
         }
     }
 
@@ -242,8 +319,7 @@ impl Reader<'_> {
     fn ty(&mut self, config: &mut Config, keys: &[Key<ExternalType>], key: &TomlKey<'_>, value: &Value<'_>) {
         let name = key.get_ref();
         let Some(entries) = value.get_ref().as_table() else {
-            let message = format!("`{name}` is a section: `[types.{name}]` with `cpp` and `header`");
-            return self.lost(message, value.span());
+            return self.wrong_value(key, value, ExpectedValue::TypeSection);
         };
         let ty = config.types.entry(name.as_ref().into()).or_default();
         for (key, value) in entries {
@@ -256,49 +332,42 @@ impl Reader<'_> {
         let name = key.get_ref();
         let known = value.get_ref().as_str().and_then(|text| SEVERITIES.iter().find(|it| it.0 == text));
         let Some((_, severity)) = known else {
-            let message = format!("`{name}` in [lints] is \"allow\", \"hint\", \"warn\" or \"error\"");
-            return self.lost(message, value.span());
+            return self.wrong_value(key, value, ExpectedValue::Severity);
         };
         config.lints.insert(name.to_string(), (*severity, key.span()));
     }
 }
 
 impl<T> Kind<T> {
-    /// Stores a value, or says what is expected of the key.
-    fn read(&self, into: &mut T, value: &Value<'_>) -> Result<(), String> {
+    /// Stores a value, or returns the values that the key takes.
+    fn read(&self, into: &mut T, value: &Value<'_>) -> Result<(), ExpectedValue> {
         let found = value.get_ref();
         let text = found.as_str();
         match self {
-            Kind::Models(field) => {
-                field(into).extend(strings(value).ok_or("is a path, or a list of paths")?);
-            }
-            Kind::Tables(field) => {
-                field(into).extend(strings(value).ok_or("is a list of paths, which may have `*`")?);
-            }
-            Kind::Instances(field) => {
-                field(into).extend(strings(value).ok_or("is a list of instances")?);
-            }
+            Kind::Models(field) => field(into).extend(strings(value).ok_or(ExpectedValue::Paths)?),
+            Kind::Tables(field) => field(into).extend(strings(value).ok_or(ExpectedValue::PathPatterns)?),
+            Kind::Instances(field) => field(into).extend(strings(value).ok_or(ExpectedValue::Instances)?),
             Kind::Level(store) => {
                 let level = number(found).and_then(Level::from_f64);
-                store(into, level.ok_or("is a number between 0 and 1, such as 1e-4")?, value.span());
+                store(into, level.ok_or(ExpectedValue::Level)?, value.span());
             }
             Kind::Time(field) => {
-                let text = text.ok_or("is a time with its unit, such as \"5 ms\"")?;
+                let text = text.ok_or(ExpectedValue::Time(None))?;
                 let time = Time::parse_with_unit(text, Rounding::Up);
-                *field(into) = Some(time.map_err(|error| format!("is a time such as \"5 ms\": {error}"))?);
+                *field(into) = Some(time.map_err(|error| ExpectedValue::Time(Some(error)))?);
             }
             Kind::Integer(from, to, field) => {
                 let number =
                     found.as_integer().and_then(|it| u32::from_str_radix(it.as_str(), it.radix()).ok());
                 let number = number.filter(|it| (from..=to).contains(&it));
-                *field(into) = Some(number.ok_or_else(|| format!("is a whole number from {from} to {to}"))?);
+                *field(into) = Some(number.ok_or(ExpectedValue::Integer(*from, *to))?);
             }
-            Kind::Boolean(field) => *field(into) = Some(found.as_bool().ok_or("is true or false")?),
+            Kind::Boolean(field) => *field(into) = Some(found.as_bool().ok_or(ExpectedValue::Boolean)?),
             Kind::Folder(field) => {
-                *field(into) = Some((text.ok_or("is the path of a folder")?.to_owned(), value.span()));
+                *field(into) = Some((text.ok_or(ExpectedValue::Folder)?.to_owned(), value.span()));
             }
             Kind::Text { store, expected, .. } => {
-                store(into, text.ok_or("is a text")?).ok_or(*expected)?;
+                store(into, text.ok_or(ExpectedValue::Text)?).ok_or(*expected)?;
             }
         }
         Ok(())
@@ -351,10 +420,10 @@ fn maintainer_of(text: &str) -> Option<Maintainer> {
 mod tests {
     use super::*;
 
-    fn messages(text: &str) -> (Vec<String>, bool) {
+    /// What is wrong in a text, and whether something was lost.
+    fn mistakes(text: &str) -> (Vec<MistakeKind>, bool) {
         let config = read(text);
-        let show = |it: &Mistake| format!("{:?}: {}", &text[it.span.clone()], it.message);
-        (config.errors.iter().map(show).collect(), config.lost)
+        (config.errors.into_iter().map(|mistake| mistake.kind).collect(), config.lost)
     }
 
     #[test]
@@ -386,7 +455,7 @@ mod tests {
         for cpp in ["int; } evil", "X\n#include", "std::vector<int", "a>b<", "", "*", "x(\"y\")", "int x, y"]
         {
             let text = format!("[types.X]\ncpp = {cpp:?}\n");
-            assert_eq!((messages(&text).0.len(), read(&text).types["X"].cpp.as_str()), (1, ""), "{cpp}");
+            assert_eq!((mistakes(&text).0.len(), read(&text).types["X"].cpp.as_str()), (1, ""), "{cpp}");
         }
         for header in [
             "a.h>\n#error",
@@ -403,7 +472,7 @@ mod tests {
         ] {
             let text = format!("[types.X]\nheader = {header:?}\n");
             assert_eq!(
-                (messages(&text).0.len(), read(&text).types["X"].header.is_none()),
+                (mistakes(&text).0.len(), read(&text).types["X"].header.is_none()),
                 (1, true),
                 "{header}"
             );
@@ -418,23 +487,29 @@ mod tests {
             "A <a..b@c.org>",
             "A <a@b.1x>",
         ] {
-            let (found, lost) = messages(&format!("[generate]\nmaintainer = {maintainer:?}\n"));
+            let (found, lost) = mistakes(&format!("[generate]\nmaintainer = {maintainer:?}\n"));
             assert!(found.len() == 1 && !lost, "{maintainer:?}: {found:?}");
         }
         let text = "[types.X]\ncpp = \"std::map<int, const ns::T *>\"\n";
-        assert_eq!(messages(text), (Vec::new(), false));
+        assert_eq!(mistakes(text), (Vec::new(), false));
         for header in ["map", "a-b/c++/d_e.1.hpp"] {
-            assert_eq!(messages(&format!("[types.X]\nheader = {header:?}\n")), (Vec::new(), false));
+            assert_eq!(mistakes(&format!("[types.X]\nheader = {header:?}\n")), (Vec::new(), false));
         }
     }
 
     #[test]
     fn what_may_hide_a_longer_time_is_lost() {
-        let (found, lost) = messages("[platfrm]\nrt_throttling = true\n");
-        assert!(lost && found[0].starts_with("\"platfrm\": unknown section `[platfrm]`"), "{found:?}");
-        let (found, lost) = messages("[platform]\ncpus = 0\n");
-        assert_eq!((found, lost), (vec!["\"0\": `cpus` is a whole number from 1 to 64".to_owned()], true));
-        let (found, lost) = messages("[timing\ntables = []\n");
+        let (found, lost) = mistakes("[platfrm]\nrt_throttling = true\n");
+        assert!(
+            lost && matches!(found.as_slice(), [MistakeKind::UnknownSection { section, .. }] if section == "platfrm"),
+            "{found:?}"
+        );
+        let text = "[platform]\ncpus = 0\n";
+        let kind =
+            MistakeKind::WrongValue { key: "cpus".to_owned(), expected: ExpectedValue::Integer(1, 64) };
+        assert_eq!(mistakes(text), (vec![kind], true));
+        assert_eq!(&text[read(text).errors[0].span.clone()], "0");
+        let (found, lost) = mistakes("[timing\ntables = []\n");
         assert!(lost && found.len() == 1);
     }
 
@@ -443,12 +518,12 @@ mod tests {
         for key in ["generate.out", "generate.license", "generate.maintainer", "project.root", "types.X.cpp"]
         {
             let text = format!("{key} = \"\"\"gen\n[platform]\nrt_throttling = true\n\"\"\"\n");
-            let (found, lost) = messages(&text);
+            let (found, lost) = mistakes(&text);
             assert!(lost && found.len() == 1, "{key}: {found:?}");
         }
-        let (found, lost) = messages("project.roots = [\n\"a.mal\",\n5,\n]\n");
+        let (found, lost) = mistakes("project.roots = [\n\"a.mal\",\n5,\n]\n");
         assert!(lost && found.len() == 1, "{found:?}");
-        assert_eq!(messages("project.roots = [\n\"a.mal\",\n\"b.mal\",\n]\n"), (Vec::new(), false));
+        assert_eq!(mistakes("project.roots = [\n\"a.mal\",\n\"b.mal\",\n]\n"), (Vec::new(), false));
     }
 
     #[test]
@@ -463,7 +538,7 @@ mod tests {
                 "x.rt_throttling = true",
                 "cpp.x = 1",
             ] {
-                let (found, lost) = messages(&format!("{section}\n{key}\n"));
+                let (found, lost) = mistakes(&format!("{section}\n{key}\n"));
                 assert!(lost, "{section} {key}: {found:?}");
             }
         }

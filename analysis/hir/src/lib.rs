@@ -80,7 +80,9 @@ pub use body::{
 pub use builtin::{Builtin, Operand};
 pub use check::not_checked;
 pub use check::{declaration_facts, errors_in, project_facts};
-pub use config::{Chain, Config, ExternalType, Maintainer, Mistake, keys as config_keys};
+pub use config::{
+    Chain, Config, ExpectedValue, ExternalType, Maintainer, Mistake, MistakeKind, keys as config_keys,
+};
 pub use configured::check as check_configuration;
 pub use cost::{Cost, operations_in};
 pub use db::{Database, File, ModelDb, Problem, Trees, Workspace, normalised};

@@ -37,8 +37,8 @@ pub fn config_of(db: &dyn ModelDb, workspace: Workspace) -> Config {
     let Some(file) = config_file(db, workspace) else { return Config::default() };
     let mut config = config::read(file.text(db));
     if let Some(problem) = file.problem(db) {
-        let message = problem.message().to_owned();
-        config.errors.push(config::Mistake { message, span: 0..0, near: None });
+        let kind = config::MistakeKind::Unreadable(problem.message().to_owned());
+        config.errors.push(config::Mistake { kind, span: 0..0, near: None });
         config.lost = true;
     }
     config

@@ -5,7 +5,7 @@ use mauve_timing::{Level, MachineError, NoBoundReason};
 
 use mauve_hir::fact::Refusal as ModelRefusal;
 use mauve_hir::item_tree::{Kind, Name};
-use mauve_hir::{Decl, File, ModelDb, Place, ProgramId, Project};
+use mauve_hir::{Decl, File, MistakeKind, ModelDb, Place, ProgramId, Project};
 
 /// So many errors are named as reasons; the diagnostics have all.
 pub(crate) const MOST_REASONS: usize = 8;
@@ -300,7 +300,7 @@ pub struct LostTable {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum TableFault {
     /// The configuration has this error.
-    Configuration(String),
+    Configuration(MistakeKind),
     /// The configuration names tables that are not there.
     Files(TableFilesError),
     /// The table cannot be read, or has an error.

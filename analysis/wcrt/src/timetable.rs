@@ -189,9 +189,9 @@ fn joined<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> (Timetable<'db>, 
     let mut joining = Joining { db, project, times, facts: Vec::new(), places: FxHashMap::default() };
     if let Some(file) = config_file(db, workspace) {
         if config.lost
-            && let Some(Mistake { message, .. }) = config.errors.iter().min_by_key(|it| it.span.start)
+            && let Some(Mistake { kind, .. }) = config.errors.iter().min_by_key(|it| it.span.start)
         {
-            joining.lost(file, TableFault::Configuration(message.clone()));
+            joining.lost(file, TableFault::Configuration(kind.clone()));
         }
         for (error, _) in &found.errors {
             joining.lost(file, TableFault::Files(error.clone()));

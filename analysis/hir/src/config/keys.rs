@@ -6,7 +6,7 @@ use std::ops::Range;
 use mauve_timing::{Level, Time};
 
 use super::cpp::is_cpp_type;
-use super::{Config, ExternalType, is_header, maintainer_of};
+use super::{Config, ExpectedValue, ExternalType, is_header, maintainer_of};
 use crate::severity::Severity;
 
 /// A section of `mauve.toml`: `summary` is shown by completion, `documentation` by the schema.
@@ -62,8 +62,8 @@ pub enum Kind<T> {
     Text {
         /// Stores a text; `None` if it does not have the format.
         store: fn(&mut T, &str) -> Option<()>,
-        /// What the message expects then.
-        expected: &'static str,
+        /// What is expected then.
+        expected: ExpectedValue,
         /// A regular expression for the schema, which may match more.
         pattern: &'static str,
         /// What completion offers.
@@ -101,13 +101,12 @@ pub static SECTIONS: [Section; 9] = [
     Section { name: "types", summary: "types that no message package declares", entries: Entries::Types(&[
         Key { name: "cpp", kind: Kind::Text {
                 store: |it, text| is_cpp_type(text).then(|| text.clone_into(&mut it.cpp)),
-                expected: "is a type in C++ and nothing else, such as \"ArRobot*\"",
+                expected: ExpectedValue::CppType,
                 pattern: "^[A-Za-z_:][A-Za-z0-9_:<>, *]*$", usual: &[],
             }, default: None, examples: r#"["ArRobot*"]"#, documentation: "The type in C++, and nothing else." },
         Key { name: "header", kind: Kind::Text {
                 store: |it, text| is_header(text).then(|| it.header = Some(text.to_owned())),
-                expected: "is a header as an #include names it, such as \"Aria/Aria.h\": a relative path, no part of which \
-                           begins with `.` or `-`",
+                expected: ExpectedValue::Header,
                 pattern: "^[A-Za-z0-9_+][A-Za-z0-9_+.-]*(/[A-Za-z0-9_+][A-Za-z0-9_+.-]*)*$", usual: &[],
             }, default: None, examples: r#"["Aria/Aria.h"]"#,
             documentation: "The header that declares it, as an #include names it." },
@@ -123,14 +122,14 @@ pub static SECTIONS: [Section; 9] = [
             documentation: "Have components ports that show their state and their execution times? When left out, they have." },
         Key { name: "maintainer", kind: Kind::Text {
                 store: |it, text| maintainer_of(text).map(|maintainer| it.maintainer = Some(maintainer)),
-                expected: "is a name and an address, such as \"Ada Lovelace <ada@example.org>\"",
+                expected: ExpectedValue::Maintainer,
                 pattern: r"^\s*[^<]*[^<\s][^<]*<\s*[A-Za-z0-9_%+.-]+@[A-Za-z0-9.-]*[.][A-Za-z0-9]{2,}\s*>\s*$",
                 usual: &["Name <name@example.org>"],
             }, default: None, examples: r#"["Ada Lovelace <ada@example.org>"]"#,
             documentation: "Whom the packages name as their maintainer." },
         Key { name: "license", kind: Kind::Text {
                 store: |it, text| (!text.trim().is_empty()).then(|| it.license = Some(text.to_owned())),
-                expected: "names a licence, such as \"BSD\"",
+                expected: ExpectedValue::License,
                 pattern: r"\S", usual: &["Apache-2.0", "BSD-3-Clause", "MIT"],
             }, default: None, examples: r#"["BSD-3-Clause"]"#, documentation: "The licence that the packages name." },
     ]), documentation: "Generated sources: `mauve generate`." },

@@ -1,0 +1,78 @@
+//! How mistakes in `mauve.toml` are said.
+
+use mauve_hir::{ExpectedValue, MistakeKind};
+
+/// Says what is wrong in a `mauve.toml`.
+pub(super) fn mistake(kind: &MistakeKind) -> String {
+    match kind {
+        MistakeKind::Unreadable(problem) => problem.clone(),
+        MistakeKind::NotToml(error) => error.clone(),
+        MistakeKind::UnknownSection { section, expected } => {
+            format!("unknown section `[{section}]`: expected {}", alternatives(expected))
+        }
+        MistakeKind::UnknownKey { key, section, expected } => {
+            format!("unknown key `{key}` in [{section}]: expected {}", alternatives(expected))
+        }
+        MistakeKind::OutsideSections(key) => {
+            format!("unknown key `{key}`: expected a section such as `[timing]`")
+        }
+        MistakeKind::SeveralLines(key) => {
+            format!("a text in `{key}` spans several lines, and may contain other keys: write it on one line")
+        }
+        MistakeKind::WrongValue { key, expected } => format!("`{key}` {}", expected_value(key, *expected)),
+    }
+}
+
+/// Says which values a key takes, in words that follow the key.
+fn expected_value(key: &str, expected: ExpectedValue) -> String {
+    let text = match expected {
+        ExpectedValue::Paths => "is a path, or a list of paths",
+        ExpectedValue::PathPatterns => "is a list of paths, which may have `*`",
+        ExpectedValue::Instances => "is a list of instances",
+        ExpectedValue::Level => "is a number between 0 and 1, such as 1e-4",
+        ExpectedValue::Time(None) => "is a time with its unit, such as \"5 ms\"",
+        ExpectedValue::Time(Some(error)) => return format!("is a time such as \"5 ms\": {error}"),
+        ExpectedValue::Integer(from, to) => return format!("is a whole number from {from} to {to}"),
+        ExpectedValue::Boolean => "is true or false",
+        ExpectedValue::Folder => "is the path of a folder",
+        ExpectedValue::Text => "is a text",
+        ExpectedValue::CppType => "is a type in C++ and nothing else, such as \"ArRobot*\"",
+        ExpectedValue::Header => {
+            "is a header as an #include names it, such as \"Aria/Aria.h\": a relative path, no part of which begins with \
+             `.` or `-`"
+        }
+        ExpectedValue::Maintainer => "is a name and an address, such as \"Ada Lovelace <ada@example.org>\"",
+        ExpectedValue::License => "names a licence, such as \"BSD\"",
+        ExpectedValue::TypeSection => {
+            return format!("is a section: `[types.{key}]` with `cpp` and `header`");
+        }
+        ExpectedValue::Ports => "is a list of ports, such as [\"hokuyo.scan\", \"guidance.command\"]",
+        ExpectedValue::Severity => "in [lints] is \"allow\", \"hint\", \"warn\" or \"error\"",
+    };
+    text.to_owned()
+}
+
+/// `a`, `a or b`, `a, b or c`
+fn alternatives(names: &[&str]) -> String {
+    match names {
+        [rest @ .., last] if !rest.is_empty() => format!("{} or {last}", rest.join(", ")),
+        names => names.concat(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mistake_names_what_is_known() {
+        let kind =
+            MistakeKind::WrongValue { key: "cpus".to_owned(), expected: ExpectedValue::Integer(1, 64) };
+        assert_eq!(mistake(&kind), "`cpus` is a whole number from 1 to 64");
+        let kind = MistakeKind::UnknownSection {
+            section: "platfrm".to_owned(),
+            expected: vec!["project", "timing", "platform"],
+        };
+        assert_eq!(mistake(&kind), "unknown section `[platfrm]`: expected project, timing or platform");
+    }
+}
