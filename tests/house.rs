@@ -38,6 +38,9 @@ const WITHOUT_CIRCLES: [&str; 3] = ["analysis/hir", "analysis/wcrt", "analysis/d
 /// The crates that compute, and say nothing.
 const WITHOUT_PROSE: [&str; 2] = ["analysis/hir", "analysis/wcrt"];
 
+/// The module that may have sentences all the same: the table of keys documents them for completion and schema.
+const DOCUMENTATION: (&str, &str) = ("analysis/hir", "config::keys");
+
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap().to_owned()
 }
@@ -195,6 +198,9 @@ fn what_computes_says_nothing() {
     let is_word = |word: &str| word.len() > 1 && word.chars().all(|letter| letter.is_ascii_lowercase());
     for krate in WITHOUT_PROSE {
         for (module, text) in sources(krate) {
+            if (krate, module.as_str()) == DOCUMENTATION {
+                continue;
+            }
             // Attributes tell the compiler something.
             let text: String = text
                 .lines()

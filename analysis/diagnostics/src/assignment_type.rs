@@ -33,7 +33,8 @@ code!(ASSIGNMENT_TYPE, Error, "assignment-type");
 pub(super) fn report<'db>(at: Place<'db>, name: &str, expected: &Type, found: &Type) -> Diagnostic<'db> {
     let found = match found {
         Type::Void => "this gives nothing".to_owned(),
-        found => format!("this is {found}"),
+        found => format!("this is {}", type_name(found)),
     };
+    let expected = type_name(expected);
     Diagnostic::new(&ASSIGNMENT_TYPE, at, format!("`{name}` is of type {expected}, and {found}"))
 }

@@ -34,7 +34,7 @@ pub(super) fn report<'db>(at: Place<'db>, found: &Type) -> Diagnostic<'db> {
     };
     let is = match found {
         Type::Void => "this gives nothing".to_owned(),
-        found => format!("this is {found}"),
+        found => format!("this is {}", type_name(found)),
     };
     let advice = comparison.map_or_else(String::new, |it| format!(": compare it, as in `{it}`"));
     let message = format!("a condition is true or false, and {is}{advice}");

@@ -22,5 +22,6 @@ pub(super) fn void<'db>(at: Place<'db>) -> Diagnostic<'db> {
 }
 
 pub(super) fn interval<'db>(at: Place<'db>, found: &Type) -> Diagnostic<'db> {
-    Diagnostic::new(&INVALID_TYPE, at, format!("an interval is for numbers, and this is {found}"))
+    let message = format!("an interval is for numbers, and this is {}", type_name(found));
+    Diagnostic::new(&INVALID_TYPE, at, message)
 }

@@ -310,10 +310,12 @@ codes! {
 mod configuration;
 mod timing_facts;
 mod timing_reasons;
+mod types;
 
 use timing_facts::timing_diagnostic;
 use timing_reasons::enumerated;
 pub use timing_reasons::{PROSE, cpu_names, reasons_of, timing_reason, unusable_time};
+pub use types::type_name;
 
 /// All kinds of diagnostic.
 pub fn codes() -> impl Iterator<Item = &'static Code> {

@@ -20,8 +20,7 @@ code!(OPERATION_DEFINITION, Error, "operation-definition");
 
 pub(super) fn report<'db>(
     at: Place<'db>,
-    declared: &str,
-    defined: &str,
+    [declared, defined]: &[String; 2],
     declared_at: Place<'db>,
     fixed: Option<&(Part, String)>,
 ) -> Diagnostic<'db> {

@@ -28,7 +28,7 @@ pub(super) fn unary<'db>(at: Place<'db>, operator: UnaryOperator, operand: &Type
         UnaryOperator::Not => "a condition",
         UnaryOperator::Minus => "a number",
     };
-    let message = format!("`{}` takes {takes}, and this is {operand}", operator.text());
+    let message = format!("`{}` takes {takes}, and this is {}", operator.text(), type_name(operand));
     Diagnostic::new(&OPERATOR_TYPE, at, message)
 }
 
@@ -49,8 +49,8 @@ pub(super) fn binary<'db>(
         _ => "two numbers",
     };
     let found = match (left, right) {
-        (Type::Unknown, known) | (known, Type::Unknown) => format!("one is {known}"),
-        (left, right) => format!("these are {left} and {right}"),
+        (Type::Unknown, known) | (known, Type::Unknown) => format!("one is {}", type_name(known)),
+        (left, right) => format!("these are {} and {}", type_name(left), type_name(right)),
     };
     Diagnostic::new(&OPERATOR_TYPE, at, format!("`{}` takes {takes}, and {found}", operator.text()))
 }

@@ -52,10 +52,14 @@ pub fn render<'db>(db: &'db dyn ModelDb, project: Project<'db>, fact: &Fact<'db>
         K::NotConstant(why) => constant_expression::not_constant(at, why),
         K::NotDeployed { instance, near } => unresolved_instance::not_deployed(at, instance, near.clone()),
         K::NotStronglyConnected { initial, states } => not_strongly_connected::report(at, initial, states),
-        K::OperationDefinition { declared, defined, declared_at, fixed } => {
-            operation_definition::report(at, declared, defined, declared_at.clone(), fixed.as_ref())
+        K::OperationDefinition { name, declared, defined, declared_at, fixed } => {
+            let signatures = [declared, defined].map(|it| types::signature(name, it));
+            operation_definition::report(at, &signatures, declared_at.clone(), fixed.as_ref())
         }
-        K::OperationSignature { provided, required } => operation_signature::report(at, [provided, required]),
+        K::OperationSignature { provided, required } => operation_signature::report(
+            at,
+            &[provided, required].map(|(name, it)| types::signature(name, it)),
+        ),
         K::OtherFeature { expected, name, instance, found, shell } => {
             unresolved_feature::another_kind(at, *expected, name, instance, (*found, shell))
         }

@@ -30,17 +30,18 @@ pub(super) fn report<'db>(at: Place<'db>, of: &ProgramName, expected: &Type, fou
     };
     let gives = match expected {
         Type::Void => format!("{what} gives nothing"),
-        expected => format!("{what} gives {expected}"),
+        expected => format!("{what} gives {}", type_name(expected)),
     };
     let found = match found {
         Type::Void => "this is no value".to_owned(),
-        found => format!("this is {found}"),
+        found => format!("this is {}", type_name(found)),
     };
     Diagnostic::new(&RETURN_TYPE, at, format!("{gives}, and {found}"))
 }
 
 /// An operation that may end without a `return`.
 pub(super) fn missing<'db>(at: Place<'db>, name: &str, expected: &Type) -> Diagnostic<'db> {
+    let expected = type_name(expected);
     let message = format!("`{name}` gives {expected}, and not every path of it ends with a `return`");
     Diagnostic::new(&RETURN_TYPE, at, message)
 }

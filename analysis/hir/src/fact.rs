@@ -14,7 +14,7 @@ use crate::item_tree::{
 use crate::link::Link;
 use crate::project::Project;
 use crate::source::{Decl, Place};
-use crate::types::{Type, Wrong};
+use crate::types::{Signature, Type, Wrong};
 pub use crate::values::NoValue;
 use crate::values::Value;
 
@@ -98,11 +98,12 @@ pub enum FactKind<'db> {
     NotAssignable { name: Name, is: NotAssignable },
     /// No path leads back to the initial state from these.
     NotStronglyConnected { initial: Name, states: Vec<(Name, Place<'db>)> },
-    /// An operation is defined with another signature than its shell declares: both as they are shown, and the
-    /// declared one as it may be written here, with the location of the one to replace.
+    /// An operation is defined with another signature than its shell declares: both, and the declared one as it
+    /// may be written here, with the location of the one to replace.
     OperationDefinition {
-        declared: String,
-        defined: String,
+        name: Name,
+        declared: Signature,
+        defined: Signature,
         declared_at: Place<'db>,
         fixed: Option<(Part, String)>,
     },
@@ -185,7 +186,7 @@ pub enum FactKind<'db> {
     /// An instance that `mauve.toml` names, and no deployment has.
     NotDeployed { instance: Name, near: Option<Name> },
     /// A connection between operations with different signatures, as they are shown.
-    OperationSignature { provided: String, required: String },
+    OperationSignature { provided: (Name, Signature), required: (Name, Signature) },
     /// A name of a feature stands for one of another kind.
     OtherFeature { expected: EndKind, name: Name, instance: Name, found: FeatureKind, shell: Name },
     /// A value outside the interval of what it is for, and where that is declared.

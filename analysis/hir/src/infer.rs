@@ -24,7 +24,7 @@ use crate::names::{Unresolved, names_of, similar};
 use crate::project::Project;
 use crate::resolve::{Binding, CallError, Callee, Resolver, Scope, VariableId};
 use crate::source::{Decl, Place, codel, core};
-use crate::types::{Type, Typed, Wrong, type_of, type_of_value};
+use crate::types::{Signature, Type, Typed, Wrong, type_of, type_of_value};
 
 /// What is known of one body.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
@@ -98,41 +98,6 @@ pub enum HiddenName {
     Operation(Name),
     /// A variable of the core.
     Variable(Name),
-}
-
-/// What a codel or an operation takes and gives back.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Signature {
-    /// Its parameters.
-    pub parameters: Vec<(Direction, Name, Type)>,
-    /// The type of its result.
-    pub result: Type,
-}
-
-impl Signature {
-    /// `f(in a: int): bool`
-    pub(crate) fn show(&self, name: &str) -> String {
-        let word = |direction| match direction {
-            Direction::In => "",
-            Direction::Out => "out ",
-            Direction::InOut => "inout ",
-        };
-        let parameters = self.parameters.iter();
-        let parameters: Vec<String> =
-            parameters.map(|(direction, name, ty)| format!("{}{name}: {ty}", word(*direction))).collect();
-        let result = if self.result == Type::Void { "void".to_owned() } else { self.result.to_string() };
-        format!("{name}({}): {result}", parameters.join(", "))
-    }
-
-    /// Whether both take and give back the same.
-    pub(crate) fn is(&self, other: &Signature) -> bool {
-        let same = |((one, _, a), (two, _, b)): (&(Direction, Name, Type), &(Direction, Name, Type))| {
-            one == two && a.is(b)
-        };
-        self.parameters.len() == other.parameters.len()
-            && self.parameters.iter().zip(&other.parameters).all(same)
-            && self.result.is(&other.result)
-    }
 }
 
 /// The signature that is written in `of`.
@@ -426,8 +391,13 @@ impl<'db> InferenceContext<'_, '_, 'db> {
             let defined = Signature { result: result.clone(), ..own.clone() };
             if !defined.is(&declared) {
                 let fixed = self.as_declared(operation).map(|text| (operation.signature, text));
-                let (declared, defined) = (declared.show(name), defined.show(name));
-                let kind = FactKind::OperationDefinition { declared, defined, declared_at, fixed };
+                let kind = FactKind::OperationDefinition {
+                    name: name.clone(),
+                    declared,
+                    defined,
+                    declared_at,
+                    fixed,
+                };
                 self.report(operation.name.part, kind);
             }
         }

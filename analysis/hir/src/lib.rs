@@ -90,8 +90,8 @@ pub use features::{FeatureOf, Features, core_of, features_of, is_core_for, shell
 pub use flat::deployed;
 pub use flat::{Flat, FlatInstance, flat_of};
 pub use infer::{
-    CoreInference, HiddenName, Inference, NameProblem, ReportedProblem, Shared, Signature, Uses,
-    VariableKind, VariableOf, inference_of, inference_of_core, returns, uses_of,
+    CoreInference, HiddenName, Inference, NameProblem, ReportedProblem, Shared, Uses, VariableKind,
+    VariableOf, inference_of, inference_of_core, returns, uses_of,
 };
 pub use lines::{file_and_line, line_index, line_of};
 pub use link::Link;
@@ -114,5 +114,5 @@ pub use source::{
     CoreInterface, Decl, Declarations, Place, architecture, codel, component, core, core_interface, data,
     declaration_at, declaration_map, declarations, deployment, item_tree_of, parse, shell, source_map,
 };
-pub use types::{C_TYPES, Integer, LANGUAGE_TYPES, Type, built_in_type, type_of};
+pub use types::{C_TYPES, Integer, LANGUAGE_TYPES, Signature, Type, built_in_type, type_of};
 pub use values::{Value, whole_number};

@@ -1,9 +1,9 @@
 //! Types: what a name of one means, what operators take and give, and which value fits where.
 
-use std::fmt;
+use std::borrow::Cow;
 
 use crate::ModelDb;
-use crate::item_tree::{BinaryOperator, Expr, Literal, Name, TypeRef, UnaryOperator};
+use crate::item_tree::{BinaryOperator, Direction, Expr, Literal, Name, TypeRef, UnaryOperator};
 use crate::messages::message_of;
 use crate::names::names_of;
 use crate::project::{Project, external_types};
@@ -91,34 +91,24 @@ impl Integer {
     }
 }
 
-impl fmt::Display for Type {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Type::Bool => "bool",
-            Type::Integer(integer) => match integer {
-                Integer::Int => "int",
-                Integer::Char => "char",
-                Integer::Short => "short",
-                Integer::Long => "long",
-                Integer::Int8 => "int8",
-                Integer::Int64 => "int64",
-                Integer::Uint8 => "uint8",
-                Integer::Uint16 => "uint16",
-                Integer::Uint32 => "uint32",
-                Integer::Uint64 => "uint64",
-                Integer::Size => "size_t",
-            },
-            Type::Float => "float",
-            Type::Double => "double",
-            Type::String => "string",
-            Type::Void => "nothing",
-            Type::PortStatus => "the status of a port",
-            Type::CallStatus => "the status of a call",
-            Type::Handle(operation) => return write!(f, "a call of `{operation}`"),
-            Type::Message(package, name) => return write!(f, "{package}.{name}"),
-            Type::External(name) => name,
-            Type::Unknown => "a type that nobody knows",
-        })
+/// What a codel or an operation takes and gives back.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub struct Signature {
+    /// Its parameters.
+    pub parameters: Vec<(Direction, Name, Type)>,
+    /// The type of its result.
+    pub result: Type,
+}
+
+impl Signature {
+    /// Whether both take and give back the same.
+    pub(crate) fn is(&self, other: &Signature) -> bool {
+        let same = |((one, _, a), (two, _, b)): (&(Direction, Name, Type), &(Direction, Name, Type))| {
+            one == two && a.is(b)
+        };
+        self.parameters.len() == other.parameters.len()
+            && self.parameters.iter().zip(&other.parameters).all(same)
+            && self.result.is(&other.result)
     }
 }
 
@@ -182,6 +172,35 @@ pub static C_TYPES: [(&str, Type); 28] = [
 impl Type {
     /// `int`
     pub const INT: Type = Type::Integer(Integer::Int);
+
+    /// Returns how a model writes the type; none where it has no name there.
+    pub fn written(&self) -> Option<Cow<'_, str>> {
+        Some(Cow::Borrowed(match self {
+            Type::Bool => "bool",
+            Type::Integer(integer) => match integer {
+                Integer::Int => "int",
+                Integer::Char => "char",
+                Integer::Short => "short",
+                Integer::Long => "long",
+                Integer::Int8 => "int8",
+                Integer::Int64 => "int64",
+                Integer::Uint8 => "uint8",
+                Integer::Uint16 => "uint16",
+                Integer::Uint32 => "uint32",
+                Integer::Uint64 => "uint64",
+                Integer::Size => "size_t",
+            },
+            Type::Float => "float",
+            Type::Double => "double",
+            Type::String => "string",
+            Type::Void => "void",
+            Type::Message(package, name) => return Some(Cow::Owned(format!("{package}.{name}"))),
+            Type::External(name) => name,
+            Type::PortStatus => "port_status",
+            Type::CallStatus => "call_status",
+            Type::Handle(_) | Type::Unknown => return None,
+        }))
+    }
 
     /// Is it a number?
     pub fn is_number(&self) -> bool {

@@ -52,7 +52,7 @@ pub(crate) fn check_architecture<'db>(
         let [provided, required] = [&source, &target]
             .map(|end| signature(db, project, end.shell, &end.data.parameters, end.data.ty.as_ref()));
         if !provided.is(&required) {
-            let (provided, required) = (provided.show(&source.feature), required.show(&target.feature));
+            let (provided, required) = ((source.feature, provided), (target.feature, required));
             found.push(Fact::new(at, FactKind::OperationSignature { provided, required }));
         }
     }

@@ -139,7 +139,7 @@ impl<'db> Programs<'db> {
                 .or_else(|| is_written(vec![name.clone()]))
                 .or_else(|| is_written(vec![package.clone(), name.clone()])),
             Type::Unknown => declared,
-            known => is_written(vec![known.to_string().into()]),
+            known => is_written(vec![known.written()?.as_ref().into()]),
         }
     }
 

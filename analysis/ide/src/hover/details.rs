@@ -3,7 +3,7 @@
 
 use std::fmt::Write as _;
 
-use mauve_diagnostics::timing_reason;
+use mauve_diagnostics::{timing_reason, type_name};
 use mauve_hir::item_tree::{HookKind, Kind, Name, Part};
 use mauve_hir::{
     Decl, Flat, ModelDb, Place, ProgramId, Project, architecture, core, deployment, features_of, flat_of,
@@ -91,10 +91,12 @@ fn resolved_type<'db>(
     let ty = if of.kind(db) == Kind::Core {
         let inference = inference_of_core(db, project, of);
         let mut variables = inference.variables();
-        variables.find(|(_, it)| it.name.part == part).map(|(_, variable)| variable.ty.to_string())
+        variables
+            .find(|(_, it)| it.name.part == part)
+            .map(|(_, variable)| type_name(&variable.ty).into_owned())
     } else {
         let feature = shell(db, of).and_then(|data| data.features.iter().find(|it| it.name.part == part));
-        feature.map(|feature| type_of(db, project, of, feature.ty.as_ref()).to_string())
+        feature.map(|feature| type_name(&type_of(db, project, of, feature.ty.as_ref())).into_owned())
     };
     match ty {
         Some(ty) if !shown.contains(&ty) => format!("of type {}\n\n", markdown::code(&ty)),

@@ -1,0 +1,36 @@
+//! How types and signatures are named in messages.
+
+use std::borrow::Cow;
+
+use mauve_hir::item_tree::Direction;
+use mauve_hir::{Signature, Type};
+
+/// Returns how a message names a type: as a model writes it, or in words.
+pub fn type_name(ty: &Type) -> Cow<'_, str> {
+    let words = match ty {
+        Type::Void => "nothing",
+        Type::PortStatus => "the status of a port",
+        Type::CallStatus => "the status of a call",
+        Type::Handle(operation) => return Cow::Owned(format!("a call of `{operation}`")),
+        known => return known.written().unwrap_or(Cow::Borrowed("a type that nobody knows")),
+    };
+    Cow::Borrowed(words)
+}
+
+/// Returns how a message shows the signature of the operation `name`: `f(a: int, out b: bool): void`.
+pub(super) fn signature(name: &str, signature: &Signature) -> String {
+    let word = |direction| match direction {
+        Direction::In => "",
+        Direction::Out => "out ",
+        Direction::InOut => "inout ",
+    };
+    let parameters = signature.parameters.iter();
+    let parameters: Vec<String> = parameters
+        .map(|(direction, name, ty)| format!("{}{name}: {}", word(*direction), type_name(ty)))
+        .collect();
+    let result = match &signature.result {
+        Type::Void => Cow::Borrowed("void"),
+        result => type_name(result),
+    };
+    format!("{name}({}): {result}", parameters.join(", "))
+}
