@@ -225,7 +225,10 @@ core C(S) {
   provide park(): int = { return 1; }
   update = { pa$0rk(); }
 }",
-            expect![[""]],
+            expect![[r#"
+                park
+                -> /model.mal:3 park | park
+            "#]],
         );
     }
 

@@ -138,7 +138,7 @@ library near {
   shell S { input port p: int }
   core C(S) { var x: int = 0  update = { read(p, x$0); } }
 }";
-        assert_eq!(first(text), "read(p: input port int, out x: int): port status");
+        assert_eq!(first(text), "read(p: input port int, out variable: int): port status");
         // A variable hides the operation, and cannot be called.
         let text = "
 shell S { provide park(): int }
