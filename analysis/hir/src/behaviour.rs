@@ -7,7 +7,7 @@ use crate::cost::{Cost, ProgramCost, costs_of, operations_in};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
-use crate::body::{BodyId, ProgramIn};
+use crate::body::{BodyId, ProgramIn, core_scope};
 use crate::fact::{
     CorePart, CoreReason, Defined, Fact, FactKind, Reason, Refusal, Unreachable, repeated, unresolved_type,
 };
@@ -183,8 +183,9 @@ impl<'db> Reader<'_, 'db> {
 
     /// What the names in a program refer to: what refers to nothing keeps the core from being analysed.
     fn resolved(&mut self, body: BodyId, program: ProgramIn) {
-        let inference = inference_of(self.db, self.project, self.of, body);
-        let problems = inference.and_then(|inference| inference.problems.get(&program));
+        let group = core_scope(self.db, self.of).as_ref().and_then(|scope| scope.group(body));
+        let inference = group.map(|group| inference_of(self.db, self.project, self.of, group));
+        let problems = inference.and_then(|inference| inference.problems.get(&(body, program)));
         for problem in problems.into_iter().flatten() {
             match problem {
                 NameProblem::Error(fact) => self.refuse(fact.clone()),

@@ -1,6 +1,7 @@
 //! The bodies of a core: what is read, checked and priced apart from the rest of it. An edit of one body leaves the
 //! others as they are.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use crate::ModelDb;
@@ -201,8 +202,8 @@ pub(crate) fn core_scope<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Option<Cor
 const GROUP: usize = 32;
 
 impl CoreScope {
-    /// The group that a body is read in, and its number there; nothing where the core does not have it.
-    pub(crate) fn group(&self, body: BodyId) -> Option<(u32, usize)> {
+    /// The group that a body is read in; nothing where the core does not have it.
+    pub(crate) fn group(&self, body: BodyId) -> Option<u32> {
         let hooks = 1 + self.operations.len();
         let states = hooks + self.hooks as usize;
         let (number, end) = match body {
@@ -215,11 +216,11 @@ impl CoreScope {
                 (first + state as usize, first + self.states.get(machine as usize).copied()? as usize)
             }
         };
-        (number < end).then_some(((number / GROUP) as u32, number % GROUP))
+        (number < end).then_some((number / GROUP) as u32)
     }
 
     /// The groups of its bodies.
-    pub(crate) fn groups(&self) -> impl Iterator<Item = u32> + use<> {
+    pub(crate) fn groups(&self) -> std::ops::Range<u32> {
         let states: u32 = self.states.iter().sum();
         let bodies = 1 + self.operations.len() + self.hooks as usize + states as usize;
         0..bodies.div_ceil(GROUP) as u32
@@ -227,9 +228,26 @@ impl CoreScope {
 }
 
 /// The bodies of a group, in the order in which they are checked.
+pub(crate) fn bodies_of<'db>(
+    db: &'db dyn ModelDb,
+    of: Decl<'db>,
+    scope: &CoreScope,
+    group: u32,
+) -> Cow<'db, [(BodyId, Body)]> {
+    match scope.groups().len() {
+        // Whatever changes in the core changes in this group.
+        1 => Cow::Owned(core(db, of).map_or_else(Vec::new, |core| bodies_in(core, group))),
+        _ => Cow::Borrowed(bodies_of_group(db, of, group)),
+    }
+}
+
+/// The bodies of one of several groups: an edit of another one does not change them.
 #[salsa::tracked(returns(ref))]
-pub(crate) fn bodies_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>, group: u32) -> Vec<(BodyId, Body)> {
-    let Some(core) = core(db, of) else { return Vec::new() };
+fn bodies_of_group<'db>(db: &'db dyn ModelDb, of: Decl<'db>, group: u32) -> Vec<(BodyId, Body)> {
+    core(db, of).map_or_else(Vec::new, |core| bodies_in(core, group))
+}
+
+fn bodies_in(core: &Core, group: u32) -> Vec<(BodyId, Body)> {
     let body = |id: BodyId| {
         Some((
             id,

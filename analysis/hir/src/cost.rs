@@ -2,10 +2,12 @@
 //!
 //! Paths end at a `return`, and a condition that is constant takes one branch. Any other condition is free.
 
+use rustc_hash::FxHashMap;
+
 use crate::ModelDb;
 use crate::body::{Body, BodyId, Code, ProgramIn, bodies_of, core_scope};
 use crate::fact::{Fact, FactKind, Unreachable};
-use crate::infer::{Inference, inferences_of};
+use crate::infer::{Inference, inference_of};
 use crate::item_tree::{BinaryOperator, Expr, Literal, Program, Statement};
 use crate::project::Project;
 use crate::resolve::Callee;
@@ -56,8 +58,8 @@ pub(crate) fn costs_of<'db>(
     of: Decl<'db>,
     body: BodyId,
 ) -> Option<&'db Vec<ProgramCost<'db>>> {
-    let (group, index) = core_scope(db, of).as_ref()?.group(body)?;
-    costs_of_group(db, project, of, group).get(index)
+    let group = core_scope(db, of).as_ref()?.group(body)?;
+    costs_of_group(db, project, of, group).get(&body)
 }
 
 /// What the programs of a group of bodies cost.
@@ -67,9 +69,11 @@ fn costs_of_group<'db>(
     project: Project<'db>,
     of: Decl<'db>,
     group: u32,
-) -> Vec<Vec<ProgramCost<'db>>> {
-    let bodies = bodies_of(db, of, group).iter().zip(inferences_of(db, project, of, group));
-    bodies.map(|((_, body), inference)| costs(of, body, inference)).collect()
+) -> FxHashMap<BodyId, Vec<ProgramCost<'db>>> {
+    let Some(scope) = core_scope(db, of) else { return FxHashMap::default() };
+    let inference = inference_of(db, project, of, group);
+    let bodies = bodies_of(db, of, scope, group);
+    bodies.iter().map(|(id, body)| (*id, costs(of, body, inference))).collect()
 }
 
 fn costs<'db>(of: Decl<'db>, body: &Body, inference: &'db Inference<'db>) -> Vec<ProgramCost<'db>> {

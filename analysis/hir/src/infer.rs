@@ -26,7 +26,7 @@ use crate::resolve::{Binding, CallError, Callee, Resolver, Scope, VariableId};
 use crate::source::{Decl, Place, codel, core};
 use crate::types::{Signature, Type, Typed, Wrong, type_of, type_of_value};
 
-/// What is known of one body.
+/// What is known of a group of bodies.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
 pub struct Inference<'db> {
     /// The parameters and local variables, in the order in which they are met.
@@ -38,7 +38,7 @@ pub struct Inference<'db> {
     /// Whether there is a name of a value, or of what is called, that refers to nothing.
     pub unresolved: bool,
     /// What keeps the core from being analysed, by program, in the order of execution.
-    pub problems: FxHashMap<ProgramIn, Vec<NameProblem<'db>>>,
+    pub problems: FxHashMap<(BodyId, ProgramIn), Vec<NameProblem<'db>>>,
     /// What is wrong with types.
     pub facts: Vec<Fact<'db>>,
 }
@@ -183,25 +183,14 @@ fn handled<'db>(
     unresolved(name.clone(), similar(name, required.map(|(name, _)| name)))
 }
 
-/// What is known of one body of a core; nothing where the core does not have it.
-pub fn inference_of<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    of: Decl<'db>,
-    body: BodyId,
-) -> Option<&'db Inference<'db>> {
-    let (group, index) = core_scope(db, of).as_ref()?.group(body)?;
-    inferences_of(db, project, of, group).get(index)
-}
-
 /// Resolves and types a group of bodies.
 #[salsa::tracked(returns(ref))]
-pub(crate) fn inferences_of<'db>(
+pub(crate) fn inference_of<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
     group: u32,
-) -> Vec<Inference<'db>> {
+) -> Inference<'db> {
     inferred(db, project, of, group, None)
 }
 
@@ -223,9 +212,9 @@ fn inferred<'db>(
     project: Project<'db>,
     of: Decl<'db>,
     group: u32,
-    mut types: Option<&mut FxHashMap<Part, Type>>,
-) -> Vec<Inference<'db>> {
-    let Some(scope) = core_scope(db, of) else { return Vec::new() };
+    types: Option<&mut FxHashMap<Part, Type>>,
+) -> Inference<'db> {
+    let Some(scope) = core_scope(db, of) else { return Inference::default() };
     let shell = names_of(db, project).resolve_type(db, of, Kind::Shell, scope.shell.as_ref()).ok();
     // What an unknown shell provides may be called.
     let none = Features { lost: true, ..Features::default() };
@@ -242,7 +231,7 @@ fn inferred<'db>(
         variables_lost: !scope.whole || !scope.machines_whole,
     };
     for (index, variable) in shared.iter().enumerate() {
-        let id = VariableId { body: None, index: index as u32 };
+        let id = VariableId { group: None, index: index as u32 };
         let scope = match variable.kind {
             VariableKind::Machine => &mut resolver.machine,
             _ => &mut resolver.scope,
@@ -250,26 +239,26 @@ fn inferred<'db>(
         scope.push(&variable.name.name, id);
     }
     let depth = resolver.scope.len();
-    let mut all = Vec::new();
-    for (id, body) in bodies_of(db, of, group) {
-        resolver.scope.truncate(depth);
-        let mut context = InferenceContext {
-            db,
-            project,
-            of,
-            id: *id,
-            core: scope,
-            shared,
-            resolver: &mut resolver,
-            whole: true,
-            program: ProgramIn::Whole,
-            found: Inference::default(),
-            types: types.as_deref_mut(),
-        };
-        context.body(body);
-        all.push(context.found);
+    let mut context = InferenceContext {
+        db,
+        project,
+        of,
+        group,
+        body: BodyId::InitialValues,
+        core: scope,
+        shared,
+        resolver,
+        whole: true,
+        program: ProgramIn::Whole,
+        found: Inference::default(),
+        types,
+    };
+    for (id, body) in bodies_of(db, of, scope, group).iter() {
+        context.resolver.scope.truncate(depth);
+        context.body = *id;
+        context.read(body);
     }
-    all
+    context.found
 }
 
 /// What a program gives back.
@@ -280,15 +269,17 @@ enum Gives {
     Value(Type),
 }
 
-struct InferenceContext<'a, 'f, 'db> {
+struct InferenceContext<'a, 'db> {
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
-    id: BodyId,
+    group: u32,
+    /// The body that is read.
+    body: BodyId,
     core: &'db CoreScope,
     /// The variables that all bodies share.
     shared: &'db [VariableOf],
-    resolver: &'a mut Resolver<'f, 'db>,
+    resolver: Resolver<'a, 'db>,
     /// Whether nothing was lost in the program that is read.
     whole: bool,
     /// The program that is read.
@@ -298,8 +289,8 @@ struct InferenceContext<'a, 'f, 'db> {
     types: Option<&'a mut FxHashMap<Part, Type>>,
 }
 
-impl<'db> InferenceContext<'_, '_, 'db> {
-    fn body(&mut self, body: &Body) {
+impl<'db> InferenceContext<'_, 'db> {
+    fn read(&mut self, body: &Body) {
         match body {
             Body::InitialValues(values) => self.initial_values(values),
             Body::Operation(operation) => self.operation(operation),
@@ -325,7 +316,7 @@ impl<'db> InferenceContext<'_, '_, 'db> {
     }
 
     fn problem(&mut self, problem: NameProblem<'db>) {
-        self.found.problems.entry(self.program).or_default().push(problem);
+        self.found.problems.entry((self.body, self.program)).or_default().push(problem);
     }
 
     fn error(&mut self, part: Part, kind: FactKind<'db>) {
@@ -335,7 +326,7 @@ impl<'db> InferenceContext<'_, '_, 'db> {
 
     /// The errors of the program so far: a name that an error elsewhere may hide is none.
     fn errors(&self) -> usize {
-        let problems = self.found.problems.get(&self.program).into_iter().flatten();
+        let problems = self.found.problems.get(&(self.body, self.program)).into_iter().flatten();
         problems.filter(|problem| !matches!(problem, NameProblem::Hidden(_))).count()
     }
 
@@ -344,13 +335,13 @@ impl<'db> InferenceContext<'_, '_, 'db> {
     }
 
     fn declare(&mut self, variable: VariableOf) {
-        let id = VariableId { body: Some(self.id), index: self.found.variables.len() as u32 };
+        let id = VariableId { group: Some(self.group), index: self.found.variables.len() as u32 };
         self.resolver.scope.push(&variable.name.name, id);
         self.found.variables.push(variable);
     }
 
     fn variable(&self, id: VariableId) -> Option<&VariableOf> {
-        let all = if id.body.is_some() { &self.found.variables } else { self.shared };
+        let all = if id.group.is_some() { &self.found.variables } else { self.shared };
         all.get(id.index as usize)
     }
 
@@ -869,7 +860,7 @@ impl<'db> InferenceContext<'_, '_, 'db> {
         let takes = Takes::Arguments(parameters.len());
         let is_right = self.count(callee, takes, parameters.len() == arguments.len(), arguments.len());
         for (index, argument) in arguments.iter().enumerate() {
-            let problems = self.found.problems.get(&self.program).map_or(0, Vec::len);
+            let problems = self.found.problems.get(&(self.body, self.program)).map_or(0, Vec::len);
             match parameters.get(index).filter(|_| is_right) {
                 Some((Direction::In, name, ty)) => {
                     self.input(&callee.name, ParameterName::Named(name.clone()), ty, argument);
@@ -882,7 +873,7 @@ impl<'db> InferenceContext<'_, '_, 'db> {
             // What a built-in function would take is no value that lacks its brackets.
             if index == 0
                 && has_operand
-                && let Some(all) = self.found.problems.get_mut(&self.program)
+                && let Some(all) = self.found.problems.get_mut(&(self.body, self.program))
             {
                 all.truncate(problems);
             }
@@ -1049,11 +1040,10 @@ pub fn returns(statements: &[Statement]) -> bool {
 /// What is known of all bodies of a core.
 pub struct CoreInference<'db> {
     shared: &'db Shared<'db>,
-    /// In the order of their checks, each with how many variables come before its own.
-    bodies: Vec<(BodyId, &'db Inference<'db>, usize)>,
-    /// The bodies that stand apart, by their first part: indices into `bodies`.
-    by_part: Vec<(Part, usize)>,
-    variables: usize,
+    /// The groups of bodies, each with how many variables come before its own.
+    groups: Vec<(&'db Inference<'db>, usize)>,
+    /// Where there are several groups: the first parts of the bodies that stand apart, with their groups.
+    by_part: Vec<(Part, u32)>,
 }
 
 /// Resolves and types all bodies of a core.
@@ -1063,16 +1053,19 @@ pub fn inference_of_core<'db>(
     of: Decl<'db>,
 ) -> CoreInference<'db> {
     let shared = shared_of(db, project, of);
-    let mut found =
-        CoreInference { shared, bodies: Vec::new(), by_part: Vec::new(), variables: shared.variables.len() };
+    let mut found = CoreInference { shared, groups: Vec::new(), by_part: Vec::new() };
     let (Some(core), Some(scope)) = (core(db, of), core_scope(db, of)) else { return found };
-    let inferences = scope.groups().flat_map(|group| inferences_of(db, project, of, group));
-    for (id, inference) in core.bodies().zip(inferences) {
-        found.by_part.extend(core.first_part(id).map(|part| (part, found.bodies.len())));
-        found.bodies.push((id, inference, found.variables));
-        found.variables += inference.variables.len();
+    let mut variables = shared.variables.len();
+    for group in scope.groups() {
+        let inference = inference_of(db, project, of, group);
+        found.groups.push((inference, variables));
+        variables += inference.variables.len();
     }
-    found.by_part.sort_unstable();
+    if found.groups.len() > 1 {
+        let first = |id| Some((core.first_part(id)?, scope.group(id)?));
+        found.by_part = core.bodies().filter_map(first).collect();
+        found.by_part.sort_unstable();
+    }
     found
 }
 
@@ -1080,45 +1073,32 @@ impl<'db> CoreInference<'db> {
     /// Every variable, parameter and handler: those that all bodies share, then body by body.
     pub fn variables(&self) -> impl Iterator<Item = (VariableId, &'db VariableOf)> {
         let shared = [(None, &self.shared.variables)].into_iter();
-        let bodies = self.bodies.iter().map(|(id, it, _)| (Some(*id), &it.variables));
-        shared.chain(bodies).flat_map(|(body, all)| {
-            let number = move |(index, it)| (VariableId { body, index: index as u32 }, it);
+        let groups = self.groups.iter().zip(0..).map(|((it, _), group)| (Some(group), &it.variables));
+        shared.chain(groups).flat_map(|(group, all)| {
+            let number = move |(index, it)| (VariableId { group, index: index as u32 }, it);
             all.iter().enumerate().map(number)
         })
     }
 
-    /// How many [`CoreInference::variables`] there are.
-    pub fn count(&self) -> usize {
-        self.variables
-    }
-
     /// A variable.
     pub fn variable(&self, id: VariableId) -> Option<&'db VariableOf> {
-        let all = match id.body {
+        let all = match id.group {
             None => &self.shared.variables,
-            Some(body) => &self.body(body)?.1.variables,
+            Some(group) => &self.groups.get(group as usize)?.0.variables,
         };
         all.get(id.index as usize)
     }
 
     /// The number of a variable among [`CoreInference::variables`].
     pub fn number(&self, id: VariableId) -> usize {
-        let before = id.body.and_then(|body| self.body(body)).map_or(0, |(_, _, before)| *before);
+        let before =
+            id.group.and_then(|group| self.groups.get(group as usize)).map_or(0, |(_, before)| *before);
         before + id.index as usize
-    }
-
-    fn body(&self, body: BodyId) -> Option<&(BodyId, &'db Inference<'db>, usize)> {
-        self.bodies.get(self.bodies.binary_search_by_key(&body, |(id, ..)| *id).ok()?)
-    }
-
-    /// What is known of one body.
-    pub fn of_body(&self, body: BodyId) -> Option<&'db Inference<'db>> {
-        self.body(body).map(|(_, inference, _)| *inference)
     }
 
     /// What the name of a value refers to, by its location.
     pub fn binding(&self, part: Part) -> Option<Binding<'db>> {
-        self.at(part).find_map(|(_, it)| it.bindings.get(&part).copied())
+        self.at(part).find_map(|it| it.bindings.get(&part).copied())
     }
 
     /// The variable that a name refers to, by its location.
@@ -1131,35 +1111,39 @@ impl<'db> CoreInference<'db> {
 
     /// What a call calls, by the location of its name.
     pub fn callee(&self, part: Part) -> Option<Callee<'db>> {
-        self.at(part).find_map(|(_, it)| it.callees.get(&part).copied())
+        self.at(part).find_map(|it| it.callees.get(&part).copied())
     }
 
-    /// The bodies that a part may stand in.
-    pub fn at(&self, part: Part) -> impl Iterator<Item = (BodyId, &'db Inference<'db>)> {
+    /// The groups that a part may stand in.
+    pub(crate) fn groups_at(&self, part: Part) -> impl Iterator<Item = u32> + use<> {
         let before = self.by_part.partition_point(|(first, _)| *first <= part);
-        let own = before.checked_sub(1).and_then(|index| self.by_part.get(index)).map(|(_, index)| *index);
-        // The initial values, which stand between the others, come first.
-        own.into_iter().chain([0]).filter_map(|index| self.bodies.get(index)).map(|(id, it, _)| (*id, *it))
+        let own = before.checked_sub(1).and_then(|index| self.by_part.get(index)).map(|(_, group)| *group);
+        // The initial values, which stand between the others, are in the first group.
+        own.filter(|group| *group > 0).into_iter().chain([0])
+    }
+
+    fn at(&self, part: Part) -> impl Iterator<Item = &'db Inference<'db>> {
+        self.groups_at(part).filter_map(|group| self.groups.get(group as usize)).map(|(it, _)| *it)
     }
 
     /// What every name of a value refers to, with its location.
     pub fn bindings(&self) -> impl Iterator<Item = (Part, Binding<'db>)> {
-        self.bodies.iter().flat_map(|(_, it, _)| it.bindings.iter().map(|(part, binding)| (*part, *binding)))
+        self.groups.iter().flat_map(|(it, _)| it.bindings.iter().map(|(part, binding)| (*part, *binding)))
     }
 
     /// What every call calls.
     pub fn callees(&self) -> impl Iterator<Item = Callee<'db>> {
-        self.bodies.iter().flat_map(|(_, it, _)| it.callees.values().copied())
+        self.groups.iter().flat_map(|(it, _)| it.callees.values().copied())
     }
 
     /// Whether some name of a value, or of what is called, refers to nothing.
     pub fn is_unresolved(&self) -> bool {
-        self.bodies.iter().any(|(_, it, _)| it.unresolved)
+        self.groups.iter().any(|(it, _)| it.unresolved)
     }
 
     /// What is wrong with types.
     pub fn facts(&self) -> impl Iterator<Item = &'db Fact<'db>> {
-        self.shared.facts.iter().chain(self.bodies.iter().flat_map(|(_, it, _)| &it.facts))
+        self.shared.facts.iter().chain(self.groups.iter().flat_map(|(it, _)| &it.facts))
     }
 
     /// What a call does with each of so many arguments: what goes in, what comes back.

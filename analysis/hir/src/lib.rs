@@ -91,7 +91,7 @@ pub use flat::deployed;
 pub use flat::{Flat, FlatInstance, flat_of};
 pub use infer::{
     CoreInference, HiddenName, Inference, NameProblem, ReportedProblem, Shared, Uses, VariableKind,
-    VariableOf, inference_of, inference_of_core, returns, uses_of,
+    VariableOf, inference_of_core, returns, uses_of,
 };
 pub use lines::{file_and_line, line_index, line_of};
 pub use link::Link;

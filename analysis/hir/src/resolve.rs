@@ -4,7 +4,7 @@
 use rustc_hash::FxHashMap;
 
 use crate::ModelDb;
-use crate::body::{BodyId, CoreScope};
+use crate::body::CoreScope;
 use crate::builtin::{Builtin, Operand};
 use crate::fact::NotCallable;
 use crate::features::Features;
@@ -15,9 +15,9 @@ use crate::source::Decl;
 /// A variable, parameter or handler of a core.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, salsa::SalsaValue)]
 pub struct VariableId {
-    /// The body that declares it; none where all bodies share it.
-    pub body: Option<BodyId>,
-    /// Its number among the variables of that body, or among those that are shared.
+    /// The group of bodies that declares it; none where all bodies share it.
+    pub group: Option<u32>,
+    /// Its number among the variables of that group, or among those that are shared.
     pub index: u32,
 }
 

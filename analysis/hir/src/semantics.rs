@@ -65,12 +65,8 @@ impl<'db> Semantics<'db> {
     /// The type of an expression without brackets around it, or of a variable by one of its names.
     pub fn type_of(&self, expression: &SyntaxNode) -> Option<&'db Type> {
         let part = self.part(expression.text_range())?;
-        let scope = core_scope(self.db, self.core).as_ref()?;
-        let types = |(body, _)| {
-            let (group, _) = scope.group(body)?;
-            expression_types(self.db, self.project, self.core, group).get(&part)
-        };
-        self.inference.at(part).find_map(types).or_else(|| {
+        let types = |group| expression_types(self.db, self.project, self.core, group).get(&part);
+        self.inference.groups_at(part).find_map(types).or_else(|| {
             let id = self.inference.variable_at(part)?;
             self.inference.variable(id).map(|variable| &variable.ty)
         })
