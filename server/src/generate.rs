@@ -276,6 +276,9 @@ impl<'db> GenerateRequest<'db> {
     }
 }
 
+/// Reads a file below a folder of packages; nothing where there is none.
+pub(crate) type ReadFile<'a> = dyn Fn(&Out, &str) -> Result<Option<String>, String> + 'a;
+
 /// Answers a request: generates its packages, and compares them with the files in their folders, as `read` returns them.
 /// Writes nothing.
 ///
@@ -285,7 +288,7 @@ impl<'db> GenerateRequest<'db> {
 pub(crate) fn generate<'db>(
     db: &'db Database,
     request: &GenerateRequest<'db>,
-    read: &dyn Fn(&Out, &str) -> Result<Option<String>, String>,
+    read: &ReadFile<'_>,
 ) -> Result<Vec<Generated>, Refusal<'db>> {
     if let Some(refusal) = request.refusal() {
         return Err(refusal);

@@ -159,7 +159,7 @@ impl<'db> Reader<'_, 'db> {
 
     fn read(&mut self) {
         self.duplicates_of_core();
-        self.resolved(BodyId::InitialValues, ProgramIn::CoreValues);
+        self.resolved(BodyId::CoreValues, ProgramIn::Whole);
         self.operations();
         self.hooks();
         let update = self.core.hooks.iter().position(|hook| hook.kind == HookKind::Update);
@@ -186,8 +186,13 @@ impl<'db> Reader<'_, 'db> {
         let group = core_scope(self.db, self.of).as_ref().and_then(|scope| scope.group(body));
         let inference = group.map(|group| inference_of(self.db, self.project, self.of, group));
         let problems = inference.and_then(|inference| inference.problems.get(&(body, program)));
+        // Whether the last problem was a hidden name that is the first reason of all.
+        let mut is_first = false;
         for problem in problems.into_iter().flatten() {
+            let was_first = std::mem::take(&mut is_first);
             match problem {
+                // One mistake: what a name does that an error may declare is unknown.
+                NameProblem::Error(Fact { kind: FactKind::NoEffect, .. }) if was_first => {}
                 NameProblem::Error(fact) => self.refuse(fact.clone()),
                 NameProblem::Reported(ReportedProblem::UndefinedOperation(name)) => {
                     self.refuse_here(CoreReason::UndefinedOperation(name.clone()));
@@ -195,14 +200,15 @@ impl<'db> Reader<'_, 'db> {
                 NameProblem::Reported(ReportedProblem::RepeatedCodel(name)) => {
                     self.refuse_here(CoreReason::RepeatedCodel(name.clone()));
                 }
-                NameProblem::Hidden(HiddenName::Codel(name)) => {
-                    self.refuse_hidden(CoreReason::CodelNotFound(name.clone(), self.names.may_hide()));
-                }
-                NameProblem::Hidden(HiddenName::Operation(name)) => {
-                    self.refuse_hidden(CoreReason::MayBeOperation(name.clone()));
-                }
-                NameProblem::Hidden(HiddenName::Variable(name)) => {
-                    self.refuse_hidden(CoreReason::MayBeDeclared(name.clone()));
+                NameProblem::Hidden(hidden) => {
+                    is_first = self.found.refusals.is_empty();
+                    self.refuse_hidden(match hidden {
+                        HiddenName::Codel(name) => {
+                            CoreReason::CodelNotFound(name.clone(), self.names.may_hide())
+                        }
+                        HiddenName::Operation(name) => CoreReason::MayBeOperation(name.clone()),
+                        HiddenName::Variable(name) => CoreReason::MayBeDeclared(name.clone()),
+                    });
                 }
             }
         }
@@ -299,7 +305,7 @@ impl<'db> Reader<'_, 'db> {
         if !machine.whole || machine.states.iter().any(|state| !state.whole) {
             self.refuse_here(CoreReason::SyntaxError(CorePart::Machine));
         }
-        self.resolved(BodyId::InitialValues, ProgramIn::MachineValues);
+        self.resolved(BodyId::MachineValues, ProgramIn::Whole);
         let variables = self.duplicates(machine.variables.iter().map(|it| &it.name), Defined::Variable);
         self.found.facts.extend(variables);
         let states = self.duplicates(machine.states.iter().map(|it| &it.name), Defined::State);

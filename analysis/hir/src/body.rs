@@ -14,12 +14,14 @@ use crate::source::{Decl, core};
 /// A body of a core.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, salsa::SalsaValue)]
 pub enum BodyId {
-    /// The initial values of the variables of the core and of its state machines.
-    InitialValues,
+    /// The initial values of the variables of the core.
+    CoreValues,
     /// The operation of that number.
     Operation(u32),
     /// The hook of that number.
     Hook(u32),
+    /// The initial values of the variables of its state machines.
+    MachineValues,
     /// A state, by the number of its machine and its own.
     State(u32, u32),
 }
@@ -27,7 +29,7 @@ pub enum BodyId {
 /// A body, with what stands in it.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub enum Body {
-    /// See [`BodyId::InitialValues`].
+    /// See [`BodyId::CoreValues`] and [`BodyId::MachineValues`].
     InitialValues(InitialValues),
     /// See [`BodyId::Operation`].
     Operation(Arc<Operation>),
@@ -37,13 +39,11 @@ pub enum Body {
     State(Arc<State>),
 }
 
-/// The variables of a core and of its state machines, with their initial values.
+/// Variables with their initial values.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct InitialValues {
-    /// Those of the core.
+    /// Those of the core, or those of its state machines.
     pub variables: Vec<Variable>,
-    /// Those of its state machines.
-    pub machine_variables: Vec<Variable>,
     /// Whether nothing was lost between the items of the core.
     pub whole: bool,
 }
@@ -51,11 +51,7 @@ pub struct InitialValues {
 /// A program in a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, salsa::SalsaValue)]
 pub enum ProgramIn {
-    /// The initial values of the core's variables.
-    CoreValues,
-    /// Those of the variables of its state machines.
-    MachineValues,
-    /// The program of an operation or of a hook.
+    /// All initial values, or the program of an operation or of a hook.
     Whole,
     /// The method of that number.
     Method(u32),
@@ -82,14 +78,15 @@ impl Core {
         let states = self.machines.iter().enumerate().flat_map(|(machine, it)| {
             (0..it.states.len() as u32).map(move |state| BodyId::State(machine as u32, state))
         });
-        std::iter::once(BodyId::InitialValues).chain(operations).chain(hooks).chain(states)
+        let values = [BodyId::CoreValues].into_iter();
+        values.chain(operations).chain(hooks).chain([BodyId::MachineValues]).chain(states)
     }
 
     /// Where a body begins: each of its parts has a greater number, and each part of the next body too. Nothing for the
     /// initial values, which stand between the others.
     pub(crate) fn first_part(&self, body: BodyId) -> Option<Part> {
         match body {
-            BodyId::InitialValues => None,
+            BodyId::CoreValues | BodyId::MachineValues => None,
             BodyId::Operation(index) => self.operations.get(index as usize).map(|it| it.name.part),
             BodyId::Hook(index) => self.hooks.get(index as usize).map(|it| it.part),
             BodyId::State(machine, state) => {
@@ -205,11 +202,13 @@ impl CoreScope {
     /// The group that a body is read in; nothing where the core does not have it.
     pub(crate) fn group(&self, body: BodyId) -> Option<u32> {
         let hooks = 1 + self.operations.len();
-        let states = hooks + self.hooks as usize;
+        let values = hooks + self.hooks as usize;
+        let states = values + 1;
         let (number, end) = match body {
-            BodyId::InitialValues => (0, 1),
+            BodyId::CoreValues => (0, 1),
             BodyId::Operation(index) => (1 + index as usize, hooks),
-            BodyId::Hook(index) => (hooks + index as usize, states),
+            BodyId::Hook(index) => (hooks + index as usize, values),
+            BodyId::MachineValues => (values, states),
             BodyId::State(machine, state) => {
                 let before: u32 = self.states.iter().take(machine as usize).sum();
                 let first = states + before as usize;
@@ -222,7 +221,7 @@ impl CoreScope {
     /// The groups of its bodies.
     pub(crate) fn groups(&self) -> std::ops::Range<u32> {
         let states: u32 = self.states.iter().sum();
-        let bodies = 1 + self.operations.len() + self.hooks as usize + states as usize;
+        let bodies = 2 + self.operations.len() + self.hooks as usize + states as usize;
         0..bodies.div_ceil(GROUP) as u32
     }
 }
@@ -248,15 +247,15 @@ fn bodies_of_group<'db>(db: &'db dyn ModelDb, of: Decl<'db>, group: u32) -> Vec<
 }
 
 fn bodies_in(core: &Core, group: u32) -> Vec<(BodyId, Body)> {
+    let values = |variables| Body::InitialValues(InitialValues { variables, whole: core.whole });
     let body = |id: BodyId| {
         Some((
             id,
             match id {
-                BodyId::InitialValues => Body::InitialValues(InitialValues {
-                    variables: core.variables.clone(),
-                    machine_variables: core.machines.iter().flat_map(|it| &it.variables).cloned().collect(),
-                    whole: core.whole,
-                }),
+                BodyId::CoreValues => values(core.variables.clone()),
+                BodyId::MachineValues => {
+                    values(core.machines.iter().flat_map(|machine| &machine.variables).cloned().collect())
+                }
                 BodyId::Operation(index) => Body::Operation(core.operations.get(index as usize)?.clone()),
                 BodyId::Hook(index) => Body::Hook(core.hooks.get(index as usize)?.clone()),
                 BodyId::State(machine, state) => {

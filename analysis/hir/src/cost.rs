@@ -19,7 +19,7 @@ use crate::values::Value;
 pub enum Cost<'db> {
     /// One execution of a codel.
     Codel(Decl<'db>),
-    /// One execution of an operation that the core itself provides: an index into [`Behaviour::operations`].
+    /// One execution of an operation that the core itself provides: an index into [`crate::Behaviour::operations`].
     Operation(usize),
     /// All of these.
     Sum(Vec<Cost<'db>>),

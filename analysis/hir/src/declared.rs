@@ -117,7 +117,7 @@ fn names_in(data: &Data) -> Vec<(&NameRef, ReservedNames)> {
         Data::Core(core) => {
             let parameters = core.operations.iter().flat_map(|it| &it.parameters);
             names.extend(parameters.map(|it| (&it.name, None)));
-            names.extend(core.all_variables().into_iter().map(|it| (&it.name, None)));
+            names.extend(core.all_variables().map(|it| (&it.name, None)));
             names.extend(core.handlers.iter().map(|handler| (&handler.name, None)));
             let states = core.machines.iter().flat_map(|machine| &machine.states);
             names.extend(states.map(|state| (&state.name, None)));

@@ -139,7 +139,7 @@ pub(crate) fn shared_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: De
     for handler in &scope.handlers {
         let ty = shell.zip(handler.operation.as_ref()).map(|(shell, operation)| {
             handled(db, project, of, shell, operation).unwrap_or_else(|fact| {
-                shared.facts.extend(fact);
+                shared.facts.extend(fact.map(|fact| *fact));
                 Type::Unknown
             })
         });
@@ -162,14 +162,14 @@ fn handled<'db>(
     of: Decl<'db>,
     shell: Decl<'db>,
     operation: &TypeRef,
-) -> Result<Type, Option<Fact<'db>>> {
+) -> Result<Type, Option<Box<Fact<'db>>>> {
     let features = features_of(db, project, shell);
     if features.lost {
         return Err(None);
     }
     let unresolved = |name: Name, near| {
         let kind = FactKind::UnresolvedOperation { name, shell: shell.name(db).clone(), near };
-        Err(Some(Fact::new(Place::Part(of, operation.part), kind)))
+        Err(Some(Box::new(Fact::new(Place::Part(of, operation.part), kind))))
     };
     let [name] = operation.path.as_slice() else { return unresolved(operation.to_string().into(), None) };
     if name.is_empty() {
@@ -244,7 +244,7 @@ fn inferred<'db>(
         project,
         of,
         group,
-        body: BodyId::InitialValues,
+        body: BodyId::CoreValues,
         core: scope,
         shared,
         resolver,
@@ -352,11 +352,11 @@ impl<'db> InferenceContext<'_, 'db> {
 
     fn initial_values(&mut self, values: &InitialValues) {
         self.whole = values.whole;
-        self.program = ProgramIn::CoreValues;
+        self.program = ProgramIn::Whole;
+        if self.body == BodyId::MachineValues {
+            self.enter_machine();
+        }
         values.variables.iter().for_each(|variable| self.initial_value(variable));
-        self.program = ProgramIn::MachineValues;
-        self.enter_machine();
-        values.machine_variables.iter().for_each(|variable| self.initial_value(variable));
     }
 
     fn initial_value(&mut self, variable: &Variable) {
@@ -1044,6 +1044,8 @@ pub struct CoreInference<'db> {
     groups: Vec<(&'db Inference<'db>, usize)>,
     /// Where there are several groups: the first parts of the bodies that stand apart, with their groups.
     by_part: Vec<(Part, u32)>,
+    /// The groups of the initial values, which stand between the other bodies.
+    values: [u32; 2],
 }
 
 /// Resolves and types all bodies of a core.
@@ -1053,7 +1055,7 @@ pub fn inference_of_core<'db>(
     of: Decl<'db>,
 ) -> CoreInference<'db> {
     let shared = shared_of(db, project, of);
-    let mut found = CoreInference { shared, groups: Vec::new(), by_part: Vec::new() };
+    let mut found = CoreInference { shared, groups: Vec::new(), by_part: Vec::new(), values: [0, 0] };
     let (Some(core), Some(scope)) = (core(db, of), core_scope(db, of)) else { return found };
     let mut variables = shared.variables.len();
     for group in scope.groups() {
@@ -1065,6 +1067,7 @@ pub fn inference_of_core<'db>(
         let first = |id| Some((core.first_part(id)?, scope.group(id)?));
         found.by_part = core.bodies().filter_map(first).collect();
         found.by_part.sort_unstable();
+        found.values[1] = scope.group(BodyId::MachineValues).unwrap_or_default();
     }
     found
 }
@@ -1118,8 +1121,7 @@ impl<'db> CoreInference<'db> {
     pub(crate) fn groups_at(&self, part: Part) -> impl Iterator<Item = u32> + use<> {
         let before = self.by_part.partition_point(|(first, _)| *first <= part);
         let own = before.checked_sub(1).and_then(|index| self.by_part.get(index)).map(|(_, group)| *group);
-        // The initial values, which stand between the others, are in the first group.
-        own.filter(|group| *group > 0).into_iter().chain([0])
+        own.into_iter().chain(self.values)
     }
 
     fn at(&self, part: Part) -> impl Iterator<Item = &'db Inference<'db>> {
@@ -1160,7 +1162,8 @@ impl<'db> CoreInference<'db> {
             Callee::Operation(index) => {
                 core.operations.get(index).map_or_else(Vec::new, |it| own(&it.parameters))
             }
-            Callee::Builtin(Builtin::Read | Builtin::Collect) => {
+            Callee::Builtin(Builtin::Read) => vec![Direction::In, Direction::Out],
+            Callee::Builtin(Builtin::Collect) => {
                 std::iter::once(Direction::In).chain(std::iter::repeat_n(Direction::Out, count)).collect()
             }
             Callee::Builtin(Builtin::Write | Builtin::Status | Builtin::Send) => Vec::new(),

@@ -157,7 +157,7 @@ pub enum Place<'db> {
     End(Decl<'db>),
     /// Behind the first brace that follows something in a declaration.
     Inside(Decl<'db>, Part),
-    /// All of what something in a declaration is part of, where that is to be removed: see [`whole_item`].
+    /// All of what something in a declaration is part of, where that is to be removed: see `whole_item`.
     Item(Decl<'db>, Part),
     /// The include of that number.
     Include(File, u32),

@@ -89,7 +89,7 @@ fn type_part(db: &dyn ModelDb, decl: Decl<'_>, part: Part) -> Option<Part> {
         }
         Data::Core(core) if part == Part(0) => of(&core.shell),
         Data::Core(core) => {
-            let variables = core.all_variables().into_iter();
+            let variables = core.all_variables();
             let handlers = core.handlers.iter();
             let operations = || core.operations.iter();
             None.or_else(|| variables.filter(|it| it.name.part == part).map(|it| of(&it.ty)).next())

@@ -272,7 +272,7 @@ impl<'db> Reader<'db> {
             }
             if let Some((of, data)) = core_of(db, project, component).and_then(|of| Some((of, core(db, of)?)))
             {
-                let variables = data.all_variables().into_iter().filter_map(|it| it.ty.as_ref());
+                let variables = data.all_variables().filter_map(|it| it.ty.as_ref());
                 variables.for_each(|ty| self.check_type(of, ty));
                 for operation in &data.operations {
                     let parameters = operation.parameters.iter().filter_map(|it| it.ty.as_ref());

@@ -40,14 +40,20 @@ pub struct Key<T: 'static> {
     pub documentation: &'static str,
 }
 
+/// The field of the configuration that a value is stored in.
+pub type Field<T, V> = fn(&mut T) -> &mut V;
+
+/// A text, and where it stands.
+pub type Located = (String, Range<usize>);
+
 /// Which values a key takes, and the field that stores them.
 pub enum Kind<T> {
     /// The path of a model, or a list of them.
-    Models(fn(&mut T) -> &mut Vec<(String, Range<usize>)>),
+    Models(Field<T, Vec<Located>>),
     /// The path of a timing table, or a list of them; a path may have wildcards.
-    Tables(fn(&mut T) -> &mut Vec<(String, Range<usize>)>),
+    Tables(Field<T, Vec<Located>>),
     /// The name of an instance, or a list of them.
-    Instances(fn(&mut T) -> &mut Vec<(String, Range<usize>)>),
+    Instances(Field<T, Vec<Located>>),
     /// A significance level.
     Level(fn(&mut T, Level, Range<usize>)),
     /// A time with its unit.
@@ -57,7 +63,7 @@ pub enum Kind<T> {
     /// `true` or `false`.
     Boolean(fn(&mut T) -> &mut Option<bool>),
     /// The path of a folder.
-    Folder(fn(&mut T) -> &mut Option<(String, Range<usize>)>),
+    Folder(Field<T, Option<Located>>),
     /// A text in a format of its own.
     Text {
         /// Stores a text; `None` if it does not have the format.
