@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use crate::ModelDb;
 use crate::item_tree::{
-    Core, Expr, Guard, Handler, Hook, NameRef, Operation, Parameter, Part, Program, State, Statement,
+    Core, Expr, Guard, Handler, Hook, Name, NameRef, Operation, Parameter, Part, Program, State, Statement,
     TypeRef, Variable,
 };
 use crate::source::{Decl, core};
@@ -272,17 +272,29 @@ pub fn statements(statements: &[Statement]) -> impl Iterator<Item = &Statement> 
     let mut open: Vec<&Statement> = statements.iter().rev().collect();
     std::iter::from_fn(move || {
         let next = open.pop()?;
-        let blocks: [&[Statement]; 2] = match next {
-            Statement::If { then, otherwise, .. } => [then, otherwise.as_deref().unwrap_or_default()],
-            Statement::Block(inner) => [inner, &[]],
-            _ => [&[], &[]],
-        };
-        open.extend(blocks.into_iter().flatten().rev());
+        open.extend(next.blocks().into_iter().flatten().rev());
         Some(next)
     })
 }
 
 impl Statement {
+    /// Returns its blocks: those of an `if`, or its own; empty where it has none.
+    fn blocks(&self) -> [&[Statement]; 2] {
+        match self {
+            Statement::If { then, otherwise, .. } => [then, otherwise.as_deref().unwrap_or_default()],
+            Statement::Block(inner) => [inner, &[]],
+            _ => [&[], &[]],
+        }
+    }
+
+    /// Returns the variable that it declares.
+    pub fn variable(&self) -> Option<&Variable> {
+        match self {
+            Statement::Variable(variable) => Some(variable),
+            _ => None,
+        }
+    }
+
     /// The expression right in it: a value or a condition.
     pub fn expression(&self) -> Option<&Expr> {
         match self {
@@ -310,9 +322,36 @@ impl Expr {
             Some(next)
         })
     }
+
+    /// Returns the names of values in it, those in the arguments of calls aside.
+    pub fn names(&self) -> Vec<&Name> {
+        let (mut names, mut open) = (Vec::new(), vec![self]);
+        while let Some(expr) = open.pop() {
+            match expr {
+                Expr::Name(name) => names.push(&name.name),
+                Expr::Lost(inner) | Expr::Unary(_, inner, _) => open.push(inner),
+                Expr::Binary(_, lhs, rhs, _) => open.extend([lhs.as_ref(), rhs.as_ref()]),
+                Expr::Missing | Expr::Literal(..) | Expr::Call { .. } => {}
+            }
+        }
+        names
+    }
+
+    /// Returns whether it may call something: an incomplete expression may.
+    pub(crate) fn may_call(&self) -> bool {
+        self.descendants().any(|it| matches!(it, Expr::Missing | Expr::Lost(_) | Expr::Call { .. }))
+    }
 }
 
 impl Core {
+    /// Returns every block of its programs: each program, and the blocks in it.
+    pub fn blocks(&self) -> impl Iterator<Item = &[Statement]> {
+        self.programs().into_iter().flat_map(|program| {
+            let all = program.statements.as_slice();
+            std::iter::once(all).chain(statements(all).flat_map(Statement::blocks))
+        })
+    }
+
     /// Every statement of its programs.
     pub fn statements(&self) -> impl Iterator<Item = &Statement> {
         self.programs().into_iter().flat_map(|program| statements(&program.statements))

@@ -147,24 +147,10 @@ impl<'db> Flow<'_, 'db> {
     // What is never executed
 
     fn unreachable(&mut self) {
-        for program in self.core.programs() {
-            self.unreachable_in(&program.statements);
-        }
-    }
-
-    fn unreachable_in(&mut self, statements: &[Statement]) {
-        let end = statements.iter().position(|it| returns(std::slice::from_ref(it)));
-        if let Some(part) = end.and_then(|end| statements.get(end + 1)?.part()) {
-            self.report(part, FactKind::UnreachableCode(Unreachable::BehindReturn));
-        }
-        for statement in statements {
-            match statement {
-                Statement::Block(inner) => self.unreachable_in(inner),
-                Statement::If { then, otherwise, .. } => {
-                    self.unreachable_in(then);
-                    self.unreachable_in(otherwise.as_deref().unwrap_or_default());
-                }
-                _ => {}
+        for block in self.core.blocks() {
+            let end = block.iter().position(|it| returns(std::slice::from_ref(it)));
+            if let Some(part) = end.and_then(|end| block.get(end + 1)?.part()) {
+                self.report(part, FactKind::UnreachableCode(Unreachable::BehindReturn));
             }
         }
     }
@@ -445,7 +431,7 @@ impl<'db> Flow<'_, 'db> {
         });
         let calls = LazyCell::new(|| {
             let all = self.core.all_variables();
-            let with_value = all.filter(|it| it.value.as_ref().is_some_and(has_call));
+            let with_value = all.filter(|it| it.value.as_ref().is_some_and(Expr::may_call));
             with_value.map(|variable| variable.name.part).collect::<FxHashSet<Part>>()
         });
         for (index, (_, variable)) in self.variables.iter().enumerate() {
@@ -647,18 +633,13 @@ fn top_level_writes<'a>(statements: &'a [Statement], inference: &CoreInference<'
                 }
             }
             // A branch may leave the program.
-            statement if has_return(std::slice::from_ref(statement)) => break,
+            statement if has_return(statement) => break,
             _ => {}
         }
     }
     ports
 }
 
-fn has_return(all: &[Statement]) -> bool {
-    statements(all).any(|statement| matches!(statement, Statement::Return(..)))
-}
-
-/// Whether an expression may call something: what is half typed may.
-fn has_call(expr: &Expr) -> bool {
-    expr.descendants().any(|it| matches!(it, Expr::Missing | Expr::Lost(_) | Expr::Call { .. }))
+fn has_return(statement: &Statement) -> bool {
+    statements(std::slice::from_ref(statement)).any(|statement| matches!(statement, Statement::Return(..)))
 }

@@ -1014,15 +1014,10 @@ struct SendableCall {
     first: Option<Part>,
 }
 
-/// Where an expression without any call stands. (One that is missing is a syntax error.)
+/// Returns the location of the first value in an expression without any call. (A missing one is a syntax error.)
 fn without_call(expr: &Expr) -> Option<Part> {
-    match expr {
-        Expr::Missing | Expr::Lost(_) | Expr::Call { .. } => None,
-        Expr::Literal(_, part) => Some(*part),
-        Expr::Name(name) => Some(name.part),
-        Expr::Unary(_, inner, _) => without_call(inner),
-        Expr::Binary(_, lhs, rhs, _) => without_call(rhs).and(without_call(lhs)),
-    }
+    let mut values = expr.descendants().filter(|it| matches!(it, Expr::Literal(..) | Expr::Name(_)));
+    if expr.may_call() { None } else { values.next()?.part() }
 }
 
 /// Whether every path ends with a `return`.

@@ -329,11 +329,7 @@ impl Core {
     /// Every variable, those in its programs too.
     pub fn all_variables(&self) -> impl Iterator<Item = &Variable> {
         let machines = self.machines.iter().flat_map(|machine| &machine.variables);
-        let local = self.statements().filter_map(|statement| match statement {
-            Statement::Variable(variable) => Some(variable),
-            _ => None,
-        });
-        self.variables.iter().chain(machines).chain(local)
+        self.variables.iter().chain(machines).chain(self.statements().filter_map(Statement::variable))
     }
 
     /// Every program of it.

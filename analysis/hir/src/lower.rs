@@ -233,38 +233,37 @@ impl Lowering<'_> {
                     self.items(it.items(), Some(&name));
                 }
                 ast::Item::Use(it) => {
-                    let name = it.name_ref().map(|name| name.syntax().clone());
-                    self.declare(it.syntax(), name, Kind::Use, library, |_| Data::Use);
+                    self.declare(it.syntax(), it.name_ref(), Kind::Use, library, |_| Data::Use);
                 }
                 ast::Item::Codel(it) => {
-                    self.declare_named(it.syntax(), it.name(), Kind::Codel, library, |this| {
+                    self.declare(it.syntax(), it.name(), Kind::Codel, library, |this| {
                         Data::Codel(this.codel(&it))
                     });
                 }
                 ast::Item::Shell(it) => {
-                    self.declare_named(it.syntax(), it.name(), Kind::Shell, library, |this| {
+                    self.declare(it.syntax(), it.name(), Kind::Shell, library, |this| {
                         Data::Shell(this.shell(&it))
                     });
                 }
                 ast::Item::Core(it) => {
-                    self.declare_named(it.syntax(), it.name(), Kind::Core, library, |this| {
+                    self.declare(it.syntax(), it.name(), Kind::Core, library, |this| {
                         Data::Core(this.core(&it))
                     });
                 }
                 ast::Item::Component(it) => {
-                    self.declare_named(it.syntax(), it.name(), Kind::Component, library, |this| {
+                    self.declare(it.syntax(), it.name(), Kind::Component, library, |this| {
                         let shell = it.shell().map(|ty| this.type_ref(&ty));
                         let core = it.core().map(|ty| this.type_ref(&ty));
                         Data::Component(Component { shell, core, whole: is_whole(it.syntax()) })
                     });
                 }
                 ast::Item::Architecture(it) => {
-                    self.declare_named(it.syntax(), it.name(), Kind::Architecture, library, |this| {
+                    self.declare(it.syntax(), it.name(), Kind::Architecture, library, |this| {
                         Data::Architecture(this.architecture(&it))
                     });
                 }
                 ast::Item::Deployment(it) => {
-                    self.declare_named(it.syntax(), it.name(), Kind::Deployment, library, |this| {
+                    self.declare(it.syntax(), it.name(), Kind::Deployment, library, |this| {
                         Data::Deployment(this.deployment(&it))
                     });
                 }
@@ -317,29 +316,18 @@ impl Lowering<'_> {
         self.map.includes.push(range);
     }
 
-    fn declare_named(
-        &mut self,
-        node: &SyntaxNode,
-        name: Option<ast::Name>,
-        kind: Kind,
-        library: Option<&Name>,
-        read: impl FnOnce(&mut Self) -> Data,
-    ) {
-        self.declare(node, name.map(|name| name.syntax().clone()), kind, library, read);
-    }
-
     fn declare(
         &mut self,
         node: &SyntaxNode,
-        name: Option<SyntaxNode>,
+        name: Option<impl AstNode>,
         kind: Kind,
         library: Option<&Name>,
         read: impl FnOnce(&mut Self) -> Data,
     ) {
-        let range = node.text_range();
+        let (range, name) = (node.text_range(), name.as_ref().map(AstNode::syntax));
         let known = known(&self.known.declarations, node, 0).unwrap_or_else(|| {
             let keyword = node.first_token().map_or(range, |token| token.text_range());
-            self.parts = vec![name.as_ref().map_or(keyword, |name| name.text_range())];
+            self.parts = vec![name.map_or(keyword, |name| name.text_range())];
             let data = Arc::new(read(self));
             let parts = self.parts.drain(..).map(|part| part - range.start()).collect();
             let states = self.states.drain(..).collect();
@@ -354,7 +342,7 @@ impl Lowering<'_> {
         if matches!(&**data, Data::Core(core) if core.is_double()) {
             self.tree.doubts.push((library.cloned(), None));
         }
-        let name = name.map_or_else(Name::default, |name| text_of(&name));
+        let name = name.map_or_else(Name::default, text_of);
         self.tree.declarations.push(Declaration {
             library: library.cloned(),
             name,
@@ -370,20 +358,16 @@ impl Lowering<'_> {
         Part((self.parts.len() - 1) as u32)
     }
 
-    /// The name in `node`, or an empty one that stands for all of `whole` where it is missing.
-    fn name(&mut self, name: Option<ast::Name>, whole: &SyntaxNode) -> NameRef {
-        self.word(name.map(|name| name.syntax().clone()), whole)
-    }
-
-    fn name_ref(&mut self, name: &ast::NameRef) -> NameRef {
-        self.word(Some(name.syntax().clone()), name.syntax())
-    }
-
-    fn word(&mut self, name: Option<SyntaxNode>, whole: &SyntaxNode) -> NameRef {
+    /// Lowers `name`; a missing one is empty, and stands for all of `whole`.
+    fn name(&mut self, name: Option<impl AstNode>, whole: &SyntaxNode) -> NameRef {
         match name {
-            Some(node) => NameRef { name: text_of(&node), part: self.part(node.text_range()) },
+            Some(name) => self.name_ref(&name),
             None => NameRef { name: Name::default(), part: self.part(whole.text_range()) },
         }
+    }
+
+    fn name_ref(&mut self, name: &impl AstNode) -> NameRef {
+        NameRef { name: text_of(name.syntax()), part: self.part(name.syntax().text_range()) }
     }
 
     fn type_ref(&mut self, ty: &ast::Type) -> TypeRef {
@@ -614,10 +598,7 @@ impl Lowering<'_> {
                 Statement::Return(part, it.expr().map(|value| self.expr(Some(value))))
             }
             ast::Statement::AssignStatement(it) => {
-                let target = match it.name_ref() {
-                    Some(name) => self.name_ref(&name),
-                    None => self.word(None, it.syntax()),
-                };
+                let target = self.name(it.name_ref(), it.syntax());
                 Statement::Assign(target, self.expr(it.expr()))
             }
             ast::Statement::ExprStatement(it) => Statement::Expr(self.expr(it.expr())),
@@ -766,10 +747,7 @@ impl Lowering<'_> {
     }
 
     fn endpoint(&mut self, endpoint: &ast::Endpoint) -> Endpoint {
-        let instance = match endpoint.instance() {
-            Some(name) => self.name_ref(&name),
-            None => self.word(None, endpoint.syntax()),
-        };
+        let instance = self.name(endpoint.instance(), endpoint.syntax());
         Endpoint { instance, feature: endpoint.feature().map(|name| self.name_ref(&name)) }
     }
 
@@ -810,10 +788,7 @@ impl Lowering<'_> {
     }
 
     fn activity(&mut self, activity: &ast::Activity) -> Activity {
-        let instance = match activity.name_ref() {
-            Some(name) => self.name_ref(&name),
-            None => self.word(None, activity.syntax()),
-        };
+        let instance = self.name(activity.name_ref(), activity.syntax());
         let mut fields = Vec::new();
         for field in activity.fields() {
             // Tokens left over right behind a value may belong to it: `priority = 1 9`, `priority = 1 e1`. Where a

@@ -91,7 +91,7 @@ fn setting_value<'db>(
     let mut elsewhere = Vec::new();
     // Its ends may name constants that have other values here.
     let ends = data.interval.iter().flat_map(|it| [&it.low, &it.high]);
-    let of_instance = declared.filter(|_| ends.clone().any(|end| !names_in(end).is_empty()));
+    let of_instance = declared.filter(|_| ends.clone().any(|end| !end.names().is_empty()));
     let of_instance = of_instance.and_then(|shell| Some((shell, given.get(&instance.name)?)));
     let here = of_instance.map(|(shell, given)| constants_with(db, project, shell, given));
     let known = Some(here.as_ref().unwrap_or_else(|| constants_of(db, project, declared_in)));
@@ -210,7 +210,7 @@ fn constants_with<'db>(
         all.iter().enumerate().map(|(index, (name, ..))| (*name, index)).collect();
     let named = all.iter().map(|(name, _, data)| {
         let value = data.value.as_ref().filter(|_| !given.contains_key(name));
-        let names = value.map_or_else(Vec::new, names_in);
+        let names = value.map_or_else(Vec::new, Expr::names);
         names.into_iter().filter_map(|name| index.get(name).copied()).collect()
     });
     let named: Vec<Vec<usize>> = named.collect();
@@ -245,25 +245,11 @@ fn constants_with<'db>(
     constants
 }
 
-/// The names in an expression.
-fn names_in(expr: &Expr) -> Vec<&Name> {
-    let (mut names, mut open) = (Vec::new(), vec![expr]);
-    while let Some(expr) = open.pop() {
-        match expr {
-            Expr::Name(name) => names.push(&name.name),
-            Expr::Lost(inner) | Expr::Unary(_, inner, _) => open.push(inner),
-            Expr::Binary(_, lhs, rhs, _) => open.extend([lhs.as_ref(), rhs.as_ref()]),
-            Expr::Missing | Expr::Literal(..) | Expr::Call { .. } => {}
-        }
-    }
-    names
-}
-
 /// The names in the values and intervals of a shell.
 pub(crate) fn names_in_values(data: &Shell) -> Vec<&Name> {
     let values = data.features.iter().flat_map(|it| &it.value);
     let ends = data.features.iter().flat_map(|it| &it.interval).flat_map(|it| [&it.low, &it.high]);
-    values.chain(ends).flat_map(names_in).collect()
+    values.chain(ends).flat_map(Expr::names).collect()
 }
 
 /// Evaluates constant expressions in a declaration, and reports what is wrong in them.

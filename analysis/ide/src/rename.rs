@@ -275,8 +275,8 @@ fn name_spaces(data: &Data) -> Vec<Vec<&NameRef>> {
     }
 }
 
-fn of_core(core: &Core) -> Vec<Vec<&NameRef>> {
-    let mut spaces: Vec<Vec<&NameRef>> = Vec::new();
+fn of_core<'a>(core: &'a Core) -> Vec<Vec<&'a NameRef>> {
+    let mut spaces: Vec<Vec<&'a NameRef>> = Vec::new();
     let own = core.variables.iter().map(|it| &it.name).chain(core.handlers.iter().map(|it| &it.name));
     spaces.push(own.collect());
     spaces.push(core.operations.iter().map(|it| &it.name).collect());
@@ -290,23 +290,8 @@ fn of_core(core: &Core) -> Vec<Vec<&NameRef>> {
             spaces.push(state.transitions.iter().map(|it| &it.name).collect());
         }
     }
-    let mut open: Vec<&[Statement]> =
-        core.programs().into_iter().map(|it| it.statements.as_slice()).collect();
-    while let Some(block) = open.pop() {
-        let mut own = Vec::new();
-        for statement in block {
-            match statement {
-                Statement::Variable(variable) => own.push(&variable.name),
-                Statement::If { then, otherwise, .. } => {
-                    open.push(then);
-                    open.extend(otherwise.as_deref());
-                }
-                Statement::Block(inner) => open.push(inner),
-                Statement::Return(..) | Statement::Assign(..) | Statement::Expr(_) => {}
-            }
-        }
-        spaces.push(own);
-    }
+    let own = |block: &'a [Statement]| block.iter().filter_map(|it| Some(&it.variable()?.name)).collect();
+    spaces.extend(core.blocks().map(own));
     spaces
 }
 

@@ -288,7 +288,10 @@ fn set_values<'db>(
     let names: FxHashMap<&Name, Vec<&Name>> = values
         .iter()
         .map(|it| {
-            (&it.name, it.declared.data(db).and_then(|data| data.value.as_ref()).map_or(Vec::new(), names_in))
+            (
+                &it.name,
+                it.declared.data(db).and_then(|data| data.value.as_ref()).map_or(Vec::new(), Expr::names),
+            )
         })
         .collect();
     loop {
@@ -302,19 +305,6 @@ fn set_values<'db>(
         }
         set.extend(new);
     }
-}
-
-fn names_in(expr: &Expr) -> Vec<&Name> {
-    let (mut names, mut open) = (Vec::new(), vec![expr]);
-    while let Some(expr) = open.pop() {
-        match expr {
-            Expr::Name(name) => names.push(&name.name),
-            Expr::Lost(inner) | Expr::Unary(_, inner, _) => open.push(inner),
-            Expr::Binary(_, left, right, _) => open.extend([left.as_ref(), right.as_ref()]),
-            Expr::Missing | Expr::Literal(..) | Expr::Call { .. } => {}
-        }
-    }
-    names
 }
 
 fn activity<'db>(db: &'db dyn ModelDb, of: Decl<'db>, row: &Row<'db>) -> Activity {

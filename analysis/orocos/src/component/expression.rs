@@ -612,32 +612,18 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
 
     /// May an expression that calls nothing give another value after these effects?
     fn may_change(&self, expr: &Expr, effects: &Effects<'db>) -> bool {
-        let mut open = vec![expr];
-        while let Some(expr) = open.pop() {
-            match expr {
-                Expr::Missing | Expr::Literal(..) => {}
-                Expr::Name(name) => {
-                    let changes =
-                        |id: VariableId| effects.variables.contains(&id) || effects.all && self.is_shared(id);
-                    if self.variable(name.part).is_some_and(changes) {
-                        return true;
-                    }
-                }
-                Expr::Lost(inner) | Expr::Unary(_, inner, _) => open.push(inner),
-                Expr::Binary(_, lhs, rhs, _) => open.extend([lhs.as_ref(), rhs.as_ref()]),
-                Expr::Call { callee, arguments, .. } => match self.class.inference.callee(callee.part) {
-                    Some(Callee::Builtin(Builtin::Status)) => {
-                        let port = arguments.first().and_then(Expr::part).and_then(|part| self.member(part));
-                        let port = port.map(|port| (port.shell, port.index));
-                        if effects.all || port.is_some_and(|port| effects.statuses.contains(&port)) {
-                            return true;
-                        }
-                    }
-                    _ => open.extend(arguments),
-                },
+        let changes = |id: VariableId| effects.variables.contains(&id) || effects.all && self.is_shared(id);
+        expr.descendants().any(|expr| match expr {
+            // The argument of `status` is a port, no variable.
+            Expr::Name(name) => self.variable(name.part).is_some_and(changes),
+            Expr::Call { callee, arguments, .. } => {
+                let port = arguments.first().and_then(Expr::part).and_then(|part| self.member(part));
+                let changes = |port: &Member<'db>| effects.statuses.contains(&(port.shell, port.index));
+                self.class.inference.callee(callee.part) == Some(Callee::Builtin(Builtin::Status))
+                    && (effects.all || port.is_some_and(changes))
             }
-        }
-        false
+            _ => false,
+        })
     }
 
     /// May one's own operations change a variable? A parameter of theirs may be one of the core.
