@@ -23,6 +23,6 @@ pub(super) fn report<'db>(at: Place<'db>, ends: &[(String, Type, Place<'db>); 2]
     let (source, target) = (type_name(source), type_name(target));
     let message = format!("`{to}` is of type {target}, and `{from}` gives {source}");
     Diagnostic::new(&CONNECTION_TYPE, at, message)
-        .related(source_at.clone(), format!("this is {source}"))
-        .related(target_at.clone(), format!("this is {target}"))
+        .related(source_at, format!("this is {source}"))
+        .related(target_at, format!("this is {target}"))
 }

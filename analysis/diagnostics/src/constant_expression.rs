@@ -29,7 +29,7 @@ pub(super) fn no_value<'db>(at: Place<'db>, why: NoValue) -> Diagnostic<'db> {
         NoValue::DoubleTooLarge => "this is too great for a double",
         NoValue::StringTooLong => "this text is longer than 65536 bytes",
     };
-    Diagnostic::new(&CONSTANT_EXPRESSION, at, message.to_owned())
+    Diagnostic::new(&CONSTANT_EXPRESSION, at, message)
 }
 
 pub(super) fn not_constant<'db>(at: Place<'db>, why: &NotConstant) -> Diagnostic<'db> {

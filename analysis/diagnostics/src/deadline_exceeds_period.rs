@@ -29,6 +29,6 @@ pub(super) fn report<'db>(
 ) -> Diagnostic<'db> {
     let message = format!("deadline {deadline} is later than period {period}");
     Diagnostic::new(&DEADLINE_EXCEEDS_PERIOD, at.clone(), message)
-        .related(period_at.clone(), "the period")
+        .related(period_at, "the period")
         .fix("Set the deadline to the period, which counts already", at, written.to_owned())
 }

@@ -14,10 +14,10 @@ code!(DEPLOYMENT_TARGET, Error, "deployment-target");
 
 pub(super) fn none(at: Place<'_>) -> Diagnostic<'_> {
     let message = "this deployment does not say what it deploys: write `architecture NAME`";
-    Diagnostic::new(&DEPLOYMENT_TARGET, at, message.to_owned())
+    Diagnostic::new(&DEPLOYMENT_TARGET, at, message)
 }
 
 pub(super) fn second(at: Place<'_>) -> Diagnostic<'_> {
     let message = "a second `architecture`: a deployment deploys one";
-    Diagnostic::new(&DEPLOYMENT_TARGET, at, message.to_owned())
+    Diagnostic::new(&DEPLOYMENT_TARGET, at, message)
 }

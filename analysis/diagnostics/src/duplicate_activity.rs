@@ -20,7 +20,7 @@ use super::*;
 code!(DUPLICATE_ACTIVITY, Error, "duplicate-activity");
 
 pub(super) fn report<'db>(at: Place<'db>, instance: &str, first: &Place<'db>) -> Diagnostic<'db> {
-    Diagnostic::new(&DUPLICATE_ACTIVITY, at, message(instance)).related(first.clone(), "the first is here")
+    Diagnostic::new(&DUPLICATE_ACTIVITY, at, message(instance)).related(first, "the first is here")
 }
 
 pub(super) fn message(instance: &str) -> String {

@@ -28,7 +28,7 @@ pub(super) fn report<'db>(
     first: &Place<'db>,
 ) -> Diagnostic<'db> {
     let found = Diagnostic::new(&DUPLICATE_FIELD, Place::Part(of, part), message(field, instance));
-    let found = found.related(first.clone(), "the first is here");
+    let found = found.related(first, "the first is here");
     found.remove(format!("Remove the second {}", field.keyword()), of, part)
 }
 

@@ -29,5 +29,5 @@ pub(super) fn report<'db>(
     let names: Vec<&str> = others.iter().map(|(name, _)| name.as_str()).chain([instance]).collect();
     let message = format!("{} have priority {priority} on one CPU: each may delay the others", enumerated(&names));
     let found = Diagnostic::new(&EQUAL_PRIORITIES, at, message);
-    others.iter().fold(found, |found, (name, at)| found.related(at.clone(), format!("the one of {name}")))
+    others.iter().fold(found, |found, (name, at)| found.related(at, format!("the one of {name}")))
 }

@@ -23,7 +23,7 @@ code!(INITIAL_STATE, Error, "initial-state");
 
 pub(super) fn none<'db>(at: Place<'db>, first: Option<&(Name, Part)>) -> Diagnostic<'db> {
     let message = "no state of this machine is `initial`: mark the one in which it starts";
-    let found = Diagnostic::new(&INITIAL_STATE, at.clone(), message.to_owned());
+    let found = Diagnostic::new(&INITIAL_STATE, at.clone(), message);
     match first {
         Some((first, start)) => {
             let title = format!("Start in `{first}`, the first");
@@ -44,7 +44,7 @@ pub(super) fn several<'db>(
 ) -> Diagnostic<'db> {
     let message = format!("`{other}` is initial, and so is `{one}`: a machine starts in one state");
     let found = Diagnostic::new(&INITIAL_STATE, at.clone(), message);
-    let mut found = found.related(beside(&at, *part), "the first is here");
+    let mut found = found.related(&beside(&at, *part), "the first is here");
     // Nobody chooses among more.
     let offered = if initial.len() <= MOST_FIXES { initial } else { &[] };
     for (name, start) in offered {

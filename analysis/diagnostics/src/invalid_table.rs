@@ -41,5 +41,5 @@ pub(super) fn repeated<'db>(
     (first, first_at): &(File, Place<'db>),
 ) -> Diagnostic<'db> {
     let message = timing_reasons::repeated(db, key, *first);
-    Diagnostic::new(&INVALID_TABLE, at, message).related(first_at.clone(), "the first is here")
+    Diagnostic::new(&INVALID_TABLE, at, message).related(first_at, "the first is here")
 }

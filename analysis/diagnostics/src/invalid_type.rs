@@ -18,7 +18,7 @@ use super::*;
 code!(INVALID_TYPE, Error, "invalid-type");
 
 pub(super) fn void<'db>(at: Place<'db>) -> Diagnostic<'db> {
-    Diagnostic::new(&INVALID_TYPE, at, "nothing is of type `void`: it is for what gives no result".to_owned())
+    Diagnostic::new(&INVALID_TYPE, at, "nothing is of type `void`: it is for what gives no result")
 }
 
 pub(super) fn interval<'db>(at: Place<'db>, found: &Type) -> Diagnostic<'db> {

@@ -67,13 +67,13 @@ pub struct Fix<'db> {
 }
 
 impl<'db> Diagnostic<'db> {
-    fn new(code: &'static Code, at: Place<'db>, message: String) -> Diagnostic<'db> {
-        Diagnostic { code, at, message, related: Vec::new(), fixes: Vec::new() }
+    fn new(code: &'static Code, at: Place<'db>, message: impl Into<String>) -> Diagnostic<'db> {
+        Diagnostic { code, at, message: message.into(), related: Vec::new(), fixes: Vec::new() }
     }
 
-    /// With one more place that matters.
-    pub(crate) fn related(mut self, at: Place<'db>, message: impl Into<String>) -> Diagnostic<'db> {
-        self.related.push((at, message.into()));
+    /// Adds a related location.
+    fn related(mut self, at: &Place<'db>, message: impl Into<String>) -> Diagnostic<'db> {
+        self.related.push((at.clone(), message.into()));
         self
     }
 
@@ -110,8 +110,7 @@ impl<'db> Diagnostic<'db> {
                 (None, None) => self,
             };
         }
-        let at = self.at.clone();
-        self.did_you_mean(at, names.similar(db, library, kind, path))
+        self.did_you_mean(names.similar(db, library, kind, path))
     }
 
     /// Offers to write that the library of `of` uses another one, or a message package.
@@ -151,10 +150,11 @@ impl<'db> Diagnostic<'db> {
         self.fix(title, Place::Item(of, part), String::new())
     }
 
-    /// Asks whether `near` was meant, and offers to write it.
-    fn did_you_mean(mut self, at: Place<'db>, near: Option<Name>) -> Diagnostic<'db> {
+    /// Suggests `near` instead of the marked name, and offers to write it.
+    fn did_you_mean(mut self, near: Option<Name>) -> Diagnostic<'db> {
         let Some(near) = near else { return self };
         self.message += &format!("; did you mean `{near}`?");
+        let at = self.at.clone();
         self.fix(format!("Change to `{near}`"), at, near.to_string())
     }
 }
@@ -580,12 +580,12 @@ fn config_diagnostics<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Di
     let mut found: Vec<Diagnostic<'db>> = Vec::new();
     for mauve_hir::Mistake { kind, span, near } in &config.errors {
         let report = invalid_configuration::report(at(span), configuration::mistake(kind));
-        found.push(report.did_you_mean(at(span), near.clone()));
+        found.push(report.did_you_mean(near.clone()));
     }
     for (name, (_, span)) in config.lints.iter().filter(|(name, _)| codes().all(|code| code.name != *name)) {
         let near = mauve_syntax::similar(name, codes().map(|code| code.name)).map(Name::from);
         let message = format!("no diagnostic `{name}` (`mauve explain all` lists them)");
-        found.push(invalid_configuration::report(at(span), message).did_you_mean(at(span), near));
+        found.push(invalid_configuration::report(at(span), message).did_you_mean(near));
     }
     for (error, span) in &mauve_wcrt::table_files(db, workspace).errors {
         found.push(invalid_configuration::report(at(span), timing_reasons::table_files_error(error)));

@@ -51,7 +51,7 @@ pub(super) fn report<'db>(
     let codel = missing.codel.qualified(db);
     let message = format!("no time for codel `{codel}`: {} {verb} not analysed{may}", enumerated(&names));
     let diagnostic = Diagnostic::new(&MISSING_TIME, at, message);
-    users.iter().fold(diagnostic, |it, (name, at)| it.related(at.clone(), format!("{name} executes it")))
+    users.iter().fold(diagnostic, |it, (name, at)| it.related(at, format!("{name} executes it")))
 }
 
 /// The level that is asked for is missing in a table: one warning, however many times it has.

@@ -22,5 +22,5 @@ code!(NO_EFFECT, Error, "no-effect");
 
 pub(super) fn report<'db>(at: Place<'db>) -> Diagnostic<'db> {
     let message = "this statement does nothing: call a codel, or assign a variable";
-    Diagnostic::new(&NO_EFFECT, at, message.to_owned())
+    Diagnostic::new(&NO_EFFECT, at, message)
 }

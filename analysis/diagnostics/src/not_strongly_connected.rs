@@ -32,5 +32,5 @@ pub(super) fn report<'db>(at: Place<'db>, initial: &str, states: &[(Name, Place<
         enumerated(&names)
     );
     let found = Diagnostic::new(&NOT_STRONGLY_CONNECTED, at, message);
-    states.iter().fold(found, |found, (_, at)| found.related(at.clone(), format!("no way back to {initial}")))
+    states.iter().fold(found, |found, (_, at)| found.related(at, format!("no way back to {initial}")))
 }

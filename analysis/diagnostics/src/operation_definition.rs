@@ -21,7 +21,7 @@ code!(OPERATION_DEFINITION, Error, "operation-definition");
 pub(super) fn report<'db>(
     at: Place<'db>,
     [declared, defined]: &[String; 2],
-    declared_at: Place<'db>,
+    declared_at: &Place<'db>,
     fixed: Option<&(Part, String)>,
 ) -> Diagnostic<'db> {
     let message = format!("this is `{defined}`, and the shell declares `{declared}`");

@@ -41,5 +41,5 @@ pub(super) fn report<'db>(
         late.priority
     );
     let found = Diagnostic::new(&PRIORITY_INVERSION, at, message);
-    found.related(early_at.clone(), format!("the priority of {}", early.instance))
+    found.related(early_at, format!("the priority of {}", early.instance))
 }

@@ -21,14 +21,10 @@ pub fn render<'db>(db: &'db dyn ModelDb, project: Project<'db>, fact: &Fact<'db>
         K::ConnectionType { ends } => connection_type::report(at, ends),
         K::ContinuedLine { name, white } => continued_line::report(at, *white, name),
         K::CoreBeforeShell { core } => unresolved_shell::swapped(at, core),
-        K::DuplicateDefinition { what, name, first } => {
-            duplicate_definition::report(at, *what, name, first.clone())
-        }
+        K::DuplicateDefinition { what, name, first } => duplicate_definition::report(at, *what, name, first),
         K::DuplicateHook(kind) => duplicate_hook::report(at, kind.keyword()),
         K::DuplicateMethod(kind) => duplicate_hook::report(at, kind.keyword()),
-        K::DuplicateValue { instance, name, first } => {
-            duplicate_definition::value(at, instance, name, first.clone())
-        }
+        K::DuplicateValue { instance, name, first } => duplicate_definition::value(at, instance, name, first),
         K::EmptyInterval { ends } => empty_interval::report(at, ends),
         K::HeaderColon => header_colon::report(at),
         K::ImportCycle { architecture } => import_cycle::report(at, architecture),
@@ -38,9 +34,9 @@ pub fn render<'db>(db: &'db dyn ModelDb, project: Project<'db>, fact: &Fact<'db>
         K::MissingElse { end } => missing_else::report(at, *end),
         K::MissingReturn { name, expected } => return_type::missing(at, name, expected),
         K::MissingValue { instance, kind, name, declared } => {
-            missing_value::report(at, instance, *kind, name, declared.clone())
+            missing_value::report(at, instance, *kind, name, declared)
         }
-        K::NeverTaken { name, first, first_at } => never_taken::report(at, (name, first), first_at.clone()),
+        K::NeverTaken { name, first, first_at } => never_taken::report(at, (name, first), first_at),
         K::NoBehaviour => update_or_statemachine::neither(at),
         K::NoEffect => no_effect::report(at),
         K::NoInitialState { first } => initial_state::none(at, first.as_ref()),
@@ -54,7 +50,7 @@ pub fn render<'db>(db: &'db dyn ModelDb, project: Project<'db>, fact: &Fact<'db>
         K::NotStronglyConnected { initial, states } => not_strongly_connected::report(at, initial, states),
         K::OperationDefinition { name, declared, defined, declared_at, fixed } => {
             let signatures = [declared, defined].map(|it| types::signature(name, it));
-            operation_definition::report(at, &signatures, declared_at.clone(), fixed.as_ref())
+            operation_definition::report(at, &signatures, declared_at, fixed.as_ref())
         }
         K::OperationSignature { provided, required } => operation_signature::report(
             at,
@@ -65,13 +61,11 @@ pub fn render<'db>(db: &'db dyn ModelDb, project: Project<'db>, fact: &Fact<'db>
         }
         K::OutArgument { callee, parameter } => out_argument::report(at, callee, parameter),
         K::OutsideInterval { name, value, interval, declared } => {
-            outside_interval::report(at, name, value, interval, declared.clone())
+            outside_interval::report(at, name, value, interval, declared.as_ref())
         }
         K::PortAsValue { name, kind } => unresolved_variable::port(at, name, *kind),
         K::PortDirection { function, port, is } => port_direction::report(at, *function, port, *is),
-        K::ReadBeforeAssignment { name, declared } => {
-            read_before_assignment::report(at, name, declared.clone())
-        }
+        K::ReadBeforeAssignment { name, declared } => read_before_assignment::report(at, name, declared),
         K::RecursiveOperation { name } => recursive_operation::report(at, name),
         K::ReservedName { name, is } => reserved_name::report(at, name, *is),
         K::ReturnType { of, expected, found } => return_type::report(at, of, expected, found),
@@ -83,7 +77,7 @@ pub fn render<'db>(db: &'db dyn ModelDb, project: Project<'db>, fact: &Fact<'db>
         K::UnaryOperator { operator, operand } => operator_type::unary(at, *operator, operand),
         K::UnconnectedInput { instance, ports } => unconnected_input::report(at, instance, ports),
         K::UnconnectedOperation { instance, name, declared } => {
-            unconnected_operation::report(at, instance, name, declared.clone())
+            unconnected_operation::report(at, instance, name, declared)
         }
         K::UndeclaredOperation { name } => undeclared_operation::report(at, name),
         K::UndefinedOperation { core, name, declared } => {

@@ -22,5 +22,5 @@ code!(STALE_DATA, Hint, "stale-data");
 
 pub(super) fn report<'db>(at: Place<'db>, [reader, writer]: [&Name; 2], port: &str, other: &Place<'db>) -> Diagnostic<'db> {
     let message = format!("{reader} runs before {writer}: what it reads from `{port}` is one period old");
-    Diagnostic::new(&STALE_DATA, at, message).related(other.clone(), format!("{writer} is less urgent"))
+    Diagnostic::new(&STALE_DATA, at, message).related(other, format!("{writer} is less urgent"))
 }

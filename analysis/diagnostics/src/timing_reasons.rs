@@ -17,9 +17,9 @@ pub const PROSE: Prose = Prose { reason: timing_reason, doubt };
 /// Says a reason.
 pub fn timing_reason<'db>(db: &'db dyn ModelDb, reason: &Reason<'db>) -> String {
     match reason {
-        Reason::Model(refusal) => reasons::reason(db, &refusal.reason),
-        Reason::ErrorIn(of, refusal) => {
-            format!("{} {} has an error: {}", of.kind(db), of.name(db), reasons::reason(db, &refusal.reason))
+        Reason::Model(reason) => reasons::reason(db, reason),
+        Reason::ErrorIn(of, reason) => {
+            format!("{} {} has an error: {}", of.kind(db), of.name(db), reasons::reason(db, reason))
         }
         Reason::Stated(text) => text.clone(),
 

@@ -28,9 +28,9 @@ code!(TWO_WRITERS, Error, "two-writers");
 pub(super) fn report<'db>(at: Place<'db>, of: Decl<'db>, first: &Link<'db>, second: &Link<'db>) -> Diagnostic<'db> {
     let (instance, port) = &second.target;
     let message = format!("a second connection to `{instance}.{port}`: an input port has one writer");
-    let mut found = Diagnostic::new(&TWO_WRITERS, at, message).related(first.at.clone(), "the first is here");
+    let mut found = Diagnostic::new(&TWO_WRITERS, at, message).related(&first.at, "the first is here");
     if !second.is_in(of) {
-        found = found.related(second.at.clone(), "the second is here");
+        found = found.related(&second.at, "the second is here");
     }
     for link in [first, second] {
         // Others may import what is not its own.

@@ -26,5 +26,5 @@ pub(super) fn report<'db>(
     let known = names_of(db, project).libraries().chain(catalogue().keys());
     let near = similar(name, known);
     let message = format!("no library and no message package `{name}`: its types are not checked");
-    Diagnostic::new(&UNKNOWN_PACKAGE, at.clone(), message).did_you_mean(at, near)
+    Diagnostic::new(&UNKNOWN_PACKAGE, at, message).did_you_mean(near)
 }

@@ -28,13 +28,13 @@ pub(super) fn report<'db>(
     ty: &TypeRef,
 ) -> Diagnostic<'db> {
     let message = format!("nobody knows the type `{ty}`, so that its use is not checked");
-    let found = Diagnostic::new(&UNKNOWN_TYPE, at.clone(), message);
+    let found = Diagnostic::new(&UNKNOWN_TYPE, at, message);
     match ty.path.as_slice() {
         [name] => of_name(db, project, found, of, name),
         [package_name, .., name] => {
             let package = package(db, project.workspace(db), package_name);
             let near = similar(name, package.into_iter().flat_map(|it| it.messages.keys()));
-            found.did_you_mean(at, near.map(|near| format!("{package_name}.{near}").into()))
+            found.did_you_mean(near.map(|near| format!("{package_name}.{near}").into()))
         }
         [] => found,
     }
@@ -52,8 +52,7 @@ fn of_name<'db>(
     let is_language = |(known, _): &&(&str, Type)| name.eq_ignore_ascii_case(known);
     // `String` is rather the language's own than a message of that name.
     if let Some((built_in, _)) = LANGUAGE_TYPES.iter().find(is_language) {
-        let at = found.at.clone();
-        return found.did_you_mean(at, Some((*built_in).into()));
+        return found.did_you_mean(Some((*built_in).into()));
     }
     let declares = |of: &&Name| package(db, workspace, of).is_some_and(|it| it.messages.contains_key(name));
     if of.library(db).is_some()
@@ -68,10 +67,7 @@ fn of_name<'db>(
     let known = messages.chain(external_types(db, workspace).keys()).chain(&own);
     match similar(name, known) {
         None => found.message += &format!("; `[types.{name}]` in mauve.toml would declare it"),
-        near => {
-            let at = found.at.clone();
-            return found.did_you_mean(at, near);
-        }
+        near => return found.did_you_mean(near),
     }
     found
 }

@@ -30,9 +30,9 @@ pub(super) fn report<'db>(
     at: Place<'db>,
     name: &Name,
 ) -> Diagnostic<'db> {
-    let diagnostic = Diagnostic::new(&UNRESOLVED_CODEL, at.clone(), format!("no codel or operation `{name}`"));
+    let diagnostic = Diagnostic::new(&UNRESOLVED_CODEL, at, format!("no codel or operation `{name}`"));
     if let near @ Some(_) = similar(name, &Builtin::names()) {
-        return diagnostic.did_you_mean(at, near);
+        return diagnostic.did_you_mean(near);
     }
     diagnostic.look_elsewhere(db, project, of, Kind::Codel, std::slice::from_ref(name))
 }

@@ -33,7 +33,7 @@ pub(super) fn report<'db>(
     near: Option<Name>,
 ) -> Diagnostic<'db> {
     let message = format!("no {} `{name}` in {shell}, the shell of {instance}", shown(expected));
-    Diagnostic::new(&UNRESOLVED_FEATURE, at.clone(), message).did_you_mean(at, near)
+    Diagnostic::new(&UNRESOLVED_FEATURE, at, message).did_you_mean(near)
 }
 
 /// A connection to an operation, say.

@@ -38,11 +38,11 @@ code!(UNRESOLVED_INSTANCE, Error, "unresolved-instance");
 
 pub(super) fn report<'db>(at: Place<'db>, name: &str, architecture: &str, near: Option<Name>) -> Diagnostic<'db> {
     let message = format!("no instance `{name}` in {architecture}");
-    Diagnostic::new(&UNRESOLVED_INSTANCE, at.clone(), message).did_you_mean(at, near)
+    Diagnostic::new(&UNRESOLVED_INSTANCE, at, message).did_you_mean(near)
 }
 
 /// For a name in `mauve.toml`.
 pub(super) fn not_deployed<'db>(at: Place<'db>, name: &str, near: Option<Name>) -> Diagnostic<'db> {
     let message = format!("no deployment has an instance `{name}`");
-    Diagnostic::new(&UNRESOLVED_INSTANCE, at.clone(), message).did_you_mean(at, near)
+    Diagnostic::new(&UNRESOLVED_INSTANCE, at, message).did_you_mean(near)
 }

@@ -19,5 +19,5 @@ code!(UNRESOLVED_OPERATION, Error, "unresolved-operation");
 
 pub(super) fn report<'db>(at: Place<'db>, name: &str, shell: &str, near: Option<Name>) -> Diagnostic<'db> {
     let message = format!("no required operation `{name}` in {shell}: a handler is for one");
-    Diagnostic::new(&UNRESOLVED_OPERATION, at.clone(), message).did_you_mean(at, near)
+    Diagnostic::new(&UNRESOLVED_OPERATION, at, message).did_you_mean(near)
 }

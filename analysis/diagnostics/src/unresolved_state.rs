@@ -18,5 +18,5 @@ code!(UNRESOLVED_STATE, Error, "unresolved-state");
 
 pub(super) fn report<'db>(at: Place<'db>, name: &str, near: Option<Name>) -> Diagnostic<'db> {
     let message = format!("no state `{name}` in this state machine");
-    Diagnostic::new(&UNRESOLVED_STATE, at.clone(), message).did_you_mean(at, near)
+    Diagnostic::new(&UNRESOLVED_STATE, at, message).did_you_mean(near)
 }

@@ -26,7 +26,7 @@ code!(UNRESOLVED_VARIABLE, Error, "unresolved-variable");
 
 pub(super) fn report<'db>(at: Place<'db>, name: &str, near: Option<Name>) -> Diagnostic<'db> {
     let message = format!("no variable or property `{name}`");
-    Diagnostic::new(&UNRESOLVED_VARIABLE, at.clone(), message).did_you_mean(at, near)
+    Diagnostic::new(&UNRESOLVED_VARIABLE, at, message).did_you_mean(near)
 }
 
 /// What `read`, `send` or `collect` is called with.
@@ -36,7 +36,7 @@ pub(super) fn operand<'db>(at: Place<'db>, function: Builtin, name: &str, near: 
         Operand::Operation => "required operation",
         Operand::Handler => "handler",
     };
-    Diagnostic::new(&UNRESOLVED_VARIABLE, at.clone(), format!("no {what} `{name}`")).did_you_mean(at, near)
+    Diagnostic::new(&UNRESOLVED_VARIABLE, at, format!("no {what} `{name}`")).did_you_mean(near)
 }
 
 /// A port, whose value is read with `read`.

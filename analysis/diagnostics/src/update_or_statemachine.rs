@@ -18,7 +18,7 @@ code!(UPDATE_OR_STATEMACHINE, Error, "update-or-statemachine");
 
 pub(super) fn neither<'db>(at: Place<'db>) -> Diagnostic<'db> {
     let message = "this core does nothing each period: write `update = { … }` or a `statemachine { … }`";
-    Diagnostic::new(&UPDATE_OR_STATEMACHINE, at, message.to_owned())
+    Diagnostic::new(&UPDATE_OR_STATEMACHINE, at, message)
 }
 
 pub(super) fn both<'db>(at: Place<'db>, machines: bool) -> Diagnostic<'db> {

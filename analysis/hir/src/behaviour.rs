@@ -122,7 +122,7 @@ impl<'db> Reader<'_, 'db> {
 
     /// The core is not analysed, because of what another fact reports.
     fn refuse_here(&mut self, why: CoreReason) {
-        let refusal = Refusal::reported(Reason::Core { core: self.of, why }, Place::name_of(self.of));
+        let refusal = Refusal { reason: Reason::Core { core: self.of, why }, at: Place::name_of(self.of) };
         // Once each, as far as anybody reads.
         if !self.found.refusals.iter().take(64).any(|known| *known == refusal) {
             self.found.refusals.push(refusal);

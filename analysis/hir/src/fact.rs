@@ -373,21 +373,14 @@ pub enum Reserved {
 pub struct Refusal<'db> {
     /// Why.
     pub reason: Reason<'db>,
-    /// Where the reason stands.
+    /// Where the reason stands. Another fact reports it there.
     pub at: Place<'db>,
-    /// Whether another fact reports it.
-    pub reported: bool,
 }
 
 impl<'db> Refusal<'db> {
-    /// A reason that another fact reports at its location.
-    pub(crate) fn reported(reason: Reason<'db>, at: Place<'db>) -> Refusal<'db> {
-        Refusal { reason, at, reported: true }
-    }
-
-    /// What a fact reports.
+    /// Returns the refusal for an error that a fact reports.
     pub(crate) fn of_fact(project: Project<'db>, fact: &Fact<'db>) -> Refusal<'db> {
-        Refusal::reported(Reason::Error(project, Box::new(fact.clone())), fact.at.clone())
+        Refusal { reason: Reason::Error(project, Box::new(fact.clone())), at: fact.at.clone() }
     }
 }
 

@@ -71,7 +71,7 @@ pub fn flat_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) 
     let names = names_of(db, project);
     let mut flat = Flat::default();
     if let Some(at) = too_large(db, project) {
-        flat.lost.push(Refusal::reported(Reason::TooLarge, Place::name_of(at)));
+        flat.lost.push(Refusal { reason: Reason::TooLarge, at: Place::name_of(at) });
         return flat;
     }
     let mut all = vec![of];
@@ -81,7 +81,8 @@ pub fn flat_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) 
         next += 1;
         let Some(data) = architecture(db, current) else { continue };
         if !data.whole {
-            flat.lost.push(Refusal::reported(Reason::SyntaxErrorIn(current), Place::name_of(current)));
+            let reason = Reason::SyntaxErrorIn(current);
+            flat.lost.push(Refusal { reason, at: Place::name_of(current) });
         }
         for import in data.imports.iter().flatten() {
             match names.resolve_type(db, current, Kind::Architecture, Some(import)) {
@@ -92,8 +93,8 @@ pub fn flat_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) 
                     }
                 }
                 Err(_) => {
-                    let why = Reason::UnknownImport { architecture: current, import: import.clone() };
-                    flat.lost.push(Refusal::reported(why, Place::Part(current, import.part)));
+                    let reason = Reason::UnknownImport { architecture: current, import: import.clone() };
+                    flat.lost.push(Refusal { reason, at: Place::Part(current, import.part) });
                 }
             }
         }

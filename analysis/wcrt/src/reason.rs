@@ -3,7 +3,7 @@
 pub use mauve_syntax::keywords::ActivityField;
 use mauve_timing::{Level, MachineError, NoBoundReason};
 
-use mauve_hir::fact::Refusal as ModelRefusal;
+use mauve_hir::fact;
 use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{Decl, File, MistakeKind, ModelDb, Place, ProgramId, Project};
 
@@ -33,9 +33,8 @@ impl<'db> Refusal<'db> {
     }
 
     /// A reason that stands in the model.
-    pub(crate) fn of_model(refusal: &ModelRefusal<'db>) -> Refusal<'db> {
-        let (at, reported) = (refusal.at.clone(), refusal.reported);
-        Refusal { reason: Reason::Model(refusal.clone()), at, reported }
+    pub(crate) fn of_model(fact::Refusal { reason, at }: &fact::Refusal<'db>) -> Refusal<'db> {
+        Refusal::reported(Reason::Model(reason.clone()), at.clone())
     }
 }
 
@@ -43,9 +42,9 @@ impl<'db> Refusal<'db> {
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub enum Reason<'db> {
     /// The model has an error, or what it refers to is incomplete.
-    Model(ModelRefusal<'db>),
+    Model(fact::Reason<'db>),
     /// This architecture or deployment has that error.
-    ErrorIn(Decl<'db>, ModelRefusal<'db>),
+    ErrorIn(Decl<'db>, fact::Reason<'db>),
     /// An exported file states it in these words.
     Stated(String),
 

@@ -243,7 +243,8 @@ impl<'db> Reader<'db> {
             }
             let items = items_of(db, decl);
             for error in errors {
-                let refusal = Refusal::reported(Reason::ErrorIn(decl, error.clone()), error.at.clone());
+                let refusal =
+                    Refusal::reported(Reason::ErrorIn(decl, error.reason.clone()), error.at.clone());
                 let item = item_at(&items, decl, &error.at);
                 let named = item.map_or(&[] as &[&Name], |item| item.instances.as_slice());
                 if named.is_empty() || named.iter().any(|name| flat.instance(name).is_none()) {
