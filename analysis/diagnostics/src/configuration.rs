@@ -1,8 +1,8 @@
-//! How mistakes in `mauve.toml` are said.
+//! The messages of errors in `mauve.toml`.
 
 use mauve_hir::{ExpectedValue, MistakeKind};
 
-/// Says what is wrong in a `mauve.toml`.
+/// Returns the message of an error in a `mauve.toml`.
 pub(super) fn mistake(kind: &MistakeKind) -> String {
     match kind {
         MistakeKind::Unreadable(problem) => problem.clone(),
@@ -23,7 +23,7 @@ pub(super) fn mistake(kind: &MistakeKind) -> String {
     }
 }
 
-/// Says which values a key takes, in words that follow the key.
+/// Returns which values a key takes, in words that follow the key.
 fn expected_value(key: &str, expected: ExpectedValue) -> String {
     let text = match expected {
         ExpectedValue::Paths => "is a path, or a list of paths",

@@ -25,7 +25,7 @@ pub(super) fn report<'db>(at: Place<'db>, what: Defined, name: &str, first: &Pla
     Diagnostic::new(&DUPLICATE_DEFINITION, at, message).related(first, "the first is here")
 }
 
-/// A second value for one property or constant in one place.
+/// A second value for one property or constant in one declaration.
 pub(super) fn value<'db>(at: Place<'db>, instance: &str, name: &str, first: &Place<'db>) -> Diagnostic<'db> {
     let message = format!("a second value of `{instance}.{name}`: remove one of them");
     Diagnostic::new(&DUPLICATE_DEFINITION, at, message).related(first, "the first is here")

@@ -45,7 +45,7 @@ pub(super) fn several<'db>(
     let message = format!("`{other}` is initial, and so is `{one}`: a machine starts in one state");
     let found = Diagnostic::new(&INITIAL_STATE, at.clone(), message);
     let mut found = found.related(&beside(&at, *part), "the first is here");
-    // Nobody chooses among more.
+    // A menu of more fixes is too long to choose from.
     let offered = if initial.len() <= MOST_FIXES { initial } else { &[] };
     for (name, start) in offered {
         let others = initial.iter().filter(|(_, other)| other != start);

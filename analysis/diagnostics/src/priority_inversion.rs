@@ -20,14 +20,14 @@
 //! activity late.
 
 use super::*;
-use mauve_wcrt::Urgency;
+use mauve_wcrt::DeadlineAndPriority;
 
 code!(PRIORITY_INVERSION, Warning, "priority-inversion");
 
 pub(super) fn report<'db>(
     at: Place<'db>,
-    late: &Urgency,
-    early: &Urgency,
+    late: &DeadlineAndPriority,
+    early: &DeadlineAndPriority,
     early_at: &Place<'db>,
 ) -> Diagnostic<'db> {
     let message = format!(

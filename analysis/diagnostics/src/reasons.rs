@@ -1,4 +1,4 @@
-//! Says why something is not analysed.
+//! The messages of the reasons why a core or an architecture is not analysed.
 
 use mauve_hir::fact::{CorePart, CoreReason, Incomplete, MayHide, Reason};
 use mauve_hir::{ModelDb, Names};

@@ -1,4 +1,4 @@
-//! Says facts: the arm of a fact calls the file of its code.
+//! From facts to diagnostics: the arm of a fact calls the module of its code.
 
 use super::*;
 use mauve_hir::fact::{Fact, FactKind};

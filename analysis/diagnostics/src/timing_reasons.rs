@@ -1,4 +1,4 @@
-//! How reasons of the timing side are said: why something is not analysed, or has no response time.
+//! The messages of the reasons why something is not analysed, or has no response time.
 
 use mauve_timing::Level;
 
@@ -7,14 +7,14 @@ use super::reasons;
 use mauve_hir::item_tree::Name;
 use mauve_hir::{File, ModelDb, features_of, names_of};
 use mauve_wcrt::{
-    ActivityReport, Doubt, LONGEST_PATTERN, LostTable, NoSuchCpu, PatternError, Prose, Reason, TableFault,
-    TableFilesError, TableLevels, Timed, TooLong, Unknown, UnusableTime, WrongProgram, file_name,
+    ActivityReport, Doubt, IncompleteTable, LONGEST_PATTERN, NoSuchCpu, PatternError, Prose, Reason,
+    TableFault, TableFilesError, TableLevels, Timed, TooLong, Unknown, UnusableTime, WrongProgram, file_name,
 };
 
-/// How reasons are said in exported files.
+/// The messages of reasons in exported files.
 pub const PROSE: Prose = Prose { reason: timing_reason, doubt };
 
-/// Says a reason.
+/// Returns the message of a reason.
 pub fn timing_reason<'db>(db: &'db dyn ModelDb, reason: &Reason<'db>) -> String {
     match reason {
         Reason::Model(reason) => reasons::reason(db, reason),
@@ -41,7 +41,9 @@ pub fn timing_reason<'db>(db: &'db dyn ModelDb, reason: &Reason<'db>) -> String 
             let name = file_name(db, *file);
             format!("{name} has a syntax error between its declarations: one of them may be missing")
         }
-        Reason::LostTables(lost) => lost_tables(db, lost),
+        Reason::IncompleteTables(IncompleteTable { file, error }) => {
+            format!("{}: {}", file_name(db, *file), table_fault(db, error))
+        }
 
         Reason::NoSuchInstance { architecture, instance } => {
             let architecture = architecture.name(db);
@@ -105,7 +107,7 @@ pub fn timing_reason<'db>(db: &'db dyn ModelDb, reason: &Reason<'db>) -> String 
         }
         Reason::Overloaded { cpu, utilisation } => {
             let asked = utilisation.0 * 100.0;
-            // Rounded, a slight overload is none.
+            // A slight overload would be rounded to 100.0.
             let asked = if asked < 100.05 { "more than 100".to_owned() } else { format!("{asked:.1}") };
             format!("{} is asked for {asked} % by it and what is at least as urgent", cpu_names(*cpu))
         }
@@ -113,7 +115,7 @@ pub fn timing_reason<'db>(db: &'db dyn ModelDb, reason: &Reason<'db>) -> String 
     }
 }
 
-/// Says why an activity has no response time: each reason once, since one mistake may stand in several places.
+/// Returns why an activity has no response time: each message once, since one mistake may have several locations.
 pub fn reasons_of<'db>(db: &'db dyn ModelDb, activity: &ActivityReport<'db>) -> Vec<String> {
     let mut reasons: Vec<String> = Vec::new();
     for reason in activity.reasons.iter().map(|it| timing_reason(db, &it.reason)) {
@@ -124,7 +126,7 @@ pub fn reasons_of<'db>(db: &'db dyn ModelDb, activity: &ActivityReport<'db>) -> 
     reasons
 }
 
-/// Says a doubt, in words that follow a name.
+/// Returns why a priority is unknown, in words that follow a name.
 fn doubt(doubt: &Doubt) -> String {
     match doubt {
         Doubt::TwoActivities => "which has two activities",
@@ -140,7 +142,7 @@ fn doubt(doubt: &Doubt) -> String {
     .to_owned()
 }
 
-/// Says what an affinity names that there is not.
+/// Returns which CPUs an affinity names, and which exist.
 pub(super) fn no_such_cpu(missing: NoSuchCpu) -> String {
     format!(
         "affinity names {}, and mauve.toml has {}",
@@ -149,7 +151,7 @@ pub(super) fn no_such_cpu(missing: NoSuchCpu) -> String {
     )
 }
 
-/// Says why what the tables say of a time cannot be used.
+/// Returns why the entry of a time cannot be used.
 pub fn unusable_time<'db>(db: &'db dyn ModelDb, unusable: &UnusableTime<'db>) -> String {
     match unusable {
         UnusableTime::Stray(entry, of) => {
@@ -182,24 +184,19 @@ fn timed<'db>(db: &'db dyn ModelDb, of: &Timed<'db>) -> String {
     }
 }
 
-/// Says that a component does not have a program.
+/// Returns that a component does not have a program, or has several of that key.
 pub(super) fn wrong_program<'db>(db: &'db dyn ModelDb, wrong: &WrongProgram<'db>) -> String {
     let what = if wrong.is_repeated { "several programs" } else { "no program" };
     format!("{} has {what} `{}`", wrong.component.name(db), wrong.program)
 }
 
-/// Says which levels a table has.
+/// Returns which levels a table has.
 pub(super) fn table_levels(db: &dyn ModelDb, table: &TableLevels) -> String {
     let levels: Vec<String> = table.levels.iter().map(Level::to_string).collect();
     format!("{} has the levels {}", file_name(db, table.table), levels.join(", "))
 }
 
-/// Says why the timing tables are incomplete.
-fn lost_tables(db: &dyn ModelDb, lost: &LostTable) -> String {
-    format!("{}: {}", file_name(db, lost.file), table_fault(db, &lost.error))
-}
-
-/// Says what is wrong in a table.
+/// Returns the message of an error in a table.
 pub(super) fn table_fault(db: &dyn ModelDb, fault: &TableFault) -> String {
     match fault {
         TableFault::Configuration(kind) => mistake(kind),
@@ -210,18 +207,18 @@ pub(super) fn table_fault(db: &dyn ModelDb, fault: &TableFault) -> String {
         }
         TableFault::NoProgramKey(key) => format!("`{key}` is not the key of a program"),
         TableFault::Repeated(key, first) => repeated(db, key, *first),
-        TableFault::MeansNothing(key) => format!("`{key}` means nothing"),
+        TableFault::UnknownKey(key) => format!("`{key}` means nothing"),
         TableFault::WrongSection(key, kind) => format!("`{key}` is a {kind}: it belongs into [{kind}]"),
         TableFault::OfOverhead(key) => format!("`{key}` belongs into [overhead]"),
     }
 }
 
-/// Says that a key has a time in another table.
+/// Returns that a key has a time in another table.
 pub(super) fn repeated(db: &dyn ModelDb, key: &str, first: File) -> String {
     format!("`{key}` has a time in {} already: keep one", file_name(db, first))
 }
 
-/// Says what is wrong with `[timing] tables`.
+/// Returns the message of an error in `[timing] tables`.
 pub(super) fn table_files_error(error: &TableFilesError) -> String {
     match error {
         TableFilesError::Pattern { pattern, error } => {

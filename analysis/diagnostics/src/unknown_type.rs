@@ -40,7 +40,7 @@ pub(super) fn report<'db>(
     }
 }
 
-/// Says which package has a type of this name, or which type has a similar one.
+/// Adds which package has a type of this name, or which type has a similar name.
 fn of_name<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,

@@ -66,7 +66,7 @@ pub struct TimedProgram<'db> {
 }
 
 /// The name of the one state of a core that has `update` instead of a state machine.
-pub(crate) const UPDATE_STATE: &str = "update";
+const UPDATE_STATE: &str = "update";
 
 /// Reads a core.
 #[salsa::tracked(returns(ref))]
@@ -260,7 +260,7 @@ impl<'db> Reader<'_, 'db> {
 
     fn operations(&mut self) {
         for (index, operation) in self.core.operations.iter().enumerate() {
-            // An operation that cannot be read refuses whoever calls it, and the core is refused for all of them: it
+            // An incomplete operation refuses its callers, and the core is refused for all of them: it
             // executes in the core's own thread.
             let cost = self.program(BodyId::Operation(index as u32), ProgramIn::Whole);
             let id = ProgramId::Operation(operation.name.name.clone());

@@ -140,9 +140,9 @@ pub struct CoreScope {
     pub hooks: u32,
     /// How many states each of its state machines has.
     pub states: Vec<u32>,
-    /// Whether nothing was lost between its items.
+    /// Whether the list of its items is complete.
     pub whole: bool,
-    /// Whether nothing was lost between the items of its state machines.
+    /// Whether the lists of the items of its state machines are complete.
     pub machines_whole: bool,
 }
 

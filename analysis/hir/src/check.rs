@@ -183,7 +183,7 @@ fn duplicates<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<Fact<'db>
     found
 }
 
-/// The models of a workspace's folder that no root of `mauve.toml` includes: nobody checks them.
+/// The models of a workspace's folder that no root of `mauve.toml` includes: they are not checked.
 pub fn not_checked(db: &dyn ModelDb, workspace: Workspace) -> Vec<File> {
     let projects = projects(db, workspace);
     // What a missing include or root would include is not missing for a second time.

@@ -29,19 +29,19 @@ pub struct Config {
     pub assume: Option<Time>,
     /// `[platform] cpus`.
     pub cpus: Option<u32>,
-    /// `[platform] rt_throttling`: Linux keeps 50 ms of each second from real-time tasks. Where it is not said: it does
-    /// not, and that is shown as an assumption.
+    /// `[platform] rt_throttling`: Linux keeps 50 ms of each second from real-time tasks. Where it is
+    /// absent, it does not, and that is shown as an assumption.
     pub rt_throttling: Option<bool>,
-    /// `[clocks] synchronised`: instances that are released together, and where that is said.
+    /// `[clocks] synchronised`: instances that are released together, with the location of the list.
     pub synchronised: Vec<(String, Range<usize>)>,
     /// `[types.…]`: types that no message package declares.
     pub types: BTreeMap<Name, ExternalType>,
     /// `[generate] out`: the folder of the generated packages, from the configuration's folder.
     pub out: Option<(String, Range<usize>)>,
-    /// `[generate] ros_streams`: are outputs, and inputs that nothing is connected to, ROS topics too? Where it is not said, they are.
+    /// `[generate] ros_streams`: are outputs, and inputs that nothing is connected to, ROS topics too? By default, they are.
     pub ros_streams: Option<bool>,
     /// `[generate] introspection`: have generated components ports that show their state and their execution times? Where it is
-    /// not said, they have.
+    /// absent, they have.
     pub introspection: Option<bool>,
     /// `[generate] maintainer`: whom the generated packages name, and how to reach them.
     pub maintainer: Option<Maintainer>,
@@ -53,14 +53,14 @@ pub struct Config {
     pub chains: Vec<Chain>,
     /// What is wrong.
     pub errors: Vec<Mistake>,
-    /// Was something lost that response times may rest on? Whatever is in the wrong place says that a header was lost.
+    /// Is the configuration incomplete where response times depend on it? A misplaced key may belong to a missing header.
     pub lost: bool,
 }
 
 /// A type of C++ that no message package declares.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct ExternalType {
-    /// What it is called in C++, such as `ArRobot*`; empty where that is not said, or is no type's name.
+    /// Its name in C++, such as `ArRobot*`; empty where it is missing or invalid.
     pub cpp: String,
     /// The header that declares it, as an `#include` names it.
     pub header: Option<String>,
@@ -132,7 +132,7 @@ pub enum ExpectedValue {
     Instances,
     /// A significance level.
     Level,
-    /// A time with its unit; the error of a text that is none.
+    /// A time with its unit; the error of an invalid one.
     Time(Option<TimeError>),
     /// An integer between two others, which are included.
     Integer(u32, u32),
@@ -165,7 +165,7 @@ pub struct Chain {
     pub name: String,
     /// Where that stands.
     pub span: Range<usize>,
-    /// `instance.port`, each with its place.
+    /// `instance.port`, each with its location.
     pub ends: Vec<(String, Range<usize>)>,
 }
 
@@ -176,7 +176,7 @@ impl Config {
     }
 }
 
-/// Reads a `mauve.toml`. Whatever is wrong in it is an error at its place, and the rest is read all the same.
+/// Reads a `mauve.toml`. Every error is reported at its location, and the rest is read all the same.
 pub(crate) fn read(text: &str) -> Config {
     let mut config = Config::default();
     let mut reader = Reader { text, errors: Vec::new(), lost: false };
@@ -226,12 +226,12 @@ impl Reader<'_> {
         self.error(kind, at);
     }
 
-    /// A value that is none of those that its key takes, and that response times may rest on.
+    /// An invalid value of a key that response times may depend on.
     fn wrong_value(&mut self, key: &TomlKey<'_>, value: &Value<'_>, expected: ExpectedValue) {
         self.lost(MistakeKind::WrongValue { key: key.get_ref().to_string(), expected }, value.span());
     }
 
-    /// A key or a section that is none of those that are `expected`.
+    /// An unknown key or section: not among those `expected`.
     fn unknown(
         &mut self,
         key: &TomlKey<'_>,
@@ -374,7 +374,7 @@ impl<T> Kind<T> {
     }
 }
 
-/// A string, or a list of them, with their places.
+/// A string, or a list of strings, with their locations.
 fn strings(value: &Value<'_>) -> Option<Vec<(String, Range<usize>)>> {
     let one = |value: &Value<'_>| Some((value.get_ref().as_str()?.to_owned(), value.span()));
     match value.get_ref() {
@@ -420,7 +420,7 @@ fn maintainer_of(text: &str) -> Option<Maintainer> {
 mod tests {
     use super::*;
 
-    /// What is wrong in a text, and whether something was lost.
+    /// The errors in a text, and whether the configuration is incomplete.
     fn mistakes(text: &str) -> (Vec<MistakeKind>, bool) {
         let config = read(text);
         (config.errors.into_iter().map(|mistake| mistake.kind).collect(), config.lost)

@@ -41,7 +41,7 @@ pub fn operations_in(cost: &Cost<'_>) -> Vec<usize> {
 pub(crate) struct ProgramCost<'db> {
     /// Which.
     pub(crate) program: ProgramIn,
-    /// Whether nothing was lost in it.
+    /// Whether it is complete.
     pub(crate) whole: bool,
     /// Its cost along its worst path.
     pub(crate) cost: Cost<'db>,

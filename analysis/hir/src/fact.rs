@@ -1,5 +1,5 @@
-//! What is wrong with a model, as facts: what was found, with its names, types and figures, and where. How a fact is said,
-//! how severe it is and what would repair it are decided elsewhere.
+//! Errors and warnings of a model as facts: what was found, with names, types, figures and locations. The messages,
+//! severities and fixes are in `mauve-diagnostics`.
 
 use crate::features::FeatureOf;
 pub use crate::features::Incomplete;

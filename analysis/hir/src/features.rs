@@ -43,7 +43,7 @@ pub struct Features<'db> {
     pub shells: Vec<Decl<'db>>,
     /// Does the shell extend itself, over others or directly?
     pub cycle: bool,
-    /// Was a feature or a base shell lost, or do two features have one name?
+    /// Is a feature or a base shell missing or incomplete, or do two features have one name?
     pub lost: bool,
     /// Is there a base shell that may be declared by what is missing?
     pub lost_base: bool,
@@ -83,7 +83,7 @@ pub fn features_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'d
         features.lost |= !data.whole;
         for (index, feature) in data.features.iter().enumerate() {
             let found = FeatureOf { shell: current, index, kind: feature.kind };
-            // A lost port or property changes no program's meaning; a lost operation may be called in one.
+            // A missing port or property changes no program's meaning; a program may call a missing operation.
             features.lost |= feature.kind.is_operation() && feature.name.name.is_empty();
             features.by_name.entry(feature.name.name.clone()).or_default().push(found);
         }

@@ -325,7 +325,7 @@ fn reaches<'db>(db: &'db dyn ModelDb, project: Project<'db>, from: Decl<'db>, to
     false
 }
 
-/// The architecture that a deployment runs, flattened; nothing where it is not known, or something in it is lost.
+/// Returns the flattened architecture of a deployment; `None` where it is unknown or incomplete.
 pub fn deployed<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,

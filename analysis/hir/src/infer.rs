@@ -124,7 +124,7 @@ pub struct Shared<'db> {
 
 /// The variables that all bodies of a core share.
 #[salsa::tracked(returns(ref))]
-pub(crate) fn shared_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Shared<'db> {
+fn shared_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Shared<'db> {
     let mut shared = Shared::default();
     let Some(scope) = core_scope(db, of) else { return shared };
     let declare = |it: &SharedVariable, kind| VariableOf {
@@ -155,7 +155,7 @@ pub(crate) fn shared_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: De
     shared
 }
 
-/// The type of a handler for `operation`; where that is none, what is wrong, unless it is reported elsewhere.
+/// Returns the type of a handler for `operation`; otherwise the error, unless it is reported elsewhere.
 fn handled<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -324,7 +324,7 @@ impl<'db> InferenceContext<'_, 'db> {
         self.problem(NameProblem::Error(Fact::new(at, kind)));
     }
 
-    /// The errors of the program so far: a name that an error elsewhere may hide is none.
+    /// The number of errors in the program so far, without names that an error elsewhere may hide.
     fn errors(&self) -> usize {
         let problems = self.found.problems.get(&(self.body, self.program)).into_iter().flatten();
         problems.filter(|problem| !matches!(problem, NameProblem::Hidden(_))).count()
@@ -529,7 +529,7 @@ impl<'db> InferenceContext<'_, 'db> {
             }
             value => _ = self.expr(value),
         }
-        // A call of which the name or the brackets were lost. (If it names a codel, that is reported already.)
+        // A call without a name or without brackets. (The name of a codel is reported already.)
         if let Some(part) = without_call(value).filter(|_| self.errors() == errors && self.whole) {
             self.error(part, FactKind::NoEffect);
         }
@@ -599,7 +599,7 @@ impl<'db> InferenceContext<'_, 'db> {
         }
     }
 
-    /// What the name of a value refers to. One that refers to something else may be a call that lost its brackets.
+    /// What the name of a value refers to. A name that is no value may be a call without brackets.
     fn value(&mut self, name: &NameRef) -> Option<Binding<'db>> {
         let binding = self.bind(name);
         if name.name.is_empty() {
@@ -1171,7 +1171,7 @@ impl<'db> CoreInference<'db> {
 /// What others ask of a core's programs: whether a change in them matters to anybody else.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
 pub struct Uses<'db> {
-    /// Whether its programs may use anything, since something in them was lost, or refers to nothing.
+    /// Whether its programs may use anything, since they are incomplete or have unresolved names.
     pub lost: bool,
     /// The codels that they call.
     pub codels: FxHashSet<Decl<'db>>,
@@ -1199,7 +1199,7 @@ pub fn uses_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) 
 }
 
 impl Core {
-    /// Whether nothing was lost in it.
+    /// Whether it is complete.
     pub(crate) fn is_whole(&self) -> bool {
         let mut states = self.machines.iter().flat_map(|machine| &machine.states);
         let is_whole =

@@ -21,7 +21,7 @@
 //! | `infer.rs` | bindings, callees and types, body by body |
 //! | `semantics.rs` | from a position to a meaning: the door for editors |
 //! | `cost.rs`, `behaviour.rs` | what programs cost, by codels; a core's states and edges |
-//! | `flow.rs` | how values flow through a core's states: what is read too early, written and lost, never executed |
+//! | `flow.rs` | how values flow through a core's states: what is read too early, overwritten before it is read, never executed |
 //! | `program_id.rs` | the identity of a program, and its key in timing tables |
 //! | `types.rs`, `values.rs` | types and what fits where; constants, computed as the generated C++ would |
 //! | `msg.rs`, `messages.rs` | message packages: `.msg` texts; the built-in catalogue, what the name of a type refers to |
@@ -33,8 +33,8 @@
 //! | `skeleton.rs` | the definition of an operation that is still to be written |
 //! | `graph.rs` | reachability and order in graphs |
 //!
-//! Nothing is analysed that rests on an error, where something may be lost: a syntax error in a program, a name that refers to
-//! nothing, a missing argument make the core that has them *not analysed*, with the reason ([`fact::Refusal`]).
+//! Nothing is analysed that depends on an error: a syntax error in a program, an unresolved name,
+//! a missing argument make the core that has them *not analysed*, with the reason ([`fact::Refusal`]).
 //!
 //! This crate knows no execution times, no prose, no editor and no file system.
 

@@ -40,7 +40,7 @@ pub struct MessageField {
     /// Its type as it stands: `string<=10`, `uint8[]`, `Point[<=4]`, `geometry_msgs/Pose`. Without a package it is
     /// built in, or of the same package; the `Header` of ROS 1 is `std_msgs/Header`.
     pub ty: Name,
-    /// Its value where nobody sets it, as it stands.
+    /// Its default value, as it is written.
     pub default: Option<Name>,
 }
 
@@ -80,7 +80,7 @@ impl fmt::Display for MessageConstant {
     }
 }
 
-/// What a `.msg` text says; a line that is none of its language is passed over.
+/// Reads a `.msg` text; skips invalid lines.
 ///
 /// ```
 /// let pose = mauve_hir::read_message("Header header # when, and where\ngeometry_msgs/Pose[<=2] poses\nuint8 FULL=2");

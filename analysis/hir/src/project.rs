@@ -155,7 +155,7 @@ pub fn all_roots(db: &dyn ModelDb, workspace: Workspace) -> Vec<File> {
 }
 
 /// `root` and all that it includes, each once, in the order in which they are met.
-pub(crate) fn files_from(db: &dyn ModelDb, workspace: Workspace, root: File) -> Vec<File> {
+fn files_from(db: &dyn ModelDb, workspace: Workspace, root: File) -> Vec<File> {
     let mut files = vec![root];
     let mut seen: FxHashSet<File> = files.iter().copied().collect();
     let mut next = 0;

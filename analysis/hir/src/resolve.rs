@@ -125,7 +125,7 @@ pub struct Resolver<'a, 'db> {
     pub scope: Scope,
     /// Those of the state machines: all programs see them, behind those in scope.
     pub machine: Scope,
-    /// Whether a declaration of a variable may be lost: what is not found may be one.
+    /// Whether a declaration of a variable may be missing: an unresolved name may be one.
     pub variables_lost: bool,
 }
 
@@ -139,7 +139,7 @@ impl<'db> Resolver<'_, 'db> {
 
     /// What the name of a value refers to: a variable, innermost first, a variable of the state machine, a feature of the
     /// shell.
-    pub fn resolve_name(&self, name: &str) -> Option<Binding<'db>> {
+    pub(crate) fn resolve_name(&self, name: &str) -> Option<Binding<'db>> {
         if name.is_empty() {
             return None;
         }
@@ -150,7 +150,7 @@ impl<'db> Resolver<'_, 'db> {
     }
 
     /// The codel of that name, as the core sees it.
-    pub fn resolve_codel(&self, name: &Name) -> Result<Decl<'db>, Unresolved> {
+    pub(crate) fn resolve_codel(&self, name: &Name) -> Result<Decl<'db>, Unresolved> {
         let library = self.of.library(self.db).as_ref();
         self.names.resolve(self.db, library, Kind::Codel, std::slice::from_ref(name))
     }

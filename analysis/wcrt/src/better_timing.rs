@@ -8,8 +8,8 @@
 //! | the priorities of two swapped | an activity | it has a later deadline before it |
 //! | the deadline as period | an activity | it is later than the period |
 //! | priorities by deadline | a deployment | a later deadline goes before an earlier one on the same CPU |
-//! | optimal priorities, or why there are none | a deployment | a deadline is not proved, nor would be by the former |
-//! | each other CPU, the best first | an activity | no deadline is lost that is proved now |
+//! | optimal priorities, or why none exist | a deployment | a deadline is not proved, nor would be by the former |
+//! | each other CPU, the best first | an activity | every deadline that is proved now stays proved |
 //! | the shortest period found | an activity | every deadline is proved now, and still would be |
 //! | a longer period, the shortest found that helps | an activity | some deadline is not proved now |
 //! | the period as deadline | an activity | it has an earlier one |
@@ -135,7 +135,7 @@ impl<'db> Search<'db> {
         now.lost.is_empty().then_some(Search { db, project, of, query, now, system, steps: MOST_STEPS })
     }
 
-    /// What these values give; nothing where that would take too many steps. A search that nobody waits for any more ends
+    /// What these values give; `None` where that would take too many steps. A cancelled search ends
     /// at the next of them.
     fn ask(&mut self, fields: &[SupposedField]) -> Option<Report<'db>> {
         self.steps = self.steps.checked_sub(self.system.rows.len().max(1))?;
@@ -143,7 +143,7 @@ impl<'db> Search<'db> {
         Some(response_times_if(self.db, self.project, self.of, self.query, fields))
     }
 
-    /// The priorities of an activity and of the least urgent that goes before it although it may end later.
+    /// The priorities of an activity and of the activity with the lowest priority above its own that has a later deadline.
     fn swap(&self, row: &Row<'db>) -> Option<BetterTiming> {
         let other = before_its_time(&self.system.rows, row)?;
         let fields = vec![priority_of(row, priority(other)), priority_of(other, priority(row))];
@@ -184,9 +184,9 @@ impl<'db> Search<'db> {
         found
     }
 
-    /// The priorities with which every deadline is proved, if there are any: from the least urgent up, whoever meets its
-    /// deadline below all that are left is given the place (Audsley). That finds them where they are, since a response
-    /// time depends on which activities are more urgent, and not on their order.
+    /// The priorities with which every deadline is proved, if they exist (Audsley's algorithm): from the lowest priority up,
+    /// an activity that meets its deadline below all that are left gets the priority. The algorithm is optimal, since a
+    /// response time depends on which activities have higher priorities, and not on their order.
     fn optimal(&mut self, groups: &[Group<'_, 'db>]) -> Option<BetterTiming> {
         let mut fields = Vec::new();
         for group in groups {

@@ -68,7 +68,7 @@ pub fn exported_component<'db>(
     let psm = |&level: &Level| is_timed.then(|| psm_of(db, project, component, level));
     let psms: Psms<'db> = levels.iter().map(psm).collect();
     let lost = lost.cloned().map(|tables| NotAnalysed {
-        reason: say(&Reason::LostTables(tables)),
+        reason: say(&Reason::IncompleteTables(tables)),
         levels: None,
         classic_only: false,
     });

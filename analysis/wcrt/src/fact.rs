@@ -1,5 +1,6 @@
 //! What is wrong with a deployment, its priorities, its timing tables and its response times, as facts: names, figures
-//! and locations. How a fact is said, how severe it is and what would repair it are decided elsewhere.
+//! and locations. The messages, severities and fixes are in
+//! `mauve-diagnostics`.
 
 use mauve_timing::{Level, Time, TimeError};
 
@@ -46,7 +47,7 @@ pub enum TimingFactKind<'db> {
     MissingPriority { of: Decl<'db>, activity: (Name, Part), free: u32, period: Option<Part> },
     /// An activity has no period. With the location of the value of its priority.
     MissingPeriod { of: Decl<'db>, activity: (Name, Part), priority: Option<Part> },
-    /// A value is none for its field.
+    /// A field has an invalid value.
     InvalidField(ActivityField, Expected),
     /// An affinity names a CPU that there is not.
     NoSuchCpu(NoSuchCpu),
@@ -55,7 +56,7 @@ pub enum TimingFactKind<'db> {
     /// Several activities have one priority on one CPU: this one, and the others with the locations of their priorities.
     EqualPriorities { instance: Name, priority: u32, others: Vec<(Name, Place<'db>)> },
     /// An activity with a shorter deadline has a lower priority.
-    PriorityInversion { late: Urgency, early: Urgency, early_at: Place<'db> },
+    PriorityInversion { late: DeadlineAndPriority, early: DeadlineAndPriority, early_at: Place<'db> },
     /// A component runs before the one of the same period that writes what it reads.
     StaleData { reader: Name, writer: Name, port: Name, writer_at: Place<'db> },
 
@@ -63,7 +64,7 @@ pub enum TimingFactKind<'db> {
     InvalidTable(TableFault),
     /// A table has a time for what has one already.
     RepeatedTime { key: String, first: (File, Place<'db>) },
-    /// A key means nothing. With a similar name, and the whole key that can be written in its place.
+    /// A key is unknown. With a similar name, and the whole key that can replace it.
     UnknownTimingKey { kind: Kind, key: String, near: Option<Name>, fixed: Option<String> },
     /// A component does not have a program, or has several of its key.
     UnknownProgram { program: WrongProgram<'db>, near: Option<Name>, fixed: Option<String> },
@@ -84,7 +85,7 @@ pub enum TimingFactKind<'db> {
 
 /// An activity with its priority and its deadline.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Urgency {
+pub struct DeadlineAndPriority {
     /// Its instance.
     pub instance: Name,
     /// Its priority.
@@ -102,7 +103,7 @@ pub enum Expected {
     Priority,
     /// A time greater than 0.
     PositiveTime,
-    /// A time: why the value is none.
+    /// A time: why the value is invalid.
     Time(NoTime),
 }
 
@@ -160,7 +161,7 @@ pub struct Budget<'db> {
     pub alone: bool,
 }
 
-/// A codel without a time, and who needs it.
+/// A codel without a time, and the activities that execute it.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub struct MissingTime<'db> {
     /// The codel.

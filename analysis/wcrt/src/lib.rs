@@ -36,17 +36,19 @@ mod what_if;
 
 pub use exported::{exported_component, psm_at, response_times_of, task_set_of};
 pub use fact::{
-    Budget, Expected, InterferenceReport, Missed, MissingTime, NoTime, TimingFact, TimingFactKind, Urgency,
+    Budget, DeadlineAndPriority, Expected, InterferenceReport, Missed, MissingTime, NoTime, TimingFact,
+    TimingFactKind,
 };
-pub use priorities::{before_its_time, priority_facts};
+pub use priorities::priority_facts;
 pub use psm::{Psm, PsmEdge, Refused, psm_of, worst_path};
 pub use reason::{
-    ActivityField, Doubt, LostTable, NoSuchCpu, PatternError, Prose, Reason, Refusal, Share, StrayEntry,
-    TableFault, TableFilesError, TableLevels, Timed, TooLong, Unknown, UnusableTime, WrongProgram,
+    ActivityField, Doubt, IncompleteTable, NoSuchCpu, PatternError, Prose, Reason, Refusal, Share,
+    StrayEntry, TableFault, TableFilesError, TableLevels, Timed, TooLong, Unknown, UnusableTime,
+    WrongProgram,
 };
 pub use response::{
     ActivityReport, CpuReport, Deadlines, Query, Report, Verdict, budgets, facts_if, level_shown,
-    missing_times, response_times, response_times_if, timing_facts,
+    response_times, response_times_if, timing_facts,
 };
 pub use system::{Priority, Row, System, mask, system_of};
 pub use timetable::{

@@ -2,7 +2,7 @@
 
 use rustc_hash::FxHashSet;
 
-use crate::fact::{TimingFact, TimingFactKind, Urgency};
+use crate::fact::{DeadlineAndPriority, TimingFact, TimingFactKind};
 use crate::system::{Priority, Row, system_of};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Decl, ModelDb, Place, Project, deployed, deployment};
@@ -60,9 +60,9 @@ pub(crate) fn check_rows<'db>(
             && let (Some(early_at), Some(short), Some(long)) =
                 (priority_at(&other.instance), row.deadline, other.deadline)
         {
-            let late = Urgency { instance: row.instance.clone(), priority, deadline: short };
+            let late = DeadlineAndPriority { instance: row.instance.clone(), priority, deadline: short };
             let instance = other.instance.clone();
-            let early = Urgency { instance, priority: other_priority, deadline: long };
+            let early = DeadlineAndPriority { instance, priority: other_priority, deadline: long };
             found.push(TimingFact::new(at, TimingFactKind::PriorityInversion { late, early, early_at }));
         }
     }
@@ -70,8 +70,9 @@ pub(crate) fn check_rows<'db>(
     found
 }
 
-/// Who goes before an activity on its CPU although he may end later: of those, the least urgent.
-pub fn before_its_time<'a, 'db>(rows: &'a [Row<'db>], of: &Row<'db>) -> Option<&'a Row<'db>> {
+/// Returns the activity on the same CPU that has a later deadline and a higher priority: of several, the one with the
+/// lowest priority.
+pub(crate) fn before_its_time<'a, 'db>(rows: &'a [Row<'db>], of: &Row<'db>) -> Option<&'a Row<'db>> {
     let Priority::RealTime(own) = of.priority else { return None };
     let inverted = rows.iter().filter_map(|it| match it.priority {
         Priority::RealTime(priority) if priority > own && share(of, it) => Some((priority, it)),

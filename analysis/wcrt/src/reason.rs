@@ -1,4 +1,5 @@
-//! Why something is not analysed, or has no response time: names and figures. How a reason is said is decided elsewhere.
+//! Why something is not analysed, or has no response time: names and figures. The messages are in
+//! `mauve-diagnostics`.
 
 pub use mauve_syntax::keywords::ActivityField;
 use mauve_timing::{Level, MachineError, NoBoundReason};
@@ -22,7 +23,7 @@ pub struct Refusal<'db> {
 }
 
 impl<'db> Refusal<'db> {
-    /// A reason that another diagnostic reports at its place.
+    /// A reason that another diagnostic reports at its location.
     pub(crate) fn reported(reason: Reason<'db>, at: Place<'db>) -> Refusal<'db> {
         Refusal { reason, at, reported: true }
     }
@@ -66,7 +67,7 @@ pub enum Reason<'db> {
         problem: Option<String>,
     },
     /// The timing tables are incomplete: every time may be longer.
-    LostTables(LostTable),
+    IncompleteTables(IncompleteTable),
 
     /// An activity names an instance that the architecture does not have.
     NoSuchInstance {
@@ -257,7 +258,7 @@ pub enum UnusableTime<'db> {
     OtherLevels(Timed<'db>, Level, TableLevels),
 }
 
-/// An entry whose key does not mean one thing.
+/// An entry whose key is unknown or ambiguous.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub struct StrayEntry {
     /// Its key.
@@ -288,7 +289,7 @@ pub struct TableLevels {
 
 /// Why the timing tables are incomplete.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct LostTable {
+pub struct IncompleteTable {
     /// The file with the error: a table, or `mauve.toml`.
     pub file: File,
     /// The error.
@@ -310,8 +311,8 @@ pub enum TableFault {
     NoProgramKey(String),
     /// This key stands in that table already.
     Repeated(String, File),
-    /// This key of a program means nothing.
-    MeansNothing(String),
+    /// This key of a program is unknown.
+    UnknownKey(String),
     /// This key is of the other kind: the header of its section is missing.
     WrongSection(String, Kind),
     /// This key is one of `[overhead]`, whose header is missing.
@@ -321,7 +322,7 @@ pub enum TableFault {
 /// What is wrong with `[timing] tables`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum TableFilesError {
-    /// A pattern is none.
+    /// A pattern is invalid.
     Pattern {
         /// The pattern.
         pattern: String,
@@ -347,11 +348,11 @@ pub enum PatternError {
     Invalid(String),
 }
 
-/// How reasons are said, for what is exported with them.
+/// The messages of reasons, for exported files.
 #[derive(Clone, Copy)]
 pub struct Prose {
-    /// Says a reason.
+    /// Returns the message of a reason.
     pub reason: for<'db> fn(&'db dyn ModelDb, &Reason<'db>) -> String,
-    /// Says a doubt, in words that follow a name.
+    /// Returns why a priority is unknown, in words that follow a name.
     pub doubt: fn(&Doubt) -> String,
 }

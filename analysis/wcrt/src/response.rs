@@ -399,7 +399,10 @@ pub(crate) fn lost_in<'db>(
 fn lost_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, system: &System<'db>) -> Vec<Refusal<'db>> {
     let mut lost = system.lost.clone();
     if let Some(tables) = &timetable_of(db, project).lost {
-        lost.push(Refusal::reported(Reason::LostTables(tables.clone()), Place::Range(tables.file, 0, 0)));
+        lost.push(Refusal::reported(
+            Reason::IncompleteTables(tables.clone()),
+            Place::Range(tables.file, 0, 0),
+        ));
     }
     if let Some(file) = names_of(db, project).scope_lost {
         let problem = file.problem(db).as_ref().map(|problem| problem.message().to_owned());
@@ -530,7 +533,7 @@ fn real_time_components<'db>(system: &System<'db>) -> Vec<Decl<'db>> {
 }
 
 /// The codels that the real-time activities of a deployment lack a time for.
-pub fn missing_times<'db>(
+pub(crate) fn missing_times<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     deployment: Decl<'db>,
@@ -564,7 +567,7 @@ pub fn timing_facts<'db>(
     deployment: Decl<'db>,
     query: Query,
 ) -> Vec<TimingFact<'db>> {
-    // Where a table is lost, it may have the times that seem to be missing.
+    // An incomplete table may have the times that seem to be missing.
     let mut found = match is_timed(db, project) {
         true => missing_time_facts(db, project, deployment, query),
         false => Vec::new(),

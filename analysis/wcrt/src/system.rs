@@ -598,7 +598,7 @@ fn field_of(activity: &Activity, field: ActivityField) -> Option<&Field> {
     activity.fields.iter().find(|it| it.name.name == field.keyword())
 }
 
-/// Enters the value of a field; what it takes where the value is none.
+/// Enters the value of a field; returns which values it takes where this one is invalid.
 fn read_field(row: &mut Row<'_>, field: ActivityField, value: &Expr) -> Result<(), Expected> {
     match field {
         ActivityField::Affinity => row.cpus = Some(mask(value).ok_or(Expected::Cpus)?),

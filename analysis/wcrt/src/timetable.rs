@@ -12,7 +12,7 @@ use rustc_hash::FxHashMap;
 
 use crate::fact::{TimingFact, TimingFactKind};
 use crate::reason::{
-    LostTable, PatternError, StrayEntry, TableFault, TableFilesError, TableLevels, Timed, UnusableTime,
+    IncompleteTable, PatternError, StrayEntry, TableFault, TableFilesError, TableLevels, Timed, UnusableTime,
     WrongProgram,
 };
 use mauve_hir::item_tree::{FeatureKind, HookKind, Kind, Name};
@@ -79,7 +79,7 @@ pub fn table_files(db: &dyn ModelDb, workspace: Workspace) -> TableFiles {
 ///
 /// # Errors
 ///
-/// The pattern is none, is too long, or chooses between names.
+/// The pattern is invalid, is too long, or chooses between names.
 pub fn table_pattern(folder: &Path, pattern: &str) -> Result<GlobMatcher, PatternError> {
     if has_choice(pattern) {
         return Err(PatternError::Choice);
@@ -151,7 +151,7 @@ pub struct Timetable<'db> {
     with_levels: Vec<TableLevels>,
     assume: Option<Time>,
     /// Something was lost that may make every time longer: nothing is analysed.
-    pub lost: Option<LostTable>,
+    pub lost: Option<IncompleteTable>,
 }
 
 /// What the tables say of a time.
@@ -230,7 +230,7 @@ struct Joining<'db> {
 
 impl<'db> Joining<'db> {
     fn lost(&mut self, file: File, error: TableFault) {
-        self.times.lost.get_or_insert(LostTable { file, error });
+        self.times.lost.get_or_insert(IncompleteTable { file, error });
     }
 
     fn report(&mut self, at: Place<'db>, kind: TimingFactKind<'db>) {
@@ -308,7 +308,7 @@ impl<'db> Joining<'db> {
                 let last = key.rsplit('.').next().unwrap_or(key);
                 let names_component = !names.anywhere(Kind::Component, last).is_empty();
                 if is_program || ProgramKey::parse(key).is_some() {
-                    self.lost(file, TableFault::MeansNothing(entry.key.clone()));
+                    self.lost(file, TableFault::UnknownKey(entry.key.clone()));
                 }
                 if kind == Kind::Component || names_component {
                     self.times.stray_component = Some(stray.clone());
@@ -460,7 +460,12 @@ impl<'db> Timetable<'db> {
     }
 
     /// The time of a program as a whole.
-    pub fn program_time(&self, component: Decl<'db>, program: &ProgramId, level: Level) -> Lookup<'db> {
+    pub(crate) fn program_time(
+        &self,
+        component: Decl<'db>,
+        program: &ProgramId,
+        level: Level,
+    ) -> Lookup<'db> {
         self.time(&Timed::Program(component, program.in_table()), level)
     }
 
