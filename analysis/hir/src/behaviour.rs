@@ -13,11 +13,11 @@ use crate::fact::{
 };
 use crate::features::{Features, features_of};
 use crate::graph::{reachable, topological_order};
-use crate::infer::{HiddenName, NameProblem, ReportedProblem, inference_of};
+use crate::infer::{NameProblem, inference_of};
 use crate::item_tree::{
     Core, FeatureKind, HookKind, Kind, Machine, MethodKind, Name, NameRef, Part, State, Transition,
 };
-use crate::names::{Names, names_of, similar};
+use crate::names::{names_of, similar};
 use crate::program_id::ProgramId;
 use crate::project::Project;
 use crate::source::{Decl, Place, core};
@@ -81,7 +81,6 @@ pub fn behaviour_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'
         db,
         project,
         of,
-        names,
         features,
         core: data,
         states: FxHashMap::default(),
@@ -105,7 +104,6 @@ struct Reader<'a, 'db> {
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
-    names: &'db Names<'db>,
     features: &'a Features<'db>,
     core: &'db Core,
     /// The first state of each name.
@@ -194,21 +192,10 @@ impl<'db> Reader<'_, 'db> {
                 // One mistake: what a name does that an error may declare is unknown.
                 NameProblem::Error(Fact { kind: FactKind::NoEffect, .. }) if was_first => {}
                 NameProblem::Error(fact) => self.refuse(fact.clone()),
-                NameProblem::Reported(ReportedProblem::UndefinedOperation(name)) => {
-                    self.refuse_here(CoreReason::UndefinedOperation(name.clone()));
-                }
-                NameProblem::Reported(ReportedProblem::RepeatedCodel(name)) => {
-                    self.refuse_here(CoreReason::RepeatedCodel(name.clone()));
-                }
-                NameProblem::Hidden(hidden) => {
+                NameProblem::Reported(why) => self.refuse_here(why.clone()),
+                NameProblem::Hidden(why) => {
                     is_first = self.found.refusals.is_empty();
-                    self.refuse_hidden(match hidden {
-                        HiddenName::Codel(name) => {
-                            CoreReason::CodelNotFound(name.clone(), self.names.may_hide())
-                        }
-                        HiddenName::Operation(name) => CoreReason::MayBeOperation(name.clone()),
-                        HiddenName::Variable(name) => CoreReason::MayBeDeclared(name.clone()),
-                    });
+                    self.refuse_hidden(why.clone());
                 }
             }
         }

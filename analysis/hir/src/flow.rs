@@ -259,15 +259,13 @@ impl<'db> Flow<'_, 'db> {
 
     /// The programs of a state, in the order in which they may first be executed.
     fn state(&mut self, state: &'db State, assigned: &mut Variables) {
-        let method =
-            |kind| state.methods.iter().find(|method| method.kind == kind).map(|method| &method.program);
-        self.optional(method(MethodKind::Entry), assigned);
-        self.optional(method(MethodKind::Run), assigned);
+        self.optional(state.method(MethodKind::Entry), assigned);
+        self.optional(state.method(MethodKind::Run), assigned);
         for guard in state.transitions.iter().filter_map(|transition| transition.guard.as_ref()) {
             self.expr(&guard.condition, assigned);
         }
-        self.optional(method(MethodKind::Handle), assigned);
-        self.optional(method(MethodKind::Exit), assigned);
+        self.optional(state.method(MethodKind::Handle), assigned);
+        self.optional(state.method(MethodKind::Exit), assigned);
         for transition in &state.transitions {
             self.conditions += usize::from(transition.guard.is_some());
             self.optional(transition.effect.as_ref(), &mut assigned.clone());
@@ -477,17 +475,14 @@ impl<'db> Flow<'_, 'db> {
         let nothing = Ports::default();
         let states: FxHashMap<&Name, &'db State> =
             machine.states.iter().rev().map(|state| (&state.name.name, &**state)).collect();
-        let method = |state: &'db State, kind| {
-            state.methods.iter().find(|method| method.kind == kind).map(|method| &method.program)
-        };
         let all = |program: Option<&'db Program>| match program {
             Some(program) => self.written(program, &nothing, &mut Vec::new()),
             None => Ports::default(),
         };
         let entries: FxHashMap<&Name, Ports<'db>> =
-            states.iter().map(|(name, state)| (*name, all(method(state, MethodKind::Entry)))).collect();
+            states.iter().map(|(name, state)| (*name, all(state.method(MethodKind::Entry)))).collect();
         for state in &machine.states {
-            let at_exit = all(method(state, MethodKind::Exit));
+            let at_exit = all(state.method(MethodKind::Exit));
             // What each way to end the period writes, behind `run`; and behind `exit`.
             let mut ways: Vec<Ports<'db>> = Vec::new();
             let mut exits: Vec<Ports<'db>> = Vec::new();
@@ -509,15 +504,15 @@ impl<'db> Flow<'_, 'db> {
                 }
             }
             if stays {
-                ways.push(all(method(state, MethodKind::Handle)));
+                ways.push(all(state.method(MethodKind::Handle)));
             }
             for (kind, ways) in [(MethodKind::Run, ways), (MethodKind::Exit, exits)] {
-                if let Some(program) = method(state, kind) {
+                if let Some(program) = state.method(kind) {
                     self.written(program, &of_all(ways), lost);
                 }
             }
             for kind in [MethodKind::Entry, MethodKind::Handle] {
-                if let Some(program) = method(state, kind) {
+                if let Some(program) = state.method(kind) {
                     self.written(program, &nothing, lost);
                 }
             }

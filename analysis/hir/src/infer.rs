@@ -12,8 +12,8 @@ use crate::body::{
 };
 use crate::builtin::{Builtin, Operand};
 use crate::fact::{
-    Defined, Fact, FactKind, Hidden, NotAssignable, NotCallable, ParameterName, ProgramName, SendInstead,
-    Takes, repeated,
+    CoreReason, Defined, Fact, FactKind, Hidden, NotAssignable, NotCallable, ParameterName, ProgramName,
+    SendInstead, Takes, repeated,
 };
 use crate::features::{Features, feature, features_of};
 use crate::item_tree::{
@@ -75,29 +75,9 @@ pub enum NameProblem<'db> {
     /// An error.
     Error(Fact<'db>),
     /// An error that is reported elsewhere.
-    Reported(ReportedProblem),
-    /// What an error elsewhere may hide.
-    Hidden(HiddenName),
-}
-
-/// What a call cannot call because of an error elsewhere.
-#[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
-pub enum ReportedProblem {
-    /// The core calls an operation that its shell provides and that it does not define.
-    UndefinedOperation(Name),
-    /// A codel is declared twice.
-    RepeatedCodel(Name),
-}
-
-/// A name whose declaration an error may hide.
-#[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
-pub enum HiddenName {
-    /// A codel.
-    Codel(Name),
-    /// An operation of the shell.
-    Operation(Name),
-    /// A variable of the core.
-    Variable(Name),
+    Reported(CoreReason),
+    /// A name whose declaration an error elsewhere may hide.
+    Hidden(CoreReason),
 }
 
 /// The signature that is written in `of`.
@@ -625,7 +605,7 @@ impl<'db> InferenceContext<'_, 'db> {
             }
             // One mistake: the error that may hide its declaration is reported.
             Err(_) if self.resolver.features.lost || self.resolver.variables_lost => {
-                self.problem(NameProblem::Hidden(HiddenName::Variable(name.clone())));
+                self.problem(NameProblem::Hidden(CoreReason::MayBeDeclared(name.clone())));
             }
             Err(_) => {
                 let known = self.resolver.scope.names().chain(self.resolver.features.by_name.keys());
@@ -781,7 +761,7 @@ impl<'db> InferenceContext<'_, 'db> {
         let NameRef { name, part } = callee;
         let kind = match error {
             CallError::Undefined => {
-                let undefined = ReportedProblem::UndefinedOperation(name.clone());
+                let undefined = CoreReason::UndefinedOperation(name.clone());
                 return self.problem(NameProblem::Reported(undefined));
             }
             CallError::Required => {
@@ -805,14 +785,15 @@ impl<'db> InferenceContext<'_, 'db> {
                 FactKind::AmbiguousName { kind: Kind::Codel, name: name.clone() }
             }
             CallError::Unresolved(Unresolved::Repeated) => {
-                return self.problem(NameProblem::Reported(ReportedProblem::RepeatedCodel(name.clone())));
+                return self.problem(NameProblem::Reported(CoreReason::RepeatedCodel(name.clone())));
             }
             CallError::Unresolved(Unresolved::Lost) => {
-                return self.problem(NameProblem::Hidden(HiddenName::Codel(name.clone())));
+                let not_found = CoreReason::CodelNotFound(name.clone(), self.resolver.names.may_hide());
+                return self.problem(NameProblem::Hidden(not_found));
             }
             // One mistake: the shell that may declare it is reported.
             CallError::Unresolved(_) if self.resolver.features.lost => {
-                return self.problem(NameProblem::Hidden(HiddenName::Operation(name.clone())));
+                return self.problem(NameProblem::Hidden(CoreReason::MayBeOperation(name.clone())));
             }
             CallError::Unresolved(_) => match Builtin::of_name(name) {
                 Some(builtin) => FactKind::NotBuiltin(builtin),

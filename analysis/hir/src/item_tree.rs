@@ -423,6 +423,13 @@ pub struct State {
     pub whole: bool,
 }
 
+impl State {
+    /// Returns the program of a method.
+    pub fn method(&self, kind: MethodKind) -> Option<&Program> {
+        self.methods.iter().find(|method| method.kind == kind).map(|method| &method.program)
+    }
+}
+
 /// `run = { … }` and the like.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Method {

@@ -90,8 +90,8 @@ pub use features::{FeatureOf, Features, core_of, features_of, is_core_for, shell
 pub use flat::deployed;
 pub use flat::{Flat, FlatInstance, flat_of};
 pub use infer::{
-    CoreInference, HiddenName, Inference, NameProblem, ReportedProblem, Shared, Uses, VariableKind,
-    VariableOf, inference_of_core, returns, uses_of,
+    CoreInference, Inference, NameProblem, Shared, Uses, VariableKind, VariableOf, inference_of_core,
+    returns, uses_of,
 };
 pub use lines::{file_and_line, line_index, line_of};
 pub use link::Link;
