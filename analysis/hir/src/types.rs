@@ -57,8 +57,8 @@ pub enum Integer {
 }
 
 impl Integer {
-    /// Its least and greatest value.
-    fn ends(self) -> (i128, i128) {
+    /// Returns its least and its greatest value.
+    pub fn ends(self) -> (i128, i128) {
         match self {
             Integer::Char | Integer::Int8 => (i8::MIN.into(), i8::MAX.into()),
             Integer::Short => (i16::MIN.into(), i16::MAX.into()),
@@ -71,8 +71,8 @@ impl Integer {
         }
     }
 
-    /// Has it every value of the other?
-    fn has_all_of(self, other: Integer) -> bool {
+    /// Returns whether it has every value of `other`.
+    pub fn has_all_of(self, other: Integer) -> bool {
         let ((low, high), (least, greatest)) = (self.ends(), other.ends());
         low <= least && greatest <= high
     }

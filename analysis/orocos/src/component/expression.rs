@@ -119,25 +119,8 @@ fn loses_nothing(from: &Type, to: &Type) -> bool {
             false
         }
         (Type::Integer(_) | Type::Float, Type::Double) => true,
-        (Type::Integer(from), Type::Integer(to)) => {
-            let ((least, greatest), (low, high)) = (ends(*from), ends(*to));
-            low <= least && greatest <= high
-        }
+        (Type::Integer(from), Type::Integer(to)) => to.has_all_of(*from),
         _ => from == to,
-    }
-}
-
-/// The least and the greatest whole number of a type.
-pub(super) fn ends(integer: Integer) -> (i128, i128) {
-    match integer {
-        Integer::Char | Integer::Int8 => (i8::MIN.into(), i8::MAX.into()),
-        Integer::Short => (i16::MIN.into(), i16::MAX.into()),
-        Integer::Int => (i32::MIN.into(), i32::MAX.into()),
-        Integer::Long | Integer::Int64 => (i64::MIN.into(), i64::MAX.into()),
-        Integer::Uint8 => (0, u8::MAX.into()),
-        Integer::Uint16 => (0, u16::MAX.into()),
-        Integer::Uint32 => (0, u32::MAX.into()),
-        Integer::Uint64 | Integer::Size => (0, u64::MAX.into()),
     }
 }
 

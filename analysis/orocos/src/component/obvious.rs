@@ -5,7 +5,7 @@
 use mauve_hir::item_tree::BinaryOperator;
 use mauve_hir::{Type, Value};
 
-use super::expression::{Code, ends};
+use super::expression::Code;
 
 /// What is compared, how, and with what number.
 pub(super) type Comparison = (String, BinaryOperator, f64);
@@ -62,7 +62,7 @@ pub(super) fn is_obvious(operator: BinaryOperator, lhs: &Code, rhs: &Code) -> bo
     let Some((_, _, number)) = comparison(operator, lhs, rhs) else { return false };
     [lhs, rhs].into_iter().filter(|code| code.value.is_none()).any(|code| match &code.ty {
         Type::Integer(integer) => {
-            let (least, greatest) = ends(*integer);
+            let (least, greatest) = integer.ends();
             number <= least as f64 || number >= greatest as f64
         }
         _ => false,

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use mauve_hir::item_tree::{Direction, FeatureKind, HookKind, MethodKind, Variable};
 use mauve_hir::{Callee, Integer, ProgramId, Type, Value};
 
-use super::expression::{Code, Line, Writer, ends};
+use super::expression::{Code, Line, Writer};
 use super::layout::Text;
 use super::obvious::MEANT;
 use super::program::definition;
@@ -250,10 +250,7 @@ fn interval_check<'db>(class: &Class<'_, 'db>, member: &Member<'db>) -> Vec<Line
     let (low, high) = (writer.value(&interval.low, &member.ty), writer.value(&interval.high, &member.ty));
     let value = class.property(member);
     let (least, greatest) = match &member.ty {
-        Type::Integer(integer) => {
-            let (least, greatest) = ends(*integer);
-            (Some(least), Some(greatest))
-        }
+        Type::Integer(integer) => Some(integer.ends()).unzip(),
         _ => (None, None),
     };
     // Each value of the type is above its least one, as compilers know.
