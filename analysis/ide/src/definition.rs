@@ -76,6 +76,23 @@ pub(crate) fn destination<'db>(
     (!found.targets.is_empty()).then_some(found)
 }
 
+/// Adds the files that these names lead to, each file once.
+pub(crate) fn with_files<'db>(
+    mut found: Option<Definition>,
+    names: &[(Project<'db>, Found<'db>)],
+    file_of: impl Fn(Project<'db>, &Found<'db>) -> Option<PathBuf>,
+) -> Option<Definition> {
+    for (project, name) in names {
+        let Some(file) = file_of(*project, name) else { continue };
+        let empty = Definition { origin: name.range, targets: Vec::new(), files: Vec::new() };
+        let files = &mut found.get_or_insert(empty).files;
+        if !files.contains(&file) {
+            files.push(file);
+        }
+    }
+    found
+}
+
 /// The names at `offset` in each project that has the file.
 pub(crate) fn names<'db>(
     db: &'db dyn ModelDb,

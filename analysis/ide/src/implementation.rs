@@ -10,7 +10,7 @@ use mauve_syntax::TextSize;
 use mauve_wcrt::table_files;
 
 use crate::call_hierarchy::providers;
-use crate::definition::{Definition, Target, destination, names, of_declaration};
+use crate::definition::{Definition, Target, destination, names, of_declaration, with_files};
 use crate::document_symbols::SymbolKind;
 use crate::occurrences::{Meaning, Role, in_declaration, names_in};
 
@@ -32,7 +32,7 @@ pub fn implementation(
     offset: TextSize,
 ) -> Option<Definition> {
     let names = names(db, workspaces, file, offset);
-    let mut found = destination(&names, |project, name| match &name.meaning {
+    let found = destination(&names, |project, name| match &name.meaning {
         Meaning::Declaration(decl) => of_declared(db, project, *decl),
         Meaning::Part(_) if name.kind == SymbolKind::Operation => {
             let mut found = definitions(db, project, &name.meaning);
@@ -43,19 +43,10 @@ pub fn implementation(
         }
         _ => Vec::new(),
     });
-    for (project, name) in &names {
-        if let Meaning::Declaration(decl) = name.meaning
-            && let Some(file) = codel_file(db, *project, decl)
-        {
-            let origin = name.range;
-            let found =
-                found.get_or_insert_with(|| Definition { origin, targets: Vec::new(), files: Vec::new() });
-            if !found.files.contains(&file) {
-                found.files.push(file);
-            }
-        }
-    }
-    found
+    with_files(found, &names, |project, name| match name.meaning {
+        Meaning::Declaration(decl) => codel_file(db, project, decl),
+        _ => None,
+    })
 }
 
 fn of_declared<'db>(db: &'db dyn ModelDb, project: Project<'db>, decl: Decl<'db>) -> Vec<Target> {

@@ -607,7 +607,8 @@ impl<'db> Programs<'_, 'db> {
     }
 }
 
-fn kind_of(kind: Kind) -> SymbolKind {
+/// Returns the symbol of a kind of declaration.
+pub(crate) fn kind_of(kind: Kind) -> SymbolKind {
     match kind {
         Kind::Use => SymbolKind::Library,
         Kind::Codel => SymbolKind::Codel,
@@ -619,7 +620,8 @@ fn kind_of(kind: Kind) -> SymbolKind {
     }
 }
 
-fn kind_of_feature(kind: FeatureKind) -> SymbolKind {
+/// Returns the symbol of a kind of feature.
+pub(crate) fn kind_of_feature(kind: FeatureKind) -> SymbolKind {
     match kind {
         FeatureKind::Constant => SymbolKind::Constant,
         FeatureKind::Property => SymbolKind::Property,

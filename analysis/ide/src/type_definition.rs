@@ -5,7 +5,7 @@ use mauve_hir::item_tree::{Data, Kind, Part, TypeRef};
 use mauve_hir::{Decl, File, ModelDb, Place, Project, Workspace, data, package};
 use mauve_syntax::TextSize;
 
-use crate::definition::{Definition, Target, destination, names, targets};
+use crate::definition::{Definition, Target, destination, names, targets, with_files};
 use crate::occurrences::{Meaning, occurrences_of};
 
 /// Where the type of what is named at `offset` is declared. What is built in is declared nowhere.
@@ -27,18 +27,8 @@ pub fn type_definition(
     offset: TextSize,
 ) -> Option<Definition> {
     let names = names(db, workspaces, file, offset);
-    let mut found = destination(&names, |project, name| of_meaning(db, project, &name.meaning));
-    for (project, name) in &names {
-        if let Some(file) = message_file(db, *project, &name.meaning) {
-            let origin = name.range;
-            let found =
-                found.get_or_insert_with(|| Definition { origin, targets: Vec::new(), files: Vec::new() });
-            if !found.files.contains(&file) {
-                found.files.push(file);
-            }
-        }
-    }
-    found
+    let found = destination(&names, |project, name| of_meaning(db, project, &name.meaning));
+    with_files(found, &names, |project, name| message_file(db, project, &name.meaning))
 }
 
 fn of_meaning<'db>(db: &'db dyn ModelDb, project: Project<'db>, meaning: &Meaning<'db>) -> Vec<Target> {

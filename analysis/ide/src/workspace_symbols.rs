@@ -3,12 +3,13 @@
 use std::cmp::Reverse;
 use std::collections::HashSet;
 
-use mauve_hir::item_tree::{Data, FeatureKind, Kind};
+use mauve_hir::item_tree::{Data, Kind};
 use mauve_hir::{Decl, File, ModelDb, Place, Workspace, declarations, is_model, item_tree_of, parse};
 use mauve_syntax::TextRange;
 use mauve_syntax::ast::{self, AstNode as _};
 
 use crate::document_symbols::SymbolKind;
+use crate::occurrences::{kind_of, kind_of_feature};
 
 /// A declaration that was looked for.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -119,16 +120,12 @@ impl<'db> Search<'_, 'db> {
         let tree = item_tree_of(db, file);
         for (declaration, &decl) in tree.declarations.iter().zip(&declarations(db, file).all) {
             let library = declaration.library.as_ref().map_or("", |library| library.as_str());
-            let kind = match declaration.kind {
-                Kind::Use => continue,
-                Kind::Codel => SymbolKind::Codel,
-                Kind::Shell => SymbolKind::Shell,
-                Kind::Core => SymbolKind::Core,
-                Kind::Component => SymbolKind::Component,
-                Kind::Architecture => SymbolKind::Architecture,
-                Kind::Deployment => SymbolKind::Deployment,
-            };
-            self.add(declaration.name.as_str(), kind, [library, ""], || Place::name_of(decl));
+            if declaration.kind == Kind::Use {
+                continue;
+            }
+            self.add(declaration.name.as_str(), kind_of(declaration.kind), [library, ""], || {
+                Place::name_of(decl)
+            });
             self.parts(decl, &declaration.data, [library, declaration.name.as_str()]);
         }
     }
@@ -160,13 +157,7 @@ impl<'db> Search<'_, 'db> {
             Data::Use | Data::Codel(_) | Data::Component(_) => {}
             Data::Shell(shell) => {
                 for feature in &shell.features {
-                    let kind = match feature.kind {
-                        FeatureKind::Constant => SymbolKind::Constant,
-                        FeatureKind::Property => SymbolKind::Property,
-                        FeatureKind::Input | FeatureKind::Output => SymbolKind::Port,
-                        FeatureKind::Required | FeatureKind::Provided => SymbolKind::Operation,
-                    };
-                    add(&feature.name, kind);
+                    add(&feature.name, kind_of_feature(feature.kind));
                 }
             }
             Data::Core(core) => {

@@ -47,12 +47,7 @@ fn to_machine(
     core: &ast::Core,
     hook: &ast::Hook,
 ) -> Option<Result<Change, String>> {
-    let behaviours = core.core_items().filter(|it| match it {
-        ast::CoreItem::Hook(it) => it.update_token().is_some(),
-        ast::CoreItem::StateMachine(_) => true,
-        _ => false,
-    });
-    if behaviours.count() != 1 {
+    if behaviours(core) != 1 {
         return None;
     }
     let (text, block) = (file.text(db), hook.block()?);
@@ -79,6 +74,16 @@ fn to_machine(
     keys.map(|keys| with_keys(file, edits, keys)).transpose()
 }
 
+/// Returns how many behaviours a core has: `update` hooks and state machines.
+fn behaviours(core: &ast::Core) -> usize {
+    let is_behaviour = |it: &ast::CoreItem| match it {
+        ast::CoreItem::Hook(it) => it.update_token().is_some(),
+        ast::CoreItem::StateMachine(_) => true,
+        _ => false,
+    };
+    core.core_items().filter(is_behaviour).count()
+}
+
 fn to_update(
     db: &dyn ModelDb,
     workspaces: &[Workspace],
@@ -87,11 +92,6 @@ fn to_update(
     machine: &ast::StateMachine,
 ) -> Option<Result<Change, String>> {
     let refused = |why: &str| Some(Err(why.to_owned()));
-    let behaviours = core.core_items().filter(|it| match it {
-        ast::CoreItem::Hook(it) => it.update_token().is_some(),
-        ast::CoreItem::StateMachine(_) => true,
-        _ => false,
-    });
     let items: Vec<ast::StateMachineItem> = machine.state_machine_items().collect();
     let states: Vec<&ast::State> = items
         .iter()
@@ -101,7 +101,7 @@ fn to_update(
         })
         .collect();
     let [state] = states.as_slice() else { return refused("it has several states") };
-    if behaviours.count() != 1 || state.initial_token().is_none() {
+    if behaviours(core) != 1 || state.initial_token().is_none() {
         return None;
     }
     if items.len() > 1 {
