@@ -7,14 +7,14 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use crate::ModelDb;
 use crate::behaviour::behaviour_of;
 use crate::fact::{Defined, Fact, FactKind, Refusal, repeated, unresolved_type};
-use crate::features::{FeatureOf, features_of, is_core_for};
+use crate::features::{FeatureOf, features_of, is_core_for, shell_of};
 use crate::flat;
 use crate::flow::flow_facts;
 use crate::infer::inference_of_core;
 use crate::item_tree::{FeatureKind, Kind, Name, TypeRef};
 use crate::names::names_of;
 use crate::size::too_large;
-use crate::source::{Decl, Place, component, core_interface, shell};
+use crate::source::{Decl, Place, component, shell};
 use crate::{declared, settings, wiring};
 
 /// What is wrong between the declarations of a project.
@@ -119,9 +119,8 @@ fn undefined_operations<'db>(
     shell: Decl<'db>,
     core: Decl<'db>,
 ) -> Vec<Fact<'db>> {
-    let own = core_interface(db, core).as_ref().and_then(|it| it.shell.as_ref());
-    let own = names_of(db, project).resolve_type(db, core, Kind::Shell, own).ok();
-    let Some(own) = own.filter(|own| *own != shell) else { return Vec::new() };
+    let own = shell_of(db, project, core).filter(|own| *own != shell);
+    let Some(own) = own else { return Vec::new() };
     let of_core = features_of(db, project, own);
     let more = features_of(db, project, shell).by_name.iter();
     let more = more.filter(|(name, _)| of_core.get(name).is_none());

@@ -214,9 +214,7 @@ fn usage_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Usage<'db> {
         let uses = uses_of(db, project, core);
         usage.codels.extend(&uses.codels);
         usage.features.extend(&uses.features);
-        let interface = crate::source::core_interface(db, core).as_ref();
-        let shell =
-            interface.and_then(|it| names.resolve_type(db, core, Kind::Shell, it.shell.as_ref()).ok());
+        let shell = shell_of(db, project, core);
         usage.lost |= shell.is_none();
         if let Some(shell) = shell {
             usage.with_core.extend(&features_of(db, project, shell).shells);

@@ -113,10 +113,13 @@ pub fn core_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) 
     names_of(db, project).resolve_type(db, of, Kind::Core, data.core.as_ref()).ok()
 }
 
-/// The shell of a component, where it has one.
+/// Returns the shell of a component or of a core, where it is known.
 pub fn shell_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Option<Decl<'db>> {
-    let data = component(db, of)?;
-    names_of(db, project).resolve_type(db, of, Kind::Shell, data.shell.as_ref()).ok()
+    let shell = match of.kind(db) {
+        Kind::Core => core_interface(db, of).as_ref()?.shell.as_ref(),
+        _ => component(db, of)?.shell.as_ref(),
+    };
+    names_of(db, project).resolve_type(db, of, Kind::Shell, shell).ok()
 }
 
 /// Is a core for this shell, or for one that it extends?
@@ -126,12 +129,9 @@ pub fn is_core_for<'db>(
     of: Decl<'db>,
     shell: Decl<'db>,
 ) -> bool {
-    let Some(core) = core_interface(db, of) else { return false };
-    match names_of(db, project).resolve_type(db, of, Kind::Shell, core.shell.as_ref()) {
-        Ok(own) => own == shell || features_of(db, project, shell).shells.contains(&own),
-        // That is reported where it stands.
-        Err(_) => true,
-    }
+    // An unknown shell is reported at its name.
+    let fits = |own: Decl<'db>| own == shell || features_of(db, project, shell).shells.contains(&own);
+    core_interface(db, of).is_some() && shell_of(db, project, of).is_none_or(fits)
 }
 
 /// Why an operation may be missing in a shell.

@@ -6,13 +6,13 @@ use mauve_syntax::{SyntaxNode, TextRange, TextSize};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::body::core_scope;
-use crate::features::{Features, features_of};
+use crate::features::{Features, features_of, shell_of};
 use crate::infer::{CoreInference, VariableKind, VariableOf, expression_types, inference_of_core};
 use crate::item_tree::{FeatureKind, HookKind, Kind, Name, Part};
 use crate::names::names_of;
 use crate::project::Project;
 use crate::resolve::{Binding, Callee, ResolvedCall, Resolver, Scope, VariableId};
-use crate::source::{Decl, core, declaration_at, declaration_map};
+use crate::source::{Decl, declaration_at, declaration_map};
 use crate::types::{Type, type_of};
 use crate::{File, ModelDb};
 
@@ -135,9 +135,7 @@ impl<'db> Semantics<'db> {
     }
 
     fn features(&self) -> Option<&'db Features<'db>> {
-        let shell = core(self.db, self.core)?.shell.as_ref();
-        let names = names_of(self.db, self.project);
-        let shell = names.resolve_type(self.db, self.core, Kind::Shell, shell).ok()?;
+        let shell = shell_of(self.db, self.project, self.core)?;
         Some(features_of(self.db, self.project, shell))
     }
 

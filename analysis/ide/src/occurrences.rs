@@ -433,8 +433,7 @@ impl<'db> Finder<'db> {
 
     fn core(&mut self, data: &'db Core) {
         self.names_type(Kind::Shell, data.shell.as_ref());
-        let names = names_of(self.db, self.project);
-        let shell = names.resolve_type(self.db, self.of, Kind::Shell, data.shell.as_ref()).ok();
+        let shell = shell_of(self.db, self.project, self.of);
         let inference = inference_of_core(self.db, self.project, self.of);
         let mut programs = Programs { finder: self, core: data, shell, inference };
         programs.core();

@@ -1,8 +1,7 @@
 //! The variable of the core, or the property of its shell, that a program names and nobody declares.
 
 use mauve_diagnostics::Finding;
-use mauve_hir::item_tree::Kind;
-use mauve_hir::{core, names_of};
+use mauve_hir::shell_of;
 use mauve_syntax::ast::{self, AstNode as _};
 
 use super::program::Programs;
@@ -48,10 +47,8 @@ pub(super) fn offer<'db>(actions: &mut Actions<'_, 'db>, finding: &Finding<'db>)
         "string" => "\"\"",
         _ => return,
     };
-    let shell = core(db, programs.semantics.core).and_then(|it| it.shell.as_ref());
-    let shell = names_of(db, project).resolve_type(db, programs.semantics.core, Kind::Shell, shell);
     let is_written = assigned.is_some() || programs.is_output(&parent);
-    if let Some(shell) = shell.ok().filter(|_| !is_written) {
+    if !is_written && let Some(shell) = shell_of(db, project, programs.semantics.core) {
         let title = format!("Create property `{name}: {ty}` in {}", shell.name(db));
         actions.mend(finding, title, || put_into(db, shell, &format!("property {name}: {ty} = {value}")));
     }

@@ -1,8 +1,7 @@
 //! An operation that a core defines, declared in its shell.
 
 use mauve_diagnostics::Finding;
-use mauve_hir::item_tree::Kind;
-use mauve_hir::{core, declaration_at, names_of};
+use mauve_hir::{declaration_at, shell_of};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::is_whole;
 
@@ -16,10 +15,7 @@ pub(super) fn offer<'db>(actions: &mut Actions<'_, 'db>, finding: &Finding<'db>)
     let (Some(operation), Some(&project)) = (operation, actions.projects.first()) else { return };
     let parts = operation.name().zip(operation.param_list()).filter(|(_, it)| is_whole(it.syntax()));
     let of = declaration_at(db, file, at);
-    let shell = of.and_then(|of| {
-        let shell = core(db, of)?.shell.as_ref();
-        names_of(db, project).resolve_type(db, of, Kind::Shell, shell).ok()
-    });
+    let shell = of.and_then(|of| shell_of(db, project, of));
     let (Some((name, parameters)), Some(shell)) = (parts, shell) else { return };
     let result = operation.result_type().and_then(|it| it.ty());
     let result = result.map_or_else(|| "void".to_owned(), |it| it.syntax().text().to_string());

@@ -3,6 +3,7 @@
 use mauve_hir::item_tree::{FeatureKind, Kind, Name};
 use mauve_hir::{
     Decl, File, ModelDb, Project, core_of, declaration_at, features_of, names_of, operation_skeleton,
+    shell_of,
 };
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxNode, TextRange, is_whole};
@@ -68,9 +69,8 @@ fn component_of(
     core: &ast::Core,
 ) -> Option<Result<Change, String>> {
     let decl = decl_of(db, file, core.syntax())?;
-    let names = names_of(db, project);
-    names.resolve_type(db, decl, Kind::Shell, mauve_hir::core(db, decl)?.shell.as_ref()).ok()?;
-    let mut components = names.all.iter().filter(|it| it.kind(db) == Kind::Component);
+    shell_of(db, project, decl)?;
+    let mut components = names_of(db, project).all.iter().filter(|it| it.kind(db) == Kind::Component);
     if components.any(|&it| core_of(db, project, it) == Some(decl)) {
         return None;
     }
