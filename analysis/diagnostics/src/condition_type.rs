@@ -39,7 +39,7 @@ pub(super) fn report<'db>(at: Place<'db>, found: &Type) -> Diagnostic<'db> {
     let advice = comparison.map_or_else(String::new, |it| format!(": compare it, as in `{it}`"));
     let message = format!("a condition is true or false, and {is}{advice}");
     let report = Diagnostic::new(&CONDITION_TYPE, at.clone(), message);
-    // Whatever is a number or a status binds closer than a comparison.
+    // Operators that give a number or a status bind closer than a comparison.
     match (comparison, at) {
         (Some(comparison), Place::Part(of, part)) => {
             report.fix(format!("Write `{comparison}`"), Place::Behind(of, part), format!(" {comparison}"))

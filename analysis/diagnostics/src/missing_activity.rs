@@ -28,7 +28,7 @@ pub(super) fn report<'db>(
 ) -> Diagnostic<'db> {
     let deployment = of.name(db);
     let message = format!("instance `{instance}` has no activity in {deployment}: write `activity {instance} {{ … }}`");
-    // The least urgent that is real-time: until somebody has thought about it, it delays nobody but who is as little urgent.
+    // The lowest real-time priority: the new activity delays only activities of the same priority.
     let activity = format!("activity {instance} {{ priority = 1 period = 100 }}");
     Diagnostic::new(&MISSING_ACTIVITY, at, message).add_item(
         db,

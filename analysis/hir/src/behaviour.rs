@@ -121,7 +121,7 @@ impl<'db> Reader<'_, 'db> {
     /// The core is not analysed, because of what another fact reports.
     fn refuse_here(&mut self, why: CoreReason) {
         let refusal = Refusal { reason: Reason::Core { core: self.of, why }, at: Place::name_of(self.of) };
-        // Once each, as far as anybody reads.
+        // Each once; among more than 64, a repetition does no harm.
         if !self.found.refusals.iter().take(64).any(|known| *known == refusal) {
             self.found.refusals.push(refusal);
         }
@@ -179,7 +179,7 @@ impl<'db> Reader<'_, 'db> {
         }
     }
 
-    /// What the names in a program refer to: what refers to nothing keeps the core from being analysed.
+    /// Refuses the core for each unresolved name in a program.
     fn resolved(&mut self, body: BodyId, program: ProgramIn) {
         let group = core_scope(self.db, self.of).as_ref().and_then(|scope| scope.group(body));
         let inference = group.map(|group| inference_of(self.db, self.project, self.of, group));

@@ -60,7 +60,7 @@ pub fn declaration_facts<'db>(
     found.into_boxed_slice()
 }
 
-/// The errors in a declaration, as reasons: nothing that rests on it is proved, whatever severity `mauve.toml` gives them.
+/// The errors in a declaration, as reasons: nothing that depends on it is proved, whatever severity `mauve.toml` gives them.
 /// Of a deployment, those of its values of properties: each of its activities has its own.
 #[salsa::tracked(returns(ref))]
 pub fn errors_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, decl: Decl<'db>) -> Vec<Refusal<'db>> {

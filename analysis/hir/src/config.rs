@@ -200,7 +200,7 @@ type TomlKey<'a> = Spanned<std::borrow::Cow<'a, str>>;
 type Value<'a> = Spanned<DeValue<'a>>;
 
 impl Reader<'_> {
-    /// An error in a value that no response time rests on; but one over several lines may have swallowed others.
+    /// An error in a value that no response time depends on; but a value over several lines may contain other keys.
     fn error(&mut self, kind: MistakeKind, at: Range<usize>) {
         self.lost |= self.spans_lines(&at);
         self.errors.push(Mistake { kind, span: at, near: None });
@@ -289,7 +289,7 @@ impl Reader<'_> {
             });
         };
         if let Err(expected) = known.kind.read(into, value) {
-            // No response time rests on a text in a wrong format, nor on a root that is missing.
+            // No response time depends on a text in a wrong format, nor on a missing root.
             self.lost |= match known.kind {
                 Kind::Models(_) => false,
                 Kind::Text { .. } => !value.get_ref().is_str(),

@@ -69,7 +69,7 @@ pub fn check<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<(Project<'d
     found
 }
 
-/// What each deployment runs; nothing, where something of that is not known.
+/// What each deployment runs; `None` where a part of it is unknown.
 fn deployed<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Option<Vec<(Project<'db>, &'db Flat<'db>)>> {
     let mut found = Vec::new();
     for &root in all_roots(db, workspace) {

@@ -133,7 +133,7 @@ pub enum FactKind<'db> {
     UnreachableCode(Unreachable),
     /// A state that no transition leads to.
     UnreachableState { name: Name },
-    /// The name of a codel or operation that nothing has.
+    /// The unresolved name of a codel or operation.
     UnresolvedCodel { core: Decl<'db>, name: Name },
     /// A built-in function is called with another first argument than it takes, and no codel has its name.
     NotBuiltin(Builtin),
@@ -143,15 +143,15 @@ pub enum FactKind<'db> {
     UnresolvedOperation { name: Name, shell: Name, near: Option<Name> },
     /// The target of a transition that no state is.
     UnresolvedState { name: Name, near: Option<Name> },
-    /// A name of a value that nothing has.
+    /// The unresolved name of a value.
     UnresolvedVariable { name: Name, near: Option<Name> },
-    /// The first argument of a built-in function that nothing has.
+    /// The unresolved first argument of a built-in function.
     UnresolvedOperand { function: Builtin, name: Name, near: Option<Name> },
     /// A port is used as a value.
     PortAsValue { name: Name, kind: FeatureKind },
     /// An operation, or a codel, is used as a value.
     NotCalled { name: Name, is_operation: bool },
-    /// The name of a shell, core, component or architecture that nothing has.
+    /// The unresolved name of a shell, core, component or architecture.
     UnresolvedType { of: Decl<'db>, kind: Kind, ty: TypeRef },
     /// No program reads it.
     UnusedVariable { is_handler: bool, name: Name, is_removable: bool },
@@ -179,7 +179,7 @@ pub enum FactKind<'db> {
     InheritanceCycle { shell: Name },
     /// An interval of what is no number.
     IntervalType { found: Type },
-    /// Nothing gives a property or constant of an instance a value.
+    /// A property or constant of an instance has no value.
     MissingValue { instance: Name, kind: FeatureKind, name: Name, declared: Place<'db> },
     /// An expression that must be constant is not.
     NotConstant(NotConstant),
@@ -187,7 +187,7 @@ pub enum FactKind<'db> {
     NotDeployed { instance: Name, near: Option<Name> },
     /// A connection between operations with different signatures, as they are shown.
     OperationSignature { provided: (Name, Signature), required: (Name, Signature) },
-    /// A name of a feature stands for one of another kind.
+    /// The name of a feature refers to one of another kind.
     OtherFeature { expected: EndKind, name: Name, instance: Name, found: FeatureKind, shell: Name },
     /// A value outside the interval of what it is for, and where that is declared.
     OutsideInterval { name: Name, value: Value, interval: [Value; 2], declared: Option<Place<'db>> },
@@ -333,7 +333,7 @@ pub enum NotConstant {
     Call(Name),
     /// It names this, where nothing may be named.
     NotNameable(Name),
-    /// The value of this one rests on itself.
+    /// The value of this one depends on itself.
     Cycle(Name),
     /// It names this, which is no constant of the shell.
     NotOfShell(Name),
@@ -368,12 +368,12 @@ pub enum Reserved {
     GeneratedProperty,
 }
 
-/// Why a core or an architecture is not analysed, and where the reason stands.
+/// Why a core or an architecture is not analysed, and the location of the reason.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub struct Refusal<'db> {
     /// Why.
     pub reason: Reason<'db>,
-    /// Where the reason stands. Another fact reports it there.
+    /// The location of the reason. Another fact reports it there.
     pub at: Place<'db>,
 }
 

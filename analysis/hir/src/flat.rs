@@ -61,7 +61,7 @@ pub struct FlatInstance<'db> {
     pub declared: (Decl<'db>, usize),
     /// Its component, where that is known.
     pub component: Option<Decl<'db>>,
-    /// Does another one have the same name? That is reported where it stands.
+    /// Does another instance have the same name? That is reported at its location.
     pub repeated: bool,
 }
 
@@ -145,7 +145,7 @@ pub fn flat_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) 
     flat
 }
 
-/// Why a name of an instance or a feature in an architecture means nothing.
+/// Returns the errors in the names of an architecture: those of instances and features.
 pub(crate) fn check_architecture<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -258,7 +258,7 @@ fn direction<'db>(
     Some(Fact::new(at, FactKind::WrongEnd { kind, is_source: !starts, instance, name }))
 }
 
-/// Why a name of an instance or a feature in the settings of a deployment means nothing.
+/// Returns the errors in the names of the settings of a deployment: those of instances and features.
 pub(crate) fn check_settings<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,

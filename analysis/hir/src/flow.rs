@@ -1,5 +1,5 @@
-//! How values flow through a core: what is read before anything is assigned to it, what is written and lost, what is never
-//! executed, and from where a machine never gets back.
+//! How values flow through a core: what is read before anything is assigned to it, what is overwritten before it is read,
+//! what is never executed, and from where a machine never gets back.
 //!
 //! The paths are those of the machine (`behaviour.rs`): each period runs `run`, the guards, then `exit`, the program and the
 //! `entry` of a transition, or `handle`. What a path may assign counts as assigned, since guards tell which branch was
@@ -48,7 +48,7 @@ pub(crate) fn flow_facts<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: D
         found: Vec::new(),
     };
     flow.unreachable();
-    // Where something was lost, it may be what assigns, or reads; so may what means nothing.
+    // The missing part of an incomplete program may assign or read, and so may an unresolved name.
     if data.is_whole() {
         if !inference.is_unresolved() {
             flow.assignments();
@@ -122,7 +122,7 @@ struct Flow<'a, 'db> {
     ever: Variables,
     /// How many conditions decide whether the statement that is looked at is executed.
     conditions: usize,
-    /// What comes back from a call, which asks for a variable whether anybody reads it or not.
+    /// The variables that take the results of calls: a call needs one even if no program reads it.
     given: FxHashSet<usize>,
     /// What any program reads.
     read: FxHashSet<usize>,
@@ -184,7 +184,7 @@ impl<'db> Flow<'_, 'db> {
                 index.get(&variable.name.part).into_iter().for_each(|&it| assigned.insert(it));
             }
         }
-        // Others call an operation whenever they like, and the last programs come when all has been.
+        // Other components call an operation at any time; `stop` and `cleanup` run last.
         for operation in &self.core.operations {
             self.block(&operation.program.statements, &mut later.clone());
         }
@@ -236,7 +236,7 @@ impl<'db> Flow<'_, 'db> {
         if let Some(before) = initial.and_then(|initial| before.get_mut(initial)) {
             before.keep(start);
         }
-        // Whatever a state loses, those that it leads to may lose.
+        // A variable that may be unassigned in a state may be unassigned in its successors.
         let mut open: Vec<usize> = (0..machine.states.len()).collect();
         while let Some(source) = open.pop() {
             for (target, assigned) in ways.get(source).into_iter().flatten() {
@@ -315,7 +315,7 @@ impl<'db> Flow<'_, 'db> {
         }
     }
 
-    /// The variable that a name stands for.
+    /// Returns the variable that a name refers to.
     fn variable(&self, part: Part) -> Option<usize> {
         self.inference.variable_at(part).map(|id| self.inference.number(id))
     }
@@ -327,7 +327,7 @@ impl<'db> Flow<'_, 'db> {
                 let Some(index) = self.variable(name.part) else { return };
                 self.read.insert(index);
                 let ty = self.variables.get(index).map(|(_, variable)| &variable.ty);
-                // What a type that nobody knows begins with is its own matter: a handle, a pointer.
+                // The initial value of an unknown type is unknown: a handle, a pointer.
                 // A condition may know of an earlier period.
                 let may_be = assigned.contains(index) || self.conditions > 0 && self.ever.contains(index);
                 if !may_be && !matches!(ty, None | Some(Type::External(_) | Type::Unknown)) {

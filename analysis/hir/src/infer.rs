@@ -35,7 +35,7 @@ pub struct Inference<'db> {
     pub bindings: FxHashMap<Part, Binding<'db>>,
     /// What is called, by the location of its name.
     pub callees: FxHashMap<Part, Callee<'db>>,
-    /// Whether there is a name of a value, or of what is called, that refers to nothing.
+    /// Whether the name of a value or of a callee is unresolved.
     pub unresolved: bool,
     /// What keeps the core from being analysed, by program, in the order of execution.
     pub problems: FxHashMap<(BodyId, ProgramIn), Vec<NameProblem<'db>>>,
@@ -69,7 +69,7 @@ pub enum VariableKind {
     Handler,
 }
 
-/// Something in a program that refers to nothing, so that what the program executes is unknown.
+/// An unresolved name in a program, so that what the program executes is unknown.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub enum NameProblem<'db> {
     /// An error.
@@ -677,7 +677,7 @@ impl<'db> InferenceContext<'_, 'db> {
         }
     }
 
-    /// What is computed; where that is nothing, why is reported.
+    /// Returns the result; where there is none, the reason is reported.
     fn computed(&mut self, found: Result<Typed, Wrong>, part: Part) -> Typed {
         found.unwrap_or_else(|wrong| {
             self.report(part, wrong.into());
@@ -1114,7 +1114,7 @@ impl<'db> CoreInference<'db> {
         self.groups.iter().flat_map(|(it, _)| it.callees.values().copied())
     }
 
-    /// Whether some name of a value, or of what is called, refers to nothing.
+    /// Whether some name of a value or of a callee is unresolved.
     pub fn is_unresolved(&self) -> bool {
         self.groups.iter().any(|(it, _)| it.unresolved)
     }
@@ -1149,7 +1149,7 @@ impl<'db> CoreInference<'db> {
     }
 }
 
-/// What others ask of a core's programs: whether a change in them matters to anybody else.
+/// What the programs of a core use of other declarations: only a change in it affects those.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
 pub struct Uses<'db> {
     /// Whether its programs may use anything, since they are incomplete or have unresolved names.

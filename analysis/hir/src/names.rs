@@ -67,7 +67,7 @@ pub fn names_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Names<'db> 
             }
         }
     }
-    // The rest of a declaration, of which a name is declared elsewhere, says nothing of the name that it had.
+    // If the salvaged name is declared elsewhere, the broken declaration's own name is unknown.
     let declared: FxHashSet<&Name> = if names.doubts.is_empty() {
         FxHashSet::default()
     } else {
@@ -88,10 +88,10 @@ pub enum MayHide {
     SyntaxError,
 }
 
-/// Why a name means nothing.
+/// Why a name is not resolved.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Unresolved {
-    /// Nothing of that kind has the name.
+    /// No declaration of that kind has the name.
     Unknown,
     /// Several libraries have it.
     Ambiguous,

@@ -16,7 +16,7 @@ pub(crate) const MOST_REASONS: usize = 8;
 pub struct Refusal<'db> {
     /// The reason.
     pub reason: Reason<'db>,
-    /// Where the reason stands.
+    /// The location of the reason.
     pub at: Place<'db>,
     /// Whether a diagnostic of its own reports the reason.
     pub reported: bool,

@@ -150,7 +150,7 @@ pub struct Timetable<'db> {
     /// The tables in which some time depends on the level.
     with_levels: Vec<TableLevels>,
     assume: Option<Time>,
-    /// Something was lost that may make every time longer: nothing is analysed.
+    /// Why the tables are incomplete, so that every time may be longer: nothing is analysed.
     pub lost: Option<IncompleteTable>,
 }
 
@@ -169,7 +169,7 @@ pub enum Lookup<'db> {
     Unusable(UnusableTime<'db>),
 }
 
-/// The times of a project: its tables, joined. No place stands in them: a comment in a table changes nothing.
+/// The times of a project: its tables, joined, without locations: a comment in a table changes nothing.
 #[salsa::tracked(returns(ref))]
 pub fn timetable_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Timetable<'db> {
     joined(db, project).0.clone()
@@ -186,41 +186,42 @@ fn joined<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> (Timetable<'db>, 
     let found = table_files(db, workspace);
     let config = config_of(db, workspace);
     let times = Timetable { assume: config.assume, ..Timetable::default() };
-    let mut joining = Joining { db, project, times, facts: Vec::new(), places: FxHashMap::default() };
+    let mut builder =
+        TimetableBuilder { db, project, times, facts: Vec::new(), places: FxHashMap::default() };
     if let Some(file) = config_file(db, workspace) {
         if config.lost
             && let Some(Mistake { kind, .. }) = config.errors.iter().min_by_key(|it| it.span.start)
         {
-            joining.lost(file, TableFault::Configuration(kind.clone()));
+            builder.lost(file, TableFault::Configuration(kind.clone()));
         }
         for (error, _) in &found.errors {
-            joining.lost(file, TableFault::Files(error.clone()));
+            builder.lost(file, TableFault::Files(error.clone()));
         }
     }
     let mut tables = Vec::new();
     for &file in &found.files {
         let table = table(db, file);
         tables.push(table);
-        joining.table(file, table);
+        builder.table(file, table);
     }
-    joining.report_repeated();
+    builder.report_repeated();
     let all: BTreeSet<Level> = tables.iter().flat_map(|table| table.levels.iter().copied()).collect();
     for (table, &file) in tables.iter().zip(&found.files) {
         if table.depends_on_level() {
-            joining.times.with_levels.push(TableLevels { table: file, levels: table.levels.clone() });
+            builder.times.with_levels.push(TableLevels { table: file, levels: table.levels.clone() });
         }
     }
     for level in all.into_iter().rev() {
         match tables.iter().position(|table| !table.covers(level)).and_then(|index| found.files.get(index)) {
-            None => joining.times.levels.push(level),
-            Some(without) => joining.times.partial.push((level, file_name(db, *without))),
+            None => builder.times.levels.push(level),
+            Some(without) => builder.times.partial.push((level, file_name(db, *without))),
         }
     }
-    (joining.times, joining.facts)
+    (builder.times, builder.facts)
 }
 
-/// A timetable that is being made, and where its entries stand.
-struct Joining<'db> {
+/// Builds a timetable, and keeps the locations of its entries.
+struct TimetableBuilder<'db> {
     db: &'db dyn ModelDb,
     project: Project<'db>,
     times: Timetable<'db>,
@@ -228,7 +229,7 @@ struct Joining<'db> {
     places: FxHashMap<Timed<'db>, Vec<(File, Place<'db>, String)>>,
 }
 
-impl<'db> Joining<'db> {
+impl<'db> TimetableBuilder<'db> {
     fn lost(&mut self, file: File, error: TableFault) {
         self.times.lost.get_or_insert(IncompleteTable { file, error });
     }
@@ -302,9 +303,9 @@ impl<'db> Joining<'db> {
                     .flat_map(|&decl| [(decl.qualified(db).into(), decl), (decl.name(db).clone(), decl)])
                     .collect();
                 let near = similar(key, all.iter().map(|(name, _)| name));
-                // What it may be meant for is not analysed, and says so.
+                // What it may be meant for is not analysed, with this reason.
                 let stray = StrayEntry { key: entry.key.clone(), table: file };
-                // It may also stand in the wrong section, below a header that was lost.
+                // It may also stand in the wrong section, below a missing header.
                 let last = key.rsplit('.').next().unwrap_or(key);
                 let names_component = !names.anywhere(Kind::Component, last).is_empty();
                 if is_program || ProgramKey::parse(key).is_some() {
@@ -313,12 +314,12 @@ impl<'db> Joining<'db> {
                 if kind == Kind::Component || names_component {
                     self.times.stray_component = Some(stray.clone());
                 }
-                // It stands in the wrong section: a header was lost, or a value is that of another entry.
+                // It stands in the wrong section: a header is missing, or a value is that of another entry.
                 let other = if kind == Kind::Codel { Kind::Component } else { Kind::Codel };
                 if !is_program && !names.by_key(other, key).is_empty() {
                     self.lost(file, TableFault::WrongSection(key.to_owned(), other));
                 }
-                // They stand in `[overhead]`, of which the header was lost.
+                // They belong to `[overhead]`, whose header is missing.
                 if kind_of(last, &OVERHEAD).is_some() {
                     self.lost(file, TableFault::OfOverhead(key.to_owned()));
                 }
