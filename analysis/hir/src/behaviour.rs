@@ -4,6 +4,8 @@
 //! known here, so that a changed table re-runs none of this, and a changed program only its own core.
 
 use crate::cost::{Cost, ProgramCost, costs_of, operations_in};
+use std::sync::Arc;
+
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
@@ -62,7 +64,7 @@ pub struct TimedProgram<'db> {
     /// Which program: its key behind `Component/`.
     pub id: ProgramId,
     /// What it costs at most.
-    pub cost: Cost<'db>,
+    pub cost: Arc<Cost<'db>>,
 }
 
 /// The name of the one state of a core that has `update` instead of a state machine.
@@ -206,8 +208,8 @@ impl<'db> Reader<'_, 'db> {
     }
 
     /// The cost of a program along its worst path.
-    fn program(&mut self, body: BodyId, program: ProgramIn) -> Cost<'db> {
-        let Some(known) = self.cost(body, program) else { return Cost::Sum(Vec::new()) };
+    fn program(&mut self, body: BodyId, program: ProgramIn) -> Arc<Cost<'db>> {
+        let Some(known) = self.cost(body, program) else { return Arc::default() };
         if !known.whole {
             self.refuse_here(match program {
                 ProgramIn::Guard(_) => CoreReason::SyntaxError(CorePart::Guard),
@@ -427,7 +429,7 @@ impl<'db> Reader<'_, 'db> {
         );
     }
 
-    fn push_program(&mut self, programs: &mut Vec<usize>, id: ProgramId, cost: Cost<'db>) {
+    fn push_program(&mut self, programs: &mut Vec<usize>, id: ProgramId, cost: Arc<Cost<'db>>) {
         programs.push(self.found.programs.len());
         self.found.programs.push(TimedProgram { id, cost });
     }

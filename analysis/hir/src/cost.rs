@@ -2,6 +2,8 @@
 //!
 //! Paths end at a `return`, and a condition that is constant takes one branch. Any other condition is free.
 
+use std::sync::Arc;
+
 use rustc_hash::FxHashMap;
 
 use crate::ModelDb;
@@ -27,6 +29,12 @@ pub enum Cost<'db> {
     Greatest(Vec<Cost<'db>>),
 }
 
+impl Default for Cost<'_> {
+    fn default() -> Self {
+        Cost::Sum(Vec::new())
+    }
+}
+
 /// The operations that a cost counts, by their numbers in [`crate::Behaviour::operations`].
 pub fn operations_in(cost: &Cost<'_>) -> Vec<usize> {
     match cost {
@@ -44,7 +52,7 @@ pub(crate) struct ProgramCost<'db> {
     /// Whether it is complete.
     pub(crate) whole: bool,
     /// Its cost along its worst path.
-    pub(crate) cost: Cost<'db>,
+    pub(crate) cost: Arc<Cost<'db>>,
     /// Of a guard that is constant: its value.
     pub(crate) decided: Option<bool>,
     /// Branches that no path takes.
@@ -90,7 +98,7 @@ fn costs<'db>(of: Decl<'db>, body: &Body, inference: &'db Inference<'db>) -> Vec
                 (guard.whole, Cost::Sum(costs), decided)
             }
         };
-        ProgramCost { program, whole, cost, decided, facts: pricing.facts }
+        ProgramCost { program, whole, cost: Arc::new(cost), decided, facts: pricing.facts }
     };
     body.code().into_iter().map(cost).collect()
 }
