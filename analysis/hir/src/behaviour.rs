@@ -3,7 +3,9 @@
 //! What the programs cost and what their names refer to is known body by body; this puts the bodies together. Times are not
 //! known here, so that a changed table re-runs none of this, and a changed program only its own core.
 
-use crate::cost::{Cost, ProgramCost, costs_of, operations_in};
+use crate::cost::{Cost, Costs, costs_of, operations_in};
+use std::borrow::Cow;
+use std::rc::Rc;
 use std::sync::Arc;
 
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -87,6 +89,7 @@ pub fn behaviour_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'
         core: data,
         states: FxHashMap::default(),
         methods: FxHashMap::default(),
+        costs: costs_of(db, project, of).into(),
         found: Behaviour::default(),
     };
     if let Err(unresolved) = &shell {
@@ -112,6 +115,8 @@ struct Reader<'a, 'db> {
     states: FxHashMap<&'db Name, usize>,
     /// The programs of the methods that have been read.
     methods: FxHashMap<(&'db Name, MethodKind), usize>,
+    /// What its programs cost, by group of bodies.
+    costs: Rc<[Cow<'db, Costs<'db>>]>,
     found: Behaviour<'db>,
 }
 
@@ -203,13 +208,13 @@ impl<'db> Reader<'_, 'db> {
         }
     }
 
-    fn cost(&self, body: BodyId, program: ProgramIn) -> Option<&'db ProgramCost<'db>> {
-        costs_of(self.db, self.project, self.of, body)?.iter().find(|cost| cost.program == program)
-    }
-
-    /// The cost of a program along its worst path.
-    fn program(&mut self, body: BodyId, program: ProgramIn) -> Arc<Cost<'db>> {
-        let Some(known) = self.cost(body, program) else { return Arc::default() };
+    /// The cost of a program, and the value of a guard that is constant.
+    fn priced(&mut self, body: BodyId, program: ProgramIn) -> (Arc<Cost<'db>>, Option<bool>) {
+        let costs = Rc::clone(&self.costs);
+        let group = core_scope(self.db, self.of).as_ref().and_then(|scope| scope.group(body));
+        let of_body = group.and_then(|group| costs.get(group as usize)?.get(&body));
+        let known = of_body.into_iter().flatten().find(|cost| cost.program == program);
+        let Some(known) = known else { return (Arc::default(), None) };
         if !known.whole {
             self.refuse_here(match program {
                 ProgramIn::Guard(_) => CoreReason::SyntaxError(CorePart::Guard),
@@ -218,7 +223,12 @@ impl<'db> Reader<'_, 'db> {
         }
         self.resolved(body, program);
         self.found.facts.extend(known.facts.iter().cloned());
-        known.cost.clone()
+        (known.cost.clone(), known.decided)
+    }
+
+    /// The cost of a program along its worst path.
+    fn program(&mut self, body: BodyId, program: ProgramIn) -> Arc<Cost<'db>> {
+        self.priced(body, program).0
     }
 
     fn duplicates_of_core(&mut self) {
@@ -375,8 +385,8 @@ impl<'db> Reader<'_, 'db> {
             }
             let mut decided = None;
             if transition.guard.is_some() {
-                let cost = self.program(body, ProgramIn::Guard(number));
-                decided = self.cost(body, ProgramIn::Guard(number)).and_then(|cost| cost.decided);
+                let (cost, value) = self.priced(body, ProgramIn::Guard(number));
+                decided = value;
                 let (state, transition) = (state.name.name.clone(), name.clone());
                 self.push_program(&mut before, ProgramId::Guard { state, transition }, cost);
             }

@@ -2,12 +2,13 @@
 //!
 //! Paths end at a `return`, and a condition that is constant takes one branch. Any other condition is free.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use rustc_hash::FxHashMap;
 
 use crate::ModelDb;
-use crate::body::{Body, BodyId, Code, ProgramIn, bodies_of, core_scope};
+use crate::body::{Body, BodyId, Code, CoreScope, ProgramIn, bodies_of, core_scope};
 use crate::fact::{Fact, FactKind, Unreachable};
 use crate::infer::{Inference, inference_of};
 use crate::item_tree::{BinaryOperator, Expr, Literal, Program, Statement};
@@ -59,18 +60,24 @@ pub(crate) struct ProgramCost<'db> {
     pub(crate) facts: Vec<Fact<'db>>,
 }
 
-/// What the programs of a body cost; nothing of the initial values, which no period computes.
+/// What the programs of a group of bodies cost; nothing of the initial values, which no period computes.
+pub(crate) type Costs<'db> = FxHashMap<BodyId, Vec<ProgramCost<'db>>>;
+
+/// What the programs of a core cost, by group of bodies.
 pub(crate) fn costs_of<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
-    body: BodyId,
-) -> Option<&'db Vec<ProgramCost<'db>>> {
-    let group = core_scope(db, of).as_ref()?.group(body)?;
-    costs_of_group(db, project, of, group).get(&body)
+) -> Vec<Cow<'db, Costs<'db>>> {
+    let groups = core_scope(db, of).as_ref().map_or(0..0, CoreScope::groups);
+    match groups.len() {
+        // Whatever changes in the core changes in this group.
+        1 => vec![Cow::Owned(costs_in(db, project, of, 0))],
+        _ => groups.map(|group| Cow::Borrowed(costs_of_group(db, project, of, group))).collect(),
+    }
 }
 
-/// What the programs of a group of bodies cost.
+/// What the programs of one of several groups of bodies cost.
 #[salsa::tracked(returns(ref))]
 fn costs_of_group<'db>(
     db: &'db dyn ModelDb,
@@ -78,7 +85,11 @@ fn costs_of_group<'db>(
     of: Decl<'db>,
     group: u32,
 ) -> FxHashMap<BodyId, Vec<ProgramCost<'db>>> {
-    let Some(scope) = core_scope(db, of) else { return FxHashMap::default() };
+    costs_in(db, project, of, group)
+}
+
+fn costs_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, group: u32) -> Costs<'db> {
+    let Some(scope) = core_scope(db, of) else { return Costs::default() };
     let inference = inference_of(db, project, of, group);
     let bodies = bodies_of(db, of, scope, group);
     bodies.iter().map(|(id, body)| (*id, costs(of, body, inference))).collect()

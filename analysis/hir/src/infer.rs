@@ -41,6 +41,8 @@ pub struct Inference<'db> {
     pub problems: FxHashMap<(BodyId, ProgramIn), Vec<NameProblem<'db>>>,
     /// What is wrong with types.
     pub facts: Vec<Fact<'db>>,
+    /// Of the only group of a core: what its bodies share.
+    shared: Option<Box<Shared<'db>>>,
 }
 
 /// Something that a program may assign to.
@@ -102,11 +104,14 @@ pub struct Shared<'db> {
     pub facts: Vec<Fact<'db>>,
 }
 
-/// The variables that all bodies of a core share.
+/// The variables that all bodies of a core of several groups share; those of a core of one group are in its inference.
 #[salsa::tracked(returns(ref))]
 fn shared_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Shared<'db> {
+    core_scope(db, of).as_ref().map_or_else(Shared::default, |scope| shared(db, project, of, scope))
+}
+
+fn shared<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, scope: &CoreScope) -> Shared<'db> {
     let mut shared = Shared::default();
-    let Some(scope) = core_scope(db, of) else { return shared };
     let declare = |it: &SharedVariable, kind| VariableOf {
         name: it.name.clone(),
         kind,
@@ -199,7 +204,8 @@ fn inferred<'db>(
     // What an unknown shell provides may be called.
     let none = Features { lost: true, ..Features::default() };
     let features = shell.map_or(&none, |shell| features_of(db, project, shell));
-    let shared = &shared_of(db, project, of).variables;
+    let own = (scope.groups().len() == 1).then(|| Box::new(shared(db, project, of, scope)));
+    let shared = &own.as_deref().unwrap_or_else(|| shared_of(db, project, of)).variables;
     let mut resolver = Resolver {
         db,
         of,
@@ -238,7 +244,7 @@ fn inferred<'db>(
         context.body = *id;
         context.read(body);
     }
-    context.found
+    Inference { shared: own.clone(), ..context.found }
 }
 
 /// What a program gives back.
@@ -258,7 +264,7 @@ struct InferenceContext<'a, 'db> {
     body: BodyId,
     core: &'db CoreScope,
     /// The variables that all bodies share.
-    shared: &'db [VariableOf],
+    shared: &'a [VariableOf],
     resolver: Resolver<'a, 'db>,
     /// Whether nothing was lost in the program that is read.
     whole: bool,
@@ -1030,9 +1036,12 @@ pub fn inference_of_core<'db>(
     project: Project<'db>,
     of: Decl<'db>,
 ) -> CoreInference<'db> {
-    let shared = shared_of(db, project, of);
+    let scope = core_scope(db, of).as_ref();
+    let own = scope.filter(|scope| scope.groups().len() == 1);
+    let own = own.and_then(|_| inference_of(db, project, of, 0).shared.as_deref());
+    let shared = own.unwrap_or_else(|| shared_of(db, project, of));
     let mut found = CoreInference { shared, groups: Vec::new(), by_part: Vec::new(), values: [0, 0] };
-    let (Some(core), Some(scope)) = (core(db, of), core_scope(db, of)) else { return found };
+    let (Some(core), Some(scope)) = (core(db, of), scope) else { return found };
     let mut variables = shared.variables.len();
     for group in scope.groups() {
         let inference = inference_of(db, project, of, group);
