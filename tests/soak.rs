@@ -15,7 +15,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use mauve_tests::methods::{Asked, Method, Place, able_client, methods_of};
+use mauve_tests::methods::{Asked, Location, Method, able_client, methods_of};
 use mauve_tests::{Client, Columns, Random, Text, address, copy, generated_project, models, scratch, write};
 use serde_json::{Value, json};
 
@@ -149,9 +149,9 @@ struct Session {
     columns: Columns,
     state: State,
     /// The requests that are not answered yet.
-    asked: HashMap<u64, (&'static str, Place)>,
+    asked: HashMap<u64, (&'static str, Location)>,
     /// The newest answers that other requests follow.
-    answers: HashMap<&'static str, (Place, Value)>,
+    answers: HashMap<&'static str, (Location, Value)>,
     counts: BTreeMap<&'static str, Count>,
     /// How long the server may take, each time, to notice what has changed on the disk, in ms.
     patience: &'static [u64],
@@ -464,7 +464,7 @@ impl Session {
             let Some(open) = self.state.open.get_mut(&file) else { break };
             let change = open.replace(at..at, &letter.to_string());
             at += letter.len_utf8();
-            let place = Place::of(&open.text, at..at, "x");
+            let place = Location::of(&open.text, at..at, "x");
             self.say_changes(file, &[change]);
             let at_once = ["textDocument/completion", "textDocument/signatureHelp", "textDocument/inlayHint"];
             let methods: Vec<_> =
@@ -484,7 +484,7 @@ impl Session {
         self.ask_at(method, place, random);
     }
 
-    fn ask_at(&mut self, method: &'static Method, place: Place, random: &mut Random) {
+    fn ask_at(&mut self, method: &'static Method, place: Location, random: &mut Random) {
         let (method, place, params) = match method.asked {
             Asked::At(params) => (method, place.clone(), params(&place)),
             Asked::With(other, params) => match self.answers.get(other) {
@@ -512,7 +512,7 @@ impl Session {
     }
 
     /// A place: mostly in a word of an open text; now and then in another file, in none, or nowhere in it.
-    fn place(&self, random: &mut Random) -> Place {
+    fn place(&self, random: &mut Random) -> Location {
         let words = ["x", "navigation", "pose", "period", "nav", "", "1x", "int", "\u{e9}"];
         let word = *random.of(&words);
         let file = random.below(FILES.len());
@@ -732,7 +732,7 @@ impl Session {
             }
             self.hear(Duration::ZERO)?;
             fresh.forget();
-            let about = |(method, place): &(&Method, Place)| format!("{} at {place:?}", method.name);
+            let about = |(method, place): &(&Method, Location)| format!("{} at {place:?}", method.name);
             let answers = |client: &mut Client| -> Vec<Value> {
                 questions.iter().map(|(method, place)| answer(client, method, place)).collect()
             };
@@ -765,7 +765,7 @@ fn is_of_place(method: &Method) -> bool {
             let at = |number: u32| {
                 let position = json!({"line": number, "character": number});
                 let range = json!({"start": position, "end": position});
-                Place { uri: String::new(), position, range, word: String::new() }
+                Location { uri: String::new(), position, range, word: String::new() }
             };
             params(&at(0)) != params(&at(1))
         }
@@ -799,7 +799,7 @@ fn begin(top: &Path, capabilities: &Value, state: &State, mirror: Option<&Path>)
 
 /// The answer to a request, asked again while something changes, without what names a state of the server. Of a request
 /// that follows another, the answers to the first few.
-fn answer(client: &mut Client, method: &Method, place: &Place) -> Value {
+fn answer(client: &mut Client, method: &Method, place: &Location) -> Value {
     let mut ask = |name: &str, params: Value| {
         let end = Instant::now() + Duration::from_secs(60);
         loop {
@@ -881,7 +881,7 @@ impl Open {
 }
 
 /// A place in a text: mostly in a word.
-fn place_in(text: &Text, random: &mut Random, word: &str) -> Place {
+fn place_in(text: &Text, random: &mut Random, word: &str) -> Location {
     let mut start = boundary(&text.text, random.below(text.text.len() + 1));
     if random.below(8) == 0 {
         // Behind what begins the arguments of a call.
@@ -891,7 +891,7 @@ fn place_in(text: &Text, random: &mut Random, word: &str) -> Place {
         start += text.text[start..].find(is_word).unwrap_or(0);
     }
     let end = boundary(&text.text, (start + random.below(60)).min(text.text.len())).max(start);
-    Place::of(text, start..end, word)
+    Location::of(text, start..end, word)
 }
 
 /// The next place before an offset, or there, that is neither in a character nor in a line's end.

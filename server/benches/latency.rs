@@ -11,7 +11,7 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use mauve_tests::methods::{Asked, METHODS, Method, Place, able_client, methods_of};
+use mauve_tests::methods::{Asked, Location, METHODS, Method, able_client, methods_of};
 use mauve_tests::{
     Client, Random, Text, Times, copy, generated_project, is_answer, long_analysis, models, write,
 };
@@ -240,7 +240,7 @@ fn requests(folder: &Path, what: &str) -> Vec<&'static str> {
 }
 
 /// The answer that another request rests on.
-fn before(client: &mut Client, name: &str, place: &Place) -> Option<Value> {
+fn before(client: &mut Client, name: &str, place: &Location) -> Option<Value> {
     let method = METHODS.iter().find(|method| method.name == name)?;
     let Asked::At(params) = method.asked else { return None };
     client.call(name, params(place)).ok()
@@ -274,7 +274,7 @@ fn models_of(folder: &Path) -> Vec<PathBuf> {
 }
 
 /// A random word of a text, and a digit of a number that can be another one.
-fn place(text: &Text, random: &mut Random) -> Option<(Place, usize)> {
+fn place(text: &Text, random: &mut Random) -> Option<(Location, usize)> {
     let is_word = |letter: char| letter.is_ascii_alphanumeric() || letter == '_';
     let words: Vec<usize> = text
         .text
@@ -293,5 +293,5 @@ fn place(text: &Text, random: &mut Random) -> Option<(Place, usize)> {
     let start = *words.get(random.below(words.len()))?;
     let length = text.text[start..].find(|it| !is_word(it)).unwrap_or(0);
     let digit = digits.get(random.below(digits.len())).copied().unwrap_or(start);
-    Some((Place::of(text, start..start + length, "another_name"), digit))
+    Some((Location::of(text, start..start + length, "another_name"), digit))
 }

@@ -20,14 +20,14 @@ pub struct Method {
 #[derive(Debug, Clone, Copy)]
 pub enum Asked {
     /// A place.
-    At(fn(&Place) -> Value),
+    At(fn(&Location) -> Value),
     /// What another request has answered there, perhaps several times.
-    With(&'static str, fn(&Place, &Value) -> Vec<Value>),
+    With(&'static str, fn(&Location, &Value) -> Vec<Value>),
 }
 
 /// A place in a text.
 #[derive(Debug, Clone)]
-pub struct Place {
+pub struct Location {
     /// The text's address.
     pub uri: String,
     /// A position.
@@ -38,11 +38,11 @@ pub struct Place {
     pub word: String,
 }
 
-impl Place {
+impl Location {
     /// The place of some bytes of a text.
-    pub fn of(text: &Text, range: std::ops::Range<usize>, word: &str) -> Place {
+    pub fn of(text: &Text, range: std::ops::Range<usize>, word: &str) -> Location {
         let (start, end) = (text.position(range.start), text.position(range.end));
-        Place {
+        Location {
             uri: text.uri.clone(),
             position: start.clone(),
             range: json!({"start": start, "end": end}),
@@ -175,7 +175,7 @@ pub const METHODS: &[Method] = &[
 /// In place of a provider.
 const OWN: &str = "";
 
-const fn at(name: &'static str, provider: &'static str, params: fn(&Place) -> Value) -> Method {
+const fn at(name: &'static str, provider: &'static str, params: fn(&Location) -> Value) -> Method {
     Method { name, provider, asked: Asked::At(params) }
 }
 
@@ -183,20 +183,20 @@ const fn with(
     name: &'static str,
     provider: &'static str,
     other: &'static str,
-    params: fn(&Place, &Value) -> Vec<Value>,
+    params: fn(&Location, &Value) -> Vec<Value>,
 ) -> Method {
     Method { name, provider, asked: Asked::With(other, params) }
 }
 
-fn document(place: &Place) -> Value {
+fn document(place: &Location) -> Value {
     json!({"textDocument": {"uri": place.uri}})
 }
 
-fn position(place: &Place) -> Value {
+fn position(place: &Location) -> Value {
     and(document(place), json!({"position": place.position}))
 }
 
-fn range(place: &Place) -> Value {
+fn range(place: &Location) -> Value {
     and(document(place), json!({"range": place.range}))
 }
 
@@ -209,12 +209,12 @@ fn line(number: u32) -> Value {
 }
 
 /// The items of an answer: a list, or an object with `items`.
-fn each(_: &Place, answer: &Value) -> Vec<Value> {
+fn each(_: &Location, answer: &Value) -> Vec<Value> {
     let items = answer.get("items").unwrap_or(answer);
     items.as_array().cloned().unwrap_or_default()
 }
 
-fn each_as_item(place: &Place, answer: &Value) -> Vec<Value> {
+fn each_as_item(place: &Location, answer: &Value) -> Vec<Value> {
     each(place, answer).into_iter().map(|item| json!({"item": item})).collect()
 }
 

@@ -14,7 +14,7 @@ use super::*;
 
 code!(AMBIGUOUS_NAME, Error, "ambiguous-name");
 
-pub(super) fn report<'db>(at: Place<'db>, kind: Kind, name: &str) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Location<'db>, kind: Kind, name: &str) -> Diagnostic<'db> {
     let advice = match kind {
         // A program has no way to write it.
         Kind::Codel => "rename one, or `use` the library of the one that is meant alone",

@@ -32,7 +32,7 @@ use mauve_hir::fact::Takes;
 
 code!(ARGUMENT_COUNT, Error, "argument-count");
 
-pub(super) fn report<'db>(at: Place<'db>, name: &str, takes: &Takes, found: usize) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Location<'db>, name: &str, takes: &Takes, found: usize) -> Diagnostic<'db> {
     let found = match found {
         0 => "none".to_owned(),
         found => found.to_string(),

@@ -23,14 +23,14 @@ use mauve_hir::fact::SendInstead;
 
 code!(BLOCKING_CALL, Error, "blocking-call");
 
-pub(super) fn report<'db>(at: Place<'db>, name: &str, send: Option<&SendInstead>) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Location<'db>, name: &str, send: Option<&SendInstead>) -> Diagnostic<'db> {
     let message =
         format!("`{name}` is required of another component, and calling it would wait: use `send` and `collect`");
     let found = Diagnostic::new(&BLOCKING_CALL, at.clone(), message);
-    let (Some(SendInstead { handler, call, first }), &Place::Part(of, _)) = (send, &at) else { return found };
+    let (Some(SendInstead { handler, call, first }), &Location::Source(of, _)) = (send, &at) else { return found };
     let edits = match *first {
-        Some(first) => vec![(at, format!("{handler} = send")), (Place::Before(of, first), format!("{name}, "))],
-        None => vec![(Place::Part(of, *call), format!("{handler} = send({name})"))],
+        Some(first) => vec![(at, format!("{handler} = send")), (Location::Before(of, first), format!("{name}, "))],
+        None => vec![(Location::Source(of, *call), format!("{handler} = send({name})"))],
     };
     Diagnostic { fixes: vec![Fix { title: format!("Start it with `{handler} = send({name}…)`"), edits }], ..found }
 }

@@ -18,7 +18,7 @@ use super::*;
 
 code!(BUFFER_SIZE, Error, "buffer-size");
 
-pub(super) fn report<'db>(at: Place<'db>, size: &str) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Location<'db>, size: &str) -> Diagnostic<'db> {
     let message = format!("a buffer of {size}: it has room for 1 to 2147483647 values");
     let nearest = if size.trim_matches('0').is_empty() { 1 } else { i32::MAX };
     Diagnostic::new(&BUFFER_SIZE, at.clone(), message).fix(format!("Set it to {nearest}"), at, nearest.to_string())

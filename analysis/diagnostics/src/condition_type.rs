@@ -25,7 +25,7 @@ use super::*;
 
 code!(CONDITION_TYPE, Error, "condition-type");
 
-pub(super) fn report<'db>(at: Place<'db>, found: &Type) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Location<'db>, found: &Type) -> Diagnostic<'db> {
     let comparison = match found {
         Type::PortStatus => Some("== new_data"),
         Type::CallStatus => Some("== success"),
@@ -41,8 +41,8 @@ pub(super) fn report<'db>(at: Place<'db>, found: &Type) -> Diagnostic<'db> {
     let report = Diagnostic::new(&CONDITION_TYPE, at.clone(), message);
     // Operators that give a number or a status bind closer than a comparison.
     match (comparison, at) {
-        (Some(comparison), Place::Part(of, part)) => {
-            report.fix(format!("Write `{comparison}`"), Place::Behind(of, part), format!(" {comparison}"))
+        (Some(comparison), Location::Source(of, id)) => {
+            report.fix(format!("Write `{comparison}`"), Location::Behind(of, id), format!(" {comparison}"))
         }
         _ => report,
     }

@@ -23,7 +23,7 @@ use mauve_hir::fact::EndKind;
 code!(CONNECTION_DIRECTION, Error, "connection-direction");
 
 pub(super) fn swapped<'db>(
-    at: Place<'db>,
+    at: Location<'db>,
     kind: EndKind,
     source: &[NameRef; 2],
     target: &[NameRef; 2],
@@ -31,14 +31,14 @@ pub(super) fn swapped<'db>(
     let [first, last] = ends(kind);
     let message = format!("this goes from {last} to {first}: swap the two ends");
     let swapped = source.iter().zip(target).flat_map(|(one, other)| [(one, other), (other, one)]);
-    let edits = swapped.map(|(place, text)| (beside(&at, place.part), text.name.to_string())).collect();
+    let edits = swapped.map(|(place, text)| (beside(&at, place.id), text.name.to_string())).collect();
     let fix = Fix { title: "Swap the two ends".to_owned(), edits };
     Diagnostic { fixes: vec![fix], ..Diagnostic::new(&CONNECTION_DIRECTION, at, message) }
 }
 
 /// Only one of the two ends is wrong.
 pub(super) fn one_end<'db>(
-    at: Place<'db>,
+    at: Location<'db>,
     kind: EndKind,
     is_source: bool,
     instance: &str,

@@ -18,7 +18,7 @@ use super::*;
 
 code!(CONNECTION_TYPE, Error, "connection-type");
 
-pub(super) fn report<'db>(at: Place<'db>, ends: &[(String, Type, Place<'db>); 2]) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Location<'db>, ends: &[(String, Type, Location<'db>); 2]) -> Diagnostic<'db> {
     let [(from, source, source_at), (to, target, target_at)] = ends;
     let (source, target) = (type_name(source), type_name(target));
     let message = format!("`{to}` is of type {target}, and `{from}` gives {source}");

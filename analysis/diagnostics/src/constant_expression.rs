@@ -20,7 +20,7 @@ use mauve_hir::fact::{NoValue, NotConstant};
 
 code!(CONSTANT_EXPRESSION, Error, "constant-expression");
 
-pub(super) fn no_value<'db>(at: Place<'db>, why: NoValue) -> Diagnostic<'db> {
+pub(super) fn no_value<'db>(at: Location<'db>, why: NoValue) -> Diagnostic<'db> {
     let message = match why {
         NoValue::DivisionByZero => "this divides by zero",
         NoValue::TooLarge => "this is too great for a whole number: they have 32 bits",
@@ -32,7 +32,7 @@ pub(super) fn no_value<'db>(at: Place<'db>, why: NoValue) -> Diagnostic<'db> {
     Diagnostic::new(&CONSTANT_EXPRESSION, at, message)
 }
 
-pub(super) fn not_constant<'db>(at: Place<'db>, why: &NotConstant) -> Diagnostic<'db> {
+pub(super) fn not_constant<'db>(at: Location<'db>, why: &NotConstant) -> Diagnostic<'db> {
     let message = match why {
         NotConstant::Call(name) => format!("`{name}` is called when the robot runs: this value is there before"),
         NotConstant::NotNameable(name) => {

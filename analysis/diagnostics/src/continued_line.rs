@@ -21,7 +21,7 @@ use super::*;
 code!(CONTINUED_LINE, Hint, "continued-line");
 
 /// `white` stands before it, and nothing else between the two parts of the value.
-pub(super) fn report<'db>(at: Place<'db>, white: Option<Part>, name: &str) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Location<'db>, white: Option<SourceId>, name: &str) -> Diagnostic<'db> {
     let message = format!("this line is part of the value of `{name}`: end that with `;` if it is not meant to be");
     let join = white.map(|white| beside(&at, white));
     let found = Diagnostic::new(&CONTINUED_LINE, at, message);

@@ -23,9 +23,9 @@ use super::*;
 code!(DEADLINE_EXCEEDS_PERIOD, Error, "deadline-exceeds-period");
 
 pub(super) fn report<'db>(
-    at: Place<'db>,
+    at: Location<'db>,
     deadline: Time,
-    (period, written, period_at): (Time, &str, &Place<'db>),
+    (period, written, period_at): (Time, &str, &Location<'db>),
 ) -> Diagnostic<'db> {
     let message = format!("deadline {deadline} is later than period {period}");
     Diagnostic::new(&DEADLINE_EXCEEDS_PERIOD, at.clone(), message)

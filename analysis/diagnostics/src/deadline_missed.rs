@@ -30,7 +30,7 @@ code!(DEADLINE_MISSED, Error, "deadline-missed");
 
 pub(super) fn report<'db>(
     db: &'db dyn ModelDb,
-    at: Place<'db>,
+    at: Location<'db>,
     name: &str,
     deadline: Time,
     missed: &Missed<'db>,

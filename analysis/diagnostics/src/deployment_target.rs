@@ -12,12 +12,12 @@ use super::*;
 
 code!(DEPLOYMENT_TARGET, Error, "deployment-target");
 
-pub(super) fn none(at: Place<'_>) -> Diagnostic<'_> {
+pub(super) fn none(at: Location<'_>) -> Diagnostic<'_> {
     let message = "this deployment does not say what it deploys: write `architecture NAME`";
     Diagnostic::new(&DEPLOYMENT_TARGET, at, message)
 }
 
-pub(super) fn second(at: Place<'_>) -> Diagnostic<'_> {
+pub(super) fn second(at: Location<'_>) -> Diagnostic<'_> {
     let message = "a second `architecture`: a deployment deploys one";
     Diagnostic::new(&DEPLOYMENT_TARGET, at, message)
 }

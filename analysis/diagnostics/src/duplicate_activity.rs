@@ -19,7 +19,7 @@ use super::*;
 
 code!(DUPLICATE_ACTIVITY, Error, "duplicate-activity");
 
-pub(super) fn report<'db>(at: Place<'db>, instance: &str, first: &Place<'db>) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Location<'db>, instance: &str, first: &Location<'db>) -> Diagnostic<'db> {
     Diagnostic::new(&DUPLICATE_ACTIVITY, at, message(instance)).related(first, "the first is here")
 }
 

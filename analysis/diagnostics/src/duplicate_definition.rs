@@ -20,13 +20,13 @@ use mauve_hir::fact::Defined;
 
 code!(DUPLICATE_DEFINITION, Error, "duplicate-definition");
 
-pub(super) fn report<'db>(at: Place<'db>, what: Defined, name: &str, first: &Place<'db>) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Location<'db>, what: Defined, name: &str, first: &Location<'db>) -> Diagnostic<'db> {
     let message = format!("a second {} `{name}`: rename one of them", shown(what));
     Diagnostic::new(&DUPLICATE_DEFINITION, at, message).related(first, "the first is here")
 }
 
 /// A second value for one property or constant in one declaration.
-pub(super) fn value<'db>(at: Place<'db>, instance: &str, name: &str, first: &Place<'db>) -> Diagnostic<'db> {
+pub(super) fn value<'db>(at: Location<'db>, instance: &str, name: &str, first: &Location<'db>) -> Diagnostic<'db> {
     let message = format!("a second value of `{instance}.{name}`: remove one of them");
     Diagnostic::new(&DUPLICATE_DEFINITION, at, message).related(first, "the first is here")
 }

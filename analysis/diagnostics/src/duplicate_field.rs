@@ -22,14 +22,14 @@ use mauve_wcrt::ActivityField;
 code!(DUPLICATE_FIELD, Error, "duplicate-field");
 
 pub(super) fn report<'db>(
-    (of, part): (Decl<'db>, Part),
+    (of, id): (Decl<'db>, SourceId),
     field: ActivityField,
     instance: &str,
-    first: &Place<'db>,
+    first: &Location<'db>,
 ) -> Diagnostic<'db> {
-    let found = Diagnostic::new(&DUPLICATE_FIELD, Place::Part(of, part), message(field, instance));
+    let found = Diagnostic::new(&DUPLICATE_FIELD, Location::Source(of, id), message(field, instance));
     let found = found.related(first, "the first is here");
-    found.remove(format!("Remove the second {}", field.keyword()), of, part)
+    found.remove(format!("Remove the second {}", field.keyword()), of, id)
 }
 
 pub(super) fn message(field: ActivityField, instance: &str) -> String {

@@ -14,7 +14,7 @@ use mauve_hir::Value;
 
 code!(EMPTY_INTERVAL, Error, "empty-interval");
 
-pub(super) fn report<'db>(at: Place<'db>, [low, high]: &[Value; 2]) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Location<'db>, [low, high]: &[Value; 2]) -> Diagnostic<'db> {
     let message = format!("no value lies in this interval: {low} is greater than {high}");
     let swapped = format!("[{}; {}]", high.text(), low.text());
     Diagnostic::new(&EMPTY_INTERVAL, at.clone(), message).fix(format!("Change to `{swapped}`"), at, swapped)

@@ -21,10 +21,10 @@ code!(EQUAL_PRIORITIES, Warning, "equal-priorities");
 
 /// One diagnostic for all that have the priority.
 pub(super) fn report<'db>(
-    at: Place<'db>,
+    at: Location<'db>,
     instance: &str,
     priority: u32,
-    others: &[(Name, Place<'db>)],
+    others: &[(Name, Location<'db>)],
 ) -> Diagnostic<'db> {
     let names: Vec<&str> = others.iter().map(|(name, _)| name.as_str()).chain([instance]).collect();
     let message = format!("{} have priority {priority} on one CPU: each may delay the others", enumerated(&names));

@@ -14,7 +14,7 @@ use super::*;
 
 code!(HEADER_COLON, Hint, "header-colon");
 
-pub(super) fn report<'db>(at: Place<'db>) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Location<'db>) -> Diagnostic<'db> {
     let message = "a core needs no colon here".to_owned();
     Diagnostic::new(&HEADER_COLON, at.clone(), message).fix("Remove the colon", at, String::new())
 }

@@ -12,6 +12,6 @@ use super::*;
 
 code!(IMPORT_CYCLE, Error, "import-cycle");
 
-pub(super) fn report<'db>(at: Place<'db>, name: &str) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Location<'db>, name: &str) -> Diagnostic<'db> {
     Diagnostic::new(&IMPORT_CYCLE, at, format!("what is imported here imports {name} in turn: remove one of the imports"))
 }

@@ -11,7 +11,7 @@ use super::*;
 
 code!(INHERITANCE_CYCLE, Error, "inheritance-cycle");
 
-pub(super) fn report<'db>(at: Place<'db>, name: &str) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Location<'db>, name: &str) -> Diagnostic<'db> {
     let message = format!("shell {name} extends itself: remove one of the `extends`");
     Diagnostic::new(&INHERITANCE_CYCLE, at, message)
 }

@@ -21,7 +21,7 @@ use super::*;
 
 code!(INITIAL_STATE, Error, "initial-state");
 
-pub(super) fn none<'db>(at: Place<'db>, first: Option<&(Name, Part)>) -> Diagnostic<'db> {
+pub(super) fn none<'db>(at: Location<'db>, first: Option<&(Name, SourceId)>) -> Diagnostic<'db> {
     let message = "no state of this machine is `initial`: mark the one in which it starts";
     let found = Diagnostic::new(&INITIAL_STATE, at.clone(), message);
     match first {
@@ -37,14 +37,14 @@ const MOST_FIXES: usize = 16;
 
 /// `initial` are the states that are, two or more.
 pub(super) fn several<'db>(
-    at: Place<'db>,
-    (one, part): &(Name, Part),
+    at: Location<'db>,
+    (one, id): &(Name, SourceId),
     other: &str,
-    initial: &[(Name, Part)],
+    initial: &[(Name, SourceId)],
 ) -> Diagnostic<'db> {
     let message = format!("`{other}` is initial, and so is `{one}`: a machine starts in one state");
     let found = Diagnostic::new(&INITIAL_STATE, at.clone(), message);
-    let mut found = found.related(&beside(&at, *part), "the first is here");
+    let mut found = found.related(&beside(&at, *id), "the first is here");
     // A menu of more fixes is too long to choose from.
     let offered = if initial.len() <= MOST_FIXES { initial } else { &[] };
     for (name, start) in offered {

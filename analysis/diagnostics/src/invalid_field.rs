@@ -21,7 +21,7 @@ use mauve_wcrt::{ActivityField, Expected, NoSuchCpu, NoTime};
 
 code!(INVALID_FIELD, Error, "invalid-field");
 
-pub(super) fn report<'db>(at: Place<'db>, field: ActivityField, expected: &Expected) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Location<'db>, field: ActivityField, expected: &Expected) -> Diagnostic<'db> {
     let expected = match expected {
         Expected::Cpus => {
             "a whole number, a bit for each CPU: 1 for the first, 2 for the second, 3 for both".to_owned()
@@ -44,6 +44,6 @@ fn no_time(why: &NoTime) -> String {
     }
 }
 
-pub(super) fn no_such_cpu(at: Place<'_>, missing: NoSuchCpu) -> Diagnostic<'_> {
+pub(super) fn no_such_cpu(at: Location<'_>, missing: NoSuchCpu) -> Diagnostic<'_> {
     Diagnostic::new(&INVALID_FIELD, at, timing_reasons::no_such_cpu(missing))
 }

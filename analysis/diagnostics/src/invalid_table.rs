@@ -23,7 +23,7 @@ use mauve_wcrt::TableFault;
 
 code!(INVALID_TABLE, Error, "invalid-table");
 
-pub(super) fn report<'db>(db: &'db dyn ModelDb, at: Place<'db>, fault: &TableFault) -> Diagnostic<'db> {
+pub(super) fn report<'db>(db: &'db dyn ModelDb, at: Location<'db>, fault: &TableFault) -> Diagnostic<'db> {
     let message = match fault {
         TableFault::NoProgramKey(_) => "the key of a program is `Component/update`, `Component/state.run`, \
                                         `Component/state.transition.guard`, `Component/state.transition.effect` \
@@ -36,9 +36,9 @@ pub(super) fn report<'db>(db: &'db dyn ModelDb, at: Place<'db>, fault: &TableFau
 
 pub(super) fn repeated<'db>(
     db: &'db dyn ModelDb,
-    at: Place<'db>,
+    at: Location<'db>,
     key: &str,
-    (first, first_at): &(File, Place<'db>),
+    (first, first_at): &(File, Location<'db>),
 ) -> Diagnostic<'db> {
     let message = timing_reasons::repeated(db, key, *first);
     Diagnostic::new(&INVALID_TABLE, at, message).related(first_at, "the first is here")

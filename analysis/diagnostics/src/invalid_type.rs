@@ -17,11 +17,11 @@ use super::*;
 
 code!(INVALID_TYPE, Error, "invalid-type");
 
-pub(super) fn void<'db>(at: Place<'db>) -> Diagnostic<'db> {
+pub(super) fn void<'db>(at: Location<'db>) -> Diagnostic<'db> {
     Diagnostic::new(&INVALID_TYPE, at, "nothing is of type `void`: it is for what gives no result")
 }
 
-pub(super) fn interval<'db>(at: Place<'db>, found: &Type) -> Diagnostic<'db> {
+pub(super) fn interval<'db>(at: Location<'db>, found: &Type) -> Diagnostic<'db> {
     let message = format!("an interval is for numbers, and this is {}", type_name(found));
     Diagnostic::new(&INVALID_TYPE, at, message)
 }

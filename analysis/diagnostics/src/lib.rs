@@ -9,9 +9,9 @@ use mauve_timing::Time;
 use rustc_hash::FxHashMap;
 
 pub use mauve_hir::Severity;
-use mauve_hir::item_tree::{FeatureKind, Kind, Name, NameRef, Part, TypeRef};
+use mauve_hir::item_tree::{FeatureKind, Kind, Name, NameRef, SourceId, TypeRef};
 use mauve_hir::{
-    Decl, FeatureOf, File, ModelDb, Names, Place, Project, Type, Workspace, config_file, config_of,
+    Decl, FeatureOf, File, Location, ModelDb, Names, Project, Type, Workspace, config_file, config_of,
     declaration_facts, declarations, file_outside, include_candidates, include_rings, includes, item_tree_of,
     names_of, not_checked, parse, project_facts, project_files, projects, root_file, similar,
 };
@@ -48,11 +48,11 @@ pub struct Diagnostic<'db> {
     /// What kind of thing.
     pub code: &'static Code,
     /// Where.
-    pub at: Place<'db>,
+    pub at: Location<'db>,
     /// What was found, what was expected, what to do.
     pub message: String,
     /// Other places that matter.
-    pub related: Vec<(Place<'db>, String)>,
+    pub related: Vec<(Location<'db>, String)>,
     /// What would mend it.
     pub fixes: Vec<Fix<'db>>,
 }
@@ -63,21 +63,21 @@ pub struct Fix<'db> {
     /// For the user to choose by.
     pub title: String,
     /// What is replaced, and by what.
-    pub edits: Vec<(Place<'db>, String)>,
+    pub edits: Vec<(Location<'db>, String)>,
 }
 
 impl<'db> Diagnostic<'db> {
-    fn new(code: &'static Code, at: Place<'db>, message: impl Into<String>) -> Diagnostic<'db> {
+    fn new(code: &'static Code, at: Location<'db>, message: impl Into<String>) -> Diagnostic<'db> {
         Diagnostic { code, at, message: message.into(), related: Vec::new(), fixes: Vec::new() }
     }
 
     /// Adds a related location.
-    fn related(mut self, at: &Place<'db>, message: impl Into<String>) -> Diagnostic<'db> {
+    fn related(mut self, at: &Location<'db>, message: impl Into<String>) -> Diagnostic<'db> {
         self.related.push((at.clone(), message.into()));
         self
     }
 
-    fn fix(mut self, title: impl Into<String>, at: Place<'db>, text: String) -> Diagnostic<'db> {
+    fn fix(mut self, title: impl Into<String>, at: Location<'db>, text: String) -> Diagnostic<'db> {
         self.fixes.push(Fix { title: title.into(), edits: vec![(at, text)] });
         self
     }
@@ -115,7 +115,7 @@ impl<'db> Diagnostic<'db> {
 
     /// Offers to write that the library of `of` uses another one, or a message package.
     fn add_use(self, of: Decl<'db>, name: &str) -> Diagnostic<'db> {
-        self.fix(format!("Add `use {name}`"), Place::Above(of), format!("use {name}\n  "))
+        self.fix(format!("Add `use {name}`"), Location::Above(of), format!("use {name}\n  "))
     }
 
     /// Offers to include `file` in `into`.
@@ -129,7 +129,7 @@ impl<'db> Diagnostic<'db> {
             true => format!("{line}\n"),
             false => format!("\n{line}"),
         };
-        self.fix(format!("Add `{line}`"), Place::Includes(into), text)
+        self.fix(format!("Add `{line}`"), Location::Includes(into), text)
     }
 
     /// Offers to put an item at the end of `of`, on a line of its own.
@@ -142,12 +142,12 @@ impl<'db> Diagnostic<'db> {
     ) -> Diagnostic<'db> {
         let indentation = if of.library(db).is_some() { "    " } else { "  " };
         let lines: Vec<String> = item.lines().map(|line| format!("\n{indentation}{line}")).collect();
-        self.fix(title, Place::End(of), lines.concat())
+        self.fix(title, Location::End(of), lines.concat())
     }
 
     /// Offers to remove what `part` of `of` is part of.
-    fn remove(self, title: impl Into<String>, of: Decl<'db>, part: Part) -> Diagnostic<'db> {
-        self.fix(title, Place::Item(of, part), String::new())
+    fn remove(self, title: impl Into<String>, of: Decl<'db>, id: SourceId) -> Diagnostic<'db> {
+        self.fix(title, Location::Item(of, id), String::new())
     }
 
     /// Suggests `near` instead of the marked name, and offers to write it.
@@ -183,9 +183,9 @@ fn advice<'db>(
 }
 
 /// Another part of the declaration in which `at` is.
-fn beside<'db>(at: &Place<'db>, part: Part) -> Place<'db> {
+fn beside<'db>(at: &Location<'db>, id: SourceId) -> Location<'db> {
     match at {
-        Place::Part(of, _) => Place::Part(*of, part),
+        Location::Source(of, _) => Location::Source(*of, id),
         other => other.clone(),
     }
 }
@@ -357,7 +357,7 @@ pub fn project_diagnostics<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> 
     }
     let mut in_tables = timing_diagnostics(db, project, table_facts(db, project));
     in_tables.sort_by_key(|it| match it.at {
-        Place::Range(file, start, _) => (file.path(db).clone(), start, it.message.clone()),
+        Location::Range(file, start, _) => (file.path(db).clone(), start, it.message.clone()),
         _ => Default::default(),
     });
     found.extend(in_tables);
@@ -376,11 +376,11 @@ pub fn file_diagnostics<'db>(
     let is_elsewhere = |file: File| file.is_outside(db) && workspace.included(db).contains(file.path(db));
     if let Some(problem) = file.problem(db).as_ref().filter(|_| !is_elsewhere(file)) {
         let end = file.text(db).len() as u32;
-        found.push(unreadable_file::report(Place::Range(file, end, end), problem.message()));
+        found.push(unreadable_file::report(Location::Range(file, end, end), problem.message()));
     }
     // What a file lacks because its text ends too early is no mistake of its own.
     for error in parse(db, file).errors().iter().filter(|_| file.problem(db).is_none()) {
-        let at = Place::Range(file, error.range.start().into(), error.range.end().into());
+        let at = Location::Range(file, error.range.start().into(), error.range.end().into());
         found.push(syntax_error::report(parse(db, file), file, error, at));
     }
     let tree = item_tree_of(db, file);
@@ -389,7 +389,7 @@ pub fn file_diagnostics<'db>(
     let mut cycle = false;
     let errors = parse(db, file).errors();
     for (index, (path, target)) in tree.includes.iter().zip(includes(db, workspace, file)).enumerate() {
-        let at = Place::Include(file, index as u32);
+        let at = Location::Include(file, index as u32);
         let refused = target.filter(|target| is_elsewhere(*target)).and_then(|it| it.problem(db).as_ref());
         if let Some(problem) = refused {
             found.push(unreadable_file::report(at, problem.message()));
@@ -413,7 +413,7 @@ fn missing_include<'db>(
     db: &'db dyn ModelDb,
     workspace: Workspace,
     file: File,
-    at: Place<'db>,
+    at: Location<'db>,
     path: &str,
 ) -> Diagnostic<'db> {
     let candidates = include_candidates(db, workspace, file, path);
@@ -576,7 +576,7 @@ fn all_findings<'db>(
 fn config_diagnostics<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Diagnostic<'db>> {
     let Some(file) = config_file(db, workspace) else { return Vec::new() };
     let config = config_of(db, workspace);
-    let at = |span: &std::ops::Range<usize>| Place::Range(file, span.start as u32, span.end as u32);
+    let at = |span: &std::ops::Range<usize>| Location::Range(file, span.start as u32, span.end as u32);
     let mut found: Vec<Diagnostic<'db>> = Vec::new();
     for mauve_hir::Mistake { kind, span, near } in &config.errors {
         let report = invalid_configuration::report(at(span), configuration::mistake(kind));

@@ -24,7 +24,7 @@ use super::*;
 
 code!(LOST_WRITE, Warning, "lost-write");
 
-pub(super) fn report<'db>(at: Place<'db>, port: &str) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Location<'db>, port: &str) -> Diagnostic<'db> {
     let message = format!("what is written to `{port}` here is overwritten in the same period, on every path");
     Diagnostic::new(&LOST_WRITE, at, message)
 }

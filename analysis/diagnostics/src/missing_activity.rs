@@ -22,7 +22,7 @@ code!(MISSING_ACTIVITY, Error, "missing-activity");
 
 pub(super) fn report<'db>(
     db: &'db dyn ModelDb,
-    at: Place<'db>,
+    at: Location<'db>,
     of: Decl<'db>,
     instance: &str,
 ) -> Diagnostic<'db> {

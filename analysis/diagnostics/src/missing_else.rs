@@ -19,7 +19,7 @@ use super::*;
 
 code!(MISSING_ELSE, Hint, "missing-else");
 
-pub(super) fn report<'db>(at: Place<'db>, end: Part) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Location<'db>, end: SourceId) -> Diagnostic<'db> {
     let end = beside(&at, end);
     let message = "this `if` has no `else`".to_owned();
     Diagnostic::new(&MISSING_ELSE, at, message).fix("Write `else { }`", end, " else { }".to_owned())

@@ -29,30 +29,30 @@ code!(MISSING_FIELD, Error, "missing-field");
 
 pub(super) fn priority<'db>(
     of: Decl<'db>,
-    activity: &(Name, Part),
+    activity: &(Name, SourceId),
     free: u32,
-    period: Option<Part>,
+    period: Option<SourceId>,
 ) -> Diagnostic<'db> {
     let found = report(of, activity, "priority", "priority = 10");
     let field = format!("priority = {free}");
     let title = format!("Write `{field}`, to be changed");
     match period {
-        Some(period) => found.fix(title, Place::Before(of, period), format!("{field} ")),
-        None => found.fix(title, Place::Inside(of, activity.1), format!(" {field}")),
+        Some(period) => found.fix(title, Location::Before(of, period), format!("{field} ")),
+        None => found.fix(title, Location::Inside(of, activity.1), format!(" {field}")),
     }
 }
 
 pub(super) fn period<'db>(
     of: Decl<'db>,
-    activity: &(Name, Part),
-    priority: Option<Part>,
+    activity: &(Name, SourceId),
+    priority: Option<SourceId>,
 ) -> Diagnostic<'db> {
     let found = report(of, activity, "period", "period = 100");
-    let place = priority.map_or(Place::Inside(of, activity.1), |priority| Place::Behind(of, priority));
+    let place = priority.map_or(Location::Inside(of, activity.1), |priority| Location::Behind(of, priority));
     found.fix("Write `period = 100`, to be changed", place, " period = 100".to_owned())
 }
 
-fn report<'db>(of: Decl<'db>, (name, part): &(Name, Part), field: &str, example: &str) -> Diagnostic<'db> {
+fn report<'db>(of: Decl<'db>, (name, id): &(Name, SourceId), field: &str, example: &str) -> Diagnostic<'db> {
     let message = format!("the activity of `{name}` has no {field}: write, for example, `{example}`");
-    Diagnostic::new(&MISSING_FIELD, Place::Part(of, *part), message)
+    Diagnostic::new(&MISSING_FIELD, Location::Source(of, *id), message)
 }

@@ -33,7 +33,7 @@ code!(MISSING_TIME, Warning, "missing-time");
 
 pub(super) fn report<'db>(
     db: &'db dyn ModelDb,
-    at: Place<'db>,
+    at: Location<'db>,
     missing: &MissingTime<'db>,
     budget: Option<&Budget<'db>>,
 ) -> Diagnostic<'db> {
@@ -57,7 +57,7 @@ pub(super) fn report<'db>(
 /// The level that is asked for is missing in a table: one warning, however many times it has.
 pub(super) fn no_level<'db>(
     db: &'db dyn ModelDb,
-    at: Place<'db>,
+    at: Location<'db>,
     level: Level,
     table: &TableLevels,
 ) -> Diagnostic<'db> {
@@ -66,7 +66,7 @@ pub(super) fn no_level<'db>(
 }
 
 /// One warning for a deployment without any timing table: a warning for each codel would say no more.
-pub(super) fn no_table<'db>(at: Place<'db>, codels: usize) -> Diagnostic<'db> {
+pub(super) fn no_table<'db>(at: Location<'db>, codels: usize) -> Diagnostic<'db> {
     let message = format!(
         "no execution times: {} lacks one, so nothing is analysed. Name timing tables in mauve.toml \
          (`[timing] tables = [\"timing/*.toml\"]`)",

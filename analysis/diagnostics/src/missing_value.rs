@@ -19,7 +19,7 @@ use super::*;
 
 code!(MISSING_VALUE, Error, "missing-value");
 
-pub(super) fn report<'db>(at: Place<'db>, instance: &str, kind: FeatureKind, name: &str, declared: &Place<'db>) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Location<'db>, instance: &str, kind: FeatureKind, name: &str, declared: &Location<'db>) -> Diagnostic<'db> {
     let what = if kind == FeatureKind::Constant { "constant" } else { "property" };
     let message = format!("{what} `{name}` of {instance} has no value: write `{what} {instance}.{name} = …`");
     Diagnostic::new(&MISSING_VALUE, at, message).related(declared, "declared here")

@@ -22,7 +22,7 @@ use super::*;
 
 code!(NEVER_TAKEN, Warning, "never-taken", Unused);
 
-pub(super) fn report<'db>(at: Place<'db>, (name, first): (&Name, &Name), first_at: &Place<'db>) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Location<'db>, (name, first): (&Name, &Name), first_at: &Location<'db>) -> Diagnostic<'db> {
     let message = format!("transition `{name}` is never taken: `{first}` before it has no guard, and always fires");
     Diagnostic::new(&NEVER_TAKEN, at, message).related(first_at, "this one always fires")
 }

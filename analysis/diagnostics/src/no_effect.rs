@@ -20,7 +20,7 @@ use super::*;
 
 code!(NO_EFFECT, Error, "no-effect");
 
-pub(super) fn report<'db>(at: Place<'db>) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Location<'db>) -> Diagnostic<'db> {
     let message = "this statement does nothing: call a codel, or assign a variable";
     Diagnostic::new(&NO_EFFECT, at, message)
 }

@@ -22,7 +22,7 @@ code!(NOT_ANALYSED, Warning, "not-analysed");
 
 pub(super) fn report<'db>(
     db: &'db dyn ModelDb,
-    at: Place<'db>,
+    at: Location<'db>,
     instance: &str,
     reasons: &[Refusal<'db>],
 ) -> Diagnostic<'db> {
@@ -30,6 +30,6 @@ pub(super) fn report<'db>(
     Diagnostic::new(&NOT_ANALYSED, at, format!("{instance} is not analysed: {}", reasons.join("; ")))
 }
 
-pub(super) fn chain<'db>(at: Place<'db>, name: &str) -> Diagnostic<'db> {
+pub(super) fn chain<'db>(at: Location<'db>, name: &str) -> Diagnostic<'db> {
     Diagnostic::new(&NOT_ANALYSED, at, format!("the chain `{name}` is not analysed yet"))
 }

@@ -24,7 +24,7 @@ use mauve_hir::fact::NotAssignable;
 
 code!(NOT_ASSIGNABLE, Error, "not-assignable");
 
-pub(super) fn report<'db>(at: Place<'db>, name: &str, is: NotAssignable) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Location<'db>, name: &str, is: NotAssignable) -> Diagnostic<'db> {
     let is = match is {
         NotAssignable::InParameter => "an `in` parameter: its value belongs to the caller",
         NotAssignable::Property => "a property: architectures and deployments give it its value",

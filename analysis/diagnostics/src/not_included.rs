@@ -17,5 +17,5 @@ code!(NOT_INCLUDED, Warning, "not-included");
 
 pub(super) fn report<'db>(file: File) -> Diagnostic<'db> {
     let message = "no root includes this file: nothing in it is checked";
-    Diagnostic::new(&NOT_INCLUDED, Place::Range(file, 0, 0), message.to_owned())
+    Diagnostic::new(&NOT_INCLUDED, Location::Range(file, 0, 0), message.to_owned())
 }

@@ -25,7 +25,7 @@ use super::*;
 
 code!(NOT_STRONGLY_CONNECTED, Warning, "not-strongly-connected");
 
-pub(super) fn report<'db>(at: Place<'db>, initial: &str, states: &[(Name, Place<'db>)]) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Location<'db>, initial: &str, states: &[(Name, Location<'db>)]) -> Diagnostic<'db> {
     let names: Vec<&str> = states.iter().map(|(name, _)| name.as_str()).collect();
     let message = format!(
         "no way leads back to {initial} from {}: the analysis counts every path, with those that end there",

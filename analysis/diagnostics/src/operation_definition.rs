@@ -19,10 +19,10 @@ use super::*;
 code!(OPERATION_DEFINITION, Error, "operation-definition");
 
 pub(super) fn report<'db>(
-    at: Place<'db>,
+    at: Location<'db>,
     [declared, defined]: &[String; 2],
-    declared_at: &Place<'db>,
-    fixed: Option<&(Part, String)>,
+    declared_at: &Location<'db>,
+    fixed: Option<&(SourceId, String)>,
 ) -> Diagnostic<'db> {
     let message = format!("this is `{defined}`, and the shell declares `{declared}`");
     let found = Diagnostic::new(&OPERATION_DEFINITION, at.clone(), message).related(declared_at, "declared here");

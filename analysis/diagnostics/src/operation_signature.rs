@@ -21,7 +21,7 @@ use super::*;
 
 code!(OPERATION_SIGNATURE, Error, "operation-signature");
 
-pub(super) fn report<'db>(at: Place<'db>, [provided, required]: &[String; 2]) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Location<'db>, [provided, required]: &[String; 2]) -> Diagnostic<'db> {
     let message = format!("provided is `{provided}`, and required `{required}`");
     Diagnostic::new(&OPERATION_SIGNATURE, at, message)
 }

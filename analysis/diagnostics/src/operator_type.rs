@@ -23,7 +23,7 @@ use mauve_hir::item_tree::{BinaryOperator, UnaryOperator};
 
 code!(OPERATOR_TYPE, Error, "operator-type");
 
-pub(super) fn unary<'db>(at: Place<'db>, operator: UnaryOperator, operand: &Type) -> Diagnostic<'db> {
+pub(super) fn unary<'db>(at: Location<'db>, operator: UnaryOperator, operand: &Type) -> Diagnostic<'db> {
     let takes = match operator {
         UnaryOperator::Not => "a condition",
         UnaryOperator::Minus => "a number",
@@ -33,7 +33,7 @@ pub(super) fn unary<'db>(at: Place<'db>, operator: UnaryOperator, operand: &Type
 }
 
 pub(super) fn binary<'db>(
-    at: Place<'db>,
+    at: Location<'db>,
     operator: BinaryOperator,
     operands @ [left, right]: &[Type; 2],
 ) -> Diagnostic<'db> {

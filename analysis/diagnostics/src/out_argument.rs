@@ -21,7 +21,7 @@ use mauve_hir::fact::ParameterName;
 
 code!(OUT_ARGUMENT, Error, "out-argument");
 
-pub(super) fn report<'db>(at: Place<'db>, of: &str, parameter: &ParameterName) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Location<'db>, of: &str, parameter: &ParameterName) -> Diagnostic<'db> {
     let parameter = argument_type::shown(parameter);
     let message = format!("`{of}` gives back `{parameter}`: this must be a variable");
     Diagnostic::new(&OUT_ARGUMENT, at, message)

@@ -18,7 +18,7 @@ use mauve_hir::Value;
 
 code!(OUTSIDE_INTERVAL, Error, "outside-interval");
 
-pub(super) fn report<'db>(at: Place<'db>, name: &str, value: &Value, [low, high]: &[Value; 2], declared: Option<&Place<'db>>) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Location<'db>, name: &str, value: &Value, [low, high]: &[Value; 2], declared: Option<&Location<'db>>) -> Diagnostic<'db> {
     let message = format!("{value} is outside of [{low}; {high}], the interval of `{name}`");
     let is_low = value.number() < low.number();
     let nearest = if is_low { low } else { high };

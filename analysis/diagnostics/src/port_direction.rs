@@ -20,7 +20,7 @@ use mauve_hir::Builtin;
 
 code!(PORT_DIRECTION, Error, "port-direction");
 
-pub(super) fn report<'db>(at: Place<'db>, function: Builtin, port: &str, is: FeatureKind) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Location<'db>, function: Builtin, port: &str, is: FeatureKind) -> Diagnostic<'db> {
     let message = match is {
         FeatureKind::Output => format!("`{port}` is an output port: `{function}` takes an input port"),
         _ => format!("`{port}` is an input port: `{function}` takes an output port"),

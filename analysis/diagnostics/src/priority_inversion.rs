@@ -25,10 +25,10 @@ use mauve_wcrt::DeadlineAndPriority;
 code!(PRIORITY_INVERSION, Warning, "priority-inversion");
 
 pub(super) fn report<'db>(
-    at: Place<'db>,
+    at: Location<'db>,
     late: &DeadlineAndPriority,
     early: &DeadlineAndPriority,
-    early_at: &Place<'db>,
+    early_at: &Location<'db>,
 ) -> Diagnostic<'db> {
     let message = format!(
         "{} must end within {}, {} within {}, and {} is more urgent: {} > {}",

@@ -27,7 +27,7 @@ use super::*;
 
 code!(READ_BEFORE_ASSIGNMENT, Warning, "read-before-assignment");
 
-pub(super) fn report<'db>(at: Place<'db>, name: &str, declared: &Place<'db>) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Location<'db>, name: &str, declared: &Location<'db>) -> Diagnostic<'db> {
     let message = format!("`{name}` is read here before anything is assigned to it: give it a first value");
     Diagnostic::new(&READ_BEFORE_ASSIGNMENT, at, message).related(declared, "declared without a value")
 }

@@ -14,7 +14,7 @@ use super::*;
 
 code!(RECURSIVE_OPERATION, Error, "recursive-operation");
 
-pub(super) fn report<'db>(at: Place<'db>, name: &str) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Location<'db>, name: &str) -> Diagnostic<'db> {
     let message = format!("`{name}` calls itself: its time has no bound");
     Diagnostic::new(&RECURSIVE_OPERATION, at, message)
 }

@@ -124,7 +124,7 @@ pub fn render<'db>(db: &'db dyn ModelDb, project: Project<'db>, fact: &Fact<'db>
 fn unresolved_type<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
-    at: Place<'db>,
+    at: Location<'db>,
     of: Decl<'db>,
     kind: Kind,
     ty: &TypeRef,

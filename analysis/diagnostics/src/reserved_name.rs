@@ -18,7 +18,7 @@ use mauve_hir::fact::Reserved;
 
 code!(RESERVED_NAME, Hint, "reserved-name");
 
-pub(super) fn report<'db>(at: Place<'db>, name: &str, is: Reserved) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Location<'db>, name: &str, is: Reserved) -> Diagnostic<'db> {
     let of = match is {
         Reserved::Cpp => "a word of C++",
         Reserved::GeneratedPort => "a port that generated components have",

@@ -21,7 +21,7 @@ use mauve_hir::fact::ProgramName;
 
 code!(RETURN_TYPE, Error, "return-type");
 
-pub(super) fn report<'db>(at: Place<'db>, of: &ProgramName, expected: &Type, found: &Type) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Location<'db>, of: &ProgramName, expected: &Type, found: &Type) -> Diagnostic<'db> {
     let what = match of {
         ProgramName::Hook(kind) => format!("`{}`", kind.keyword()),
         ProgramName::Method(kind) => format!("`{}`", kind.keyword()),
@@ -40,7 +40,7 @@ pub(super) fn report<'db>(at: Place<'db>, of: &ProgramName, expected: &Type, fou
 }
 
 /// An operation that may end without a `return`.
-pub(super) fn missing<'db>(at: Place<'db>, name: &str, expected: &Type) -> Diagnostic<'db> {
+pub(super) fn missing<'db>(at: Location<'db>, name: &str, expected: &Type) -> Diagnostic<'db> {
     let expected = type_name(expected);
     let message = format!("`{name}` gives {expected}, and not every path of it ends with a `return`");
     Diagnostic::new(&RETURN_TYPE, at, message)

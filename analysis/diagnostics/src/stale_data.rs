@@ -20,7 +20,7 @@ use super::*;
 
 code!(STALE_DATA, Hint, "stale-data");
 
-pub(super) fn report<'db>(at: Place<'db>, [reader, writer]: [&Name; 2], port: &str, other: &Place<'db>) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Location<'db>, [reader, writer]: [&Name; 2], port: &str, other: &Location<'db>) -> Diagnostic<'db> {
     let message = format!("{reader} runs before {writer}: what it reads from `{port}` is one period old");
     Diagnostic::new(&STALE_DATA, at, message).related(other, format!("{writer} is less urgent"))
 }

@@ -28,20 +28,20 @@ use super::*;
 
 code!(SYNTAX_ERROR, Error, "syntax-error");
 
-pub(super) fn report<'db>(parse: &Parse, file: File, error: &SyntaxError, at: Place<'db>) -> Diagnostic<'db> {
+pub(super) fn report<'db>(parse: &Parse, file: File, error: &SyntaxError, at: Location<'db>) -> Diagnostic<'db> {
     let found = Diagnostic::new(&SYNTAX_ERROR, at, error.message.clone());
     match chained(parse, error) {
         Some((end, middle)) => {
-            let place = Place::Range(file, end.into(), end.into());
+            let place = Location::Range(file, end.into(), end.into());
             found.fix(format!("Write `&& {middle}`"), place, format!(" && {middle}"))
         }
         None if let Some(sign) = single_equals(parse, error) => {
-            let place = Place::Range(file, sign.start().into(), sign.end().into());
+            let place = Location::Range(file, sign.start().into(), sign.end().into());
             found.fix("Write `==`", place, "==".to_owned())
         }
         None => match forgotten(parse, error) {
             Some((end, sign)) => {
-                let place = Place::Range(file, end.into(), end.into());
+                let place = Location::Range(file, end.into(), end.into());
                 found.fix(format!("Write `{}`", sign.trim()), place, sign)
             }
             None => found,

@@ -22,8 +22,8 @@ pub(super) fn timing_diagnostic<'db>(
         }
         Fact::DuplicateActivity { instance, first } => duplicate_activity::report(at, instance, first),
         Fact::MissingActivity { of, instance } => missing_activity::report(db, at, *of, instance),
-        Fact::DuplicateField { of, part, field, instance, first } => {
-            duplicate_field::report((*of, *part), *field, instance, first)
+        Fact::DuplicateField { of, id, field, instance, first } => {
+            duplicate_field::report((*of, *id), *field, instance, first)
         }
         Fact::UnknownField(name) => unknown_field::report(at, name),
         Fact::MissingPriority { of, activity, free, period } => {

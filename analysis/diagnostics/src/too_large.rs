@@ -16,5 +16,5 @@ pub(super) fn report<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Diagnostic<'db
         of.kind(db),
         of.name(db)
     );
-    Diagnostic::new(&TOO_LARGE, Place::name_of(of), message)
+    Diagnostic::new(&TOO_LARGE, Location::name_of(of), message)
 }

@@ -25,7 +25,7 @@ use mauve_hir::Link;
 code!(TWO_WRITERS, Error, "two-writers");
 
 /// `second` stands in `of`, or in what it imports.
-pub(super) fn report<'db>(at: Place<'db>, of: Decl<'db>, first: &Link<'db>, second: &Link<'db>) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Location<'db>, of: Decl<'db>, first: &Link<'db>, second: &Link<'db>) -> Diagnostic<'db> {
     let (instance, port) = &second.target;
     let message = format!("a second connection to `{instance}.{port}`: an input port has one writer");
     let mut found = Diagnostic::new(&TWO_WRITERS, at, message).related(&first.at, "the first is here");
@@ -34,9 +34,9 @@ pub(super) fn report<'db>(at: Place<'db>, of: Decl<'db>, first: &Link<'db>, seco
     }
     for link in [first, second] {
         // Others may import what is not its own.
-        if let (true, Place::Part(of, part)) = (link.is_in(of), &link.at) {
+        if let (true, Location::Source(of, id)) = (link.is_in(of), &link.at) {
             let (instance, port) = &link.source;
-            found = found.remove(format!("Remove the connection from `{instance}.{port}`"), *of, *part);
+            found = found.remove(format!("Remove the connection from `{instance}.{port}`"), *of, *id);
         }
     }
     found

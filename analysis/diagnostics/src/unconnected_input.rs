@@ -18,7 +18,7 @@ use super::*;
 
 code!(UNCONNECTED_INPUT, Hint, "unconnected-input");
 
-pub(super) fn report<'db>(at: Place<'db>, instance: &str, ports: &[Name]) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Location<'db>, instance: &str, ports: &[Name]) -> Diagnostic<'db> {
     let names: Vec<String> = ports.iter().map(|port| format!("`{port}`")).collect();
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let (what, verb) = if ports.len() == 1 { ("input", "is") } else { ("inputs", "are") };

@@ -22,7 +22,7 @@ use super::*;
 
 code!(UNCONNECTED_OPERATION, Warning, "unconnected-operation");
 
-pub(super) fn report<'db>(at: Place<'db>, instance: &str, name: &str, declared: &Place<'db>) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Location<'db>, instance: &str, name: &str, declared: &Location<'db>) -> Diagnostic<'db> {
     let message =
         format!("nothing provides the operation `{name}` for {instance}: write `operation ….… -> {instance}.{name}`");
     Diagnostic::new(&UNCONNECTED_OPERATION, at, message).related(declared, "required here")

@@ -24,7 +24,7 @@ code!(UNDEFINED_OPERATION, Error, "undefined-operation");
 
 pub(super) fn report<'db>(
     db: &'db dyn ModelDb,
-    at: Place<'db>,
+    at: Location<'db>,
     core: Decl<'db>,
     name: &str,
     declared: &FeatureOf<'db>,
@@ -32,7 +32,7 @@ pub(super) fn report<'db>(
     let message = format!("the operation `{name}` is not defined: write `provide {name}(…) = {{ … }}`");
     let found = Diagnostic::new(&UNDEFINED_OPERATION, at, message);
     let Some(data) = declared.data(db) else { return found };
-    let found = found.related(&Place::Part(declared.shell, data.name.part), "declared here");
+    let found = found.related(&Location::Source(declared.shell, data.name.id), "declared here");
     match operation_skeleton(name, data) {
         Some(skeleton) => found.add_item(db, core, format!("Define `{name}`"), &skeleton),
         None => found,

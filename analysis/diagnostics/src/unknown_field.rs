@@ -20,7 +20,7 @@ use mauve_wcrt::ActivityField;
 
 code!(UNKNOWN_FIELD, Error, "unknown-field");
 
-pub(super) fn report<'db>(at: Place<'db>, name: &str) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Location<'db>, name: &str) -> Diagnostic<'db> {
     let found = Diagnostic::new(&UNKNOWN_FIELD, at.clone(), message(name));
     match similar_field(name) {
         Some(near) => found.fix(format!("Change to `{near}`"), at, near.to_owned()),

@@ -20,7 +20,7 @@ code!(UNKNOWN_PACKAGE, Hint, "unknown-package");
 pub(super) fn report<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
-    at: Place<'db>,
+    at: Location<'db>,
     name: &str,
 ) -> Diagnostic<'db> {
     let known = names_of(db, project).libraries().chain(catalogue().keys());

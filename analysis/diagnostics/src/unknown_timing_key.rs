@@ -29,7 +29,7 @@ code!(UNKNOWN_TIMING_KEY, Warning, "unknown-timing-key");
 
 /// `fixed` is the whole key as it may be meant, where it can be written in place of this one.
 pub(super) fn report<'db>(
-    at: Place<'db>,
+    at: Location<'db>,
     kind: Kind,
     key: &str,
     near: Option<&Name>,
@@ -45,7 +45,7 @@ pub(super) fn report<'db>(
 /// See [`report`] for `fixed`.
 pub(super) fn of_program<'db>(
     db: &'db dyn ModelDb,
-    at: Place<'db>,
+    at: Location<'db>,
     wrong: &WrongProgram<'db>,
     near: Option<&Name>,
     fixed: Option<&str>,
@@ -53,7 +53,7 @@ pub(super) fn of_program<'db>(
     unknown(at, &timing_reasons::wrong_program(db, wrong), near, fixed)
 }
 
-fn unknown<'db>(at: Place<'db>, what: &str, near: Option<&Name>, fixed: Option<&str>) -> Diagnostic<'db> {
+fn unknown<'db>(at: Location<'db>, what: &str, near: Option<&Name>, fixed: Option<&str>) -> Diagnostic<'db> {
     let near = near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
     let found = Diagnostic::new(&UNKNOWN_TIMING_KEY, at.clone(), format!("{what}{near}"));
     match fixed {
@@ -62,7 +62,7 @@ fn unknown<'db>(at: Place<'db>, what: &str, near: Option<&Name>, fixed: Option<&
     }
 }
 
-pub(super) fn ambiguous<'db>(at: Place<'db>, key: &str, hint: &str) -> Diagnostic<'db> {
+pub(super) fn ambiguous<'db>(at: Location<'db>, key: &str, hint: &str) -> Diagnostic<'db> {
     let message = format!("`{key}` means several: write the library before it, as in `{hint}`");
     Diagnostic::new(&UNKNOWN_TIMING_KEY, at, message)
 }

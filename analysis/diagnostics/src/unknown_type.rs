@@ -23,7 +23,7 @@ code!(UNKNOWN_TYPE, Hint, "unknown-type");
 pub(super) fn report<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
-    at: Place<'db>,
+    at: Location<'db>,
     of: Decl<'db>,
     ty: &TypeRef,
 ) -> Diagnostic<'db> {

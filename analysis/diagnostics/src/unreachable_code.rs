@@ -26,7 +26,7 @@ use mauve_hir::fact::Unreachable;
 
 code!(UNREACHABLE_CODE, Hint, "unreachable-code", Unused);
 
-pub(super) fn report<'db>(at: Place<'db>, why: &Unreachable) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Location<'db>, why: &Unreachable) -> Diagnostic<'db> {
     let why = match why {
         Unreachable::BehindReturn => "every path before it ends with `return`".to_owned(),
         Unreachable::Branch(value) => format!("the condition is always {value}"),

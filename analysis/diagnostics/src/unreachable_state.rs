@@ -18,7 +18,7 @@ use super::*;
 
 code!(UNREACHABLE_STATE, Warning, "unreachable-state", Unused);
 
-pub(super) fn report<'db>(at: Place<'db>, name: &str) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Location<'db>, name: &str) -> Diagnostic<'db> {
     let message = format!("no transition leads to state `{name}`: it is never entered, and not part of the analysis");
     Diagnostic::new(&UNREACHABLE_STATE, at, message)
 }

@@ -9,6 +9,6 @@ use super::*;
 
 code!(UNREADABLE_FILE, Error, "unreadable-file");
 
-pub(super) fn report<'db>(at: Place<'db>, problem: &str) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Location<'db>, problem: &str) -> Diagnostic<'db> {
     Diagnostic::new(&UNREADABLE_FILE, at, problem.to_owned())
 }

@@ -27,7 +27,7 @@ pub(super) fn report<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
-    at: Place<'db>,
+    at: Location<'db>,
     name: &Name,
 ) -> Diagnostic<'db> {
     let diagnostic = Diagnostic::new(&UNRESOLVED_CODEL, at, format!("no codel or operation `{name}`"));
@@ -37,7 +37,7 @@ pub(super) fn report<'db>(
     diagnostic.look_elsewhere(db, project, of, Kind::Codel, std::slice::from_ref(name))
 }
 
-pub(super) fn built_in<'db>(at: Place<'db>, function: Builtin) -> Diagnostic<'db> {
+pub(super) fn built_in<'db>(at: Location<'db>, function: Builtin) -> Diagnostic<'db> {
     let form = match function {
         Builtin::Read => "read(port, variable)",
         Builtin::Write => "write(port, value)",
@@ -50,7 +50,7 @@ pub(super) fn built_in<'db>(at: Place<'db>, function: Builtin) -> Diagnostic<'db
 }
 
 pub(super) fn not_callable<'db>(
-    at: Place<'db>,
+    at: Location<'db>,
     name: &str,
     is: NotCallable,
     hides: Option<Hidden>,

@@ -25,7 +25,7 @@ use mauve_hir::fact::EndKind;
 code!(UNRESOLVED_FEATURE, Error, "unresolved-feature");
 
 pub(super) fn report<'db>(
-    at: Place<'db>,
+    at: Location<'db>,
     expected: EndKind,
     name: &str,
     instance: &str,
@@ -38,7 +38,7 @@ pub(super) fn report<'db>(
 
 /// A connection to an operation, say.
 pub(super) fn another_kind<'db>(
-    at: Place<'db>,
+    at: Location<'db>,
     expected: EndKind,
     name: &str,
     instance: &str,

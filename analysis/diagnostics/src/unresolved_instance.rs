@@ -36,13 +36,13 @@ use super::*;
 
 code!(UNRESOLVED_INSTANCE, Error, "unresolved-instance");
 
-pub(super) fn report<'db>(at: Place<'db>, name: &str, architecture: &str, near: Option<Name>) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Location<'db>, name: &str, architecture: &str, near: Option<Name>) -> Diagnostic<'db> {
     let message = format!("no instance `{name}` in {architecture}");
     Diagnostic::new(&UNRESOLVED_INSTANCE, at, message).did_you_mean(near)
 }
 
 /// For a name in `mauve.toml`.
-pub(super) fn not_deployed<'db>(at: Place<'db>, name: &str, near: Option<Name>) -> Diagnostic<'db> {
+pub(super) fn not_deployed<'db>(at: Location<'db>, name: &str, near: Option<Name>) -> Diagnostic<'db> {
     let message = format!("no deployment has an instance `{name}`");
     Diagnostic::new(&UNRESOLVED_INSTANCE, at, message).did_you_mean(near)
 }

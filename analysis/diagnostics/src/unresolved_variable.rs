@@ -24,13 +24,13 @@ use mauve_hir::{Builtin, Operand};
 
 code!(UNRESOLVED_VARIABLE, Error, "unresolved-variable");
 
-pub(super) fn report<'db>(at: Place<'db>, name: &str, near: Option<Name>) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Location<'db>, name: &str, near: Option<Name>) -> Diagnostic<'db> {
     let message = format!("no variable or property `{name}`");
     Diagnostic::new(&UNRESOLVED_VARIABLE, at, message).did_you_mean(near)
 }
 
 /// What `read`, `send` or `collect` is called with.
-pub(super) fn operand<'db>(at: Place<'db>, function: Builtin, name: &str, near: Option<Name>) -> Diagnostic<'db> {
+pub(super) fn operand<'db>(at: Location<'db>, function: Builtin, name: &str, near: Option<Name>) -> Diagnostic<'db> {
     let what = match function.operand() {
         Operand::Port(_) => "port",
         Operand::Operation => "required operation",
@@ -40,7 +40,7 @@ pub(super) fn operand<'db>(at: Place<'db>, function: Builtin, name: &str, near: 
 }
 
 /// A port, whose value is read with `read`.
-pub(super) fn port<'db>(at: Place<'db>, name: &str, kind: FeatureKind) -> Diagnostic<'db> {
+pub(super) fn port<'db>(at: Location<'db>, name: &str, kind: FeatureKind) -> Diagnostic<'db> {
     let message = match kind {
         FeatureKind::Input => format!("`{name}` is a port: `read({name}, variable)` takes its value"),
         _ => format!("`{name}` is an output port, which has no value to take"),
@@ -49,7 +49,7 @@ pub(super) fn port<'db>(at: Place<'db>, name: &str, kind: FeatureKind) -> Diagno
 }
 
 /// A codel or an operation, of which no value can be taken.
-pub(super) fn not_called<'db>(at: Place<'db>, name: &str, is_operation: bool) -> Diagnostic<'db> {
+pub(super) fn not_called<'db>(at: Location<'db>, name: &str, is_operation: bool) -> Diagnostic<'db> {
     let what = if is_operation { "an operation" } else { "a codel" };
     let message = format!("`{name}` is {what}: call it, as in `{name}(…)`");
     Diagnostic::new(&UNRESOLVED_VARIABLE, at, message)

@@ -17,6 +17,6 @@ code!(UNUSED_CODEL, Hint, "unused-codel", Unused);
 
 pub(super) fn report<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Diagnostic<'db> {
     let name = of.name(db);
-    let found = Diagnostic::new(&UNUSED_CODEL, Place::name_of(of), format!("no program calls `{name}`"));
-    found.remove(format!("Remove `{name}`"), of, Part(0))
+    let found = Diagnostic::new(&UNUSED_CODEL, Location::name_of(of), format!("no program calls `{name}`"));
+    found.remove(format!("Remove `{name}`"), of, SourceId(0))
 }

@@ -15,6 +15,6 @@ use super::*;
 
 code!(UNUSED_DECLARATION, Hint, "unused-declaration", Unused);
 
-pub(super) fn report<'db>(at: Place<'db>, kind: Kind, name: &str) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Location<'db>, kind: Kind, name: &str) -> Diagnostic<'db> {
     Diagnostic::new(&UNUSED_DECLARATION, at, format!("no deployment leads to {kind} `{name}`"))
 }

@@ -15,7 +15,7 @@ use super::*;
 
 code!(UNUSED_PROPERTY, Hint, "unused-property", Unused);
 
-pub(super) fn report<'db>(at: Place<'db>, kind: FeatureKind, name: &str) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Location<'db>, kind: FeatureKind, name: &str) -> Diagnostic<'db> {
     let what = if kind == FeatureKind::Constant { "constant" } else { "property" };
     Diagnostic::new(&UNUSED_PROPERTY, at, format!("no core reads the {what} `{name}`"))
 }

@@ -19,12 +19,12 @@ use super::*;
 
 code!(UNUSED_VARIABLE, Hint, "unused-variable", Unused);
 
-pub(super) fn report<'db>(at: Place<'db>, is_handler: bool, name: &str, is_removable: bool) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Location<'db>, is_handler: bool, name: &str, is_removable: bool) -> Diagnostic<'db> {
     let what = if is_handler { "handler" } else { "variable" };
     let message = format!("no program reads the {what} `{name}`");
     let found = Diagnostic::new(&UNUSED_VARIABLE, at.clone(), message);
     match at {
-        Place::Part(of, part) if is_removable => found.remove(format!("Remove `{name}`"), of, part),
+        Location::Source(of, id) if is_removable => found.remove(format!("Remove `{name}`"), of, id),
         _ => found,
     }
 }

@@ -16,12 +16,12 @@ use super::*;
 
 code!(UPDATE_OR_STATEMACHINE, Error, "update-or-statemachine");
 
-pub(super) fn neither<'db>(at: Place<'db>) -> Diagnostic<'db> {
+pub(super) fn neither<'db>(at: Location<'db>) -> Diagnostic<'db> {
     let message = "this core does nothing each period: write `update = { … }` or a `statemachine { … }`";
     Diagnostic::new(&UPDATE_OR_STATEMACHINE, at, message)
 }
 
-pub(super) fn both<'db>(at: Place<'db>, machines: bool) -> Diagnostic<'db> {
+pub(super) fn both<'db>(at: Location<'db>, machines: bool) -> Diagnostic<'db> {
     let what = if machines { "a second `statemachine`" } else { "both `update` and `statemachine`" };
     let message = format!("this core has {what}: one of them says what it does each period");
     Diagnostic::new(&UPDATE_OR_STATEMACHINE, at, message)

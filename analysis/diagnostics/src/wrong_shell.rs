@@ -14,6 +14,6 @@ use super::*;
 
 code!(WRONG_SHELL, Error, "wrong-shell");
 
-pub(super) fn report<'db>(at: Place<'db>, core: &str, shell: &str) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Location<'db>, core: &str, shell: &str) -> Diagnostic<'db> {
     Diagnostic::new(&WRONG_SHELL, at, format!("core {core} is for another shell than {shell}"))
 }

@@ -10,7 +10,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
 use mauve_diagnostics::workspace_diagnostics;
-use mauve_hir::{Database, Place, Workspace};
+use mauve_hir::{Database, Location, Workspace};
 use mauve_tests::{Random, random_model};
 use salsa::Setter as _;
 
@@ -137,7 +137,7 @@ fn check_tree(text: &str) -> mauve_syntax::Parse {
 fn check_diagnostics(db: &Database, workspace: Workspace) {
     for finding in workspace_diagnostics(db, workspace) {
         let diagnostic = &finding.diagnostic;
-        let mut places: Vec<&Place<'_>> = vec![&diagnostic.at];
+        let mut places: Vec<&Location<'_>> = vec![&diagnostic.at];
         places.extend(diagnostic.related.iter().map(|(at, _)| at));
         places.extend(diagnostic.fixes.iter().flat_map(|fix| fix.edits.iter().map(|(at, _)| at)));
         for place in places {

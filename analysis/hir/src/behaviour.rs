@@ -19,12 +19,12 @@ use crate::features::{Features, features_of};
 use crate::graph::{reachable, topological_order};
 use crate::infer::{NameProblem, inference_of};
 use crate::item_tree::{
-    Core, FeatureKind, HookKind, Kind, Machine, MethodKind, Name, NameRef, Part, State, Transition,
+    Core, FeatureKind, HookKind, Kind, Machine, MethodKind, Name, NameRef, SourceId, State, Transition,
 };
 use crate::names::{names_of, similar};
 use crate::program_id::ProgramId;
 use crate::project::Project;
-use crate::source::{Decl, Place, core};
+use crate::source::{Decl, Location, core};
 
 /// What a core executes each period.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
@@ -121,13 +121,13 @@ struct Reader<'a, 'db> {
 }
 
 impl<'db> Reader<'_, 'db> {
-    fn at(&self, part: Part) -> Place<'db> {
-        Place::Part(self.of, part)
+    fn at(&self, id: SourceId) -> Location<'db> {
+        Location::Source(self.of, id)
     }
 
     /// The core is not analysed, because of what another fact reports.
     fn refuse_here(&mut self, why: CoreReason) {
-        let refusal = Refusal { reason: Reason::Core { core: self.of, why }, at: Place::name_of(self.of) };
+        let refusal = Refusal { reason: Reason::Core { core: self.of, why }, at: Location::name_of(self.of) };
         // Each once; among more than 64, a repetition does no harm.
         if !self.found.refusals.iter().take(64).any(|known| *known == refusal) {
             self.found.refusals.push(refusal);
@@ -148,13 +148,13 @@ impl<'db> Reader<'_, 'db> {
         self.found.facts.push(fact);
     }
 
-    fn refuse_at(&mut self, part: Part, kind: FactKind<'db>) {
-        let at = self.at(part);
+    fn refuse_at(&mut self, id: SourceId, kind: FactKind<'db>) {
+        let at = self.at(id);
         self.refuse(Fact::new(at, kind));
     }
 
-    fn report(&mut self, part: Part, kind: FactKind<'db>) {
-        let at = self.at(part);
+    fn report(&mut self, id: SourceId, kind: FactKind<'db>) {
+        let at = self.at(id);
         self.found.facts.push(Fact::new(at, kind));
     }
 
@@ -178,10 +178,10 @@ impl<'db> Reader<'_, 'db> {
             }
             // Where there is an error, it may hide one.
             ([], None) if !self.core.whole => {}
-            ([], None) => self.refuse(Fact::new(Place::name_of(self.of), FactKind::NoBehaviour)),
-            ([.., last], None) => self.refuse_at(last.part, FactKind::TwoBehaviours { machines: true }),
+            ([], None) => self.refuse(Fact::new(Location::name_of(self.of), FactKind::NoBehaviour)),
+            ([.., last], None) => self.refuse_at(last.id, FactKind::TwoBehaviours { machines: true }),
             ([machine, ..], Some(_)) => {
-                self.refuse_at(machine.part, FactKind::TwoBehaviours { machines: false });
+                self.refuse_at(machine.id, FactKind::TwoBehaviours { machines: false });
             }
         }
     }
@@ -241,8 +241,8 @@ impl<'db> Reader<'_, 'db> {
         let mut seen = FxHashSet::default();
         for hook in core.hooks.iter().filter(|hook| !seen.insert(hook.kind)) {
             match hook.kind {
-                HookKind::Update => self.refuse_at(hook.part, FactKind::DuplicateHook(hook.kind)),
-                _ => self.report(hook.part, FactKind::DuplicateHook(hook.kind)),
+                HookKind::Update => self.refuse_at(hook.id, FactKind::DuplicateHook(hook.kind)),
+                _ => self.report(hook.id, FactKind::DuplicateHook(hook.kind)),
             }
         }
     }
@@ -267,14 +267,14 @@ impl<'db> Reader<'_, 'db> {
         }
         self.order_operations();
         for operation in &self.core.operations {
-            let NameRef { name, part } = &operation.name;
+            let NameRef { name, id } = &operation.name;
             let mut declared = self.features.by_name.get(name).into_iter().flatten();
             if name.is_empty() || declared.any(|it| it.kind == FeatureKind::Provided) {
                 continue;
             }
             // For its callers, its name is that of something else: of a codel, perhaps.
             if !self.features.lost {
-                self.refuse_at(*part, FactKind::UndeclaredOperation { name: name.clone() });
+                self.refuse_at(*id, FactKind::UndeclaredOperation { name: name.clone() });
             }
         }
         let defined: FxHashSet<&Name> = self.core.operations.iter().map(|it| &it.name.name).collect();
@@ -284,7 +284,7 @@ impl<'db> Reader<'_, 'db> {
             if let Some(declared) = found.first().filter(|feature| feature.kind == FeatureKind::Provided) {
                 let (name, declared) = (name.clone(), declared.clone());
                 let kind = FactKind::UndefinedOperation { core: self.of, name, declared };
-                self.found.facts.push(Fact::new(Place::name_of(self.of), kind));
+                self.found.facts.push(Fact::new(Location::name_of(self.of), kind));
             }
         }
     }
@@ -295,7 +295,7 @@ impl<'db> Reader<'_, 'db> {
         let (order, in_ring) = topological_order(&calls);
         for (operation, _) in self.core.operations.iter().zip(in_ring).filter(|(_, in_ring)| *in_ring) {
             let name = operation.name.name.clone();
-            self.refuse_at(operation.name.part, FactKind::RecursiveOperation { name });
+            self.refuse_at(operation.name.id, FactKind::RecursiveOperation { name });
         }
         self.found.order = order;
     }
@@ -330,18 +330,18 @@ impl<'db> Reader<'_, 'db> {
             [] => {
                 if machine.whole {
                     let first = machine.states.first().map(|it| (it.name.name.clone(), it.start));
-                    self.refuse_at(machine.part, FactKind::NoInitialState { first });
+                    self.refuse_at(machine.id, FactKind::NoInitialState { first });
                 }
             }
             [first, second, ..] => {
                 let (first, second) = (&machine.states[*first].name, &machine.states[*second].name);
                 let all = initial.iter().map(|&it| &machine.states[it]);
                 let kind = FactKind::SeveralInitialStates {
-                    first: (first.name.clone(), first.part),
+                    first: (first.name.clone(), first.id),
                     second: second.name.clone(),
                     all: all.map(|it| (it.name.name.clone(), it.start)).collect(),
                 };
-                self.refuse_at(second.part, kind);
+                self.refuse_at(second.id, kind);
             }
         }
         None
@@ -354,8 +354,8 @@ impl<'db> Reader<'_, 'db> {
         }
         let reached = reachable(&leads_to(machine), start);
         for (state, _) in machine.states.iter().zip(reached).filter(|(_, reached)| !reached) {
-            let NameRef { name, part } = &state.name;
-            self.report(*part, FactKind::UnreachableState { name: name.clone() });
+            let NameRef { name, id } = &state.name;
+            self.report(*id, FactKind::UnreachableState { name: name.clone() });
         }
     }
 
@@ -366,7 +366,7 @@ impl<'db> Reader<'_, 'db> {
         transitions.into_iter().for_each(|fact| self.refuse(fact));
         let mut seen = FxHashSet::default();
         for method in state.methods.iter().filter(|method| !seen.insert(method.kind)) {
-            self.refuse_at(method.part, FactKind::DuplicateMethod(method.kind));
+            self.refuse_at(method.id, FactKind::DuplicateMethod(method.kind));
         }
         // The `entry` of the initial state runs once at the start, of another state with a transition to it; a program
         // is read all the same.
@@ -403,7 +403,7 @@ impl<'db> Reader<'_, 'db> {
                 continue;
             }
             if decided == Some(false) {
-                self.report(transition.name.part, FactKind::UnreachableCode(Unreachable::Guard));
+                self.report(transition.name.id, FactKind::UnreachableCode(Unreachable::Guard));
                 continue;
             }
             let mut programs = before.clone();
@@ -429,9 +429,9 @@ impl<'db> Reader<'_, 'db> {
         if !transition.whole || !always.whole || name.name.is_empty() {
             return;
         }
-        let first_at = self.at(first.part);
+        let first_at = self.at(first.id);
         self.report(
-            name.part,
+            name.id,
             match always.guard {
                 None => FactKind::NeverTaken { name: name.name.clone(), first: first.name.clone(), first_at },
                 Some(_) => FactKind::UnreachableCode(Unreachable::Behind(first.name.clone())),
@@ -458,14 +458,14 @@ impl<'db> Reader<'_, 'db> {
     }
 
     fn target(&mut self, machine: &'db Machine, transition: &Transition) -> Option<usize> {
-        let Some(NameRef { name, part }) = &transition.target else {
+        let Some(NameRef { name, id }) = &transition.target else {
             self.refuse_here(CoreReason::SyntaxError(CorePart::Transition));
             return None;
         };
         let found = self.states.get(name).copied();
         if found.is_none() {
             let near = similar(name, machine.states.iter().map(|state| &state.name.name));
-            self.refuse_at(*part, FactKind::UnresolvedState { name: name.clone(), near });
+            self.refuse_at(*id, FactKind::UnresolvedState { name: name.clone(), near });
         }
         found
     }

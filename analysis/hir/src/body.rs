@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use crate::ModelDb;
 use crate::item_tree::{
-    Core, Expr, Guard, Handler, Hook, Name, NameRef, Operation, Parameter, Part, Program, State, Statement,
-    TypeRef, Variable,
+    Core, Expr, Guard, Handler, Hook, Name, NameRef, Operation, Parameter, Program, SourceId, State,
+    Statement, TypeRef, Variable,
 };
 use crate::source::{Decl, core};
 
@@ -84,11 +84,11 @@ impl Core {
 
     /// Where a body begins: each of its parts has a greater number, and each part of the next body too. Nothing for the
     /// initial values, which stand between the others.
-    pub(crate) fn first_part(&self, body: BodyId) -> Option<Part> {
+    pub(crate) fn first_id(&self, body: BodyId) -> Option<SourceId> {
         match body {
             BodyId::CoreValues | BodyId::MachineValues => None,
-            BodyId::Operation(index) => self.operations.get(index as usize).map(|it| it.name.part),
-            BodyId::Hook(index) => self.hooks.get(index as usize).map(|it| it.part),
+            BodyId::Operation(index) => self.operations.get(index as usize).map(|it| it.name.id),
+            BodyId::Hook(index) => self.hooks.get(index as usize).map(|it| it.id),
             BodyId::State(machine, state) => {
                 Some(self.machines.get(machine as usize)?.states.get(state as usize)?.start)
             }

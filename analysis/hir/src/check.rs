@@ -14,14 +14,14 @@ use crate::infer::inference_of_core;
 use crate::item_tree::{FeatureKind, Kind, Name, TypeRef};
 use crate::names::names_of;
 use crate::size::too_large;
-use crate::source::{Decl, Place, component, shell};
+use crate::source::{Decl, Location, component, shell};
 use crate::{declared, settings, wiring};
 
 /// What is wrong between the declarations of a project.
 pub fn project_facts<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<Fact<'db>> {
     let mut found = duplicates(db, project);
     found.extend(
-        too_large(db, project).map(|with| Fact::new(Place::name_of(with), FactKind::TooLarge { with })),
+        too_large(db, project).map(|with| Fact::new(Location::name_of(with), FactKind::TooLarge { with })),
     );
     found
 }
@@ -85,18 +85,18 @@ fn component_facts<'db>(db: &'db dyn ModelDb, project: Project<'db>, decl: Decl<
     let resolve = |kind, ty: &Option<TypeRef>| names.resolve_type(db, decl, kind, ty.as_ref());
     match (resolve(Kind::Shell, &data.shell), resolve(Kind::Core, &data.core)) {
         (Ok(shell), Ok(core)) if is_core_for(db, project, core, shell) => {
-            let at = data.core.as_ref().map(|it| Place::Part(decl, it.part));
+            let at = data.core.as_ref().map(|it| Location::Source(decl, it.id));
             at.map_or_else(Vec::new, |at| undefined_operations(db, project, at, shell, core))
         }
         (Ok(shell), Ok(core)) => {
-            let at = data.core.as_ref().map_or(Place::name_of(decl), |it| Place::Part(decl, it.part));
+            let at = data.core.as_ref().map_or(Location::name_of(decl), |it| Location::Source(decl, it.id));
             vec![Fact::new(at, FactKind::WrongShell { core, shell })]
         }
         (Err(_), Err(_))
             if resolve(Kind::Core, &data.shell).is_ok() && resolve(Kind::Shell, &data.core).is_ok() =>
         {
             let swapped = |core: &TypeRef| {
-                Fact::new(Place::Part(decl, core.part), FactKind::CoreBeforeShell { core: core.clone() })
+                Fact::new(Location::Source(decl, core.id), FactKind::CoreBeforeShell { core: core.clone() })
             };
             data.shell.iter().map(swapped).collect()
         }
@@ -115,7 +115,7 @@ fn component_facts<'db>(db: &'db dyn ModelDb, project: Project<'db>, decl: Decl<
 fn undefined_operations<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
-    at: Place<'db>,
+    at: Location<'db>,
     shell: Decl<'db>,
     core: Decl<'db>,
 ) -> Vec<Fact<'db>> {
@@ -141,7 +141,7 @@ fn shell_facts<'db>(db: &'db dyn ModelDb, project: Project<'db>, decl: Decl<'db>
     }
     if features_of(db, project, decl).cycle {
         let shell = decl.name(db).clone();
-        found.push(Fact::new(Place::name_of(decl), FactKind::InheritanceCycle { shell }));
+        found.push(Fact::new(Location::name_of(decl), FactKind::InheritanceCycle { shell }));
     }
     found.extend(repeated(decl, data.features.iter().map(|feature| (&feature.name, Defined::Feature))));
     found.extend(clashes(db, project, decl));
@@ -151,13 +151,13 @@ fn shell_facts<'db>(db: &'db dyn ModelDb, project: Project<'db>, decl: Decl<'db>
 
 /// Features of one name that a shell gets from different shells.
 fn clashes<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<Fact<'db>> {
-    let place = |feature: &FeatureOf<'db>| Some(Place::Part(feature.shell, feature.data(db)?.name.part));
+    let place = |feature: &FeatureOf<'db>| Some(Location::Source(feature.shell, feature.data(db)?.name.id));
     let mut found = Vec::new();
     for (name, features) in &features_of(db, project, of).by_name {
         let Some(first) = features.first() else { continue };
         let Some(other) = features.iter().find(|other| other.shell != first.shell) else { continue };
         // Where one of the two is the shell's own, it is the one to rename.
-        let at = if first.shell == of { place(first) } else { Some(Place::name_of(of)) };
+        let at = if first.shell == of { place(first) } else { Some(Location::name_of(of)) };
         if let (Some(at), Some(other)) = (at, place(other)) {
             let (what, name) = (Defined::Feature, name.clone());
             found.push(Fact::new(at, FactKind::DuplicateDefinition { what, name, first: other }));
@@ -175,8 +175,8 @@ fn duplicates<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<Fact<'db>
         let first = *first.entry((decl.library(db), kind, decl.name(db))).or_insert(decl);
         if first != decl {
             let (what, name) = (Defined::Declaration(kind), decl.name(db).clone());
-            let kind = FactKind::DuplicateDefinition { what, name, first: Place::name_of(first) };
-            found.push(Fact::new(Place::name_of(decl), kind));
+            let kind = FactKind::DuplicateDefinition { what, name, first: Location::name_of(first) };
+            found.push(Fact::new(Location::name_of(decl), kind));
         }
     }
     found

@@ -304,7 +304,7 @@ impl Reader<'_> {
         let name = key.get_ref();
         let is_end = |(end, _): &(String, Range<usize>)| {
             let mut parts = end.split('.');
-            parts.by_ref().take(2).all(|part| !part.is_empty()) && end.contains('.') && parts.next().is_none()
+            parts.by_ref().take(2).all(|id| !id.is_empty()) && end.contains('.') && parts.next().is_none()
         };
         // `tables = ["t.toml"]` looks like one.
         let may_be_chain = value.get_ref().is_array() && keys::list_keys().all(|known| known != name);
@@ -395,7 +395,7 @@ fn number(value: &DeValue<'_>) -> Option<f64> {
 /// May this stand between the brackets of an `#include`, and name a file that the compiler looks for in its own folders?
 fn is_header(text: &str) -> bool {
     let is_sign = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '+' | '.');
-    let is_part = |part: &str| !part.is_empty() && !part.starts_with(['.', '-']) && part.chars().all(is_sign);
+    let is_part = |id: &str| !id.is_empty() && !id.starts_with(['.', '-']) && id.chars().all(is_sign);
     text.split('/').all(is_part)
 }
 
@@ -407,7 +407,7 @@ fn maintainer_of(text: &str) -> Option<Maintainer> {
     // As the tools of catkin want it.
     let are_parts = |text: &str, signs: &str| {
         let is_sign = |c: char| c.is_ascii_alphanumeric() || signs.contains(c);
-        text.split('.').all(|part| !part.is_empty() && part.chars().all(is_sign))
+        text.split('.').all(|id| !id.is_empty() && id.chars().all(is_sign))
     };
     let (_, end) = host.rsplit_once('.')?;
     let is_end = end.len() > 1 && end.chars().all(|c| c.is_ascii_alphabetic());

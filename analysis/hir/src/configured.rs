@@ -9,7 +9,7 @@ use crate::flat::{Flat, flat_of, target_of};
 use crate::item_tree::{Kind, Name};
 use crate::names::{names_of, similar};
 use crate::project::{Project, all_roots, config_file, config_of, root_file};
-use crate::source::Place;
+use crate::source::Location;
 use crate::{ModelDb, Workspace};
 
 /// The instances and ports in `mauve.toml` that no deployment of the workspace has. Nothing, where one that is missing or
@@ -34,9 +34,9 @@ pub fn check<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<(Project<'d
         let at = |offset: usize, name: &str| match start {
             Some(start) => {
                 let from = start + offset;
-                Place::Range(file, from as u32, (from + name.len()) as u32)
+                Location::Range(file, from as u32, (from + name.len()) as u32)
             }
-            None => Place::Range(file, span.start as u32, span.end as u32),
+            None => Location::Range(file, span.start as u32, span.end as u32),
         };
         let having: Vec<_> = deployed.iter().filter(|(_, flat)| flat.instance(instance).is_some()).collect();
         if having.is_empty() {

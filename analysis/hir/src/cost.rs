@@ -14,7 +14,7 @@ use crate::infer::{Inference, inference_of};
 use crate::item_tree::{BinaryOperator, Expr, Literal, Program, Statement};
 use crate::project::Project;
 use crate::resolve::Callee;
-use crate::source::{Decl, Place};
+use crate::source::{Decl, Location};
 use crate::values::Value;
 
 /// The cost of a program along its worst path, by codels.
@@ -211,10 +211,10 @@ impl<'db> Pricing<'db> {
                     _ => (if_true.either(if_false), None),
                 };
                 if let Some((value, never)) = never
-                    && let Some(part) = never.first().and_then(Statement::part)
+                    && let Some(id) = never.first().and_then(Statement::id)
                 {
                     let kind = FactKind::UnreachableCode(Unreachable::Branch(value));
-                    self.facts.push(Fact::new(Place::Part(self.of, part), kind));
+                    self.facts.push(Fact::new(Location::Source(self.of, id), kind));
                 }
                 return paths.after(&own);
             }
@@ -262,7 +262,7 @@ impl<'db> Pricing<'db> {
             }
             Expr::Call { callee, arguments, .. } => {
                 arguments.iter().for_each(|argument| _ = self.expr(argument, costs));
-                costs.extend(match self.inference.callees.get(&callee.part) {
+                costs.extend(match self.inference.callees.get(&callee.id) {
                     Some(Callee::Codel(codel)) => Some(Cost::Codel(*codel)),
                     Some(Callee::Operation(index)) => Some(Cost::Operation(*index)),
                     // Ports are lock-free (paper, Property 2): these cost nothing.

@@ -7,12 +7,12 @@ use crate::fact::{Defined, Fact, FactKind, Reserved, repeated};
 use crate::features::{core_of, features_of, shell_of};
 use crate::flat::{flat_of, target_of};
 use crate::infer::uses_of;
-use crate::item_tree::{Data, Kind, Name, NameRef, Parameter, Part, Shell, TypeRef};
+use crate::item_tree::{Data, Kind, Name, NameRef, Parameter, Shell, SourceId, TypeRef};
 use crate::messages::used_packages;
 use crate::names::names_of;
 use crate::project::Project;
 use crate::settings::names_in_values;
-use crate::source::{Decl, Place, data, shell};
+use crate::source::{Decl, Location, data, shell};
 use crate::types::{self, Type};
 
 /// Types and names of a declaration that cannot be.
@@ -22,7 +22,7 @@ pub(crate) fn errors<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<
         |ty: &TypeRef| types::resolved(db, project, of.library(db).as_ref(), &ty.path) == Some(Type::Void);
     let voids = data.types().into_iter().filter(|(ty, may_be_void)| !may_be_void && void(ty));
     let mut found: Vec<Fact<'db>> =
-        voids.map(|(ty, _)| Fact::new(Place::Part(of, ty.part), FactKind::VoidValue)).collect();
+        voids.map(|(ty, _)| Fact::new(Location::Source(of, ty.id), FactKind::VoidValue)).collect();
     let lists: Vec<&[Parameter]> = match data {
         Data::Codel(codel) => vec![&codel.parameters],
         Data::Shell(shell) => shell.features.iter().map(|it| it.parameters.as_slice()).collect(),
@@ -43,24 +43,24 @@ pub(crate) fn check<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'
         let first = first_unknown(db, project).get(&(of.library(db).clone(), ty.path.clone()));
         if first == Some(&of) && is_mistake(db, project, of, ty) {
             let kind = FactKind::UnknownType { of, ty: ty.clone() };
-            found.push(Fact::new(Place::Part(of, ty.part), kind));
+            found.push(Fact::new(Location::Source(of, ty.id), kind));
         }
     }
-    let own = NameRef { name: of.name(db).clone(), part: Part(0) };
+    let own = NameRef { name: of.name(db).clone(), id: SourceId(0) };
     let own = matches!(data, Data::Codel(_) | Data::Component(_)).then_some((&own, None));
-    for (NameRef { name, part }, reserved) in own.into_iter().chain(names_in(data)) {
+    for (NameRef { name, id }, reserved) in own.into_iter().chain(names_in(data)) {
         let reserved = reserved.filter(|(names, _)| names.contains(&name.as_str())).map(|(_, what)| what);
         if let Some(is) = reserved.or_else(|| is_cpp(name).then_some(Reserved::Cpp)) {
             let kind = FactKind::ReservedName { name: name.clone(), is };
-            found.push(Fact::new(Place::Part(of, *part), kind));
+            found.push(Fact::new(Location::Source(of, *id), kind));
         }
     }
     if let Data::Core(core) = data {
-        found.extend(core.colon.map(|colon| Fact::new(Place::Part(of, colon), FactKind::HeaderColon)));
+        found.extend(core.colon.map(|colon| Fact::new(Location::Source(of, colon), FactKind::HeaderColon)));
         for variable in core.all_variables() {
             found.extend(variable.continued.map(|(token, white)| {
                 let kind = FactKind::ContinuedLine { name: variable.name.name.clone(), white };
-                Fact::new(Place::Part(of, token), kind)
+                Fact::new(Location::Source(of, token), kind)
             }));
         }
     }
@@ -137,7 +137,7 @@ fn unknown_types<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>
     let Some(data) = data(db, of).as_deref() else { return Vec::new() };
     let library = of.library(db).as_ref();
     let mut types: Vec<&TypeRef> = data.types().into_iter().map(|(ty, _)| ty).collect();
-    types.sort_by_key(|ty| ty.part);
+    types.sort_by_key(|ty| ty.id);
     let mut seen = FxHashSet::default();
     types.retain(|ty| seen.insert(&ty.path));
     types.retain(|ty| types::resolved(db, project, library, &ty.path).is_none());
@@ -162,7 +162,7 @@ fn first_unknown<'db>(
 /// Returns whether a type that is not known is a mistake of its own. What is missing may declare it; and a name that is
 /// missing is no type.
 fn is_mistake<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, ty: &TypeRef) -> bool {
-    if names_of(db, project).missing || ty.path.iter().any(|part| part.is_empty()) {
+    if names_of(db, project).missing || ty.path.iter().any(|id| id.is_empty()) {
         return false;
     }
     match ty.path.as_slice() {
@@ -186,7 +186,7 @@ pub(crate) fn check_use<'db>(
     if types::is_known_package(db, project, name) || names_of(db, project).missing {
         return None;
     }
-    Some(Fact::new(Place::name_of(of), FactKind::UnknownPackage { name: name.clone() }))
+    Some(Fact::new(Location::name_of(of), FactKind::UnknownPackage { name: name.clone() }))
 }
 
 /// What the programs and deployments of a project use.
@@ -270,7 +270,7 @@ fn unused<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Op
         Kind::Codel => FactKind::UnusedCodel { codel: of },
         kind => FactKind::UnusedDeclaration { kind, name: name.clone() },
     };
-    Some(Fact::new(Place::name_of(of), kind))
+    Some(Fact::new(Location::name_of(of), kind))
 }
 
 /// The properties and constants of a shell that no core for it reads, by their numbers there.
@@ -295,7 +295,7 @@ fn unused_features<'db>(
     unread
         .map(|it| {
             let kind = FactKind::UnusedProperty { kind: it.kind, name: it.name.name.clone() };
-            Fact::new(Place::Part(of, it.name.part), kind)
+            Fact::new(Location::Source(of, it.name.id), kind)
         })
         .collect()
 }

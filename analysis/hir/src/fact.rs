@@ -9,11 +9,11 @@ use rustc_hash::FxHashMap;
 
 use crate::builtin::Builtin;
 use crate::item_tree::{
-    BinaryOperator, FeatureKind, HookKind, Kind, MethodKind, Name, NameRef, Part, TypeRef, UnaryOperator,
+    BinaryOperator, FeatureKind, HookKind, Kind, MethodKind, Name, NameRef, SourceId, TypeRef, UnaryOperator,
 };
 use crate::link::Link;
 use crate::project::Project;
-use crate::source::{Decl, Place};
+use crate::source::{Decl, Location};
 use crate::types::{Signature, Type, Wrong};
 pub use crate::values::NoValue;
 use crate::values::Value;
@@ -22,13 +22,13 @@ use crate::values::Value;
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub struct Fact<'db> {
     /// Where.
-    pub at: Place<'db>,
+    pub at: Location<'db>,
     /// What.
     pub kind: FactKind<'db>,
 }
 
 impl<'db> Fact<'db> {
-    pub(crate) fn new(at: Place<'db>, kind: FactKind<'db>) -> Fact<'db> {
+    pub(crate) fn new(at: Location<'db>, kind: FactKind<'db>) -> Fact<'db> {
         Fact { at, kind }
     }
 
@@ -77,35 +77,35 @@ pub enum FactKind<'db> {
     /// A condition is neither true nor false.
     ConditionType { found: Type },
     /// Two definitions of one kind have one name.
-    DuplicateDefinition { what: Defined, name: Name, first: Place<'db> },
+    DuplicateDefinition { what: Defined, name: Name, first: Location<'db> },
     /// A core has two programs for one hook.
     DuplicateHook(HookKind),
     /// A state has two programs for one method.
     DuplicateMethod(MethodKind),
     /// No state is initial. The first state, and where `initial` belongs before it.
-    NoInitialState { first: Option<(Name, Part)> },
+    NoInitialState { first: Option<(Name, SourceId)> },
     /// Several states are initial: the first two, and all that are, each with the location of its `initial`.
-    SeveralInitialStates { first: (Name, Part), second: Name, all: Vec<(Name, Part)> },
+    SeveralInitialStates { first: (Name, SourceId), second: Name, all: Vec<(Name, SourceId)> },
     /// Every path overwrites in the same period what is written to the port.
     LostWrite { port: Name },
     /// An `if` without an `else`; the location of the end of its first block.
-    MissingElse { end: Part },
+    MissingElse { end: SourceId },
     /// A transition behind one that has no guard.
-    NeverTaken { name: Name, first: Name, first_at: Place<'db> },
+    NeverTaken { name: Name, first: Name, first_at: Location<'db> },
     /// A statement that neither calls nor assigns.
     NoEffect,
     /// Something that no program may assign to.
     NotAssignable { name: Name, is: NotAssignable },
     /// No path leads back to the initial state from these.
-    NotStronglyConnected { initial: Name, states: Vec<(Name, Place<'db>)> },
+    NotStronglyConnected { initial: Name, states: Vec<(Name, Location<'db>)> },
     /// An operation is defined with another signature than its shell declares: both, and the declared one as it
     /// may be written here, with the location of the one to replace.
     OperationDefinition {
         name: Name,
         declared: Signature,
         defined: Signature,
-        declared_at: Place<'db>,
-        fixed: Option<(Part, String)>,
+        declared_at: Location<'db>,
+        fixed: Option<(SourceId, String)>,
     },
     /// An operator does not take its operands.
     UnaryOperator { operator: UnaryOperator, operand: Type },
@@ -118,7 +118,7 @@ pub enum FactKind<'db> {
     /// A built-in function takes a port of the other direction.
     PortDirection { function: Builtin, port: Name, is: FeatureKind },
     /// A variable is read before anything is assigned to it.
-    ReadBeforeAssignment { name: Name, declared: Place<'db> },
+    ReadBeforeAssignment { name: Name, declared: Location<'db> },
     /// An operation calls itself.
     RecursiveOperation { name: Name },
     /// A program gives back another type than it must.
@@ -162,13 +162,13 @@ pub enum FactKind<'db> {
     /// A buffer of a size that none can have, as it is written.
     BufferSize { size: Name },
     /// A line that is part of the value before it, with the white space between the two, where nothing else stands there.
-    ContinuedLine { name: Name, white: Option<Part> },
+    ContinuedLine { name: Name, white: Option<SourceId> },
     /// The source of a connection has another type than its target: the name, the type and the declaration of both.
-    ConnectionType { ends: [(String, Type, Place<'db>); 2] },
+    ConnectionType { ends: [(String, Type, Location<'db>); 2] },
     /// A component names its core before its shell.
     CoreBeforeShell { core: TypeRef },
     /// A property or constant of an instance gets a second value.
-    DuplicateValue { instance: Name, name: Name, first: Place<'db> },
+    DuplicateValue { instance: Name, name: Name, first: Location<'db> },
     /// The first end of an interval is greater than the second.
     EmptyInterval { ends: [Value; 2] },
     /// The header of a core ends with a colon.
@@ -180,7 +180,7 @@ pub enum FactKind<'db> {
     /// An interval of what is no number.
     IntervalType { found: Type },
     /// A property or constant of an instance has no value.
-    MissingValue { instance: Name, kind: FeatureKind, name: Name, declared: Place<'db> },
+    MissingValue { instance: Name, kind: FeatureKind, name: Name, declared: Location<'db> },
     /// An expression that must be constant is not.
     NotConstant(NotConstant),
     /// An instance that `mauve.toml` names, and no deployment has.
@@ -190,7 +190,7 @@ pub enum FactKind<'db> {
     /// The name of a feature refers to one of another kind.
     OtherFeature { expected: EndKind, name: Name, instance: Name, found: FeatureKind, shell: Name },
     /// A value outside the interval of what it is for, and where that is declared.
-    OutsideInterval { name: Name, value: Value, interval: [Value; 2], declared: Option<Place<'db>> },
+    OutsideInterval { name: Name, value: Value, interval: [Value; 2], declared: Option<Location<'db>> },
     /// A name that has another meaning in generated code.
     ReservedName { name: Name, is: Reserved },
     /// A connection that leads from where it should end to where it should start. The instance and the feature of both ends.
@@ -202,7 +202,7 @@ pub enum FactKind<'db> {
     /// No connection leads to input ports of an instance.
     UnconnectedInput { instance: Name, ports: Vec<Name> },
     /// No connection leads to a required operation of an instance.
-    UnconnectedOperation { instance: Name, name: Name, declared: Place<'db> },
+    UnconnectedOperation { instance: Name, name: Name, declared: Location<'db> },
     /// A `use` of something that is neither a library nor a message package.
     UnknownPackage { name: Name },
     /// A type that is not declared anywhere.
@@ -254,9 +254,9 @@ pub struct SendInstead {
     /// A handler for the operation.
     pub handler: Name,
     /// The whole call.
-    pub call: Part,
+    pub call: SourceId,
     /// Its first argument.
-    pub first: Option<Part>,
+    pub first: Option<SourceId>,
 }
 
 /// The kinds of definition that may exist only once.
@@ -374,7 +374,7 @@ pub struct Refusal<'db> {
     /// Why.
     pub reason: Reason<'db>,
     /// The location of the reason. Another fact reports it there.
-    pub at: Place<'db>,
+    pub at: Location<'db>,
 }
 
 impl<'db> Refusal<'db> {
@@ -437,14 +437,17 @@ pub(crate) fn repeated<'db, 'a>(
     of: Decl<'db>,
     names: impl Iterator<Item = (&'a NameRef, Defined)>,
 ) -> Vec<Fact<'db>> {
-    let mut seen: FxHashMap<&Name, Part> = FxHashMap::default();
+    let mut seen: FxHashMap<&Name, SourceId> = FxHashMap::default();
     let mut found = Vec::new();
-    for (NameRef { name, part }, what) in names.filter(|(name, _)| !name.name.is_empty()) {
-        let first = *seen.entry(name).or_insert(*part);
-        if first != *part {
-            let kind =
-                FactKind::DuplicateDefinition { what, name: name.clone(), first: Place::Part(of, first) };
-            found.push(Fact::new(Place::Part(of, *part), kind));
+    for (NameRef { name, id }, what) in names.filter(|(name, _)| !name.name.is_empty()) {
+        let first = *seen.entry(name).or_insert(*id);
+        if first != *id {
+            let kind = FactKind::DuplicateDefinition {
+                what,
+                name: name.clone(),
+                first: Location::Source(of, first),
+            };
+            found.push(Fact::new(Location::Source(of, *id), kind));
         }
     }
     found
@@ -464,7 +467,7 @@ pub fn unresolved_type<'db>(
         Unresolved::Ambiguous => FactKind::AmbiguousName { kind, name: ty.to_string().into() },
         Unresolved::Repeated | Unresolved::Missing | Unresolved::Lost => return None,
     };
-    Some(Fact::new(Place::Part(of, ty.part), fact))
+    Some(Fact::new(Location::Source(of, ty.id), fact))
 }
 
 impl From<Wrong> for FactKind<'_> {

@@ -10,7 +10,7 @@ use crate::item_tree::{Endpoint, FeatureKind, Instance, Kind, Name};
 use crate::names::{names_of, similar};
 use crate::project::Project;
 use crate::size::too_large;
-use crate::source::{Decl, Place, architecture, deployment};
+use crate::source::{Decl, Location, architecture, deployment};
 use crate::values::whole_number;
 
 /// An architecture with what it imports.
@@ -71,7 +71,7 @@ pub fn flat_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) 
     let names = names_of(db, project);
     let mut flat = Flat::default();
     if let Some(at) = too_large(db, project) {
-        flat.lost.push(Refusal { reason: Reason::TooLarge, at: Place::name_of(at) });
+        flat.lost.push(Refusal { reason: Reason::TooLarge, at: Location::name_of(at) });
         return flat;
     }
     let mut all = vec![of];
@@ -82,7 +82,7 @@ pub fn flat_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) 
         let Some(data) = architecture(db, current) else { continue };
         if !data.whole {
             let reason = Reason::SyntaxErrorIn(current);
-            flat.lost.push(Refusal { reason, at: Place::name_of(current) });
+            flat.lost.push(Refusal { reason, at: Location::name_of(current) });
         }
         for import in data.imports.iter().flatten() {
             match names.resolve_type(db, current, Kind::Architecture, Some(import)) {
@@ -94,7 +94,7 @@ pub fn flat_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) 
                 }
                 Err(_) => {
                     let reason = Reason::UnknownImport { architecture: current, import: import.clone() };
-                    flat.lost.push(Refusal { reason, at: Place::Part(current, import.part) });
+                    flat.lost.push(Refusal { reason, at: Location::Source(current, import.id) });
                 }
             }
         }
@@ -104,13 +104,13 @@ pub fn flat_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) 
                 let [source, target] = [&link.source, &link.target].map(|end| {
                     let end = end.as_ref()?;
                     let feature = end.feature.as_ref()?;
-                    Some(((end.instance.name.clone(), feature.name.clone()), feature.part))
+                    Some(((end.instance.name.clone(), feature.name.clone()), feature.id))
                 });
                 match source.zip(target) {
-                    Some(((source, _), (target, part))) => {
+                    Some(((source, _), (target, id))) => {
                         let buffer = link.buffer.as_ref().and_then(|(size, _)| whole_number(size));
                         let buffer = buffer.and_then(|size| u32::try_from(size).ok());
-                        let at = Place::Part(current, part);
+                        let at = Location::Source(current, id);
                         flat.links.push(Link { operation, source, target, buffer, at });
                     }
                     None => flat.links_lost = true,
@@ -159,7 +159,7 @@ pub(crate) fn check_architecture<'db>(
         match names.resolve_type(db, of, Kind::Architecture, Some(import)) {
             Ok(target) if flat.cycle && reaches(db, project, target, of) => {
                 let kind = FactKind::ImportCycle { architecture: of.name(db).clone() };
-                found.push(Fact::new(Place::Part(of, import.part), kind));
+                found.push(Fact::new(Location::Source(of, import.id), kind));
             }
             Ok(_) => {}
             Err(unresolved) => {
@@ -178,12 +178,12 @@ pub(crate) fn check_architecture<'db>(
         let first = same.and_then(|same| {
             let (declared, number) = same.declared;
             let first = architecture(db, declared)?.instances.get(number)?;
-            Some(Place::Part(declared, first.name.part))
+            Some(Location::Source(declared, first.name.id))
         });
         if let Some(first) = first {
             let (what, name) = (Defined::Instance, instance.name.name.clone());
             let kind = FactKind::DuplicateDefinition { what, name, first };
-            found.push(Fact::new(Place::Part(of, instance.name.part), kind));
+            found.push(Fact::new(Location::Source(of, instance.name.id), kind));
         }
     }
     if !flat.lost.is_empty() || flat.cycle {
@@ -245,7 +245,7 @@ fn direction<'db>(
     let starts = matches!(from, FeatureKind::Output | FeatureKind::Provided);
     let ends = matches!(to, FeatureKind::Input | FeatureKind::Required);
     if !starts && !ends {
-        let at = Place::Part(of, source[1].part);
+        let at = Location::Source(of, source[1].id);
         return Some(Fact::new(at, FactKind::SwappedEnds { kind, source, target }));
     }
     let [instance, feature] = match (starts, ends) {
@@ -253,7 +253,7 @@ fn direction<'db>(
         (_, false) => target,
         _ => return None,
     };
-    let at = Place::Part(of, feature.part);
+    let at = Location::Source(of, feature.id);
     let (instance, name) = (instance.name, feature.name);
     Some(Fact::new(at, FactKind::WrongEnd { kind, is_source: !starts, instance, name }))
 }
@@ -285,7 +285,7 @@ fn endpoint<'db>(
             return None;
         }
         let near = similar(name, flat.instances.iter().map(|instance| &instance.name));
-        let at = Place::Part(of, end.instance.part);
+        let at = Location::Source(of, end.instance.id);
         let (name, architecture) = (name.clone(), architecture.clone());
         return Some(Fact::new(at, FactKind::UnresolvedInstance { name, architecture, near }));
     };
@@ -295,7 +295,7 @@ fn endpoint<'db>(
     if features.lost || features.get(&feature.name).is_some_and(|found| kind.takes(found.kind)) {
         return None;
     }
-    let at = Place::Part(of, feature.part);
+    let at = Location::Source(of, feature.id);
     let (expected, name, instance) = (kind, feature.name.clone(), name.clone());
     let (found, shell) = (features.get(&name).map(|it| it.kind), shell.name(db).clone());
     if let Some(found) = found {

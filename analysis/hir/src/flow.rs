@@ -20,12 +20,12 @@ use crate::graph::{reachable, topological_order};
 use crate::infer::{CoreInference, VariableKind, VariableOf, inference_of_core, returns};
 use crate::item_tree::{
     BinaryOperator, Core, Direction, Expr, HookKind, Kind, Machine, MethodKind, Name, NameRef, Operation,
-    Part, Program, State, Statement, Transition,
+    Program, SourceId, State, Statement, Transition,
 };
 use crate::names::names_of;
 use crate::project::Project;
 use crate::resolve::{Callee, VariableId};
-use crate::source::{Decl, Place, architecture, core};
+use crate::source::{Decl, Location, architecture, core};
 use crate::types::Type;
 
 /// What is wrong with the flow of values in a core.
@@ -127,17 +127,17 @@ struct Flow<'a, 'db> {
     /// What any program reads.
     read: FxHashSet<usize>,
     /// Where a variable is first read before it is assigned.
-    late: FxHashMap<usize, Part>,
+    late: FxHashMap<usize, SourceId>,
     found: Vec<Fact<'db>>,
 }
 
 impl<'db> Flow<'_, 'db> {
-    fn at(&self, part: Part) -> Place<'db> {
-        Place::Part(self.of, part)
+    fn at(&self, id: SourceId) -> Location<'db> {
+        Location::Source(self.of, id)
     }
 
-    fn report(&mut self, part: Part, kind: FactKind<'db>) {
-        self.found.push(Fact::new(self.at(part), kind));
+    fn report(&mut self, id: SourceId, kind: FactKind<'db>) {
+        self.found.push(Fact::new(self.at(id), kind));
     }
 
     fn hook(&self, kind: HookKind) -> Option<&'db Program> {
@@ -149,8 +149,8 @@ impl<'db> Flow<'_, 'db> {
     fn unreachable(&mut self) {
         for block in self.core.blocks() {
             let end = block.iter().position(|it| returns(std::slice::from_ref(it)));
-            if let Some(part) = end.and_then(|end| block.get(end + 1)?.part()) {
-                self.report(part, FactKind::UnreachableCode(Unreachable::BehindReturn));
+            if let Some(id) = end.and_then(|end| block.get(end + 1)?.id()) {
+                self.report(id, FactKind::UnreachableCode(Unreachable::BehindReturn));
             }
         }
     }
@@ -176,12 +176,13 @@ impl<'db> Flow<'_, 'db> {
         self.ever = ever;
         // Each may rest on those before it.
         let variables = self.variables.iter().enumerate();
-        let index: FxHashMap<Part, usize> = variables.map(|(index, (_, it))| (it.name.part, index)).collect();
+        let index: FxHashMap<SourceId, usize> =
+            variables.map(|(index, (_, it))| (it.name.id, index)).collect();
         let machines = self.core.machines.iter().flat_map(|machine| &machine.variables);
         for variable in self.core.variables.iter().chain(machines) {
             if let Some(value) = &variable.value {
                 self.expr(value, &mut assigned);
-                index.get(&variable.name.part).into_iter().for_each(|&it| assigned.insert(it));
+                index.get(&variable.name.id).into_iter().for_each(|&it| assigned.insert(it));
             }
         }
         // Other components call an operation at any time; `stop` and `cleanup` run last.
@@ -200,13 +201,13 @@ impl<'db> Flow<'_, 'db> {
         if let [machine] = self.core.machines.as_slice() {
             self.machine(machine, &later, &assigned);
         }
-        let mut late: Vec<(usize, Part)> = self.late.drain().collect();
-        late.sort_by_key(|(_, part)| *part);
-        for (index, part) in late {
+        let mut late: Vec<(usize, SourceId)> = self.late.drain().collect();
+        late.sort_by_key(|(_, id)| *id);
+        for (index, id) in late {
             let Some((_, variable)) = self.variables.get(index) else { continue };
-            let declared = self.at(variable.name.part);
+            let declared = self.at(variable.name.id);
             let name = variable.name.name.clone();
-            self.report(part, FactKind::ReadBeforeAssignment { name, declared });
+            self.report(id, FactKind::ReadBeforeAssignment { name, declared });
         }
     }
 
@@ -308,7 +309,7 @@ impl<'db> Flow<'_, 'db> {
                 Statement::Return(_, value) => value.iter().for_each(|value| self.expr(value, assigned)),
                 Statement::Assign(target, value) => {
                     self.expr(value, assigned);
-                    self.variable(target.part).into_iter().for_each(|index| assigned.insert(index));
+                    self.variable(target.id).into_iter().for_each(|index| assigned.insert(index));
                 }
                 Statement::Expr(value) => self.expr(value, assigned),
             }
@@ -316,15 +317,15 @@ impl<'db> Flow<'_, 'db> {
     }
 
     /// Returns the variable that a name refers to.
-    fn variable(&self, part: Part) -> Option<usize> {
-        self.inference.variable_at(part).map(|id| self.inference.number(id))
+    fn variable(&self, id: SourceId) -> Option<usize> {
+        self.inference.variable_at(id).map(|id| self.inference.number(id))
     }
 
     fn expr(&mut self, expr: &Expr, assigned: &mut Variables) {
         match expr {
             Expr::Missing | Expr::Literal(..) => {}
             Expr::Name(name) => {
-                let Some(index) = self.variable(name.part) else { return };
+                let Some(index) = self.variable(name.id) else { return };
                 self.read.insert(index);
                 let ty = self.variables.get(index).map(|(_, variable)| &variable.ty);
                 // The initial value of an unknown type is unknown: a handle, a pointer.
@@ -333,8 +334,8 @@ impl<'db> Flow<'_, 'db> {
                 if !may_be && !matches!(ty, None | Some(Type::External(_) | Type::Unknown)) {
                     self.late
                         .entry(index)
-                        .and_modify(|first| *first = (*first).min(name.part))
-                        .or_insert(name.part);
+                        .and_modify(|first| *first = (*first).min(name.id))
+                        .or_insert(name.id);
                 }
             }
             Expr::Lost(inner) | Expr::Unary(_, inner, _) => self.expr(inner, assigned),
@@ -345,11 +346,11 @@ impl<'db> Flow<'_, 'db> {
                 self.expr(rhs, assigned);
                 self.conditions -= usize::from(is_condition);
             }
-            Expr::Call { callee, arguments, .. } => self.call(callee.part, arguments, assigned),
+            Expr::Call { callee, arguments, .. } => self.call(callee.id, arguments, assigned),
         }
     }
 
-    fn call(&mut self, callee: Part, arguments: &[Expr], assigned: &mut Variables) {
+    fn call(&mut self, callee: SourceId, arguments: &[Expr], assigned: &mut Variables) {
         let callee = self.inference.callee(callee);
         let count = arguments.len();
         let directions = match callee {
@@ -362,7 +363,7 @@ impl<'db> Flow<'_, 'db> {
             match (direction, argument) {
                 (Direction::In, argument) => self.expr(argument, assigned),
                 (direction, Expr::Name(name)) => {
-                    let variable = self.variable(name.part);
+                    let variable = self.variable(name.id);
                     if direction == Direction::InOut {
                         self.read.extend(variable);
                     }
@@ -398,20 +399,20 @@ impl<'db> Flow<'_, 'db> {
 
     fn calls_and_assigns(&self, operation: &Operation) -> (Vec<usize>, Variables) {
         let (mut called, mut assigned) = (Vec::new(), Variables::default());
-        let mut assign = |part| self.variable(part).into_iter().for_each(|index| assigned.insert(index));
+        let mut assign = |id| self.variable(id).into_iter().for_each(|index| assigned.insert(index));
         for statement in statements(&operation.program.statements) {
             if let Statement::Assign(target, _) = statement {
-                assign(target.part);
+                assign(target.id);
             }
             for expr in statement.expression().into_iter().flat_map(Expr::descendants) {
                 let Expr::Call { callee, arguments, .. } = expr else { continue };
                 // An argument may be one that something comes back to.
                 for argument in arguments {
                     if let Expr::Name(name) = argument {
-                        assign(name.part);
+                        assign(name.id);
                     }
                 }
-                if let Some(Callee::Operation(index)) = self.inference.callee(callee.part) {
+                if let Some(Callee::Operation(index)) = self.inference.callee(callee.id) {
                     called.push(index);
                 }
             }
@@ -424,13 +425,13 @@ impl<'db> Flow<'_, 'db> {
         let mut found = Vec::new();
         // Few variables are unused.
         let named = LazyCell::new(|| {
-            let parts = self.inference.bindings().map(|(part, _)| part);
-            parts.filter_map(|part| self.variable(part)).collect::<FxHashSet<usize>>()
+            let parts = self.inference.bindings().map(|(id, _)| id);
+            parts.filter_map(|id| self.variable(id)).collect::<FxHashSet<usize>>()
         });
         let calls = LazyCell::new(|| {
             let all = self.core.all_variables();
             let with_value = all.filter(|it| it.value.as_ref().is_some_and(Expr::may_call));
-            with_value.map(|variable| variable.name.part).collect::<FxHashSet<Part>>()
+            with_value.map(|variable| variable.name.id).collect::<FxHashSet<SourceId>>()
         });
         for (index, (_, variable)) in self.variables.iter().enumerate() {
             if matches!(variable.kind, VariableKind::Parameter(_)) {
@@ -438,11 +439,11 @@ impl<'db> Flow<'_, 'db> {
             }
             let is_used = self.read.contains(&index) || self.given.contains(&index);
             if !is_used && !variable.name.name.is_empty() {
-                let NameRef { name, part } = &variable.name;
-                let is_removable = !named.contains(&index) && !calls.contains(part);
+                let NameRef { name, id } = &variable.name;
+                let is_removable = !named.contains(&index) && !calls.contains(id);
                 let (name, is_handler) = (name.clone(), variable.kind == VariableKind::Handler);
                 let kind = FactKind::UnusedVariable { is_handler, name, is_removable };
-                found.push(Fact::new(self.at(*part), kind));
+                found.push(Fact::new(self.at(*id), kind));
             }
         }
         self.found.extend(found);
@@ -464,14 +465,14 @@ impl<'db> Flow<'_, 'db> {
         }
         lost.sort();
         lost.dedup();
-        for (part, port) in lost {
+        for (id, port) in lost {
             if !buffered.contains(&(self.of, port.clone())) {
-                self.report(part, FactKind::LostWrite { port: port.clone() });
+                self.report(id, FactKind::LostWrite { port: port.clone() });
             }
         }
     }
 
-    fn lost_in(&self, machine: &'db Machine, lost: &mut Vec<(Part, &'db Name)>) {
+    fn lost_in(&self, machine: &'db Machine, lost: &mut Vec<(SourceId, &'db Name)>) {
         let nothing = Ports::default();
         let states: FxHashMap<&Name, &'db State> =
             machine.states.iter().rev().map(|state| (&state.name.name, &**state)).collect();
@@ -525,7 +526,7 @@ impl<'db> Flow<'_, 'db> {
         &self,
         program: &'db Program,
         end: &Ports<'db>,
-        lost: &mut Vec<(Part, &'db Name)>,
+        lost: &mut Vec<(SourceId, &'db Name)>,
     ) -> Ports<'db> {
         self.written_in(&program.statements, end, end.clone(), lost)
     }
@@ -535,7 +536,7 @@ impl<'db> Flow<'_, 'db> {
         statements: &'db [Statement],
         end: &Ports<'db>,
         mut behind: Ports<'db>,
-        lost: &mut Vec<(Part, &'db Name)>,
+        lost: &mut Vec<(SourceId, &'db Name)>,
     ) -> Ports<'db> {
         for statement in statements.iter().rev() {
             match statement {
@@ -561,12 +562,12 @@ impl<'db> Flow<'_, 'db> {
         &self,
         value: Option<&'db Expr>,
         behind: &mut Ports<'db>,
-        lost: &mut Vec<(Part, &'db Name)>,
+        lost: &mut Vec<(SourceId, &'db Name)>,
     ) {
         let Some(Expr::Call { callee, arguments, .. }) = value else { return };
-        match (self.inference.callee(callee.part), arguments.first()) {
+        match (self.inference.callee(callee.id), arguments.first()) {
             (Some(Callee::Builtin(Builtin::Write)), Some(Expr::Name(port))) if !behind.insert(&port.name) => {
-                lost.push((callee.part, &port.name));
+                lost.push((callee.id, &port.name));
             }
             // An operation that calls itself is an error: its own writes are not followed further.
             (Some(Callee::Operation(index)), _) => {
@@ -594,16 +595,16 @@ impl<'db> Flow<'_, 'db> {
         let back = reachable(&sources, initial);
         // Those that are never entered are reported as that.
         let entered: FxHashSet<&Name> = behaviour.states.iter().collect();
-        let states: Vec<(Name, Place<'db>)> = machine
+        let states: Vec<(Name, Location<'db>)> = machine
             .states
             .iter()
             .zip(back)
             .filter(|(state, back)| !back && entered.contains(&state.name.name))
-            .map(|(state, _)| (state.name.name.clone(), self.at(state.name.part)))
+            .map(|(state, _)| (state.name.name.clone(), self.at(state.name.id)))
             .collect();
         if !states.is_empty() {
             let initial = machine.states[initial].name.name.clone();
-            self.report(machine.part, FactKind::NotStronglyConnected { initial, states });
+            self.report(machine.id, FactKind::NotStronglyConnected { initial, states });
         }
     }
 }
@@ -622,7 +623,7 @@ fn top_level_writes<'a>(statements: &'a [Statement], inference: &CoreInference<'
         match statement {
             Statement::Expr(Expr::Call { callee, arguments, .. }) => {
                 if let (Some(Callee::Builtin(Builtin::Write)), Some(Expr::Name(port))) =
-                    (inference.callee(callee.part), arguments.first())
+                    (inference.callee(callee.id), arguments.first())
                 {
                     ports.insert(&port.name);
                 }

@@ -17,13 +17,13 @@ use crate::fact::{
 };
 use crate::features::{Features, feature, features_of};
 use crate::item_tree::{
-    Core, Direction, Expr, FeatureKind, HookKind, Kind, Name, NameRef, Operation, Parameter, Part, State,
+    Core, Direction, Expr, FeatureKind, HookKind, Kind, Name, NameRef, Operation, Parameter, SourceId, State,
     Statement, TypeRef, Variable,
 };
 use crate::names::{Unresolved, names_of, similar};
 use crate::project::Project;
 use crate::resolve::{Binding, CallError, Callee, Resolver, Scope, VariableId};
-use crate::source::{Decl, Place, codel, core};
+use crate::source::{Decl, Location, codel, core};
 use crate::types::{Signature, Type, Typed, Wrong, type_of, type_of_value};
 
 /// What is known of a group of bodies.
@@ -32,9 +32,9 @@ pub struct Inference<'db> {
     /// The parameters and local variables, in the order in which they are met.
     pub variables: Vec<VariableOf>,
     /// What names of values refer to, by their locations.
-    pub bindings: FxHashMap<Part, Binding<'db>>,
+    pub bindings: FxHashMap<SourceId, Binding<'db>>,
     /// What is called, by the location of its name.
-    pub callees: FxHashMap<Part, Callee<'db>>,
+    pub callees: FxHashMap<SourceId, Callee<'db>>,
     /// Whether the name of a value or of a callee is unresolved.
     pub unresolved: bool,
     /// What keeps the core from being analysed, by program, in the order of execution.
@@ -154,7 +154,7 @@ fn handled<'db>(
     }
     let unresolved = |name: Name, near| {
         let kind = FactKind::UnresolvedOperation { name, shell: shell.name(db).clone(), near };
-        Err(Some(Box::new(Fact::new(Place::Part(of, operation.part), kind))))
+        Err(Some(Box::new(Fact::new(Location::Source(of, operation.id), kind))))
     };
     let [name] = operation.path.as_slice() else { return unresolved(operation.to_string().into(), None) };
     if name.is_empty() {
@@ -186,7 +186,7 @@ pub(crate) fn expression_types<'db>(
     project: Project<'db>,
     of: Decl<'db>,
     group: u32,
-) -> FxHashMap<Part, Type> {
+) -> FxHashMap<SourceId, Type> {
     let mut types = FxHashMap::default();
     inferred(db, project, of, group, Some(&mut types));
     types
@@ -197,7 +197,7 @@ fn inferred<'db>(
     project: Project<'db>,
     of: Decl<'db>,
     group: u32,
-    types: Option<&mut FxHashMap<Part, Type>>,
+    types: Option<&mut FxHashMap<SourceId, Type>>,
 ) -> Inference<'db> {
     let Some(scope) = core_scope(db, of) else { return Inference::default() };
     let shell = names_of(db, project).resolve_type(db, of, Kind::Shell, scope.shell.as_ref()).ok();
@@ -272,7 +272,7 @@ struct InferenceContext<'a, 'db> {
     program: ProgramIn,
     found: Inference<'db>,
     /// The types of expressions, where they are asked for.
-    types: Option<&'a mut FxHashMap<Part, Type>>,
+    types: Option<&'a mut FxHashMap<SourceId, Type>>,
 }
 
 impl<'db> InferenceContext<'_, 'db> {
@@ -292,12 +292,12 @@ impl<'db> InferenceContext<'_, 'db> {
         }
     }
 
-    fn at(&self, part: Part) -> Place<'db> {
-        Place::Part(self.of, part)
+    fn at(&self, id: SourceId) -> Location<'db> {
+        Location::Source(self.of, id)
     }
 
-    fn report(&mut self, part: Part, kind: FactKind<'db>) {
-        let at = self.at(part);
+    fn report(&mut self, id: SourceId, kind: FactKind<'db>) {
+        let at = self.at(id);
         self.found.facts.push(Fact::new(at, kind));
     }
 
@@ -305,8 +305,8 @@ impl<'db> InferenceContext<'_, 'db> {
         self.found.problems.entry((self.body, self.program)).or_default().push(problem);
     }
 
-    fn error(&mut self, part: Part, kind: FactKind<'db>) {
-        let at = self.at(part);
+    fn error(&mut self, id: SourceId, kind: FactKind<'db>) {
+        let at = self.at(id);
         self.problem(NameProblem::Error(Fact::new(at, kind)));
     }
 
@@ -375,7 +375,7 @@ impl<'db> InferenceContext<'_, 'db> {
                     declared_at,
                     fixed,
                 };
-                self.report(operation.name.part, kind);
+                self.report(operation.name.id, kind);
             }
         }
         for (parameter, (direction, _, ty)) in operation.parameters.iter().zip(own.parameters) {
@@ -390,7 +390,7 @@ impl<'db> InferenceContext<'_, 'db> {
         let must = result != Type::Void && result != Type::Unknown;
         if must && operation.program.whole && !returns(&operation.program.statements) {
             let kind = FactKind::MissingReturn { name: name.clone(), expected: result.clone() };
-            self.report(operation.name.part, kind);
+            self.report(operation.name.id, kind);
         }
         let gives = if result == Type::Void { Gives::Nothing } else { Gives::Value(result) };
         let of = ProgramName::Operation(name.clone());
@@ -454,11 +454,11 @@ impl<'db> InferenceContext<'_, 'db> {
     }
 
     /// What the shell declares of an operation, and where.
-    fn declared(&self, name: &str, kind: FeatureKind) -> Option<(Signature, Place<'db>)> {
+    fn declared(&self, name: &str, kind: FeatureKind) -> Option<(Signature, Location<'db>)> {
         let feature = self.resolver.features.get(name).filter(|feature| feature.kind == kind)?;
         let data = feature.data(self.db)?;
         let signature = signature(self.db, self.project, feature.shell, &data.parameters, data.ty.as_ref());
-        Some((signature, Place::Part(feature.shell, data.name.part)))
+        Some((signature, Location::Source(feature.shell, data.name.id)))
     }
 
     fn block(&mut self, statements: &[Statement], of: &ProgramName, gives: &Gives) {
@@ -484,17 +484,17 @@ impl<'db> InferenceContext<'_, 'db> {
                     has_value: variable.value.is_some(),
                 });
             }
-            Statement::If { part, condition, then, end, otherwise } => {
+            Statement::If { id, condition, then, end, otherwise } => {
                 self.condition(condition);
                 self.block(then, of, gives);
                 match otherwise {
                     Some(otherwise) => self.block(otherwise, of, gives),
-                    None if self.whole => self.report(*part, FactKind::MissingElse { end: *end }),
+                    None if self.whole => self.report(*id, FactKind::MissingElse { end: *end }),
                     None => {}
                 }
             }
             Statement::Block(statements) => self.block(statements, of, gives),
-            Statement::Return(part, value) => self.returned(*part, value.as_ref(), of, gives),
+            Statement::Return(id, value) => self.returned(*id, value.as_ref(), of, gives),
             Statement::Assign(target, value) => {
                 let expected = self.target(target);
                 self.assigned(&target.name, &expected, value);
@@ -506,38 +506,38 @@ impl<'db> InferenceContext<'_, 'db> {
     fn expression_statement(&mut self, value: &Expr) {
         let errors = self.errors();
         match value {
-            Expr::Call { callee, arguments, part } => {
-                let call = SendableCall { part: *part, first: arguments.first().and_then(Expr::part) };
+            Expr::Call { callee, arguments, id } => {
+                let call = SendableCall { id: *id, first: arguments.first().and_then(Expr::id) };
                 let ty = self.call(callee, arguments, Some(call));
                 if let Some(types) = &mut self.types {
-                    types.insert(*part, ty);
+                    types.insert(*id, ty);
                 }
             }
             value => _ = self.expr(value),
         }
         // A call without a name or without brackets. (The name of a codel is reported already.)
-        if let Some(part) = without_call(value).filter(|_| self.errors() == errors && self.whole) {
-            self.error(part, FactKind::NoEffect);
+        if let Some(id) = without_call(value).filter(|_| self.errors() == errors && self.whole) {
+            self.error(id, FactKind::NoEffect);
         }
     }
 
     fn condition(&mut self, condition: &Expr) {
         let found = self.expr(condition).ty;
         if !found.is(&Type::Bool)
-            && let Some(part) = condition.part()
+            && let Some(id) = condition.id()
         {
-            self.report(part, FactKind::ConditionType { found });
+            self.report(id, FactKind::ConditionType { found });
         }
     }
 
-    fn returned(&mut self, keyword: Part, value: Option<&Expr>, of: &ProgramName, gives: &Gives) {
+    fn returned(&mut self, keyword: SourceId, value: Option<&Expr>, of: &ProgramName, gives: &Gives) {
         let expected = match gives {
             Gives::Nothing => &Type::Void,
             Gives::Bool => &Type::Bool,
             Gives::Value(ty) => ty,
         };
-        let (found, part) = match value {
-            Some(value) => (self.expr(value), value.part().unwrap_or(keyword)),
+        let (found, id) = match value {
+            Some(value) => (self.expr(value), value.id().unwrap_or(keyword)),
             None => (Typed::of(Type::Void), keyword),
         };
         let fits = match (value, gives) {
@@ -547,7 +547,7 @@ impl<'db> InferenceContext<'_, 'db> {
         };
         if !fits && self.whole {
             let (of, expected) = (of.clone(), expected.clone());
-            self.report(part, FactKind::ReturnType { of, expected, found: found.ty });
+            self.report(id, FactKind::ReturnType { of, expected, found: found.ty });
         }
     }
 
@@ -571,17 +571,17 @@ impl<'db> InferenceContext<'_, 'db> {
             },
             None => return Type::Unknown,
         };
-        self.report(target.part, FactKind::NotAssignable { name: target.name.clone(), is });
+        self.report(target.id, FactKind::NotAssignable { name: target.name.clone(), is });
         Type::Unknown
     }
 
     fn assigned(&mut self, name: &Name, expected: &Type, value: &Expr) {
         let found = self.expr(value);
         if !found.ty.fits(found.value.as_ref(), expected)
-            && let Some(part) = value.part()
+            && let Some(id) = value.id()
         {
             let (name, expected) = (name.clone(), expected.clone());
-            self.report(part, FactKind::AssignmentType { name, expected, found: found.ty });
+            self.report(id, FactKind::AssignmentType { name, expected, found: found.ty });
         }
     }
 
@@ -596,7 +596,7 @@ impl<'db> InferenceContext<'_, 'db> {
             Some(Binding::Feature(of, index)) => {
                 if feature(self.db, of, index).is_some_and(|it| it.kind.is_operation()) {
                     let kind = FactKind::NotCalled { name: name.name.clone(), is_operation: true };
-                    self.error(name.part, kind);
+                    self.error(name.id, kind);
                 }
             }
             None => self.unresolved_value(name),
@@ -604,10 +604,10 @@ impl<'db> InferenceContext<'_, 'db> {
         binding
     }
 
-    fn unresolved_value(&mut self, NameRef { name, part }: &NameRef) {
+    fn unresolved_value(&mut self, NameRef { name, id }: &NameRef) {
         match self.resolver.resolve_codel(name) {
             Ok(_) | Err(Unresolved::Ambiguous | Unresolved::Repeated) => {
-                self.error(*part, FactKind::NotCalled { name: name.clone(), is_operation: false });
+                self.error(*id, FactKind::NotCalled { name: name.clone(), is_operation: false });
             }
             // One mistake: the error that may hide its declaration is reported.
             Err(_) if self.resolver.features.lost || self.resolver.variables_lost => {
@@ -616,7 +616,7 @@ impl<'db> InferenceContext<'_, 'db> {
             Err(_) => {
                 let known = self.resolver.scope.names().chain(self.resolver.features.by_name.keys());
                 let near = similar(name, known);
-                self.error(*part, FactKind::UnresolvedVariable { name: name.clone(), near });
+                self.error(*id, FactKind::UnresolvedVariable { name: name.clone(), near });
             }
         }
     }
@@ -625,7 +625,7 @@ impl<'db> InferenceContext<'_, 'db> {
     fn bind(&mut self, name: &NameRef) -> Option<Binding<'db>> {
         let binding = self.resolver.resolve_name(&name.name);
         match binding {
-            Some(binding) => _ = self.found.bindings.insert(name.part, binding),
+            Some(binding) => _ = self.found.bindings.insert(name.id, binding),
             None => self.found.unresolved = true,
         }
         binding
@@ -642,7 +642,7 @@ impl<'db> InferenceContext<'_, 'db> {
                 let Some(data) = data else { return Type::Unknown };
                 if data.kind.is_port() {
                     let kind = FactKind::PortAsValue { name: name.name.clone(), kind: data.kind };
-                    self.report(name.part, kind);
+                    self.report(name.id, kind);
                     return Type::Unknown;
                 }
                 type_of(self.db, self.project, of, data.ty.as_ref())
@@ -653,8 +653,8 @@ impl<'db> InferenceContext<'_, 'db> {
 
     fn expr(&mut self, expr: &Expr) -> Typed {
         let typed = self.typed(expr);
-        if let (Some(types), Some(part)) = (&mut self.types, expr.part()) {
-            types.insert(part, typed.ty.clone());
+        if let (Some(types), Some(id)) = (&mut self.types, expr.id()) {
+            types.insert(id, typed.ty.clone());
         }
         typed
     }
@@ -669,24 +669,24 @@ impl<'db> InferenceContext<'_, 'db> {
                 self.found.facts.truncate(reported);
                 Typed::UNKNOWN
             }
-            Expr::Literal(literal, part) => self.computed(Typed::literal(literal), *part),
+            Expr::Literal(literal, id) => self.computed(Typed::literal(literal), *id),
             Expr::Name(name) => Typed::of(self.name(name)),
-            Expr::Unary(operator, inner, part) => Typed::least(*operator, inner).unwrap_or_else(|| {
+            Expr::Unary(operator, inner, id) => Typed::least(*operator, inner).unwrap_or_else(|| {
                 let inner = self.expr(inner);
-                self.computed(inner.unary(*operator), *part)
+                self.computed(inner.unary(*operator), *id)
             }),
-            Expr::Binary(operator, lhs, rhs, part) => {
+            Expr::Binary(operator, lhs, rhs, id) => {
                 let (lhs, rhs) = (self.expr(lhs), self.expr(rhs));
-                self.computed(lhs.binary(*operator, &rhs), *part)
+                self.computed(lhs.binary(*operator, &rhs), *id)
             }
             Expr::Call { callee, arguments, .. } => Typed::of(self.call(callee, arguments, None)),
         }
     }
 
     /// Returns the result; where there is none, the reason is reported.
-    fn computed(&mut self, found: Result<Typed, Wrong>, part: Part) -> Typed {
+    fn computed(&mut self, found: Result<Typed, Wrong>, id: SourceId) -> Typed {
         found.unwrap_or_else(|wrong| {
-            self.report(part, wrong.into());
+            self.report(id, wrong.into());
             Typed::UNKNOWN
         })
     }
@@ -700,7 +700,7 @@ impl<'db> InferenceContext<'_, 'db> {
         let resolved = self.resolver.resolve_call(&callee.name, first.map(|it| &it.name));
         match resolved.callee {
             Ok(found) => {
-                self.found.callees.insert(callee.part, found);
+                self.found.callees.insert(callee.id, found);
                 self.resolved_call(found, callee, arguments, resolved.has_operand)
             }
             Err(error) => {
@@ -764,7 +764,7 @@ impl<'db> InferenceContext<'_, 'db> {
         first: Option<&NameRef>,
         statement: Option<SendableCall>,
     ) {
-        let NameRef { name, part } = callee;
+        let NameRef { name, id } = callee;
         let kind = match error {
             CallError::Undefined => {
                 let undefined = CoreReason::UndefinedOperation(name.clone());
@@ -775,7 +775,7 @@ impl<'db> InferenceContext<'_, 'db> {
                 let handler = handlers
                     .iter()
                     .find(|handler| handler.operation.as_ref().and_then(|it| it.path.last()) == Some(name));
-                let send = handler.zip(statement).map(|(handler, SendableCall { part: call, first })| {
+                let send = handler.zip(statement).map(|(handler, SendableCall { id: call, first })| {
                     SendInstead { handler: handler.name.name.clone(), call, first }
                 });
                 FactKind::BlockingCall { name: name.clone(), send }
@@ -806,7 +806,7 @@ impl<'db> InferenceContext<'_, 'db> {
                 None => FactKind::UnresolvedCodel { core: self.of, name: name.clone() },
             },
         };
-        self.error(*part, kind);
+        self.error(*id, kind);
     }
 
     /// What has the name of something that cannot be called.
@@ -819,20 +819,20 @@ impl<'db> InferenceContext<'_, 'db> {
 
     /// The first argument of a built-in function is no port, operation or handler, nor anything else.
     fn unresolved_operand(&mut self, function: Builtin, first: Option<&NameRef>) {
-        let Some(NameRef { name, part }) = first else { return };
+        let Some(NameRef { name, id }) = first else { return };
         let features = self.resolver.features.by_name.iter();
         let fitting = features.filter(|(_, found)| found.iter().any(|it| function.takes(it.kind)));
         let is_handler = function.operand() == Operand::Handler;
         let handlers = self.core.handlers.iter().map(|it| &it.name.name).filter(|_| is_handler);
         let near = similar(name, fitting.map(|(name, _)| name).chain(handlers));
-        self.error(*part, FactKind::UnresolvedOperand { function, name: name.clone(), near });
+        self.error(*id, FactKind::UnresolvedOperand { function, name: name.clone(), near });
     }
 
     /// Reports a wrong number of arguments.
     fn count(&mut self, callee: &NameRef, takes: Takes, is_right: bool, found: usize) -> bool {
         if !is_right && self.whole {
             let kind = FactKind::ArgumentCount { callee: callee.name.clone(), takes, found };
-            self.report(callee.part, kind);
+            self.report(callee.id, kind);
         }
         is_right
     }
@@ -871,40 +871,40 @@ impl<'db> InferenceContext<'_, 'db> {
     fn input(&mut self, callee: &Name, parameter: ParameterName, expected: &Type, argument: &Expr) {
         let found = self.expr(argument);
         if !found.ty.fits(found.value.as_ref(), expected)
-            && let Some(part) = argument.part()
+            && let Some(id) = argument.id()
         {
             let (callee, expected) = (callee.clone(), expected.clone());
-            self.report(part, FactKind::ArgumentType { callee, parameter, expected, found: found.ty });
+            self.report(id, FactKind::ArgumentType { callee, parameter, expected, found: found.ty });
         }
     }
 
     /// An argument that something comes back to.
     fn output(&mut self, callee: &Name, parameter: ParameterName, expected: &Type, argument: &Expr) {
-        let Some(part) = argument.part() else {
+        let Some(id) = argument.id() else {
             _ = self.expr(argument);
             return;
         };
         let no_variable = FactKind::OutArgument { callee: callee.clone(), parameter: parameter.clone() };
         let Expr::Name(name) = argument else {
             self.expr(argument);
-            self.report(part, no_variable);
+            self.report(id, no_variable);
             return;
         };
         match self.value(name) {
-            Some(Binding::Variable(id)) => {
-                let Some(variable) = self.variable(id) else { return };
+            Some(Binding::Variable(variable)) => {
+                let Some(variable) = self.variable(variable) else { return };
                 if matches!(variable.kind, VariableKind::Handler | VariableKind::Parameter(Direction::In)) {
-                    self.report(part, no_variable);
+                    self.report(id, no_variable);
                 } else if !variable.ty.is(expected) {
                     let (callee, expected, found) = (callee.clone(), expected.clone(), variable.ty.clone());
-                    self.report(part, FactKind::ArgumentType { callee, parameter, expected, found });
+                    self.report(id, FactKind::ArgumentType { callee, parameter, expected, found });
                 }
             }
             Some(Binding::Feature(of, index)) => {
                 let kind = feature(self.db, of, index).map(|it| it.kind);
                 // An operation is reported as one that is not called.
                 if kind.is_some_and(|kind| !kind.is_operation()) {
-                    self.report(part, no_variable);
+                    self.report(id, no_variable);
                 }
             }
             None => {}
@@ -916,14 +916,14 @@ impl<'db> InferenceContext<'_, 'db> {
         let Some(Expr::Name(port)) = arguments.first() else { return Type::Unknown };
         let mut ty = Type::Unknown;
         if let Some(feature) = self.resolver.features.get(&port.name) {
-            self.found.bindings.insert(port.part, Binding::Feature(feature.shell, feature.index));
+            self.found.bindings.insert(port.id, Binding::Feature(feature.shell, feature.index));
             let data = feature.data(self.db);
             ty = data.map_or(Type::Unknown, |data| {
                 type_of(self.db, self.project, feature.shell, data.ty.as_ref())
             });
             if function.operand() != Operand::Port(feature.kind) {
                 let kind = FactKind::PortDirection { function, port: port.name.clone(), is: feature.kind };
-                self.report(port.part, kind);
+                self.report(port.id, kind);
             }
         }
         let count = if function == Builtin::Status { 1 } else { 2 };
@@ -947,7 +947,7 @@ impl<'db> InferenceContext<'_, 'db> {
             return Type::Unknown;
         };
         if let Some(feature) = self.resolver.features.get(&operation.name) {
-            self.found.bindings.insert(operation.part, Binding::Feature(feature.shell, feature.index));
+            self.found.bindings.insert(operation.id, Binding::Feature(feature.shell, feature.index));
         }
         let inputs: Vec<_> =
             signature.parameters.iter().filter(|(direction, ..)| *direction != Direction::Out).collect();
@@ -996,15 +996,15 @@ impl<'db> InferenceContext<'_, 'db> {
 #[derive(Clone, Copy)]
 struct SendableCall {
     /// All of it.
-    part: Part,
+    id: SourceId,
     /// Its first argument.
-    first: Option<Part>,
+    first: Option<SourceId>,
 }
 
 /// Returns the location of the first value in an expression without any call. (A missing one is a syntax error.)
-fn without_call(expr: &Expr) -> Option<Part> {
+fn without_call(expr: &Expr) -> Option<SourceId> {
     let mut values = expr.descendants().filter(|it| matches!(it, Expr::Literal(..) | Expr::Name(_)));
-    if expr.may_call() { None } else { values.next()?.part() }
+    if expr.may_call() { None } else { values.next()?.id() }
 }
 
 /// Whether every path ends with a `return`.
@@ -1025,7 +1025,7 @@ pub struct CoreInference<'db> {
     /// The groups of bodies, each with how many variables come before its own.
     groups: Vec<(&'db Inference<'db>, usize)>,
     /// Where there are several groups: the first parts of the bodies that stand apart, with their groups.
-    by_part: Vec<(Part, u32)>,
+    by_source: Vec<(SourceId, u32)>,
     /// The groups of the initial values, which stand between the other bodies.
     values: [u32; 2],
 }
@@ -1040,7 +1040,7 @@ pub fn inference_of_core<'db>(
     let own = scope.filter(|scope| scope.groups().len() == 1);
     let own = own.and_then(|_| inference_of(db, project, of, 0).shared.as_deref());
     let shared = own.unwrap_or_else(|| shared_of(db, project, of));
-    let mut found = CoreInference { shared, groups: Vec::new(), by_part: Vec::new(), values: [0, 0] };
+    let mut found = CoreInference { shared, groups: Vec::new(), by_source: Vec::new(), values: [0, 0] };
     let (Some(core), Some(scope)) = (core(db, of), scope) else { return found };
     let mut variables = shared.variables.len();
     for group in scope.groups() {
@@ -1049,9 +1049,9 @@ pub fn inference_of_core<'db>(
         variables += inference.variables.len();
     }
     if found.groups.len() > 1 {
-        let first = |id| Some((core.first_part(id)?, scope.group(id)?));
-        found.by_part = core.bodies().filter_map(first).collect();
-        found.by_part.sort_unstable();
+        let first = |id| Some((core.first_id(id)?, scope.group(id)?));
+        found.by_source = core.bodies().filter_map(first).collect();
+        found.by_source.sort_unstable();
         found.values[1] = scope.group(BodyId::MachineValues).unwrap_or_default();
     }
     found
@@ -1085,37 +1085,37 @@ impl<'db> CoreInference<'db> {
     }
 
     /// What the name of a value refers to, by its location.
-    pub fn binding(&self, part: Part) -> Option<Binding<'db>> {
-        self.at(part).find_map(|it| it.bindings.get(&part).copied())
+    pub fn binding(&self, id: SourceId) -> Option<Binding<'db>> {
+        self.at(id).find_map(|it| it.bindings.get(&id).copied())
     }
 
     /// The variable that a name refers to, by its location.
-    pub fn variable_at(&self, part: Part) -> Option<VariableId> {
-        match self.binding(part)? {
+    pub fn variable_at(&self, id: SourceId) -> Option<VariableId> {
+        match self.binding(id)? {
             Binding::Variable(id) => Some(id),
             Binding::Feature(..) => None,
         }
     }
 
     /// What a call calls, by the location of its name.
-    pub fn callee(&self, part: Part) -> Option<Callee<'db>> {
-        self.at(part).find_map(|it| it.callees.get(&part).copied())
+    pub fn callee(&self, id: SourceId) -> Option<Callee<'db>> {
+        self.at(id).find_map(|it| it.callees.get(&id).copied())
     }
 
     /// The groups that a part may stand in.
-    pub(crate) fn groups_at(&self, part: Part) -> impl Iterator<Item = u32> + use<> {
-        let before = self.by_part.partition_point(|(first, _)| *first <= part);
-        let own = before.checked_sub(1).and_then(|index| self.by_part.get(index)).map(|(_, group)| *group);
+    pub(crate) fn groups_at(&self, id: SourceId) -> impl Iterator<Item = u32> + use<> {
+        let before = self.by_source.partition_point(|(first, _)| *first <= id);
+        let own = before.checked_sub(1).and_then(|index| self.by_source.get(index)).map(|(_, group)| *group);
         own.into_iter().chain(self.values)
     }
 
-    fn at(&self, part: Part) -> impl Iterator<Item = &'db Inference<'db>> {
-        self.groups_at(part).filter_map(|group| self.groups.get(group as usize)).map(|(it, _)| *it)
+    fn at(&self, id: SourceId) -> impl Iterator<Item = &'db Inference<'db>> {
+        self.groups_at(id).filter_map(|group| self.groups.get(group as usize)).map(|(it, _)| *it)
     }
 
     /// What every name of a value refers to, with its location.
-    pub fn bindings(&self) -> impl Iterator<Item = (Part, Binding<'db>)> {
-        self.groups.iter().flat_map(|(it, _)| it.bindings.iter().map(|(part, binding)| (*part, *binding)))
+    pub fn bindings(&self) -> impl Iterator<Item = (SourceId, Binding<'db>)> {
+        self.groups.iter().flat_map(|(it, _)| it.bindings.iter().map(|(id, binding)| (*id, *binding)))
     }
 
     /// What every call calls.
@@ -1177,7 +1177,7 @@ pub fn uses_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) 
         Callee::Codel(codel) => Some(codel),
         _ => None,
     };
-    let feature = |(_, binding): (Part, Binding<'db>)| match binding {
+    let feature = |(_, binding): (SourceId, Binding<'db>)| match binding {
         Binding::Feature(shell, index) => Some((shell, index)),
         Binding::Variable(_) => None,
     };

@@ -1,6 +1,6 @@
 //! What a file declares, without a place in it: the form that every later query reads.
 //!
-//! No range stands here, so a comment or a blank line changes nothing. What a diagnostic may point at has a [`Part`],
+//! No range stands here, so a comment or a blank line changes nothing. What a diagnostic may point at has a [`SourceId`],
 //! a number in the order of the declaration's text, and `source_map` knows where that is now.
 
 use std::borrow::Borrow;
@@ -74,7 +74,7 @@ impl fmt::Debug for Name {
 
 /// Something in a declaration that can be pointed at; 0 is its name. Names are numbered in the order of the text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Default, salsa::SalsaValue)]
-pub struct Part(pub u32);
+pub struct SourceId(pub u32);
 
 /// The declarations of a file.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -185,13 +185,13 @@ pub struct TypeRef {
     /// Its parts; the last may be missing while it is typed.
     pub path: Vec<Name>,
     /// Where it stands.
-    pub part: Part,
+    pub id: SourceId,
 }
 
 impl fmt::Display for TypeRef {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (index, part) in self.path.iter().enumerate() {
-            write!(f, "{}{part}", if index == 0 { "" } else { "." })?;
+        for (index, name) in self.path.iter().enumerate() {
+            write!(f, "{}{name}", if index == 0 { "" } else { "." })?;
         }
         Ok(())
     }
@@ -203,7 +203,7 @@ pub struct NameRef {
     /// The name.
     pub name: Name,
     /// Where it stands.
-    pub part: Part,
+    pub id: SourceId,
 }
 
 /// `codel f(…): T`
@@ -263,7 +263,7 @@ pub struct Interval {
     pub low: Expr,
     pub high: Expr,
     /// All of it.
-    pub part: Part,
+    pub id: SourceId,
 }
 
 /// The kinds of feature of a shell.
@@ -311,7 +311,7 @@ pub struct Core {
     /// Its state machines: one, or none; more are an error.
     pub machines: Vec<Machine>,
     /// The colon behind its header, which no model needs.
-    pub colon: Option<Part>,
+    pub colon: Option<SourceId>,
     /// Was none of its items lost?
     pub whole: bool,
 }
@@ -364,7 +364,7 @@ pub struct Variable {
     pub value: Option<Expr>,
     /// A token that begins a line and goes on with the value, where another statement may have been meant; and the white
     /// space before it, where there is no comment.
-    pub continued: Option<(Part, Option<Part>)>,
+    pub continued: Option<(SourceId, Option<SourceId>)>,
 }
 
 /// `provide f(…): T = { … }`
@@ -377,7 +377,7 @@ pub struct Operation {
     /// What it gives.
     pub result: Option<TypeRef>,
     /// Its parameters and what it gives: all between its name and the `=`.
-    pub signature: Part,
+    pub signature: SourceId,
     /// What it does.
     pub program: Program,
 }
@@ -388,7 +388,7 @@ pub struct Hook {
     /// Which of them.
     pub kind: HookKind,
     /// The keyword.
-    pub part: Part,
+    pub id: SourceId,
     /// What it does.
     pub program: Program,
 }
@@ -397,7 +397,7 @@ pub struct Hook {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Machine {
     /// The keyword.
-    pub part: Part,
+    pub id: SourceId,
     /// Its variables.
     pub variables: Vec<Variable>,
     /// Its states; one that an edit does not touch is the same one.
@@ -414,7 +414,7 @@ pub struct State {
     /// Is it where the machine starts?
     pub initial: bool,
     /// What says so, up to the keyword; nothing, right before that, where it does not.
-    pub start: Part,
+    pub start: SourceId,
     /// `entry`, `run`, `handle`, `exit`.
     pub methods: Vec<Method>,
     /// In the order of the text, which is that of their guards.
@@ -436,7 +436,7 @@ pub struct Method {
     /// Which of them.
     pub kind: MethodKind,
     /// The keyword.
-    pub part: Part,
+    pub id: SourceId,
     /// What it does.
     pub program: Program,
 }
@@ -481,29 +481,29 @@ pub enum Statement {
     Variable(Variable),
     If {
         /// The keyword.
-        part: Part,
+        id: SourceId,
         condition: Expr,
         then: Vec<Statement>,
         /// Where the first block ends.
-        end: Part,
+        end: SourceId,
         otherwise: Option<Vec<Statement>>,
     },
     Block(Vec<Statement>),
     /// With its keyword.
-    Return(Part, Option<Expr>),
+    Return(SourceId, Option<Expr>),
     Assign(NameRef, Expr),
     Expr(Expr),
 }
 
 impl Statement {
     /// Where it begins; nothing for an empty block, or what is not understood.
-    pub fn part(&self) -> Option<Part> {
+    pub fn id(&self) -> Option<SourceId> {
         match self {
-            Statement::Variable(variable) => Some(variable.name.part),
-            Statement::If { part, .. } | Statement::Return(part, _) => Some(*part),
-            Statement::Block(statements) => statements.iter().find_map(Statement::part),
-            Statement::Assign(target, _) => Some(target.part),
-            Statement::Expr(value) => value.part(),
+            Statement::Variable(variable) => Some(variable.name.id),
+            Statement::If { id, .. } | Statement::Return(id, _) => Some(*id),
+            Statement::Block(statements) => statements.iter().find_map(Statement::id),
+            Statement::Assign(target, _) => Some(target.id),
+            Statement::Expr(value) => value.id(),
         }
     }
 }
@@ -516,27 +516,27 @@ pub enum Expr {
     Missing,
     /// Something in it was lost: it names what it names, and what it gives is unknown.
     Lost(Box<Expr>),
-    Literal(Literal, Part),
+    Literal(Literal, SourceId),
     Name(NameRef),
     Call {
         callee: NameRef,
         arguments: Vec<Expr>,
-        part: Part,
+        id: SourceId,
     },
-    Unary(UnaryOperator, Box<Expr>, Part),
-    Binary(BinaryOperator, Box<Expr>, Box<Expr>, Part),
+    Unary(UnaryOperator, Box<Expr>, SourceId),
+    Binary(BinaryOperator, Box<Expr>, Box<Expr>, SourceId),
 }
 
 impl Expr {
     /// Where the whole of it stands, without brackets around it.
-    pub fn part(&self) -> Option<Part> {
+    pub fn id(&self) -> Option<SourceId> {
         match self {
             Expr::Missing | Expr::Lost(_) => None,
-            Expr::Name(name) => Some(name.part),
-            Expr::Literal(_, part)
-            | Expr::Call { part, .. }
-            | Expr::Unary(_, _, part)
-            | Expr::Binary(_, _, _, part) => Some(*part),
+            Expr::Name(name) => Some(name.id),
+            Expr::Literal(_, id)
+            | Expr::Call { id, .. }
+            | Expr::Unary(_, _, id)
+            | Expr::Binary(_, _, _, id) => Some(*id),
         }
     }
 }
@@ -658,7 +658,7 @@ pub struct Connection {
     /// Where it ends.
     pub target: Option<Endpoint>,
     /// The size of its circular buffer, as it stands.
-    pub buffer: Option<(Name, Part)>,
+    pub buffer: Option<(Name, SourceId)>,
 }
 
 /// `instance.feature`
@@ -711,5 +711,5 @@ pub struct Field {
     /// As it stands.
     pub value: Expr,
     /// Where the value stands.
-    pub value_part: Part,
+    pub value_id: SourceId,
 }

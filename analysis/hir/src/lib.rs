@@ -13,7 +13,7 @@
 //! |---|---|
 //! | `db.rs` | the inputs: files and workspaces; and the last trees, from which the next are made |
 //! | `item_tree.rs`, `lower.rs` | what a file declares, without locations; and the source map: only what an edit touches is read again |
-//! | `source.rs`, `lines.rs` | declarations, their data, and [`Place`]s; the lines of a file |
+//! | `source.rs`, `lines.rs` | declarations, their data, and [`Location`]s; the lines of a file |
 //! | `project.rs`, `config.rs` | roots, includes, `mauve.toml` |
 //! | `names.rs`, `features.rs` | what the name of a declaration refers to; the features of a shell |
 //! | `body.rs` | the bodies of a core: what is read apart from the rest of it |
@@ -111,7 +111,7 @@ pub use severity::Severity;
 pub use size::too_large;
 pub use skeleton::operation_skeleton;
 pub use source::{
-    CoreInterface, Decl, Declarations, Place, architecture, codel, component, core, core_interface, data,
+    CoreInterface, Decl, Declarations, Location, architecture, codel, component, core, core_interface, data,
     declaration_at, declaration_map, declarations, deployment, item_tree_of, parse, shell, source_map,
 };
 pub use types::{C_TYPES, Integer, LANGUAGE_TYPES, Signature, Type, built_in_type, type_of};

@@ -3,7 +3,7 @@
 use ::line_index::LineIndex;
 use mauve_syntax::TextSize;
 
-use crate::source::Place;
+use crate::source::Location;
 use crate::{File, ModelDb, Workspace};
 
 /// Returns where the lines of a file begin.
@@ -21,11 +21,11 @@ pub fn line_of(db: &dyn ModelDb, file: File, offset: TextSize) -> usize {
 /// Returns where something stands, as generated files say it: `components/switch.mal:8`, from the folder of the workspace.
 ///
 /// Of a file outside of it, only the name is given: its folder differs from machine to machine.
-pub fn file_and_line<'db>(db: &'db dyn ModelDb, workspace: Workspace, at: &Place<'db>) -> String {
+pub fn file_and_line<'db>(db: &'db dyn ModelDb, workspace: Workspace, at: &Location<'db>) -> String {
     let file = at.file(db);
     let path = file.path(db);
     let own = path.strip_prefix(workspace.folder(db)).ok();
     let own = own.or_else(|| path.file_name().map(AsRef::as_ref)).unwrap_or(path);
-    let parts: Vec<_> = own.iter().map(|part| part.to_string_lossy()).collect();
+    let parts: Vec<_> = own.iter().map(|id| id.to_string_lossy()).collect();
     format!("{}:{}", parts.join("/"), line_of(db, file, at.range(db).start()))
 }

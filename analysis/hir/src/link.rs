@@ -1,7 +1,7 @@
 //! A connection between two instances.
 
 use crate::item_tree::Name;
-use crate::source::{Decl, Place};
+use crate::source::{Decl, Location};
 
 /// A connection.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
@@ -15,12 +15,12 @@ pub struct Link<'db> {
     /// How many values its circular buffer holds; none where it holds the last one.
     pub buffer: Option<u32>,
     /// Where the feature that it leads to stands.
-    pub at: Place<'db>,
+    pub at: Location<'db>,
 }
 
 impl<'db> Link<'db> {
     /// Returns whether it stands in `of`.
     pub fn is_in(&self, of: Decl<'db>) -> bool {
-        matches!(self.at, Place::Part(decl, _) if decl == of)
+        matches!(self.at, Location::Source(decl, _) if decl == of)
     }
 }

@@ -1,4 +1,4 @@
-//! Tree → [`ItemTree`], and beside it where each [`Part`] stands.
+//! Tree → [`ItemTree`], and beside it where each [`SourceId`] stands.
 
 use std::sync::Arc;
 
@@ -21,24 +21,24 @@ pub struct SourceMap {
     pub includes: Vec<TextRange>,
 }
 
-/// Where a declaration and its parts stand.
+/// The range of a declaration, and those of its sources.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DeclarationMap {
     /// The whole of it.
     pub range: TextRange,
-    /// Its parts, by number, from its beginning on; 0 is its name, or the keyword while that is missing.
-    parts: Arc<[TextRange]>,
+    /// Its ranges, by number, from its beginning on; 0 is its name, or the keyword while that is missing.
+    ranges: Arc<[TextRange]>,
 }
 
 impl DeclarationMap {
-    /// Where a part of it stands.
-    pub fn part(&self, part: Part) -> Option<TextRange> {
-        Some(*self.parts.get(part.0 as usize)? + self.range.start())
+    /// Returns the range of a source.
+    pub fn range_of(&self, id: SourceId) -> Option<TextRange> {
+        Some(*self.ranges.get(id.0 as usize)? + self.range.start())
     }
 
-    /// Where all of its parts stand, by number.
-    pub fn parts(&self) -> impl Iterator<Item = TextRange> {
-        self.parts.iter().map(|part| *part + self.range.start())
+    /// The ranges of all its sources, by number.
+    pub fn ranges(&self) -> impl Iterator<Item = TextRange> {
+        self.ranges.iter().map(|range| *range + self.range.start())
     }
 }
 
@@ -58,21 +58,21 @@ struct Read<T> {
     data: Arc<T>,
     /// The number of its first part.
     first: u32,
-    /// Where its parts stand, from its beginning on.
-    parts: Arc<[TextRange]>,
+    /// The ranges of its sources, relative to its beginning.
+    ranges: Arc<[TextRange]>,
     /// The addresses of the states in it.
     states: Arc<[usize]>,
 }
 
 impl<T> Clone for Read<T> {
     fn clone(&self) -> Read<T> {
-        let Read { green, data, first, parts, states } = self;
-        let (green, data, parts, states) = (green.clone(), data.clone(), parts.clone(), states.clone());
-        Read { green, data, first: *first, parts, states }
+        let Read { green, data, first, ranges, states } = self;
+        let (green, data, ranges, states) = (green.clone(), data.clone(), ranges.clone(), states.clone());
+        Read { green, data, first: *first, ranges, states }
     }
 }
 
-/// What was read from `node`, if its parts had these numbers.
+/// What was read from `node`, if its sources had these numbers.
 fn known<T>(read: &FxHashMap<usize, Read<T>>, node: &SyntaxNode, first: u32) -> Option<Read<T>> {
     let read = read.get(&address(node))?;
     (std::ptr::eq(&*read.green, node.green()) && read.first == first).then(|| read.clone())
@@ -89,7 +89,7 @@ pub(crate) fn lower(file: &ast::SourceFile, whole: bool, known: &Known) -> (Item
         tree: ItemTree::default(),
         map: SourceMap::default(),
         read: Known::default(),
-        parts: Vec::new(),
+        ranges: Vec::new(),
         states: Vec::new(),
     };
     lowering.items(file.items(), None);
@@ -216,8 +216,8 @@ struct Lowering<'a> {
     tree: ItemTree,
     map: SourceMap,
     read: Known,
-    /// The parts of the declaration that is being read.
-    parts: Vec<TextRange>,
+    /// The ranges of the declaration that is being read.
+    ranges: Vec<TextRange>,
     /// The addresses of the states in it.
     states: Vec<usize>,
 }
@@ -327,13 +327,13 @@ impl Lowering<'_> {
         let (range, name) = (node.text_range(), name.as_ref().map(AstNode::syntax));
         let known = known(&self.known.declarations, node, 0).unwrap_or_else(|| {
             let keyword = node.first_token().map_or(range, |token| token.text_range());
-            self.parts = vec![name.map_or(keyword, |name| name.text_range())];
+            self.ranges = vec![name.map_or(keyword, |name| name.text_range())];
             let data = Arc::new(read(self));
-            let parts = self.parts.drain(..).map(|part| part - range.start()).collect();
+            let ranges = self.ranges.drain(..).map(|it| it - range.start()).collect();
             let states = self.states.drain(..).collect();
-            Read { green: node.green().to_owned(), data, first: 0, parts, states }
+            Read { green: node.green().to_owned(), data, first: 0, ranges, states }
         });
-        let Read { data, parts, states, .. } = &known;
+        let Read { data, ranges, states, .. } = &known;
         let kept = states.iter().filter_map(|state| Some((*state, self.known.states.get(state)?.clone())));
         for (state, read) in kept {
             self.read.states.entry(state).or_insert(read);
@@ -349,25 +349,25 @@ impl Lowering<'_> {
             kind,
             data: data.clone(),
         });
-        self.map.declarations.push(DeclarationMap { range, parts: parts.clone() });
+        self.map.declarations.push(DeclarationMap { range, ranges: ranges.clone() });
         self.read.declarations.insert(address(node), known);
     }
 
-    fn part(&mut self, range: TextRange) -> Part {
-        self.parts.push(range);
-        Part((self.parts.len() - 1) as u32)
+    fn id(&mut self, range: TextRange) -> SourceId {
+        self.ranges.push(range);
+        SourceId((self.ranges.len() - 1) as u32)
     }
 
     /// Lowers `name`; a missing one is empty, and stands for all of `whole`.
     fn name(&mut self, name: Option<impl AstNode>, whole: &SyntaxNode) -> NameRef {
         match name {
             Some(name) => self.name_ref(&name),
-            None => NameRef { name: Name::default(), part: self.part(whole.text_range()) },
+            None => NameRef { name: Name::default(), id: self.id(whole.text_range()) },
         }
     }
 
     fn name_ref(&mut self, name: &impl AstNode) -> NameRef {
-        NameRef { name: text_of(name.syntax()), part: self.part(name.syntax().text_range()) }
+        NameRef { name: text_of(name.syntax()), id: self.id(name.syntax().text_range()) }
     }
 
     fn type_ref(&mut self, ty: &ast::Type) -> TypeRef {
@@ -376,7 +376,7 @@ impl Lowering<'_> {
         if has_error_child(ty.syntax()) {
             path.push(Name::default());
         }
-        TypeRef { path, part: self.part(ty.syntax().text_range()) }
+        TypeRef { path, id: self.id(ty.syntax().text_range()) }
     }
 
     fn codel(&mut self, codel: &ast::Codel) -> Codel {
@@ -436,7 +436,7 @@ impl Lowering<'_> {
             interval = it.interval().map(|interval| Interval {
                 low: self.expr(interval.low()),
                 high: self.expr(interval.high()),
-                part: self.part(interval.syntax().text_range()),
+                id: self.id(interval.syntax().text_range()),
             });
             value = it.initializer().map(|it| self.expr(it.expr()));
         }
@@ -452,7 +452,7 @@ impl Lowering<'_> {
             operations: Vec::new(),
             hooks: Vec::new(),
             machines: Vec::new(),
-            colon: core.colon_token().map(|colon| self.part(colon.text_range())),
+            colon: core.colon_token().map(|colon| self.id(colon.text_range())),
             whole: !loses_an_item(core.syntax()),
         };
         for item in core.core_items() {
@@ -473,7 +473,7 @@ impl Lowering<'_> {
                     ];
                     let lists = lists.into_iter().flatten().reduce(TextRange::cover);
                     let signature =
-                        self.part(lists.unwrap_or(TextRange::empty(it.syntax().text_range().end())));
+                        self.id(lists.unwrap_or(TextRange::empty(it.syntax().text_range().end())));
                     let program = self.program(it.block(), it.syntax());
                     let operation = Operation { name, parameters, result, signature, program };
                     lowered.operations.push(Arc::new(operation));
@@ -481,9 +481,9 @@ impl Lowering<'_> {
                 ast::CoreItem::Hook(it) => {
                     let Some(keyword) = it.keyword() else { continue };
                     let Some(kind) = HookKind::from_keyword(keyword.text()) else { continue };
-                    let part = self.part(keyword.text_range());
+                    let id = self.id(keyword.text_range());
                     let program = self.program(it.block(), it.syntax());
-                    lowered.hooks.push(Arc::new(Hook { kind, part, program }));
+                    lowered.hooks.push(Arc::new(Hook { kind, id, program }));
                 }
                 ast::CoreItem::StateMachine(it) => lowered.machines.push(self.machine(&it)),
             }
@@ -497,14 +497,14 @@ impl Lowering<'_> {
             ty: variable.ty().map(|ty| self.type_ref(&ty)),
             value: variable.initializer().map(|it| self.expr(it.expr())),
             continued: continued(variable)
-                .map(|(token, white)| (self.part(token), white.map(|white| self.part(white)))),
+                .map(|(token, white)| (self.id(token), white.map(|white| self.id(white)))),
         }
     }
 
     fn machine(&mut self, machine: &ast::StateMachine) -> Machine {
         let keyword = machine.statemachine_token();
-        let part =
-            self.part(keyword.map_or(machine.syntax().text_range(), |token: SyntaxToken| token.text_range()));
+        let id =
+            self.id(keyword.map_or(machine.syntax().text_range(), |token: SyntaxToken| token.text_range()));
         let mut variables = Vec::new();
         let mut states = Vec::new();
         for item in machine.state_machine_items() {
@@ -513,25 +513,25 @@ impl Lowering<'_> {
                 ast::StateMachineItem::State(it) => states.push(self.known_state(&it)),
             }
         }
-        Machine { part, variables, states, whole: !loses_an_item(machine.syntax()) }
+        Machine { id, variables, states, whole: !loses_an_item(machine.syntax()) }
     }
 
-    /// Machines are long, and an edit is in one state. Its parts begin at a round number, so that one more in the state
+    /// Machines are long, and an edit is in one state. Its ranges begin at a round number, so that one more in the state
     /// before it does not always give it others.
     fn known_state(&mut self, state: &ast::State) -> Arc<State> {
         let (node, start) = (state.syntax(), state.syntax().text_range().start());
-        let first = self.parts.len().next_multiple_of(ROUND);
-        self.parts.resize(first, TextRange::empty(start));
+        let first = self.ranges.len().next_multiple_of(ROUND);
+        self.ranges.resize(first, TextRange::empty(start));
         let read = match known(&self.known.states, node, first as u32) {
             Some(known) => {
-                self.parts.extend(known.parts.iter().map(|part| *part + start));
+                self.ranges.extend(known.ranges.iter().map(|range| *range + start));
                 known
             }
             None => {
                 let data = Arc::new(self.state(state));
-                let parts = self.parts.iter().skip(first).map(|part| *part - start).collect();
+                let ranges = self.ranges.iter().skip(first).map(|range| *range - start).collect();
                 let green = node.green().to_owned();
-                Read { green, data, first: first as u32, parts, states: Arc::default() }
+                Read { green, data, first: first as u32, ranges, states: Arc::default() }
             }
         };
         let data = read.data.clone();
@@ -543,7 +543,7 @@ impl Lowering<'_> {
     fn state(&mut self, state: &ast::State) -> State {
         let begin = state.syntax().text_range().start();
         let keyword = state.state_token().map_or(begin, |keyword| keyword.text_range().start());
-        let start = self.part(TextRange::new(begin, keyword.max(begin)));
+        let start = self.id(TextRange::new(begin, keyword.max(begin)));
         let name = self.name(state.name(), state.syntax());
         let mut methods = Vec::new();
         let mut transitions = Vec::new();
@@ -552,8 +552,8 @@ impl Lowering<'_> {
                 ast::StateItem::Method(it) => {
                     let Some(keyword) = it.keyword() else { continue };
                     let Some(kind) = MethodKind::from_keyword(keyword.text()) else { continue };
-                    let part = self.part(keyword.text_range());
-                    methods.push(Method { kind, part, program: self.program(it.block(), it.syntax()) });
+                    let id = self.id(keyword.text_range());
+                    methods.push(Method { kind, id, program: self.program(it.block(), it.syntax()) });
                 }
                 ast::StateItem::Transition(it) => transitions.push(self.transition(&it)),
             }
@@ -594,8 +594,8 @@ impl Lowering<'_> {
                 Statement::Block(it.block().map_or_else(Vec::new, |block| self.block(&block)))
             }
             ast::Statement::ReturnStatement(it) => {
-                let part = self.first_token(it.syntax());
-                Statement::Return(part, it.expr().map(|value| self.expr(Some(value))))
+                let id = self.first_token(it.syntax());
+                Statement::Return(id, it.expr().map(|value| self.expr(Some(value))))
             }
             ast::Statement::AssignStatement(it) => {
                 let target = self.name(it.name_ref(), it.syntax());
@@ -606,21 +606,21 @@ impl Lowering<'_> {
     }
 
     fn if_statement(&mut self, it: &ast::IfStatement) -> Statement {
-        let part = self.first_token(it.syntax());
+        let id = self.first_token(it.syntax());
         let condition = self.expr(it.condition());
         let then = it.then_block().map_or_else(Vec::new, |block| self.block(&block));
         let end = it.then_block().map_or(it.syntax().text_range(), |block| block.syntax().text_range());
-        let end = self.part(TextRange::empty(end.end()));
+        let end = self.id(TextRange::empty(end.end()));
         let otherwise = it.else_branch().map(|branch| match (branch.block(), branch.if_statement()) {
             (Some(block), _) => self.block(&block),
             (None, Some(nested)) => vec![self.if_statement(&nested)],
             (None, None) => Vec::new(),
         });
-        Statement::If { part, condition, then, end, otherwise }
+        Statement::If { id, condition, then, end, otherwise }
     }
 
-    fn first_token(&mut self, node: &SyntaxNode) -> Part {
-        self.part(node.first_token().map_or(node.text_range(), |token| token.text_range()))
+    fn first_token(&mut self, node: &SyntaxNode) -> SourceId {
+        self.id(node.first_token().map_or(node.text_range(), |token| token.text_range()))
     }
 
     fn expr(&mut self, expr: Option<ast::Expr>) -> Expr {
@@ -648,7 +648,7 @@ impl Lowering<'_> {
                 Expr::Call {
                     callee,
                     arguments: arguments.map(|argument| self.expr(Some(argument))).collect(),
-                    part: self.part(it.syntax().text_range()),
+                    id: self.id(it.syntax().text_range()),
                 }
             }
             ast::Expr::ParenExpr(it) => self.expr(it.expr()),
@@ -658,13 +658,13 @@ impl Lowering<'_> {
                     _ => UnaryOperator::Minus,
                 };
                 let inner = Box::new(self.expr(it.expr()));
-                Expr::Unary(operator, inner, self.part(it.syntax().text_range()))
+                Expr::Unary(operator, inner, self.id(it.syntax().text_range()))
             }
             ast::Expr::BinaryExpr(it) => {
                 let lhs = Box::new(self.expr(it.lhs()));
                 let rhs = Box::new(self.expr(it.rhs()));
                 match it.operator().and_then(|token| binary_operator(token.kind())) {
-                    Some(operator) => Expr::Binary(operator, lhs, rhs, self.part(it.syntax().text_range())),
+                    Some(operator) => Expr::Binary(operator, lhs, rhs, self.id(it.syntax().text_range())),
                     None => Expr::Missing,
                 }
             }
@@ -687,7 +687,7 @@ impl Lowering<'_> {
                 }
             }
         };
-        Expr::Literal(value, self.part(token.text_range()))
+        Expr::Literal(value, self.id(token.text_range()))
     }
 
     fn architecture(&mut self, architecture: &ast::Architecture) -> Architecture {
@@ -742,7 +742,7 @@ impl Lowering<'_> {
         Connection {
             source: source.map(|endpoint| self.endpoint(&endpoint)),
             target: target.map(|endpoint| self.endpoint(&endpoint)),
-            buffer: size.map(|size| (size.text().into(), self.part(size.text_range()))),
+            buffer: size.map(|size| (size.text().into(), self.id(size.text_range()))),
         }
     }
 
@@ -800,10 +800,10 @@ impl Lowering<'_> {
             let Some(name) = field.name_ref() else { continue };
             let name = self.name_ref(&name);
             let place = field.expr().map_or(field.syntax().text_range(), |value| value.syntax().text_range());
-            let value_part = self.part(place);
+            let value_id = self.id(place);
             let whole = is_whole(field.syntax()) && !doubtful;
             let value = if whole { self.expr(field.expr()) } else { Expr::Missing };
-            fields.push(Field { name, value, value_part });
+            fields.push(Field { name, value, value_id });
         }
         Activity { instance, fields, whole: !has_error_child(activity.syntax()) }
     }

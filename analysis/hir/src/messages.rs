@@ -249,7 +249,7 @@ mod tests {
     }
 
     fn found(db: &Database, workspace: Workspace, library: Option<&str>, path: &[&str]) -> Option<String> {
-        let path: Vec<Name> = path.iter().map(|&part| part.into()).collect();
+        let path: Vec<Name> = path.iter().map(|&id| id.into()).collect();
         let library = library.map(Name::from);
         let (package, message) = message_of(db, projects(db, workspace)[0], library.as_ref(), &path)?;
         Some(format!("{}: {}", package.name, line_of(message)))

@@ -168,7 +168,7 @@ impl<'db> Names<'db> {
         match found.as_slice() {
             _ if hidden => Err(Unresolved::Lost),
             [decl] => Ok(*decl),
-            [] if path.is_empty() || path.iter().any(|part| part.is_empty()) => Err(Unresolved::Missing),
+            [] if path.is_empty() || path.iter().any(|id| id.is_empty()) => Err(Unresolved::Missing),
             // The error between two declarations may hide it.
             [] if self.scope_lost.is_some() => Err(Unresolved::Lost),
             [] => Err(Unresolved::Unknown),

@@ -8,7 +8,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use crate::body::core_scope;
 use crate::features::{Features, features_of, shell_of};
 use crate::infer::{CoreInference, VariableKind, VariableOf, expression_types, inference_of_core};
-use crate::item_tree::{FeatureKind, HookKind, Kind, Name, Part};
+use crate::item_tree::{FeatureKind, HookKind, Kind, Name, SourceId};
 use crate::names::names_of;
 use crate::project::Project;
 use crate::resolve::{Binding, Callee, ResolvedCall, Resolver, Scope, VariableId};
@@ -25,7 +25,7 @@ pub struct Semantics<'db> {
     /// What is known of its programs.
     pub inference: CoreInference<'db>,
     /// The source map, backwards.
-    parts: FxHashMap<TextRange, Part>,
+    ids: FxHashMap<TextRange, SourceId>,
 }
 
 impl<'db> Semantics<'db> {
@@ -42,41 +42,41 @@ impl<'db> Semantics<'db> {
 
     /// Of a core.
     pub fn of_core(db: &'db dyn ModelDb, project: Project<'db>, core: Decl<'db>) -> Option<Semantics<'db>> {
-        let parts = declaration_map(db, core)?.parts().enumerate();
-        let parts = parts.map(|(part, range)| (range, Part(part as u32))).collect();
-        Some(Semantics { db, project, core, inference: inference_of_core(db, project, core), parts })
+        let ranges = declaration_map(db, core)?.ranges().enumerate();
+        let ids = ranges.map(|(id, range)| (range, SourceId(id as u32))).collect();
+        Some(Semantics { db, project, core, inference: inference_of_core(db, project, core), ids })
     }
 
     /// The number of the part that stands right at `range`.
-    pub fn part(&self, range: TextRange) -> Option<Part> {
-        self.parts.get(&range).copied()
+    pub fn id(&self, range: TextRange) -> Option<SourceId> {
+        self.ids.get(&range).copied()
     }
 
     /// What a name of a value refers to.
     pub fn binding(&self, name: &ast::NameRef) -> Option<Binding<'db>> {
-        self.inference.binding(self.part(name.syntax().text_range())?)
+        self.inference.binding(self.id(name.syntax().text_range())?)
     }
 
     /// What a call calls.
     pub fn callee(&self, call: &ast::CallExpr) -> Option<Callee<'db>> {
-        self.inference.callee(self.part(call.name_ref()?.syntax().text_range())?)
+        self.inference.callee(self.id(call.name_ref()?.syntax().text_range())?)
     }
 
     /// The type of an expression without brackets around it, or of a variable by one of its names.
     pub fn type_of(&self, expression: &SyntaxNode) -> Option<&'db Type> {
-        let part = self.part(expression.text_range())?;
-        let types = |group| expression_types(self.db, self.project, self.core, group).get(&part);
-        self.inference.groups_at(part).find_map(types).or_else(|| {
-            let id = self.inference.variable_at(part)?;
+        let id = self.id(expression.text_range())?;
+        let types = |group| expression_types(self.db, self.project, self.core, group).get(&id);
+        self.inference.groups_at(id).find_map(types).or_else(|| {
+            let id = self.inference.variable_at(id)?;
             self.inference.variable(id).map(|variable| &variable.ty)
         })
     }
 
     /// The variables that can be named in `list`, a block or what blocks stand in, where those behind `end` cannot.
     pub fn scope_in(&self, list: &SyntaxNode, end: TextSize) -> VisibleScope<'db> {
-        let by_part: FxHashMap<Part, (VariableId, &'db VariableOf)> =
-            self.inference.variables().map(|it| (it.1.name.part, it)).collect();
-        let named = |name: Option<ast::Name>| by_part.get(&self.part(name?.syntax().text_range())?).copied();
+        let by_source: FxHashMap<SourceId, (VariableId, &'db VariableOf)> =
+            self.inference.variables().map(|it| (it.1.name.id, it)).collect();
+        let named = |name: Option<ast::Name>| by_source.get(&self.id(name?.syntax().text_range())?).copied();
         let mut all: Vec<(VariableId, &'db VariableOf)> = Vec::new();
         for node in list.ancestors() {
             match node.kind() {
@@ -114,8 +114,8 @@ impl<'db> Semantics<'db> {
             .ancestors()
             .find(|it| matches!(it.kind(), OPERATION_DEFINITION | HOOK | METHOD | TRANSITION))?;
         if let Some(operation) = ast::OperationDefinition::cast(node.clone()) {
-            let part = operation.name().and_then(|name| self.part(name.syntax().text_range()));
-            return Some(part.and_then(|part| self.result_of(part)).unwrap_or(Type::Void));
+            let id = operation.name().and_then(|name| self.id(name.syntax().text_range()));
+            return Some(id.and_then(|id| self.result_of(id)).unwrap_or(Type::Void));
         }
         let hook = ast::Hook::cast(node).and_then(|hook| HookKind::from_keyword(hook.keyword()?.text()));
         let gives_bool = matches!(hook, Some(HookKind::Configure | HookKind::Start));
@@ -123,9 +123,9 @@ impl<'db> Semantics<'db> {
     }
 
     /// The type of the result of an operation that the core defines, by the location of its name.
-    fn result_of(&self, name: Part) -> Option<Type> {
+    fn result_of(&self, name: SourceId) -> Option<Type> {
         let scope = core_scope(self.db, self.core).as_ref()?;
-        let operation = scope.operations.iter().find(|it| it.name.part == name)?;
+        let operation = scope.operations.iter().find(|it| it.name.id == name)?;
         if let Some(own) = &operation.result {
             return Some(type_of(self.db, self.project, self.core, Some(own)));
         }

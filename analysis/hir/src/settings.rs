@@ -10,9 +10,9 @@ use crate::ModelDb;
 use crate::fact::{Fact, FactKind, NotConstant};
 use crate::features::{FeatureOf, features_of, shell_of};
 use crate::graph::topological_order;
-use crate::item_tree::{Endpoint, Expr, Feature, Name, Part, Setting, Shell};
+use crate::item_tree::{Endpoint, Expr, Feature, Name, Setting, Shell, SourceId};
 use crate::project::Project;
-use crate::source::{Decl, Place, architecture, deployment, shell};
+use crate::source::{Decl, Location, architecture, deployment, shell};
 use crate::types::{Type, Typed, Wrong, type_of, type_of_value};
 use crate::values::Value;
 
@@ -28,8 +28,8 @@ pub(crate) fn check_shell<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: 
         let interval = constants.interval(feature, &ty);
         if let Some(value) = &feature.value {
             let value = constants.value_for(&feature.name.name, &ty, value);
-            if let (Some((value, part)), Some((low, high))) = (value, interval) {
-                constants.inside(&feature.name.name, (&value, part), [&low, &high], None);
+            if let (Some((value, id)), Some((low, high))) = (value, interval) {
+                constants.inside(&feature.name.name, (&value, id), [&low, &high], None);
             }
         }
     }
@@ -53,12 +53,12 @@ pub(crate) fn check_settings<'db>(
     // Few intervals name a constant.
     let given = LazyCell::new(|| given(db, of, flat));
     let mut found = Vec::new();
-    let mut seen: FxHashMap<(&Name, &Name), Part> = FxHashMap::default();
+    let mut seen: FxHashMap<(&Name, &Name), SourceId> = FxHashMap::default();
     for setting in settings {
         let Some(Endpoint { instance, feature: Some(name) }) = &setting.endpoint else { continue };
-        let first = *seen.entry((&instance.name, &name.name)).or_insert(name.part);
-        if first != name.part {
-            let (at, first) = (Place::Part(of, name.part), Place::Part(of, first));
+        let first = *seen.entry((&instance.name, &name.name)).or_insert(name.id);
+        if first != name.id {
+            let (at, first) = (Location::Source(of, name.id), Location::Source(of, first));
             let (instance, name) = (instance.name.clone(), name.name.clone());
             found.push(Fact::new(at, FactKind::DuplicateValue { instance, name, first }));
         }
@@ -97,10 +97,10 @@ fn setting_value<'db>(
     let known = Some(here.as_ref().unwrap_or_else(|| constants_of(db, project, declared_in)));
     let mut there = Evaluator { of: declared_in, constants: known, own: None, found: &mut elsewhere };
     let interval = there.interval(data, &ty);
-    if let (Some((value, part)), Some((low, high))) = (value, interval) {
-        let place = data.interval.as_ref().map(|it| Place::Part(declared_in, it.part));
+    if let (Some((value, id)), Some((low, high))) = (value, interval) {
+        let place = data.interval.as_ref().map(|it| Location::Source(declared_in, it.id));
         let mut constants = Evaluator { of, constants: None, own: None, found };
-        constants.inside(&name.name, (&value, part), [&low, &high], place);
+        constants.inside(&name.name, (&value, id), [&low, &high], place);
     }
 }
 
@@ -263,15 +263,15 @@ struct Evaluator<'a, 'db> {
 }
 
 impl<'db> Evaluator<'_, 'db> {
-    fn report(&mut self, part: Part, kind: FactKind<'db>) {
-        self.found.push(Fact::new(Place::Part(self.of, part), kind));
+    fn report(&mut self, id: SourceId, kind: FactKind<'db>) {
+        self.found.push(Fact::new(Location::Source(self.of, id), kind));
     }
 
     /// The ends of a feature's interval, where it has one that is right.
     fn interval(&mut self, feature: &Feature, ty: &Type) -> Option<(Value, Value)> {
         let interval = feature.interval.as_ref()?;
         if !ty.is_number() && *ty != Type::Unknown {
-            let at = feature.ty.as_ref().map_or(interval.part, |ty| ty.part);
+            let at = feature.ty.as_ref().map_or(interval.id, |ty| ty.id);
             self.report(at, FactKind::IntervalType { found: ty.clone() });
             return None;
         }
@@ -279,30 +279,30 @@ impl<'db> Evaluator<'_, 'db> {
         let high = self.value_for(&feature.name.name, ty, &interval.high);
         let ((low, _), (high, _)) = (low?, high?);
         if low.number()? > high.number()? {
-            self.report(interval.part, FactKind::EmptyInterval { ends: [low, high] });
+            self.report(interval.id, FactKind::EmptyInterval { ends: [low, high] });
             return None;
         }
         Some((low, high))
     }
 
     /// The value of an expression that is for a feature of this type, and where it stands.
-    fn value_for(&mut self, name: &Name, ty: &Type, expr: &Expr) -> Option<(Value, Part)> {
+    fn value_for(&mut self, name: &Name, ty: &Type, expr: &Expr) -> Option<(Value, SourceId)> {
         let found = self.evaluate(expr)?;
-        let part = expr.part()?;
+        let id = expr.id()?;
         if !found.ty.fits(found.value.as_ref(), ty) {
             let (name, expected) = (name.clone(), ty.clone());
-            self.report(part, FactKind::AssignmentType { name, expected, found: found.ty });
+            self.report(id, FactKind::AssignmentType { name, expected, found: found.ty });
             return None;
         }
-        Some((found.value?, part))
+        Some((found.value?, id))
     }
 
     fn inside(
         &mut self,
         name: &Name,
-        (value, part): (&Value, Part),
+        (value, id): (&Value, SourceId),
         [low, high]: [&Value; 2],
-        declared: Option<Place<'db>>,
+        declared: Option<Location<'db>>,
     ) {
         let (Some(number), Some(least), Some(greatest)) = (value.number(), low.number(), high.number())
         else {
@@ -311,7 +311,7 @@ impl<'db> Evaluator<'_, 'db> {
         if number < least || number > greatest {
             let interval = [low.clone(), high.clone()];
             let (name, value) = (name.clone(), value.clone());
-            self.report(part, FactKind::OutsideInterval { name, value, interval, declared });
+            self.report(id, FactKind::OutsideInterval { name, value, interval, declared });
         }
     }
 
@@ -319,36 +319,36 @@ impl<'db> Evaluator<'_, 'db> {
     fn evaluate(&mut self, expr: &Expr) -> Option<Typed> {
         match expr {
             Expr::Missing | Expr::Lost(_) => None,
-            Expr::Literal(literal, part) => self.given(Typed::literal(literal), *part),
-            Expr::Name(name) => self.constant(&name.name, name.part),
-            Expr::Unary(operator, inner, part) => match Typed::least(*operator, inner) {
+            Expr::Literal(literal, id) => self.given(Typed::literal(literal), *id),
+            Expr::Name(name) => self.constant(&name.name, name.id),
+            Expr::Unary(operator, inner, id) => match Typed::least(*operator, inner) {
                 Some(least) => Some(least),
                 None => {
                     let inner = self.evaluate(inner)?;
-                    self.given(inner.unary(*operator), *part)
+                    self.given(inner.unary(*operator), *id)
                 }
             },
-            Expr::Binary(operator, lhs, rhs, part) => {
+            Expr::Binary(operator, lhs, rhs, id) => {
                 let (lhs, rhs) = (self.evaluate(lhs), self.evaluate(rhs));
                 let (lhs, rhs) = (lhs?, rhs?);
-                self.given(lhs.binary(*operator, &rhs), *part)
+                self.given(lhs.binary(*operator, &rhs), *id)
             }
             Expr::Call { callee, .. } => {
                 let kind = FactKind::NotConstant(NotConstant::Call(callee.name.clone()));
-                self.report(callee.part, kind);
+                self.report(callee.id, kind);
                 None
             }
         }
     }
 
-    fn given(&mut self, given: Result<Typed, Wrong>, part: Part) -> Option<Typed> {
-        given.map_err(|wrong| self.report(part, wrong.into())).ok()
+    fn given(&mut self, given: Result<Typed, Wrong>, id: SourceId) -> Option<Typed> {
+        given.map_err(|wrong| self.report(id, wrong.into())).ok()
     }
 
     /// The value of a constant that a value names.
-    fn constant(&mut self, name: &Name, part: Part) -> Option<Typed> {
+    fn constant(&mut self, name: &Name, id: SourceId) -> Option<Typed> {
         let Some(constants) = self.constants else {
-            self.report(part, FactKind::NotConstant(NotConstant::NotNameable(name.clone())));
+            self.report(id, FactKind::NotConstant(NotConstant::NotNameable(name.clone())));
             return None;
         };
         let rests_on_itself = |name: &Name| constants.rings.contains(name);
@@ -357,11 +357,11 @@ impl<'db> Evaluator<'_, 'db> {
             // Said of each that is part of the ring, and of none that only names one of them.
             Some(None) if self.own.is_some_and(rests_on_itself) && rests_on_itself(name) => {
                 let own = self.own.cloned().unwrap_or_default();
-                self.report(part, FactKind::NotConstant(NotConstant::Cycle(own)));
+                self.report(id, FactKind::NotConstant(NotConstant::Cycle(own)));
             }
             Some(None) => {}
             None if constants.lost => {}
-            None => self.report(part, FactKind::NotConstant(NotConstant::NotOfShell(name.clone()))),
+            None => self.report(id, FactKind::NotConstant(NotConstant::NotOfShell(name.clone()))),
         }
         None
     }

@@ -10,7 +10,7 @@ use mauve_syntax::{
 };
 use rustc_hash::FxHashMap;
 
-use crate::item_tree::{Data, Declaration, ItemTree, Kind, Name, Part, TypeRef};
+use crate::item_tree::{Data, Declaration, ItemTree, Kind, Name, SourceId, TypeRef};
 use crate::lower::{DeclarationMap, SourceMap, occurrences};
 use crate::{File, ModelDb};
 
@@ -144,21 +144,21 @@ pub fn data<'db>(db: &'db dyn ModelDb, decl: Decl<'db>) -> Option<Arc<Data>> {
 
 /// Something that a diagnostic points at, wherever it stands now.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
-pub enum Place<'db> {
+pub enum Location<'db> {
     /// In a declaration.
-    Part(Decl<'db>, Part),
+    Source(Decl<'db>, SourceId),
     /// Right before something in a declaration, where something may be put.
-    Before(Decl<'db>, Part),
+    Before(Decl<'db>, SourceId),
     /// Right behind something in a declaration.
-    Behind(Decl<'db>, Part),
+    Behind(Decl<'db>, SourceId),
     /// Before a declaration.
     Above(Decl<'db>),
     /// Behind the last thing within the braces of a declaration, where another one may be put, on a line of its own.
     End(Decl<'db>),
     /// Behind the first brace that follows something in a declaration.
-    Inside(Decl<'db>, Part),
+    Inside(Decl<'db>, SourceId),
     /// All of what something in a declaration is part of, where that is to be removed: see `whole_item`.
-    Item(Decl<'db>, Part),
+    Item(Decl<'db>, SourceId),
     /// The include of that number.
     Include(File, u32),
     /// Behind the last include of a file, or where there is none, its beginning.
@@ -167,62 +167,62 @@ pub enum Place<'db> {
     Range(File, u32, u32),
 }
 
-impl<'db> Place<'db> {
+impl<'db> Location<'db> {
     /// The name of a declaration.
-    pub fn name_of(decl: Decl<'db>) -> Place<'db> {
-        Place::Part(decl, Part(0))
+    pub fn name_of(decl: Decl<'db>) -> Location<'db> {
+        Location::Source(decl, SourceId(0))
     }
 
     /// The file.
     pub fn file(&self, db: &'db dyn ModelDb) -> File {
         match *self {
-            Place::Part(decl, _)
-            | Place::Before(decl, _)
-            | Place::Behind(decl, _)
-            | Place::Above(decl)
-            | Place::End(decl)
-            | Place::Inside(decl, _)
-            | Place::Item(decl, _) => decl.file(db),
-            Place::Include(file, _) | Place::Includes(file) | Place::Range(file, ..) => file,
+            Location::Source(decl, _)
+            | Location::Before(decl, _)
+            | Location::Behind(decl, _)
+            | Location::Above(decl)
+            | Location::End(decl)
+            | Location::Inside(decl, _)
+            | Location::Item(decl, _) => decl.file(db),
+            Location::Include(file, _) | Location::Includes(file) | Location::Range(file, ..) => file,
         }
     }
 
     /// Where it stands now.
     pub fn range(&self, db: &'db dyn ModelDb) -> TextRange {
         let map = |decl: Decl<'db>| declaration_map(db, decl);
-        let part = |decl, part: Part| {
+        let id = |decl, id: SourceId| {
             let map = map(decl)?;
-            Some(map.part(part).unwrap_or(map.range))
+            Some(map.range_of(id).unwrap_or(map.range))
         };
         let found = match *self {
-            Place::Part(decl, it) => part(decl, it),
-            Place::Before(decl, it) => part(decl, it).map(|range| TextRange::empty(range.start())),
-            Place::Behind(decl, it) => part(decl, it).map(|range| TextRange::empty(range.end())),
-            Place::Above(decl) => map(decl).map(|map| TextRange::empty(map.range.start())),
-            Place::End(decl) => map(decl).and_then(|map| {
+            Location::Source(decl, it) => id(decl, it),
+            Location::Before(decl, it) => id(decl, it).map(|range| TextRange::empty(range.start())),
+            Location::Behind(decl, it) => id(decl, it).map(|range| TextRange::empty(range.end())),
+            Location::Above(decl) => map(decl).map(|map| TextRange::empty(map.range.start())),
+            Location::End(decl) => map(decl).and_then(|map| {
                 let text = decl.file(db).text(db).get(std::ops::Range::<usize>::from(map.range))?;
                 // Where the brace is missing, the end of the text will do.
                 let inner = text.strip_suffix('}').unwrap_or(text).trim_end();
                 Some(TextRange::empty(map.range.start() + TextSize::of(inner)))
             }),
-            Place::Inside(decl, it) => part(decl, it).map(|range| {
+            Location::Inside(decl, it) => id(decl, it).map(|range| {
                 let root = parse(db, decl.file(db)).syntax();
                 let behind = token_at(&root, range.end());
                 let brace = std::iter::successors(behind, next_token)
                     .find(|token| token.kind() == SyntaxKind::L_CURLY);
                 TextRange::empty(brace.map_or(range.end(), |brace| brace.text_range().end()))
             }),
-            Place::Item(decl, it) => {
-                part(decl, it).map(|range| whole_item(&parse(db, decl.file(db)).syntax(), range))
+            Location::Item(decl, it) => {
+                id(decl, it).map(|range| whole_item(&parse(db, decl.file(db)).syntax(), range))
             }
-            Place::Includes(file) => {
+            Location::Includes(file) => {
                 let last = source_map(db, file).includes.last();
                 let begin =
                     if file.text(db).starts_with('\u{feff}') { '\u{feff}'.len_utf8() as u32 } else { 0 };
                 Some(TextRange::empty(last.map_or(begin.into(), |last| last.end())))
             }
-            Place::Include(file, index) => source_map(db, file).includes.get(index as usize).copied(),
-            Place::Range(_, start, end) => Some(TextRange::new(start.into(), end.max(start).into())),
+            Location::Include(file, index) => source_map(db, file).includes.get(index as usize).copied(),
+            Location::Range(_, start, end) => Some(TextRange::new(start.into(), end.max(start).into())),
         };
         found.unwrap_or_default()
     }
@@ -230,7 +230,7 @@ impl<'db> Place<'db> {
 
 /// The declaration, variable, connection or field around `part`, with the comment above it and all that leaves a gap where
 /// it is removed: its lines, where nothing else stands on them, otherwise the white space before it.
-fn whole_item(root: &SyntaxNode, part: TextRange) -> TextRange {
+fn whole_item(root: &SyntaxNode, id: TextRange) -> TextRange {
     let is_item = |node: &SyntaxNode| {
         matches!(
             node.kind(),
@@ -242,11 +242,11 @@ fn whole_item(root: &SyntaxNode, part: TextRange) -> TextRange {
                 | SyntaxKind::FIELD
         )
     };
-    let token = token_at(root, part.start());
-    let Some(node) = token.and_then(|token| token.parent_ancestors().find(is_item)) else { return part };
+    let token = token_at(root, id.start());
+    let Some(node) = token.and_then(|token| token.parent_ancestors().find(is_item)) else { return id };
     let is_white = |token: &SyntaxToken| token.kind() == SyntaxKind::WHITESPACE;
     let ends_line = |token: &SyntaxToken| token.text().contains(['\n', '\r']);
-    let (Some(first), Some(last)) = (node.first_token(), node.last_token()) else { return part };
+    let (Some(first), Some(last)) = (node.first_token(), node.last_token()) else { return id };
 
     // The list around it takes the `;`.
     let mut end = last.text_range().end();

@@ -10,7 +10,7 @@ use crate::item_tree::{Connection, Endpoint, Feature, FeatureKind, Kind, Name};
 use crate::link::Link;
 use crate::names::names_of;
 use crate::project::Project;
-use crate::source::{Decl, Place, architecture, deployment};
+use crate::source::{Decl, Location, architecture, deployment};
 use crate::types::type_of;
 
 /// What is wrong with the connections of an architecture, whose ends are right.
@@ -23,11 +23,11 @@ pub(crate) fn check_architecture<'db>(
     let flat = flat_of(db, project, of);
     let mut found = Vec::new();
     for connection in &data.connections {
-        if let Some((size, part)) = &connection.buffer
+        if let Some((size, id)) = &connection.buffer
             && crate::values::whole_number(size).is_none_or(|size| size < 1)
         {
             let kind = FactKind::BufferSize { size: size.as_str().into() };
-            found.push(Fact::new(Place::Part(of, *part), kind));
+            found.push(Fact::new(Location::Source(of, *id), kind));
         }
         let Some(([source, target], at)) = ends(db, project, of, flat, connection) else { continue };
         if (source.data.kind, target.data.kind) != (FeatureKind::Output, FeatureKind::Input) {
@@ -37,7 +37,7 @@ pub(crate) fn check_architecture<'db>(
             [&source, &target].map(|end| type_of(db, project, end.shell, end.data.ty.as_ref()));
         if !gives.is(&takes) {
             let side = |end: &End<'db>| {
-                Place::Part(end.shell, end.data.ty.as_ref().map_or(end.data.name.part, |it| it.part))
+                Location::Source(end.shell, end.data.ty.as_ref().map_or(end.data.name.id, |it| it.id))
             };
             let (from, to) = (side(&source), side(&target));
             let ends = [(source.name, gives, from), (target.name, takes, to)];
@@ -77,7 +77,7 @@ fn ends<'db>(
     of: Decl<'db>,
     flat: &Flat<'db>,
     connection: &Connection,
-) -> Option<([End<'db>; 2], Place<'db>)> {
+) -> Option<([End<'db>; 2], Location<'db>)> {
     let end = |end: &Option<Endpoint>| {
         let Endpoint { instance, feature } = end.as_ref()?;
         let feature = feature.as_ref()?;
@@ -86,7 +86,7 @@ fn ends<'db>(
         let name = format!("{}.{}", instance.name, feature.name);
         Some(End { name, feature: feature.name.clone(), shell: found.shell, data })
     };
-    let at = Place::Part(of, connection.target.as_ref()?.feature.as_ref()?.part);
+    let at = Location::Source(of, connection.target.as_ref()?.feature.as_ref()?.id);
     Some(([end(&connection.source)?, end(&connection.target)?], at))
 }
 
@@ -112,7 +112,7 @@ fn two_writers<'db>(
         .filter_map(|it| names_of(db, project).resolve_type(db, of, Kind::Architecture, Some(it)).ok())
         .map(|import| flat_of(db, project, import))
         .collect();
-    let has = |flat: &Flat<'db>, at: &Place<'db>| flat.links.iter().any(|link| link.at == *at);
+    let has = |flat: &Flat<'db>, at: &Location<'db>| flat.links.iter().any(|link| link.at == *at);
     for link in others.into_iter().chain(mine) {
         let Some(earlier) = first.get(&link.target).copied() else {
             first.insert(&link.target, link);
@@ -120,7 +120,7 @@ fn two_writers<'db>(
         };
         let is_known = imports.iter().any(|import| has(import, &earlier.at) && has(import, &link.at));
         if !is_known && is_input(&link.target) {
-            let at = if link.is_in(of) { link.at.clone() } else { Place::name_of(of) };
+            let at = if link.is_in(of) { link.at.clone() } else { Location::name_of(of) };
             let (first, second) = (Box::new(earlier.clone()), Box::new(link.clone()));
             found.push(Fact::new(at, FactKind::TwoWriters { of, first, second }));
         }
@@ -169,13 +169,14 @@ pub(crate) fn check_deployment<'db>(
             continue;
         }
         let activity = data.activities.iter().find(|activity| activity.instance.name == instance.name);
-        let at = activity.map_or(Place::name_of(of), |activity| Place::Part(of, activity.instance.part));
+        let at =
+            activity.map_or(Location::name_of(of), |activity| Location::Source(of, activity.instance.id));
         let mut open = Vec::new();
         for (name, feature) in &features.by_name {
             let Some(feature) = feature.first() else { continue };
             let Some(declared) = feature.data(db) else { continue };
             let end = (instance.name.clone(), name.clone());
-            let place = Place::Part(feature.shell, declared.name.part);
+            let place = Location::Source(feature.shell, declared.name.id);
             let instance = instance.name.clone();
             match feature.kind {
                 FeatureKind::Property | FeatureKind::Constant

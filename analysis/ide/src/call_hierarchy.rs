@@ -1,9 +1,9 @@
 //! Who calls a codel or an operation, and what a program calls. A required operation leads to those that are connected to
 //! it, in whichever architecture.
 
-use mauve_hir::item_tree::{FeatureKind, Kind, Part};
+use mauve_hir::item_tree::{FeatureKind, Kind, SourceId};
 use mauve_hir::{
-    Decl, File, ModelDb, Place, Project, Workspace, core, declarations, features_of, flat_of, names_of,
+    Decl, File, Location, ModelDb, Project, Workspace, core, declarations, features_of, flat_of, names_of,
     parse, shell, shell_of,
 };
 use mauve_syntax::ast::{self, AstNode as _};
@@ -71,8 +71,8 @@ pub fn incoming_calls(db: &dyn ModelDb, workspaces: &[Workspace], file: File, id
         // What calls it, in whichever core; and in its own.
         let (anywhere, inside) = match &node {
             Node::Codel(codel) => (vec![Meaning::Declaration(*codel)], None),
-            Node::Operation(shell, part) => {
-                let operation = Meaning::Part(Place::Part(*shell, *part));
+            Node::Operation(shell, id) => {
+                let operation = Meaning::At(Location::Source(*shell, *id));
                 let mut all = requirers(db, project, &operation);
                 all.push(operation);
                 (all, None)
@@ -119,10 +119,10 @@ pub fn outgoing_calls(db: &dyn ModelDb, workspaces: &[Workspace], file: File, id
     for project in projects_with(db, workspaces, file) {
         match &node {
             Node::Codel(_) => {}
-            Node::Operation(shell, part) => {
-                let place = Place::Part(*shell, *part);
+            Node::Operation(shell, id) => {
+                let place = Location::Source(*shell, *id);
                 let range = place.range(db);
-                for provider in providers(db, project, &Meaning::Part(place)) {
+                for provider in providers(db, project, &Meaning::At(place)) {
                     for node in provided(db, project, &provider) {
                         found.add(node.item(db), range);
                     }
@@ -168,7 +168,7 @@ impl Collected {
 enum Node<'db> {
     Codel(Decl<'db>),
     /// One that a shell declares, by where its name stands: it is required, or no core defines it.
-    Operation(Decl<'db>, Part),
+    Operation(Decl<'db>, SourceId),
     Program(Program<'db>),
 }
 
@@ -208,8 +208,8 @@ impl<'db> Program<'db> {
     /// The operation that it defines.
     fn operation(&self, db: &'db dyn ModelDb, project: Project<'db>) -> Option<Meaning<'db>> {
         let mut defined = definitions_in(db, project, self.core).iter();
-        let is_it = |part: Part| Place::Part(self.core, part).range(db) == self.name_range;
-        defined.find(|(_, part)| is_it(*part)).map(|(operation, _)| operation.clone())
+        let is_it = |id: SourceId| Location::Source(self.core, id).range(db) == self.name_range;
+        defined.find(|(_, id)| is_it(*id)).map(|(operation, _)| operation.clone())
     }
 }
 
@@ -219,7 +219,7 @@ fn definitions_in<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
-) -> Vec<(Meaning<'db>, Part)> {
+) -> Vec<(Meaning<'db>, SourceId)> {
     if core(db, of).is_none_or(|data| data.operations.is_empty()) {
         return Vec::new();
     }
@@ -227,24 +227,27 @@ fn definitions_in<'db>(
     let defined = all.filter(|it| {
         it.kind == SymbolKind::Operation && matches!(it.role, Role::Declaration | Role::Definition)
     });
-    defined.map(|it| (it.meaning.clone(), it.part)).collect()
+    defined.map(|it| (it.meaning.clone(), it.id)).collect()
 }
 
 /// The programs of a project by the operations that they define: cores, with the names there.
 #[salsa::tracked(returns(ref))]
-fn definitions<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> FxHashMap<Meaning<'db>, Vec<Place<'db>>> {
-    let mut found: FxHashMap<Meaning<'db>, Vec<Place<'db>>> = FxHashMap::default();
+fn definitions<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+) -> FxHashMap<Meaning<'db>, Vec<Location<'db>>> {
+    let mut found: FxHashMap<Meaning<'db>, Vec<Location<'db>>> = FxHashMap::default();
     for &core in names_of(db, project).all.iter().filter(|decl| decl.kind(db) == Kind::Core) {
-        for (operation, part) in definitions_in(db, project, core) {
-            found.entry(operation.clone()).or_default().push(Place::Part(core, *part));
+        for (operation, id) in definitions_in(db, project, core) {
+            found.entry(operation.clone()).or_default().push(Location::Source(core, *id));
         }
     }
     found
 }
 
 /// The program that defines an operation, by its name.
-fn definition_at<'db>(db: &'db dyn ModelDb, name: &Place<'db>) -> Option<Program<'db>> {
-    let &Place::Part(core, _) = name else { return None };
+fn definition_at<'db>(db: &'db dyn ModelDb, name: &Location<'db>) -> Option<Program<'db>> {
+    let &Location::Source(core, _) = name else { return None };
     let (range, tree) = (name.range(db), parse(db, core.file(db)).syntax());
     if !tree.text_range().contains_range(range) {
         return None;
@@ -259,9 +262,9 @@ impl Node<'_> {
         match self {
             Node::Codel(codel) => item_of(db, *codel, SymbolKind::Codel),
             Node::Program(program) => Some(program.item(db)),
-            Node::Operation(of, part) => {
-                let feature = shell(db, *of)?.features.iter().find(|feature| feature.name.part == *part)?;
-                let range = Place::Part(*of, *part).range(db);
+            Node::Operation(of, id) => {
+                let feature = shell(db, *of)?.features.iter().find(|feature| feature.name.id == *id)?;
+                let range = Location::Source(*of, *id).range(db);
                 let word = if feature.kind == FeatureKind::Required { "required" } else { "provided" };
                 Some(HierarchyItem {
                     name: feature.name.name.to_string(),
@@ -285,7 +288,7 @@ fn node<'db>(db: &'db dyn ModelDb, file: File, id: &str) -> Option<Node<'db>> {
         Kind::Shell => {
             let features = shell(db, decl)?.features.iter();
             let mut named = features.filter(|it| it.kind.is_operation() && rest == [it.name.name.as_str()]);
-            named.next().map(|it| Node::Operation(decl, it.name.part))
+            named.next().map(|it| Node::Operation(decl, it.name.id))
         }
         Kind::Core => {
             let rest = rest.join(" ");
@@ -299,14 +302,14 @@ fn node<'db>(db: &'db dyn ModelDb, file: File, id: &str) -> Option<Node<'db>> {
 fn nodes_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, name: &Found<'db>) -> Vec<Node<'db>> {
     match &name.meaning {
         Meaning::Declaration(decl) if decl.kind(db) == Kind::Codel => vec![Node::Codel(*decl)],
-        Meaning::Part(_) if name.kind == SymbolKind::Operation => match name.of {
+        Meaning::At(_) if name.kind == SymbolKind::Operation => match name.of {
             Some(of) if of.kind(db) == Kind::Core => called(db, project, of, name),
             _ => provided(db, project, &name.meaning),
         },
-        Meaning::Part(Place::Part(core, _)) if core.kind(db) == Kind::Core => {
+        Meaning::At(Location::Source(core, _)) if core.kind(db) == Kind::Core => {
             // A method, a hook or a transition in the key of a table.
             let range = match &name.meaning {
-                Meaning::Part(place) => place.range(db),
+                Meaning::At(place) => place.range(db),
                 _ => return Vec::new(),
             };
             let programs = programs_of(db, *core).into_iter();
@@ -341,8 +344,8 @@ fn called<'db>(
 fn provided<'db>(db: &'db dyn ModelDb, project: Project<'db>, operation: &Meaning<'db>) -> Vec<Node<'db>> {
     let nodes: Vec<Node<'db>> = provided_by(db, project, operation).map(Node::Program).collect();
     match operation {
-        Meaning::Part(Place::Part(of, part)) if nodes.is_empty() && of.kind(db) == Kind::Shell => {
-            vec![Node::Operation(*of, *part)]
+        Meaning::At(Location::Source(of, id)) if nodes.is_empty() && of.kind(db) == Kind::Shell => {
+            vec![Node::Operation(*of, *id)]
         }
         _ => nodes,
     }
@@ -360,7 +363,7 @@ fn provided_by<'db>(
 
 /// The programs of a core, in the order of the text.
 fn programs_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Vec<Program<'db>> {
-    let name = Place::name_of(of).range(db);
+    let name = Location::name_of(of).range(db);
     let tree = parse(db, of.file(db)).syntax();
     if !tree.text_range().contains_range(name) {
         return Vec::new();
@@ -466,8 +469,8 @@ fn connected_operations<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Con
         let end = |(instance, operation): &(mauve_hir::item_tree::Name, mauve_hir::item_tree::Name)| {
             let shell = shell_of(db, project, flat.instance(instance)?.component?)?;
             let feature = features_of(db, project, shell).get(operation)?;
-            let part = feature.data(db)?.name.part;
-            Some((feature.kind, Meaning::Part(Place::Part(feature.shell, part))))
+            let id = feature.data(db)?.name.id;
+            Some((feature.kind, Meaning::At(Location::Source(feature.shell, id))))
         };
         for link in flat.links.iter().filter(|link| link.operation) {
             let pair = match (end(&link.source), end(&link.target)) {

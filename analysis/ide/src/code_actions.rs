@@ -23,7 +23,7 @@ use std::cell::OnceCell;
 use std::rc::Rc;
 
 use mauve_diagnostics::{Finding, diagnostics_of_file};
-use mauve_hir::{Decl, File, ModelDb, Place, Project, Workspace, parse};
+use mauve_hir::{Decl, File, Location, ModelDb, Project, Workspace, parse};
 use mauve_syntax::ast::AstNode;
 use mauve_syntax::format::Replacement;
 use mauve_syntax::{SyntaxNode, SyntaxToken, TextRange, TextSize};
@@ -347,7 +347,7 @@ pub(crate) fn put(file: File, offset: TextSize, text: String) -> Change {
 /// A change that puts `item` on a line of its own at the end of a declaration.
 pub(crate) fn put_into(db: &dyn ModelDb, of: Decl<'_>, item: &str) -> Change {
     let indentation = if of.library(db).is_some() { "    " } else { "  " };
-    put(of.file(db), Place::End(of).range(db).start(), format!("\n{indentation}{item}"))
+    put(of.file(db), Location::End(of).range(db).start(), format!("\n{indentation}{item}"))
 }
 
 #[cfg(test)]

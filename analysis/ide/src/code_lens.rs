@@ -8,7 +8,7 @@ use std::path::PathBuf;
 
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{
-    Decl, File, ModelDb, Place, Project, Workspace, architecture, config_of, declarations, is_model,
+    Decl, File, Location, ModelDb, Project, Workspace, architecture, config_of, declarations, is_model,
     names_of, source_map,
 };
 use mauve_syntax::{TextRange, TextSize};
@@ -85,7 +85,7 @@ pub fn code_lenses(db: &dyn ModelDb, workspaces: &[Workspace], file: File) -> Ve
     let mut others: Option<Vec<Level>> = None;
     let mut found = Vec::new();
     for &decl in declarations(db, file).all.iter().filter(|decl| !decl.name(db).is_empty()) {
-        let range = Place::name_of(decl).range(db);
+        let range = Location::name_of(decl).range(db);
         let mut add = |kind| found.push(CodeLens { range, kind });
         match decl.kind(db) {
             Kind::Deployment => {
@@ -207,14 +207,14 @@ fn instances(db: &dyn ModelDb, workspaces: &[Workspace], of: Decl<'_>) -> Option
 fn instances_by_component<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
-) -> HashMap<Decl<'db>, Vec<Place<'db>>> {
+) -> HashMap<Decl<'db>, Vec<Location<'db>>> {
     let names = names_of(db, project);
-    let mut found: HashMap<Decl<'db>, Vec<Place<'db>>> = HashMap::new();
+    let mut found: HashMap<Decl<'db>, Vec<Location<'db>>> = HashMap::new();
     for &of in &names.all {
         for instance in architecture(db, of).into_iter().flat_map(|data| &data.instances) {
             let component = names.resolve_type(db, of, Kind::Component, instance.component.as_ref());
             if let Ok(component) = component {
-                found.entry(component).or_default().push(Place::Part(of, instance.name.part));
+                found.entry(component).or_default().push(Location::Source(of, instance.name.id));
             }
         }
     }

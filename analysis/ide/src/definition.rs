@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use mauve_hir::{Decl, File, ModelDb, Place, Project, Workspace, declaration_map, parse, project_files};
+use mauve_hir::{Decl, File, Location, ModelDb, Project, Workspace, declaration_map, parse, project_files};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{TextRange, TextSize};
 
@@ -113,7 +113,7 @@ pub(crate) fn targets<'db>(
 ) -> Vec<Target> {
     match meaning {
         Meaning::Declaration(decl) => of_declaration(db, *decl).into_iter().collect(),
-        Meaning::Part(place) => {
+        Meaning::At(place) => {
             let range = place.range(db);
             vec![Target { file: place.file(db), range, name: range }]
         }
@@ -142,7 +142,7 @@ pub(crate) fn targets<'db>(
 
 pub(crate) fn of_declaration(db: &dyn ModelDb, decl: Decl<'_>) -> Option<Target> {
     let file = decl.file(db);
-    let name = Place::name_of(decl).range(db);
+    let name = Location::name_of(decl).range(db);
     Some(Target { file, range: declaration_map(db, decl)?.range, name })
 }
 

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{
-    Config, File, ModelDb, Place, Workspace, architecture, config_file, config_of, declarations, includes,
+    Config, File, Location, ModelDb, Workspace, architecture, config_file, config_of, declarations, includes,
     is_model, names_of, normalised, source_map,
 };
 use mauve_syntax::{TextRange, TextSize};
@@ -75,11 +75,11 @@ fn imported(db: &dyn ModelDb, workspaces: &[Workspace], file: File, links: &mut 
                 let Ok(target) = names.resolve_type(db, decl, Kind::Architecture, Some(import)) else {
                     continue;
                 };
-                let range = Place::Part(decl, import.part).range(db);
+                let range = Location::Source(decl, import.id).range(db);
                 links.push(DocumentLink {
                     range,
                     target: target.file(db),
-                    at: Some(Place::name_of(target).range(db).start()),
+                    at: Some(Location::name_of(target).range(db).start()),
                     tooltip: format!("architecture {}", target.qualified(db)),
                 });
             }

@@ -7,8 +7,8 @@ use std::fmt::Write as _;
 use mauve_diagnostics::reasons::reason;
 use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{
-    Decl, File, FlatInstance, ModelDb, Place, Project, Workspace, architecture, declaration_at, declarations,
-    deployment, flat_of, is_model, names_of,
+    Decl, File, FlatInstance, Location, ModelDb, Project, Workspace, architecture, declaration_at,
+    declarations, deployment, flat_of, is_model, names_of,
 };
 use mauve_syntax::{TextRange, TextSize};
 use mauve_timing::{Status, Time, Utilisation};
@@ -40,7 +40,7 @@ pub struct GraphNode<'db> {
     /// Its component, as it is declared or, where it is unknown, written.
     pub component: Name,
     /// Where it is declared.
-    pub at: Place<'db>,
+    pub at: Location<'db>,
     /// Of a deployment, its activity.
     pub activity: Option<&'db ActivityReport<'db>>,
     /// The share of a CPU that it asks for in the long run, where that is known: 1 is all of it.
@@ -57,7 +57,7 @@ pub struct GraphEdge<'db> {
     /// Is it between operations, and not between ports?
     pub operation: bool,
     /// Where it is written.
-    pub at: Place<'db>,
+    pub at: Location<'db>,
 }
 
 /// Which deployments or architectures of a file's projects somebody means.
@@ -186,7 +186,7 @@ fn node<'db>(
     Some(GraphNode {
         instance: instance.name.clone(),
         component: component.or_else(|| written.cloned()).unwrap_or_default(),
-        at: Place::Part(declared, data.name.part),
+        at: Location::Source(declared, data.name.id),
         activity,
         load,
     })

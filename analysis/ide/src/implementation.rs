@@ -3,7 +3,7 @@
 
 use mauve_hir::item_tree::{Kind, TypeRef};
 use mauve_hir::{
-    Decl, File, ModelDb, Place, Project, Workspace, component, config_of, core, core_of, deployment,
+    Decl, File, Location, ModelDb, Project, Workspace, component, config_of, core, core_of, deployment,
     names_of, shell,
 };
 use mauve_syntax::TextSize;
@@ -34,7 +34,7 @@ pub fn implementation(
     let names = names(db, workspaces, file, offset);
     let found = destination(&names, |project, name| match &name.meaning {
         Meaning::Declaration(decl) => of_declared(db, project, *decl),
-        Meaning::Part(_) if name.kind == SymbolKind::Operation => {
+        Meaning::At(_) if name.kind == SymbolKind::Operation => {
             let mut found = definitions(db, project, &name.meaning);
             for provider in providers(db, project, &name.meaning) {
                 found.extend(definitions(db, project, &provider));
@@ -94,7 +94,7 @@ pub(crate) fn definitions<'db>(
     project: Project<'db>,
     operation: &Meaning<'db>,
 ) -> Vec<Target> {
-    let Meaning::Part(Place::Part(..)) = operation else { return Vec::new() };
+    let Meaning::At(Location::Source(..)) = operation else { return Vec::new() };
     let cores = names_of(db, project).all.iter().filter(|decl| decl.kind(db) == Kind::Core);
     let names = cores.flat_map(|&core| in_declaration(db, project, core));
     let defined = names.filter(|it| it.role == Role::Definition && it.meaning == *operation);

@@ -11,7 +11,7 @@ use std::collections::{BTreeMap, HashMap};
 use mauve_diagnostics::{cpu_names, timing_reason};
 use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{
-    Decl, File, ModelDb, Place, Project, Workspace, config_of, declarations, is_model, parse, source_map,
+    Decl, File, Location, ModelDb, Project, Workspace, config_of, declarations, is_model, parse, source_map,
 };
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxKind, SyntaxNode, TextRange, TextSize};
@@ -135,7 +135,7 @@ fn of_deployment<'db>(
     if !kinds.response_times && !kinds.loads && !kinds.defaults {
         return;
     }
-    let Some(node) = deployment_at(db, &Place::name_of(deployment)) else { return };
+    let Some(node) = deployment_at(db, &Location::name_of(deployment)) else { return };
     let query = Query::shown(db, project);
     let report = response_times(db, project, deployment, query);
     let with_assumptions = report.activities.iter().filter(|activity| !activity.assumed.is_empty());
@@ -280,7 +280,7 @@ fn default_deadline(activity: &ActivityReport<'_>, node: &ast::Activity) -> Opti
 }
 
 /// The deployment of this name.
-fn deployment_at(db: &dyn ModelDb, name: &Place<'_>) -> Option<ast::Deployment> {
+fn deployment_at(db: &dyn ModelDb, name: &Location<'_>) -> Option<ast::Deployment> {
     let root: SyntaxNode = parse(db, name.file(db)).syntax();
     let token = root.token_at_offset(name.range(db).start()).right_biased()?;
     token.parent_ancestors().find_map(ast::Deployment::cast)

@@ -4,7 +4,7 @@
 use mauve_diagnostics::timing_reason;
 use mauve_hir::item_tree::{HookKind, Kind, Name};
 use mauve_hir::{
-    Decl, File, ModelDb, Place, ProgramId, Project, Workspace, architecture, behaviour_of, core, core_of,
+    Decl, File, Location, ModelDb, ProgramId, Project, Workspace, architecture, behaviour_of, core, core_of,
     declaration_at, names_of,
 };
 use mauve_syntax::{TextRange, TextSize};
@@ -39,7 +39,7 @@ pub struct MachineState<'db> {
     /// Does the machine start here?
     pub initial: bool,
     /// Where it is declared.
-    pub at: Option<Place<'db>>,
+    pub at: Option<Location<'db>>,
 }
 
 /// What a period may do.
@@ -56,7 +56,7 @@ pub struct MachineEdge<'db> {
     /// The programs that it executes, in their order.
     pub programs: Vec<(ProgramId, Option<Time>)>,
     /// Where the transition is declared.
-    pub at: Option<Place<'db>>,
+    pub at: Option<Location<'db>>,
 }
 
 /// The state machine of a component of `project`.
@@ -93,9 +93,9 @@ pub fn state_machine<'db>(
     let state = |name: &Name| declared.iter().find(|state| state.name.name == *name).copied();
     // A core without a machine is what its `update` does.
     let update = data.and_then(|data| data.hooks.iter().find(|hook| hook.kind == HookKind::Update));
-    let update = update.map(|hook| Place::Part(of, hook.part));
+    let update = update.map(|hook| Location::Source(of, hook.id));
     for (index, name) in behaviour.states.iter().enumerate() {
-        let at = state(name).map(|state| Place::Part(of, state.name.part)).or_else(|| update.clone());
+        let at = state(name).map(|state| Location::Source(of, state.name.id)).or_else(|| update.clone());
         view.states.push(MachineState { name: name.clone(), initial: index == behaviour.initial, at });
     }
     for (index, edge) in behaviour.edges.iter().enumerate() {
@@ -114,7 +114,7 @@ pub fn state_machine<'db>(
             transition: transition.cloned(),
             time: view.psm.and_then(|psm| Some(psm.machine.edges().get(index)?.cost)),
             programs: programs.collect(),
-            at: declared.map(|transition| Place::Part(of, transition.name.part)),
+            at: declared.map(|transition| Location::Source(of, transition.name.id)),
         });
     }
     let trace = view.psm.and_then(|psm| worst_trace(&psm.machine, TRACE));
@@ -132,7 +132,7 @@ pub fn component_at<'db>(
 ) -> Option<(Project<'db>, Decl<'db>)> {
     let decl = declaration_at(db, file, TextRange::empty(offset))?;
     // The last whose name begins before.
-    let is_before = |place: &Place<'_>| place.range(db).start() <= offset;
+    let is_before = |place: &Location<'_>| place.range(db).start() <= offset;
     projects_with(db, workspaces, file).into_iter().find_map(|project| {
         let names = names_of(db, project);
         let found = match decl.kind(db) {
@@ -144,13 +144,13 @@ pub fn component_at<'db>(
             Kind::Architecture => {
                 let instances = &architecture(db, decl)?.instances;
                 let before =
-                    |it: &&mauve_hir::item_tree::Instance| is_before(&Place::Part(decl, it.name.part));
+                    |it: &&mauve_hir::item_tree::Instance| is_before(&Location::Source(decl, it.name.id));
                 let instance = instances.iter().rfind(before)?;
                 names.resolve_type(db, decl, Kind::Component, instance.component.as_ref()).ok()
             }
             Kind::Deployment => {
                 let rows = &system_of(db, project, decl).rows;
-                let own = rows.iter().filter(|row| row.at != Place::name_of(decl) && is_before(&row.at));
+                let own = rows.iter().filter(|row| row.at != Location::name_of(decl) && is_before(&row.at));
                 own.max_by_key(|row| row.at.range(db).start())?.component
             }
             Kind::Use | Kind::Codel | Kind::Shell => None,
@@ -170,7 +170,7 @@ mod tests {
         let mut shown = String::new();
         if let Some((project, component)) = component_at(&db, &[workspace], file, offset) {
             let view = state_machine(&db, project, component, Level::TEN_TO_MINUS_FOUR);
-            let place = |at: &Option<Place<'_>>| {
+            let place = |at: &Option<Location<'_>>| {
                 at.as_ref().map_or("?".to_owned(), |at| at.file(&db).text(&db)[at.range(&db)].to_owned())
             };
             shown += &format!("{}\n", component.name(&db));

@@ -6,10 +6,10 @@ mod toml;
 
 use mauve_hir::item_tree::{
     Architecture, Core, Data, Deployment, Direction, Endpoint, Expr, FeatureKind, Kind, Name, NameRef,
-    Parameter, Part, Setting, Shell, State, Statement, TypeRef, Variable,
+    Parameter, Setting, Shell, SourceId, State, Statement, TypeRef, Variable,
 };
 use mauve_hir::{
-    Binding, Builtin, Callee, Code, CoreInference, Decl, File, ModelDb, Place, Project, VariableKind,
+    Binding, Builtin, Callee, Code, CoreInference, Decl, File, Location, ModelDb, Project, VariableKind,
     architecture, built_in_type, config_of, data, declarations, features_of, flat_of, includes,
     inference_of_core, message_of, names_of, parse, shell_of, source_map, statements,
 };
@@ -24,7 +24,7 @@ pub(crate) enum Meaning<'db> {
     /// A declaration.
     Declaration(Decl<'db>),
     /// Something that is declared in one, by the place of its name there.
-    Part(Place<'db>),
+    At(Location<'db>),
     /// A library, all of whose blocks are meant.
     Library(Name),
     /// A package of messages.
@@ -57,7 +57,7 @@ pub(crate) enum Role {
 #[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
 pub(crate) struct Occurrence<'db> {
     /// Where it stands.
-    pub(crate) part: Part,
+    pub(crate) id: SourceId,
     /// Where a part is `library.Name`: which of them.
     pub(crate) segment: Option<usize>,
     pub(crate) meaning: Meaning<'db>,
@@ -145,7 +145,7 @@ pub(crate) fn in_declaration<'db>(
 impl<'db> Occurrence<'db> {
     /// This name of `decl`, with its place.
     pub(crate) fn found(&self, db: &'db dyn ModelDb, decl: Decl<'db>) -> Option<Found<'db>> {
-        let whole = Place::Part(decl, self.part).range(db);
+        let whole = Location::Source(decl, self.id).range(db);
         let range = match self.segment {
             None => whole,
             Some(index) => segment(decl.file(db).text(db).get(std::ops::Range::<usize>::from(whole))?, index)
@@ -217,7 +217,7 @@ pub(crate) fn occurrences_of<'db>(
     if let Some(data) = data(db, of).as_deref() {
         finder.data(data);
     }
-    finder.found.sort_by_key(|it| (it.part, it.segment));
+    finder.found.sort_by_key(|it| (it.id, it.segment));
     finder.found
 }
 
@@ -235,17 +235,17 @@ impl<'db> Finder<'db> {
 
     fn add(&mut self, name: &NameRef, meaning: Meaning<'db>, kind: SymbolKind, role: Role) {
         if !name.name.is_empty() {
-            self.found.push(Occurrence { part: name.part, segment: None, meaning, kind, role });
+            self.found.push(Occurrence { id: name.id, segment: None, meaning, kind, role });
         }
     }
 
     /// A name that declares itself.
     fn declares(&mut self, name: &NameRef, kind: SymbolKind) {
-        self.add(name, Meaning::Part(Place::Part(self.of, name.part)), kind, Role::Declaration);
+        self.add(name, Meaning::At(Location::Source(self.of, name.id)), kind, Role::Declaration);
     }
 
     fn data(&mut self, data: &'db Data) {
-        let name = NameRef { name: self.of.name(self.db).clone(), part: Part(0) };
+        let name = NameRef { name: self.of.name(self.db).clone(), id: SourceId(0) };
         let declaration = Meaning::Declaration(self.of);
         let kind = match data {
             Data::Use => {
@@ -294,7 +294,7 @@ impl<'db> Finder<'db> {
     fn segment(&mut self, ty: &TypeRef, index: usize, meaning: Meaning<'db>, kind: SymbolKind) {
         if ty.path.get(index).is_some_and(|name| !name.is_empty()) {
             let segment = (ty.path.len() > 1).then_some(index);
-            self.found.push(Occurrence { part: ty.part, segment, meaning, kind, role: Role::Mention });
+            self.found.push(Occurrence { id: ty.id, segment, meaning, kind, role: Role::Mention });
         }
     }
 
@@ -345,7 +345,7 @@ impl<'db> Finder<'db> {
     fn feature(&mut self, of: Decl<'db>, name: &NameRef, role: Role) {
         let found = features_of(self.db, self.project, of).get(&name.name);
         if let Some((feature, data)) = found.and_then(|found| Some((found, found.data(self.db)?))) {
-            let meaning = Meaning::Part(Place::Part(feature.shell, data.name.part));
+            let meaning = Meaning::At(Location::Source(feature.shell, data.name.id));
             self.add(name, meaning, kind_of_feature(feature.kind), role);
         }
     }
@@ -414,7 +414,7 @@ impl<'db> Finder<'db> {
         let Some((declared, index)) = declared else { return };
         let instance = architecture(self.db, declared).and_then(|data| data.instances.get(index));
         if let Some(instance) = instance {
-            let meaning = Meaning::Part(Place::Part(declared, instance.name.part));
+            let meaning = Meaning::At(Location::Source(declared, instance.name.id));
             self.add(name, meaning, SymbolKind::Instance, Role::Mention);
         }
     }
@@ -456,7 +456,7 @@ impl<'db> Programs<'_, 'db> {
             if let (Some(shell), Some(operation)) = (self.shell, &handler.operation)
                 && let [name] = operation.path.as_slice()
             {
-                let name = NameRef { name: name.clone(), part: operation.part };
+                let name = NameRef { name: name.clone(), id: operation.id };
                 self.finder.feature(shell, &name, Role::Mention);
             }
         }
@@ -486,7 +486,7 @@ impl<'db> Programs<'_, 'db> {
             let own = self.core.operations.iter().find(|operation| operation.name.name == name.name);
             let role = if role == Role::Definition { Role::Declaration } else { role };
             if let Some(own) = own {
-                let meaning = Meaning::Part(Place::Part(self.finder.of, own.name.part));
+                let meaning = Meaning::At(Location::Source(self.finder.of, own.name.id));
                 self.finder.add(name, meaning, SymbolKind::Operation, role);
             }
         }
@@ -509,7 +509,7 @@ impl<'db> Programs<'_, 'db> {
             if let Some(target) = &transition.target {
                 let mut states = self.core.machines.iter().flat_map(|machine| &machine.states);
                 if let Some(state) = states.find(|state| state.name.name == target.name) {
-                    let meaning = Meaning::Part(Place::Part(self.finder.of, state.name.part));
+                    let meaning = Meaning::At(Location::Source(self.finder.of, state.name.id));
                     self.finder.add(target, meaning, SymbolKind::State, Role::Mention);
                 }
             }
@@ -537,19 +537,19 @@ impl<'db> Programs<'_, 'db> {
 
     fn expr(&mut self, expr: &'db Expr) {
         // Arguments that something comes back to, which are met after their call.
-        let mut written: Vec<(Part, Role)> = Vec::new();
+        let mut written: Vec<(SourceId, Role)> = Vec::new();
         for expr in expr.descendants() {
             match expr {
                 Expr::Call { callee, arguments, .. } => {
                     let roles = self.callee(callee, arguments);
                     let arguments = arguments.iter().zip(roles);
                     written.extend(arguments.filter_map(|(argument, role)| match argument {
-                        Expr::Name(name) => Some((name.part, role)),
+                        Expr::Name(name) => Some((name.id, role)),
                         _ => None,
                     }));
                 }
                 Expr::Name(name) => {
-                    let role = written.iter().find(|(part, _)| *part == name.part);
+                    let role = written.iter().find(|(id, _)| *id == name.id);
                     self.value(name, role.map_or(Role::Read, |(_, role)| *role));
                 }
                 _ => {}
@@ -559,14 +559,14 @@ impl<'db> Programs<'_, 'db> {
 
     /// What is called; gives what is done with each argument.
     fn callee(&mut self, callee: &NameRef, arguments: &[Expr]) -> Vec<Role> {
-        match self.inference.callee(callee.part) {
+        match self.inference.callee(callee.id) {
             Some(Callee::Codel(of)) => {
                 self.finder.add(callee, Meaning::Declaration(of), SymbolKind::Codel, Role::Call);
             }
             Some(Callee::Operation(_)) => self.operation(callee, Role::Call),
             Some(Callee::Builtin(_)) => {}
             // A variable hides what could be called; an operation that is not called in this way is meant all the same.
-            None if self.inference.binding(callee.part).is_some() => self.value(callee, Role::Read),
+            None if self.inference.binding(callee.id).is_some() => self.value(callee, Role::Read),
             None => self.operation(callee, Role::Call),
         }
         let role = |direction: Direction| match direction {
@@ -574,7 +574,7 @@ impl<'db> Programs<'_, 'db> {
             Direction::Out => Role::Write,
             Direction::InOut => Role::ReadWrite,
         };
-        let Some(found) = self.inference.callee(callee.part) else { return Vec::new() };
+        let Some(found) = self.inference.callee(callee.id) else { return Vec::new() };
         let directions = self.inference.directions(self.finder.db, self.core, found, arguments.len());
         let mut roles: Vec<Role> = directions.into_iter().map(role).collect();
         // The operand of these is what they do something with.
@@ -589,7 +589,7 @@ impl<'db> Programs<'_, 'db> {
 
     /// A variable, or a feature of the shell.
     fn value(&mut self, name: &NameRef, role: Role) {
-        match self.inference.binding(name.part) {
+        match self.inference.binding(name.id) {
             Some(Binding::Variable(id)) => {
                 let Some(variable) = self.inference.variable(id) else { return };
                 let kind = match variable.kind {
@@ -597,7 +597,7 @@ impl<'db> Programs<'_, 'db> {
                     VariableKind::Parameter(_) => SymbolKind::Parameter,
                     VariableKind::Handler => SymbolKind::Handler,
                 };
-                let meaning = Meaning::Part(Place::Part(self.finder.of, variable.name.part));
+                let meaning = Meaning::At(Location::Source(self.finder.of, variable.name.id));
                 self.finder.add(name, meaning, kind, role);
             }
             Some(Binding::Feature(shell, _)) => self.finder.feature(shell, name, role),
@@ -645,7 +645,7 @@ mod tests {
             for name in names_in(&db, project, file) {
                 let means = match &name.meaning {
                     Meaning::Declaration(decl) => format!("{} {}", decl.kind(&db), decl.name(&db)),
-                    Meaning::Part(place) => {
+                    Meaning::At(place) => {
                         let (file, range) = (place.file(&db), place.range(&db));
                         let path = file.path(&db).display();
                         format!("{path}:{} {}", line(file, range.start()), &file.text(&db)[range])

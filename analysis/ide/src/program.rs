@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use mauve_hir::item_tree::{Direction, Feature, FeatureKind, Kind, Name, Parameter, Part, TypeRef};
+use mauve_hir::item_tree::{Direction, Feature, FeatureKind, Kind, Name, Parameter, SourceId, TypeRef};
 use mauve_hir::{
     CallError, Callee, Decl, ModelDb, Project, Semantics, Type, VariableKind, VisibleScope, codel, component,
     core, names_of, shell, type_of,
@@ -218,7 +218,7 @@ impl<'db> Scope<'db> {
     fn type_of(&self, of: Decl<'db>, ty: Option<&ast::Type>) -> Type {
         let Some(ty) = ty else { return Type::Unknown };
         let path = ty.segments().map(|it| it.syntax().text().to_string().into()).collect();
-        type_of(self.db, self.project, of, Some(&TypeRef { path, part: Part(0) }))
+        type_of(self.db, self.project, of, Some(&TypeRef { path, id: SourceId(0) }))
     }
 
     /// The type of a variable, or of a property, a constant or a port.

@@ -1,7 +1,9 @@
 //! Where a name is used, in all models, timing tables and configurations; and where in one file, for an editor that lights
 //! the others up.
 
-use mauve_hir::{File, ModelDb, Place, Project, Workspace, config_file, is_model, project_files, projects};
+use mauve_hir::{
+    File, Location, ModelDb, Project, Workspace, config_file, is_model, project_files, projects,
+};
 use mauve_syntax::{TextRange, TextSize};
 use mauve_wcrt::table_files;
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -109,7 +111,7 @@ pub(crate) fn occurrences<'db>(
     for (meaning, asked) in asked {
         let mut open = match meaning {
             Meaning::Declaration(decl) => projects_with(db, workspaces, decl.file(db)),
-            Meaning::Part(place) => projects_with(db, workspaces, place.file(db)),
+            Meaning::At(place) => projects_with(db, workspaces, place.file(db)),
             // A library is one with its blocks in the files that its projects share with others.
             Meaning::Library(_) => asked,
             Meaning::File(_) | Meaning::Package(_) | Meaning::Message(..) | Meaning::Type(_) => {
@@ -165,7 +167,7 @@ pub(crate) fn files_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<
 pub(crate) fn word_of(db: &dyn ModelDb, meaning: &Meaning<'_>) -> Option<String> {
     match meaning {
         Meaning::Declaration(decl) => Some(decl.name(db).to_string()),
-        Meaning::Part(place) => word_at(db, place),
+        Meaning::At(place) => word_at(db, place),
         Meaning::Library(name) | Meaning::Package(name) | Meaning::Message(_, name) | Meaning::Type(name) => {
             Some(name.to_string())
         }
@@ -173,7 +175,7 @@ pub(crate) fn word_of(db: &dyn ModelDb, meaning: &Meaning<'_>) -> Option<String>
     }
 }
 
-fn word_at(db: &dyn ModelDb, place: &Place<'_>) -> Option<String> {
+fn word_at(db: &dyn ModelDb, place: &Location<'_>) -> Option<String> {
     let range = std::ops::Range::<usize>::from(place.range(db));
     place.file(db).text(db).get(range).map(str::to_owned)
 }

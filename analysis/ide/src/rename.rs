@@ -6,10 +6,10 @@
 
 mod check;
 
-use mauve_hir::item_tree::{Core, Data, Kind, NameRef, Part, Statement};
+use mauve_hir::item_tree::{Core, Data, Kind, NameRef, SourceId, Statement};
 use mauve_hir::{
-    Builtin, Decl, File, ModelDb, Place, Project, Workspace, data, features_of, flat_of, is_model, line_of,
-    names_of,
+    Builtin, Decl, File, Location, ModelDb, Project, Workspace, data, features_of, flat_of, is_model,
+    line_of, names_of,
 };
 use mauve_syntax::format::Replacement;
 use mauve_syntax::keywords::LITERALS;
@@ -123,8 +123,8 @@ fn the_one<'a, 'db>(
     }
     let refused = match (&first.meaning, first.kind) {
         (Meaning::Declaration(_) | Meaning::Library(_), _) => None,
-        (Meaning::Part(_), SymbolKind::Hook) => Some(format!("`{word}` is a word of the language")),
-        (Meaning::Part(_), _) => None,
+        (Meaning::At(_), SymbolKind::Hook) => Some(format!("`{word}` is a word of the language")),
+        (Meaning::At(_), _) => None,
         (Meaning::Package(_), _) => Some(format!("`{word}` is a message package, or `ctypes`")),
         (Meaning::Message(package, _), _) => Some(format!("`{word}` is declared by package `{package}`")),
         (Meaning::Type(_), _) => Some(format!("type `{word}` is built in, or declared in `mauve.toml`")),
@@ -190,7 +190,7 @@ impl<'db> Renaming<'_, 'db> {
                 | SymbolKind::Transition
         );
         match self.thing.meaning {
-            Meaning::Part(Place::Part(decl, _)) if is_inner => Some(decl),
+            Meaning::At(Location::Source(decl, _)) if is_inner => Some(decl),
             _ => None,
         }
     }
@@ -203,30 +203,30 @@ impl<'db> Renaming<'_, 'db> {
     fn check_free(&self, project: Project<'db>) -> Result<(), String> {
         let (db, new) = (self.db, self.new_name);
         let names = names_of(db, project);
-        let taken = |what: String, place: &Place<'db>| {
+        let taken = |what: String, place: &Location<'db>| {
             Err(format!("there is {what} already ({})", self.line(place.file(db), place.range(db))))
         };
         match &self.thing.meaning {
             Meaning::Declaration(decl) => {
                 let (kind, library) = (decl.kind(db), decl.library(db).as_ref());
                 match names.in_library(library, kind, &new.into()).first() {
-                    Some(other) => taken(format!("{kind} `{new}`"), &Place::name_of(*other)),
+                    Some(other) => taken(format!("{kind} `{new}`"), &Location::name_of(*other)),
                     None => Ok(()),
                 }
             }
             Meaning::Library(_) if names.has_library(&new.into()) => {
                 Err(format!("there is library `{new}` already: the two would become one"))
             }
-            Meaning::Part(Place::Part(decl, part)) => {
-                if let Some(other) = sibling(db, *decl, *part, new) {
-                    return taken(format!("`{new}`"), &Place::Part(*decl, other));
+            Meaning::At(Location::Source(decl, id)) => {
+                if let Some(other) = sibling(db, *decl, *id, new) {
+                    return taken(format!("`{new}`"), &Location::Source(*decl, other));
                 }
                 for &other in &names.all {
                     let found = match (decl.kind(db), other.kind(db)) {
                         (Kind::Shell, Kind::Shell) if self.thing.kind != SymbolKind::Parameter => {
                             let features = features_of(db, project, other);
                             let feature = features.get(new).filter(|_| features.shells.contains(decl));
-                            feature.and_then(|it| Some(Place::Part(it.shell, it.data(db)?.name.part)))
+                            feature.and_then(|it| Some(Location::Source(it.shell, it.data(db)?.name.id)))
                         }
                         (Kind::Architecture, Kind::Architecture) => {
                             let flat = flat_of(db, project, other);
@@ -234,7 +234,7 @@ impl<'db> Renaming<'_, 'db> {
                             instance.and_then(|it| {
                                 let data = mauve_hir::architecture(db, it.declared.0)?;
                                 let name = &data.instances.get(it.declared.1)?.name;
-                                Some(Place::Part(it.declared.0, name.part))
+                                Some(Location::Source(it.declared.0, name.id))
                             })
                         }
                         _ => None,
@@ -252,11 +252,11 @@ impl<'db> Renaming<'_, 'db> {
 }
 
 /// What has that name where `part` of a declaration is declared, beside it.
-fn sibling(db: &dyn ModelDb, of: Decl<'_>, part: Part, name: &str) -> Option<Part> {
+fn sibling(db: &dyn ModelDb, of: Decl<'_>, id: SourceId, name: &str) -> Option<SourceId> {
     let data = data(db, of).as_deref()?;
     let spaces = name_spaces(data).into_iter();
-    let mut own = spaces.filter(|names| names.iter().any(|it| it.part == part));
-    own.find_map(|names| names.into_iter().find(|it| it.name == name).map(|it| it.part))
+    let mut own = spaces.filter(|names| names.iter().any(|it| it.id == id));
+    own.find_map(|names| names.into_iter().find(|it| it.name == name).map(|it| it.id))
 }
 
 /// The names of a declaration, by where they must differ.

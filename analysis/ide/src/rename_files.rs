@@ -230,7 +230,7 @@ fn relative(folder: &Path, path: &Path) -> String {
 }
 
 fn slashed(path: &Path) -> String {
-    let parts: Vec<_> = path.components().map(|part| part.as_os_str().to_string_lossy()).collect();
+    let parts: Vec<_> = path.components().map(|id| id.as_os_str().to_string_lossy()).collect();
     parts.join("/")
 }
 

@@ -114,9 +114,9 @@ fn trimmed(token: &SyntaxToken, is_outside: impl Fn(char) -> bool + Copy) -> Tex
     part_of(token, before..inner.len())
 }
 
-fn part_of(token: &SyntaxToken, part: std::ops::Range<usize>) -> TextRange {
-    let part = TextRange::new(TextSize::new(part.start as u32), TextSize::new(part.end as u32));
-    part + token.text_range().start()
+fn part_of(token: &SyntaxToken, id: std::ops::Range<usize>) -> TextRange {
+    let id = TextRange::new(TextSize::new(id.start as u32), TextSize::new(id.end as u32));
+    id + token.text_range().start()
 }
 
 /// What stands between the brackets of a node, without the white space at its ends, and with them; of a block the braces.

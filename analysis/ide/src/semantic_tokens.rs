@@ -2,9 +2,9 @@
 
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 
-use mauve_hir::item_tree::{FeatureKind, Part};
+use mauve_hir::item_tree::{FeatureKind, SourceId};
 use mauve_hir::{
-    Builtin, Decl, File, ModelDb, Place, Project, Workspace, built_in_type, declarations, is_model, parse,
+    Builtin, Decl, File, Location, ModelDb, Project, Workspace, built_in_type, declarations, is_model, parse,
     shell, source_map,
 };
 use mauve_syntax::keywords::{BACKGROUND, TruthValue};
@@ -155,7 +155,7 @@ fn touches(range: TextRange, token: TextRange) -> bool {
 /// What a name of a declaration is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, salsa::SalsaValue)]
 struct NameToken {
-    part: Part,
+    id: SourceId,
     segment: Option<usize>,
     kind: SymbolKind,
     modifiers: TokenModifiers,
@@ -165,7 +165,7 @@ struct NameToken {
 #[salsa::tracked(returns(ref))]
 fn tokens_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<NameToken> {
     let token = |it: &crate::occurrences::Occurrence<'db>| NameToken {
-        part: it.part,
+        id: it.id,
         segment: it.segment,
         kind: it.kind,
         modifiers: modifiers(db, &it.meaning, it.kind, it.role),
@@ -198,7 +198,7 @@ fn names(
             continue;
         }
         found.extend(tokens_of(db, project, decl).iter().filter_map(|it| {
-            let whole = map.part(it.part)?;
+            let whole = map.range_of(it.id)?;
             let range = match it.segment {
                 None => whole,
                 Some(index) => {
@@ -222,9 +222,9 @@ fn modifiers(db: &dyn ModelDb, meaning: &Meaning<'_>, kind: SymbolKind, role: Ro
         (SymbolKind::Type, Meaning::Type(name)) if built_in_type(name).is_some() => {
             Some(TokenModifier::DefaultLibrary)
         }
-        (SymbolKind::Port | SymbolKind::Operation, Meaning::Part(Place::Part(of, part))) => {
+        (SymbolKind::Port | SymbolKind::Operation, Meaning::At(Location::Source(of, id))) => {
             let mut features = shell(db, *of).into_iter().flat_map(|shell| &shell.features);
-            match features.find(|feature| feature.name.part == *part).map(|feature| feature.kind) {
+            match features.find(|feature| feature.name.id == *id).map(|feature| feature.kind) {
                 Some(FeatureKind::Input) => Some(TokenModifier::Input),
                 Some(FeatureKind::Output) => Some(TokenModifier::Output),
                 Some(FeatureKind::Required) => Some(TokenModifier::Required),
@@ -471,10 +471,10 @@ include \"a.mal\"
                     }
                     // A part of it is a part of them.
                     let third = text.len() as u32 / 3;
-                    let part = TextRange::new(third.into(), (third * 2).into());
+                    let id = TextRange::new(third.into(), (third * 2).into());
                     let touching: Vec<_> =
-                        tokens.iter().copied().filter(|token| touches(part, token.range)).collect();
-                    assert_eq!(semantic_tokens(db, &[workspace], file, Some(part), all), touching);
+                        tokens.iter().copied().filter(|token| touches(id, token.range)).collect();
+                    assert_eq!(semantic_tokens(db, &[workspace], file, Some(id), all), touching);
                 }
             }
             set(db, file, text);

@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 
 use mauve_diagnostics::{Diagnostic, Finding, cpu_names, diagnostics_if};
 use mauve_hir::item_tree::Name;
-use mauve_hir::{Decl, ModelDb, Place, Project, declaration_at, deployment};
+use mauve_hir::{Decl, Location, ModelDb, Project, declaration_at, deployment};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::format::Replacement;
 use mauve_syntax::{TextRange, TextSize};
@@ -180,7 +180,7 @@ struct Outcome<'db> {
     /// Is a deadline not proved then that is now, or a response time without a bound?
     loses: bool,
     /// What is wrong then.
-    wrong: Vec<(&'static str, Place<'db>)>,
+    wrong: Vec<(&'static str, Location<'db>)>,
 }
 
 #[salsa::tracked(returns(ref))]
@@ -247,16 +247,16 @@ fn outcome(report: &Report<'_>, level: Level) -> String {
 fn change(db: &dyn ModelDb, of: Decl<'_>, fields: &[SupposedField]) -> Change {
     let mut change = Change::default();
     let Some(data) = deployment(db, of) else { return change };
-    let place = |part| Place::Part(of, part);
+    let place = |id| Location::Source(of, id);
     for SupposedField { instance, field, value } in fields {
         let Some(activity) = data.activities.iter().find(|it| it.instance.name == *instance) else {
             continue;
         };
         if let Some(known) = activity.fields.iter().find(|it| it.name.name == *field) {
-            let at = place(known.value_part);
+            let at = place(known.value_id);
             change.replace(at.file(db), Replacement { range: at.range(db), text: value.to_string() });
         } else if let Some(last) = activity.fields.last() {
-            let (name, end) = (place(last.name.part), place(last.value_part).range(db).end());
+            let (name, end) = (place(last.name.id), place(last.value_id).range(db).end());
             let file = name.file(db);
             let before = indentation(file.text(db), name.range(db).start());
             let text = format!("{before}{field} = {value}");

@@ -1,8 +1,8 @@
 //! From what has a type to that type: a message's file for a value, the component of an instance, the operation of a
 //! handler, the shell of a component or a core, the architecture of a deployment.
 
-use mauve_hir::item_tree::{Data, Kind, Part, TypeRef};
-use mauve_hir::{Decl, File, ModelDb, Place, Project, Workspace, data, package};
+use mauve_hir::item_tree::{Data, Kind, SourceId, TypeRef};
+use mauve_hir::{Decl, File, Location, ModelDb, Project, Workspace, data, package};
 use mauve_syntax::TextSize;
 
 use crate::definition::{Definition, Target, destination, names, targets, with_files};
@@ -54,42 +54,41 @@ fn message_file<'db>(
 
 /// What the type of something stands for: the last name of where that is written.
 fn type_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, meaning: &Meaning<'db>) -> Option<Meaning<'db>> {
-    let (decl, part) = match meaning {
-        Meaning::Declaration(decl) => (*decl, Part(0)),
-        Meaning::Part(Place::Part(decl, part)) => (*decl, *part),
+    let (decl, id) = match meaning {
+        Meaning::Declaration(decl) => (*decl, SourceId(0)),
+        Meaning::At(Location::Source(decl, id)) => (*decl, *id),
         _ => return None,
     };
-    let ty = type_part(db, decl, part)?;
-    let names = occurrences_of(db, project, decl).iter().filter(|it| it.part == ty);
+    let ty = type_part(db, decl, id)?;
+    let names = occurrences_of(db, project, decl).iter().filter(|it| it.id == ty);
     names.max_by_key(|it| it.segment).map(|it| it.meaning.clone())
 }
 
 /// Where the type of what is named there is written.
-fn type_part(db: &dyn ModelDb, decl: Decl<'_>, part: Part) -> Option<Part> {
-    let of = |ty: &Option<TypeRef>| ty.as_ref().map(|ty| ty.part);
-    let parameters = |all: &[mauve_hir::item_tree::Parameter]| {
-        all.iter().find(|it| it.name.part == part).map(|it| of(&it.ty))
-    };
+fn type_part(db: &dyn ModelDb, decl: Decl<'_>, id: SourceId) -> Option<SourceId> {
+    let of = |ty: &Option<TypeRef>| ty.as_ref().map(|ty| ty.id);
+    let parameters =
+        |all: &[mauve_hir::item_tree::Parameter]| all.iter().find(|it| it.name.id == id).map(|it| of(&it.ty));
     match data(db, decl).as_deref()? {
-        Data::Codel(codel) if part == Part(0) => of(&codel.result),
+        Data::Codel(codel) if id == SourceId(0) => of(&codel.result),
         Data::Codel(codel) => parameters(&codel.parameters)?,
         Data::Shell(shell) => {
-            let own = shell.features.iter().find(|it| it.name.part == part).map(|it| of(&it.ty));
+            let own = shell.features.iter().find(|it| it.name.id == id).map(|it| of(&it.ty));
             own.or_else(|| shell.features.iter().find_map(|it| parameters(&it.parameters)))?
         }
-        Data::Core(core) if part == Part(0) => of(&core.shell),
+        Data::Core(core) if id == SourceId(0) => of(&core.shell),
         Data::Core(core) => {
             let variables = core.all_variables();
             let handlers = core.handlers.iter();
             let operations = || core.operations.iter();
-            None.or_else(|| variables.filter(|it| it.name.part == part).map(|it| of(&it.ty)).next())
-                .or_else(|| handlers.filter(|it| it.name.part == part).map(|it| of(&it.operation)).next())
-                .or_else(|| operations().filter(|it| it.name.part == part).map(|it| of(&it.result)).next())
+            None.or_else(|| variables.filter(|it| it.name.id == id).map(|it| of(&it.ty)).next())
+                .or_else(|| handlers.filter(|it| it.name.id == id).map(|it| of(&it.operation)).next())
+                .or_else(|| operations().filter(|it| it.name.id == id).map(|it| of(&it.result)).next())
                 .or_else(|| operations().find_map(|it| parameters(&it.parameters)))?
         }
-        Data::Component(component) if part == Part(0) => of(&component.shell),
-        Data::Architecture(data) => of(&data.instances.iter().find(|it| it.name.part == part)?.component),
-        Data::Deployment(deployment) if part == Part(0) => deployment.targets.first().map(|ty| ty.part),
+        Data::Component(component) if id == SourceId(0) => of(&component.shell),
+        Data::Architecture(data) => of(&data.instances.iter().find(|it| it.name.id == id)?.component),
+        Data::Deployment(deployment) if id == SourceId(0) => deployment.targets.first().map(|ty| ty.id),
         Data::Use | Data::Component(_) | Data::Deployment(_) => None,
     }
     .filter(|_| decl.kind(db) != Kind::Use)

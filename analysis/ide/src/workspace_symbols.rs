@@ -4,7 +4,7 @@ use std::cmp::Reverse;
 use std::collections::HashSet;
 
 use mauve_hir::item_tree::{Data, Kind};
-use mauve_hir::{Decl, File, ModelDb, Place, Workspace, declarations, is_model, item_tree_of, parse};
+use mauve_hir::{Decl, File, Location, ModelDb, Workspace, declarations, is_model, item_tree_of, parse};
 use mauve_syntax::TextRange;
 use mauve_syntax::ast::{self, AstNode as _};
 
@@ -71,7 +71,7 @@ struct Candidate<'db> {
     kind: SymbolKind,
     /// The library, and the declaration.
     containers: [&'db str; 2],
-    place: Place<'db>,
+    place: Location<'db>,
 }
 
 impl Candidate<'_> {
@@ -107,7 +107,7 @@ impl<'db> Search<'_, 'db> {
         name: &'db str,
         kind: SymbolKind,
         containers: [&'db str; 2],
-        place: impl FnOnce() -> Place<'db>,
+        place: impl FnOnce() -> Location<'db>,
     ) {
         let score = score(&self.words, name, containers);
         if let Some(score) = score.filter(|_| !name.is_empty()) {
@@ -124,7 +124,7 @@ impl<'db> Search<'_, 'db> {
                 continue;
             }
             self.add(declaration.name.as_str(), kind_of(declaration.kind), [library, ""], || {
-                Place::name_of(decl)
+                Location::name_of(decl)
             });
             self.parts(decl, &declaration.data, [library, declaration.name.as_str()]);
         }
@@ -143,7 +143,7 @@ impl<'db> Search<'_, 'db> {
             let range = name.text_range();
             let known = tree.libraries.iter().find(|known| name.text() == known.as_str());
             if let Some(known) = known {
-                let place = Place::Range(file, range.start().into(), range.end().into());
+                let place = Location::Range(file, range.start().into(), range.end().into());
                 self.add(known.as_str(), SymbolKind::Library, ["", ""], || place);
             }
         }
@@ -151,7 +151,7 @@ impl<'db> Search<'_, 'db> {
 
     fn parts(&mut self, decl: Decl<'db>, data: &'db Data, containers: [&'db str; 2]) {
         let mut add = |name: &'db mauve_hir::item_tree::NameRef, kind| {
-            self.add(name.name.as_str(), kind, containers, || Place::Part(decl, name.part));
+            self.add(name.name.as_str(), kind, containers, || Location::Source(decl, name.id));
         };
         match data {
             Data::Use | Data::Codel(_) | Data::Component(_) => {}

@@ -8,7 +8,8 @@
 
 use mauve_hir::item_tree::{Direction, Parameter, TypeRef};
 use mauve_hir::{
-    Decl, ModelDb, Place, Project, Type, codel, core, core_of, external_types, features_of, shell_of, type_of,
+    Decl, Location, ModelDb, Project, Type, codel, core, core_of, external_types, features_of, shell_of,
+    type_of,
 };
 
 use crate::cpp_name::CppNames;
@@ -205,7 +206,7 @@ fn codels_header<'db>(
         if !words.is_empty() {
             out += "///\n";
         }
-        let origin = origin(db, project.workspace(db), &Place::name_of(signature.codel));
+        let origin = origin(db, project.workspace(db), &Location::name_of(signature.codel));
         out += &line_comment("///", &format!("`{}`, {origin}", signature.codel.qualified(db)));
         out += &format!("{}\n\n", signature.lines(";"));
     }
@@ -228,7 +229,7 @@ fn stub<'db>(
     package: &str,
 ) -> String {
     let codel = signature.codel;
-    let file = origin_file(db, project.workspace(db), &Place::name_of(codel));
+    let file = origin_file(db, project.workspace(db), &Location::name_of(codel));
     let words = words_of(db, codel);
     let mut out = format!(
         "{STUB}\n//\n// Codel `{}` of {file}{}\n",

@@ -26,12 +26,12 @@ mod source;
 use std::cell::Cell;
 
 use mauve_hir::item_tree::{
-    Core, Direction, Expr, Feature, FeatureKind, HookKind, Parameter, Part, Program, Statement, Variable,
+    Core, Direction, Expr, Feature, FeatureKind, HookKind, Parameter, Program, SourceId, Statement, Variable,
 };
 use mauve_hir::{
-    Binding, Builtin, Callee, CoreInference, Decl, Integer, ModelDb, Place, ProgramId, Project, Type, Value,
-    VariableId, VariableKind, config_of, core, core_of, external_types, features_of, inference_of_core,
-    shell_of, type_of, values_of_shell,
+    Binding, Builtin, Callee, CoreInference, Decl, Integer, Location, ModelDb, ProgramId, Project, Type,
+    Value, VariableId, VariableKind, config_of, core, core_of, external_types, features_of,
+    inference_of_core, shell_of, type_of, values_of_shell,
 };
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -107,7 +107,7 @@ struct Class<'a, 'db> {
     /// Variables that are named at all.
     named: FxHashSet<VariableId>,
     /// Variables by where they are declared.
-    by_part: FxHashMap<Part, VariableId>,
+    by_source: FxHashMap<SourceId, VariableId>,
     /// All names that are taken in the class.
     names: CppNames,
     /// Is there a condition in it that is always true, or never?
@@ -183,7 +183,7 @@ struct Routine<'db> {
     /// What it is in the model.
     program: ProgramId,
     /// Where it stands there.
-    at: Part,
+    at: SourceId,
     /// What it gives.
     gives: Type,
     parameters: &'db [Parameter],
@@ -248,7 +248,7 @@ impl<'a, 'db> Class<'a, 'db> {
             instance: String::new(),
             read: FxHashSet::default(),
             named: FxHashSet::default(),
-            by_part: FxHashMap::default(),
+            by_source: FxHashMap::default(),
             names,
             is_obvious: Cell::default(),
         };
@@ -297,7 +297,7 @@ impl<'a, 'db> Class<'a, 'db> {
 
     fn variables(&mut self) {
         for (id, variable) in self.inference.variables() {
-            self.by_part.insert(variable.name.part, id);
+            self.by_source.insert(variable.name.id, id);
             if matches!(variable.kind, VariableKind::Core | VariableKind::Machine | VariableKind::Handler) {
                 self.variables.insert(id, self.names.declare(&variable.name.name));
             }
@@ -306,46 +306,46 @@ impl<'a, 'db> Class<'a, 'db> {
 
     /// What programs ask for: names, the statuses of ports, places for what operations give.
     fn uses(&mut self) {
-        let mut targets: FxHashSet<Part> = FxHashSet::default();
+        let mut targets: FxHashSet<SourceId> = FxHashSet::default();
         let mut statuses: FxHashSet<(Decl<'db>, usize)> = FxHashSet::default();
         let mut sent: FxHashSet<VariableId> = FxHashSet::default();
         let mut dropped: Vec<(Decl<'db>, usize)> = Vec::new();
         let (data, inference) = (self.data, &self.inference);
-        let feature = |part: &Part| match inference.binding(*part) {
+        let feature = |id: &SourceId| match inference.binding(*id) {
             Some(Binding::Feature(shell, index)) => Some((shell, index)),
             _ => None,
         };
         for statement in data.statements() {
             match statement {
                 Statement::Assign(target, value) => {
-                    targets.insert(target.part);
+                    targets.insert(target.id);
                     if let Expr::Call { callee, .. } = value
-                        && inference.callee(callee.part) == Some(Callee::Builtin(Builtin::Send))
-                        && let Some(handler) = inference.variable_at(target.part)
+                        && inference.callee(callee.id) == Some(Callee::Builtin(Builtin::Send))
+                        && let Some(handler) = inference.variable_at(target.id)
                     {
                         sent.insert(handler);
                     }
                 }
                 Statement::Expr(Expr::Call { callee, arguments, .. })
-                    if inference.callee(callee.part) == Some(Callee::Builtin(Builtin::Send)) =>
+                    if inference.callee(callee.id) == Some(Callee::Builtin(Builtin::Send)) =>
                 {
-                    dropped.extend(arguments.first().and_then(Expr::part).as_ref().and_then(feature));
+                    dropped.extend(arguments.first().and_then(Expr::id).as_ref().and_then(feature));
                 }
                 _ => {}
             }
         }
         for expr in data.expressions().flat_map(Expr::descendants) {
             if let Expr::Call { callee, arguments, .. } = expr
-                && inference.callee(callee.part) == Some(Callee::Builtin(Builtin::Status))
+                && inference.callee(callee.id) == Some(Callee::Builtin(Builtin::Status))
             {
-                statuses.extend(arguments.first().and_then(Expr::part).as_ref().and_then(feature));
+                statuses.extend(arguments.first().and_then(Expr::id).as_ref().and_then(feature));
             }
         }
-        for (part, binding) in inference.bindings() {
-            if let Binding::Variable(id) = binding {
-                self.named.insert(id);
-                if !targets.contains(&part) {
-                    self.read.insert(id);
+        for (id, binding) in inference.bindings() {
+            if let Binding::Variable(variable) = binding {
+                self.named.insert(variable);
+                if !targets.contains(&id) {
+                    self.read.insert(variable);
                 }
             }
         }
@@ -357,12 +357,12 @@ impl<'a, 'db> Class<'a, 'db> {
         let mut samples: Vec<(String, VariableId)> = Vec::new();
         for expr in data.expressions().flat_map(Expr::descendants) {
             if let Expr::Call { callee, arguments, .. } = expr
-                && inference.callee(callee.part) == Some(Callee::Builtin(Builtin::Write))
+                && inference.callee(callee.id) == Some(Callee::Builtin(Builtin::Write))
                 && let [port, value] = arguments.as_slice()
-                && let Some((shell, index)) = port.part().as_ref().and_then(feature)
+                && let Some((shell, index)) = port.id().as_ref().and_then(feature)
                 && let Some(member) = self.member(shell, index)
                 && matches!(member.ty, Type::String | Type::Message(..))
-                && let Some(variable) = value.part().and_then(|it| inference.variable_at(it))
+                && let Some(variable) = value.id().and_then(|it| inference.variable_at(it))
                 && inference.variable(variable).is_some_and(|it| it.kind == VariableKind::Core)
             {
                 samples.push((member.name.clone(), variable));
@@ -432,7 +432,7 @@ impl<'a, 'db> Class<'a, 'db> {
                 HookKind::Configure | HookKind::Start => Type::Bool,
                 HookKind::Update | HookKind::Stop | HookKind::Cleanup => Type::Void,
             };
-            self.routine(ProgramId::Hook(hook.kind), hook.part, gives, Body::Program(&hook.program));
+            self.routine(ProgramId::Hook(hook.kind), hook.id, gives, Body::Program(&hook.program));
         }
         for operation in &data.operations {
             let name = &operation.name.name;
@@ -449,7 +449,7 @@ impl<'a, 'db> Class<'a, 'db> {
                 function,
                 called,
                 program: ProgramId::Operation(name.clone()),
-                at: operation.name.part,
+                at: operation.name.id,
                 gives,
                 parameters: &operation.parameters,
                 body: Body::Program(&operation.program),
@@ -460,10 +460,10 @@ impl<'a, 'db> Class<'a, 'db> {
             let state = || declared.name.name.clone();
             for method in &declared.methods {
                 let id = ProgramId::Method { state: state(), kind: method.kind };
-                self.routine(id, method.part, Type::Void, Body::Program(&method.program));
+                self.routine(id, method.id, Type::Void, Body::Program(&method.program));
             }
             for it in &declared.transitions {
-                let (transition, at) = (|| it.name.name.clone(), it.name.part);
+                let (transition, at) = (|| it.name.name.clone(), it.name.id);
                 if let Some(guard) = &it.guard {
                     let id = ProgramId::Guard { state: state(), transition: transition() };
                     self.routine(id, at, Type::Bool, Body::Guard(&guard.condition));
@@ -484,7 +484,7 @@ impl<'a, 'db> Class<'a, 'db> {
         });
     }
 
-    fn routine(&mut self, program: ProgramId, at: Part, gives: Type, body: Body<'db>) {
+    fn routine(&mut self, program: ProgramId, at: SourceId, gives: Type, body: Body<'db>) {
         let function = self.names.declare(&match &program {
             ProgramId::Hook(kind) => format!("{}_program", kind.keyword()),
             ProgramId::Operation(name) => name.to_string(),
@@ -557,7 +557,7 @@ impl<'a, 'db> Class<'a, 'db> {
         let mut parameter = |it: &Parameter| {
             let ty = type_of(db, project, self.core, it.ty.as_ref());
             let cpp = operation_parameter_type(&self.cpp(&ty), it.direction);
-            let index = self.variable_at(it.name.part).filter(|index| self.named.contains(index));
+            let index = self.variable_at(it.name.id).filter(|index| self.named.contains(index));
             let name = names.declare(&it.name.name);
             // Compilers warn of those that nothing uses.
             let named = format!("{cpp} {name}");
@@ -569,8 +569,8 @@ impl<'a, 'db> Class<'a, 'db> {
     }
 
     /// The variable that is declared there.
-    fn variable_at(&self, part: Part) -> Option<VariableId> {
-        self.by_part.get(&part).copied()
+    fn variable_at(&self, id: SourceId) -> Option<VariableId> {
+        self.by_source.get(&id).copied()
     }
 
     /// Its name in tables and traces: `motion.Guidance`.
@@ -579,28 +579,28 @@ impl<'a, 'db> Class<'a, 'db> {
     }
 
     /// Where something stands: `components/guidance.mal:25`.
-    fn at(&self, of: Decl<'db>, part: Part) -> String {
+    fn at(&self, of: Decl<'db>, id: SourceId) -> String {
         let Model { db, project, .. } = self.model;
-        origin(db, project.workspace(db), &Place::Part(of, part))
+        origin(db, project.workspace(db), &Location::Source(of, id))
     }
 
     /// What stands there in the model.
-    fn source(&self, of: Decl<'db>, part: Part) -> String {
+    fn source(&self, of: Decl<'db>, id: SourceId) -> String {
         let db = self.model.db;
-        let range = Place::Part(of, part).range(db);
+        let range = Location::Source(of, id).range(db);
         comment(of.file(db).text(db).get(std::ops::Range::<usize>::from(range)).unwrap_or_default())
     }
 
     /// `core GuidanceCore: components/guidance.mal:33`
     fn declared(&self, of: Decl<'db>) -> String {
         let db = self.model.db;
-        format!("{} {}: {}", of.kind(db), of.name(db), self.at(of, Part(0)))
+        format!("{} {}: {}", of.kind(db), of.name(db), self.at(of, SourceId(0)))
     }
 
     /// The variables of the core or of its machine, with their numbers and names in C++.
     fn variables_of(&self, all: &'db [Variable]) -> Vec<(VariableId, &'db Variable, &str)> {
         let found = all.iter().filter_map(|variable| {
-            let index = self.variable_at(variable.name.part)?;
+            let index = self.variable_at(variable.name.id)?;
             Some((index, variable, self.variables.get(&index)?.as_str()))
         });
         found.collect()

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use mauve_hir::item_tree::{Expr, Name};
 use mauve_hir::{
-    Decl, Features, Flat, FlatInstance, Integer, ModelDb, Place, Project, Type, Value, ValueInEffect,
+    Decl, Features, Flat, FlatInstance, Integer, Location, ModelDb, Project, Type, Value, ValueInEffect,
     config_of, core as core_data, core_of, deployment, features_of, file_and_line, flat_of, names_of,
     shell_of, type_of, values_in_effect,
 };
@@ -216,7 +216,7 @@ fn deployed<'db>(
             "Deployment `{}` of architecture `{}` ({}).",
             of.qualified(db),
             target.qualified(db),
-            file_and_line(db, project.workspace(db), &Place::name_of(of)),
+            file_and_line(db, project.workspace(db), &Location::name_of(of)),
         ),
         packages: packages.filter(|package| used.contains(package.as_str())).collect(),
         order: ordered(tasks.iter().map(|task| (task.name.clone(), providers(task))).collect()),

@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use mauve_diagnostics::{Severity, cpu_names, diagnostics_of_file, project_diagnostics};
 use mauve_hir::item_tree::{FeatureKind, Kind, Name, TypeRef};
 use mauve_hir::{
-    Callee, Decl, ModelDb, Place, Project, Type, catalogue, codel, component, config_file, config_of, core,
-    core_of, deployment, external_types, features_of, flat_of, inference_of_core, names_of, shell_of,
+    Callee, Decl, Location, ModelDb, Project, Type, catalogue, codel, component, config_file, config_of,
+    core, core_of, deployment, external_types, features_of, flat_of, inference_of_core, names_of, shell_of,
     type_of,
 };
 use mauve_syntax::keywords::ActivityField;
@@ -27,7 +27,7 @@ pub struct Problem<'db> {
     /// What is wrong, and what to do.
     pub message: String,
     /// Where.
-    pub at: Place<'db>,
+    pub at: Location<'db>,
 }
 
 /// What one package is made of.
@@ -246,7 +246,7 @@ impl<'db> Reader<'db> {
             let message = format!(
                 "{what} `{first}` and `{name}` would be one {made} where a file system ignores case: rename one of them"
             );
-            self.report(message, Place::name_of(decl));
+            self.report(message, Location::name_of(decl));
         }
     }
 
@@ -281,7 +281,7 @@ impl<'db> Reader<'db> {
             }
             self.check_operations(component);
             if component_is_broken(db, component) {
-                self.report("this component is not complete".to_owned(), Place::name_of(component));
+                self.report("this component is not complete".to_owned(), Location::name_of(component));
             }
         }
     }
@@ -298,7 +298,7 @@ impl<'db> Reader<'db> {
             if is_provided && data.operations.iter().all(|operation| operation.name.name != *name) {
                 let message =
                     format!("core {} does not define the operation `{name}` of this shell", of.name(db));
-                self.report(message, Place::name_of(component));
+                self.report(message, Location::name_of(component));
             }
         }
     }
@@ -311,7 +311,7 @@ impl<'db> Reader<'db> {
             {
                 if let Some(mask) = mask(&field.value).filter(|mask| u32::try_from(*mask).is_err()) {
                     let say = format!("Orocos has CPUs 1 to 32, and this is {}", cpu_names(mask));
-                    self.report(say, Place::Part(of, field.value_part));
+                    self.report(say, Location::Source(of, field.value_id));
                 }
             }
         }
@@ -331,10 +331,10 @@ impl<'db> Reader<'db> {
                  message package"
             ),
         };
-        self.report(say, Place::Part(of, ty.part));
+        self.report(say, Location::Source(of, ty.id));
     }
 
-    fn report(&mut self, message: String, at: Place<'db>) {
+    fn report(&mut self, message: String, at: Location<'db>) {
         let problem = Problem { message, at };
         if !self.problems.contains(&problem) {
             self.problems.push(problem);
@@ -372,7 +372,7 @@ impl<'db> Reader<'db> {
         let name = |index: &usize| all.get(*index).map(|it| format!("`{}`", it.package));
         let others: Vec<String> =
             library.calls.iter().filter(|it| !done.contains(it)).filter_map(name).collect();
-        let at = library.components.first().map(|(component, _)| Place::name_of(*component));
+        let at = library.components.first().map(|(component, _)| Location::name_of(*component));
         if let Some(at) = at {
             let message = format!(
                 "components of library `{}` call codels of {}, whose components call codels of it, over others or \

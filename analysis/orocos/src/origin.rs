@@ -1,6 +1,6 @@
 //! Where generated code comes from: what its comments say of the model.
 
-use mauve_hir::{Decl, ModelDb, Place, Workspace, declaration_map, file_and_line, parse};
+use mauve_hir::{Decl, Location, ModelDb, Workspace, declaration_map, file_and_line, parse};
 use mauve_syntax::comment_above;
 use mauve_timing::task_set::Exported;
 
@@ -53,12 +53,12 @@ pub(crate) fn is_marked(path: &str, text: &str) -> bool {
 }
 
 /// The file of something in a model, from the folder of the workspace, and its line: `components/switch.mal:8`.
-pub(crate) fn origin<'db>(db: &'db dyn ModelDb, workspace: Workspace, at: &Place<'db>) -> String {
+pub(crate) fn origin<'db>(db: &'db dyn ModelDb, workspace: Workspace, at: &Location<'db>) -> String {
     comment(&file_and_line(db, workspace, at))
 }
 
 /// The file alone. One from outside the folder is known by its name: where it is differs from machine to machine.
-pub(crate) fn origin_file<'db>(db: &'db dyn ModelDb, workspace: Workspace, at: &Place<'db>) -> String {
+pub(crate) fn origin_file<'db>(db: &'db dyn ModelDb, workspace: Workspace, at: &Location<'db>) -> String {
     let path = at.file(db).path(db);
     let own = path.strip_prefix(workspace.folder(db)).ok();
     let own = own.or_else(|| path.file_name().map(AsRef::as_ref)).unwrap_or(path);

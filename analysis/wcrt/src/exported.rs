@@ -8,7 +8,7 @@ use crate::reason::{Doubt, Prose, Reason, Refusal};
 use crate::response::{Executed, Known, Query, Report, lost_in, psms_of, report};
 use crate::system::{Row, system_of};
 use crate::timetable::timetable_of;
-use mauve_hir::{Decl, File, ModelDb, Place, ProgramId, Project, config_of, platform_of};
+use mauve_hir::{Decl, File, Location, ModelDb, ProgramId, Project, config_of, platform_of};
 
 /// What a deployment runs, at all levels of its project's tables, with its reasons in `prose`.
 pub fn task_set_of<'db>(
@@ -177,10 +177,10 @@ pub fn response_times_of<'db>(
     let column = set.column(query.level)?;
     let activities = set.activities_at(column, query.method);
     let reported =
-        |reason: &str, at: &Place<'db>| Refusal::reported(Reason::Stated(reason.to_owned()), at.clone());
+        |reason: &str, at: &Location<'db>| Refusal::reported(Reason::Stated(reason.to_owned()), at.clone());
     let row = |(index, activity): (u32, &Activity)| {
         // Nobody looks there: it tells one activity from another.
-        let at = Place::Range(file, index, index);
+        let at = Location::Range(file, index, index);
         Row {
             instance: activity.instance.as_str().into(),
             component_name: activity.component.as_str().into(),
@@ -205,7 +205,7 @@ pub fn response_times_of<'db>(
         machine.flat_map(|it| &it.assumed).map(|it| (it.codel.clone(), it.time)).collect()
     };
     let assumed: Vec<Vec<(String, Time)>> = set.activities.iter().map(assumed).collect();
-    let lost = &Place::Range(file, 0, 0);
+    let lost = &Location::Range(file, 0, 0);
     let lost: Vec<Refusal<'db>> = set.not_analysed.iter().map(|reason| reported(reason, lost)).collect();
     let known = Known {
         rows: &rows,

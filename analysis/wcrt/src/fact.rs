@@ -5,20 +5,20 @@
 use mauve_timing::{Level, Time, TimeError};
 
 use crate::reason::{ActivityField, NoSuchCpu, Refusal, TableFault, TableLevels, WrongProgram};
-use mauve_hir::item_tree::{Kind, Name, Part, TypeRef};
-use mauve_hir::{Decl, File, Place, Unresolved};
+use mauve_hir::item_tree::{Kind, Name, SourceId, TypeRef};
+use mauve_hir::{Decl, File, Location, Unresolved};
 
 /// Something wrong, at a location.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub struct TimingFact<'db> {
     /// Where.
-    pub at: Place<'db>,
+    pub at: Location<'db>,
     /// What.
     pub kind: TimingFactKind<'db>,
 }
 
 impl<'db> TimingFact<'db> {
-    pub(crate) fn new(at: Place<'db>, kind: TimingFactKind<'db>) -> TimingFact<'db> {
+    pub(crate) fn new(at: Location<'db>, kind: TimingFactKind<'db>) -> TimingFact<'db> {
         TimingFact { at, kind }
     }
 }
@@ -36,34 +36,34 @@ pub enum TimingFactKind<'db> {
     /// An activity is for an instance that the architecture does not have.
     UnresolvedInstance { name: Name, architecture: Decl<'db>, near: Option<Name> },
     /// An instance has two activities.
-    DuplicateActivity { instance: Name, first: Place<'db> },
+    DuplicateActivity { instance: Name, first: Location<'db> },
     /// An instance has no activity.
     MissingActivity { of: Decl<'db>, instance: Name },
     /// An activity has a field twice.
-    DuplicateField { of: Decl<'db>, part: Part, field: ActivityField, instance: Name, first: Place<'db> },
+    DuplicateField { of: Decl<'db>, id: SourceId, field: ActivityField, instance: Name, first: Location<'db> },
     /// No activity has a field of this name.
     UnknownField(Name),
     /// An activity has no priority. With one that is free on its CPU, and where its period stands.
-    MissingPriority { of: Decl<'db>, activity: (Name, Part), free: u32, period: Option<Part> },
+    MissingPriority { of: Decl<'db>, activity: (Name, SourceId), free: u32, period: Option<SourceId> },
     /// An activity has no period. With the location of the value of its priority.
-    MissingPeriod { of: Decl<'db>, activity: (Name, Part), priority: Option<Part> },
+    MissingPeriod { of: Decl<'db>, activity: (Name, SourceId), priority: Option<SourceId> },
     /// A field has an invalid value.
     InvalidField(ActivityField, Expected),
     /// An affinity names a CPU that there is not.
     NoSuchCpu(NoSuchCpu),
     /// A deadline is later than the period. With the period as it is written, and its location.
-    DeadlineExceedsPeriod { deadline: Time, period: Time, written: Name, period_at: Place<'db> },
+    DeadlineExceedsPeriod { deadline: Time, period: Time, written: Name, period_at: Location<'db> },
     /// Several activities have one priority on one CPU: this one, and the others with the locations of their priorities.
-    EqualPriorities { instance: Name, priority: u32, others: Vec<(Name, Place<'db>)> },
+    EqualPriorities { instance: Name, priority: u32, others: Vec<(Name, Location<'db>)> },
     /// An activity with a shorter deadline has a lower priority.
-    PriorityInversion { late: DeadlineAndPriority, early: DeadlineAndPriority, early_at: Place<'db> },
+    PriorityInversion { late: DeadlineAndPriority, early: DeadlineAndPriority, early_at: Location<'db> },
     /// A component runs before the one of the same period that writes what it reads.
-    StaleData { reader: Name, writer: Name, port: Name, writer_at: Place<'db> },
+    StaleData { reader: Name, writer: Name, port: Name, writer_at: Location<'db> },
 
     /// A table has an error.
     InvalidTable(TableFault),
     /// A table has a time for what has one already.
-    RepeatedTime { key: String, first: (File, Place<'db>) },
+    RepeatedTime { key: String, first: (File, Location<'db>) },
     /// A key is unknown. With a similar name, and the whole key that can replace it.
     UnknownTimingKey { kind: Kind, key: String, near: Option<Name>, fixed: Option<String> },
     /// A component does not have a program, or has several of its key.
@@ -169,5 +169,5 @@ pub struct MissingTime<'db> {
     /// Does a table have it at other levels?
     pub at_other_levels: bool,
     /// The activities that execute it, by their instances.
-    pub users: Vec<(Name, Place<'db>)>,
+    pub users: Vec<(Name, Location<'db>)>,
 }

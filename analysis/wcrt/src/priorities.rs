@@ -5,7 +5,7 @@ use rustc_hash::FxHashSet;
 use crate::fact::{DeadlineAndPriority, TimingFact, TimingFactKind};
 use crate::system::{Priority, Row, system_of};
 use mauve_hir::item_tree::Name;
-use mauve_hir::{Decl, ModelDb, Place, Project, deployed, deployment};
+use mauve_hir::{Decl, Location, ModelDb, Project, deployed, deployment};
 use mauve_syntax::keywords::ActivityField;
 
 /// What may be better about the priorities of a deployment.
@@ -35,7 +35,7 @@ pub(crate) fn check_rows<'db>(
         let activity = deployment(db, of)?.activities.iter().find(|it| it.instance.name == *instance)?;
         let field =
             activity.fields.iter().find(|field| field.name.name == ActivityField::Priority.keyword())?;
-        Some(Place::Part(of, field.value_part))
+        Some(Location::Source(of, field.value_id))
     };
     let mut found = Vec::new();
     let mut said: FxHashSet<Name> = FxHashSet::default();

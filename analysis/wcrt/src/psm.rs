@@ -8,8 +8,8 @@ use crate::reason::{MOST_REASONS, Reason, Refusal, TooLong, Unknown, UnusableTim
 use crate::timetable::{Lookup, Timetable, timetable_of};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{
-    Behaviour, Cost, Decl, ModelDb, Place, ProgramId, Project, TimedProgram, behaviour_of, codel, component,
-    core_of, errors_in, features_of, is_core_for, operations_in, shell_of, uses_of,
+    Behaviour, Cost, Decl, Location, ModelDb, ProgramId, Project, TimedProgram, behaviour_of, codel,
+    component, core_of, errors_in, features_of, is_core_for, operations_in, shell_of, uses_of,
 };
 
 /// A component's periodic state machine (paper, Def. 3 and 4).
@@ -76,7 +76,7 @@ pub(crate) fn psm_with<'db>(
 ) -> Result<Psm<'db>, Refused<'db>> {
     let refuse =
         |reason, at| Err(Refused { refusals: vec![Refusal::reported(reason, at)], missing: Vec::new() });
-    let at = Place::name_of(of);
+    let at = Location::name_of(of);
     if component(db, of).is_some_and(|data| !data.whole) {
         return refuse(Reason::Damaged(of), at);
     }
@@ -97,7 +97,7 @@ pub(crate) fn psm_with<'db>(
     }
     let features = features_of(db, project, shell);
     if features.lost || features.cycle {
-        return refuse(Reason::IncompleteShell { project, shell }, Place::name_of(shell));
+        return refuse(Reason::IncompleteShell { project, shell }, Location::name_of(shell));
     }
     let errors = errors_behind(db, project, of, shell, core);
     if !errors.is_empty() {
@@ -136,7 +136,7 @@ fn errors_behind<'db>(
     codels.sort_by(|a, b| a.name(db).cmp(b.name(db)));
     let is_damaged = |of: &&Decl<'db>| codel(db, **of).is_some_and(|data| !data.whole);
     let damaged = codels.iter().filter(is_damaged);
-    let damaged = damaged.map(|&of| Refusal::reported(Reason::Damaged(of), Place::name_of(of)));
+    let damaged = damaged.map(|&of| Refusal::reported(Reason::Damaged(of), Location::name_of(of)));
     let errors = declared.chain(codels.iter().copied()).flat_map(|decl| errors_in(db, project, decl));
     errors.map(Refusal::of_model).chain(damaged).take(MOST_REASONS).collect()
 }
@@ -175,7 +175,7 @@ impl<'db> Evaluator<'_, 'db> {
                 // That is one warning, where the level is asked for.
                 Some(table) => {
                     let none = Reason::NoOverhead { level: self.level, table: table.clone() };
-                    self.refused.refusals.push(Refusal::reported(none, Place::name_of(self.component)));
+                    self.refused.refusals.push(Refusal::reported(none, Location::name_of(self.component)));
                 }
                 None => self.refuse(Reason::TooLong(TooLong::Overhead)),
             }
@@ -204,7 +204,7 @@ impl<'db> Evaluator<'_, 'db> {
         let missing = std::mem::take(&mut self.missing);
         for (decl, other_levels) in missing.into_values() {
             let reason = other_levels.clone().map_or(Reason::NoTime(decl), Reason::Table);
-            self.refused.refusals.push(Refusal::reported(reason, Place::name_of(decl)));
+            self.refused.refusals.push(Refusal::reported(reason, Location::name_of(decl)));
             self.refused.missing.push((decl, other_levels));
         }
         if !self.refused.refusals.is_empty() {
@@ -262,7 +262,7 @@ impl<'db> Evaluator<'_, 'db> {
     }
 
     fn refuse(&mut self, reason: Reason<'db>) {
-        self.refused.refusals.push(Refusal::own(reason, Place::name_of(self.component)));
+        self.refused.refusals.push(Refusal::own(reason, Location::name_of(self.component)));
     }
 
     /// The time of a program: the table's, as a whole, or the sum of its codels.
@@ -271,7 +271,7 @@ impl<'db> Evaluator<'_, 'db> {
             Lookup::Known(time) | Lookup::Assumed(time) => Some(time),
             Lookup::Absent => self.cost(&program.cost),
             Lookup::OtherLevels(why) | Lookup::Unusable(why) => {
-                let refusal = Refusal::reported(Reason::Table(why), Place::name_of(self.component));
+                let refusal = Refusal::reported(Reason::Table(why), Location::name_of(self.component));
                 self.refused.refusals.push(refusal);
                 None
             }
@@ -322,7 +322,7 @@ impl<'db> Evaluator<'_, 'db> {
                 None
             }
             Lookup::Unusable(why) => {
-                let refusal = Refusal::reported(Reason::Table(why), Place::name_of(codel));
+                let refusal = Refusal::reported(Reason::Table(why), Location::name_of(codel));
                 if !self.refused.refusals.contains(&refusal) {
                     self.refused.refusals.push(refusal);
                 }

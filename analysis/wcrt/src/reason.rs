@@ -6,7 +6,7 @@ use mauve_timing::{Level, MachineError, NoBoundReason};
 
 use mauve_hir::fact;
 use mauve_hir::item_tree::{Kind, Name};
-use mauve_hir::{Decl, File, MistakeKind, ModelDb, Place, ProgramId, Project};
+use mauve_hir::{Decl, File, Location, MistakeKind, ModelDb, ProgramId, Project};
 
 /// So many errors are named as reasons; the diagnostics have all.
 pub(crate) const MOST_REASONS: usize = 8;
@@ -17,19 +17,19 @@ pub struct Refusal<'db> {
     /// The reason.
     pub reason: Reason<'db>,
     /// The location of the reason.
-    pub at: Place<'db>,
+    pub at: Location<'db>,
     /// Whether a diagnostic of its own reports the reason.
     pub reported: bool,
 }
 
 impl<'db> Refusal<'db> {
     /// A reason that another diagnostic reports at its location.
-    pub(crate) fn reported(reason: Reason<'db>, at: Place<'db>) -> Refusal<'db> {
+    pub(crate) fn reported(reason: Reason<'db>, at: Location<'db>) -> Refusal<'db> {
         Refusal { reason, at, reported: true }
     }
 
     /// A reason that nothing else reports.
-    pub(crate) fn own(reason: Reason<'db>, at: Place<'db>) -> Refusal<'db> {
+    pub(crate) fn own(reason: Reason<'db>, at: Location<'db>) -> Refusal<'db> {
         Refusal { reason, at, reported: false }
     }
 

@@ -16,7 +16,7 @@ use crate::system::{Priority, Row, System, read, system_of};
 use crate::timetable::timetable_of;
 use crate::what_if::{SupposedField, with_fields};
 use mauve_hir::{
-    Decl, ModelDb, Place, Project, Workspace, config_file, config_of, deployment as declared_deployment,
+    Decl, Location, ModelDb, Project, Workspace, config_file, config_of, deployment as declared_deployment,
     names_of, platform_of,
 };
 
@@ -401,12 +401,12 @@ fn lost_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, system: &System<'db
     if let Some(tables) = &timetable_of(db, project).lost {
         lost.push(Refusal::reported(
             Reason::IncompleteTables(tables.clone()),
-            Place::Range(tables.file, 0, 0),
+            Location::Range(tables.file, 0, 0),
         ));
     }
     if let Some(file) = names_of(db, project).scope_lost {
         let problem = file.problem(db).as_ref().map(|problem| problem.message().to_owned());
-        lost.push(Refusal::reported(Reason::DamagedFile { file, problem }, Place::Range(file, 0, 0)));
+        lost.push(Refusal::reported(Reason::DamagedFile { file, problem }, Location::Range(file, 0, 0)));
     }
     lost
 }
@@ -625,14 +625,14 @@ fn missing_time_facts<'db>(
         // What was chosen elsewhere is not to be changed there.
         let span = span.filter(|_| workspace.significance(db).is_none());
         let at = span.map_or_else(
-            || Place::name_of(deployment),
-            |(file, span)| Place::Range(file, span.start as u32, span.end as u32),
+            || Location::name_of(deployment),
+            |(file, span)| Location::Range(file, span.start as u32, span.end as u32),
         );
         found.push(TimingFact::new(at, TimingFactKind::NoTimesAtLevel(query.level, table.clone())));
     }
     if !missing.is_empty() && timetable_of(db, project).is_empty() {
         let none = TimingFactKind::NoTimes { codels: missing.len() };
-        found.push(TimingFact::new(Place::name_of(deployment), none));
+        found.push(TimingFact::new(Location::name_of(deployment), none));
         return found;
     }
     let missing: Vec<MissingTime<'db>> = missing.into_iter().filter(|it| !it.at_other_levels).collect();
@@ -642,7 +642,7 @@ fn missing_time_facts<'db>(
     let budgets = budgets(db, project, deployment, query);
     found.extend(missing.into_iter().map(|missing| {
         let budget = budgets.iter().find(|budget| budget.codel == missing.codel).cloned();
-        TimingFact::new(Place::name_of(missing.codel), TimingFactKind::MissingTime(missing, budget))
+        TimingFact::new(Location::name_of(missing.codel), TimingFactKind::MissingTime(missing, budget))
     }));
     found
 }

@@ -8,13 +8,13 @@ use mauve_timing::{Rounding, Time, Unit};
 use crate::fact::{Expected, NoTime, TimingFact, TimingFactKind};
 use crate::reason::{ActivityField, Doubt, MOST_REASONS, NoSuchCpu, Reason, Refusal, Unknown};
 use mauve_hir::item_tree::{
-    Activity, Deployment, Endpoint, Expr, FeatureKind, Field, Kind, Literal, Name, NameRef, Part,
+    Activity, Deployment, Endpoint, Expr, FeatureKind, Field, Kind, Literal, Name, NameRef, SourceId,
     UnaryOperator,
 };
 use mauve_hir::{
-    Decl, Features, Flat, FlatInstance, Link, ModelDb, Place, Project, architecture, core_interface, core_of,
-    deployment, errors_in, features_of, flat_of, names_of, platform_of, shell_of, similar, too_large,
-    whole_number as whole_number_of,
+    Decl, Features, Flat, FlatInstance, Link, Location, ModelDb, Project, architecture, core_interface,
+    core_of, deployment, errors_in, features_of, flat_of, names_of, platform_of, shell_of, similar,
+    too_large, whole_number as whole_number_of,
 };
 
 /// What a deployment asks to be run.
@@ -40,7 +40,7 @@ pub struct Row<'db> {
     /// Its component, where that is known.
     pub component: Option<Decl<'db>>,
     /// What it is, for whoever points at it.
-    pub at: Place<'db>,
+    pub at: Location<'db>,
     /// How urgent it is.
     pub priority: Priority,
     /// The CPUs that it may use, a bit each; `None` where that is unknown.
@@ -88,21 +88,21 @@ pub(crate) fn read<'db>(
 ) -> System<'db> {
     let mut reader = Reader { db, project, of, found: System::default(), affinities: FxHashMap::default() };
     if !data.whole {
-        reader.lost(Reason::DamagedDeployment(of), Place::name_of(of));
+        reader.lost(Reason::DamagedDeployment(of), Location::name_of(of));
     }
     if let Some(at) = too_large(db, project) {
-        reader.lost(Reason::ProjectTooLarge, Place::name_of(at));
+        reader.lost(Reason::ProjectTooLarge, Location::name_of(at));
         return reader.found;
     }
     let names = names_of(db, project);
     if names.in_library(of.library(db).as_ref(), Kind::Deployment, of.name(db)).len() > 1 {
-        reader.lost(Reason::DeclaredTwice(of), Place::name_of(of));
+        reader.lost(Reason::DeclaredTwice(of), Location::name_of(of));
     }
     let target = match data.targets.as_slice() {
         [target] => match names.resolve_type(db, of, Kind::Architecture, Some(target)) {
             Ok(architecture) => Some(architecture),
             Err(why) => {
-                let at = Place::Part(of, target.part);
+                let at = Location::Source(of, target.id);
                 reader.report(at, TimingFactKind::UnresolvedArchitecture { of, ty: target.clone(), why });
                 None
             }
@@ -110,8 +110,10 @@ pub(crate) fn read<'db>(
         targets => {
             if data.whole {
                 match targets.get(1) {
-                    Some(second) => reader.report(Place::Part(of, second.part), TimingFactKind::SecondTarget),
-                    None => reader.report(Place::name_of(of), TimingFactKind::NoTarget),
+                    Some(second) => {
+                        reader.report(Location::Source(of, second.id), TimingFactKind::SecondTarget)
+                    }
+                    None => reader.report(Location::name_of(of), TimingFactKind::NoTarget),
                 }
             }
             None
@@ -123,7 +125,7 @@ pub(crate) fn read<'db>(
             reader.errors(target);
         }
         None => {
-            reader.lost(Reason::NoArchitecture(of), Place::name_of(of));
+            reader.lost(Reason::NoArchitecture(of), Location::name_of(of));
             for activity in data.activities.iter().filter(|activity| !activity.instance.name.is_empty()) {
                 reader.activity(None, activity);
             }
@@ -139,15 +141,15 @@ struct Reader<'db> {
     of: Decl<'db>,
     found: System<'db>,
     /// Where the affinities stand, by row.
-    affinities: FxHashMap<usize, Place<'db>>,
+    affinities: FxHashMap<usize, Location<'db>>,
 }
 
 impl<'db> Reader<'db> {
-    fn report(&mut self, at: Place<'db>, kind: TimingFactKind<'db>) {
+    fn report(&mut self, at: Location<'db>, kind: TimingFactKind<'db>) {
         self.found.facts.push(TimingFact::new(at, kind));
     }
 
-    fn lost(&mut self, reason: Reason<'db>, at: Place<'db>) {
+    fn lost(&mut self, reason: Reason<'db>, at: Location<'db>) {
         self.found.lost.push(Refusal::reported(reason, at));
     }
 
@@ -155,7 +157,7 @@ impl<'db> Reader<'db> {
         let flat = flat_of(self.db, self.project, target);
         self.found.lost.extend(flat.lost.iter().map(Refusal::of_model));
         if flat.cycle {
-            self.lost(Reason::ImportsItself(target), Place::name_of(target));
+            self.lost(Reason::ImportsItself(target), Location::name_of(target));
         }
         let mut first_of: FxHashMap<&Name, &Activity> = FxHashMap::default();
         // Instances whose activity has a misspelt name: that is one mistake.
@@ -169,7 +171,7 @@ impl<'db> Reader<'db> {
             // An instance that was lost is one mistake.
             if instance.is_none() && flat.lost.is_empty() {
                 let near = similar(name, flat.instances.iter().map(|instance| &instance.name));
-                let at = Place::Part(self.of, activity.instance.part);
+                let at = Location::Source(self.of, activity.instance.id);
                 misspelt.extend(near.clone());
                 let missing = Reason::NoSuchInstance { architecture: target, instance: name.clone() };
                 strays.push(Refusal::reported(missing, at.clone()));
@@ -178,8 +180,8 @@ impl<'db> Reader<'db> {
             }
             self.activity(instance, activity);
             if let Some(first) = first {
-                let at = Place::Part(self.of, activity.instance.part);
-                let first = Place::Part(self.of, first.instance.part);
+                let at = Location::Source(self.of, activity.instance.id);
+                let first = Location::Source(self.of, first.instance.id);
                 let instance = name.clone();
                 self.report(at.clone(), TimingFactKind::DuplicateActivity { instance, first });
                 let refusal = Refusal::reported(Reason::SecondActivity(name.clone()), at);
@@ -203,7 +205,7 @@ impl<'db> Reader<'db> {
             if first_of.contains_key(&instance.name) || !without.insert(&instance.name) {
                 continue;
             }
-            let at = Place::name_of(self.of);
+            let at = Location::name_of(self.of);
             let refusal = Refusal::reported(Reason::NoActivity, at.clone());
             // Where an activity was lost, it may have been this one.
             if !misspelt.contains(&instance.name) && !is_renamed && self.found.lost.is_empty() {
@@ -269,7 +271,7 @@ impl<'db> Reader<'db> {
     }
 
     fn activity(&mut self, instance: Option<&FlatInstance<'db>>, activity: &Activity) {
-        let at = Place::Part(self.of, activity.instance.part);
+        let at = Location::Source(self.of, activity.instance.id);
         let mut row = Row {
             instance: activity.instance.name.clone(),
             component_name: instance.map_or_else(Name::default, |instance| self.component_name(instance)),
@@ -294,7 +296,7 @@ impl<'db> Reader<'db> {
                 let (declared, _) = instance.declared;
                 let what = Unknown::ComponentOf(instance.name.clone());
                 let unknown = Reason::Unknown { project: self.project, what };
-                row.refusals.push(Refusal::reported(unknown, Place::name_of(declared)));
+                row.refusals.push(Refusal::reported(unknown, Location::name_of(declared)));
             }
             Some(_) => {}
         }
@@ -323,8 +325,8 @@ impl<'db> Reader<'db> {
         if row.priority == Priority::Unknown {
             if fields.priority.is_none() && !lost {
                 let free = self.free_priority(activity);
-                let period = field_of(activity, ActivityField::Period).map(|period| period.name.part);
-                let name = (activity.instance.name.clone(), activity.instance.part);
+                let period = field_of(activity, ActivityField::Period).map(|period| period.name.id);
+                let name = (activity.instance.name.clone(), activity.instance.id);
                 let missing = TimingFactKind::MissingPriority { of: self.of, activity: name, free, period };
                 self.report(at.clone(), missing);
             }
@@ -334,9 +336,8 @@ impl<'db> Reader<'db> {
             }
         } else if row.priority != Priority::Background && row.period.is_none() {
             if fields.period.is_none() && !lost {
-                let priority =
-                    field_of(activity, ActivityField::Priority).map(|priority| priority.value_part);
-                let name = (activity.instance.name.clone(), activity.instance.part);
+                let priority = field_of(activity, ActivityField::Priority).map(|priority| priority.value_id);
+                let name = (activity.instance.name.clone(), activity.instance.id);
                 let missing = TimingFactKind::MissingPeriod { of: self.of, activity: name, priority };
                 self.report(at.clone(), missing);
             }
@@ -362,9 +363,9 @@ impl<'db> Reader<'db> {
                         Expr::Literal(Literal::Int(text) | Literal::Float(text), _) => text.clone(),
                         _ => Name::default(),
                     };
-                    let period_at = Place::Part(self.of, of_period.value_part);
+                    let period_at = Location::Source(self.of, of_period.value_id);
                     self.report(
-                        Place::Part(self.of, field.value_part),
+                        Location::Source(self.of, field.value_id),
                         TimingFactKind::DeadlineExceedsPeriod { deadline, period, written, period_at },
                     );
                     // Which of the two is the mistake is unknown.
@@ -377,7 +378,7 @@ impl<'db> Reader<'db> {
     }
 
     fn field<'a>(&mut self, row: &mut Row<'db>, fields: &mut Fields<'a>, written: &'a Field) {
-        let at = Place::Part(self.of, written.name.part);
+        let at = Location::Source(self.of, written.name.id);
         let Some(field) = ActivityField::from_keyword(&written.name.name) else {
             let name = written.name.name.clone();
             row.refusals.push(Refusal::reported(Reason::UnknownField(name.clone()), at.clone()));
@@ -392,11 +393,11 @@ impl<'db> Reader<'db> {
             ActivityField::Deadline => &mut fields.deadline,
         };
         if let Some(first) = slot.replace(written) {
-            let first = Place::Part(self.of, first.name.part);
-            let (of, part, instance) = (self.of, written.name.part, row.instance.clone());
+            let first = Location::Source(self.of, first.name.id);
+            let (of, id, instance) = (self.of, written.name.id, row.instance.clone());
             let second = Reason::SecondField { field, instance: instance.clone() };
             row.refusals.push(Refusal::reported(second, at.clone()));
-            self.report(at, TimingFactKind::DuplicateField { of, part, field, instance, first });
+            self.report(at, TimingFactKind::DuplicateField { of, id, field, instance, first });
             match field {
                 ActivityField::Affinity => row.cpus = None,
                 ActivityField::Priority => row.priority = Priority::Unknown,
@@ -405,7 +406,7 @@ impl<'db> Reader<'db> {
             }
             return;
         }
-        let value = Place::Part(self.of, written.value_part);
+        let value = Location::Source(self.of, written.value_id);
         // A half-typed value is a syntax error, reported already.
         if written.value == Expr::Missing {
             row.refusals.push(Refusal::reported(Reason::DamagedField(field), value));
@@ -540,7 +541,7 @@ impl<'db> Reader<'db> {
 /// An item of an architecture or of a deployment.
 struct Item<'db> {
     /// Its first part.
-    first: Part,
+    first: SourceId,
     /// The instances that it declares, connects, runs or sets a value of.
     instances: Vec<&'db Name>,
     /// Does it connect operations?
@@ -552,7 +553,7 @@ fn items_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Vec<Item<'db>> {
     let item = |ends: &[&'db Option<Endpoint>], is_operation| {
         let ends: Vec<&NameRef> = ends.iter().filter_map(|end| Some(&end.as_ref()?.instance)).collect();
         let named = ends.iter().map(|end| &end.name).filter(|name| !name.is_empty());
-        Some(Item { first: ends.first()?.part, instances: named.collect(), is_operation })
+        Some(Item { first: ends.first()?.id, instances: named.collect(), is_operation })
     };
     let other = |first, instances| Item { first, instances, is_operation: false };
     let mut items: Vec<Item<'db>> = Vec::new();
@@ -560,22 +561,22 @@ fn items_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Vec<Item<'db>> {
         items.extend(data.connections.iter().filter_map(|it| item(&[&it.source, &it.target], false)));
         items.extend(data.operations.iter().filter_map(|it| item(&[&it.source, &it.target], true)));
         items.extend(data.settings.iter().filter_map(|it| item(&[&it.endpoint], false)));
-        items.extend(data.instances.iter().map(|it| other(it.name.part, vec![&it.name.name])));
-        items.extend(data.imports.iter().flatten().map(|it| other(it.part, Vec::new())));
+        items.extend(data.instances.iter().map(|it| other(it.name.id, vec![&it.name.name])));
+        items.extend(data.imports.iter().flatten().map(|it| other(it.id, Vec::new())));
     }
     if let Some(data) = deployment(db, of) {
         items.extend(data.settings.iter().filter_map(|it| item(&[&it.endpoint], false)));
-        items.extend(data.activities.iter().map(|it| other(it.instance.part, vec![&it.instance.name])));
+        items.extend(data.activities.iter().map(|it| other(it.instance.id, vec![&it.instance.name])));
     }
     items.sort_by_key(|item| item.first);
     items
 }
 
 /// The item of `decl` in which a place is.
-fn item_at<'a, 'db>(items: &'a [Item<'db>], decl: Decl<'db>, at: &Place<'db>) -> Option<&'a Item<'db>> {
+fn item_at<'a, 'db>(items: &'a [Item<'db>], decl: Decl<'db>, at: &Location<'db>) -> Option<&'a Item<'db>> {
     match at {
-        Place::Part(of, part) if *of == decl => {
-            items.get(items.partition_point(|item| item.first <= *part).checked_sub(1)?)
+        Location::Source(of, id) if *of == decl => {
+            items.get(items.partition_point(|item| item.first <= *id).checked_sub(1)?)
         }
         _ => None,
     }

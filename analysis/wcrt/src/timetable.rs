@@ -17,9 +17,9 @@ use crate::reason::{
 };
 use mauve_hir::item_tree::{FeatureKind, HookKind, Kind, Name};
 use mauve_hir::{
-    CONFIG_FILE, Decl, File, Mistake, ModelDb, Place, ProgramId, ProgramKey, Project, Workspace, all_roots,
-    behaviour_of, config_file, config_of, core_of, features_of, is_core_for, names_of, normalised, shell_of,
-    similar,
+    CONFIG_FILE, Decl, File, Location, Mistake, ModelDb, ProgramId, ProgramKey, Project, Workspace,
+    all_roots, behaviour_of, config_file, config_of, core_of, features_of, is_core_for, names_of, normalised,
+    shell_of, similar,
 };
 
 /// A table's content.
@@ -226,7 +226,7 @@ struct TimetableBuilder<'db> {
     project: Project<'db>,
     times: Timetable<'db>,
     facts: Vec<TimingFact<'db>>,
-    places: FxHashMap<Timed<'db>, Vec<(File, Place<'db>, String)>>,
+    places: FxHashMap<Timed<'db>, Vec<(File, Location<'db>, String)>>,
 }
 
 impl<'db> TimetableBuilder<'db> {
@@ -234,18 +234,18 @@ impl<'db> TimetableBuilder<'db> {
         self.times.lost.get_or_insert(IncompleteTable { file, error });
     }
 
-    fn report(&mut self, at: Place<'db>, kind: TimingFactKind<'db>) {
+    fn report(&mut self, at: Location<'db>, kind: TimingFactKind<'db>) {
         self.facts.push(TimingFact::new(at, kind));
     }
 
     /// An error that leaves every time unknown.
-    fn fault(&mut self, file: File, at: Place<'db>, error: TableFault) {
+    fn fault(&mut self, file: File, at: Location<'db>, error: TableFault) {
         self.report(at, TimingFactKind::InvalidTable(error.clone()));
         self.lost(file, error);
     }
 
     fn table(&mut self, file: File, table: &'db Table) {
-        let at = |span: &Range<usize>| Place::Range(file, span.start as u32, span.end as u32);
+        let at = |span: &Range<usize>| Location::Range(file, span.start as u32, span.end as u32);
         if let Some(problem) = file.problem(self.db) {
             self.fault(file, at(&(0..0)), TableFault::Unreadable(problem.message().to_owned()));
         }
@@ -289,7 +289,7 @@ impl<'db> TimetableBuilder<'db> {
         let db = self.db;
         let names = names_of(db, self.project);
         let file = slot.file;
-        let at = Place::Range(file, entry.key_span.start as u32, entry.key_span.end as u32);
+        let at = Location::Range(file, entry.key_span.start as u32, entry.key_span.end as u32);
         let found = names.by_key(kind, key);
         match found {
             [] if is_known_elsewhere(db, self.project, kind, key) => {}
@@ -358,7 +358,7 @@ impl<'db> TimetableBuilder<'db> {
         None
     }
 
-    fn program(&mut self, entry: &Entry, slot: Slot, at: Place<'db>) {
+    fn program(&mut self, entry: &Entry, slot: Slot, at: Location<'db>) {
         let (db, file) = (self.db, slot.file);
         let Some(ProgramKey { component, program }) = ProgramKey::parse(&entry.key) else {
             self.fault(file, at, TableFault::NoProgramKey(entry.key.clone()));

@@ -23,15 +23,15 @@ pub(crate) fn with_fields(data: &Deployment, supposed: &[SupposedField]) -> Depl
         let activities = data.activities.iter_mut().filter(|it| it.instance.name == *instance);
         for activity in activities {
             // What is wrong with a value that is not in the text is said at the activity.
-            let part = activity.instance.part;
+            let id = activity.instance.id;
             let is_whole = value.bytes().all(|byte| byte.is_ascii_digit());
             let literal = if is_whole { Literal::Int(value.clone()) } else { Literal::Float(value.clone()) };
-            let value = Expr::Literal(literal, part);
+            let value = Expr::Literal(literal, id);
             match activity.fields.iter_mut().find(|it| it.name.name == *field) {
                 Some(known) => known.value = value,
                 None => {
-                    let name = NameRef { name: (*field).into(), part };
-                    activity.fields.push(Field { name, value, value_part: part });
+                    let name = NameRef { name: (*field).into(), id };
+                    activity.fields.push(Field { name, value, value_id: id });
                 }
             }
         }

@@ -11,7 +11,7 @@ use clap::ValueEnum;
 use mauve_diagnostics::{
     Code, Diagnostic, Finding, Fix, Severity, codes, errors_of_text, workspace_diagnostics,
 };
-use mauve_hir::{Database, Place, Workspace, line_index};
+use mauve_hir::{Database, Location, Workspace, line_index};
 use mauve_syntax::TextSize;
 use serde::Serialize;
 
@@ -195,7 +195,7 @@ pub(super) fn with_excerpts(
     db: &Database,
     here: &Path,
     title: Title<'_>,
-    places: &[(&Place<'_>, &str, AnnotationKind)],
+    places: &[(&Location<'_>, &str, AnnotationKind)],
     notes: Vec<Message<'_>>,
 ) -> String {
     // One snippet for each file, so that related places of one file stand in one excerpt.
@@ -329,15 +329,15 @@ impl Lines {
     }
 
     /// ` (path:line)`; nothing for a whole file, which a message names.
-    pub(super) fn shown(&self, db: &Database, here: &Path, at: &Place<'_>) -> String {
-        if matches!(at, Place::Range(_, 0, 0)) {
+    pub(super) fn shown(&self, db: &Database, here: &Path, at: &Location<'_>) -> String {
+        if matches!(at, Location::Range(_, 0, 0)) {
             return String::new();
         }
         let path = shown(at.file(db).path(db), here);
         format!(" ({path}:{})", self.range(db, at).start.line)
     }
 
-    pub(super) fn range(&self, db: &Database, at: &Place<'_>) -> RangeDocument {
+    pub(super) fn range(&self, db: &Database, at: &Location<'_>) -> RangeDocument {
         let file = at.file(db);
         let text: &str = file.text(db);
         let range = at.range(db);

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 use mauve_diagnostics::{cpu_names, errors_of_text, reasons_of, timing_reason};
 use mauve_hir::item_tree::Name;
-use mauve_hir::{Database, Decl, File, Place, Project, Workspace};
+use mauve_hir::{Database, Decl, File, Location, Project, Workspace};
 use mauve_ide::{explain_response, explain_response_of};
 use mauve_timing::task_set::{Exported, Parsed, TaskSet};
 use mauve_timing::{Level, Rounding, Status, Time};
@@ -304,7 +304,8 @@ fn notes<'db>(it: &Deployed<'db>) -> Vec<String> {
     let here = std::env::current_dir().unwrap_or_default();
     for (query, report) in &it.reports {
         // Activities are named already.
-        let named: HashSet<&Place<'_>> = report.activities.iter().map(|activity| &activity.row.at).collect();
+        let named: HashSet<&Location<'_>> =
+            report.activities.iter().map(|activity| &activity.row.at).collect();
         let mut located = |refusal: &Refusal<'db>| {
             let reason = timing_reason(it.db, &refusal.reason);
             match it.origin {

@@ -4,14 +4,14 @@ use std::collections::HashMap;
 use std::path::PathBuf;
 
 use mauve_diagnostics::{Finding, Severity};
-use mauve_hir::{File, Place};
+use mauve_hir::{File, Location};
 use mauve_ide::{Change, FileChange};
 use mauve_syntax::format::Replacement;
 use tower_lsp::lsp_types::{
-    AnnotatedTextEdit, ChangeAnnotation, CodeDescription, CreateFile, CreateFileOptions, Diagnostic,
+    self, AnnotatedTextEdit, ChangeAnnotation, CodeDescription, CreateFile, CreateFileOptions, Diagnostic,
     DiagnosticRelatedInformation, DiagnosticSeverity, DiagnosticTag, DocumentChangeOperation,
-    DocumentChanges, Location, NumberOrString, OneOf, OptionalVersionedTextDocumentIdentifier, Range,
-    ResourceOp, TextDocumentEdit, TextEdit, Url, WorkspaceEdit,
+    DocumentChanges, NumberOrString, OneOf, OptionalVersionedTextDocumentIdentifier, Range, ResourceOp,
+    TextDocumentEdit, TextEdit, Url, WorkspaceEdit,
 };
 
 use super::pages;
@@ -162,11 +162,11 @@ pub(crate) fn files_there(paths: &[PathBuf]) -> impl Iterator<Item = Url> {
 }
 
 /// Where something stands.
-pub(crate) fn location(snapshot: &Snapshot, at: &Place<'_>) -> Option<Location> {
-    Some(Location { uri: snapshot.url(at.file(&snapshot.db))?, range: range(snapshot, at) })
+pub(crate) fn location(snapshot: &Snapshot, at: &Location<'_>) -> Option<lsp_types::Location> {
+    Some(lsp_types::Location { uri: snapshot.url(at.file(&snapshot.db))?, range: range(snapshot, at) })
 }
 
-fn range(snapshot: &Snapshot, at: &Place<'_>) -> Range {
+fn range(snapshot: &Snapshot, at: &Location<'_>) -> Range {
     let db = &snapshot.db;
     line_index(db, at.file(db)).range(at.range(db), snapshot.capabilities.encoding)
 }

@@ -580,22 +580,22 @@ impl Run<'_> {
     fn assign(&mut self, variable: &Variable, value: Value, frame: &mut Frame) {
         let value = convert(value, variable.ty);
         match variable.place {
-            Place::Local(index) => frame.locals[index] = value,
-            Place::Parameter(index) => frame.parameters[index] = value,
-            Place::Machine(index) => self.machine[index] = value,
-            Place::Core(index) => self.core[index] = value,
-            Place::Property(_) => unreachable!("nobody assigns it"),
+            Location::Local(index) => frame.locals[index] = value,
+            Location::Parameter(index) => frame.parameters[index] = value,
+            Location::Machine(index) => self.machine[index] = value,
+            Location::Core(index) => self.core[index] = value,
+            Location::Property(_) => unreachable!("nobody assigns it"),
         }
     }
 
     fn value_of(&self, variable: &Variable, frame: &Frame) -> Value {
         match variable.place {
-            Place::Local(index) => frame.locals[index].clone(),
-            Place::Parameter(index) => frame.parameters[index].clone(),
-            Place::Machine(index) => self.machine[index].clone(),
-            Place::Core(index) => self.core[index].clone(),
-            Place::Property(index) if self.it.properties[index].is_constant => self.frozen[index].clone(),
-            Place::Property(index) => self.properties[index].clone(),
+            Location::Local(index) => frame.locals[index].clone(),
+            Location::Parameter(index) => frame.parameters[index].clone(),
+            Location::Machine(index) => self.machine[index].clone(),
+            Location::Core(index) => self.core[index].clone(),
+            Location::Property(index) if self.it.properties[index].is_constant => self.frozen[index].clone(),
+            Location::Property(index) => self.properties[index].clone(),
         }
     }
 

@@ -71,7 +71,7 @@ pub struct Signature {
 
 /// What a name in a program stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Place {
+pub enum Location {
     /// By its number in its program.
     Local(usize),
     Parameter(usize),
@@ -82,7 +82,7 @@ pub enum Place {
 
 #[derive(Debug, Clone)]
 pub struct Variable {
-    pub place: Place,
+    pub place: Location,
     pub name: String,
     pub ty: Ty,
 }

@@ -109,7 +109,7 @@ struct Maker<'a> {
     /// Is what is made a part of the machine?
     in_machine: bool,
     /// What was named last.
-    recent: Vec<Place>,
+    recent: Vec<Location>,
 }
 
 impl<'a> Maker<'a> {
@@ -159,14 +159,14 @@ impl<'a> Maker<'a> {
         let count = 3 + self.random.below(5);
         let core = self.names(count);
         let first = [Ty::Int, Ty::Double, Ty::Bool];
-        self.it.core = self.variables(core, &machine, &first, Place::Core);
+        self.it.core = self.variables(core, &machine, &first, Location::Core);
         if !self.it.required.is_empty() {
             for index in 0..1 + self.random.below(2) {
                 let required = self.random.below(self.it.required.len());
                 self.it.handlers.push((format!("h{index}"), required));
             }
         }
-        self.it.machine = self.variables(machine, &[], &[], Place::Machine);
+        self.it.machine = self.variables(machine, &[], &[], Location::Machine);
         self.in_machine = false;
         let shared = self.scope.len();
         for index in (0..self.it.provided.len()).rev() {
@@ -212,7 +212,7 @@ impl<'a> Maker<'a> {
         names: Vec<String>,
         inner: &[String],
         types: &[Ty],
-        place: fn(usize) -> Place,
+        place: fn(usize) -> Location,
     ) -> Vec<(Variable, Option<Expr>)> {
         let outer = self.scope.clone();
         self.scope.retain(|it| !names.contains(&it.name) && !inner.contains(&it.name));
@@ -271,7 +271,7 @@ impl<'a> Maker<'a> {
             }
             let later = self.literal(ty);
             let is_constant = self.chance(40);
-            self.scope.push(Variable { place: Place::Property(index), name: name.clone(), ty });
+            self.scope.push(Variable { place: Location::Property(index), name: name.clone(), ty });
             self.it.properties.push(Property { name, ty, is_constant, bounds, default, first, later });
         }
         for index in 0..1 + self.random.below(3) {
@@ -301,7 +301,7 @@ impl<'a> Maker<'a> {
         for (number, (_, ty)) in signature.parameters.iter().enumerate() {
             let name = self.name(&names);
             names.push(name.clone());
-            self.scope.push(Variable { place: Place::Parameter(number), name, ty: *ty });
+            self.scope.push(Variable { place: Location::Parameter(number), name, ty: *ty });
         }
         let gives = signature.result.map_or(Gives::Nothing, Gives::Value);
         // What only comes out has a value first.
@@ -423,7 +423,7 @@ impl<'a> Maker<'a> {
         names.push(name.clone());
         // It is not seen in its own value.
         let value = self.value(ty, 2);
-        let variable = Variable { place: Place::Local(self.locals), name, ty };
+        let variable = Variable { place: Location::Local(self.locals), name, ty };
         self.locals += 1;
         if self.chance(80) {
             out.push(Statement::Local(variable.clone(), Some(value)));
@@ -455,7 +455,7 @@ impl<'a> Maker<'a> {
     fn visible(&self) -> Vec<Variable> {
         let hides =
             |index: usize, it: &Variable| self.scope[index + 1..].iter().any(|inner| inner.name == it.name);
-        let is_inner = |it: &Variable| matches!(it.place, Place::Local(_) | Place::Parameter(_));
+        let is_inner = |it: &Variable| matches!(it.place, Location::Local(_) | Location::Parameter(_));
         let all = self
             .scope
             .iter()
@@ -477,13 +477,13 @@ impl<'a> Maker<'a> {
     }
 
     /// A variable that is none of these, and can be assigned.
-    fn assignable(&mut self, ty: Ty, others: &[Place]) -> Option<Variable> {
+    fn assignable(&mut self, ty: Ty, others: &[Location]) -> Option<Variable> {
         let mut all = self.visible();
         let operation = self.operations.checked_sub(1).map(|index| &self.it.provided[index].0);
         all.retain(|it| {
             let is_assigned = match it.place {
-                Place::Property(_) => false,
-                Place::Parameter(number) => {
+                Location::Property(_) => false,
+                Location::Parameter(number) => {
                     operation.is_some_and(|operation| operation.parameters[number].0 != Way::In)
                 }
                 _ => true,
@@ -748,7 +748,7 @@ impl<'a> Maker<'a> {
         let mut places = Vec::new();
         if is_own {
             // What an operation may change by itself is not given to it as well.
-            places.extend((0..self.it.core.len()).map(Place::Core));
+            places.extend((0..self.it.core.len()).map(Location::Core));
         }
         let mut arguments = Vec::new();
         for (way, ty) in &signature.parameters {

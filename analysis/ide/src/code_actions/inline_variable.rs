@@ -46,7 +46,7 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
 
 /// The declaration of a local variable with a first value.
 fn declaration(core: &ast::Core, programs: &Programs<'_>, meaning: &Meaning<'_>) -> Option<ast::Var> {
-    let Meaning::Part(place) = meaning else { return None };
+    let Meaning::At(place) = meaning else { return None };
     let range = place.range(programs.db);
     let of_core = core.syntax().text_range().contains_range(range);
     let variable = core
@@ -86,7 +86,7 @@ fn inlined(
     let mut variables = programs.semantics.inference.variables();
     let declared = variables.find(|(_, it)| {
         it.kind == VariableKind::Local
-            && mauve_hir::Place::Part(programs.semantics.core, it.name.part).range(programs.db) == name
+            && mauve_hir::Location::Source(programs.semantics.core, it.name.id).range(programs.db) == name
     });
     let declared = declared.map(|(_, it)| &it.ty);
     if declared.is_none() || declared == Some(&Type::Unknown) || programs.type_of(&inner) != declared {
@@ -167,10 +167,10 @@ fn changes_beside(
 }
 
 fn is_local(programs: &Programs<'_>, name: &Found<'_>) -> bool {
-    let Meaning::Part(place) = &name.meaning else { return false };
+    let Meaning::At(place) = &name.meaning else { return false };
     programs.semantics.inference.variables().any(|(_, it)| {
         matches!(it.kind, VariableKind::Local | VariableKind::Parameter(_))
-            && mauve_hir::Place::Part(programs.semantics.core, it.name.part) == *place
+            && mauve_hir::Location::Source(programs.semantics.core, it.name.id) == *place
     })
 }
 

@@ -1,6 +1,6 @@
 //! What the refactorings of programs ask of a core: what its names stand for, and what its expressions give.
 
-use mauve_hir::item_tree::{Direction, Part};
+use mauve_hir::item_tree::{Direction, SourceId};
 use mauve_hir::{Binding, Builtin, Callee, ModelDb, Project, Semantics, Type, codel};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{NodeOrToken, SyntaxKind, SyntaxNode, TextRange, is_whole};
@@ -128,7 +128,7 @@ impl<'db> Programs<'db> {
     /// How a type is written in this core; `declared` is how it is written elsewhere.
     fn written(&self, ty: &Type, declared: Option<Vec<mauve_hir::item_tree::Name>>) -> Option<String> {
         let is_written = |path: Vec<mauve_hir::item_tree::Name>| {
-            let it = mauve_hir::item_tree::TypeRef { path, part: Part(0) };
+            let it = mauve_hir::item_tree::TypeRef { path, id: SourceId(0) };
             let found = mauve_hir::type_of(self.db, self.project, self.semantics.core, Some(&it));
             (found == *ty).then(|| it.to_string())
         };

@@ -1,6 +1,6 @@
 //! `library.Name` as `Name`, with a `use` of the library where it needs one; and back.
 
-use mauve_hir::item_tree::{Kind, Name, Part, TypeRef};
+use mauve_hir::item_tree::{Kind, Name, SourceId, TypeRef};
 use mauve_hir::{Builtin, Decl, File, ModelDb, Project, Unresolved, declaration_at, names_of};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::format::Replacement;
@@ -70,7 +70,7 @@ fn shortened(
 ) -> Option<Result<Change, String>> {
     let (of, decl) = meaning(db, project, file, ty)?;
     let (names, own) = (names_of(db, project), of.library(db).as_ref());
-    let short = TypeRef { path: vec![name.into()], part: Part(0) };
+    let short = TypeRef { path: vec![name.into()], id: SourceId(0) };
     let short_name = Replacement { range: ty.syntax().text_range(), text: name.to_owned() };
     match names.resolve_type(db, of, decl.kind(db), Some(&short)) {
         Ok(found) if found == decl => return Change::of(file, [short_name]).map(Ok),

@@ -83,8 +83,8 @@ fn needed_by(db: &dyn ModelDb, project: Project<'_>, library: &Name) -> Option<B
         for name in occurrences_of(db, project, decl) {
             match &name.meaning {
                 Meaning::Declaration(of) => needed.extend(of.library(db).clone()),
-                Meaning::Part(place) => {
-                    let mauve_hir::Place::Part(of, _) = place else { continue };
+                Meaning::At(place) => {
+                    let mauve_hir::Location::Source(of, _) = place else { continue };
                     needed.extend(of.library(db).clone());
                 }
                 Meaning::Library(of) | Meaning::Package(of) | Meaning::Message(of, _) => {

@@ -26,7 +26,7 @@ pub(super) fn completions(
     offset: TextSize,
 ) -> Completions {
     let text = file.text(db);
-    let Some(place) = Place::at(text, offset.into()) else { return Completions::default() };
+    let Some(place) = Location::at(text, offset.into()) else { return Completions::default() };
     let is_config = workspaces.iter().any(|&it| config_file(db, it) == Some(file));
     let is_table = workspaces.iter().any(|&it| table_files(db, it).files.contains(&file));
     if !is_config && !is_table {
@@ -94,7 +94,7 @@ enum What {
 
 /// Where the cursor is in a TOML file.
 #[derive(Debug, Clone, PartialEq, Eq)]
-struct Place {
+struct Location {
     what: What,
     /// The section around the cursor; empty before the first.
     section: String,
@@ -111,11 +111,11 @@ struct Place {
     has_value: bool,
 }
 
-impl Place {
+impl Location {
     /// None in comments, and in numbers.
-    fn at(text: &str, offset: usize) -> Option<Place> {
+    fn at(text: &str, offset: usize) -> Option<Location> {
         let (mut section, mut open_key, mut depth) = (String::new(), String::new(), 0_i32);
-        let mut place: Option<Place> = None;
+        let mut place: Option<Location> = None;
         let mut sections = BTreeSet::new();
         let mut keys: Vec<(String, String)> = Vec::new();
         let mut line_start = 0;
@@ -127,7 +127,7 @@ impl Place {
                     && !line.ends_with('\n');
             if is_here {
                 let before = line.get(..offset - line_start)?;
-                place = Some(Place::in_line(line, before, line_start, depth > 0, &open_key)?);
+                place = Some(Location::in_line(line, before, line_start, depth > 0, &open_key)?);
                 if let Some(place) = &mut place {
                     place.section.clone_from(&section);
                 }
@@ -157,7 +157,7 @@ impl Place {
             Some(place) => place,
             // The last line is empty.
             None => {
-                let mut place = Place::in_line("", "", text.len(), depth > 0, &open_key)?;
+                let mut place = Location::in_line("", "", text.len(), depth > 0, &open_key)?;
                 place.section.clone_from(&section);
                 place
             }
@@ -167,7 +167,7 @@ impl Place {
         Some(place)
     }
 
-    fn in_line(line: &str, before: &str, line_start: usize, goes_on: bool, key: &str) -> Option<Place> {
+    fn in_line(line: &str, before: &str, line_start: usize, goes_on: bool, key: &str) -> Option<Location> {
         if without_comment(before).len() < before.len() {
             return None;
         }
@@ -205,7 +205,7 @@ impl Place {
         if is_value && !is_quoted && typed.starts_with(|c: char| c.is_ascii_digit()) {
             return None;
         }
-        Some(Place {
+        Some(Location {
             what,
             section: String::new(),
             sections: BTreeSet::new(),

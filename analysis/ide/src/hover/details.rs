@@ -4,9 +4,9 @@
 use std::fmt::Write as _;
 
 use mauve_diagnostics::{timing_reason, type_name};
-use mauve_hir::item_tree::{HookKind, Kind, Name, Part};
+use mauve_hir::item_tree::{HookKind, Kind, Name, SourceId};
 use mauve_hir::{
-    Decl, Flat, ModelDb, Place, ProgramId, Project, architecture, core, deployment, features_of, flat_of,
+    Decl, Flat, Location, ModelDb, ProgramId, Project, architecture, core, deployment, features_of, flat_of,
     inference_of_core, line_of, names_of, shell, shell_of, type_of, values_in_effect,
 };
 use mauve_syntax::TextSize;
@@ -33,16 +33,14 @@ pub(super) fn details<'db>(
     {
         return table_of_codel(db, project, decl);
     }
-    let Meaning::Part(Place::Part(of, part)) = found.meaning else { return String::new() };
+    let Meaning::At(Location::Source(of, id)) = found.meaning else { return String::new() };
     match found.kind {
-        SymbolKind::Port | SymbolKind::Operation => block(connections(db, project, of, part)),
+        SymbolKind::Port | SymbolKind::Operation => block(connections(db, project, of, id)),
         SymbolKind::Property | SymbolKind::Constant => {
-            resolved_type(db, project, of, part, shown) + &block(values(db, project, of, part))
+            resolved_type(db, project, of, id, shown) + &block(values(db, project, of, id))
         }
-        SymbolKind::Variable => resolved_type(db, project, of, part, shown),
-        SymbolKind::State | SymbolKind::Transition | SymbolKind::Hook => {
-            block(programs(db, project, of, part))
-        }
+        SymbolKind::Variable => resolved_type(db, project, of, id, shown),
+        SymbolKind::State | SymbolKind::Transition | SymbolKind::Hook => block(programs(db, project, of, id)),
         _ => String::new(),
     }
 }
@@ -85,17 +83,15 @@ fn resolved_type<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
-    part: Part,
+    id: SourceId,
     shown: &str,
 ) -> String {
     let ty = if of.kind(db) == Kind::Core {
         let inference = inference_of_core(db, project, of);
         let mut variables = inference.variables();
-        variables
-            .find(|(_, it)| it.name.part == part)
-            .map(|(_, variable)| type_name(&variable.ty).into_owned())
+        variables.find(|(_, it)| it.name.id == id).map(|(_, variable)| type_name(&variable.ty).into_owned())
     } else {
-        let feature = shell(db, of).and_then(|data| data.features.iter().find(|it| it.name.part == part));
+        let feature = shell(db, of).and_then(|data| data.features.iter().find(|it| it.name.id == id));
         feature.map(|feature| type_name(&type_of(db, project, of, feature.ty.as_ref())).into_owned())
     };
     match ty {
@@ -126,9 +122,9 @@ fn having<'db>(
     project: Project<'db>,
     flat: &'db Flat<'db>,
     of: Decl<'db>,
-    part: Part,
+    id: SourceId,
 ) -> Option<(&'db Name, Vec<&'db Name>)> {
-    let index = shell(db, of)?.features.iter().position(|feature| feature.name.part == part)?;
+    let index = shell(db, of)?.features.iter().position(|feature| feature.name.id == id)?;
     let name = &shell(db, of)?.features.get(index)?.name.name;
     let instances = flat.instances.iter().filter(|instance| {
         let shell = instance.component.and_then(|component| shell_of(db, project, component));
@@ -139,10 +135,10 @@ fn having<'db>(
 }
 
 /// `laser.scan -> map.scan`
-fn connections<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, part: Part) -> Vec<String> {
+fn connections<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, id: SourceId) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for (_, flat) in deployed(db, project) {
-        let Some((name, instances)) = having(db, project, flat, of, part) else { continue };
+        let Some((name, instances)) = having(db, project, flat, of, id) else { continue };
         for instance in instances {
             let is_it = |end: &(Name, Name)| end.0 == *instance && end.1 == *name;
             let mut links =
@@ -163,10 +159,10 @@ fn connections<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, 
 }
 
 /// `laser.rate = 5 in D`
-fn values<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, part: Part) -> Vec<String> {
+fn values<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, id: SourceId) -> Vec<String> {
     let mut lines = Vec::new();
     for (root, flat) in deployed(db, project) {
-        let Some((name, instances)) = having(db, project, flat, of, part) else { continue };
+        let Some((name, instances)) = having(db, project, flat, of, id) else { continue };
         let known = values_in_effect(db, project, root);
         for instance in instances {
             let Some(found) = known.get(instance) else { continue };
@@ -179,19 +175,19 @@ fn values<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, part:
 }
 
 /// The times of a state, of a transition or of `update`, in each component.
-fn programs<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, part: Part) -> Vec<String> {
+fn programs<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, id: SourceId) -> Vec<String> {
     let Some(data) = core(db, of) else { return Vec::new() };
     let level = Query::shown(db, project).level;
     let states = data.machines.iter().flat_map(|machine| &machine.states);
     let declared = states.into_iter().find_map(|state| {
         let name = &state.name.name;
-        if state.name.part == part {
+        if state.name.id == id {
             return Some((name.clone(), None));
         }
-        let transition = state.transitions.iter().find(|it| it.name.part == part)?;
+        let transition = state.transitions.iter().find(|it| it.name.id == id)?;
         Some((name.clone(), Some(transition.name.name.clone())))
     });
-    let is_update = data.hooks.iter().any(|hook| hook.part == part && hook.kind == HookKind::Update);
+    let is_update = data.hooks.iter().any(|hook| hook.id == id && hook.kind == HookKind::Update);
     let Some((state, transition)) = declared.or_else(|| is_update.then(|| ("update".into(), None))) else {
         return Vec::new();
     };

@@ -1,7 +1,7 @@
 //! What the programs of a core take, and what a period takes at most in each state and with each transition.
 
-use mauve_hir::item_tree::{HookKind, Kind, Name, Part};
-use mauve_hir::{Decl, ModelDb, Place, ProgramId, Project, core, core_of, names_of, parse};
+use mauve_hir::item_tree::{HookKind, Kind, Name, SourceId};
+use mauve_hir::{Decl, Location, ModelDb, ProgramId, Project, core, core_of, names_of, parse};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxNode, SyntaxToken, TextRange, TextSize};
 use mauve_timing::{Level, Time};
@@ -28,8 +28,8 @@ pub(super) fn of_core<'db>(
         all.push((component, costs));
     }
     let heads = heads(db, of, range);
-    let mut add = |part: Part, before: &str, after: &str, time: &dyn Fn(&Costs) -> Option<&Time>| {
-        let offset = heads.get(&Place::Part(of, part).range(db).start());
+    let mut add = |id: SourceId, before: &str, after: &str, time: &dyn Fn(&Costs) -> Option<&Time>| {
+        let offset = heads.get(&Location::Source(of, id).range(db).start());
         let Some(&offset) = offset.filter(|offset| range.contains_inclusive(**offset)) else { return };
         if let Some((times, assumed)) = label(db, &all, time) {
             let label = format!("{before}{times}{after}{assumed}");
@@ -38,18 +38,18 @@ pub(super) fn of_core<'db>(
     };
     let at = format!(" at {level}");
     for hook in data.hooks.iter().filter(|hook| hook.kind == HookKind::Update) {
-        add(hook.part, "", &at, &|costs| costs.programs.get(&ProgramId::UPDATE));
+        add(hook.id, "", &at, &|costs| costs.programs.get(&ProgramId::UPDATE));
     }
     for state in data.machines.iter().flat_map(|machine| &machine.states) {
         let name = &state.name.name;
-        add(state.name.part, "takes ≤ ", &format!(" a period{at}"), &|costs| costs.states.get(name));
+        add(state.name.id, "takes ≤ ", &format!(" a period{at}"), &|costs| costs.states.get(name));
         for method in &state.methods {
             let program = ProgramId::Method { state: name.clone(), kind: method.kind };
-            add(method.part, "", "", &|costs| costs.programs.get(&program));
+            add(method.id, "", "", &|costs| costs.programs.get(&program));
         }
         for transition in &state.transitions {
             let of = (name.clone(), transition.name.name.clone());
-            add(transition.name.part, "takes ", " a period", &|costs| costs.transitions.get(&of));
+            add(transition.name.id, "takes ", " a period", &|costs| costs.transitions.get(&of));
         }
     }
 }
@@ -151,7 +151,7 @@ fn label(
 fn heads(db: &dyn ModelDb, of: Decl<'_>, range: TextRange) -> FxHashMap<TextSize, TextSize> {
     let mut heads = FxHashMap::default();
     let root = parse(db, of.file(db)).syntax();
-    let name = root.token_at_offset(Place::name_of(of).range(db).start()).right_biased();
+    let name = root.token_at_offset(Location::name_of(of).range(db).start()).right_biased();
     let Some(core) = name.and_then(|name| name.parent_ancestors().find_map(ast::Core::cast)) else {
         return heads;
     };

@@ -3,7 +3,7 @@
 
 use mauve_hir::item_tree::{Expr, Kind, Setting};
 use mauve_hir::{
-    Decl, ModelDb, Place, Project, ValueInEffect, architecture, deployment, names_of, values_in_effect,
+    Decl, Location, ModelDb, Project, ValueInEffect, architecture, deployment, names_of, values_in_effect,
 };
 
 use super::InlayHint;
@@ -34,7 +34,7 @@ pub(super) fn of_values<'db>(
                 if more > 0 {
                     label += &format!(" and {more} more");
                 }
-                hints.push(behind(db, Place::Part(of, ty.part), label));
+                hints.push(behind(db, Location::Source(of, ty.id), label));
             }
             &data.settings
         }
@@ -45,7 +45,7 @@ pub(super) fn of_values<'db>(
     let below = below(db, project, of);
     for setting in settings {
         let Some(value) = value_of(values, setting) else { continue };
-        let Some(part) = setting.value.part() else { continue };
+        let Some(id) = setting.value.id() else { continue };
         let mut label = Vec::new();
         if !matches!(setting.value, Expr::Literal(..)) {
             label.push(format!("= {value}"));
@@ -53,7 +53,7 @@ pub(super) fn of_values<'db>(
         let instead = below.and_then(|below| value_of(below, setting)).filter(|other| *other != value);
         label.extend(instead.map(|other| format!("instead of {other}")));
         if !label.is_empty() {
-            hints.push(behind(db, Place::Part(of, part), label.join(", ")));
+            hints.push(behind(db, Location::Source(of, id), label.join(", ")));
         }
     }
 }
@@ -75,6 +75,6 @@ fn value_of(values: &Values<'_>, setting: &Setting) -> Option<String> {
     known.value.as_ref().map(ToString::to_string)
 }
 
-fn behind(db: &dyn ModelDb, place: Place<'_>, label: String) -> InlayHint {
+fn behind(db: &dyn ModelDb, place: Location<'_>, label: String) -> InlayHint {
     InlayHint { offset: place.range(db).end(), label, explained_at: None }
 }

@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
-use mauve_hir::item_tree::{Endpoint, Kind, NameRef, Part};
+use mauve_hir::item_tree::{Endpoint, Kind, NameRef, SourceId};
 use mauve_hir::{
-    Decl, File, ModelDb, Place, ProgramId, ProgramKey, Project, config_of, core, core_of, deployment,
+    Decl, File, Location, ModelDb, ProgramId, ProgramKey, Project, config_of, core, core_of, deployment,
     features_of, names_of, shell_of,
 };
 use mauve_syntax::{TextRange, TextSize};
@@ -108,7 +108,7 @@ impl<'db> Reader<'db> {
                 end.split_once('.').map_or((end.as_str(), None), |(of, port)| (of, Some(port)));
             for &target in &deployed {
                 let mut finder = Finder::new(db, project, target);
-                let name = |name: &str| NameRef { name: name.into(), part: Part(0) };
+                let name = |name: &str| NameRef { name: name.into(), id: SourceId(0) };
                 let endpoint = Endpoint { instance: name(instance), feature: port.map(name) };
                 finder.endpoint(target, &endpoint, Role::Mention);
                 for it in finder.found {
@@ -168,31 +168,31 @@ fn in_program<'db>(
 ) -> Vec<(Range<usize>, Meaning<'db>, SymbolKind)> {
     let Some(of) = core_of(db, project, component) else { return Vec::new() };
     let Some(data) = core(db, of) else { return Vec::new() };
-    let part = |name: &NameRef| Meaning::Part(Place::Part(of, name.part));
+    let id = |name: &NameRef| Meaning::At(Location::Source(of, name.id));
     let key = program.to_string();
     let Some((name, rest)) = key.split_once('.') else {
         let shell = shell_of(db, project, component);
         let declared = shell.and_then(|shell| features_of(db, project, shell).get(&key));
-        let declared = declared.and_then(|it| Some(Place::Part(it.shell, it.data(db)?.name.part)));
+        let declared = declared.and_then(|it| Some(Location::Source(it.shell, it.data(db)?.name.id)));
         let own = || data.operations.iter().find(|operation| *operation.name.name == *key);
-        let operation = declared.map(Meaning::Part).or_else(|| own().map(|own| part(&own.name)));
+        let operation = declared.map(Meaning::At).or_else(|| own().map(|own| id(&own.name)));
         let hook = data.hooks.iter().find(|hook| *program == ProgramId::Hook(hook.kind));
-        let hook = hook.map(|hook| (Meaning::Part(Place::Part(of, hook.part)), SymbolKind::Hook));
+        let hook = hook.map(|hook| (Meaning::At(Location::Source(of, hook.id)), SymbolKind::Hook));
         let found = hook.or_else(|| operation.map(|it| (it, SymbolKind::Operation)));
         return found.map(|(meaning, kind)| (0..key.len(), meaning, kind)).into_iter().collect();
     };
     let mut states = data.machines.iter().flat_map(|machine| &machine.states);
     let Some(state) = states.find(|state| *state.name.name == *name) else { return Vec::new() };
-    let mut found = vec![(0..name.len(), part(&state.name), SymbolKind::State)];
+    let mut found = vec![(0..name.len(), id(&state.name), SymbolKind::State)];
     let start = name.len() + 1;
     if let Some((transition, _)) = rest.split_once('.')
         && let Some(it) = state.transitions.iter().find(|it| *it.name.name == *transition)
     {
-        found.push((start..start + transition.len(), part(&it.name), SymbolKind::Transition));
+        found.push((start..start + transition.len(), id(&it.name), SymbolKind::Transition));
     } else if let ProgramId::Method { kind, .. } = program
         && let Some(method) = state.methods.iter().find(|method| method.kind == *kind)
     {
-        found.push((start..key.len(), Meaning::Part(Place::Part(of, method.part)), SymbolKind::Hook));
+        found.push((start..key.len(), Meaning::At(Location::Source(of, method.id)), SymbolKind::Hook));
     }
     found
 }

@@ -5,9 +5,9 @@ use mauve_diagnostics::{Diagnostic, render};
 use mauve_hir::fact::Fact;
 use mauve_hir::item_tree::{Data, Endpoint, Kind, NameRef};
 use mauve_hir::{
-    Builtin, Database, Decl, File, ModelDb, Place, Project, Workspace, behaviour_of, config_file, config_of,
-    data, declaration_at, declaration_facts, declarations, features_of, flat_of, includes, inference_of_core,
-    is_model, line_of, names_of, parse, project_files, projects, shell_of,
+    Builtin, Database, Decl, File, Location, ModelDb, Project, Workspace, behaviour_of, config_file,
+    config_of, data, declaration_at, declaration_facts, declarations, features_of, flat_of, includes,
+    inference_of_core, is_model, line_of, names_of, parse, project_files, projects, shell_of,
 };
 use mauve_syntax::format::Replacement;
 use mauve_syntax::{SyntaxKind, TextRange, TextSize, next_significant};
@@ -71,7 +71,7 @@ impl<'db> Renaming<'_, 'db> {
         let around = match self.home() {
             Some(home) if is_model && home.file(db) != file => return Ok(()),
             Some(home) if is_model => {
-                let name = Place::name_of(home).range(db);
+                let name = Location::name_of(home).range(db);
                 let maps = &mauve_hir::source_map(db, file).declarations;
                 maps.iter().find(|map| map.range.contains_range(name)).map(|map| map.range)
             }
@@ -165,7 +165,7 @@ impl<'db> Renaming<'_, 'db> {
         let names = names_of(db, project);
         let resolved = |kind, ty| names.resolve_type(db, of, kind, ty).ok();
         let is_feature = match &thing.meaning {
-            Meaning::Part(Place::Part(shell, _)) => {
+            Meaning::At(Location::Source(shell, _)) => {
                 shell.kind(db) == Kind::Shell && thing.kind != SymbolKind::Parameter
             }
             _ => false,
@@ -197,7 +197,7 @@ impl<'db> Renaming<'_, 'db> {
             _ => return false,
         };
         let flat = flat_of(db, project, target);
-        let is_here = |name: &NameRef| Place::Part(of, name.part).range(db) == range;
+        let is_here = |name: &NameRef| Location::Source(of, name.id).range(db) == range;
         instances.extend(ends.iter().map(|end| &end.instance));
         if instances.into_iter().any(is_here) {
             let is_whole = flat.lost.is_empty() && flat.instance(self.old_name).is_none();
@@ -336,22 +336,22 @@ type Seen = (TextSize, Means, String);
 /// What a name stands for, in words that mean the same in two databases.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 enum Means {
-    Place(std::path::PathBuf, TextSize),
+    Location(std::path::PathBuf, TextSize),
     Library(String),
     Other(String),
 }
 
 impl Means {
     fn of(db: &dyn ModelDb, meaning: &Meaning<'_>, moved: &dyn Fn(File, TextSize) -> TextSize) -> Means {
-        let at = |place: &Place<'_>| {
+        let at = |place: &Location<'_>| {
             let file = place.file(db);
-            Means::Place(file.path(db).clone(), moved(file, place.range(db).start()))
+            Means::Location(file.path(db).clone(), moved(file, place.range(db).start()))
         };
         match meaning {
-            Meaning::Declaration(decl) => at(&Place::name_of(*decl)),
-            Meaning::Part(place) => at(place),
+            Meaning::Declaration(decl) => at(&Location::name_of(*decl)),
+            Meaning::At(place) => at(place),
             Meaning::Library(name) => Means::Library(name.to_string()),
-            Meaning::File(file) => Means::Place(file.path(db).clone(), 0.into()),
+            Meaning::File(file) => Means::Location(file.path(db).clone(), 0.into()),
             other => Means::Other(format!("{other:?}")),
         }
     }

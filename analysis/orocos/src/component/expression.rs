@@ -10,7 +10,8 @@
 //! ```
 
 use mauve_hir::item_tree::{
-    BinaryOperator, CallStatus, Direction, Expr, Literal, NameRef, Part, PortStatus, TypeRef, UnaryOperator,
+    BinaryOperator, CallStatus, Direction, Expr, Literal, NameRef, PortStatus, SourceId, TypeRef,
+    UnaryOperator,
 };
 use mauve_hir::{
     Binding, Builtin, Callee, Decl, Integer, ProgramId, Type, Value, VariableId, VariableKind, codel, type_of,
@@ -322,16 +323,16 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
         Code::literal(value, ty)
     }
 
-    fn member(&self, part: Part) -> Option<&'c Member<'db>> {
-        match self.class.inference.binding(part)? {
+    fn member(&self, id: SourceId) -> Option<&'c Member<'db>> {
+        match self.class.inference.binding(id)? {
             Binding::Feature(shell, index) => self.class.member(shell, index),
             Binding::Variable(_) => None,
         }
     }
 
     /// The variable that a name stands for.
-    pub(super) fn variable(&self, part: Part) -> Option<VariableId> {
-        self.class.inference.variable_at(part)
+    pub(super) fn variable(&self, id: SourceId) -> Option<VariableId> {
+        self.class.inference.variable_at(id)
     }
 
     /// What a variable is called.
@@ -351,7 +352,7 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
                 },
             );
         }
-        match (self.variable(name.part), self.member(name.part)) {
+        match (self.variable(name.id), self.member(name.id)) {
             (Some(index), _) => Code::primary(self.variable_name(index), self.class.type_of_variable(index)),
             (None, Some(member)) => Code::primary(&member.name, member.ty.clone()),
             (None, None) => Code::primary("{}", Type::Unknown),
@@ -567,11 +568,11 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
         let mut effects = Effects::default();
         for expr in expr.descendants() {
             let Expr::Call { callee, arguments, .. } = expr else { continue };
-            let found = self.class.inference.callee(callee.part);
+            let found = self.class.inference.callee(callee.id);
             match found {
                 Some(Callee::Builtin(Builtin::Status)) => continue,
                 Some(Callee::Builtin(Builtin::Read)) => {
-                    let port = arguments.first().and_then(Expr::part).and_then(|part| self.member(part));
+                    let port = arguments.first().and_then(Expr::id).and_then(|id| self.member(id));
                     effects.statuses.extend(port.map(|port| (port.shell, port.index)));
                 }
                 Some(Callee::Operation(_)) => effects.all = true,
@@ -579,18 +580,18 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
             }
             effects.calls = true;
             let changed = self.changed_arguments(found, arguments);
-            effects.variables.extend(changed.into_iter().filter_map(|part| self.variable(part)));
+            effects.variables.extend(changed.into_iter().filter_map(|id| self.variable(id)));
         }
         effects
     }
 
     /// The arguments that a call may change.
-    fn changed_arguments(&self, callee: Option<Callee<'db>>, arguments: &[Expr]) -> Vec<Part> {
+    fn changed_arguments(&self, callee: Option<Callee<'db>>, arguments: &[Expr]) -> Vec<SourceId> {
         let Some(callee) = callee else { return Vec::new() };
         let (db, core) = (self.class.model.db, self.class.data);
         let directions = self.class.inference.directions(db, core, callee, arguments.len());
         let changed = arguments.iter().zip(directions).filter(|(_, it)| *it != Direction::In);
-        changed.filter_map(|(argument, _)| argument.part()).collect()
+        changed.filter_map(|(argument, _)| argument.id()).collect()
     }
 
     /// May an expression that calls nothing give another value after these effects?
@@ -598,11 +599,11 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
         let changes = |id: VariableId| effects.variables.contains(&id) || effects.all && self.is_shared(id);
         expr.descendants().any(|expr| match expr {
             // The argument of `status` is a port, no variable.
-            Expr::Name(name) => self.variable(name.part).is_some_and(changes),
+            Expr::Name(name) => self.variable(name.id).is_some_and(changes),
             Expr::Call { callee, arguments, .. } => {
-                let port = arguments.first().and_then(Expr::part).and_then(|part| self.member(part));
+                let port = arguments.first().and_then(Expr::id).and_then(|id| self.member(id));
                 let changes = |port: &Member<'db>| effects.statuses.contains(&(port.shell, port.index));
-                self.class.inference.callee(callee.part) == Some(Callee::Builtin(Builtin::Status))
+                self.class.inference.callee(callee.id) == Some(Callee::Builtin(Builtin::Status))
                     && (effects.all || port.is_some_and(changes))
             }
             _ => false,
@@ -625,7 +626,7 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
     // Calls.
 
     fn call(&mut self, callee: &NameRef, arguments: &'db [Expr]) -> Code {
-        let Some(found) = self.class.inference.callee(callee.part) else {
+        let Some(found) = self.class.inference.callee(callee.id) else {
             return Code::primary("{}", Type::Unknown);
         };
         let db = self.class.model.db;
@@ -677,7 +678,7 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
             arguments.iter().zip(parameters).filter(is_input).map(|(argument, _)| argument).collect();
         let mut effects = Effects { all: matches!(callee, Callee::Operation(_)), ..Effects::default() };
         let changed = self.changed_arguments(Some(callee), arguments);
-        effects.variables.extend(changed.into_iter().filter_map(|part| self.variable(part)));
+        effects.variables.extend(changed.into_iter().filter_map(|id| self.variable(id)));
         let mut values = self.operands(&inputs, true).into_iter();
         let mut found = Vec::new();
         for (argument, (direction, ty)) in arguments.iter().zip(parameters) {
@@ -698,7 +699,7 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
 
     /// `read(port, variable)`, `write(port, value)`, `status(port)`
     fn port(&mut self, function: Builtin, arguments: &'db [Expr]) -> Code {
-        let port = arguments.first().and_then(Expr::part).and_then(|part| self.member(part));
+        let port = arguments.first().and_then(Expr::id).and_then(|id| self.member(id));
         let Some(port) = port else { return Code::primary("{}", Type::Unknown) };
         match (function, arguments.get(1)) {
             (Builtin::Write, Some(value)) => {
@@ -720,7 +721,7 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
 
     /// `handler = send(operation, in and inout arguments…);`, or without a handler.
     pub(super) fn send(&mut self, handler: Option<VariableId>, arguments: &'db [Expr]) {
-        let operation = arguments.first().and_then(Expr::part).and_then(|part| self.member(part));
+        let operation = arguments.first().and_then(Expr::id).and_then(|id| self.member(id));
         let Some(operation) = operation else { return };
         let last = self.class.last_calls.iter().find(|last| {
             (last.handler, last.shell, last.index) == (handler, operation.shell, operation.index)
@@ -775,7 +776,7 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
 
     /// `collect(handler)`, `collect(handler, result and out variables…)`
     fn collect(&mut self, arguments: &'db [Expr]) -> Code {
-        let handler = arguments.first().and_then(Expr::part).and_then(|part| self.variable(part));
+        let handler = arguments.first().and_then(Expr::id).and_then(|id| self.variable(id));
         let Some(handler) = handler else { return Code::primary("{}", Type::Unknown) };
         let mut texts: Vec<String> =
             arguments.iter().skip(1).map(|argument| self.expr(argument).text).collect();

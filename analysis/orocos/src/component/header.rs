@@ -90,7 +90,7 @@ fn shells(class: &Class<'_, '_>, text: &mut Text) {
 }
 
 fn feature(class: &Class<'_, '_>, member: &Member<'_>, text: &mut Text) {
-    text.line(1, &format!("// {}: {}", class.shown(member), class.at(member.shell, member.data.name.part)));
+    text.line(1, &format!("// {}: {}", class.shown(member), class.at(member.shell, member.data.name.id)));
     let (cpp, name) = (class.cpp(&member.ty), &member.name);
     match member.data.kind {
         FeatureKind::Property | FeatureKind::Constant => {
@@ -120,9 +120,9 @@ fn core<'db>(class: &Class<'_, 'db>, text: &mut Text) {
     text.line(1, &format!("// {}", class.declared(class.core)));
     let mut lines = variables(class, &class.data.variables);
     for handler in &class.data.handlers {
-        let Some(index) = class.variable_at(handler.name.part) else { continue };
+        let Some(index) = class.variable_at(handler.name.id) else { continue };
         let Some(name) = class.variables.get(&index) else { continue };
-        let at = class.at(class.core, handler.name.part);
+        let at = class.at(class.core, handler.name.id);
         lines.push((format!("{} {name};", class.cpp(&class.type_of_variable(index))), at));
     }
     text.commented(1, &lines);
@@ -152,7 +152,7 @@ fn core<'db>(class: &Class<'_, 'db>, text: &mut Text) {
         text.gap();
     }
     let (Some(machine), Some(data)) = (&class.machine, class.data.machines.first()) else { return };
-    text.line(1, &format!("// statemachine: {}", class.at(class.core, data.part)));
+    text.line(1, &format!("// statemachine: {}", class.at(class.core, data.id)));
     text.line(1, &format!("enum class {} {{ {} }};", machine.states, machine.values.join(", ")));
     if let Some(initial) = machine.values.get(machine.initial) {
         text.line(1, &format!("{0} {1} = {0}::{initial};", machine.states, machine.current));
@@ -164,7 +164,7 @@ fn core<'db>(class: &Class<'_, 'db>, text: &mut Text) {
 /// Variables, and where the model declares them.
 fn variables<'db>(class: &Class<'_, 'db>, all: &'db [Variable]) -> Vec<(String, String)> {
     let line = |(index, variable, name): (VariableId, &'db Variable, &str)| {
-        let at = class.at(class.core, variable.name.part);
+        let at = class.at(class.core, variable.name.id);
         if variable.value.is_none() && !class.named.contains(&index) {
             return (String::new(), format!("{name}: nothing uses it, {at}"));
         }
@@ -258,7 +258,7 @@ impl<'db> Class<'_, 'db> {
         let parameters =
             if data.kind.is_operation() { format!("({})", parameters.join(", ")) } else { String::new() };
         let ty = data.ty.as_ref().map_or_else(String::new, |ty| format!(": {ty}"));
-        let interval = data.interval.as_ref().map(|it| self.source(member.shell, it.part));
+        let interval = data.interval.as_ref().map(|it| self.source(member.shell, it.id));
         let interval = interval.map_or_else(String::new, |interval| format!(" {interval}"));
         format!("{word} {}{parameters}{ty}{interval}", data.name.name)
     }

@@ -1,6 +1,6 @@
 //! The statements of a program, as the body of a member function.
 
-use mauve_hir::item_tree::{Expr, Part, Statement, Variable};
+use mauve_hir::item_tree::{Expr, SourceId, Statement, Variable};
 use mauve_hir::{Builtin, Callee, Type, returns};
 
 use super::expression::{Line, Writer};
@@ -71,8 +71,8 @@ impl<'db> Writer<'_, '_, 'db> {
                 let value = self.value(value, gives);
                 self.line(format!("return {};", value.text));
             }
-            Statement::Assign(target, value) => self.assign(target.part, value),
-            Statement::Expr(Expr::Call { callee, arguments, .. }) if self.is_send(callee.part) => {
+            Statement::Assign(target, value) => self.assign(target.id, value),
+            Statement::Expr(Expr::Call { callee, arguments, .. }) if self.is_send(callee.id) => {
                 self.send(None, arguments);
             }
             Statement::Expr(value) => {
@@ -127,7 +127,7 @@ impl<'db> Writer<'_, '_, 'db> {
     }
 
     fn local(&mut self, variable: &'db Variable) {
-        let Some(index) = self.class.variable_at(variable.name.part) else { return };
+        let Some(index) = self.class.variable_at(variable.name.id) else { return };
         let ty = self.class.type_of_variable(index);
         let value = variable.value.as_ref().map(|value| self.value(value, &ty));
         // Its own value may name what it hides.
@@ -143,14 +143,14 @@ impl<'db> Writer<'_, '_, 'db> {
         self.locals.insert(index, name);
     }
 
-    fn is_send(&self, callee: Part) -> bool {
+    fn is_send(&self, callee: SourceId) -> bool {
         self.class.inference.callee(callee) == Some(Callee::Builtin(Builtin::Send))
     }
 
-    fn assign(&mut self, target: Part, value: &'db Expr) {
+    fn assign(&mut self, target: SourceId, value: &'db Expr) {
         let Some(index) = self.variable(target) else { return };
         if let Expr::Call { callee, arguments, .. } = value
-            && self.is_send(callee.part)
+            && self.is_send(callee.id)
         {
             return self.send(Some(index), arguments);
         }

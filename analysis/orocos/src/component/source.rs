@@ -192,7 +192,7 @@ fn configure_hook<'db>(class: &Class<'_, 'db>, text: &mut Text) {
     lines.extend(statuses.map(|status| Line::new(1, format!("{status} = RTT::NoData;"))));
     lines.extend(first_values(class, &class.data.variables));
     for handler in &class.data.handlers {
-        let name = class.variable_at(handler.name.part).and_then(|index| class.variables.get(&index));
+        let name = class.variable_at(handler.name.id).and_then(|index| class.variables.get(&index));
         // RTT has an assignment that `{}` would mean, and that does not compile.
         lines.extend(name.map(|name| Line::new(1, format!("{name} = decltype({name})();"))));
     }
@@ -276,7 +276,7 @@ fn interval_check<'db>(class: &Class<'_, 'db>, member: &Member<'db>) -> Vec<Line
     let log = format!(
         "RTT::log(RTT::Error) << getName() << {what} << {shown} << \", and must be in [{low}; {high}]\" << RTT::endlog();"
     );
-    let at = class.at(member.shell, interval.part);
+    let at = class.at(member.shell, interval.id);
     vec![
         Line::new(1, format!("// {}: {at}", class.shown(member))),
         Line::new(1, format!("if (!({})) {{", checks.join(" && "))),
@@ -465,7 +465,7 @@ fn state(class: &Class<'_, '_>, machine: &Machine, number: usize) -> Vec<Line> {
     }
     // The text of the model has them, and no period executes them.
     for transition in data.transitions.iter().skip(taken) {
-        let (name, at) = (&transition.name.name, class.at(class.core, transition.name.part));
+        let (name, at) = (&transition.name.name, class.at(class.core, transition.name.id));
         lines.push(Line::new(3, format!("// transition {name} is never taken: {at}")));
     }
     lines

@@ -5,7 +5,7 @@
 use std::path::Path;
 
 use mauve_diagnostics::{Code, Finding, Fix, Severity, page};
-use mauve_hir::{Database, Place};
+use mauve_hir::{Database, Location};
 use serde::Serialize;
 use tower_lsp::lsp_types::Url;
 
@@ -56,14 +56,14 @@ fn results(
         let mut related = Vec::new();
         for (at, message) in &diagnostic.related {
             let message = (!message.is_empty()).then(|| Message::new(message));
-            related.push(Location { physical_location: places.of(at), message });
+            related.push(ResultLocation { physical_location: places.of(at), message });
         }
         ResultOf {
             rule_id: diagnostic.code.name,
             rule_index: rules.iter().position(|rule| *rule == diagnostic.code),
             level: level(finding.severity),
             message: Message::new(&format!("{}{only}", diagnostic.message)),
-            locations: [Location { physical_location: places.of(&diagnostic.at), message: None }],
+            locations: [ResultLocation { physical_location: places.of(&diagnostic.at), message: None }],
             related_locations: related,
             fixes: diagnostic.fixes.iter().map(|fix| places.fix(fix)).collect(),
         }
@@ -108,11 +108,11 @@ struct Places<'a> {
 }
 
 impl Places<'_> {
-    fn of(&self, at: &Place<'_>) -> PhysicalLocation {
+    fn of(&self, at: &Location<'_>) -> PhysicalLocation {
         PhysicalLocation { artifact_location: self.artifact(at), region: self.region(at) }
     }
 
-    fn region(&self, at: &Place<'_>) -> Region {
+    fn region(&self, at: &Location<'_>) -> Region {
         let RangeDocument { start, end } = self.lines.range(self.db, at);
         Region {
             start_line: start.line,
@@ -122,7 +122,7 @@ impl Places<'_> {
         }
     }
 
-    fn artifact(&self, at: &Place<'_>) -> Artifact {
+    fn artifact(&self, at: &Location<'_>) -> Artifact {
         let path = at.file(self.db).path(self.db);
         let Ok(url) = Url::from_file_path(path) else {
             return Artifact { uri: path.display().to_string(), uri_base_id: None };
@@ -223,9 +223,9 @@ struct ResultOf {
     rule_index: Option<usize>,
     level: &'static str,
     message: Message,
-    locations: [Location; 1],
+    locations: [ResultLocation; 1],
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    related_locations: Vec<Location>,
+    related_locations: Vec<ResultLocation>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     fixes: Vec<FixDocument>,
 }
@@ -244,7 +244,7 @@ impl Message {
 
 #[derive(Serialize)]
 #[serde(rename_all = "camelCase")]
-struct Location {
+struct ResultLocation {
     physical_location: PhysicalLocation,
     #[serde(skip_serializing_if = "Option::is_none")]
     message: Option<Message>,
