@@ -12,6 +12,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
 use crate::body::{BodyId, ProgramIn, core_scope};
+use crate::completeness::Completeness;
 use crate::fact::{
     CorePart, CoreReason, Defined, Fact, FactKind, Reason, Refusal, Unreachable, repeated, unresolved_type,
 };
@@ -79,7 +80,7 @@ pub fn behaviour_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'
     let names = names_of(db, project);
     let shell = names.resolve_type(db, of, Kind::Shell, data.shell.as_ref());
     // What an unknown shell provides may be called.
-    let none = Features { lost: true, ..Features::default() };
+    let none = Features { completeness: Completeness::Incomplete, ..Features::default() };
     let features = shell.as_ref().map_or(&none, |&shell| features_of(db, project, shell));
     let mut reader = Reader {
         db,
@@ -95,10 +96,10 @@ pub fn behaviour_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'
     if let Err(unresolved) = &shell {
         reader.found.facts.extend(unresolved_type(of, Kind::Shell, data.shell.as_ref(), unresolved));
         reader.refuse_here(CoreReason::UnknownShell);
-    } else if features.lost || features.cycle {
+    } else if features.completeness.is_incomplete() || features.cycle {
         reader.refuse_here(CoreReason::IncompleteShell(features.incomplete(names)));
     }
-    if !data.whole {
+    if data.completeness.is_incomplete() {
         reader.refuse_here(CoreReason::SyntaxError(CorePart::Core));
     }
     reader.read();
@@ -177,7 +178,7 @@ impl<'db> Reader<'_, 'db> {
                 self.found.edges.push(Edge { source: 0, target: 0, transition: None, programs: vec![0] });
             }
             // Where there is an error, it may hide one.
-            ([], None) if !self.core.whole => {}
+            ([], None) if self.core.completeness.is_incomplete() => {}
             ([], None) => self.refuse(Fact::new(Location::name_of(self.of), FactKind::NoBehaviour)),
             ([.., last], None) => self.refuse_at(last.id, FactKind::TwoBehaviours { machines: true }),
             ([machine, ..], Some(_)) => {
@@ -215,7 +216,7 @@ impl<'db> Reader<'_, 'db> {
         let of_body = group.and_then(|group| costs.get(group as usize)?.get(&body));
         let known = of_body.into_iter().flatten().find(|cost| cost.program == program);
         let Some(known) = known else { return (Arc::default(), None) };
-        if !known.whole {
+        if known.completeness.is_incomplete() {
             self.refuse_here(match program {
                 ProgramIn::Guard(_) => CoreReason::SyntaxError(CorePart::Guard),
                 _ => CoreReason::SyntaxError(CorePart::Program),
@@ -273,13 +274,14 @@ impl<'db> Reader<'_, 'db> {
                 continue;
             }
             // For its callers, its name is that of something else: of a codel, perhaps.
-            if !self.features.lost {
+            if self.features.completeness.is_complete() {
                 self.refuse_at(*id, FactKind::UndeclaredOperation { name: name.clone() });
             }
         }
         let defined: FxHashSet<&Name> = self.core.operations.iter().map(|it| &it.name.name).collect();
-        let whole = self.core.whole && !self.features.lost;
-        for (name, found) in self.features.by_name.iter().filter(|(name, _)| whole && !defined.contains(name))
+        let is_complete = (self.core.completeness & self.features.completeness).is_complete();
+        for (name, found) in
+            self.features.by_name.iter().filter(|(name, _)| is_complete && !defined.contains(name))
         {
             if let Some(declared) = found.first().filter(|feature| feature.kind == FeatureKind::Provided) {
                 let (name, declared) = (name.clone(), declared.clone());
@@ -301,7 +303,9 @@ impl<'db> Reader<'_, 'db> {
     }
 
     fn machine(&mut self, machine: &'db Machine) {
-        if !machine.whole || machine.states.iter().any(|state| !state.whole) {
+        if machine.completeness.is_incomplete()
+            || machine.states.iter().any(|state| state.completeness.is_incomplete())
+        {
             self.refuse_here(CoreReason::SyntaxError(CorePart::Machine));
         }
         self.resolved(BodyId::MachineValues, ProgramIn::Whole);
@@ -328,7 +332,7 @@ impl<'db> Reader<'_, 'db> {
         match initial.as_slice() {
             [one] => return Some(*one),
             [] => {
-                if machine.whole {
+                if machine.completeness.is_complete() {
                     let first = machine.states.first().map(|it| (it.name.name.clone(), it.start));
                     self.refuse_at(machine.id, FactKind::NoInitialState { first });
                 }
@@ -380,7 +384,7 @@ impl<'db> Reader<'_, 'db> {
         for (number, transition) in state.transitions.iter().enumerate() {
             let body = BodyId::State(0, index as u32);
             let (name, number) = (&transition.name.name, number as u32);
-            if !transition.whole {
+            if transition.completeness.is_incomplete() {
                 self.refuse_here(CoreReason::SyntaxError(CorePart::Transition));
             }
             let mut decided = None;
@@ -426,7 +430,10 @@ impl<'db> Reader<'_, 'db> {
     /// Reports a transition behind one that always fires.
     fn never_taken(&mut self, transition: &Transition, always: &Transition) {
         let (name, first) = (&transition.name, &always.name);
-        if !transition.whole || !always.whole || name.name.is_empty() {
+        if transition.completeness.is_incomplete()
+            || always.completeness.is_incomplete()
+            || name.name.is_empty()
+        {
             return;
         }
         let first_at = self.at(first.id);

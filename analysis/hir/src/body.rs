@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use crate::ModelDb;
+use crate::completeness::Completeness;
 use crate::item_tree::{
     Core, Expr, Guard, Handler, Hook, Name, NameRef, Operation, Parameter, Program, SourceId, State,
     Statement, TypeRef, Variable,
@@ -44,8 +45,8 @@ pub enum Body {
 pub struct InitialValues {
     /// Those of the core, or those of its state machines.
     pub variables: Vec<Variable>,
-    /// Whether nothing was lost between the items of the core.
-    pub whole: bool,
+    /// Whether all items of the core are known.
+    pub completeness: Completeness,
 }
 
 /// A program in a body.
@@ -140,10 +141,8 @@ pub struct CoreScope {
     pub hooks: u32,
     /// How many states each of its state machines has.
     pub states: Vec<u32>,
-    /// Whether the list of its items is complete.
-    pub whole: bool,
-    /// Whether the lists of the items of its state machines are complete.
-    pub machines_whole: bool,
+    /// Whether all its items are known, and all variables and states of its state machines.
+    pub completeness: Completeness,
 }
 
 /// A variable of a core or of a state machine.
@@ -190,8 +189,7 @@ pub(crate) fn core_scope<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Option<Cor
         machine_variables: core.machines.iter().flat_map(|it| &it.variables).map(variable).collect(),
         hooks: core.hooks.len() as u32,
         states: core.machines.iter().map(|machine| machine.states.len() as u32).collect(),
-        whole: core.whole,
-        machines_whole: core.machines.iter().all(|machine| machine.whole),
+        completeness: core.completeness & core.machines.iter().map(|it| it.completeness).collect(),
     })
 }
 
@@ -247,7 +245,8 @@ fn bodies_of_group<'db>(db: &'db dyn ModelDb, of: Decl<'db>, group: u32) -> Vec<
 }
 
 fn bodies_in(core: &Core, group: u32) -> Vec<(BodyId, Body)> {
-    let values = |variables| Body::InitialValues(InitialValues { variables, whole: core.whole });
+    let values =
+        |variables| Body::InitialValues(InitialValues { variables, completeness: core.completeness });
     let body = |id: BodyId| {
         Some((
             id,
@@ -315,7 +314,7 @@ impl Expr {
             let next = open.pop()?;
             match next {
                 Expr::Missing | Expr::Literal(..) | Expr::Name(_) => {}
-                Expr::Lost(inner) | Expr::Unary(_, inner, _) => open.push(inner),
+                Expr::Incomplete(inner) | Expr::Unary(_, inner, _) => open.push(inner),
                 Expr::Binary(_, lhs, rhs, _) => open.extend([rhs.as_ref(), lhs.as_ref()]),
                 Expr::Call { arguments, .. } => open.extend(arguments.iter().rev()),
             }
@@ -329,7 +328,7 @@ impl Expr {
         while let Some(expr) = open.pop() {
             match expr {
                 Expr::Name(name) => names.push(&name.name),
-                Expr::Lost(inner) | Expr::Unary(_, inner, _) => open.push(inner),
+                Expr::Incomplete(inner) | Expr::Unary(_, inner, _) => open.push(inner),
                 Expr::Binary(_, lhs, rhs, _) => open.extend([lhs.as_ref(), rhs.as_ref()]),
                 Expr::Missing | Expr::Literal(..) | Expr::Call { .. } => {}
             }
@@ -339,7 +338,7 @@ impl Expr {
 
     /// Returns whether it may call something: an incomplete expression may.
     pub(crate) fn may_call(&self) -> bool {
-        self.descendants().any(|it| matches!(it, Expr::Missing | Expr::Lost(_) | Expr::Call { .. }))
+        self.descendants().any(|it| matches!(it, Expr::Missing | Expr::Incomplete(_) | Expr::Call { .. }))
     }
 }
 

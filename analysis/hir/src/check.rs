@@ -105,7 +105,7 @@ fn component_facts<'db>(db: &'db dyn ModelDb, project: Project<'db>, decl: Decl<
             let fact = |(kind, ty, why): (_, &Option<TypeRef>, Result<_, _>)| {
                 unresolved_type(decl, kind, ty.as_ref(), &why.err()?)
             };
-            unresolved.into_iter().filter(|_| data.whole).filter_map(fact).collect()
+            unresolved.into_iter().filter(|_| data.completeness.is_complete()).filter_map(fact).collect()
         }
     }
 }
@@ -188,7 +188,8 @@ pub fn not_checked(db: &dyn ModelDb, workspace: Workspace) -> Vec<File> {
     // What a missing include or root would include is not missing for a second time.
     let roots = &config_of(db, workspace).roots;
     let all_there = roots.iter().all(|(path, _)| root_file(db, workspace, path).is_some());
-    let missing = !all_there || projects.iter().any(|&project| names_of(db, project).missing);
+    let missing =
+        !all_there || projects.iter().any(|&project| names_of(db, project).completeness.is_incomplete());
     if roots.is_empty() || missing || !workspace.only(db).is_empty() {
         return Vec::new();
     }

@@ -11,6 +11,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use self::keys::{Entries, Key, Kind, SECTIONS, SEVERITIES, Section};
+use crate::completeness::Completeness;
 use crate::item_tree::Name;
 use crate::severity::Severity;
 
@@ -53,8 +54,8 @@ pub struct Config {
     pub chains: Vec<Chain>,
     /// What is wrong.
     pub errors: Vec<Mistake>,
-    /// Is the configuration incomplete where response times depend on it? A misplaced key may belong to a missing header.
-    pub lost: bool,
+    /// Whether all that response times depend on is known: a misplaced key may belong to a missing header.
+    pub completeness: Completeness,
 }
 
 /// A type of C++ that no message package declares.
@@ -179,21 +180,21 @@ impl Config {
 /// Reads a `mauve.toml`. Every error is reported at its location, and the rest is read all the same.
 pub(crate) fn read(text: &str) -> Config {
     let mut config = Config::default();
-    let mut reader = Reader { text, errors: Vec::new(), lost: false };
+    let mut reader = Reader { text, errors: Vec::new(), completeness: Completeness::Complete };
     match DeTable::parse(text) {
         Ok(document) => reader.document(&mut config, document.get_ref()),
         Err(error) => {
             let at = error.span().unwrap_or(0..text.len().min(1));
-            reader.lost(MistakeKind::NotToml(error.message().to_owned()), at);
+            reader.incomplete(MistakeKind::NotToml(error.message().to_owned()), at);
         }
     }
-    Config { errors: reader.errors, lost: reader.lost, ..config }
+    Config { errors: reader.errors, completeness: reader.completeness, ..config }
 }
 
 struct Reader<'t> {
     text: &'t str,
     errors: Vec<Mistake>,
-    lost: bool,
+    completeness: Completeness,
 }
 
 type TomlKey<'a> = Spanned<std::borrow::Cow<'a, str>>;
@@ -202,7 +203,7 @@ type Value<'a> = Spanned<DeValue<'a>>;
 impl Reader<'_> {
     /// An error in a value that no response time depends on; but a value over several lines may contain other keys.
     fn error(&mut self, kind: MistakeKind, at: Range<usize>) {
-        self.lost |= self.spans_lines(&at);
+        self.completeness &= Completeness::of(!self.spans_lines(&at));
         self.errors.push(Mistake { kind, span: at, near: None });
     }
 
@@ -221,14 +222,14 @@ impl Reader<'_> {
     }
 
     /// An error that may hide something that makes response times longer.
-    fn lost(&mut self, kind: MistakeKind, at: Range<usize>) {
-        self.lost = true;
+    fn incomplete(&mut self, kind: MistakeKind, at: Range<usize>) {
+        self.completeness = Completeness::Incomplete;
         self.error(kind, at);
     }
 
     /// An invalid value of a key that response times may depend on.
     fn wrong_value(&mut self, key: &TomlKey<'_>, value: &Value<'_>, expected: ExpectedValue) {
-        self.lost(MistakeKind::WrongValue { key: key.get_ref().to_string(), expected }, value.span());
+        self.incomplete(MistakeKind::WrongValue { key: key.get_ref().to_string(), expected }, value.span());
     }
 
     /// An unknown key or section: not among those `expected`.
@@ -240,14 +241,14 @@ impl Reader<'_> {
     ) {
         let near = mauve_syntax::similar(key.get_ref(), expected.iter().copied()).map(Name::from);
         self.errors.push(Mistake { kind: kind(key.get_ref().to_string(), expected), span: key.span(), near });
-        self.lost = true;
+        self.completeness = Completeness::Incomplete;
     }
 
     fn document(&mut self, config: &mut Config, document: &DeTable<'_>) {
         for (key, value) in document {
             let name = key.get_ref();
             match (value.get_ref().as_table(), keys::section_named(name)) {
-                (None, _) => self.lost(MistakeKind::OutsideSections(name.to_string()), key.span()),
+                (None, _) => self.incomplete(MistakeKind::OutsideSections(name.to_string()), key.span()),
                 (_, None) => {
                     let expected = SECTIONS.iter().map(|section| section.name).collect();
                     self.unknown(key, expected, |section, expected| MistakeKind::UnknownSection {
@@ -266,7 +267,7 @@ impl Reader<'_> {
 
     fn entry(&mut self, config: &mut Config, section: &Section, key: &TomlKey<'_>, value: &Value<'_>) {
         if let Some(at) = self.long_text(value) {
-            return self.lost(MistakeKind::SeveralLines(key.get_ref().to_string()), at);
+            return self.incomplete(MistakeKind::SeveralLines(key.get_ref().to_string()), at);
         }
         match &section.entries {
             Entries::Keys(keys) => self.key(config, section.name, keys, key, value),
@@ -290,11 +291,11 @@ impl Reader<'_> {
         };
         if let Err(expected) = known.kind.read(into, value) {
             // No response time depends on a text in a wrong format, nor on a missing root.
-            self.lost |= match known.kind {
-                Kind::Models(_) => false,
-                Kind::Text { .. } => !value.get_ref().is_str(),
-                _ => true,
-            };
+            self.completeness &= Completeness::of(match known.kind {
+                Kind::Models(_) => true,
+                Kind::Text { .. } => value.get_ref().is_str(),
+                _ => false,
+            });
             self.error(MistakeKind::WrongValue { key: name.to_string(), expected }, value.span());
         }
     }
@@ -423,7 +424,7 @@ mod tests {
     /// The errors in a text, and whether the configuration is incomplete.
     fn mistakes(text: &str) -> (Vec<MistakeKind>, bool) {
         let config = read(text);
-        (config.errors.into_iter().map(|mistake| mistake.kind).collect(), config.lost)
+        (config.errors.into_iter().map(|mistake| mistake.kind).collect(), config.completeness.is_incomplete())
     }
 
     #[test]
@@ -435,7 +436,7 @@ mod tests {
              [clocks]\nsynchronised = [\"a\", \"b\"]\n[chains]\nc = [\"a.x\"]\n[lints]\nlost-write = \"warn\"\n",
         );
         assert_eq!(config.errors, []);
-        assert!(!config.lost);
+        assert!(config.completeness.is_complete());
         assert_eq!(config.roots[0].0, "a.mal");
         assert_eq!(config.level().to_string(), "1e-6");
         assert_eq!(config.assume, Some(Time::from_nanos(5_000_000)));
@@ -487,8 +488,8 @@ mod tests {
             "A <a..b@c.org>",
             "A <a@b.1x>",
         ] {
-            let (found, lost) = mistakes(&format!("[generate]\nmaintainer = {maintainer:?}\n"));
-            assert!(found.len() == 1 && !lost, "{maintainer:?}: {found:?}");
+            let (found, is_incomplete) = mistakes(&format!("[generate]\nmaintainer = {maintainer:?}\n"));
+            assert!(found.len() == 1 && !is_incomplete, "{maintainer:?}: {found:?}");
         }
         let text = "[types.X]\ncpp = \"std::map<int, const ns::T *>\"\n";
         assert_eq!(mistakes(text), (Vec::new(), false));
@@ -498,10 +499,11 @@ mod tests {
     }
 
     #[test]
-    fn what_may_hide_a_longer_time_is_lost() {
-        let (found, lost) = mistakes("[platfrm]\nrt_throttling = true\n");
+    fn what_may_hide_a_longer_time_makes_it_incomplete() {
+        let (found, is_incomplete) = mistakes("[platfrm]\nrt_throttling = true\n");
         assert!(
-            lost && matches!(found.as_slice(), [MistakeKind::UnknownSection { section, .. }] if section == "platfrm"),
+            is_incomplete
+                && matches!(found.as_slice(), [MistakeKind::UnknownSection { section, .. }] if section == "platfrm"),
             "{found:?}"
         );
         let text = "[platform]\ncpus = 0\n";
@@ -509,8 +511,8 @@ mod tests {
             MistakeKind::WrongValue { key: "cpus".to_owned(), expected: ExpectedValue::Integer(1, 64) };
         assert_eq!(mistakes(text), (vec![kind], true));
         assert_eq!(&text[read(text).errors[0].span.clone()], "0");
-        let (found, lost) = mistakes("[timing\ntables = []\n");
-        assert!(lost && found.len() == 1);
+        let (found, is_incomplete) = mistakes("[timing\ntables = []\n");
+        assert!(is_incomplete && found.len() == 1);
     }
 
     #[test]
@@ -518,16 +520,16 @@ mod tests {
         for key in ["generate.out", "generate.license", "generate.maintainer", "project.root", "types.X.cpp"]
         {
             let text = format!("{key} = \"\"\"gen\n[platform]\nrt_throttling = true\n\"\"\"\n");
-            let (found, lost) = mistakes(&text);
-            assert!(lost && found.len() == 1, "{key}: {found:?}");
+            let (found, is_incomplete) = mistakes(&text);
+            assert!(is_incomplete && found.len() == 1, "{key}: {found:?}");
         }
-        let (found, lost) = mistakes("project.roots = [\n\"a.mal\",\n5,\n]\n");
-        assert!(lost && found.len() == 1, "{found:?}");
+        let (found, is_incomplete) = mistakes("project.roots = [\n\"a.mal\",\n5,\n]\n");
+        assert!(is_incomplete && found.len() == 1, "{found:?}");
         assert_eq!(mistakes("project.roots = [\n\"a.mal\",\n\"b.mal\",\n]\n"), (Vec::new(), false));
     }
 
     #[test]
-    fn a_section_that_lost_its_header_is_lost() {
+    fn a_section_without_its_header_makes_it_incomplete() {
         for section in ["[project]", "[types.X]", "[generate]", "[lints]", "[chains]", "[clocks]"] {
             for key in [
                 "rt_throttling = true",
@@ -538,8 +540,8 @@ mod tests {
                 "x.rt_throttling = true",
                 "cpp.x = 1",
             ] {
-                let (found, lost) = mistakes(&format!("{section}\n{key}\n"));
-                assert!(lost, "{section} {key}: {found:?}");
+                let (found, is_incomplete) = mistakes(&format!("{section}\n{key}\n"));
+                assert!(is_incomplete, "{section} {key}: {found:?}");
             }
         }
     }

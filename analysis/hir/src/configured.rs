@@ -17,7 +17,10 @@ use crate::{ModelDb, Workspace};
 pub fn check<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<(Project<'db>, Fact<'db>)> {
     let config = config_of(db, workspace);
     let all_there = config.roots.iter().all(|(path, _)| root_file(db, workspace, path).is_some());
-    if config.lost || !all_there || config.synchronised.is_empty() && config.chains.is_empty() {
+    if config.completeness.is_incomplete()
+        || !all_there
+        || config.synchronised.is_empty() && config.chains.is_empty()
+    {
         return Vec::new();
     }
     let Some(file) = config_file(db, workspace) else { return Vec::new() };
@@ -53,7 +56,10 @@ pub fn check<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<(Project<'d
             .collect();
         // A shell that is not known may have it.
         let Some(features) = features else { continue };
-        if features.iter().any(|(_, _, it)| it.lost || it.cycle || it.get(port).is_some()) {
+        if features
+            .iter()
+            .any(|(_, _, it)| it.completeness.is_incomplete() || it.cycle || it.get(port).is_some())
+        {
             continue;
         }
         let Some((project, flat, known)) = features.first() else { continue };
@@ -75,12 +81,12 @@ fn deployed<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Option<Vec<(Proj
     for &root in all_roots(db, workspace) {
         let project = Project::new(db, workspace, root);
         let names = names_of(db, project);
-        if names.is_in_doubt() || names.scope_lost.is_some() {
+        if names.may_miss_names() || names.incomplete_file.is_some() {
             return None;
         }
         for &deployment in names.all.iter().filter(|decl| decl.kind(db) == Kind::Deployment) {
             let flat = flat_of(db, project, target_of(db, project, deployment)?);
-            if !flat.lost.is_empty() || flat.cycle {
+            if !flat.refusals.is_empty() || flat.cycle {
                 return None;
             }
             found.push((project, flat));

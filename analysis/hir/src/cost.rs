@@ -9,6 +9,7 @@ use rustc_hash::FxHashMap;
 
 use crate::ModelDb;
 use crate::body::{Body, BodyId, Code, CoreScope, ProgramIn, bodies_of, core_scope};
+use crate::completeness::Completeness;
 use crate::fact::{Fact, FactKind, Unreachable};
 use crate::infer::{Inference, inference_of};
 use crate::item_tree::{BinaryOperator, Expr, Literal, Program, Statement};
@@ -51,7 +52,7 @@ pub(crate) struct ProgramCost<'db> {
     /// Which.
     pub(crate) program: ProgramIn,
     /// Whether it is complete.
-    pub(crate) whole: bool,
+    pub(crate) completeness: Completeness,
     /// Its cost along its worst path.
     pub(crate) cost: Arc<Cost<'db>>,
     /// Of a guard that is constant: its value.
@@ -98,18 +99,18 @@ fn costs_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, gro
 fn costs<'db>(of: Decl<'db>, body: &Body, inference: &'db Inference<'db>) -> Vec<ProgramCost<'db>> {
     let cost = |(program, code): (ProgramIn, Code<'_>)| {
         let mut pricing = Pricing { of, inference, facts: Vec::new() };
-        let (whole, cost, decided) = match code {
-            Code::Program(code) => (code.whole, pricing.program(code), None),
+        let (completeness, cost, decided) = match code {
+            Code::Program(code) => (code.completeness, pricing.program(code), None),
             Code::Guard(guard) => {
                 let mut costs = Vec::new();
                 let decided = match pricing.expr(&guard.condition, &mut costs) {
                     Some(Value::Bool(value)) => Some(value),
                     _ => None,
                 };
-                (guard.whole, Cost::Sum(costs), decided)
+                (guard.completeness, Cost::Sum(costs), decided)
             }
         };
-        ProgramCost { program, whole, cost: Arc::new(cost), decided, facts: pricing.facts }
+        ProgramCost { program, completeness, cost: Arc::new(cost), decided, facts: pricing.facts }
     };
     body.code().into_iter().map(cost).collect()
 }
@@ -243,7 +244,7 @@ impl<'db> Pricing<'db> {
                 Value::of_literal(literal).ok().flatten()
             }
             Expr::Missing | Expr::Literal(..) | Expr::Name(_) => None,
-            Expr::Lost(inner) => {
+            Expr::Incomplete(inner) => {
                 self.expr(inner, costs);
                 None
             }

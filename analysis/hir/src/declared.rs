@@ -3,6 +3,7 @@
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
+use crate::completeness::Completeness;
 use crate::fact::{Defined, Fact, FactKind, Reserved, repeated};
 use crate::features::{core_of, features_of, shell_of};
 use crate::flat::{flat_of, target_of};
@@ -162,7 +163,7 @@ fn first_unknown<'db>(
 /// Returns whether a type that is not known is a mistake of its own. What is missing may declare it; and a name that is
 /// missing is no type.
 fn is_mistake<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, ty: &TypeRef) -> bool {
-    if names_of(db, project).missing || ty.path.iter().any(|id| id.is_empty()) {
+    if names_of(db, project).completeness.is_incomplete() || ty.path.iter().any(|id| id.is_empty()) {
         return false;
     }
     match ty.path.as_slice() {
@@ -183,7 +184,7 @@ pub(crate) fn check_use<'db>(
     of: Decl<'db>,
 ) -> Option<Fact<'db>> {
     let name = of.name(db);
-    if types::is_known_package(db, project, name) || names_of(db, project).missing {
+    if types::is_known_package(db, project, name) || names_of(db, project).completeness.is_incomplete() {
         return None;
     }
     Some(Fact::new(Location::name_of(of), FactKind::UnknownPackage { name: name.clone() }))
@@ -198,28 +199,25 @@ struct Usage<'db> {
     with_core: FxHashSet<Decl<'db>>,
     /// What a deployment leads to; nothing where there is none.
     deployed: Option<FxHashSet<Decl<'db>>>,
-    /// May something be used by what was lost?
-    lost: bool,
+    /// Whether all uses are known.
+    completeness: Completeness,
 }
 
 #[salsa::tracked(returns(ref))]
 fn usage_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Usage<'db> {
     let names = names_of(db, project);
-    let mut usage = Usage {
-        lost: names.missing || names.scope_lost.is_some() || names.is_in_doubt(),
-        ..Usage::default()
-    };
+    let are_known = names.incomplete_file.is_none() && !names.may_miss_names();
+    let mut usage = Usage { completeness: Completeness::of(are_known), ..Usage::default() };
     let of_kind = |kind| names.all.iter().copied().filter(move |decl| decl.kind(db) == kind);
     for core in of_kind(Kind::Core) {
         let uses = uses_of(db, project, core);
         usage.codels.extend(&uses.codels);
         usage.features.extend(&uses.features);
         let shell = shell_of(db, project, core);
-        usage.lost |= shell.is_none();
+        usage.completeness &= Completeness::of(shell.is_some()) & uses.completeness;
         if let Some(shell) = shell {
             usage.with_core.extend(&features_of(db, project, shell).shells);
         }
-        usage.lost |= uses.lost;
     }
     for of in of_kind(Kind::Shell) {
         let features = features_of(db, project, of);
@@ -230,16 +228,17 @@ fn usage_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Usage<'db> {
     for of in of_kind(Kind::Deployment) {
         let deployed = usage.deployed.get_or_insert_default();
         let Some(target) = target_of(db, project, of) else {
-            usage.lost = true;
+            usage.completeness = Completeness::Incomplete;
             continue;
         };
         let flat = flat_of(db, project, target);
-        usage.lost |= !flat.lost.is_empty() || flat.instances.iter().any(|it| it.component.is_none());
+        let are_known = flat.refusals.is_empty() && flat.instances.iter().all(|it| it.component.is_some());
+        usage.completeness &= Completeness::of(are_known);
         deployed.extend(&flat.architectures);
         for component in flat.instances.iter().filter_map(|instance| instance.component) {
             deployed.insert(component);
             let (core, shell) = (core_of(db, project, component), shell_of(db, project, component));
-            usage.lost |= core.is_none() || shell.is_none();
+            usage.completeness &= Completeness::of(core.is_some() && shell.is_some());
             deployed.extend(core);
             deployed.extend(shell.into_iter().flat_map(|shell| &features_of(db, project, shell).shells));
         }
@@ -251,7 +250,7 @@ fn usage_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Usage<'db> {
 #[salsa::tracked(returns(copy))]
 fn is_unused<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> bool {
     let usage = usage_of(db, project);
-    !usage.lost
+    usage.completeness.is_complete()
         && match (of.kind(db), &usage.deployed) {
             (Kind::Codel, _) => !usage.codels.contains(&of),
             (Kind::Shell | Kind::Core | Kind::Component | Kind::Architecture, Some(deployed)) => {
@@ -277,7 +276,9 @@ fn unused<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Op
 #[salsa::tracked(returns(ref))]
 fn unread<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<usize> {
     let usage = usage_of(db, project);
-    let Some(data) = shell(db, of).filter(|_| !usage.lost && usage.with_core.contains(&of)) else {
+    let Some(data) =
+        shell(db, of).filter(|_| usage.completeness.is_complete() && usage.with_core.contains(&of))
+    else {
         return Vec::new();
     };
     let features = data.features.iter().enumerate();

@@ -465,7 +465,7 @@ pub fn unresolved_type<'db>(
     let fact = match why {
         Unresolved::Unknown => FactKind::UnresolvedType { of, kind, ty: ty.clone() },
         Unresolved::Ambiguous => FactKind::AmbiguousName { kind, name: ty.to_string().into() },
-        Unresolved::Repeated | Unresolved::Missing | Unresolved::Lost => return None,
+        Unresolved::Repeated | Unresolved::Missing | Unresolved::Incomplete => return None,
     };
     Some(Fact::new(Location::Source(of, ty.id), fact))
 }

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use rustc_hash::FxHashSet;
 
 use crate::ModelDb;
+use crate::completeness::Completeness;
 use crate::item_tree::{Feature, FeatureKind, Kind, Name};
 use crate::names::{MayHide, Names, Unresolved, names_of};
 use crate::project::Project;
@@ -43,10 +44,10 @@ pub struct Features<'db> {
     pub shells: Vec<Decl<'db>>,
     /// Does the shell extend itself, over others or directly?
     pub cycle: bool,
-    /// Is a feature or a base shell missing or incomplete, or do two features have one name?
-    pub lost: bool,
-    /// Is there a base shell that may be declared by what is missing?
-    pub lost_base: bool,
+    /// Whether all features are known: a feature or a base shell may be missing, and two features of one name may each be meant.
+    pub completeness: Completeness,
+    /// Whether a damaged text or a missing file may declare a base shell.
+    pub has_hidden_base: bool,
 }
 
 impl<'db> Features<'db> {
@@ -57,7 +58,7 @@ impl<'db> Features<'db> {
 
     /// Why an operation may be missing.
     pub fn incomplete(&self, names: &Names<'_>) -> Incomplete {
-        if self.lost_base { Incomplete::UnknownBase(names.may_hide()) } else { Incomplete::Error }
+        if self.has_hidden_base { Incomplete::UnknownBase(names.may_hide()) } else { Incomplete::Error }
     }
 
     /// Does the shell have a feature of this kind?
@@ -72,7 +73,7 @@ pub fn features_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'d
     let names = names_of(db, project);
     let mut features = Features::default();
     if too_large(db, project).is_some() {
-        features.lost = true;
+        features.completeness = Completeness::Incomplete;
         return features;
     }
     let mut seen: FxHashSet<Decl<'db>> = FxHashSet::from_iter([of]);
@@ -80,11 +81,12 @@ pub fn features_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'d
     while let Some(current) = open.pop() {
         features.shells.push(current);
         let Some(data) = shell(db, current) else { continue };
-        features.lost |= !data.whole;
+        features.completeness &= data.completeness;
         for (index, feature) in data.features.iter().enumerate() {
             let found = FeatureOf { shell: current, index, kind: feature.kind };
             // A missing port or property changes no program's meaning; a program may call a missing operation.
-            features.lost |= feature.kind.is_operation() && feature.name.name.is_empty();
+            let is_hidden = feature.kind.is_operation() && feature.name.name.is_empty();
+            features.completeness &= Completeness::of(!is_hidden);
             features.by_name.entry(feature.name.name.clone()).or_default().push(found);
         }
         for base in &data.bases {
@@ -96,14 +98,14 @@ pub fn features_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'d
                     }
                 }
                 Err(unresolved) => {
-                    features.lost = true;
-                    features.lost_base |= unresolved == Unresolved::Lost;
+                    features.completeness = Completeness::Incomplete;
+                    features.has_hidden_base |= unresolved == Unresolved::Incomplete;
                 }
             }
         }
     }
-    // Which of two features of one name is meant is unknown; one of them may be an operation.
-    features.lost |= features.by_name.values().any(|found| found.len() > 1);
+    // One of two features of one name may be an operation.
+    features.completeness &= Completeness::of(features.by_name.values().all(|found| found.len() == 1));
     features
 }
 

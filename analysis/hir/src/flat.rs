@@ -4,6 +4,7 @@ use crate::link::Link;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
+use crate::completeness::Completeness;
 use crate::fact::{Defined, EndKind, Fact, FactKind, Reason, Refusal, unresolved_type};
 use crate::features::{FeatureOf, Features, features_of, shell_of};
 use crate::item_tree::{Endpoint, FeatureKind, Instance, Kind, Name};
@@ -26,10 +27,10 @@ pub struct Flat<'db> {
     pub architectures: Vec<Decl<'db>>,
     /// The number of the first instance of each name.
     by_name: FxHashMap<Name, usize>,
-    /// Can an instance have been lost? Why.
-    pub lost: Vec<Refusal<'db>>,
-    /// Can a connection have been lost, or an end of one?
-    pub links_lost: bool,
+    /// Why an instance may be unknown.
+    pub refusals: Vec<Refusal<'db>>,
+    /// Whether all connections are known, with their ends.
+    pub link_completeness: Completeness,
     /// Does it import itself, over others or directly?
     pub cycle: bool,
 }
@@ -71,7 +72,7 @@ pub fn flat_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) 
     let names = names_of(db, project);
     let mut flat = Flat::default();
     if let Some(at) = too_large(db, project) {
-        flat.lost.push(Refusal { reason: Reason::TooLarge, at: Location::name_of(at) });
+        flat.refusals.push(Refusal { reason: Reason::TooLarge, at: Location::name_of(at) });
         return flat;
     }
     let mut all = vec![of];
@@ -80,9 +81,9 @@ pub fn flat_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) 
     while let Some(&current) = all.get(next) {
         next += 1;
         let Some(data) = architecture(db, current) else { continue };
-        if !data.whole {
+        if data.completeness.is_incomplete() {
             let reason = Reason::SyntaxErrorIn(current);
-            flat.lost.push(Refusal { reason, at: Location::name_of(current) });
+            flat.refusals.push(Refusal { reason, at: Location::name_of(current) });
         }
         for import in data.imports.iter().flatten() {
             match names.resolve_type(db, current, Kind::Architecture, Some(import)) {
@@ -94,11 +95,11 @@ pub fn flat_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) 
                 }
                 Err(_) => {
                     let reason = Reason::UnknownImport { architecture: current, import: import.clone() };
-                    flat.lost.push(Refusal { reason, at: Location::Source(current, import.id) });
+                    flat.refusals.push(Refusal { reason, at: Location::Source(current, import.id) });
                 }
             }
         }
-        flat.links_lost |= !data.connections_whole;
+        flat.link_completeness &= data.connection_completeness;
         for (operation, links) in [(false, &data.connections), (true, &data.operations)] {
             for link in links {
                 let [source, target] = [&link.source, &link.target].map(|end| {
@@ -113,7 +114,7 @@ pub fn flat_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) 
                         let at = Location::Source(current, id);
                         flat.links.push(Link { operation, source, target, buffer, at });
                     }
-                    None => flat.links_lost = true,
+                    None => flat.link_completeness = Completeness::Incomplete,
                 }
             }
         }
@@ -186,7 +187,7 @@ pub(crate) fn check_architecture<'db>(
             found.push(Fact::new(Location::Source(of, instance.name.id), kind));
         }
     }
-    if !flat.lost.is_empty() || flat.cycle {
+    if !flat.refusals.is_empty() || flat.cycle {
         return found;
     }
     let connections = data.connections.iter().map(|it| (it, EndKind::Port));
@@ -225,7 +226,7 @@ fn feature_of<'db>(
     end: &Endpoint,
 ) -> Option<&'db FeatureOf<'db>> {
     let features = flat.features(db, project, &end.instance.name)?;
-    features.get(&end.feature.as_ref()?.name).filter(|_| !features.lost)
+    features.get(&end.feature.as_ref()?.name).filter(|_| features.completeness.is_complete())
 }
 
 /// Whether a connection, both ends of which are ports, or operations, goes the right way.
@@ -292,7 +293,9 @@ fn endpoint<'db>(
     let feature = end.feature.as_ref()?;
     let shell = shell_of(db, project, instance.component?)?;
     let features = features_of(db, project, shell);
-    if features.lost || features.get(&feature.name).is_some_and(|found| kind.takes(found.kind)) {
+    if features.completeness.is_incomplete()
+        || features.get(&feature.name).is_some_and(|found| kind.takes(found.kind))
+    {
         return None;
     }
     let at = Location::Source(of, feature.id);
@@ -333,7 +336,7 @@ pub fn deployed<'db>(
 ) -> Option<(&'db Flat<'db>, Decl<'db>)> {
     let target = target_of(db, project, of)?;
     let flat = flat_of(db, project, target);
-    (flat.lost.is_empty() && !flat.cycle).then_some((flat, target))
+    (flat.refusals.is_empty() && !flat.cycle).then_some((flat, target))
 }
 
 /// The architecture that a deployment runs.

@@ -49,7 +49,7 @@ pub(crate) fn flow_facts<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: D
     };
     flow.unreachable();
     // The missing part of an incomplete program may assign or read, and so may an unresolved name.
-    if data.is_whole() {
+    if data.total_completeness().is_complete() {
         if !inference.is_unresolved() {
             flow.assignments();
             flow.unused();
@@ -338,7 +338,7 @@ impl<'db> Flow<'_, 'db> {
                         .or_insert(name.id);
                 }
             }
-            Expr::Lost(inner) | Expr::Unary(_, inner, _) => self.expr(inner, assigned),
+            Expr::Incomplete(inner) | Expr::Unary(_, inner, _) => self.expr(inner, assigned),
             Expr::Binary(operator, lhs, rhs, _) => {
                 self.expr(lhs, assigned);
                 let is_condition = matches!(operator, BinaryOperator::And | BinaryOperator::Or);

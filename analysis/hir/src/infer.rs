@@ -11,6 +11,7 @@ use crate::body::{
     Body, BodyId, Code, CoreScope, InitialValues, ProgramIn, SharedVariable, bodies_of, core_scope,
 };
 use crate::builtin::{Builtin, Operand};
+use crate::completeness::Completeness;
 use crate::fact::{
     CoreReason, Defined, Fact, FactKind, Hidden, NotAssignable, NotCallable, ParameterName, ProgramName,
     SendInstead, Takes, repeated,
@@ -149,7 +150,7 @@ fn handled<'db>(
     operation: &TypeRef,
 ) -> Result<Type, Option<Box<Fact<'db>>>> {
     let features = features_of(db, project, shell);
-    if features.lost {
+    if features.completeness.is_incomplete() {
         return Err(None);
     }
     let unresolved = |name: Name, near| {
@@ -202,7 +203,7 @@ fn inferred<'db>(
     let Some(scope) = core_scope(db, of) else { return Inference::default() };
     let shell = names_of(db, project).resolve_type(db, of, Kind::Shell, scope.shell.as_ref()).ok();
     // What an unknown shell provides may be called.
-    let none = Features { lost: true, ..Features::default() };
+    let none = Features { completeness: Completeness::Incomplete, ..Features::default() };
     let features = shell.map_or(&none, |shell| features_of(db, project, shell));
     let own = (scope.groups().len() == 1).then(|| Box::new(shared(db, project, of, scope)));
     let shared = &own.as_deref().unwrap_or_else(|| shared_of(db, project, of)).variables;
@@ -214,7 +215,7 @@ fn inferred<'db>(
         core: scope,
         scope: Scope::default(),
         machine: Scope::default(),
-        variables_lost: !scope.whole || !scope.machines_whole,
+        variables: scope.completeness,
     };
     for (index, variable) in shared.iter().enumerate() {
         let id = VariableId { group: None, index: index as u32 };
@@ -234,7 +235,7 @@ fn inferred<'db>(
         core: scope,
         shared,
         resolver,
-        whole: true,
+        completeness: Completeness::Complete,
         program: ProgramIn::Whole,
         found: Inference::default(),
         types,
@@ -267,7 +268,7 @@ struct InferenceContext<'a, 'db> {
     shared: &'a [VariableOf],
     resolver: Resolver<'a, 'db>,
     /// Whether nothing was lost in the program that is read.
-    whole: bool,
+    completeness: Completeness,
     /// The program that is read.
     program: ProgramIn,
     found: Inference<'db>,
@@ -337,7 +338,7 @@ impl<'db> InferenceContext<'_, 'db> {
     }
 
     fn initial_values(&mut self, values: &InitialValues) {
-        self.whole = values.whole;
+        self.completeness = values.completeness;
         self.program = ProgramIn::Whole;
         if self.body == BodyId::MachineValues {
             self.enter_machine();
@@ -363,7 +364,7 @@ impl<'db> InferenceContext<'_, 'db> {
             (None, None) => Type::Unknown,
         };
         if let Some((declared, declared_at)) = declared
-            && operation.program.whole
+            && operation.program.completeness.is_complete()
         {
             let defined = Signature { result: result.clone(), ..own.clone() };
             if !defined.is(&declared) {
@@ -388,7 +389,7 @@ impl<'db> InferenceContext<'_, 'db> {
             });
         }
         let must = result != Type::Void && result != Type::Unknown;
-        if must && operation.program.whole && !returns(&operation.program.statements) {
+        if must && operation.program.completeness.is_complete() && !returns(&operation.program.statements) {
             let kind = FactKind::MissingReturn { name: name.clone(), expected: result.clone() };
             self.report(operation.name.id, kind);
         }
@@ -414,14 +415,14 @@ impl<'db> InferenceContext<'_, 'db> {
         self.program = program;
         match code {
             Code::Program(code) => {
-                self.whole = code.whole;
-                let variables_lost = self.resolver.variables_lost;
-                self.resolver.variables_lost |= !code.whole;
+                self.completeness = code.completeness;
+                let variables = self.resolver.variables;
+                self.resolver.variables &= code.completeness;
                 self.block(&code.statements, name, gives);
-                self.resolver.variables_lost = variables_lost;
+                self.resolver.variables = variables;
             }
             Code::Guard(guard) => {
-                self.whole = guard.whole;
+                self.completeness = guard.completeness;
                 self.condition(&guard.condition);
             }
         }
@@ -489,7 +490,9 @@ impl<'db> InferenceContext<'_, 'db> {
                 self.block(then, of, gives);
                 match otherwise {
                     Some(otherwise) => self.block(otherwise, of, gives),
-                    None if self.whole => self.report(*id, FactKind::MissingElse { end: *end }),
+                    None if self.completeness.is_complete() => {
+                        self.report(*id, FactKind::MissingElse { end: *end })
+                    }
                     None => {}
                 }
             }
@@ -516,7 +519,9 @@ impl<'db> InferenceContext<'_, 'db> {
             value => _ = self.expr(value),
         }
         // A call without a name or without brackets. (The name of a codel is reported already.)
-        if let Some(id) = without_call(value).filter(|_| self.errors() == errors && self.whole) {
+        if let Some(id) =
+            without_call(value).filter(|_| self.errors() == errors && self.completeness.is_complete())
+        {
             self.error(id, FactKind::NoEffect);
         }
     }
@@ -545,7 +550,7 @@ impl<'db> InferenceContext<'_, 'db> {
             (Some(_), Gives::Nothing) => found.ty == Type::Unknown,
             _ => found.ty.fits(found.value.as_ref(), expected),
         };
-        if !fits && self.whole {
+        if !fits && self.completeness.is_complete() {
             let (of, expected) = (of.clone(), expected.clone());
             self.report(id, FactKind::ReturnType { of, expected, found: found.ty });
         }
@@ -610,7 +615,7 @@ impl<'db> InferenceContext<'_, 'db> {
                 self.error(*id, FactKind::NotCalled { name: name.clone(), is_operation: false });
             }
             // One mistake: the error that may hide its declaration is reported.
-            Err(_) if self.resolver.features.lost || self.resolver.variables_lost => {
+            Err(_) if (self.resolver.features.completeness & self.resolver.variables).is_incomplete() => {
                 self.problem(NameProblem::Hidden(CoreReason::MayBeDeclared(name.clone())));
             }
             Err(_) => {
@@ -663,7 +668,7 @@ impl<'db> InferenceContext<'_, 'db> {
         match expr {
             Expr::Missing => Typed::UNKNOWN,
             // That something is wrong in it is reported.
-            Expr::Lost(inner) => {
+            Expr::Incomplete(inner) => {
                 let reported = self.found.facts.len();
                 self.expr(inner);
                 self.found.facts.truncate(reported);
@@ -793,12 +798,12 @@ impl<'db> InferenceContext<'_, 'db> {
             CallError::Unresolved(Unresolved::Repeated) => {
                 return self.problem(NameProblem::Reported(CoreReason::RepeatedCodel(name.clone())));
             }
-            CallError::Unresolved(Unresolved::Lost) => {
+            CallError::Unresolved(Unresolved::Incomplete) => {
                 let not_found = CoreReason::CodelNotFound(name.clone(), self.resolver.names.may_hide());
                 return self.problem(NameProblem::Hidden(not_found));
             }
             // One mistake: the shell that may declare it is reported.
-            CallError::Unresolved(_) if self.resolver.features.lost => {
+            CallError::Unresolved(_) if self.resolver.features.completeness.is_incomplete() => {
                 return self.problem(NameProblem::Hidden(CoreReason::MayBeOperation(name.clone())));
             }
             CallError::Unresolved(_) => match Builtin::of_name(name) {
@@ -830,7 +835,7 @@ impl<'db> InferenceContext<'_, 'db> {
 
     /// Reports a wrong number of arguments.
     fn count(&mut self, callee: &NameRef, takes: Takes, is_right: bool, found: usize) -> bool {
-        if !is_right && self.whole {
+        if !is_right && self.completeness.is_complete() {
             let kind = FactKind::ArgumentCount { callee: callee.name.clone(), takes, found };
             self.report(callee.id, kind);
         }
@@ -1161,8 +1166,8 @@ impl<'db> CoreInference<'db> {
 /// What the programs of a core use of other declarations: only a change in it affects those.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
 pub struct Uses<'db> {
-    /// Whether its programs may use anything, since they are incomplete or have unresolved names.
-    pub lost: bool,
+    /// Whether all uses are known: an incomplete program or an unresolved name may use anything.
+    pub completeness: Completeness,
     /// The codels that they call.
     pub codels: FxHashSet<Decl<'db>>,
     /// The features of shells that they name, by shell and number.
@@ -1182,21 +1187,9 @@ pub fn uses_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) 
         Binding::Variable(_) => None,
     };
     Uses {
-        lost: inference.is_unresolved() || core(db, of).is_some_and(|data| !data.is_whole()),
+        completeness: Completeness::of(!inference.is_unresolved())
+            & core(db, of).map_or(Completeness::Complete, Core::total_completeness),
         codels: inference.callees().filter_map(codel).collect(),
         features: inference.bindings().filter_map(feature).collect(),
-    }
-}
-
-impl Core {
-    /// Whether it is complete.
-    pub(crate) fn is_whole(&self) -> bool {
-        let mut states = self.machines.iter().flat_map(|machine| &machine.states);
-        let is_whole =
-            |it: &crate::item_tree::Transition| it.whole && it.guard.as_ref().is_none_or(|guard| guard.whole);
-        self.whole
-            && self.machines.iter().all(|machine| machine.whole)
-            && states.all(|state| state.whole && state.transitions.iter().all(is_whole))
-            && self.programs().into_iter().all(|program| program.whole)
     }
 }

@@ -11,6 +11,8 @@ use std::sync::Arc;
 pub use mauve_syntax::keywords::{CallStatus, Direction, HookKind, MethodKind, PortStatus};
 use rustc_hash::FxHashSet;
 
+use crate::completeness::Completeness;
+
 /// A name, or another short text, as it stands in the file. Cheap to clone.
 #[derive(Clone, PartialEq, Eq, Hash, PartialOrd, Ord, Default, salsa::SalsaValue)]
 pub struct Name(Arc<str>);
@@ -85,14 +87,14 @@ pub struct ItemTree {
     pub libraries: Vec<Name>,
     /// In the order of the text.
     pub declarations: Vec<Declaration>,
-    /// Is there more than a stray word between the declarations that fits nowhere, or a brace missing? Then a
-    /// declaration may be lost, or stand in another library than it seems.
-    pub scope_lost: bool,
-    /// What may be declared by text that is no declaration, or not a whole one, or two that have run together: a name in
-    /// a library, or any name. Where its own library lacks it, it is not looked for elsewhere.
-    pub doubts: Vec<(Option<Name>, Option<Name>)>,
-    /// May a half-typed line be an include, or the head of a library?
-    pub include_lost: bool,
+    /// Whether all declarations are known, each with its library. More than a stray word between them that fits nowhere may
+    /// be one, and a missing brace may be the end of a library.
+    pub completeness: Completeness,
+    /// What text that is no declaration, an incomplete one, or two that have run together may declare: a name in a
+    /// library, or any name. Where its own library lacks such a name, it is not looked for elsewhere.
+    pub possible_names: Vec<(Option<Name>, Option<Name>)>,
+    /// Whether all includes and libraries are known: a half-typed line may be one.
+    pub include_completeness: Completeness,
 }
 
 /// A declaration, and how it is known from elsewhere.
@@ -213,8 +215,8 @@ pub struct Codel {
     pub parameters: Vec<Parameter>,
     /// What it gives.
     pub result: Option<TypeRef>,
-    /// Is nothing lost in it?
-    pub whole: bool,
+    /// Whether all of it is known.
+    pub completeness: Completeness,
 }
 
 /// A parameter of a codel or an operation.
@@ -235,8 +237,8 @@ pub struct Shell {
     pub bases: Vec<TypeRef>,
     /// Properties, ports and operations.
     pub features: Vec<Feature>,
-    /// Was none of its items lost?
-    pub whole: bool,
+    /// Whether all its items are known.
+    pub completeness: Completeness,
 }
 
 /// Something that a shell offers.
@@ -312,8 +314,8 @@ pub struct Core {
     pub machines: Vec<Machine>,
     /// The colon behind its header, which no model needs.
     pub colon: Option<SourceId>,
-    /// Was none of its items lost?
-    pub whole: bool,
+    /// Whether all its items are known.
+    pub completeness: Completeness,
 }
 
 /// `handler h: operation`
@@ -341,6 +343,17 @@ impl Core {
             programs.extend(state.transitions.iter().filter_map(|transition| transition.effect.as_ref()));
         }
         programs
+    }
+
+    /// Returns whether all of it is known, the items of its state machines and its programs too.
+    pub(crate) fn total_completeness(&self) -> Completeness {
+        let states = || self.machines.iter().flat_map(|machine| &machine.states);
+        let transitions = || states().flat_map(|state| &state.transitions);
+        let lists = self.machines.iter().map(|it| it.completeness).chain(states().map(|it| it.completeness));
+        let guards = transitions().filter_map(|it| it.guard.as_ref()).map(|it| it.completeness);
+        let programs = self.programs().into_iter().map(|it| it.completeness);
+        let all = lists.chain(transitions().map(|it| it.completeness)).chain(guards).chain(programs);
+        self.completeness & all.collect()
     }
 
     /// Does it have two behaviours, or define something twice?
@@ -402,8 +415,8 @@ pub struct Machine {
     pub variables: Vec<Variable>,
     /// Its states; one that an edit does not touch is the same one.
     pub states: Vec<Arc<State>>,
-    /// Was none of its items lost?
-    pub whole: bool,
+    /// Whether all its items are known.
+    pub completeness: Completeness,
 }
 
 /// `state S { … }`
@@ -419,8 +432,8 @@ pub struct State {
     pub methods: Vec<Method>,
     /// In the order of the text, which is that of their guards.
     pub transitions: Vec<Transition>,
-    /// Was none of its items lost?
-    pub whole: bool,
+    /// Whether all its items are known.
+    pub completeness: Completeness,
 }
 
 impl State {
@@ -452,8 +465,8 @@ pub struct Transition {
     pub target: Option<NameRef>,
     /// What it does.
     pub effect: Option<Program>,
-    /// Was nothing of the transition itself lost?
-    pub whole: bool,
+    /// Whether all of the transition is known, its guard and effect aside.
+    pub completeness: Completeness,
 }
 
 /// `if …` of a transition.
@@ -461,8 +474,8 @@ pub struct Transition {
 pub struct Guard {
     /// The condition.
     pub condition: Expr,
-    /// Was nothing in it lost?
-    pub whole: bool,
+    /// Whether all of it is known.
+    pub completeness: Completeness,
 }
 
 /// `{ … }`
@@ -470,8 +483,8 @@ pub struct Guard {
 pub struct Program {
     /// Its statements.
     pub statements: Vec<Statement>,
-    /// Was nothing in it lost?
-    pub whole: bool,
+    /// Whether all of it is known.
+    pub completeness: Completeness,
 }
 
 /// A statement.
@@ -514,8 +527,8 @@ impl Statement {
 pub enum Expr {
     /// It is not there, or not understood.
     Missing,
-    /// Something in it was lost: it names what it names, and what it gives is unknown.
-    Lost(Box<Expr>),
+    /// A part of it is missing: it names what it names, and its value is unknown.
+    Incomplete(Box<Expr>),
     Literal(Literal, SourceId),
     Name(NameRef),
     Call {
@@ -531,7 +544,7 @@ impl Expr {
     /// Where the whole of it stands, without brackets around it.
     pub fn id(&self) -> Option<SourceId> {
         match self {
-            Expr::Missing | Expr::Lost(_) => None,
+            Expr::Missing | Expr::Incomplete(_) => None,
             Expr::Name(name) => Some(name.id),
             Expr::Literal(_, id)
             | Expr::Call { id, .. }
@@ -618,8 +631,8 @@ pub struct Component {
     pub shell: Option<TypeRef>,
     /// Its core.
     pub core: Option<TypeRef>,
-    /// Was nothing in it lost? Otherwise the shell may stand for the core.
-    pub whole: bool,
+    /// Whether all of it is known; otherwise the shell may stand for the core.
+    pub completeness: Completeness,
 }
 
 /// `architecture A { … }`
@@ -635,10 +648,10 @@ pub struct Architecture {
     pub operations: Vec<Connection>,
     /// Values of properties and constants.
     pub settings: Vec<Setting>,
-    /// Can no instance have been lost?
-    pub whole: bool,
-    /// Can no connection have been lost, nor an end of one?
-    pub connections_whole: bool,
+    /// Whether all instances are known.
+    pub completeness: Completeness,
+    /// Whether all connections are known, with their ends.
+    pub connection_completeness: Completeness,
 }
 
 /// `instance i: C`
@@ -688,8 +701,8 @@ pub struct Deployment {
     pub activities: Vec<Activity>,
     /// Values of properties and constants.
     pub settings: Vec<Setting>,
-    /// Can no activity have been lost?
-    pub whole: bool,
+    /// Whether all activities are known.
+    pub completeness: Completeness,
 }
 
 /// `activity i { … }`
@@ -699,8 +712,8 @@ pub struct Activity {
     pub instance: NameRef,
     /// `period = …` and the like.
     pub fields: Vec<Field>,
-    /// Was none of its fields lost?
-    pub whole: bool,
+    /// Whether all its fields are known.
+    pub completeness: Completeness,
 }
 
 /// `period = 100`

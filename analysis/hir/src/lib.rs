@@ -15,6 +15,7 @@
 //! | `item_tree.rs`, `lower.rs` | what a file declares, without locations; and the source map: only what an edit touches is read again |
 //! | `source.rs`, `lines.rs` | declarations, their data, and [`Location`]s; the lines of a file |
 //! | `project.rs`, `config.rs` | roots, includes, `mauve.toml` |
+//! | `completeness.rs` | whether all of something is known |
 //! | `names.rs`, `features.rs` | what the name of a declaration refers to; the features of a shell |
 //! | `body.rs` | the bodies of a core: what is read apart from the rest of it |
 //! | `resolve.rs`, `builtin.rs` | what the names and the calls in programs refer to: the only place that decides it |
@@ -42,6 +43,7 @@ mod behaviour;
 mod body;
 mod builtin;
 mod check;
+mod completeness;
 mod config;
 mod configured;
 mod cost;
@@ -80,6 +82,7 @@ pub use body::{
 pub use builtin::{Builtin, Operand};
 pub use check::not_checked;
 pub use check::{declaration_facts, errors_in, project_facts};
+pub use completeness::Completeness;
 pub use config::{
     Chain, Config, ExpectedValue, ExternalType, Maintainer, Mistake, MistakeKind, keys as config_keys,
 };

@@ -10,6 +10,7 @@ use mauve_syntax::{
 };
 use rustc_hash::FxHashMap;
 
+use crate::completeness::Completeness;
 use crate::item_tree::*;
 
 /// Where things stand in a file. Only what is shown to a user may read it.
@@ -94,29 +95,28 @@ pub(crate) fn lower(file: &ast::SourceFile, whole: bool, known: &Known) -> (Item
     };
     lowering.items(file.items(), None);
     if !whole {
-        lowering.doubts(file.syntax(), None);
+        lowering.possible_names(file.syntax(), None);
     }
     (lowering.tree, lowering.map, lowering.read)
 }
 
-/// May an item of the list that `node` is have been lost, or its end?
+/// Whether all items of the list `node` are known, and its end.
 ///
-/// In an architecture and a deployment, a line that is the beginning of a keyword is no item yet: were it one that lost
-/// the rest, then an instance would lack its activity, or an activity its instance, or an operation would be in doubt
-/// ([`Architecture::connections_whole`]). Anything else may be part of an item: of the one before it, or of one whose
-/// keyword was lost.
-fn loses_an_item(node: &SyntaxNode) -> bool {
+/// In an architecture and a deployment, a line that is the beginning of a keyword is no item yet: if it had been one, an
+/// instance would lack its activity, or an activity its instance, or an operation would be unknown
+/// ([`Architecture::connection_completeness`]). Any other error may hide an item, or a part of the item before it.
+fn list_completeness(node: &SyntaxNode) -> Completeness {
     let keywords: &[&str] = match node.kind() {
         SyntaxKind::ARCHITECTURE => &ARCHITECTURE_ITEMS,
         SyntaxKind::DEPLOYMENT => &DEPLOYMENT_ITEMS,
-        _ => return has_error_child(node),
+        _ => return own_completeness(node),
     };
     let errors = node.children().filter(|child| child.kind() == SyntaxKind::ERROR);
-    errors.into_iter().any(|error| {
-        let tokens = tokens_of(&error);
+    let is_typed = |error: SyntaxNode| {
         let typed = |word: &SyntaxToken| keywords.iter().any(|keyword| keyword.starts_with(word.text()));
-        !matches!(tokens.as_slice(), [word] if begins_line(word) && typed(word))
-    })
+        matches!(tokens_of(&error).as_slice(), [word] if begins_line(word) && typed(word))
+    };
+    Completeness::of(errors.into_iter().all(is_typed))
 }
 
 /// Is there a text in `node` that is not closed, with a word that begins an item?
@@ -206,7 +206,16 @@ fn swallowed(declaration: &SyntaxNode) -> Vec<Option<Name>> {
 /// See [`Lowering::known_state`].
 const ROUND: usize = 32;
 
-/// Was something lost right in `node`, rather than in one of its parts?
+/// Returns whether all of `node` is known.
+fn completeness_of(node: &SyntaxNode) -> Completeness {
+    Completeness::of(is_whole(node))
+}
+
+/// Returns whether all of `node` is known, its children aside.
+fn own_completeness(node: &SyntaxNode) -> Completeness {
+    Completeness::of(!has_error_child(node))
+}
+
 fn has_error_child(node: &SyntaxNode) -> bool {
     node.children().any(|child| child.kind() == SyntaxKind::ERROR)
 }
@@ -254,7 +263,7 @@ impl Lowering<'_> {
                     self.declare(it.syntax(), it.name(), Kind::Component, library, |this| {
                         let shell = it.shell().map(|ty| this.type_ref(&ty));
                         let core = it.core().map(|ty| this.type_ref(&ty));
-                        Data::Component(Component { shell, core, whole: is_whole(it.syntax()) })
+                        Data::Component(Component { shell, core, completeness: completeness_of(it.syntax()) })
                     });
                 }
                 ast::Item::Architecture(it) => {
@@ -271,29 +280,30 @@ impl Lowering<'_> {
         }
     }
 
-    /// What may be declared in a file or a library without being seen, and whether what was lost may be anything.
-    fn doubts(&mut self, list: &SyntaxNode, library: Option<&Name>) {
+    /// Collects what the damaged texts in a file or a library may declare.
+    fn possible_names(&mut self, list: &SyntaxNode, library: Option<&Name>) {
         let mut found: Vec<Option<Name>> = Vec::new();
         for child in list.children() {
             match child.kind() {
                 SyntaxKind::ERROR => match tokens_of(&child).as_slice() {
-                    [] => self.tree.scope_lost = true,
-                    [word, ..] if !begins_line(word) => self.tree.scope_lost = true,
+                    [] => self.tree.completeness = Completeness::Incomplete,
+                    [word, ..] if !begins_line(word) => self.tree.completeness = Completeness::Incomplete,
                     // A user has typed so far; or this line has lost the rest.
                     [word] if DECLARATIONS.iter().any(|keyword| keyword.starts_with(word.text())) => {
-                        self.tree.include_lost |=
+                        let is_include =
                             ["include", "library"].iter().any(|keyword| keyword.starts_with(word.text()));
+                        self.tree.include_completeness &= Completeness::of(!is_include);
                         found.push(None);
                     }
                     tokens => match unknown_section(tokens) {
                         Some(names) => found.extend(names.into_iter().map(Some)),
-                        None => self.tree.scope_lost = true,
+                        None => self.tree.completeness = Completeness::Incomplete,
                     },
                 },
                 SyntaxKind::LIBRARY => {
                     let name = ast::Library::cast(child.clone()).and_then(|it| it.name());
                     let name = name.map_or_else(Name::default, |name| text_of(name.syntax()));
-                    self.doubts(&child, Some(&name));
+                    self.possible_names(&child, Some(&name));
                 }
                 // The next declaration of the line may be part of the error.
                 SyntaxKind::USE | SyntaxKind::CODEL | SyntaxKind::COMPONENT if !is_whole(&child) => {
@@ -307,7 +317,7 @@ impl Lowering<'_> {
         }
         found.sort();
         found.dedup();
-        self.tree.doubts.extend(found.into_iter().map(|name| (library.cloned(), name)));
+        self.tree.possible_names.extend(found.into_iter().map(|name| (library.cloned(), name)));
     }
 
     fn include(&mut self, include: &ast::Include) {
@@ -338,9 +348,9 @@ impl Lowering<'_> {
         for (state, read) in kept {
             self.read.states.entry(state).or_insert(read);
         }
-        // Two cores that have run together: the name of the second is lost.
+        // Two cores have run together: the name of the second is unknown.
         if matches!(&**data, Data::Core(core) if core.is_double()) {
-            self.tree.doubts.push((library.cloned(), None));
+            self.tree.possible_names.push((library.cloned(), None));
         }
         let name = name.map_or_else(Name::default, text_of);
         self.tree.declarations.push(Declaration {
@@ -358,11 +368,11 @@ impl Lowering<'_> {
         SourceId((self.ranges.len() - 1) as u32)
     }
 
-    /// Lowers `name`; a missing one is empty, and stands for all of `whole`.
-    fn name(&mut self, name: Option<impl AstNode>, whole: &SyntaxNode) -> NameRef {
+    /// Lowers `name`; a missing one is empty, and has the range of `around`.
+    fn name(&mut self, name: Option<impl AstNode>, around: &SyntaxNode) -> NameRef {
         match name {
             Some(name) => self.name_ref(&name),
-            None => NameRef { name: Name::default(), id: self.id(whole.text_range()) },
+            None => NameRef { name: Name::default(), id: self.id(around.text_range()) },
         }
     }
 
@@ -382,7 +392,7 @@ impl Lowering<'_> {
     fn codel(&mut self, codel: &ast::Codel) -> Codel {
         let parameters = self.parameters(codel.param_list());
         let result = codel.ty().map(|ty| self.type_ref(&ty));
-        Codel { parameters, result, whole: is_whole(codel.syntax()) }
+        Codel { parameters, result, completeness: completeness_of(codel.syntax()) }
     }
 
     fn parameters(&mut self, list: Option<ast::ParamList>) -> Vec<Parameter> {
@@ -400,8 +410,9 @@ impl Lowering<'_> {
         let bases = shell.extends().into_iter().flat_map(|extends| extends.tys().collect::<Vec<_>>());
         let bases = bases.map(|ty| self.type_ref(&ty)).collect();
         let features = shell.shell_items().map(|item| self.feature(item)).collect();
-        let extends_whole = shell.extends().is_none_or(|extends| is_whole(extends.syntax()));
-        Shell { bases, features, whole: extends_whole && !loses_an_item(shell.syntax()) }
+        let extends = shell.extends().map(|extends| completeness_of(extends.syntax()));
+        let completeness = list_completeness(shell.syntax()) & extends.unwrap_or_default();
+        Shell { bases, features, completeness }
     }
 
     fn feature(&mut self, item: ast::ShellItem) -> Feature {
@@ -453,7 +464,7 @@ impl Lowering<'_> {
             hooks: Vec::new(),
             machines: Vec::new(),
             colon: core.colon_token().map(|colon| self.id(colon.text_range())),
-            whole: !loses_an_item(core.syntax()),
+            completeness: list_completeness(core.syntax()),
         };
         for item in core.core_items() {
             match item {
@@ -513,7 +524,7 @@ impl Lowering<'_> {
                 ast::StateMachineItem::State(it) => states.push(self.known_state(&it)),
             }
         }
-        Machine { id, variables, states, whole: !loses_an_item(machine.syntax()) }
+        Machine { id, variables, states, completeness: list_completeness(machine.syntax()) }
     }
 
     /// Machines are long, and an edit is in one state. Its ranges begin at a round number, so that one more in the state
@@ -559,27 +570,29 @@ impl Lowering<'_> {
             }
         }
         let initial = state.initial_token().is_some();
-        State { name, initial, start, methods, transitions, whole: !loses_an_item(state.syntax()) }
+        State { name, initial, start, methods, transitions, completeness: list_completeness(state.syntax()) }
     }
 
     fn transition(&mut self, transition: &ast::Transition) -> Transition {
         let name = self.name(transition.name(), transition.syntax());
-        let guard = transition
-            .guard()
-            .map(|guard| Guard { condition: self.expr(guard.expr()), whole: is_whole(guard.syntax()) });
+        let guard = transition.guard().map(|guard| Guard {
+            condition: self.expr(guard.expr()),
+            completeness: completeness_of(guard.syntax()),
+        });
         Transition {
             name,
             guard,
             target: transition.name_ref().map(|name| self.name_ref(&name)),
             effect: transition.block().map(|block| self.program(Some(block), transition.syntax())),
-            whole: !has_error_child(transition.syntax()),
+            completeness: own_completeness(transition.syntax()),
         }
     }
 
     /// The program in `block`; `owner` is what it stands in, whose own errors (a missing `=` or block) are its errors.
     fn program(&mut self, block: Option<ast::Block>, owner: &SyntaxNode) -> Program {
-        let whole = !has_error_child(owner) && block.as_ref().is_some_and(|block| is_whole(block.syntax()));
-        Program { statements: block.map_or_else(Vec::new, |block| self.block(&block)), whole }
+        let own = block.as_ref().map_or(Completeness::Incomplete, |block| completeness_of(block.syntax()));
+        let completeness = own_completeness(owner) & own;
+        Program { statements: block.map_or_else(Vec::new, |block| self.block(&block)), completeness }
     }
 
     fn block(&mut self, block: &ast::Block) -> Vec<Statement> {
@@ -628,12 +641,12 @@ impl Lowering<'_> {
         let in_arguments = |node: &SyntaxNode| {
             node.children().any(|child| child.kind() == SyntaxKind::ARGUMENT_LIST && has_error_child(&child))
         };
-        let is_lost = has_error_child(expr.syntax()) || in_arguments(expr.syntax());
-        let lowered = self.whole_expr(expr);
-        if is_lost { Expr::Lost(Box::new(lowered)) } else { lowered }
+        let is_incomplete = has_error_child(expr.syntax()) || in_arguments(expr.syntax());
+        let lowered = self.complete_expr(expr);
+        if is_incomplete { Expr::Incomplete(Box::new(lowered)) } else { lowered }
     }
 
-    fn whole_expr(&mut self, expr: ast::Expr) -> Expr {
+    fn complete_expr(&mut self, expr: ast::Expr) -> Expr {
         match expr {
             ast::Expr::Literal(it) => self.literal(&it),
             ast::Expr::NameExpr(it) => match it.name_ref() {
@@ -697,34 +710,34 @@ impl Lowering<'_> {
             connections: Vec::new(),
             operations: Vec::new(),
             settings: Vec::new(),
-            whole: !loses_an_item(architecture.syntax()),
-            connections_whole: !has_error_child(architecture.syntax()),
+            completeness: list_completeness(architecture.syntax()),
+            connection_completeness: own_completeness(architecture.syntax()),
         };
         for item in architecture.architecture_items() {
             match item {
                 ast::ArchitectureItem::Import(it) => {
-                    lowered.whole &= is_whole(it.syntax());
+                    lowered.completeness &= completeness_of(it.syntax());
                     lowered.imports.push(it.ty().map(|ty| self.type_ref(&ty)));
                 }
                 ast::ArchitectureItem::Instance(it) => {
                     let name = self.name(it.name(), it.syntax());
                     let component = it.ty().map(|ty| self.type_ref(&ty));
-                    lowered.whole &= !name.name.is_empty();
+                    lowered.completeness &= Completeness::of(!name.name.is_empty());
                     lowered.instances.push(Instance { name, component });
                 }
                 ast::ArchitectureItem::Connection(it) => {
-                    lowered.connections_whole &= is_whole(it.syntax());
+                    lowered.connection_completeness &= completeness_of(it.syntax());
                     let buffer = it.buffer();
                     lowered.connections.push(self.connection(it.source(), it.target(), buffer));
                 }
                 ast::ArchitectureItem::OperationConnection(it) => {
-                    lowered.connections_whole &= is_whole(it.syntax());
+                    lowered.connection_completeness &= completeness_of(it.syntax());
                     lowered.operations.push(self.connection(it.source(), it.target(), None));
                 }
                 ast::ArchitectureItem::Setting(it) => {
                     // What stands behind the error on its line may have been a connection; within a text, anything.
-                    lowered.connections_whole &= is_whole(it.syntax());
-                    lowered.whole &= !swallows_an_item(it.syntax());
+                    lowered.connection_completeness &= completeness_of(it.syntax());
+                    lowered.completeness &= Completeness::of(!swallows_an_item(it.syntax()));
                     lowered.settings.push(self.setting(&it));
                 }
             }
@@ -769,17 +782,17 @@ impl Lowering<'_> {
                 .collect(),
             activities: Vec::new(),
             settings: Vec::new(),
-            whole: !loses_an_item(deployment.syntax()),
+            completeness: list_completeness(deployment.syntax()),
         };
         for item in deployment.deployment_items() {
             match item {
                 ast::DeploymentItem::Activity(it) => {
                     let activity = self.activity(&it);
-                    lowered.whole &= !activity.instance.name.is_empty();
+                    lowered.completeness &= Completeness::of(!activity.instance.name.is_empty());
                     lowered.activities.push(activity);
                 }
                 ast::DeploymentItem::Setting(it) => {
-                    lowered.whole &= !swallows_an_item(it.syntax());
+                    lowered.completeness &= Completeness::of(!swallows_an_item(it.syntax()));
                     lowered.settings.push(self.setting(&it));
                 }
             }
@@ -793,19 +806,19 @@ impl Lowering<'_> {
         for field in activity.fields() {
             // Tokens left over right behind a value may belong to it: `priority = 1 9`, `priority = 1 e1`. Where a
             // brace is missing there, it may have been cut.
-            let doubtful = field.syntax().next_sibling().is_some_and(|next| match next.kind() {
+            let is_uncertain = field.syntax().next_sibling().is_some_and(|next| match next.kind() {
                 SyntaxKind::FIELD => ast::Field::cast(next).is_some_and(|next| next.eq_token().is_none()),
                 kind => kind == SyntaxKind::ERROR,
             });
             let Some(name) = field.name_ref() else { continue };
             let name = self.name_ref(&name);
-            let place = field.expr().map_or(field.syntax().text_range(), |value| value.syntax().text_range());
-            let value_id = self.id(place);
-            let whole = is_whole(field.syntax()) && !doubtful;
-            let value = if whole { self.expr(field.expr()) } else { Expr::Missing };
+            let range = field.expr().map_or(field.syntax().text_range(), |value| value.syntax().text_range());
+            let value_id = self.id(range);
+            let is_complete = is_whole(field.syntax()) && !is_uncertain;
+            let value = if is_complete { self.expr(field.expr()) } else { Expr::Missing };
             fields.push(Field { name, value, value_id });
         }
-        Activity { instance, fields, whole: !has_error_child(activity.syntax()) }
+        Activity { instance, fields, completeness: own_completeness(activity.syntax()) }
     }
 }
 

@@ -2,6 +2,7 @@
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use crate::completeness::Completeness;
 use crate::item_tree::{Kind, Name, TypeRef};
 use crate::project::{Project, includes, is_model, project_files};
 use crate::source::{Decl, declarations};
@@ -19,12 +20,12 @@ pub struct Names<'db> {
     libraries: FxHashSet<Name>,
     /// Where a declaration has no name: any name of its kind may be meant.
     nameless: FxHashSet<(Option<Name>, Kind)>,
-    /// See [`crate::item_tree::ItemTree::doubts`].
-    doubts: FxHashSet<(Option<Name>, Option<Name>)>,
-    /// Is a file missing, or unreadable, so that what it declares is unknown?
-    pub missing: bool,
-    /// A file in which a declaration may be lost, or stand in another library than it seems, or of which the text is unknown.
-    pub scope_lost: Option<File>,
+    /// See [`crate::item_tree::ItemTree::possible_names`].
+    possible_names: FxHashSet<(Option<Name>, Option<Name>)>,
+    /// Whether all files are known: one that is missing or unreadable may declare anything.
+    pub completeness: Completeness,
+    /// The first file whose text is unknown, or in which a declaration or its library is.
+    pub incomplete_file: Option<File>,
 }
 
 /// The names of a project. A change *in* a declaration does not change them.
@@ -37,19 +38,21 @@ pub fn names_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Names<'db> 
         uses: FxHashMap::default(),
         libraries: FxHashSet::default(),
         nameless: FxHashSet::default(),
-        doubts: FxHashSet::default(),
-        missing: false,
-        scope_lost: None,
+        possible_names: FxHashSet::default(),
+        completeness: Completeness::Complete,
+        incomplete_file: None,
     };
     for &file in project_files(db, project) {
-        let unknown = includes(db, project.workspace(db), file).iter().any(Option::is_none);
         let declarations = declarations(db, file);
-        names.missing |= unknown || declarations.include_lost || file.problem(db).is_some();
-        names.doubts.extend(declarations.doubts.iter().cloned());
+        let are_included = includes(db, project.workspace(db), file).iter().all(Option::is_some);
+        let is_read = Completeness::of(are_included && file.problem(db).is_none());
+        names.completeness &= declarations.include_completeness & is_read;
+        names.possible_names.extend(declarations.possible_names.iter().cloned());
         names.libraries.extend(declarations.libraries.iter().filter(|name| !name.is_empty()).cloned());
         // Of a text that may be another, any declaration may be.
-        if declarations.scope_lost || matches!(file.problem(db), Some(Problem::Unknown(_))) {
-            names.scope_lost.get_or_insert(file);
+        if declarations.completeness.is_incomplete() || matches!(file.problem(db), Some(Problem::Unknown(_)))
+        {
+            names.incomplete_file.get_or_insert(file);
         }
         for &decl in &declarations.all {
             let library = decl.library(db).clone();
@@ -68,15 +71,15 @@ pub fn names_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Names<'db> 
         }
     }
     // If the salvaged name is declared elsewhere, the broken declaration's own name is unknown.
-    let declared: FxHashSet<&Name> = if names.doubts.is_empty() {
+    let declared: FxHashSet<&Name> = if names.possible_names.is_empty() {
         FxHashSet::default()
     } else {
         names.all.iter().map(|it| it.name(db)).collect()
     };
     let is_declared = |name: &Option<Name>| name.as_ref().is_some_and(|name| declared.contains(name));
     let more: Vec<Option<Name>> =
-        names.doubts.iter().filter(|(_, name)| is_declared(name)).map(|(of, _)| of.clone()).collect();
-    names.doubts.extend(more.into_iter().map(|of| (of, None)));
+        names.possible_names.iter().filter(|(_, name)| is_declared(name)).map(|(of, _)| of.clone()).collect();
+    names.possible_names.extend(more.into_iter().map(|of| (of, None)));
     names
 }
 
@@ -99,8 +102,8 @@ pub enum Unresolved {
     Repeated,
     /// The name itself is missing; that is reported already.
     Missing,
-    /// It may be declared by what is missing: a file, or the name of a declaration. That is reported already.
-    Lost,
+    /// A missing file or a damaged text may declare it. That is reported already.
+    Incomplete,
 }
 
 impl<'db> Names<'db> {
@@ -153,24 +156,26 @@ impl<'db> Names<'db> {
         // What a missing file may declare, or a declaration without a name may be, is not looked for elsewhere; and its
         // absence is no second mistake.
         let own = |decl: &Decl<'db>| decl.library(db).as_ref() == library;
-        let in_doubt = |name: &Name| {
+        let may_be = |name: &Name| {
             let own = library.cloned();
             self.nameless.contains(&(own.clone(), kind))
-                || self.doubts.contains(&(own.clone(), None))
-                || self.doubts.contains(&(own, Some(name.clone())))
+                || self.possible_names.contains(&(own.clone(), None))
+                || self.possible_names.contains(&(own, Some(name.clone())))
         };
         let hidden = match path {
             [name] if name.is_empty() || found.iter().any(own) => false,
-            [name] => self.missing || in_doubt(name),
-            [of, _] if found.is_empty() => self.missing || self.nameless.contains(&(Some(of.clone()), kind)),
+            [name] => self.completeness.is_incomplete() || may_be(name),
+            [of, _] if found.is_empty() => {
+                self.completeness.is_incomplete() || self.nameless.contains(&(Some(of.clone()), kind))
+            }
             _ => false,
         };
         match found.as_slice() {
-            _ if hidden => Err(Unresolved::Lost),
+            _ if hidden => Err(Unresolved::Incomplete),
             [decl] => Ok(*decl),
             [] if path.is_empty() || path.iter().any(|id| id.is_empty()) => Err(Unresolved::Missing),
             // The error between two declarations may hide it.
-            [] if self.scope_lost.is_some() => Err(Unresolved::Lost),
+            [] if self.incomplete_file.is_some() => Err(Unresolved::Incomplete),
             [] => Err(Unresolved::Unknown),
             [first, rest @ ..] if rest.iter().all(|it| it.library(db) == first.library(db)) => {
                 Err(Unresolved::Repeated)
@@ -213,14 +218,14 @@ impl<'db> Names<'db> {
         self.libraries.iter()
     }
 
-    /// May any name at all be declared by a text that is damaged?
-    pub(crate) fn is_in_doubt(&self) -> bool {
-        self.missing || !self.doubts.is_empty() || !self.nameless.is_empty()
+    /// Returns whether a missing file or a damaged text may declare names.
+    pub(crate) fn may_miss_names(&self) -> bool {
+        self.completeness.is_incomplete() || !self.possible_names.is_empty() || !self.nameless.is_empty()
     }
 
-    /// What may hide the declaration of a name that is not found ([`Unresolved::Lost`]).
+    /// What may hide the declaration of a name that is not found ([`Unresolved::Incomplete`]).
     pub fn may_hide(&self) -> MayHide {
-        if self.missing { MayHide::MissingFile } else { MayHide::SyntaxError }
+        if self.completeness.is_incomplete() { MayHide::MissingFile } else { MayHide::SyntaxError }
     }
 
     /// The path of this kind, as it may be written in `library`, that `path` may be a misspelling of.

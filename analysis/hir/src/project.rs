@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use crate::completeness::Completeness;
 use crate::config::{self, Config, ExternalType};
 use crate::item_tree::Name;
 use crate::source::item_tree_of;
@@ -39,7 +40,7 @@ pub fn config_of(db: &dyn ModelDb, workspace: Workspace) -> Config {
     if let Some(problem) = file.problem(db) {
         let kind = config::MistakeKind::Unreadable(problem.message().to_owned());
         config.errors.push(config::Mistake { kind, span: 0..0, near: None });
-        config.lost = true;
+        config.completeness = Completeness::Incomplete;
     }
     config
 }

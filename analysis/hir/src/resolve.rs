@@ -6,6 +6,7 @@ use rustc_hash::FxHashMap;
 use crate::ModelDb;
 use crate::body::CoreScope;
 use crate::builtin::{Builtin, Operand};
+use crate::completeness::Completeness;
 use crate::fact::NotCallable;
 use crate::features::Features;
 use crate::item_tree::{FeatureKind, Kind, Name};
@@ -125,8 +126,8 @@ pub struct Resolver<'a, 'db> {
     pub scope: Scope,
     /// Those of the state machines: all programs see them, behind those in scope.
     pub machine: Scope,
-    /// Whether a declaration of a variable may be missing: an unresolved name may be one.
-    pub variables_lost: bool,
+    /// Whether all variables are known: an unresolved name may be a missing one.
+    pub variables: Completeness,
 }
 
 impl<'db> Resolver<'_, 'db> {
@@ -163,7 +164,8 @@ impl<'db> Resolver<'_, 'db> {
         let builtin = Builtin::of_name(name).zip(first);
         let has_operand = builtin.is_some_and(|(builtin, first)| self.is_operand(builtin, first));
         if let Some((builtin, first)) = builtin {
-            let is_codel = !matches!(self.resolve_codel(name), Err(Unresolved::Unknown | Unresolved::Lost));
+            let is_codel =
+                !matches!(self.resolve_codel(name), Err(Unresolved::Unknown | Unresolved::Incomplete));
             if has_operand && !is_codel && feature != Some(FeatureKind::Provided) {
                 return ResolvedCall { callee: Ok(Callee::Builtin(builtin)), has_operand };
             }
@@ -192,7 +194,7 @@ impl<'db> Resolver<'_, 'db> {
         if builtin.operand() == Operand::Handler {
             return self.core.handlers.iter().any(|handler| handler.name.name == *first);
         }
-        let is_value = self.scope.get(first).is_some() && self.names.is_in_doubt();
+        let is_value = self.scope.get(first).is_some() && self.names.may_miss_names();
         !is_value && self.features.get(first).is_some_and(|feature| builtin.takes(feature.kind))
     }
 
@@ -203,6 +205,6 @@ impl<'db> Resolver<'_, 'db> {
                 || self.features.get(name).is_some()
                 || !matches!(self.resolve_codel(name), Err(Unresolved::Unknown))
         };
-        !self.features.lost && !self.variables_lost && !is_known(name) && !is_known(first)
+        (self.features.completeness & self.variables).is_complete() && !is_known(name) && !is_known(first)
     }
 }

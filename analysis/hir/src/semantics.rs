@@ -6,6 +6,7 @@ use mauve_syntax::{SyntaxNode, TextRange, TextSize};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::body::core_scope;
+use crate::completeness::Completeness;
 use crate::features::{Features, features_of, shell_of};
 use crate::infer::{CoreInference, VariableKind, VariableOf, expression_types, inference_of_core};
 use crate::item_tree::{FeatureKind, HookKind, Kind, Name, SourceId};
@@ -146,7 +147,7 @@ impl<'db> Semantics<'db> {
         name: &Name,
         first: Option<&Name>,
     ) -> Option<ResolvedCall<'db>> {
-        let none = Features { lost: true, ..Features::default() };
+        let none = Features { completeness: Completeness::Incomplete, ..Features::default() };
         let core = core_scope(self.db, self.core).as_ref()?;
         let (mut scope, mut machine) = (Scope::default(), Scope::default());
         for (id, variable) in visible.variables.iter().rev() {
@@ -155,8 +156,8 @@ impl<'db> Semantics<'db> {
             scope.push(&variable.name.name, *id);
         }
         let (names, features) = (names_of(self.db, self.project), self.features().unwrap_or(&none));
-        let (db, of, variables_lost) = (self.db, self.core, true);
-        let resolver = Resolver { db, of, names, features, core, scope, machine, variables_lost };
+        let (db, of, variables) = (self.db, self.core, Completeness::Incomplete);
+        let resolver = Resolver { db, of, names, features, core, scope, machine, variables };
         Some(resolver.resolve_call(name, first))
     }
 }

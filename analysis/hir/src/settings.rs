@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
+use crate::completeness::Completeness;
 use crate::fact::{Fact, FactKind, NotConstant};
 use crate::features::{FeatureOf, features_of, shell_of};
 use crate::graph::topological_order;
@@ -185,7 +186,7 @@ struct Constants {
     /// Those whose value rests on itself.
     rings: FxHashSet<Name>,
     /// May a name that is not among them be one?
-    lost: bool,
+    completeness: Completeness,
 }
 
 #[salsa::tracked(returns(ref))]
@@ -217,8 +218,11 @@ fn constants_with<'db>(
     let (order, in_ring) = topological_order(&named);
     let rings =
         all.iter().zip(in_ring).filter(|(_, in_ring)| *in_ring).map(|((name, ..), _)| (*name).clone());
-    let mut constants =
-        Constants { values: FxHashMap::default(), rings: rings.collect(), lost: features.lost };
+    let mut constants = Constants {
+        values: FxHashMap::default(),
+        rings: rings.collect(),
+        completeness: features.completeness,
+    };
     constants.values.extend(all.iter().map(|(name, ..)| ((*name).clone(), None)));
     for index in order {
         let Some((name, declared, data)) = all.get(index) else { continue };
@@ -318,7 +322,7 @@ impl<'db> Evaluator<'_, 'db> {
     /// The type of an expression, and its value where it has one; nothing where something in it is wrong, which is reported.
     fn evaluate(&mut self, expr: &Expr) -> Option<Typed> {
         match expr {
-            Expr::Missing | Expr::Lost(_) => None,
+            Expr::Missing | Expr::Incomplete(_) => None,
             Expr::Literal(literal, id) => self.given(Typed::literal(literal), *id),
             Expr::Name(name) => self.constant(&name.name, name.id),
             Expr::Unary(operator, inner, id) => match Typed::least(*operator, inner) {
@@ -360,7 +364,7 @@ impl<'db> Evaluator<'_, 'db> {
                 self.report(id, FactKind::NotConstant(NotConstant::Cycle(own)));
             }
             Some(None) => {}
-            None if constants.lost => {}
+            None if constants.completeness.is_incomplete() => {}
             None => self.report(id, FactKind::NotConstant(NotConstant::NotOfShell(name.clone()))),
         }
         None

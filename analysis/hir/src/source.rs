@@ -10,6 +10,7 @@ use mauve_syntax::{
 };
 use rustc_hash::FxHashMap;
 
+use crate::completeness::Completeness;
 use crate::item_tree::{Data, Declaration, ItemTree, Kind, Name, SourceId, TypeRef};
 use crate::lower::{DeclarationMap, SourceMap, occurrences};
 use crate::{File, ModelDb};
@@ -99,12 +100,12 @@ pub fn declaration_at<'db>(db: &'db dyn ModelDb, file: File, range: TextRange) -
 pub struct Declarations<'db> {
     /// In the order of the text, which is that of the item tree.
     pub all: Vec<Decl<'db>>,
-    /// See [`ItemTree::scope_lost`].
-    pub scope_lost: bool,
-    /// See [`ItemTree::doubts`].
-    pub doubts: Vec<(Option<Name>, Option<Name>)>,
-    /// See [`ItemTree::include_lost`].
-    pub include_lost: bool,
+    /// See [`ItemTree::completeness`].
+    pub completeness: Completeness,
+    /// See [`ItemTree::possible_names`].
+    pub possible_names: Vec<(Option<Name>, Option<Name>)>,
+    /// See [`ItemTree::include_completeness`].
+    pub include_completeness: Completeness,
     /// See [`ItemTree::libraries`].
     pub libraries: Vec<Name>,
     index: FxHashMap<Decl<'db>, usize>,
@@ -120,12 +121,12 @@ pub fn declarations<'db>(db: &'db dyn ModelDb, file: File) -> Declarations<'db> 
     };
     let all: Vec<Decl<'db>> = tree.declarations.iter().zip(nths).map(declare).collect();
     let index = all.iter().enumerate().map(|(index, &decl)| (decl, index)).collect();
-    let ItemTree { scope_lost, include_lost, doubts, libraries, .. } = tree;
+    let ItemTree { completeness, include_completeness, possible_names, libraries, .. } = tree;
     Declarations {
         all,
-        scope_lost: *scope_lost,
-        include_lost: *include_lost,
-        doubts: doubts.clone(),
+        completeness: *completeness,
+        include_completeness: *include_completeness,
+        possible_names: possible_names.clone(),
         libraries: libraries.clone(),
         index,
     }

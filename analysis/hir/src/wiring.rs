@@ -161,11 +161,12 @@ pub(crate) fn check_deployment<'db>(
         |(instance, name): &(Name, Name)| strays.iter().any(|(of, stray)| of == instance || stray == name);
     let connected: FxHashSet<&(Name, Name)> = flat.links.iter().map(|link| &link.target).collect();
     // A connection that is half typed, or leads to the wrong place, may be the one that is missing.
-    let lost = flat.links_lost || flat.links.iter().any(|link| !is_right(db, project, flat, link));
+    let all_known = flat.link_completeness.is_complete()
+        && flat.links.iter().all(|link| is_right(db, project, flat, link));
     let mut found = Vec::new();
     for instance in flat.instances.iter().filter(|instance| !instance.repeated) {
         let Some(features) = flat.features(db, project, &instance.name) else { continue };
-        if features.lost || features.cycle {
+        if features.completeness.is_incomplete() || features.cycle {
             continue;
         }
         let activity = data.activities.iter().find(|activity| activity.instance.name == instance.name);
@@ -186,12 +187,12 @@ pub(crate) fn check_deployment<'db>(
                     let kind = FactKind::MissingValue { instance, kind, name, declared };
                     found.push(Fact::new(at.clone(), kind));
                 }
-                FeatureKind::Required if !connected.contains(&end) && !lost => {
+                FeatureKind::Required if !connected.contains(&end) && all_known => {
                     let (name, declared) = (name.clone(), place);
                     let kind = FactKind::UnconnectedOperation { instance, name, declared };
                     found.push(Fact::new(at.clone(), kind));
                 }
-                FeatureKind::Input if !connected.contains(&end) && !lost => open.push(name.clone()),
+                FeatureKind::Input if !connected.contains(&end) && all_known => open.push(name.clone()),
                 _ => {}
             }
         }

@@ -152,8 +152,8 @@ pub fn graph<'db>(
         let (source, target) = (end(&link.source)?, end(&link.target)?);
         Some(GraphEdge { source, target, operation: link.operation, at: link.at.clone() })
     });
-    let mut lost: Vec<String> = flat.lost.iter().map(|lost| reason(db, &lost.reason)).collect();
-    if flat.links_lost {
+    let mut lost: Vec<String> = flat.refusals.iter().map(|lost| reason(db, &lost.reason)).collect();
+    if flat.link_completeness.is_incomplete() {
         lost.push("a connection has an error".to_owned());
     }
     let title = match report {

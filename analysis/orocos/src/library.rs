@@ -387,7 +387,8 @@ impl<'db> Reader<'db> {
 }
 
 fn component_is_broken(db: &dyn ModelDb, of: Decl<'_>) -> bool {
-    component(db, of).is_none_or(|data| !data.whole || data.shell.is_none() || data.core.is_none())
+    component(db, of)
+        .is_none_or(|data| data.completeness.is_incomplete() || data.shell.is_none() || data.core.is_none())
 }
 
 /// What stands outside libraries is named after the root of the project.

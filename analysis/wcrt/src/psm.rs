@@ -77,7 +77,7 @@ pub(crate) fn psm_with<'db>(
     let refuse =
         |reason, at| Err(Refused { refusals: vec![Refusal::reported(reason, at)], missing: Vec::new() });
     let at = Location::name_of(of);
-    if component(db, of).is_some_and(|data| !data.whole) {
+    if component(db, of).is_some_and(|data| data.completeness.is_incomplete()) {
         return refuse(Reason::Damaged(of), at);
     }
     let Some(shell) = shell_of(db, project, of) else {
@@ -96,7 +96,7 @@ pub(crate) fn psm_with<'db>(
         return Err(Refused { refusals, missing: Vec::new() });
     }
     let features = features_of(db, project, shell);
-    if features.lost || features.cycle {
+    if features.completeness.is_incomplete() || features.cycle {
         return refuse(Reason::IncompleteShell { project, shell }, Location::name_of(shell));
     }
     let errors = errors_behind(db, project, of, shell, core);
@@ -134,7 +134,7 @@ fn errors_behind<'db>(
     let declared = [component, core, shell].into_iter().chain(shells.copied());
     let mut codels: Vec<Decl<'db>> = uses_of(db, project, core).codels.iter().copied().collect();
     codels.sort_by(|a, b| a.name(db).cmp(b.name(db)));
-    let is_damaged = |of: &&Decl<'db>| codel(db, **of).is_some_and(|data| !data.whole);
+    let is_damaged = |of: &&Decl<'db>| codel(db, **of).is_some_and(|data| data.completeness.is_incomplete());
     let damaged = codels.iter().filter(is_damaged);
     let damaged = damaged.map(|&of| Refusal::reported(Reason::Damaged(of), Location::name_of(of)));
     let errors = declared.chain(codels.iter().copied()).flat_map(|decl| errors_in(db, project, decl));

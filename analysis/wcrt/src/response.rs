@@ -404,7 +404,7 @@ fn lost_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, system: &System<'db
             Location::Range(tables.file, 0, 0),
         ));
     }
-    if let Some(file) = names_of(db, project).scope_lost {
+    if let Some(file) = names_of(db, project).incomplete_file {
         let problem = file.problem(db).as_ref().map(|problem| problem.message().to_owned());
         lost.push(Refusal::reported(Reason::DamagedFile { file, problem }, Location::Range(file, 0, 0)));
     }

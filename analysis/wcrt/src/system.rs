@@ -87,7 +87,7 @@ pub(crate) fn read<'db>(
     data: &Deployment,
 ) -> System<'db> {
     let mut reader = Reader { db, project, of, found: System::default(), affinities: FxHashMap::default() };
-    if !data.whole {
+    if data.completeness.is_incomplete() {
         reader.lost(Reason::DamagedDeployment(of), Location::name_of(of));
     }
     if let Some(at) = too_large(db, project) {
@@ -108,7 +108,7 @@ pub(crate) fn read<'db>(
             }
         },
         targets => {
-            if data.whole {
+            if data.completeness.is_complete() {
                 match targets.get(1) {
                     Some(second) => {
                         reader.report(Location::Source(of, second.id), TimingFactKind::SecondTarget)
@@ -155,7 +155,7 @@ impl<'db> Reader<'db> {
 
     fn activities(&mut self, target: Decl<'db>, activities: &[Activity]) {
         let flat = flat_of(self.db, self.project, target);
-        self.found.lost.extend(flat.lost.iter().map(Refusal::of_model));
+        self.found.lost.extend(flat.refusals.iter().map(Refusal::of_model));
         if flat.cycle {
             self.lost(Reason::ImportsItself(target), Location::name_of(target));
         }
@@ -169,7 +169,7 @@ impl<'db> Reader<'db> {
             let first = first_of.insert(name, activity);
             let instance = flat.instance(name);
             // An instance that was lost is one mistake.
-            if instance.is_none() && flat.lost.is_empty() {
+            if instance.is_none() && flat.refusals.is_empty() {
                 let near = similar(name, flat.instances.iter().map(|instance| &instance.name));
                 let at = Location::Source(self.of, activity.instance.id);
                 misspelt.extend(near.clone());
@@ -306,14 +306,14 @@ impl<'db> Reader<'db> {
             self.field(&mut row, &mut fields, field);
         }
         let wrong = row.refusals.len() > of_instance;
-        if !activity.whole && row.refusals.is_empty() {
+        if activity.completeness.is_incomplete() && row.refusals.is_empty() {
             row.refusals.push(Refusal::reported(Reason::DamagedActivity, at.clone()));
         }
         // A field that was lost may be any of those that are missing. Where one is missing that must be there, another may
         // have its value; where an affinity names no CPU, it may be the priority.
         let missing = row.priority != Priority::Background && fields.period.is_none();
         let doubtful = missing || fields.priority.is_none() || fields.misplaced || instance.is_none();
-        let lost = !activity.whole || fields.lost;
+        let lost = activity.completeness.is_incomplete() || fields.lost;
         if lost && fields.affinity.is_none() {
             row.cpus = None;
         }
@@ -464,7 +464,8 @@ impl<'db> Reader<'db> {
             let items = if errors.is_empty() { Vec::new() } else { items_of(self.db, *decl) };
             errors.iter().any(|error| item_at(&items, *decl, &error.at).is_some_and(|item| item.is_operation))
         };
-        let mut lost = flat.links_lost || flat.architectures.iter().any(has_wrong_operation);
+        let mut lost =
+            flat.link_completeness.is_incomplete() || flat.architectures.iter().any(has_wrong_operation);
         for Link { operation, source, target, .. } in &flat.links {
             let kinds = (kind(source), kind(target));
             let is_port = |kind: Option<FeatureKind>| kind.is_some_and(FeatureKind::is_port);

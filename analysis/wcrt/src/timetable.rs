@@ -189,7 +189,7 @@ fn joined<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> (Timetable<'db>, 
     let mut builder =
         TimetableBuilder { db, project, times, facts: Vec::new(), places: FxHashMap::default() };
     if let Some(file) = config_file(db, workspace) {
-        if config.lost
+        if config.completeness.is_incomplete()
             && let Some(Mistake { kind, .. }) = config.errors.iter().min_by_key(|it| it.span.start)
         {
             builder.lost(file, TableFault::Configuration(kind.clone()));
@@ -328,7 +328,7 @@ impl<'db> TimetableBuilder<'db> {
                 }
                 self.times.stray_codel = Some(stray);
                 // What a missing file declares is not unknown for a second time.
-                if names.missing {
+                if names.completeness.is_incomplete() {
                     return None;
                 }
                 let rest = entry.key.get(key.len()..).unwrap_or_default();

@@ -44,7 +44,7 @@ fn core_for(
 ) -> Option<Result<Change, String>> {
     let decl = decl_of(db, file, shell.syntax())?;
     let features = features_of(db, project, decl);
-    if features.lost || features.cycle {
+    if features.completeness.is_incomplete() || features.cycle {
         return None;
     }
     let name = free_name(db, project, decl, Kind::Core, "Shell", "Core");

@@ -223,7 +223,8 @@ fn renamed_keys(
                 let names = names_of(db, project);
                 let found = names.by_key(Kind::Component, component);
                 is_of_it |= found.iter().any(|&it| is_of_core(project, it));
-                let is_unsure = found.is_empty() && (names.missing || names.scope_lost.is_some());
+                let is_unsure = found.is_empty()
+                    && (names.completeness.is_incomplete() || names.incomplete_file.is_some());
                 if is_unsure || found.iter().any(|&it| !is_of_core(project, it)) {
                     other.get_or_insert(project);
                 }

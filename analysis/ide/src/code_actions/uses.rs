@@ -69,7 +69,7 @@ fn as_use(item: ast::Item) -> Option<ast::Use> {
 /// The libraries and packages that a library names something of; none where that is not sure.
 fn needed_by(db: &dyn ModelDb, project: Project<'_>, library: &Name) -> Option<BTreeSet<Name>> {
     let names = names_of(db, project);
-    if names.missing {
+    if names.completeness.is_incomplete() {
         return None;
     }
     for &file in project_files(db, project) {

@@ -39,7 +39,8 @@ impl<'db> Renaming<'_, 'db> {
                 };
                 return Err(format!("`{old}` may be used where nobody can look: {}: {why}", shown(db, file)));
             }
-            let is_lost = names_of(db, project).scope_lost.is_some() || names_of(db, project).missing;
+            let is_lost = names_of(db, project).incomplete_file.is_some()
+                || names_of(db, project).completeness.is_incomplete();
             for file in files_of(db, project) {
                 db.unwind_if_revision_cancelled();
                 // What is written with escapes does not have the word in it.
@@ -109,7 +110,7 @@ impl<'db> Renaming<'_, 'db> {
         let of = self.concerned.iter().map(|project| project.workspace(db));
         let mut of = of.filter(|&workspace| config_file(db, workspace) == Some(file));
         match of.next() {
-            Some(workspace) => is_lost || config_of(db, workspace).lost,
+            Some(workspace) => is_lost || config_of(db, workspace).completeness.is_incomplete(),
             None => is_lost || table(db, file).lost,
         }
     }
@@ -172,7 +173,7 @@ impl<'db> Renaming<'_, 'db> {
         };
         let lacks = |shell: Decl<'db>| {
             let features = features_of(db, project, shell);
-            !features.lost && features.get(self.old_name).is_none()
+            features.completeness.is_complete() && features.get(self.old_name).is_none()
         };
         let mut ends: Vec<&Endpoint> = Vec::new();
         let mut instances: Vec<&NameRef> = Vec::new();
@@ -200,7 +201,7 @@ impl<'db> Renaming<'_, 'db> {
         let is_here = |name: &NameRef| Location::Source(of, name.id).range(db) == range;
         instances.extend(ends.iter().map(|end| &end.instance));
         if instances.into_iter().any(is_here) {
-            let is_whole = flat.lost.is_empty() && flat.instance(self.old_name).is_none();
+            let is_whole = flat.refusals.is_empty() && flat.instance(self.old_name).is_none();
             return thing.kind != SymbolKind::Instance || is_whole;
         }
         let Some(end) = ends.into_iter().find(|end| end.feature.as_ref().is_some_and(is_here)) else {

@@ -282,7 +282,7 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
     pub(super) fn expr(&mut self, expr: &'db Expr) -> Code {
         match expr {
             Expr::Missing => Code::primary("{}", Type::Unknown),
-            Expr::Lost(inner) => self.expr(inner),
+            Expr::Incomplete(inner) => self.expr(inner),
             Expr::Literal(literal, _) => self.literal(literal),
             Expr::Name(name) => self.name(name),
             Expr::Unary(operator, inner, _) => self.unary(*operator, inner),
