@@ -263,9 +263,9 @@ impl<'db> Pricing<'db> {
             }
             Expr::Call { callee, arguments, .. } => {
                 arguments.iter().for_each(|argument| _ = self.expr(argument, costs));
-                costs.extend(match self.inference.callees.get(&callee.id) {
-                    Some(Callee::Codel(codel)) => Some(Cost::Codel(*codel)),
-                    Some(Callee::Operation(index)) => Some(Cost::Operation(*index)),
+                costs.extend(match self.inference.callee(callee.id) {
+                    Some(Callee::Codel(codel)) => Some(Cost::Codel(codel)),
+                    Some(Callee::Operation(index)) => Some(Cost::Operation(index)),
                     // Ports are lock-free (paper, Property 2): these cost nothing.
                     Some(Callee::Builtin(_)) | None => None,
                 });

@@ -425,8 +425,8 @@ impl<'db> Flow<'_, 'db> {
         let mut found = Vec::new();
         // Few variables are unused.
         let named = LazyCell::new(|| {
-            let parts = self.inference.bindings().map(|(id, _)| id);
-            parts.filter_map(|id| self.variable(id)).collect::<FxHashSet<usize>>()
+            let ids = self.inference.bindings().map(|(id, _)| id);
+            ids.filter_map(|id| self.variable(id)).collect::<FxHashSet<usize>>()
         });
         let calls = LazyCell::new(|| {
             let all = self.core.all_variables();

@@ -32,10 +32,10 @@ use crate::types::{Signature, Type, Typed, Wrong, type_of, type_of_value};
 pub struct Inference<'db> {
     /// The parameters and local variables, in the order in which they are met.
     pub variables: Vec<VariableOf>,
-    /// What names of values refer to, by their locations.
-    pub bindings: FxHashMap<SourceId, Binding<'db>>,
-    /// What is called, by the location of its name.
-    pub callees: FxHashMap<SourceId, Callee<'db>>,
+    /// What names of values refer to, sorted by their ids: half the memory of a hash map.
+    bindings: Box<[(SourceId, Binding<'db>)]>,
+    /// What is called, sorted by the id of its name.
+    callees: Box<[(SourceId, Callee<'db>)]>,
     /// Whether the name of a value or of a callee is unresolved.
     pub unresolved: bool,
     /// What keeps the core from being analysed, by program, in the order of execution.
@@ -237,6 +237,8 @@ fn inferred<'db>(
         resolver,
         completeness: Completeness::Complete,
         program: ProgramIn::Whole,
+        bindings: FxHashMap::default(),
+        callees: FxHashMap::default(),
         found: Inference::default(),
         types,
     };
@@ -245,7 +247,26 @@ fn inferred<'db>(
         context.body = *id;
         context.read(body);
     }
-    Inference { shared: own.clone(), ..context.found }
+    let InferenceContext { bindings, callees, found, .. } = context;
+    Inference { shared: own, bindings: sorted(bindings), callees: sorted(callees), ..found }
+}
+
+fn sorted<T>(by_id: FxHashMap<SourceId, T>) -> Box<[(SourceId, T)]> {
+    let mut sorted: Box<[(SourceId, T)]> = by_id.into_iter().collect();
+    sorted.sort_unstable_by_key(|(id, _)| *id);
+    sorted
+}
+
+fn get<T: Copy>(sorted: &[(SourceId, T)], id: SourceId) -> Option<T> {
+    let index = sorted.binary_search_by_key(&id, |(id, _)| *id).ok()?;
+    sorted.get(index).map(|(_, found)| *found)
+}
+
+impl<'db> Inference<'db> {
+    /// What a call calls, by the id of its name.
+    pub(crate) fn callee(&self, id: SourceId) -> Option<Callee<'db>> {
+        get(&self.callees, id)
+    }
 }
 
 /// What a program gives back.
@@ -271,6 +292,8 @@ struct InferenceContext<'a, 'db> {
     completeness: Completeness,
     /// The program that is read.
     program: ProgramIn,
+    bindings: FxHashMap<SourceId, Binding<'db>>,
+    callees: FxHashMap<SourceId, Callee<'db>>,
     found: Inference<'db>,
     /// The types of expressions, where they are asked for.
     types: Option<&'a mut FxHashMap<SourceId, Type>>,
@@ -630,7 +653,7 @@ impl<'db> InferenceContext<'_, 'db> {
     fn bind(&mut self, name: &NameRef) -> Option<Binding<'db>> {
         let binding = self.resolver.resolve_name(&name.name);
         match binding {
-            Some(binding) => _ = self.found.bindings.insert(name.id, binding),
+            Some(binding) => _ = self.bindings.insert(name.id, binding),
             None => self.found.unresolved = true,
         }
         binding
@@ -705,7 +728,7 @@ impl<'db> InferenceContext<'_, 'db> {
         let resolved = self.resolver.resolve_call(&callee.name, first.map(|it| &it.name));
         match resolved.callee {
             Ok(found) => {
-                self.found.callees.insert(callee.id, found);
+                self.callees.insert(callee.id, found);
                 self.resolved_call(found, callee, arguments, resolved.has_operand)
             }
             Err(error) => {
@@ -921,7 +944,7 @@ impl<'db> InferenceContext<'_, 'db> {
         let Some(Expr::Name(port)) = arguments.first() else { return Type::Unknown };
         let mut ty = Type::Unknown;
         if let Some(feature) = self.resolver.features.get(&port.name) {
-            self.found.bindings.insert(port.id, Binding::Feature(feature.shell, feature.index));
+            self.bindings.insert(port.id, Binding::Feature(feature.shell, feature.index));
             let data = feature.data(self.db);
             ty = data.map_or(Type::Unknown, |data| {
                 type_of(self.db, self.project, feature.shell, data.ty.as_ref())
@@ -952,7 +975,7 @@ impl<'db> InferenceContext<'_, 'db> {
             return Type::Unknown;
         };
         if let Some(feature) = self.resolver.features.get(&operation.name) {
-            self.found.bindings.insert(operation.id, Binding::Feature(feature.shell, feature.index));
+            self.bindings.insert(operation.id, Binding::Feature(feature.shell, feature.index));
         }
         let inputs: Vec<_> =
             signature.parameters.iter().filter(|(direction, ..)| *direction != Direction::Out).collect();
@@ -1091,7 +1114,7 @@ impl<'db> CoreInference<'db> {
 
     /// What the name of a value refers to, by its location.
     pub fn binding(&self, id: SourceId) -> Option<Binding<'db>> {
-        self.at(id).find_map(|it| it.bindings.get(&id).copied())
+        self.at(id).find_map(|it| get(&it.bindings, id))
     }
 
     /// The variable that a name refers to, by its location.
@@ -1104,7 +1127,7 @@ impl<'db> CoreInference<'db> {
 
     /// What a call calls, by the location of its name.
     pub fn callee(&self, id: SourceId) -> Option<Callee<'db>> {
-        self.at(id).find_map(|it| it.callees.get(&id).copied())
+        self.at(id).find_map(|it| it.callee(id))
     }
 
     /// The groups that a part may stand in.
@@ -1120,12 +1143,12 @@ impl<'db> CoreInference<'db> {
 
     /// What every name of a value refers to, with its location.
     pub fn bindings(&self) -> impl Iterator<Item = (SourceId, Binding<'db>)> {
-        self.groups.iter().flat_map(|(it, _)| it.bindings.iter().map(|(id, binding)| (*id, *binding)))
+        self.groups.iter().flat_map(|(it, _)| it.bindings.iter().copied())
     }
 
     /// What every call calls.
     pub fn callees(&self) -> impl Iterator<Item = Callee<'db>> {
-        self.groups.iter().flat_map(|(it, _)| it.callees.values().copied())
+        self.groups.iter().flat_map(|(it, _)| it.callees.iter().map(|(_, callee)| *callee))
     }
 
     /// Whether some name of a value or of a callee is unresolved.
