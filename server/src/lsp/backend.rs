@@ -11,21 +11,18 @@ use serde_json::{Value, from_value};
 use tokio::sync::oneshot;
 use tokio::time::timeout;
 use tower_lsp::jsonrpc::{Error, Request, Result};
+use tower_lsp::lsp_types::notification::{self, Notification as NotificationType};
+use tower_lsp::lsp_types::request::{self, Request as RequestType};
 use tower_lsp::lsp_types::*;
 use tower_lsp::{Client, LanguageServer, LspServiceBuilder};
 
 use super::PATIENCE;
 use super::capabilities::Capabilities;
 use super::frame::Lost;
-use super::handlers;
-use super::handlers::analysis::AnalysisParams;
 use super::handlers::diagnostic::{Diagnosed, ask_again};
 use super::handlers::execute_command::Command;
 use super::handlers::generate::{GenerateDocument, GenerateParams, Messages};
-use super::handlers::graph::{GraphDocument, GraphParams};
-use super::handlers::state_machine::{StateMachineDocument, StateMachineParams};
-use super::handlers::status::{Status, status};
-use super::handlers::syntax_tree::SyntaxTreeParams;
+use super::handlers::*;
 use super::main_loop::Event;
 use super::pulls::Given;
 use super::settings::{SECTION, Settings};
@@ -73,6 +70,15 @@ const LOST_FOLDERS: &str = "mauve could not understand all of the editor's messa
 
 const LOST_MESSAGE: &str = "mauve could not understand a message of the editor, so the texts of open files are unknown: save \
                             them. If a file was opened just then, close and open it.";
+
+/// Methods that are ours alone, each answered by a handler.
+macro_rules! own_methods {
+    ($($method:ident($params:ty) -> $result:ty => $handler:path;)*) => {
+        $(async fn $method(&self, params: $params) -> Result<$result> {
+            self.answer(move |snapshot| $handler(snapshot, &params)).await
+        })*
+    };
+}
 
 impl Backend {
     /// One that tells its events to the main loop.
@@ -226,28 +232,17 @@ impl Backend {
         self.send(Event::Stop);
     }
 
-    async fn analysis(&self, params: AnalysisParams) -> Result<Vec<AnalysisDocument>> {
-        self.answer(move |snapshot| handlers::analysis::analysis(snapshot, &params)).await
+    own_methods! {
+        analysis(analysis::AnalysisParams) -> Vec<AnalysisDocument> => analysis::analysis;
+        generate(GenerateParams) -> GenerateDocument => generate::generate;
+        graph(graph::GraphParams) -> Vec<graph::GraphDocument> => graph::graph;
+        state_machine(state_machine::StateMachineParams) -> state_machine::StateMachineDocument
+            => state_machine::state_machine;
+        syntax_tree(syntax_tree::SyntaxTreeParams) -> String => syntax_tree::syntax_tree;
     }
 
-    async fn generate(&self, params: GenerateParams) -> Result<GenerateDocument> {
-        self.answer(move |snapshot| handlers::generate::generate(snapshot, &params)).await
-    }
-
-    async fn graph(&self, params: GraphParams) -> Result<Vec<GraphDocument>> {
-        self.answer(move |snapshot| handlers::graph::graph(snapshot, &params)).await
-    }
-
-    async fn state_machine(&self, params: StateMachineParams) -> Result<StateMachineDocument> {
-        self.answer(move |snapshot| handlers::state_machine::state_machine(snapshot, &params)).await
-    }
-
-    async fn syntax_tree(&self, params: SyntaxTreeParams) -> Result<String> {
-        self.answer(move |snapshot| handlers::syntax_tree::syntax_tree(snapshot, &params)).await
-    }
-
-    async fn status(&self) -> Result<Status> {
-        self.answer(status).await
+    async fn status(&self) -> Result<status::Status> {
+        self.answer(status::status).await
     }
 
     /// For tests: a handler with a defect.
@@ -386,7 +381,7 @@ impl Pull {
     }
 
     /// Notes what the client is told.
-    fn answered<T>(&mut self, answer: Result<Diagnosed<T>>) -> Result<T> {
+    fn answered<T>(mut self, answer: Result<Diagnosed<T>>) -> Result<T> {
         let (report, given) = answer.map_err(ask_again)?;
         self.given = Some(given);
         Ok(report)
@@ -404,14 +399,117 @@ impl Drop for Pull {
     }
 }
 
-#[tower_lsp::async_trait]
-impl LanguageServer for Backend {
+/// A function that answers a request on a worker.
+type Handler<R> = fn(&Snapshot, &<R as RequestType>::Params) -> Result<<R as RequestType>::Result>;
+
+/// Implements the methods of the protocol: by a handler, by a method of [`Backend`] that does more, or by one that takes a
+/// notification.
+macro_rules! language_server {
+    (
+        handlers: { $($method:ident: $request:ident => $handler:expr;)* }
+        requests: { $($own:ident: $own_request:ident;)* }
+        notifications: { $($notified:ident: $notification:ident;)* }
+    ) => {
+        #[tower_lsp::async_trait]
+        impl LanguageServer for Backend {
+            $(async fn $method(
+                &self,
+                params: <request::$request as RequestType>::Params,
+            ) -> Result<<request::$request as RequestType>::Result> {
+                let handler: Handler<request::$request> = $handler;
+                self.answer(move |snapshot| handler(snapshot, &params)).await
+            })*
+
+            $(async fn $own(
+                &self,
+                params: <request::$own_request as RequestType>::Params,
+            ) -> Result<<request::$own_request as RequestType>::Result> {
+                Backend::$own(self, params).await
+            })*
+
+            $(async fn $notified(&self, params: <notification::$notification as NotificationType>::Params) {
+                Backend::$notified(self, params);
+            })*
+
+            // lsp-types has another type of result.
+            async fn symbol(&self, params: WorkspaceSymbolParams) -> Result<Option<Vec<SymbolInformation>>> {
+                self.answer(move |snapshot| workspace_symbols::workspace_symbols(snapshot, &params)).await
+            }
+
+            async fn shutdown(&self) -> Result<()> {
+                Ok(())
+            }
+        }
+    };
+}
+
+language_server! {
+    handlers: {
+        code_action: CodeActionRequest => code_actions::code_actions;
+        code_lens_resolve: CodeLensResolve => code_lens::resolve;
+        completion: Completion => completion::completion;
+        completion_resolve: ResolveCompletionItem => completion::resolve;
+        document_highlight: DocumentHighlightRequest => references::highlights;
+        document_link: DocumentLinkRequest => document_links::document_links;
+        document_symbol: DocumentSymbolRequest => document_symbols::document_symbols;
+        folding_range: FoldingRangeRequest => folding_ranges::folding_ranges;
+        formatting: Formatting => formatting::formatting;
+        goto_declaration: GotoDeclaration =>
+            |it, at| definition::go_to(it, at, mauve_ide::declaration, it.capabilities.declaration_links);
+        goto_definition: GotoDefinition =>
+            |it, at| definition::go_to(it, at, mauve_ide::definition, it.capabilities.definition_links);
+        goto_implementation: GotoImplementation =>
+            |it, at| definition::go_to(it, at, mauve_ide::implementation, it.capabilities.implementation_links);
+        goto_type_definition: GotoTypeDefinition =>
+            |it, at| definition::go_to(it, at, mauve_ide::type_definition, it.capabilities.type_definition_links);
+        hover: HoverRequest => hover::hover;
+        incoming_calls: CallHierarchyIncomingCalls => hierarchies::incoming;
+        inlay_hint_resolve: InlayHintResolveRequest => inlay_hints::resolve;
+        on_type_formatting: OnTypeFormatting => formatting::on_type_formatting;
+        outgoing_calls: CallHierarchyOutgoingCalls => hierarchies::outgoing;
+        prepare_call_hierarchy: CallHierarchyPrepare => hierarchies::prepare_calls;
+        prepare_rename: PrepareRenameRequest => rename::prepare;
+        prepare_type_hierarchy: TypeHierarchyPrepare => hierarchies::prepare_types;
+        range_formatting: RangeFormatting => formatting::range_formatting;
+        references: References => references::references;
+        rename: Rename => rename::rename;
+        selection_range: SelectionRangeRequest => selection_ranges::selection_ranges;
+        signature_help: SignatureHelpRequest => signature_help::signature_help;
+        subtypes: TypeHierarchySubtypes =>
+            |it, params| hierarchies::related_types(it, &params.item, mauve_ide::subtypes);
+        supertypes: TypeHierarchySupertypes =>
+            |it, params| hierarchies::related_types(it, &params.item, mauve_ide::supertypes);
+        will_rename_files: WillRenameFiles => rename::will_rename_files;
+    }
+    requests: {
+        initialize: Initialize;
+        code_action_resolve: CodeActionResolveRequest;
+        code_lens: CodeLensRequest;
+        diagnostic: DocumentDiagnosticRequest;
+        execute_command: ExecuteCommand;
+        inlay_hint: InlayHintRequest;
+        semantic_tokens_full: SemanticTokensFullRequest;
+        semantic_tokens_full_delta: SemanticTokensFullDeltaRequest;
+        semantic_tokens_range: SemanticTokensRangeRequest;
+        workspace_diagnostic: WorkspaceDiagnosticRequest;
+    }
+    notifications: {
+        initialized: Initialized;
+        did_save: DidSaveTextDocument;
+        did_change_watched_files: DidChangeWatchedFiles;
+        did_change_workspace_folders: DidChangeWorkspaceFolders;
+        did_change_configuration: DidChangeConfiguration;
+    }
+}
+
+/// The methods that do more than to answer by a handler.
+impl Backend {
     async fn initialize(&self, params: InitializeParams) -> Result<InitializeResult> {
         let capabilities = Capabilities::of(&params, self.raw.get().unwrap_or(&Value::Null));
         #[allow(deprecated, reason = "older clients have no folders")]
         let root = params.root_uri;
         let folders = match params.workspace_folders {
-            Some(folders) => folders.into_iter().map(|folder| folder.uri).collect(),
+            Some(folders) => uris(folders),
             None => root.into_iter().collect(),
         };
         let given = params.initialization_options.unwrap_or_default();
@@ -419,21 +517,17 @@ impl LanguageServer for Backend {
         let _ = self.session.set((capabilities, settings));
         self.send(Event::Initialize { capabilities, folders });
         self.send(Event::Configured(settings, problems));
+        let version = Some(env!("CARGO_PKG_VERSION").to_owned());
         Ok(InitializeResult {
             capabilities: capabilities.of_server(),
-            server_info: Some(ServerInfo {
-                name: "mauve".to_owned(),
-                version: Some(env!("CARGO_PKG_VERSION").to_owned()),
-            }),
+            server_info: Some(ServerInfo { name: "mauve".to_owned(), version }),
         })
     }
 
-    async fn initialized(&self, _: InitializedParams) {
+    fn initialized(&self, _: InitializedParams) {
         self.send(Event::Initialized);
         self.configure(None);
-        let is_told =
-            self.session.get().is_some_and(|(capabilities, _)| capabilities.configuration_registration);
-        if is_told {
+        if self.session.get().is_some_and(|(capabilities, _)| capabilities.configuration_registration) {
             let client = self.client.clone();
             tokio::spawn(async move {
                 let registration = Registration {
@@ -441,108 +535,66 @@ impl LanguageServer for Backend {
                     method: "workspace/didChangeConfiguration".to_owned(),
                     register_options: Some(serde_json::json!({ "section": SECTION })),
                 };
-                if !matches!(
-                    timeout(PATIENCE, client.register_capability(vec![registration])).await,
-                    Ok(Ok(()))
-                ) {
+                let answer = timeout(PATIENCE, client.register_capability(vec![registration])).await;
+                if !matches!(answer, Ok(Ok(()))) {
                     tracing::warn!("changes of settings will not be told");
                 }
             });
         }
     }
 
-    async fn shutdown(&self) -> Result<()> {
-        Ok(())
-    }
-
-    async fn did_save(&self, params: DidSaveTextDocumentParams) {
+    fn did_save(&self, params: DidSaveTextDocumentParams) {
         self.send(Event::Saved(params));
     }
 
-    async fn did_change_watched_files(&self, params: DidChangeWatchedFilesParams) {
+    fn did_change_watched_files(&self, params: DidChangeWatchedFilesParams) {
         let paths = params.changes.into_iter().filter_map(|change| change.uri.to_file_path().ok());
         self.send(Event::Disk { paths: paths.collect(), missed: false });
     }
 
-    async fn did_change_workspace_folders(&self, params: DidChangeWorkspaceFoldersParams) {
-        let uris = |folders: Vec<WorkspaceFolder>| folders.into_iter().map(|folder| folder.uri).collect();
+    fn did_change_workspace_folders(&self, params: DidChangeWorkspaceFoldersParams) {
         self.send(Event::Folders { added: uris(params.event.added), removed: uris(params.event.removed) });
     }
 
-    async fn did_change_configuration(&self, params: DidChangeConfigurationParams) {
+    fn did_change_configuration(&self, params: DidChangeConfigurationParams) {
         // Where the client can be asked, what it sends is often empty.
         let can_be_asked = self.session.get().is_some_and(|(capabilities, _)| capabilities.configuration);
         self.configure(Some(&params.settings).filter(|_| !can_be_asked));
     }
 
     async fn diagnostic(&self, params: DocumentDiagnosticParams) -> Result<DocumentDiagnosticReportResult> {
-        let mut pull = Pull::new(&self.main_loop, Some(&params.text_document.uri));
-        let handler = move |snapshot: &Snapshot| handlers::diagnostic::document_diagnostic(snapshot, &params);
-        pull.answered(self.answer(handler).await)
+        let pull = Pull::new(&self.main_loop, Some(&params.text_document.uri));
+        pull.answered(self.answer(move |snapshot| diagnostic::document_diagnostic(snapshot, &params)).await)
     }
 
     async fn workspace_diagnostic(
         &self,
         params: WorkspaceDiagnosticParams,
     ) -> Result<WorkspaceDiagnosticReportResult> {
-        let mut pull = Pull::new(&self.main_loop, None);
-        let handler =
-            move |snapshot: &Snapshot| handlers::diagnostic::workspace_diagnostic(snapshot, &params);
-        pull.answered(self.answer(handler).await)
+        let pull = Pull::new(&self.main_loop, None);
+        pull.answered(self.answer(move |snapshot| diagnostic::workspace_diagnostic(snapshot, &params)).await)
     }
 
     async fn inlay_hint(&self, params: InlayHintParams) -> Result<Option<Vec<InlayHint>>> {
-        let handler = move |snapshot: &Snapshot| {
-            let hints = handlers::inlay_hints::inlay_hints(snapshot, &params)?;
-            Ok((hints, snapshot.generation))
-        };
-        match self.answer(handler).await {
-            Ok((hints, generation)) => {
-                self.send(Event::HintsGiven(Some(generation)));
-                Ok(hints)
-            }
-            Err(error) => {
-                // An edit elsewhere may have overtaken it: then nobody asks again by himself.
-                if error == Error::content_modified() {
-                    self.send(Event::HintsGiven(None));
-                }
-                Err(error)
-            }
-        }
-    }
-
-    async fn inlay_hint_resolve(&self, hint: InlayHint) -> Result<InlayHint> {
-        self.answer(move |snapshot| handlers::inlay_hints::resolve(snapshot, &hint)).await
-    }
-
-    async fn completion(&self, params: CompletionParams) -> Result<Option<CompletionResponse>> {
-        self.answer(move |snapshot| handlers::completion::completion(snapshot, &params)).await
-    }
-
-    async fn completion_resolve(&self, item: CompletionItem) -> Result<CompletionItem> {
-        self.answer(move |snapshot| handlers::completion::resolve(snapshot, &item)).await
-    }
-
-    async fn signature_help(&self, params: SignatureHelpParams) -> Result<Option<SignatureHelp>> {
-        self.answer(move |snapshot| handlers::signature_help::signature_help(snapshot, &params)).await
+        self.hints(move |snapshot| inlay_hints::inlay_hints(snapshot, &params)).await
     }
 
     async fn code_lens(&self, params: CodeLensParams) -> Result<Option<Vec<CodeLens>>> {
-        let handler = move |snapshot: &Snapshot| {
-            let lenses = handlers::code_lens::code_lenses(snapshot, &params)?;
-            Ok((lenses, snapshot.generation))
-        };
-        let answer = self.answer(handler).await;
+        self.hints(move |snapshot| code_lens::code_lenses(snapshot, &params)).await
+    }
+
+    /// [`Backend::answer`] with hints or lenses. When an edit elsewhere cancels the request, the client does not repeat it.
+    async fn hints<T: Send + 'static>(
+        &self,
+        handler: impl Fn(&Snapshot) -> Result<T> + Send + 'static,
+    ) -> Result<T> {
+        let answer = self.answer(move |snapshot| Ok((handler(snapshot)?, snapshot.generation))).await;
         match &answer {
             Ok((_, generation)) => self.send(Event::HintsGiven(Some(*generation))),
             Err(error) if *error == Error::content_modified() => self.send(Event::HintsGiven(None)),
             Err(_) => {}
         }
-        answer.map(|(lenses, _)| lenses)
-    }
-
-    async fn code_lens_resolve(&self, lens: CodeLens) -> Result<CodeLens> {
-        self.answer(move |snapshot| handlers::code_lens::resolve(snapshot, &lens)).await
+        answer.map(|(hints, _)| hints)
     }
 
     async fn execute_command(&self, params: ExecuteCommandParams) -> Result<Option<Value>> {
@@ -554,7 +606,7 @@ impl LanguageServer for Backend {
                 break;
             }
             let params = Arc::clone(&params);
-            read = self.answer(move |snapshot| handlers::execute_command::read(snapshot, &params)).await;
+            read = self.answer(move |snapshot| execute_command::read(snapshot, &params)).await;
         }
         let command = read?;
         let result = command.result();
@@ -565,145 +617,12 @@ impl LanguageServer for Backend {
         Ok(result)
     }
 
-    async fn hover(&self, params: HoverParams) -> Result<Option<Hover>> {
-        self.answer(move |snapshot| handlers::hover::hover(snapshot, &params)).await
-    }
-
-    async fn goto_definition(&self, params: GotoDefinitionParams) -> Result<Option<GotoDefinitionResponse>> {
-        self.answer(move |snapshot| handlers::definition::definition(snapshot, &params)).await
-    }
-
-    async fn goto_declaration(
-        &self,
-        params: request::GotoDeclarationParams,
-    ) -> Result<Option<GotoDefinitionResponse>> {
-        self.answer(move |snapshot| handlers::definition::declaration(snapshot, &params)).await
-    }
-
-    async fn goto_type_definition(
-        &self,
-        params: request::GotoTypeDefinitionParams,
-    ) -> Result<Option<GotoDefinitionResponse>> {
-        self.answer(move |snapshot| handlers::definition::type_definition(snapshot, &params)).await
-    }
-
-    async fn goto_implementation(
-        &self,
-        params: request::GotoImplementationParams,
-    ) -> Result<Option<GotoDefinitionResponse>> {
-        self.answer(move |snapshot| handlers::definition::implementation(snapshot, &params)).await
-    }
-
-    async fn references(&self, params: ReferenceParams) -> Result<Option<Vec<Location>>> {
-        self.answer(move |snapshot| handlers::references::references(snapshot, &params)).await
-    }
-
-    async fn document_highlight(
-        &self,
-        params: DocumentHighlightParams,
-    ) -> Result<Option<Vec<DocumentHighlight>>> {
-        self.answer(move |snapshot| handlers::references::highlights(snapshot, &params)).await
-    }
-
-    async fn prepare_rename(
-        &self,
-        params: TextDocumentPositionParams,
-    ) -> Result<Option<PrepareRenameResponse>> {
-        self.answer(move |snapshot| handlers::rename::prepare(snapshot, &params)).await
-    }
-
-    async fn rename(&self, params: RenameParams) -> Result<Option<WorkspaceEdit>> {
-        self.answer(move |snapshot| handlers::rename::rename(snapshot, &params)).await
-    }
-
-    async fn will_rename_files(&self, params: RenameFilesParams) -> Result<Option<WorkspaceEdit>> {
-        self.answer(move |snapshot| handlers::rename::will_rename_files(snapshot, &params)).await
-    }
-
-    async fn prepare_call_hierarchy(
-        &self,
-        params: CallHierarchyPrepareParams,
-    ) -> Result<Option<Vec<CallHierarchyItem>>> {
-        self.answer(move |snapshot| handlers::hierarchies::prepare_calls(snapshot, &params)).await
-    }
-
-    async fn incoming_calls(
-        &self,
-        params: CallHierarchyIncomingCallsParams,
-    ) -> Result<Option<Vec<CallHierarchyIncomingCall>>> {
-        self.answer(move |snapshot| handlers::hierarchies::incoming(snapshot, &params)).await
-    }
-
-    async fn outgoing_calls(
-        &self,
-        params: CallHierarchyOutgoingCallsParams,
-    ) -> Result<Option<Vec<CallHierarchyOutgoingCall>>> {
-        self.answer(move |snapshot| handlers::hierarchies::outgoing(snapshot, &params)).await
-    }
-
-    async fn prepare_type_hierarchy(
-        &self,
-        params: TypeHierarchyPrepareParams,
-    ) -> Result<Option<Vec<TypeHierarchyItem>>> {
-        self.answer(move |snapshot| handlers::hierarchies::prepare_types(snapshot, &params)).await
-    }
-
-    async fn supertypes(
-        &self,
-        params: TypeHierarchySupertypesParams,
-    ) -> Result<Option<Vec<TypeHierarchyItem>>> {
-        self.answer(move |snapshot| handlers::hierarchies::supertypes(snapshot, &params)).await
-    }
-
-    async fn subtypes(&self, params: TypeHierarchySubtypesParams) -> Result<Option<Vec<TypeHierarchyItem>>> {
-        self.answer(move |snapshot| handlers::hierarchies::subtypes(snapshot, &params)).await
-    }
-
-    async fn code_action(&self, params: CodeActionParams) -> Result<Option<CodeActionResponse>> {
-        self.answer(move |snapshot| handlers::code_actions::code_actions(snapshot, &params)).await
-    }
-
     async fn code_action_resolve(&self, action: CodeAction) -> Result<CodeAction> {
-        let resolved = self.answer(move |snapshot| handlers::code_actions::resolve(snapshot, &action)).await;
+        let resolved = self.answer(move |snapshot| code_actions::resolve(snapshot, &action)).await;
         let (action, messages) = resolved?;
         let client = self.client.clone();
         tokio::spawn(async move { tell(&client, messages).await });
         Ok(action)
-    }
-
-    async fn document_symbol(&self, params: DocumentSymbolParams) -> Result<Option<DocumentSymbolResponse>> {
-        self.answer(move |snapshot| handlers::document_symbols::document_symbols(snapshot, &params)).await
-    }
-
-    async fn symbol(&self, params: WorkspaceSymbolParams) -> Result<Option<Vec<SymbolInformation>>> {
-        self.answer(move |snapshot| handlers::workspace_symbols::workspace_symbols(snapshot, &params)).await
-    }
-
-    async fn document_link(&self, params: DocumentLinkParams) -> Result<Option<Vec<DocumentLink>>> {
-        self.answer(move |snapshot| handlers::document_links::document_links(snapshot, &params)).await
-    }
-
-    async fn formatting(&self, params: DocumentFormattingParams) -> Result<Option<Vec<TextEdit>>> {
-        self.answer(move |snapshot| handlers::formatting::formatting(snapshot, &params)).await
-    }
-
-    async fn range_formatting(&self, params: DocumentRangeFormattingParams) -> Result<Option<Vec<TextEdit>>> {
-        self.answer(move |snapshot| handlers::formatting::range_formatting(snapshot, &params)).await
-    }
-
-    async fn on_type_formatting(
-        &self,
-        params: DocumentOnTypeFormattingParams,
-    ) -> Result<Option<Vec<TextEdit>>> {
-        self.answer(move |snapshot| handlers::formatting::on_type_formatting(snapshot, &params)).await
-    }
-
-    async fn folding_range(&self, params: FoldingRangeParams) -> Result<Option<Vec<FoldingRange>>> {
-        self.answer(move |snapshot| handlers::folding_ranges::folding_ranges(snapshot, &params)).await
-    }
-
-    async fn selection_range(&self, params: SelectionRangeParams) -> Result<Option<Vec<SelectionRange>>> {
-        self.answer(move |snapshot| handlers::selection_ranges::selection_ranges(snapshot, &params)).await
     }
 
     async fn semantic_tokens_full(
@@ -711,7 +630,7 @@ impl LanguageServer for Backend {
         params: SemanticTokensParams,
     ) -> Result<Option<SemanticTokensResult>> {
         let uri = params.text_document.uri.clone();
-        self.colour(uri, move |snapshot| handlers::semantic_tokens::full(snapshot, &params)).await
+        self.colour(uri, move |snapshot| semantic_tokens::full(snapshot, &params)).await
     }
 
     async fn semantic_tokens_full_delta(
@@ -719,7 +638,7 @@ impl LanguageServer for Backend {
         params: SemanticTokensDeltaParams,
     ) -> Result<Option<SemanticTokensFullDeltaResult>> {
         let uri = params.text_document.uri.clone();
-        self.colour(uri, move |snapshot| handlers::semantic_tokens::delta(snapshot, &params)).await
+        self.colour(uri, move |snapshot| semantic_tokens::delta(snapshot, &params)).await
     }
 
     async fn semantic_tokens_range(
@@ -727,6 +646,10 @@ impl LanguageServer for Backend {
         params: SemanticTokensRangeParams,
     ) -> Result<Option<SemanticTokensRangeResult>> {
         let uri = params.text_document.uri.clone();
-        self.colour(uri, move |snapshot| handlers::semantic_tokens::range(snapshot, &params)).await
+        self.colour(uri, move |snapshot| semantic_tokens::range(snapshot, &params)).await
     }
+}
+
+fn uris(folders: Vec<WorkspaceFolder>) -> Vec<Url> {
+    folders.into_iter().map(|folder| folder.uri).collect()
 }

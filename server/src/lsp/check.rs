@@ -9,7 +9,6 @@ use mauve_ide::{CodeLens, LensKind};
 use mauve_syntax::{TextRange, TextSize};
 use tower_lsp::lsp_types::{Diagnostic, TextDocumentIdentifier, Url};
 
-use super::position::line_index;
 use super::pulls::ResultId;
 use super::snapshot::{Document, Snapshot};
 use super::to_proto;
@@ -151,7 +150,7 @@ pub(crate) fn check(snapshot: &Snapshot) -> Checked {
             }
         }
         // So that the first request for it is quick.
-        line_index(db, document.file);
+        mauve_hir::line_index(db, document.file);
         hints.insert(url.clone(), hasher.finish());
     }
     let meaning = |url: Url| {

@@ -15,7 +15,7 @@ use mauve_syntax::similar;
 use salsa::Database as _;
 use tower_lsp::lsp_types::Url;
 
-use super::position::{Encoding, line_index};
+use super::position::{Encoding, LineIndex};
 use super::snapshot::{Document, Snapshot};
 use crate::analysis_document::deployments_of;
 use crate::generate::{
@@ -147,7 +147,7 @@ fn refusal_text(snapshot: &Snapshot, request: &GenerateRequest<'_>, refusal: Ref
     };
     let Some(first) = problems.first() else { return String::new() };
     let file = first.at.file(db);
-    let start = line_index(db, file).position(first.at.range(db).start(), Encoding::Utf32);
+    let start = LineIndex::new(db, file, Encoding::Utf32).position(first.at.range(db).start());
     let path = match request.selected.first() {
         Some(it) => shown(db, it.project.workspace(db), file.path(db)),
         None => harmless_line(&file.path(db).display().to_string()),

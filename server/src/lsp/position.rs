@@ -87,53 +87,51 @@ fn offset_in_line(text: &str, column: u32, encoding: Encoding) -> usize {
     text.len()
 }
 
-/// A text and where its lines begin.
+/// A text, its lines, and what its columns count.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LineIndex<'a> {
     text: &'a str,
     lines: &'a line_index::LineIndex,
-}
-
-/// The lines of a file.
-pub(crate) fn line_index(db: &Database, file: File) -> LineIndex<'_> {
-    LineIndex { text: file.text(db), lines: mauve_hir::line_index(db, file) }
+    encoding: Encoding,
 }
 
 impl LineIndex<'_> {
-    /// Where a position is.
-    pub(crate) fn offset(&self, position: Position, encoding: Encoding) -> TextSize {
+    pub(crate) fn new(db: &Database, file: File, encoding: Encoding) -> LineIndex<'_> {
+        LineIndex { text: file.text(db), lines: mauve_hir::line_index(db, file), encoding }
+    }
+
+    /// Returns the offset of a position, clamped to the text.
+    pub(crate) fn offset(&self, position: Position) -> TextSize {
         let line = self.lines.line(position.line);
         let text = line.and_then(|line| self.text.get(std::ops::Range::<usize>::from(line)));
         match (line, text) {
             (Some(line), Some(text)) => {
-                line.start() + TextSize::new(offset_in_line(text, position.character, encoding) as u32)
+                line.start() + TextSize::new(offset_in_line(text, position.character, self.encoding) as u32)
             }
             _ => TextSize::of(self.text),
         }
     }
 
-    /// Where a range is; its end is never before its start.
-    pub(crate) fn text_range(&self, range: Range, encoding: Encoding) -> TextRange {
-        let (start, end) = (self.offset(range.start, encoding), self.offset(range.end, encoding));
+    /// Returns the offsets of a range. Its end is never before its start.
+    pub(crate) fn text_range(&self, range: Range) -> TextRange {
+        let (start, end) = (self.offset(range.start), self.offset(range.end));
         TextRange::new(start, end.max(start))
     }
 
-    /// The position of an offset.
-    pub(crate) fn position(&self, offset: TextSize, encoding: Encoding) -> Position {
+    pub(crate) fn position(&self, offset: TextSize) -> Position {
         let offset = offset.min(TextSize::of(self.text));
         let line_column = self.lines.line_col(offset);
         let line = self.lines.line(line_column.line).map_or(0, |line| line.start().into());
         let before = self.text.get(line..offset.into()).unwrap_or_default();
-        let column = match encoding {
+        let column = match self.encoding {
             Encoding::Utf8 => line_column.col,
-            Encoding::Utf16 | Encoding::Utf32 => before.chars().map(|letter| encoding.width(letter)).sum(),
+            encoding => before.chars().map(|letter| encoding.width(letter)).sum(),
         };
         Position::new(line_column.line, column)
     }
 
-    /// The positions of a range.
-    pub(crate) fn range(&self, range: TextRange, encoding: Encoding) -> Range {
-        Range::new(self.position(range.start(), encoding), self.position(range.end(), encoding))
+    pub(crate) fn range(&self, range: TextRange) -> Range {
+        Range::new(self.position(range.start()), self.position(range.end()))
     }
 }
 
@@ -149,9 +147,9 @@ mod tests {
         for (encoding, column) in [(Encoding::Utf8, 7), (Encoding::Utf16, 4), (Encoding::Utf32, 3)] {
             let position = Position::new(0, column);
             assert_eq!(offset(TEXT, position, encoding).0, robot);
-            let index = LineIndex { text: TEXT, lines: &line_index::LineIndex::new(TEXT) };
-            assert_eq!(index.offset(position, encoding), TextSize::new(robot as u32));
-            assert_eq!(index.position(TextSize::new(robot as u32), encoding), position);
+            let index = LineIndex { text: TEXT, lines: &line_index::LineIndex::new(TEXT), encoding };
+            assert_eq!(index.offset(position), TextSize::new(robot as u32));
+            assert_eq!(index.position(TextSize::new(robot as u32)), position);
             assert_eq!(end_of(&TEXT[..robot], encoding), position);
         }
         assert_eq!(end_of("a\r\n\n", Encoding::Utf16), Position::new(2, 0));
@@ -160,7 +158,8 @@ mod tests {
 
     #[test]
     fn positions_outside_the_text_mean_its_nearest_place() {
-        let index = LineIndex { text: TEXT, lines: &line_index::LineIndex::new(TEXT) };
+        let (lines, encoding) = (line_index::LineIndex::new(TEXT), Encoding::Utf16);
+        let index = LineIndex { text: TEXT, lines: &lines, encoding };
         let end_of_line = TEXT.find('\r').unwrap();
         for (position, expected) in [
             (Position::new(0, 99), end_of_line),
@@ -173,7 +172,7 @@ mod tests {
             (Position::new(0, 3), 3),
         ] {
             assert_eq!(offset(TEXT, position, Encoding::Utf16).0, expected, "{position:?}");
-            assert_eq!(usize::from(index.offset(position, Encoding::Utf16)), expected, "{position:?}");
+            assert_eq!(usize::from(index.offset(position)), expected, "{position:?}");
         }
     }
 

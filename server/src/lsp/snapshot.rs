@@ -7,13 +7,13 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicUsize;
 
 use mauve_hir::{Database, File, Workspace};
-use mauve_syntax::TextSize;
+use mauve_syntax::{TextRange, TextSize};
 use salsa::Cancelled;
 use tower_lsp::jsonrpc::{Error, ErrorCode, Result};
-use tower_lsp::lsp_types::{TextDocumentIdentifier, TextDocumentPositionParams, Url};
+use tower_lsp::lsp_types::{Location, TextDocumentIdentifier, TextDocumentPositionParams, Url};
 
 use super::capabilities::Capabilities;
-use super::position::{LineIndex, line_index};
+use super::position::LineIndex;
 use super::publisher::Outbox;
 use super::settings::Settings;
 use super::tokens::Tokens;
@@ -58,11 +58,7 @@ pub(crate) struct Snapshot {
 }
 
 impl Snapshot {
-    /// The file that a client means, and where its lines begin.
-    ///
-    /// # Errors
-    ///
-    /// It is neither open nor part of a workspace.
+    /// Returns the file of a document and its lines; an error where it is neither open nor part of a workspace.
     pub(crate) fn file(&self, document: &TextDocumentIdentifier) -> Result<(File, LineIndex<'_>)> {
         let url = &document.uri;
         let file = match self.documents.get(url) {
@@ -72,40 +68,42 @@ impl Snapshot {
         };
         let file =
             file.ok_or_else(|| Error::invalid_params(format!("`{url}` is not open, and in no workspace")))?;
-        Ok((file, line_index(&self.db, file)))
+        Ok((file, self.lines(file)))
     }
 
-    /// The file that a client means, where its lines begin, and where in it the position is.
-    ///
-    /// # Errors
-    ///
-    /// Those of [`Snapshot::file`].
+    /// Returns what [`Snapshot::file`] does, and the offset of the position.
     pub(crate) fn at(&self, at: &TextDocumentPositionParams) -> Result<(File, LineIndex<'_>, TextSize)> {
         let (file, lines) = self.file(&at.text_document)?;
-        Ok((file, lines, lines.offset(at.position, self.capabilities.encoding)))
+        Ok((file, lines, lines.offset(at.position)))
     }
 
-    /// Is a text still of the version for which something was offered? In another one, something else may stand there.
-    ///
-    /// # Errors
-    ///
-    /// It is not.
+    pub(crate) fn lines(&self, file: File) -> LineIndex<'_> {
+        LineIndex::new(&self.db, file, self.capabilities.encoding)
+    }
+
+    /// Returns where a range of a file is; nothing where the file has no address.
+    pub(crate) fn location(&self, file: File, range: TextRange) -> Option<Location> {
+        Some(Location { uri: self.url(file)?, range: self.lines(file).range(range) })
+    }
+
+    /// Returns the version of an open document.
+    pub(crate) fn version(&self, url: &Url) -> Option<i32> {
+        self.documents.get(url).map(|document| document.version)
+    }
+
+    /// Fails unless a text still has the version for which something was offered. In another one, something else may stand
+    /// there.
     pub(crate) fn unchanged(&self, document: &TextDocumentIdentifier, version: Option<i32>) -> Result<()> {
-        let now = self.documents.get(&document.uri).map(|document| document.version);
-        if now == version { Ok(()) } else { Err(Error::content_modified()) }
+        if self.version(&document.uri) == version { Ok(()) } else { Err(Error::content_modified()) }
     }
 
     fn known(&self, path: PathBuf) -> Option<File> {
         let place = place(&path);
-        let mut all = self.workspaces.iter().filter_map(|workspace| workspace.file(&self.db, &place));
-        all.next()
+        self.workspaces.iter().find_map(|workspace| workspace.file(&self.db, &place))
     }
 
-    /// Is everything read that is needed? Otherwise an answer would be one of another project.
-    ///
-    /// # Errors
-    ///
-    /// It is not, and will be; or the user does not want it to be analysed.
+    /// Fails while a file is not read that the answer needs, since the answer would be one of another project, and where the
+    /// user has stopped the analysis.
     pub(crate) fn complete(&self) -> Result<()> {
         if self.is_stopped {
             return Err(Error::request_cancelled());

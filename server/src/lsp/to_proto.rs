@@ -4,18 +4,12 @@ use std::collections::HashMap;
 use std::path::PathBuf;
 
 use mauve_diagnostics::{Finding, Severity};
-use mauve_hir::{File, Location};
+use mauve_hir::File;
 use mauve_ide::{Change, FileChange};
 use mauve_syntax::format::Replacement;
-use tower_lsp::lsp_types::{
-    self, AnnotatedTextEdit, ChangeAnnotation, CodeDescription, CreateFile, CreateFileOptions, Diagnostic,
-    DiagnosticRelatedInformation, DiagnosticSeverity, DiagnosticTag, DocumentChangeOperation,
-    DocumentChanges, NumberOrString, OneOf, OptionalVersionedTextDocumentIdentifier, Range, ResourceOp,
-    TextDocumentEdit, TextEdit, Url, WorkspaceEdit,
-};
+use tower_lsp::lsp_types::*;
 
 use super::pages;
-use super::position::line_index;
 use super::snapshot::{ANOTHER_TEXT, Snapshot};
 use crate::harmless::harmless;
 
@@ -32,7 +26,7 @@ pub(crate) fn diagnostic(snapshot: &Snapshot, finding: &Finding<'_>) -> Diagnost
         format!(" (in the project of {name})")
     });
     Diagnostic {
-        range: range(snapshot, &found.at),
+        range: snapshot.lines(found.at.file(db)).range(found.at.range(db)),
         severity: Some(severity_of(finding.severity)),
         code: Some(NumberOrString::String(found.code.name.to_owned())),
         code_description: match snapshot.capabilities.pages {
@@ -100,59 +94,98 @@ pub(crate) fn workspace_edit(snapshot: &Snapshot, change: &Change, label: &str) 
         let changes = change.files.iter().map(by_url).collect::<Option<_>>()?;
         return change.created.is_empty().then(|| WorkspaceEdit::new(changes));
     }
-    if !change.created.is_empty() && !capabilities.resource_operations {
+    if !change.created.is_empty() && !capabilities.creates_files {
         return None;
     }
-    let mut annotations = HashMap::new();
-    let mut operations = Vec::new();
+    let annotation = |label: &str| ChangeAnnotation {
+        label: label.to_owned(),
+        needs_confirmation: None,
+        description: None,
+    };
+    let mut builder = EditBuilder::new(capabilities.change_annotations);
     for it in &change.files {
-        let note = it.note.as_deref().unwrap_or(label);
         let uri = snapshot.url(it.file)?;
-        let version = snapshot.documents.get(&uri).map(|document| document.version);
-        let edits = text_edits(snapshot, it.file, &it.edits).into_iter().map(|text_edit| match capabilities
-            .change_annotations
-        {
-            true => OneOf::Right(AnnotatedTextEdit {
-                text_edit,
-                annotation_id: annotated(&mut annotations, note),
-            }),
-            false => OneOf::Left(text_edit),
-        });
-        let edits = edits.collect();
-        let text_document = OptionalVersionedTextDocumentIdentifier { uri, version };
-        operations.push(DocumentChangeOperation::Edit(TextDocumentEdit { text_document, edits }));
+        let version = snapshot.version(&uri);
+        let annotation = annotation(it.note.as_deref().unwrap_or(label));
+        builder.edit(uri, version, text_edits(snapshot, it.file, &it.edits), Some(&annotation));
     }
     for (path, text) in &change.created {
         let uri = Url::from_file_path(path).ok()?;
-        let options = CreateFileOptions { overwrite: Some(false), ignore_if_exists: Some(false) };
-        let annotation_id = capabilities.change_annotations.then(|| annotated(&mut annotations, label));
-        let create = CreateFile { uri: uri.clone(), options: Some(options), annotation_id };
-        operations.push(DocumentChangeOperation::Op(ResourceOp::Create(create)));
-        let text_document = OptionalVersionedTextDocumentIdentifier { uri, version: None };
-        let edits = vec![OneOf::Left(TextEdit::new(Range::default(), text.clone()))];
-        operations.push(DocumentChangeOperation::Edit(TextDocumentEdit { text_document, edits }));
+        builder.create(uri.clone(), Some(false), Some(false), &annotation(label));
+        builder.edit(uri, None, vec![TextEdit::new(Range::default(), text.clone())], None);
     }
-    Some(WorkspaceEdit {
-        changes: None,
-        document_changes: Some(DocumentChanges::Operations(operations)),
-        change_annotations: (!annotations.is_empty()).then_some(annotations),
-    })
+    Some(builder.finish())
 }
 
-fn annotated(annotations: &mut HashMap<String, ChangeAnnotation>, label: &str) -> String {
-    let annotation =
-        ChangeAnnotation { label: label.to_owned(), needs_confirmation: None, description: None };
-    annotations.entry(label.to_owned()).or_insert(annotation);
-    label.to_owned()
+/// An edit of operations in their order, and what they are called for clients that show that.
+pub(crate) struct EditBuilder {
+    has_annotations: bool,
+    operations: Vec<DocumentChangeOperation>,
+    annotations: HashMap<String, ChangeAnnotation>,
+}
+
+impl EditBuilder {
+    pub(crate) fn new(has_annotations: bool) -> EditBuilder {
+        EditBuilder { has_annotations, operations: Vec::new(), annotations: HashMap::new() }
+    }
+
+    fn annotate(&mut self, annotation: &ChangeAnnotation) -> Option<String> {
+        let label = self.has_annotations.then(|| annotation.label.clone())?;
+        self.annotations.entry(label.clone()).or_insert_with(|| annotation.clone());
+        Some(label)
+    }
+
+    pub(crate) fn create(
+        &mut self,
+        uri: Url,
+        overwrite: Option<bool>,
+        ignore_if_exists: Option<bool>,
+        annotation: &ChangeAnnotation,
+    ) {
+        let options = Some(CreateFileOptions { overwrite, ignore_if_exists });
+        let create = CreateFile { uri, options, annotation_id: self.annotate(annotation) };
+        self.operations.push(DocumentChangeOperation::Op(ResourceOp::Create(create)));
+    }
+
+    pub(crate) fn delete(&mut self, uri: Url, annotation: &ChangeAnnotation) {
+        let options = DeleteFileOptions {
+            recursive: Some(false),
+            ignore_if_not_exists: Some(true),
+            annotation_id: self.annotate(annotation),
+        };
+        let delete = DeleteFile { uri, options: Some(options) };
+        self.operations.push(DocumentChangeOperation::Op(ResourceOp::Delete(delete)));
+    }
+
+    pub(crate) fn edit(
+        &mut self,
+        uri: Url,
+        version: Option<i32>,
+        edits: Vec<TextEdit>,
+        annotation: Option<&ChangeAnnotation>,
+    ) {
+        let edit = |text_edit| match annotation.and_then(|it| self.annotate(it)) {
+            Some(annotation_id) => OneOf::Right(AnnotatedTextEdit { text_edit, annotation_id }),
+            None => OneOf::Left(text_edit),
+        };
+        let edits = edits.into_iter().map(edit).collect();
+        let text_document = OptionalVersionedTextDocumentIdentifier { uri, version };
+        self.operations.push(DocumentChangeOperation::Edit(TextDocumentEdit { text_document, edits }));
+    }
+
+    pub(crate) fn finish(self) -> WorkspaceEdit {
+        WorkspaceEdit {
+            changes: None,
+            document_changes: Some(DocumentChanges::Operations(self.operations)),
+            change_annotations: (!self.annotations.is_empty()).then_some(self.annotations),
+        }
+    }
 }
 
 /// What is replaced in a file.
 pub(crate) fn text_edits(snapshot: &Snapshot, file: File, edits: &[Replacement]) -> Vec<TextEdit> {
-    let lines = line_index(&snapshot.db, file);
-    let edit = |it: &Replacement| {
-        TextEdit::new(lines.range(it.range, snapshot.capabilities.encoding), it.text.clone())
-    };
-    edits.iter().map(edit).collect()
+    let lines = snapshot.lines(file);
+    edits.iter().map(|it| TextEdit::new(lines.range(it.range), it.text.clone())).collect()
 }
 
 /// The addresses of those files that are there. The others nobody can open: a codel that has not been written yet, a message
@@ -162,11 +195,6 @@ pub(crate) fn files_there(paths: &[PathBuf]) -> impl Iterator<Item = Url> {
 }
 
 /// Where something stands.
-pub(crate) fn location(snapshot: &Snapshot, at: &Location<'_>) -> Option<lsp_types::Location> {
-    Some(lsp_types::Location { uri: snapshot.url(at.file(&snapshot.db))?, range: range(snapshot, at) })
-}
-
-fn range(snapshot: &Snapshot, at: &Location<'_>) -> Range {
-    let db = &snapshot.db;
-    line_index(db, at.file(db)).range(at.range(db), snapshot.capabilities.encoding)
+pub(crate) fn location(snapshot: &Snapshot, at: &mauve_hir::Location<'_>) -> Option<Location> {
+    snapshot.location(at.file(&snapshot.db), at.range(&snapshot.db))
 }

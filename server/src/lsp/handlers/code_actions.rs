@@ -24,14 +24,10 @@ pub(crate) const KINDS: &[CodeActionKind] = &[
     generate::KIND,
 ];
 
-const ALL_KINDS: &[ActionKind] = &[
-    ActionKind::QuickFix,
-    ActionKind::Extract,
-    ActionKind::Inline,
-    ActionKind::Rewrite,
-    ActionKind::OrganizeUses,
-    ActionKind::FixAll,
-];
+const ALL_KINDS: [ActionKind; 6] = {
+    use ActionKind::*;
+    [QuickFix, Extract, Inline, Rewrite, OrganizeUses, FixAll]
+};
 
 fn kind(kind: ActionKind) -> CodeActionKind {
     match kind {
@@ -61,7 +57,7 @@ pub(crate) fn code_actions(
 ) -> Result<Option<CodeActionResponse>> {
     snapshot.complete()?;
     let (file, lines) = snapshot.file(&params.text_document)?;
-    let (encoding, capabilities) = (snapshot.capabilities.encoding, snapshot.capabilities);
+    let capabilities = snapshot.capabilities;
     if !capabilities.code_actions {
         return Ok(Some(Vec::new()));
     }
@@ -71,35 +67,34 @@ pub(crate) fn code_actions(
         // At every move of a cursor, nobody looks for what concerns the whole file.
         None => !matches!(it, ActionKind::OrganizeUses | ActionKind::FixAll),
     };
-    let kinds: Vec<ActionKind> = ALL_KINDS.iter().copied().filter(is_wanted).collect();
+    let kinds: Vec<ActionKind> = ALL_KINDS.into_iter().filter(is_wanted).collect();
     let known = context.diagnostics.iter().filter_map(|it| match &it.code {
-        Some(NumberOrString::String(code)) => Some((lines.text_range(it.range, encoding), code.clone())),
+        Some(NumberOrString::String(code)) => Some((lines.text_range(it.range), code.clone())),
         _ => None,
     });
     let diagnostics: Vec<(TextRange, String)> = known.collect();
     let changes = if capabilities.resolves_edits { Changes::None } else { Changes::All };
-    let range = lines.text_range(params.range, encoding);
+    let range = lines.text_range(params.range);
     let question = ActionQuestion { file, range, diagnostics: &diagnostics, kinds: &kinds, changes };
-    let version = snapshot.documents.get(&params.text_document.uri).map(|document| document.version);
+    let version = snapshot.version(&params.text_document.uri);
     let is_automatic = context.trigger_kind == Some(CodeActionTriggerKind::AUTOMATIC);
     let shows_disabled = capabilities.disabled_actions && !is_automatic;
     let found = mauve_ide::code_actions(&snapshot.db, snapshot.workspaces.as_ref(), question);
     let found = found.into_iter().filter(|action| action.disabled.is_none() || shows_disabled);
-    let mut shown: CodeActionResponse = Vec::new();
-    shown.extend(found.filter_map(|action| {
+    let found = found.filter_map(|action| {
         let chosen = Chosen {
             document: params.text_document.clone(),
             version,
             range: params.range,
             mends: first_mended(snapshot, &action),
         };
-        to_client(snapshot, action, &chosen).map(CodeActionOrCommand::CodeAction)
-    }));
+        to_client(snapshot, action, &chosen)
+    });
+    let mut shown: Vec<lsp_types::CodeAction> = found.collect();
     if context.only.as_ref().is_none_or(|only| is_among(only, &generate::KIND)) {
-        let all = generate::actions(snapshot, &params.text_document, file, range, context);
-        shown.extend(all.into_iter().map(CodeActionOrCommand::CodeAction));
+        shown.extend(generate::actions(snapshot, &params.text_document, file, range, context));
     }
-    Ok(Some(shown))
+    Ok(Some(shown.into_iter().map(CodeActionOrCommand::CodeAction).collect()))
 }
 
 /// Returns an action with its edit, and the messages about that.
@@ -116,18 +111,16 @@ pub(crate) fn resolve(
 
 fn resolve_change(snapshot: &Snapshot, action: &lsp_types::CodeAction) -> Result<lsp_types::CodeAction> {
     let mut action = action.clone();
-    let chosen = action.data.clone().and_then(|data| serde_json::from_value::<Chosen>(data).ok());
+    let chosen = action.data.as_ref().and_then(|data| Chosen::deserialize(data).ok());
     let Some(chosen) = chosen.filter(|_| action.edit.is_none()) else { return Ok(action) };
     snapshot.unchanged(&chosen.document, chosen.version)?;
     snapshot.complete()?;
     let (file, lines) = snapshot.file(&chosen.document)?;
-    let encoding = snapshot.capabilities.encoding;
-    let known = chosen.mends.iter();
     let diagnostics: Vec<(TextRange, String)> =
-        known.map(|(range, code)| (lines.text_range(*range, encoding), code.clone())).collect();
-    let is_it = |it: &&ActionKind| action.kind.as_ref() == Some(&kind(**it));
-    let kinds: Vec<ActionKind> = ALL_KINDS.iter().filter(is_it).copied().collect();
-    let range = lines.text_range(chosen.range, encoding);
+        chosen.mends.iter().map(|(range, code)| (lines.text_range(*range), code.clone())).collect();
+    let is_it = |it: &ActionKind| action.kind.as_ref() == Some(&kind(*it));
+    let kinds: Vec<ActionKind> = ALL_KINDS.into_iter().filter(is_it).collect();
+    let range = lines.text_range(chosen.range);
     let changes = Changes::Of(&action.title);
     let question = ActionQuestion { file, range, diagnostics: &diagnostics, kinds: &kinds, changes };
     let found = mauve_ide::code_actions(&snapshot.db, &snapshot.workspaces, question);

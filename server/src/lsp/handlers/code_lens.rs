@@ -5,7 +5,7 @@
 //! it, and locations: what `editor.action.showReferences` of VS Code takes, as the protocol writes them. Without it, the
 //! lens says what it says, and does nothing.
 
-use mauve_ide::{CodeLens, Lens, LensAction, LensKind, code_lens_at, resolve_code_lens};
+use mauve_ide::{Lens, LensAction, LensKind, code_lens_at, resolve_code_lens};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use tower_lsp::jsonrpc::Result;
@@ -14,7 +14,6 @@ use tower_lsp::lsp_types::{
 };
 
 use super::execute_command::{GENERATE, SET_SIGNIFICANCE};
-use crate::lsp::position::line_index;
 use crate::lsp::snapshot::Snapshot;
 use crate::lsp::to_proto;
 
@@ -47,11 +46,10 @@ pub(crate) fn code_lenses(
     }
     snapshot.complete()?;
     let (file, lines) = snapshot.file(&params.text_document)?;
-    let encoding = snapshot.capabilities.encoding;
-    let version = snapshot.documents.get(&params.text_document.uri).map(|document| document.version);
+    let version = snapshot.version(&params.text_document.uri);
     let lenses = mauve_ide::code_lenses(&snapshot.db, &snapshot.workspaces, file);
     let lenses = lenses.into_iter().filter_map(|lens| {
-        let range = lines.range(lens.range, encoding);
+        let range = lines.range(lens.range);
         let later = |kind| {
             let later = Later { document: params.text_document.clone(), version, at: range.start, kind };
             let data = serde_json::to_value(later).ok()?;
@@ -79,7 +77,7 @@ pub(crate) fn code_lenses(
 /// A lens with what it says.
 pub(crate) fn resolve(snapshot: &Snapshot, lens: &lsp_types::CodeLens) -> Result<lsp_types::CodeLens> {
     let mut lens = lens.clone();
-    let later = lens.data.clone().and_then(|data| serde_json::from_value::<Later>(data).ok());
+    let later = lens.data.as_ref().and_then(|data| Later::deserialize(data).ok());
     let Some(Later { document, version, at, kind }) = later else { return Ok(lens) };
     snapshot.unchanged(&document, version)?;
     snapshot.complete()?;
@@ -89,8 +87,7 @@ pub(crate) fn resolve(snapshot: &Snapshot, lens: &lsp_types::CodeLens) -> Result
         Kind::Deadlines => found == LensKind::Deadlines,
         Kind::Instances => found == LensKind::Instances,
     };
-    let offset = lines.offset(at, snapshot.capabilities.encoding);
-    let found: Option<CodeLens> = code_lens_at(db, workspaces, file, offset, is_it);
+    let found = code_lens_at(db, workspaces, file, lines.offset(at), is_it);
     let found = found.and_then(|found| resolve_code_lens(db, workspaces, file, found));
     // What has nothing to say says so: an empty command is an error in some clients.
     let found = found.unwrap_or_else(|| Lens { title: "nothing is real-time".to_owned(), action: None });
@@ -108,12 +105,7 @@ fn command(snapshot: &Snapshot, uri: &Url, range: Range, lens: Lens) -> Command 
         LensAction::SetSignificance(level) => Some((SET_SIGNIFICANCE, vec![json!(level.as_f64())])),
         LensAction::Generate(deployment) => Some((GENERATE, vec![json!(uri), json!(deployment)])),
         LensAction::Show(places) => {
-            let location = |(file, range)| {
-                let lines = line_index(&snapshot.db, file);
-                let range = lines.range(range, snapshot.capabilities.encoding);
-                Some(Location { uri: snapshot.url(file)?, range })
-            };
-            show(places.into_iter().filter_map(location).collect())
+            show(places.into_iter().filter_map(|(file, range)| snapshot.location(file, range)).collect())
         }
         LensAction::Open(paths) => {
             let all = to_proto::files_there(&paths);

@@ -12,6 +12,7 @@ use tower_lsp::lsp_types::{
     InsertTextMode, MarkupContent, MarkupKind, TextEdit,
 };
 
+use super::hover::plain_text;
 use crate::lsp::position::LineIndex;
 use crate::lsp::snapshot::Snapshot;
 use crate::lsp::to_proto::text_edits;
@@ -50,10 +51,10 @@ fn item(
         None => (found.insert, None),
     };
     let many_lines = text.contains('\n');
-    let whole = lines.range(found.replaced, capabilities.encoding);
+    let whole = lines.range(found.replaced);
     let edit = if capabilities.insert_replace {
         let mut insert = whole;
-        insert.end = lines.position(offset, capabilities.encoding);
+        insert.end = lines.position(offset);
         CompletionTextEdit::InsertAndReplace(InsertReplaceEdit { new_text: text, insert, replace: whole })
     } else {
         CompletionTextEdit::Edit(TextEdit::new(whole, text))
@@ -93,7 +94,7 @@ fn item(
 /// An item with what is said of it. It is known by its names: the user types on while the list is open.
 pub(crate) fn resolve(snapshot: &Snapshot, item: &CompletionItem) -> Result<CompletionItem> {
     let mut item = item.clone();
-    let about = item.data.clone().and_then(|data| serde_json::from_value::<About>(data).ok());
+    let about = item.data.as_ref().and_then(|data| About::deserialize(data).ok());
     let subject = about.and_then(About::subject);
     let found = subject.and_then(|it| mauve_ide::documentation(&snapshot.db, &snapshot.workspaces, &it));
     item.documentation = found
@@ -102,13 +103,12 @@ pub(crate) fn resolve(snapshot: &Snapshot, item: &CompletionItem) -> Result<Comp
     Ok(item)
 }
 
-/// Markdown, or its text for a client that shows no more.
+/// Returns Markdown, or its text for a client that shows no Markdown.
 pub(super) fn documentation(markdown: bool, text: String) -> Documentation {
-    if markdown {
-        return Documentation::MarkupContent(MarkupContent { kind: MarkupKind::Markdown, value: text });
+    match markdown {
+        true => Documentation::MarkupContent(MarkupContent { kind: MarkupKind::Markdown, value: text }),
+        false => Documentation::String(plain_text(&text)),
     }
-    let lines = text.lines().filter(|line| !line.starts_with("```"));
-    Documentation::String(lines.collect::<Vec<_>>().join("\n").trim_end().to_owned())
 }
 
 /// What an item stands for, on its way over the client and back.
@@ -139,15 +139,8 @@ impl From<Subject> for About {
 
 impl About {
     fn subject(self) -> Option<Subject> {
-        const KINDS: [Kind; 7] = [
-            Kind::Use,
-            Kind::Codel,
-            Kind::Shell,
-            Kind::Core,
-            Kind::Component,
-            Kind::Architecture,
-            Kind::Deployment,
-        ];
+        use Kind::*;
+        const KINDS: [Kind; 7] = [Use, Codel, Shell, Core, Component, Architecture, Deployment];
         Some(match self {
             About::Message { package, message } => {
                 Subject::Message { package: package.into(), name: message.into() }
@@ -165,26 +158,25 @@ impl About {
 
 /// The kind in the protocol; where the client does not know `all` of them, one of the first version.
 fn kind(kind: CompletionKind, all: bool) -> CompletionItemKind {
+    use CompletionKind::*;
     match kind {
-        CompletionKind::BuiltInType | CompletionKind::Message if !all => CompletionItemKind::CLASS,
-        CompletionKind::Constant | CompletionKind::State if !all => CompletionItemKind::VALUE,
-        CompletionKind::Keyword => CompletionItemKind::KEYWORD,
-        CompletionKind::Skeleton => CompletionItemKind::SNIPPET,
-        CompletionKind::BuiltInType => CompletionItemKind::TYPE_PARAMETER,
-        CompletionKind::Message => CompletionItemKind::STRUCT,
-        CompletionKind::Library => CompletionItemKind::MODULE,
-        CompletionKind::Codel | CompletionKind::BuiltIn => CompletionItemKind::FUNCTION,
-        CompletionKind::Shell => CompletionItemKind::INTERFACE,
-        CompletionKind::Core | CompletionKind::Component | CompletionKind::Architecture => {
-            CompletionItemKind::CLASS
-        }
-        CompletionKind::Property | CompletionKind::Key => CompletionItemKind::PROPERTY,
-        CompletionKind::Constant => CompletionItemKind::CONSTANT,
-        CompletionKind::Port => CompletionItemKind::FIELD,
-        CompletionKind::Operation => CompletionItemKind::METHOD,
-        CompletionKind::Variable | CompletionKind::Instance => CompletionItemKind::VARIABLE,
-        CompletionKind::State => CompletionItemKind::ENUM_MEMBER,
-        CompletionKind::Value => CompletionItemKind::VALUE,
-        CompletionKind::File => CompletionItemKind::FILE,
+        BuiltInType | Message if !all => CompletionItemKind::CLASS,
+        Constant | State if !all => CompletionItemKind::VALUE,
+        Keyword => CompletionItemKind::KEYWORD,
+        Skeleton => CompletionItemKind::SNIPPET,
+        BuiltInType => CompletionItemKind::TYPE_PARAMETER,
+        Message => CompletionItemKind::STRUCT,
+        Library => CompletionItemKind::MODULE,
+        Codel | BuiltIn => CompletionItemKind::FUNCTION,
+        Shell => CompletionItemKind::INTERFACE,
+        Core | Component | Architecture => CompletionItemKind::CLASS,
+        Property | Key => CompletionItemKind::PROPERTY,
+        Constant => CompletionItemKind::CONSTANT,
+        Port => CompletionItemKind::FIELD,
+        Operation => CompletionItemKind::METHOD,
+        Variable | Instance => CompletionItemKind::VARIABLE,
+        Value => CompletionItemKind::VALUE,
+        State => CompletionItemKind::ENUM_MEMBER,
+        File => CompletionItemKind::FILE,
     }
 }

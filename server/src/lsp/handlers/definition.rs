@@ -1,88 +1,45 @@
-//! `textDocument/definition`, `textDocument/declaration`, `textDocument/typeDefinition` and `textDocument/implementation`:
-//! four questions of one shape.
+//! `textDocument/definition`, `textDocument/declaration`, `textDocument/typeDefinition` and `textDocument/implementation`.
 
 use mauve_hir::{File, ModelDb, Workspace};
 use mauve_ide::Definition;
 use mauve_syntax::TextSize;
 use tower_lsp::jsonrpc::Result;
-use tower_lsp::lsp_types::{
-    GotoDefinitionParams, GotoDefinitionResponse, Location, LocationLink, Range, Url,
-};
+use tower_lsp::lsp_types::{GotoDefinitionParams, GotoDefinitionResponse, Location, LocationLink, Range};
 
-use crate::lsp::position::line_index;
 use crate::lsp::snapshot::Snapshot;
 use crate::lsp::to_proto;
 
-/// One of the questions.
-type Ask = fn(&dyn ModelDb, &[Workspace], File, TextSize) -> Option<Definition>;
+/// The function of `mauve-ide` that finds the targets.
+type Find = fn(&dyn ModelDb, &[Workspace], File, TextSize) -> Option<Definition>;
 
-/// Where the name at a position is defined.
-pub(crate) fn definition(
+/// Answers with what `find` returns: as `links` with the range that was asked from, for a client that knows them.
+pub(crate) fn go_to(
     snapshot: &Snapshot,
     params: &GotoDefinitionParams,
-) -> Result<Option<GotoDefinitionResponse>> {
-    go_to(snapshot, params, mauve_ide::definition, snapshot.capabilities.definition_links)
-}
-
-/// Where it is declared.
-pub(crate) fn declaration(
-    snapshot: &Snapshot,
-    params: &GotoDefinitionParams,
-) -> Result<Option<GotoDefinitionResponse>> {
-    go_to(snapshot, params, mauve_ide::declaration, snapshot.capabilities.declaration_links)
-}
-
-/// Where its type is declared.
-pub(crate) fn type_definition(
-    snapshot: &Snapshot,
-    params: &GotoDefinitionParams,
-) -> Result<Option<GotoDefinitionResponse>> {
-    go_to(snapshot, params, mauve_ide::type_definition, snapshot.capabilities.type_definition_links)
-}
-
-/// What makes it happen.
-pub(crate) fn implementation(
-    snapshot: &Snapshot,
-    params: &GotoDefinitionParams,
-) -> Result<Option<GotoDefinitionResponse>> {
-    go_to(snapshot, params, mauve_ide::implementation, snapshot.capabilities.implementation_links)
-}
-
-fn go_to(
-    snapshot: &Snapshot,
-    params: &GotoDefinitionParams,
-    ask: Ask,
+    find: Find,
     links: bool,
 ) -> Result<Option<GotoDefinitionResponse>> {
-    let at = &params.text_document_position_params;
-    let (file, lines, offset) = snapshot.at(at)?;
-    let encoding = snapshot.capabilities.encoding;
-    let Some(found) = ask(&snapshot.db, &snapshot.workspaces, file, offset) else {
+    let (file, lines, offset) = snapshot.at(&params.text_document_position_params)?;
+    let Some(found) = find(&snapshot.db, &snapshot.workspaces, file, offset) else {
         return Ok(None);
     };
-    let origin = lines.range(found.origin, encoding);
-    let mut targets: Vec<(Url, Range, Range)> = Vec::new();
-    for target in &found.targets {
-        let lines = line_index(&snapshot.db, target.file);
-        let (all, name) = (lines.range(target.range, encoding), lines.range(target.name, encoding));
-        targets.extend(snapshot.url(target.file).map(|url| (url, all, name)));
-    }
+    let origin_selection_range = Some(lines.range(found.origin));
+    let link = |target_uri, target_range, target_selection_range| LocationLink {
+        origin_selection_range,
+        target_uri,
+        target_range,
+        target_selection_range,
+    };
+    let in_file = |target: &mauve_ide::Target| {
+        let lines = snapshot.lines(target.file);
+        Some(link(snapshot.url(target.file)?, lines.range(target.range), lines.range(target.name)))
+    };
     let start = Range::default();
-    targets.extend(to_proto::files_there(&found.files).map(|url| (url, start, start)));
-    let targets = targets.into_iter();
+    let files = to_proto::files_there(&found.files).map(|url| link(url, start, start));
+    let targets = found.targets.iter().filter_map(in_file).chain(files);
+    let location = |it: LocationLink| Location { uri: it.target_uri, range: it.target_selection_range };
     Ok(Some(match links {
-        true => GotoDefinitionResponse::Link(
-            targets
-                .map(|(target_uri, target_range, target_selection_range)| LocationLink {
-                    origin_selection_range: Some(origin),
-                    target_uri,
-                    target_range,
-                    target_selection_range,
-                })
-                .collect(),
-        ),
-        false => GotoDefinitionResponse::Array(
-            targets.map(|(uri, _, name)| Location { uri, range: name }).collect(),
-        ),
+        true => GotoDefinitionResponse::Link(targets.collect()),
+        false => GotoDefinitionResponse::Array(targets.map(location).collect()),
     }))
 }

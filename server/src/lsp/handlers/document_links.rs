@@ -3,7 +3,6 @@
 use tower_lsp::jsonrpc::Result;
 use tower_lsp::lsp_types::{self, DocumentLinkParams};
 
-use crate::lsp::position::line_index;
 use crate::lsp::snapshot::Snapshot;
 
 /// The files that a document names. One at a place has it as its address's fragment, `#L12,3`, which says the same to
@@ -13,18 +12,17 @@ pub(crate) fn document_links(
     params: &DocumentLinkParams,
 ) -> Result<Option<Vec<lsp_types::DocumentLink>>> {
     let (file, lines) = snapshot.file(&params.text_document)?;
-    let capabilities = snapshot.capabilities;
     let links = mauve_ide::document_links(&snapshot.db, &snapshot.workspaces, file);
     let links = links.into_iter().filter_map(|link| {
         let mut target = snapshot.url(link.target)?;
         if let Some(at) = link.at {
-            let at = line_index(&snapshot.db, link.target).position(at, capabilities.encoding);
+            let at = snapshot.lines(link.target).position(at);
             target.set_fragment(Some(&format!("L{},{}", at.line + 1, at.character + 1)));
         }
         Some(lsp_types::DocumentLink {
-            range: lines.range(link.range, capabilities.encoding),
+            range: lines.range(link.range),
             target: Some(target),
-            tooltip: capabilities.link_tooltips.then_some(link.tooltip),
+            tooltip: snapshot.capabilities.link_tooltips.then_some(link.tooltip),
             data: None,
         })
     });

@@ -23,18 +23,16 @@ pub(crate) fn document_symbols(
     let mut flat = Vec::new();
     let mut open: Vec<(Option<String>, Symbol)> = symbols.into_iter().rev().map(|it| (None, it)).collect();
     while let Some((container_name, symbol)) = open.pop() {
-        let range = lines.range(symbol.range, snapshot.capabilities.encoding);
+        let range = lines.range(symbol.range);
         let location = lsp_types::Location { uri: params.text_document.uri.clone(), range };
         let name = shown(&symbol);
         open.extend(symbol.children.into_iter().rev().map(|child| (Some(name.clone()), child)));
-        #[allow(deprecated, reason = "the field must be given")]
-        let deprecated = None;
         #[allow(deprecated, reason = "the field must be given")]
         flat.push(SymbolInformation {
             name,
             kind: kind(symbol.kind, snapshot.capabilities.symbol_kinds),
             tags: None,
-            deprecated,
+            deprecated: None,
             location,
             container_name,
         });
@@ -43,10 +41,8 @@ pub(crate) fn document_symbols(
 }
 
 fn nested(snapshot: &Snapshot, lines: LineIndex<'_>, symbol: Symbol) -> DocumentSymbol {
-    let encoding = snapshot.capabilities.encoding;
     let name = shown(&symbol);
-    let children: Vec<DocumentSymbol> =
-        symbol.children.into_iter().map(|child| nested(snapshot, lines, child)).collect();
+    let children: Vec<_> = symbol.children.into_iter().map(|it| nested(snapshot, lines, it)).collect();
     #[allow(deprecated, reason = "the field must be given")]
     DocumentSymbol {
         name,
@@ -54,8 +50,8 @@ fn nested(snapshot: &Snapshot, lines: LineIndex<'_>, symbol: Symbol) -> Document
         kind: kind(symbol.kind, snapshot.capabilities.symbol_kinds),
         tags: None,
         deprecated: None,
-        range: lines.range(symbol.range, encoding),
-        selection_range: lines.range(symbol.name_range, encoding),
+        range: lines.range(symbol.range),
+        selection_range: lines.range(symbol.name_range),
         children: (!children.is_empty()).then_some(children),
     }
 }

@@ -16,12 +16,12 @@ pub(crate) fn folding_ranges(
     let capabilities = snapshot.capabilities;
     let folds = mauve_ide::folding_ranges(&snapshot.db, file);
     let text: &str = file.text(&snapshot.db);
-    let line = |offset: TextSize| lines.position(offset, capabilities.encoding).line;
+    let line = |offset: TextSize| lines.position(offset).line;
     let found = match capabilities.line_folds_only {
         true => whole_lines(text, &folds, line),
         false => {
             let fold = |fold: &FoldingRange| {
-                let range = lines.range(fold.range, capabilities.encoding);
+                let range = lines.range(fold.range);
                 lsp_types::FoldingRange {
                     start_line: range.start.line,
                     start_character: Some(range.start.character),

@@ -16,7 +16,6 @@ use crate::load::is_of_another_language;
 use crate::lsp::snapshot::Snapshot;
 use crate::lsp::to_proto;
 
-/// What formats a document.
 pub(crate) fn formatting(
     snapshot: &Snapshot,
     params: &DocumentFormattingParams,
@@ -25,23 +24,20 @@ pub(crate) fn formatting(
     Ok(edits(snapshot, file, || mauve_ide::formatting(&snapshot.db, file, None)))
 }
 
-/// What formats the lines of a range.
 pub(crate) fn range_formatting(
     snapshot: &Snapshot,
     params: &DocumentRangeFormattingParams,
 ) -> Result<Option<Vec<TextEdit>>> {
     let (file, lines) = snapshot.file(&params.text_document)?;
-    let range = lines.text_range(params.range, snapshot.capabilities.encoding);
+    let range = lines.text_range(params.range);
     Ok(edits(snapshot, file, || mauve_ide::formatting(&snapshot.db, file, Some(range))))
 }
 
-/// What formats a document while it is typed.
 pub(crate) fn on_type_formatting(
     snapshot: &Snapshot,
     params: &DocumentOnTypeFormattingParams,
 ) -> Result<Option<Vec<TextEdit>>> {
-    let at = &params.text_document_position;
-    let (file, _, offset) = snapshot.at(at)?;
+    let (file, _, offset) = snapshot.at(&params.text_document_position)?;
     let Some(typed) = params.ch.chars().next_back() else { return Ok(None) };
     Ok(edits(snapshot, file, || mauve_ide::formatting_on_type(&snapshot.db, file, offset, typed)))
 }

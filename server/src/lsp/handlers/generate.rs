@@ -17,8 +17,6 @@
 //! A client that has the command `mauve.generateOrocos` itself says so in its capabilities, `experimental.commands`. Then
 //! code actions are that command, with the same arguments, and the client asks by the request.
 
-use std::collections::HashMap;
-
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{File, declarations, is_model, source_map};
 use mauve_orocos::Action;
@@ -27,10 +25,8 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use tower_lsp::jsonrpc::Result;
 use tower_lsp::lsp_types::{
-    AnnotatedTextEdit, ChangeAnnotation, CodeAction, CodeActionContext, CodeActionDisabled, CodeActionKind,
-    CodeActionTriggerKind, Command, CreateFile, CreateFileOptions, DeleteFile, DeleteFileOptions,
-    DocumentChangeOperation, DocumentChanges, OneOf, OptionalVersionedTextDocumentIdentifier, Position,
-    Range, ResourceOp, TextDocumentEdit, TextDocumentIdentifier, TextEdit, Url, WorkspaceEdit,
+    ChangeAnnotation, CodeAction, CodeActionContext, CodeActionDisabled, CodeActionKind,
+    CodeActionTriggerKind, Command, Position, Range, TextDocumentIdentifier, TextEdit, Url, WorkspaceEdit,
 };
 
 use super::execute_command::GENERATE;
@@ -39,6 +35,7 @@ use crate::generate::{GenerateRequest, Generated};
 use crate::lsp::generate::{Preview, only, open, preview, refusal, request, title};
 use crate::lsp::position::end_of;
 use crate::lsp::snapshot::{ANOTHER_TEXT, Snapshot};
+use crate::lsp::to_proto::EditBuilder;
 
 /// The kind of the code actions.
 pub(crate) const KIND: CodeActionKind = CodeActionKind::new("source.generate.mauve");
@@ -107,7 +104,7 @@ pub(crate) fn generate(snapshot: &Snapshot, params: &GenerateParams) -> Result<G
     snapshot.complete()?;
     let uri = &params.text_document.uri;
     let (file, _) = snapshot.file(&params.text_document)?;
-    if !snapshot.capabilities.resource_operations {
+    if !snapshot.capabilities.creates_files {
         return Err(refused(
             "this editor makes no files that a change says to: run `mauve generate`".to_owned(),
         ));
@@ -169,7 +166,9 @@ pub(crate) fn actions(
     context: &CodeActionContext,
 ) -> Vec<CodeAction> {
     let db = &snapshot.db;
-    if !is_model(file.path(db)) {
+    // What comes to nothing but a word is for those who ask for it.
+    let is_possible = context.only.is_some() || snapshot.capabilities.creates_files;
+    if !is_model(file.path(db)) || !is_possible {
         return Vec::new();
     }
     let all = declarations(db, file).all.iter().zip(&source_map(db, file).declarations);
@@ -182,10 +181,6 @@ pub(crate) fn actions(
             of.extend(all.iter().map(|(name, _)| Some(name.as_str())));
         }
         of.push(None);
-    }
-    // What comes to nothing but a word is for those who ask for it.
-    if context.only.is_none() && !snapshot.capabilities.resource_operations {
-        return Vec::new();
     }
     if of.is_empty() {
         return Vec::new();
@@ -221,11 +216,8 @@ fn action<'db>(
         Some(reason) if capabilities.disabled_actions => {
             action.disabled = Some(CodeActionDisabled { reason });
         }
-        None if capabilities.resolves_edits
-            && capabilities.resource_operations
-            && !capabilities.generates =>
-        {
-            let version = snapshot.documents.get(&document.uri).map(|document| document.version);
+        None if capabilities.resolves_edits && capabilities.creates_files && !capabilities.generates => {
+            let version = snapshot.version(&document.uri);
             let generate = Generate { deployment: deployment.map(str::to_owned) };
             let chosen = Chosen { document: document.clone(), version, generate };
             action.data = serde_json::to_value(chosen).ok();
@@ -243,8 +235,7 @@ pub(crate) fn command(title: String, uri: &Url, deployment: Option<&str>) -> Com
 
 /// What was chosen.
 pub(crate) fn chosen(action: &CodeAction) -> Option<Chosen> {
-    let data = action.data.clone().filter(|_| action.edit.is_none())?;
-    serde_json::from_value(data).ok()
+    Chosen::deserialize(action.data.as_ref().filter(|_| action.edit.is_none())?).ok()
 }
 
 /// The edit of an action that was chosen.
@@ -258,20 +249,17 @@ pub(crate) fn resolve(snapshot: &Snapshot, chosen: Chosen) -> Result<GenerateDoc
 fn edit(snapshot: &Snapshot, preview: &Preview, asked: &Url) -> Result<WorkspaceEdit> {
     let steps = &preview.generated.plan.steps;
     let capabilities = snapshot.capabilities;
-    let mut annotations = Annotations {
-        are_known: capabilities.change_annotations,
-        folder: &preview.shown_folder,
-        all: HashMap::new(),
+    let annotation = |label: &str, needs_confirmation: bool| ChangeAnnotation {
+        label: label.to_owned(),
+        needs_confirmation: Some(needs_confirmation),
+        description: Some(format!("in {}", preview.shown_folder)),
     };
-    let mut operations = Vec::new();
+    let mut builder = EditBuilder::new(capabilities.change_annotations);
     // VS Code shows all of an edit before it is made where a part of it is to be confirmed, and leaves that part out
     // unless the user chooses it. So it is one that does nothing, and no file is left out by accident.
     let is_there = asked.to_file_path().is_ok_and(|path| path.is_file());
     if capabilities.change_annotations && is_there && !steps.is_empty() {
-        let options = CreateFileOptions { overwrite: None, ignore_if_exists: Some(true) };
-        let annotation_id = annotations.add("Look at what is generated", true);
-        let create = CreateFile { uri: asked.clone(), options: Some(options), annotation_id };
-        operations.push(DocumentChangeOperation::Op(ResourceOp::Create(create)));
+        builder.create(asked.clone(), None, Some(true), &annotation("Look at what is generated", true));
     }
     for step in steps {
         let path = preview.path(step);
@@ -282,72 +270,31 @@ fn edit(snapshot: &Snapshot, preview: &Preview, asked: &Url) -> Result<Workspace
         let uri = known.map(|(uri, _)| uri.clone()).or_else(|| Url::from_file_path(&path).ok());
         let uri = uri.ok_or_else(|| refused(format!("{} has no address", path.display())))?;
         let version = known.map(|(_, document)| document.version);
-        let text_document = OptionalVersionedTextDocumentIdentifier { uri: uri.clone(), version };
-        let (text, end, annotation_id) = match &step.action {
+        let (text, end, annotation) = match &step.action {
             Action::Create(text) => {
-                let annotation_id = annotations.add("Create files", false);
-                let options = CreateFileOptions { overwrite: Some(false), ignore_if_exists: Some(false) };
-                let create = CreateFile { uri, options: Some(options), annotation_id: annotation_id.clone() };
-                operations.push(DocumentChangeOperation::Op(ResourceOp::Create(create)));
+                let annotation = annotation("Create files", false);
+                builder.create(uri.clone(), Some(false), Some(false), &annotation);
                 // The only line of an empty file is replaced as well where it would stay.
-                (text, Position::new(u32::from(capabilities.keeps_last_line), 0), annotation_id)
+                (text, Position::new(u32::from(capabilities.keeps_last_line), 0), annotation)
             }
             Action::Change(text) => {
                 let before = preview.before.get(&step.path).map_or("", String::as_str);
-                let annotation_id = annotations.add("Change generated files", false);
-                (text, end_of(before, capabilities.encoding), annotation_id)
+                (text, end_of(before, capabilities.encoding), annotation("Change generated files", false))
             }
-            Action::Remove => {
-                if !capabilities.deletes_files {
-                    return Err(refused(format!(
-                        "{} is not generated any more, and this editor removes no files that a change says to: run `mauve \
-                         generate`",
-                        path.display()
-                    )));
-                }
-                let options = annotations.add("Remove files that are not generated any more", false);
-                let options = DeleteFileOptions {
-                    recursive: Some(false),
-                    ignore_if_not_exists: Some(true),
-                    annotation_id: options,
-                };
-                let delete = DeleteFile { uri, options: Some(options) };
-                operations.push(DocumentChangeOperation::Op(ResourceOp::Delete(delete)));
+            Action::Remove if capabilities.deletes_files => {
+                builder.delete(uri, &annotation("Remove files that are not generated any more", false));
                 continue;
             }
+            Action::Remove => {
+                return Err(refused(format!(
+                    "{} is not generated any more, and this editor removes no files that a change says to: run `mauve \
+                     generate`",
+                    path.display()
+                )));
+            }
         };
-        let text_edit = TextEdit::new(Range::new(Position::default(), end), text.clone());
-        let text_edit = match annotation_id {
-            Some(annotation_id) => OneOf::Right(AnnotatedTextEdit { text_edit, annotation_id }),
-            None => OneOf::Left(text_edit),
-        };
-        let edit = TextDocumentEdit { text_document, edits: vec![text_edit] };
-        operations.push(DocumentChangeOperation::Edit(edit));
+        let edits = vec![TextEdit::new(Range::new(Position::default(), end), text.clone())];
+        builder.edit(uri, version, edits, Some(&annotation));
     }
-    Ok(WorkspaceEdit {
-        changes: None,
-        document_changes: Some(DocumentChanges::Operations(operations)),
-        change_annotations: (!annotations.all.is_empty()).then_some(annotations.all),
-    })
-}
-
-/// What the parts of an edit are called, for clients that show that.
-struct Annotations<'a> {
-    are_known: bool,
-    folder: &'a str,
-    all: HashMap<String, ChangeAnnotation>,
-}
-
-impl Annotations<'_> {
-    fn add(&mut self, label: &str, needs_confirmation: bool) -> Option<String> {
-        if !self.are_known {
-            return None;
-        }
-        self.all.entry(label.to_owned()).or_insert_with(|| ChangeAnnotation {
-            label: label.to_owned(),
-            needs_confirmation: Some(needs_confirmation),
-            description: Some(format!("in {}", self.folder)),
-        });
-        Some(label.to_owned())
-    }
+    Ok(builder.finish())
 }

@@ -173,7 +173,7 @@ fn meant<'db>(snapshot: &'db Snapshot, params: &GraphParams) -> Result<Vec<(Proj
     let (file, lines) = snapshot.file(&params.text_document)?;
     let meant = match (&params.name, params.position) {
         (Some(name), _) => GraphsOf::Name(name),
-        (None, Some(position)) => GraphsOf::At(lines.offset(position, snapshot.capabilities.encoding)),
+        (None, Some(position)) => GraphsOf::At(lines.offset(position)),
         (None, None) => GraphsOf::File,
     };
     graphs_meant(&snapshot.db, &snapshot.workspaces, file, meant).map_err(Error::invalid_params)

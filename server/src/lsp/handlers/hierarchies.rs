@@ -1,58 +1,67 @@
 //! `textDocument/prepareCallHierarchy` and `callHierarchy/…`, `textDocument/prepareTypeHierarchy` and `typeHierarchy/…`.
 
+use mauve_hir::{File, ModelDb, Workspace};
 use mauve_ide::{Calls, HierarchyItem};
-use mauve_syntax::TextRange;
 use serde_json::Value;
 use tower_lsp::jsonrpc::Result;
-use tower_lsp::lsp_types::{
-    CallHierarchyIncomingCall, CallHierarchyIncomingCallsParams, CallHierarchyItem,
-    CallHierarchyOutgoingCall, CallHierarchyOutgoingCallsParams, CallHierarchyPrepareParams, Range,
-    TextDocumentIdentifier, TypeHierarchyItem, TypeHierarchyPrepareParams, TypeHierarchySubtypesParams,
-    TypeHierarchySupertypesParams, Url,
-};
+use tower_lsp::lsp_types::*;
 
 use super::document_symbols::kind;
-use crate::lsp::position::line_index;
 use crate::lsp::snapshot::Snapshot;
+
+/// Makes an item of a hierarchy of calls or of types: both have the same fields.
+macro_rules! item {
+    ($type:ident, $snapshot:expr, $item:expr) => {{
+        let (snapshot, item): (&Snapshot, HierarchyItem) = ($snapshot, $item);
+        let lines = snapshot.lines(item.file);
+        Some($type {
+            uri: snapshot.url(item.file)?,
+            range: lines.range(item.range),
+            selection_range: lines.range(item.name_range),
+            kind: kind(item.kind, snapshot.capabilities.symbol_kinds),
+            tags: None,
+            detail: (!item.detail.is_empty()).then_some(item.detail),
+            name: item.name,
+            data: Some(Value::String(item.id)),
+        })
+    }};
+}
 
 /// The codels, operations and programs that are named at a position.
 pub(crate) fn prepare_calls(
     snapshot: &Snapshot,
     params: &CallHierarchyPrepareParams,
 ) -> Result<Option<Vec<CallHierarchyItem>>> {
-    let at = &params.text_document_position_params;
-    let (file, _, offset) = snapshot.at(at)?;
+    let (file, _, offset) = snapshot.at(&params.text_document_position_params)?;
     let found = mauve_ide::call_items(&snapshot.db, &snapshot.workspaces, file, offset);
     Ok(some(found.into_iter().filter_map(|item| call_item(snapshot, item))))
 }
 
-/// Who calls it.
 pub(crate) fn incoming(
     snapshot: &Snapshot,
     params: &CallHierarchyIncomingCallsParams,
 ) -> Result<Option<Vec<CallHierarchyIncomingCall>>> {
     snapshot.complete()?;
-    let Some((uri, id)) = asked(&params.item.uri, params.item.data.as_ref()) else { return Ok(None) };
-    let (file, _) = snapshot.file(&TextDocumentIdentifier { uri })?;
+    let Some((file, id)) = asked(snapshot, &params.item.uri, &params.item.data)? else { return Ok(None) };
     let found = mauve_ide::incoming_calls(&snapshot.db, &snapshot.workspaces, file, id);
     let found = found.into_iter().filter_map(|Calls { item, ranges }| {
-        let from_ranges = ranges.iter().map(|range| range_in(snapshot, item.file, *range)).collect();
+        let lines = snapshot.lines(item.file);
+        let from_ranges = ranges.iter().map(|range| lines.range(*range)).collect();
         Some(CallHierarchyIncomingCall { from: call_item(snapshot, item)?, from_ranges })
     });
     Ok(Some(found.collect()))
 }
 
-/// What it calls.
 pub(crate) fn outgoing(
     snapshot: &Snapshot,
     params: &CallHierarchyOutgoingCallsParams,
 ) -> Result<Option<Vec<CallHierarchyOutgoingCall>>> {
     snapshot.complete()?;
-    let Some((uri, id)) = asked(&params.item.uri, params.item.data.as_ref()) else { return Ok(None) };
-    let (file, _) = snapshot.file(&TextDocumentIdentifier { uri })?;
+    let Some((file, id)) = asked(snapshot, &params.item.uri, &params.item.data)? else { return Ok(None) };
+    let lines = snapshot.lines(file);
     let found = mauve_ide::outgoing_calls(&snapshot.db, &snapshot.workspaces, file, id);
     let found = found.into_iter().filter_map(|Calls { item, ranges }| {
-        let from_ranges = ranges.iter().map(|range| range_in(snapshot, file, *range)).collect();
+        let from_ranges = ranges.iter().map(|range| lines.range(*range)).collect();
         Some(CallHierarchyOutgoingCall { to: call_item(snapshot, item)?, from_ranges })
     });
     Ok(Some(found.collect()))
@@ -63,37 +72,27 @@ pub(crate) fn prepare_types(
     snapshot: &Snapshot,
     params: &TypeHierarchyPrepareParams,
 ) -> Result<Option<Vec<TypeHierarchyItem>>> {
-    let at = &params.text_document_position_params;
-    let (file, _, offset) = snapshot.at(at)?;
+    let (file, _, offset) = snapshot.at(&params.text_document_position_params)?;
     let found = mauve_ide::type_items(&snapshot.db, &snapshot.workspaces, file, offset);
     Ok(some(found.into_iter().filter_map(|item| type_item(snapshot, item))))
 }
 
-/// The shells that it extends.
-pub(crate) fn supertypes(
+/// The shells that `find` returns for an item: those that it extends, or those that extend it.
+pub(crate) fn related_types(
     snapshot: &Snapshot,
-    params: &TypeHierarchySupertypesParams,
+    item: &TypeHierarchyItem,
+    find: fn(&dyn ModelDb, &[Workspace], File, &str) -> Vec<HierarchyItem>,
 ) -> Result<Option<Vec<TypeHierarchyItem>>> {
-    let Some((uri, id)) = asked(&params.item.uri, params.item.data.as_ref()) else { return Ok(None) };
-    let (file, _) = snapshot.file(&TextDocumentIdentifier { uri })?;
-    let found = mauve_ide::supertypes(&snapshot.db, &snapshot.workspaces, file, id);
+    let Some((file, id)) = asked(snapshot, &item.uri, &item.data)? else { return Ok(None) };
+    let found = find(&snapshot.db, &snapshot.workspaces, file, id);
     Ok(Some(found.into_iter().filter_map(|item| type_item(snapshot, item)).collect()))
 }
 
-/// The shells that extend it.
-pub(crate) fn subtypes(
-    snapshot: &Snapshot,
-    params: &TypeHierarchySubtypesParams,
-) -> Result<Option<Vec<TypeHierarchyItem>>> {
-    let Some((uri, id)) = asked(&params.item.uri, params.item.data.as_ref()) else { return Ok(None) };
-    let (file, _) = snapshot.file(&TextDocumentIdentifier { uri })?;
-    let found = mauve_ide::subtypes(&snapshot.db, &snapshot.workspaces, file, id);
-    Ok(Some(found.into_iter().filter_map(|item| type_item(snapshot, item)).collect()))
-}
-
-/// The file and the words that an item is known by, whatever has been edited since.
-fn asked<'a>(uri: &Url, data: Option<&'a Value>) -> Option<(Url, &'a str)> {
-    Some((uri.clone(), data?.as_str()?))
+/// The file and the id of an item. The id stays valid whatever has been edited since.
+fn asked<'a>(snapshot: &Snapshot, uri: &Url, data: &'a Option<Value>) -> Result<Option<(File, &'a str)>> {
+    let Some(id) = data.as_ref().and_then(Value::as_str) else { return Ok(None) };
+    let (file, _) = snapshot.file(&TextDocumentIdentifier { uri: uri.clone() })?;
+    Ok(Some((file, id)))
 }
 
 fn some<T>(found: impl Iterator<Item = T>) -> Option<Vec<T>> {
@@ -102,31 +101,9 @@ fn some<T>(found: impl Iterator<Item = T>) -> Option<Vec<T>> {
 }
 
 fn call_item(snapshot: &Snapshot, item: HierarchyItem) -> Option<CallHierarchyItem> {
-    Some(CallHierarchyItem {
-        uri: snapshot.url(item.file)?,
-        range: range_in(snapshot, item.file, item.range),
-        selection_range: range_in(snapshot, item.file, item.name_range),
-        kind: kind(item.kind, snapshot.capabilities.symbol_kinds),
-        tags: None,
-        detail: (!item.detail.is_empty()).then_some(item.detail),
-        name: item.name,
-        data: Some(Value::String(item.id)),
-    })
+    item!(CallHierarchyItem, snapshot, item)
 }
 
 fn type_item(snapshot: &Snapshot, item: HierarchyItem) -> Option<TypeHierarchyItem> {
-    Some(TypeHierarchyItem {
-        uri: snapshot.url(item.file)?,
-        range: range_in(snapshot, item.file, item.range),
-        selection_range: range_in(snapshot, item.file, item.name_range),
-        kind: kind(item.kind, snapshot.capabilities.symbol_kinds),
-        tags: None,
-        detail: (!item.detail.is_empty()).then_some(item.detail),
-        name: item.name,
-        data: Some(Value::String(item.id)),
-    })
-}
-
-fn range_in(snapshot: &Snapshot, file: mauve_hir::File, range: TextRange) -> Range {
-    line_index(&snapshot.db, file).range(range, snapshot.capabilities.encoding)
+    item!(TypeHierarchyItem, snapshot, item)
 }

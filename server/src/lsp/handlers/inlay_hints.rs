@@ -27,19 +27,18 @@ pub(crate) fn inlay_hints(
     }
     snapshot.complete()?;
     let (file, lines) = snapshot.file(&params.text_document)?;
-    let encoding = snapshot.capabilities.encoding;
-    let range = lines.text_range(params.range, encoding);
+    let range = lines.text_range(params.range);
     let hints =
         mauve_ide::inlay_hints(&snapshot.db, &snapshot.workspaces, file, range, snapshot.settings.hints);
-    let version = snapshot.documents.get(&params.text_document.uri).map(|document| document.version);
+    let version = snapshot.version(&params.text_document.uri);
     let hints = hints.into_iter().map(|hint| {
         let explained = hint.explained_at.map(|offset| Explained {
             document: params.text_document.clone(),
             version,
-            at: lines.position(offset, encoding),
+            at: lines.position(offset),
         });
         lsp_types::InlayHint {
-            position: lines.position(hint.offset, encoding),
+            position: lines.position(hint.offset),
             // What stands within a line brings its own space.
             padding_left: Some(!hint.label.starts_with(' ')),
             label: InlayHintLabel::String(hint.label),
@@ -56,11 +55,11 @@ pub(crate) fn inlay_hints(
 /// A hint with its explanation.
 pub(crate) fn resolve(snapshot: &Snapshot, hint: &lsp_types::InlayHint) -> Result<lsp_types::InlayHint> {
     let mut hint = hint.clone();
-    let explained = hint.data.clone().and_then(|data| serde_json::from_value::<Explained>(data).ok());
+    let explained = hint.data.as_ref().and_then(|data| Explained::deserialize(data).ok());
     let Some(Explained { document, version, at }) = explained else { return Ok(hint) };
     snapshot.unchanged(&document, version)?;
     let (file, lines) = snapshot.file(&document)?;
-    let offset = lines.offset(at, snapshot.capabilities.encoding);
+    let offset = lines.offset(at);
     if let Some(hover) = mauve_ide::hover(&snapshot.db, &snapshot.workspaces, file, offset) {
         hint.tooltip = Some(InlayHintTooltip::MarkupContent(content(snapshot, hover.markdown)));
     }

@@ -18,11 +18,10 @@ pub(crate) fn prepare(
     params: &TextDocumentPositionParams,
 ) -> Result<Option<PrepareRenameResponse>> {
     let (file, lines, offset) = snapshot.at(params)?;
-    let encoding = snapshot.capabilities.encoding;
-    let found = mauve_ide::prepare_rename(&snapshot.db, &snapshot.workspaces, file, offset);
-    let found = found.map_err(refused)?;
+    let found =
+        mauve_ide::prepare_rename(&snapshot.db, &snapshot.workspaces, file, offset).map_err(refused)?;
     Ok(Some(PrepareRenameResponse::RangeWithPlaceholder {
-        range: lines.range(found.range, encoding),
+        range: lines.range(found.range),
         placeholder: found.name,
     }))
 }
@@ -31,8 +30,7 @@ pub(crate) fn prepare(
 pub(crate) fn rename(snapshot: &Snapshot, params: &RenameParams) -> Result<Option<WorkspaceEdit>> {
     // What is not read yet may have a use of it.
     snapshot.complete()?;
-    let at = &params.text_document_position;
-    let (file, _, offset) = snapshot.at(at)?;
+    let (file, _, offset) = snapshot.at(&params.text_document_position)?;
     let (db, workspaces) = (&snapshot.db, &snapshot.workspaces);
     let change = mauve_ide::rename(db, workspaces, file, offset, &params.new_name).map_err(refused)?;
     edit(snapshot, &change, &format!("Rename to `{}`", params.new_name))

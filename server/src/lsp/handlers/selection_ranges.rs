@@ -17,19 +17,19 @@ pub(crate) fn selection_ranges(
 ) -> Result<Option<Vec<SelectionRange>>> {
     let (file, lines) = snapshot.file(&params.text_document)?;
     let ranges = params.positions.iter().map(|position| {
-        let offset = lines.offset(*position, snapshot.capabilities.encoding);
-        nested(snapshot, lines, &mauve_ide::selection_ranges(&snapshot.db, file, offset))
+        let offset = lines.offset(*position);
+        nested(lines, &mauve_ide::selection_ranges(&snapshot.db, file, offset))
     });
     // One for each, or none at all.
     Ok(ranges.collect())
 }
 
-fn nested(snapshot: &Snapshot, lines: LineIndex<'_>, ranges: &[TextRange]) -> Option<SelectionRange> {
+fn nested(lines: LineIndex<'_>, ranges: &[TextRange]) -> Option<SelectionRange> {
     let (last, inner) = ranges.split_last()?;
     let mut found: Option<SelectionRange> = None;
     // The least of them, and the file.
     for range in std::iter::once(last).chain(inner.iter().take(MOST - 1).rev()) {
-        let range = lines.range(*range, snapshot.capabilities.encoding);
+        let range = lines.range(*range);
         found = Some(SelectionRange { range, parent: found.map(Box::new) });
     }
     found

@@ -70,7 +70,7 @@ pub(crate) fn range(
     params: &SemanticTokensRangeParams,
 ) -> Result<Option<SemanticTokensRangeResult>> {
     let (file, lines) = snapshot.file(&params.text_document)?;
-    let range = lines.text_range(params.range, snapshot.capabilities.encoding);
+    let range = lines.text_range(params.range);
     let data = encoded(snapshot, file, lines, Some(range)).to_vec();
     note(snapshot, &params.text_document.uri, file, None);
     Ok(Some(SemanticTokensRangeResult::Tokens(SemanticTokens { result_id: None, data })))
@@ -100,14 +100,13 @@ fn encoded(
     range: Option<TextRange>,
 ) -> Arc<[SemanticToken]> {
     let legend = snapshot.capabilities.tokens;
-    let encoding = snapshot.capabilities.encoding;
     let found =
         mauve_ide::semantic_tokens(&snapshot.db, &snapshot.workspaces, file, range, legend.with_words);
     let mut types: HashMap<TokenKind, Option<u32>> = HashMap::new();
     let (mut line, mut column) = (0, 0);
     let tokens = found.iter().filter_map(|token| {
         let token_type = (*types.entry(token.kind).or_insert_with(|| legend.type_of(token.kind)))?;
-        let range = lines.range(token.range, encoding);
+        let range = lines.range(token.range);
         if range.start.line != line {
             column = 0;
         }

@@ -14,8 +14,7 @@ pub(crate) fn signature_help(
     snapshot: &Snapshot,
     params: &SignatureHelpParams,
 ) -> Result<Option<SignatureHelp>> {
-    let at = &params.text_document_position_params;
-    let (file, _, offset) = snapshot.at(at)?;
+    let (file, _, offset) = snapshot.at(&params.text_document_position_params)?;
     let found = mauve_ide::signature_help(&snapshot.db, &snapshot.workspaces, file, offset);
     // What the user has chosen of several stays chosen.
     let chosen = params.context.as_ref().and_then(|it| it.active_signature_help.as_ref()?.active_signature);
@@ -31,14 +30,13 @@ pub(crate) fn signature_help(
 
 fn information(snapshot: &Snapshot, signature: Signature) -> SignatureInformation {
     let capabilities = snapshot.capabilities;
-    let text = |range: &std::ops::Range<usize>| signature.label.get(range.clone()).unwrap_or_default();
     // Places in a label are counted as in a text of UTF-16, whatever the encoding of positions is.
     let units = |end: usize| signature.label.get(..end).map_or(0, |text| text.encode_utf16().count() as u32);
     let parameter = |range: &mauve_syntax::TextRange| {
         let range = std::ops::Range::<usize>::from(*range);
         let label = match capabilities.label_offsets {
             true => ParameterLabel::LabelOffsets([units(range.start), units(range.end)]),
-            false => ParameterLabel::Simple(text(&range).to_owned()),
+            false => ParameterLabel::Simple(signature.label.get(range).unwrap_or_default().to_owned()),
         };
         ParameterInformation { label, documentation: None }
     };

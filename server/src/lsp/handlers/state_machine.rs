@@ -165,7 +165,7 @@ fn component_of<'db>(
     let Some(position) = params.position else {
         return Err(Error::invalid_params("mauve/stateMachine takes a `position` or a `component`"));
     };
-    let offset = lines.offset(position, snapshot.capabilities.encoding);
+    let offset = lines.offset(position);
     component_at(db, &snapshot.workspaces, file, offset)
         .ok_or_else(|| Error::invalid_params("no component is declared, instantiated or run here"))
 }

@@ -1,10 +1,9 @@
 //! `workspace/symbol`. A place costs nothing to find, so that nothing is left for `workspaceSymbol/resolve`.
 
 use tower_lsp::jsonrpc::Result;
-use tower_lsp::lsp_types::{Location, SymbolInformation, WorkspaceSymbolParams};
+use tower_lsp::lsp_types::{SymbolInformation, WorkspaceSymbolParams};
 
 use super::document_symbols::kind;
-use crate::lsp::position::line_index;
 use crate::lsp::snapshot::Snapshot;
 
 /// More than these nobody reads; another letter leaves fewer.
@@ -15,17 +14,15 @@ pub(crate) fn workspace_symbols(
     snapshot: &Snapshot,
     params: &WorkspaceSymbolParams,
 ) -> Result<Option<Vec<SymbolInformation>>> {
-    let capabilities = snapshot.capabilities;
     let found = mauve_ide::workspace_symbols(&snapshot.db, &snapshot.workspaces, &params.query, MOST);
     let symbols = found.into_iter().filter_map(|symbol| {
-        let range = line_index(&snapshot.db, symbol.file).range(symbol.range, capabilities.encoding);
         #[allow(deprecated, reason = "the field must be given")]
         Some(SymbolInformation {
             name: symbol.name,
-            kind: kind(symbol.kind, capabilities.workspace_symbol_kinds),
+            kind: kind(symbol.kind, snapshot.capabilities.workspace_symbol_kinds),
             tags: None,
             deprecated: None,
-            location: Location { uri: snapshot.url(symbol.file)?, range },
+            location: snapshot.location(symbol.file, symbol.range)?,
             container_name: (!symbol.container.is_empty()).then_some(symbol.container),
         })
     });
