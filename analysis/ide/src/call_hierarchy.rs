@@ -13,7 +13,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use crate::definition::names;
 use crate::document_symbols::SymbolKind;
 use crate::hierarchy::{HierarchyItem, declaration_of, id_of, item_of};
-use crate::occurrences::{Found, Meaning, Role, in_declaration, occurrences_of};
+use crate::occurrences::{Definition, Found, Role, in_declaration, occurrences_of};
 use crate::project::projects_with;
 
 /// Calls between two nodes.
@@ -70,9 +70,9 @@ pub fn incoming_calls(db: &dyn ModelDb, workspaces: &[Workspace], file: File, id
     for project in projects_with(db, workspaces, file) {
         // What calls it, in whichever core; and in its own.
         let (anywhere, inside) = match &node {
-            Node::Codel(codel) => (vec![Meaning::Declaration(*codel)], None),
+            Node::Codel(codel) => (vec![Definition::Declaration(*codel)], None),
             Node::Operation(shell, id) => {
-                let operation = Meaning::At(Location::Source(*shell, *id));
+                let operation = Definition::At(Location::Source(*shell, *id));
                 let mut all = requirers(db, project, &operation);
                 all.push(operation);
                 (all, None)
@@ -82,14 +82,15 @@ pub fn incoming_calls(db: &dyn ModelDb, workspaces: &[Workspace], file: File, id
                 None => continue,
             },
         };
-        let anywhere: FxHashSet<Meaning<'_>> = anywhere.into_iter().collect();
+        let anywhere: FxHashSet<Definition<'_>> = anywhere.into_iter().collect();
         for &core in names_of(db, project).all.iter().filter(|decl| decl.kind(db) == Kind::Core) {
             db.unwind_if_revision_cancelled();
             let own = inside.as_ref().filter(|(of, _)| *of == core).map(|(_, operation)| operation);
             let calls = in_declaration(db, project, core).into_iter();
             let calls: Vec<Found<'_>> = calls
                 .filter(|it| {
-                    it.role == Role::Call && (own == Some(&it.meaning) || anywhere.contains(&it.meaning))
+                    it.role == Role::Call
+                        && (own == Some(&it.definition) || anywhere.contains(&it.definition))
                 })
                 .collect();
             if calls.is_empty() {
@@ -122,7 +123,7 @@ pub fn outgoing_calls(db: &dyn ModelDb, workspaces: &[Workspace], file: File, id
             Node::Operation(shell, id) => {
                 let place = Location::Source(*shell, *id);
                 let range = place.range(db);
-                for provider in providers(db, project, &Meaning::At(place)) {
+                for provider in providers(db, project, &Definition::At(place)) {
                     for node in provided(db, project, &provider) {
                         found.add(node.item(db), range);
                     }
@@ -206,7 +207,7 @@ impl<'db> Program<'db> {
     }
 
     /// The operation that it defines.
-    fn operation(&self, db: &'db dyn ModelDb, project: Project<'db>) -> Option<Meaning<'db>> {
+    fn operation(&self, db: &'db dyn ModelDb, project: Project<'db>) -> Option<Definition<'db>> {
         let mut defined = definitions_in(db, project, self.core).iter();
         let is_it = |id: SourceId| Location::Source(self.core, id).range(db) == self.name_range;
         defined.find(|(_, id)| is_it(*id)).map(|(operation, _)| operation.clone())
@@ -219,7 +220,7 @@ fn definitions_in<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
-) -> Vec<(Meaning<'db>, SourceId)> {
+) -> Vec<(Definition<'db>, SourceId)> {
     if core(db, of).is_none_or(|data| data.operations.is_empty()) {
         return Vec::new();
     }
@@ -227,7 +228,7 @@ fn definitions_in<'db>(
     let defined = all.filter(|it| {
         it.kind == SymbolKind::Operation && matches!(it.role, Role::Declaration | Role::Definition)
     });
-    defined.map(|it| (it.meaning.clone(), it.id)).collect()
+    defined.map(|it| (it.definition.clone(), it.id)).collect()
 }
 
 /// The programs of a project by the operations that they define: cores, with the names there.
@@ -235,8 +236,8 @@ fn definitions_in<'db>(
 fn definitions<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
-) -> FxHashMap<Meaning<'db>, Vec<Location<'db>>> {
-    let mut found: FxHashMap<Meaning<'db>, Vec<Location<'db>>> = FxHashMap::default();
+) -> FxHashMap<Definition<'db>, Vec<Location<'db>>> {
+    let mut found: FxHashMap<Definition<'db>, Vec<Location<'db>>> = FxHashMap::default();
     for &core in names_of(db, project).all.iter().filter(|decl| decl.kind(db) == Kind::Core) {
         for (operation, id) in definitions_in(db, project, core) {
             found.entry(operation.clone()).or_default().push(Location::Source(core, *id));
@@ -300,16 +301,16 @@ fn node<'db>(db: &'db dyn ModelDb, file: File, id: &str) -> Option<Node<'db>> {
 
 /// What a name leads to: a codel, or an operation as the cores define it.
 fn nodes_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, name: &Found<'db>) -> Vec<Node<'db>> {
-    match &name.meaning {
-        Meaning::Declaration(decl) if decl.kind(db) == Kind::Codel => vec![Node::Codel(*decl)],
-        Meaning::At(_) if name.kind == SymbolKind::Operation => match name.of {
+    match &name.definition {
+        Definition::Declaration(decl) if decl.kind(db) == Kind::Codel => vec![Node::Codel(*decl)],
+        Definition::At(_) if name.kind == SymbolKind::Operation => match name.of {
             Some(of) if of.kind(db) == Kind::Core => called(db, project, of, name),
-            _ => provided(db, project, &name.meaning),
+            _ => provided(db, project, &name.definition),
         },
-        Meaning::At(Location::Source(core, _)) if core.kind(db) == Kind::Core => {
+        Definition::At(Location::Source(core, _)) if core.kind(db) == Kind::Core => {
             // A method, a hook or a transition in the key of a table.
-            let range = match &name.meaning {
-                Meaning::At(place) => place.range(db),
+            let range = match &name.definition {
+                Definition::At(place) => place.range(db),
                 _ => return Vec::new(),
             };
             let programs = programs_of(db, *core).into_iter();
@@ -326,8 +327,8 @@ fn called<'db>(
     core: Decl<'db>,
     call: &Found<'db>,
 ) -> Vec<Node<'db>> {
-    let operation = match &call.meaning {
-        Meaning::Declaration(codel) => return vec![Node::Codel(*codel)],
+    let operation = match &call.definition {
+        Definition::Declaration(codel) => return vec![Node::Codel(*codel)],
         operation => operation,
     };
     let own = provided_by(db, project, operation).filter(|it| it.core == core).map(Node::Program);
@@ -341,10 +342,10 @@ fn called<'db>(
 }
 
 /// What cores do for an operation; where none does anything, the operation itself.
-fn provided<'db>(db: &'db dyn ModelDb, project: Project<'db>, operation: &Meaning<'db>) -> Vec<Node<'db>> {
+fn provided<'db>(db: &'db dyn ModelDb, project: Project<'db>, operation: &Definition<'db>) -> Vec<Node<'db>> {
     let nodes: Vec<Node<'db>> = provided_by(db, project, operation).map(Node::Program).collect();
     match operation {
-        Meaning::At(Location::Source(of, id)) if nodes.is_empty() && of.kind(db) == Kind::Shell => {
+        Definition::At(Location::Source(of, id)) if nodes.is_empty() && of.kind(db) == Kind::Shell => {
             vec![Node::Operation(*of, *id)]
         }
         _ => nodes,
@@ -355,7 +356,7 @@ fn provided<'db>(db: &'db dyn ModelDb, project: Project<'db>, operation: &Meanin
 fn provided_by<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
-    operation: &Meaning<'db>,
+    operation: &Definition<'db>,
 ) -> impl Iterator<Item = Program<'db>> {
     let names = definitions(db, project).get(operation).into_iter().flatten();
     names.filter_map(|name| definition_at(db, name))
@@ -441,13 +442,17 @@ fn programs_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Vec<Program<'db>> {
 pub(crate) fn providers<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
-    required: &Meaning<'db>,
-) -> Vec<Meaning<'db>> {
+    required: &Definition<'db>,
+) -> Vec<Definition<'db>> {
     connected_operations(db, project).providers.get(required).cloned().unwrap_or_default()
 }
 
 /// The required operations that a provided one is connected to.
-fn requirers<'db>(db: &'db dyn ModelDb, project: Project<'db>, provided: &Meaning<'db>) -> Vec<Meaning<'db>> {
+fn requirers<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    provided: &Definition<'db>,
+) -> Vec<Definition<'db>> {
     connected_operations(db, project).requirers.get(provided).cloned().unwrap_or_default()
 }
 
@@ -455,9 +460,9 @@ fn requirers<'db>(db: &'db dyn ModelDb, project: Project<'db>, provided: &Meanin
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
 struct Connected<'db> {
     /// By the required one.
-    providers: FxHashMap<Meaning<'db>, Vec<Meaning<'db>>>,
+    providers: FxHashMap<Definition<'db>, Vec<Definition<'db>>>,
     /// By the provided one.
-    requirers: FxHashMap<Meaning<'db>, Vec<Meaning<'db>>>,
+    requirers: FxHashMap<Definition<'db>, Vec<Definition<'db>>>,
 }
 
 #[salsa::tracked(returns(ref))]
@@ -470,7 +475,7 @@ fn connected_operations<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Con
             let shell = shell_of(db, project, flat.instance(instance)?.component?)?;
             let feature = features_of(db, project, shell).get(operation)?;
             let id = feature.data(db)?.name.id;
-            Some((feature.kind, Meaning::At(Location::Source(feature.shell, id))))
+            Some((feature.kind, Definition::At(Location::Source(feature.shell, id))))
         };
         for link in flat.links.iter().filter(|link| link.operation) {
             let pair = match (end(&link.source), end(&link.target)) {

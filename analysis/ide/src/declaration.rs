@@ -4,7 +4,7 @@
 use mauve_hir::{File, ModelDb, Workspace};
 use mauve_syntax::TextSize;
 
-use crate::definition::{Definition, destination, names, targets};
+use crate::definition::{Navigation, destination, names, targets};
 
 /// Where the name at `offset` is declared, in any of the projects that have the file.
 ///
@@ -23,6 +23,6 @@ pub fn declaration(
     workspaces: &[Workspace],
     file: File,
     offset: TextSize,
-) -> Option<Definition> {
-    destination(&names(db, workspaces, file, offset), |project, name| targets(db, project, &name.meaning))
+) -> Option<Navigation> {
+    destination(&names(db, workspaces, file, offset), |project, name| targets(db, project, &name.definition))
 }

@@ -6,12 +6,12 @@ use mauve_hir::{Decl, File, Location, ModelDb, Project, Workspace, declaration_m
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{TextRange, TextSize};
 
-use crate::occurrences::{Found, Meaning, Role, in_declaration, names_at};
+use crate::occurrences::{Definition, Found, Role, in_declaration, names_at};
 use crate::project::projects_with;
 
 /// A name, and where it is declared.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Definition {
+pub struct Navigation {
     /// The name that was asked about.
     pub origin: TextRange,
     /// Where it is declared; several, where several projects or blocks do so.
@@ -37,7 +37,7 @@ pub fn definition(
     workspaces: &[Workspace],
     file: File,
     offset: TextSize,
-) -> Option<Definition> {
+) -> Option<Navigation> {
     definition_of(db, &names(db, workspaces, file, offset))
 }
 
@@ -45,16 +45,16 @@ pub fn definition(
 pub(crate) fn definition_of<'db>(
     db: &'db dyn ModelDb,
     names: &[(Project<'db>, Found<'db>)],
-) -> Option<Definition> {
+) -> Option<Navigation> {
     destination(names, |project, name| {
         let of_call = name.of.filter(|_| name.role == Role::Call);
         let executed = of_call.and_then(|of| {
             let mut names = in_declaration(db, project, of).into_iter();
-            names.find(|it| it.role == Role::Definition && it.meaning == name.meaning)
+            names.find(|it| it.role == Role::Definition && it.definition == name.definition)
         });
         match executed {
             Some(it) => vec![Target { file: it.file, range: it.range, name: it.range }],
-            None => targets(db, project, &name.meaning),
+            None => targets(db, project, &name.definition),
         }
     })
 }
@@ -63,9 +63,9 @@ pub(crate) fn definition_of<'db>(
 pub(crate) fn destination<'db>(
     names: &[(Project<'db>, Found<'db>)],
     mut targets: impl FnMut(Project<'db>, &Found<'db>) -> Vec<Target>,
-) -> Option<Definition> {
+) -> Option<Navigation> {
     let (_, first) = names.first()?;
-    let mut found = Definition { origin: first.range, targets: Vec::new(), files: Vec::new() };
+    let mut found = Navigation { origin: first.range, targets: Vec::new(), files: Vec::new() };
     for (project, name) in names {
         for target in targets(*project, name) {
             if !found.targets.contains(&target) {
@@ -78,13 +78,13 @@ pub(crate) fn destination<'db>(
 
 /// Adds the files that these names lead to, each file once.
 pub(crate) fn with_files<'db>(
-    mut found: Option<Definition>,
+    mut found: Option<Navigation>,
     names: &[(Project<'db>, Found<'db>)],
     file_of: impl Fn(Project<'db>, &Found<'db>) -> Option<PathBuf>,
-) -> Option<Definition> {
+) -> Option<Navigation> {
     for (project, name) in names {
         let Some(file) = file_of(*project, name) else { continue };
-        let empty = Definition { origin: name.range, targets: Vec::new(), files: Vec::new() };
+        let empty = Navigation { origin: name.range, targets: Vec::new(), files: Vec::new() };
         let files = &mut found.get_or_insert(empty).files;
         if !files.contains(&file) {
             files.push(file);
@@ -109,19 +109,19 @@ pub(crate) fn names<'db>(
 pub(crate) fn targets<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
-    meaning: &Meaning<'db>,
+    definition: &Definition<'db>,
 ) -> Vec<Target> {
-    match meaning {
-        Meaning::Declaration(decl) => of_declaration(db, *decl).into_iter().collect(),
-        Meaning::At(place) => {
+    match definition {
+        Definition::Declaration(decl) => of_declaration(db, *decl).into_iter().collect(),
+        Definition::At(place) => {
             let range = place.range(db);
             vec![Target { file: place.file(db), range, name: range }]
         }
-        Meaning::File(file) => {
+        Definition::File(file) => {
             let start = TextRange::empty(0.into());
             vec![Target { file: *file, range: start, name: start }]
         }
-        Meaning::Library(library) => {
+        Definition::Library(library) => {
             let of_file = |&file: &File| {
                 let source = parse(db, file).file();
                 let blocks = source.items().filter_map(|item| match item {
@@ -136,7 +136,7 @@ pub(crate) fn targets<'db>(
             };
             project_files(db, project).iter().flat_map(of_file).collect()
         }
-        Meaning::Package(_) | Meaning::Message(..) | Meaning::Type(_) => Vec::new(),
+        Definition::Package(_) | Definition::Message(..) | Definition::Type(_) => Vec::new(),
     }
 }
 

@@ -85,7 +85,7 @@ pub(crate) fn broken(text: &str, step: usize) -> Vec<String> {
 }
 
 /// Where a name leads: file, line and text of each target, and other files.
-pub(crate) fn shown(db: &Database, found: Option<crate::Definition>) -> String {
+pub(crate) fn shown(db: &Database, found: Option<crate::Navigation>) -> String {
     let mut shown = String::new();
     let Some(found) = found else { return shown };
     for target in found.targets {

@@ -18,7 +18,7 @@ use mauve_wcrt::{Lookup, Query, response_times, timetable_of};
 use crate::definition::{Target, definition_of, names};
 use crate::explanation::explain_response;
 use crate::markdown;
-use crate::occurrences::Meaning;
+use crate::occurrences::Definition;
 use crate::project::{name_of_root, projects_with};
 
 /// So many lines of a message are shown.
@@ -102,7 +102,7 @@ fn of_name(db: &dyn ModelDb, workspaces: &[Workspace], file: File, offset: TextS
         }
     }
     for (project, name) in names {
-        if let Meaning::Declaration(codel) = name.meaning
+        if let Definition::Declaration(codel) = name.definition
             && codel.kind(db) == Kind::Codel
         {
             let times = times(db, project, codel);

@@ -10,9 +10,9 @@ use mauve_syntax::TextSize;
 use mauve_wcrt::table_files;
 
 use crate::call_hierarchy::providers;
-use crate::definition::{Definition, Target, destination, names, of_declaration, with_files};
+use crate::definition::{Navigation, Target, destination, names, of_declaration, with_files};
 use crate::document_symbols::SymbolKind;
-use crate::occurrences::{Meaning, Role, in_declaration, names_in};
+use crate::occurrences::{Definition, Role, in_declaration, names_in};
 
 /// What implements what is named at `offset`. The file of a codel is named whether it is there or not.
 ///
@@ -30,21 +30,21 @@ pub fn implementation(
     workspaces: &[Workspace],
     file: File,
     offset: TextSize,
-) -> Option<Definition> {
+) -> Option<Navigation> {
     let names = names(db, workspaces, file, offset);
-    let found = destination(&names, |project, name| match &name.meaning {
-        Meaning::Declaration(decl) => of_declared(db, project, *decl),
-        Meaning::At(_) if name.kind == SymbolKind::Operation => {
-            let mut found = definitions(db, project, &name.meaning);
-            for provider in providers(db, project, &name.meaning) {
+    let found = destination(&names, |project, name| match &name.definition {
+        Definition::Declaration(decl) => of_declared(db, project, *decl),
+        Definition::At(_) if name.kind == SymbolKind::Operation => {
+            let mut found = definitions(db, project, &name.definition);
+            for provider in providers(db, project, &name.definition) {
                 found.extend(definitions(db, project, &provider));
             }
             found
         }
         _ => Vec::new(),
     });
-    with_files(found, &names, |project, name| match name.meaning {
-        Meaning::Declaration(decl) => codel_file(db, project, decl),
+    with_files(found, &names, |project, name| match name.definition {
+        Definition::Declaration(decl) => codel_file(db, project, decl),
         _ => None,
     })
 }
@@ -82,7 +82,7 @@ fn in_tables<'db>(db: &'db dyn ModelDb, project: Project<'db>, codel: Decl<'db>)
     let mut found = Vec::new();
     for &file in &table_files(db, project.workspace(db)).files {
         let names = names_in(db, project, file).into_iter();
-        let names = names.filter(|it| it.meaning == Meaning::Declaration(codel));
+        let names = names.filter(|it| it.definition == Definition::Declaration(codel));
         found.extend(names.map(|it| Target { file, range: it.range, name: it.range }));
     }
     found
@@ -92,12 +92,12 @@ fn in_tables<'db>(db: &'db dyn ModelDb, project: Project<'db>, codel: Decl<'db>)
 pub(crate) fn definitions<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
-    operation: &Meaning<'db>,
+    operation: &Definition<'db>,
 ) -> Vec<Target> {
-    let Meaning::At(Location::Source(..)) = operation else { return Vec::new() };
+    let Definition::At(Location::Source(..)) = operation else { return Vec::new() };
     let cores = names_of(db, project).all.iter().filter(|decl| decl.kind(db) == Kind::Core);
     let names = cores.flat_map(|&core| in_declaration(db, project, core));
-    let defined = names.filter(|it| it.role == Role::Definition && it.meaning == *operation);
+    let defined = names.filter(|it| it.role == Role::Definition && it.definition == *operation);
     defined.map(|it| Target { file: it.file, range: it.range, name: it.range }).collect()
 }
 

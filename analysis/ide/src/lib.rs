@@ -79,7 +79,7 @@ pub use code_actions::{ActionKind, ActionQuestion, Changes, CodeAction, code_act
 pub use code_lens::{CodeLens, Lens, LensAction, LensKind, code_lens_at, code_lenses, resolve_code_lens};
 pub use completion::{Completion, CompletionKind, Completions, Subject, completions, documentation};
 pub use declaration::declaration;
-pub use definition::{Definition, Target, definition};
+pub use definition::{Navigation, Target, definition};
 pub use document_links::{DocumentLink, document_links};
 pub use document_symbols::{Symbol, SymbolKind, document_symbols};
 pub use drawing::Drawing;

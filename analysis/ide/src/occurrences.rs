@@ -18,9 +18,9 @@ use mauve_syntax::{TextRange, TextSize};
 
 use crate::document_symbols::SymbolKind;
 
-/// What a name stands for: two names stand for the same thing where these are equal.
+/// What a name refers to: two names refer to the same definition where these are equal.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
-pub(crate) enum Meaning<'db> {
+pub(crate) enum Definition<'db> {
     /// A declaration.
     Declaration(Decl<'db>),
     /// Something that is declared in one, by the place of its name there.
@@ -60,7 +60,7 @@ pub(crate) struct Occurrence<'db> {
     pub(crate) id: SourceId,
     /// Where a part is `library.Name`: which of them.
     pub(crate) segment: Option<usize>,
-    pub(crate) meaning: Meaning<'db>,
+    pub(crate) definition: Definition<'db>,
     /// What it stands for is one of these.
     pub(crate) kind: SymbolKind,
     pub(crate) role: Role,
@@ -74,7 +74,7 @@ pub(crate) struct Found<'db> {
     pub(crate) of: Option<Decl<'db>>,
     /// Without quotes.
     pub(crate) range: TextRange,
-    pub(crate) meaning: Meaning<'db>,
+    pub(crate) definition: Definition<'db>,
     pub(crate) kind: SymbolKind,
     pub(crate) role: Role,
 }
@@ -124,12 +124,12 @@ pub(crate) fn escaped_in<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     file: File,
-) -> Vec<(TextRange, Meaning<'db>)> {
+) -> Vec<(TextRange, Definition<'db>)> {
     if mauve_hir::is_model(file.path(db)) {
         return Vec::new();
     }
     let escaped = toml::in_toml(db, project, file).escaped.iter();
-    escaped.map(|it| (it.range, it.meaning.clone())).collect()
+    escaped.map(|it| (it.range, it.definition.clone())).collect()
 }
 
 /// The names of a declaration with their places.
@@ -151,8 +151,8 @@ impl<'db> Occurrence<'db> {
             Some(index) => segment(decl.file(db).text(db).get(std::ops::Range::<usize>::from(whole))?, index)
                 .map(|range| range + whole.start())?,
         };
-        let (meaning, kind, role) = (self.meaning.clone(), self.kind, self.role);
-        Some(Found { file: decl.file(db), of: Some(decl), range, meaning, kind, role })
+        let (definition, kind, role) = (self.definition.clone(), self.kind, self.role);
+        Some(Found { file: decl.file(db), of: Some(decl), range, definition, kind, role })
     }
 }
 
@@ -177,25 +177,25 @@ pub(crate) fn outside_declarations<'db>(
         .zip(&source_map(db, file).includes)
         .filter_map(|(target, &range)| {
             let range = unquoted(file.text(db), range);
-            let meaning = Meaning::File((*target)?);
-            Some(mention(file, range, meaning, SymbolKind::File))
+            let definition = Definition::File((*target)?);
+            Some(mention(file, range, definition, SymbolKind::File))
         })
         .collect();
     let source = parse(db, file).file();
     found.extend(source.items().filter_map(|item| match item {
         ast::Item::Library(library) => {
             let name = library.name()?;
-            let meaning = Meaning::Library(name.syntax().text().to_string().into());
+            let definition = Definition::Library(name.syntax().text().to_string().into());
             let range = name.syntax().text_range();
-            Some(Found { role: Role::Declaration, ..mention(file, range, meaning, SymbolKind::Library) })
+            Some(Found { role: Role::Declaration, ..mention(file, range, definition, SymbolKind::Library) })
         }
         _ => None,
     }));
     found
 }
 
-fn mention(file: File, range: TextRange, meaning: Meaning<'_>, kind: SymbolKind) -> Found<'_> {
-    Found { file, of: None, range, meaning, kind, role: Role::Mention }
+fn mention(file: File, range: TextRange, definition: Definition<'_>, kind: SymbolKind) -> Found<'_> {
+    Found { file, of: None, range, definition, kind, role: Role::Mention }
 }
 
 /// A range without the quotes that it begins and ends with.
@@ -233,24 +233,24 @@ impl<'db> Finder<'db> {
         Finder { db, project, of, found: Vec::new() }
     }
 
-    fn add(&mut self, name: &NameRef, meaning: Meaning<'db>, kind: SymbolKind, role: Role) {
+    fn add(&mut self, name: &NameRef, definition: Definition<'db>, kind: SymbolKind, role: Role) {
         if !name.name.is_empty() {
-            self.found.push(Occurrence { id: name.id, segment: None, meaning, kind, role });
+            self.found.push(Occurrence { id: name.id, segment: None, definition, kind, role });
         }
     }
 
     /// A name that declares itself.
     fn declares(&mut self, name: &NameRef, kind: SymbolKind) {
-        self.add(name, Meaning::At(Location::Source(self.of, name.id)), kind, Role::Declaration);
+        self.add(name, Definition::At(Location::Source(self.of, name.id)), kind, Role::Declaration);
     }
 
     fn data(&mut self, data: &'db Data) {
         let name = NameRef { name: self.of.name(self.db).clone(), id: SourceId(0) };
-        let declaration = Meaning::Declaration(self.of);
+        let declaration = Definition::Declaration(self.of);
         let kind = match data {
             Data::Use => {
-                let (meaning, kind) = self.library(&name.name);
-                self.add(&name, meaning, kind, Role::Mention);
+                let (definition, kind) = self.library(&name.name);
+                self.add(&name, definition, kind, Role::Mention);
                 return;
             }
             Data::Codel(codel) => {
@@ -284,17 +284,17 @@ impl<'db> Finder<'db> {
     }
 
     /// A library of the project, or else a package of messages.
-    fn library(&self, name: &Name) -> (Meaning<'db>, SymbolKind) {
+    fn library(&self, name: &Name) -> (Definition<'db>, SymbolKind) {
         match names_of(self.db, self.project).has_library(name) {
-            true => (Meaning::Library(name.clone()), SymbolKind::Library),
-            false => (Meaning::Package(name.clone()), SymbolKind::Package),
+            true => (Definition::Library(name.clone()), SymbolKind::Library),
+            false => (Definition::Package(name.clone()), SymbolKind::Package),
         }
     }
 
-    fn segment(&mut self, ty: &TypeRef, index: usize, meaning: Meaning<'db>, kind: SymbolKind) {
+    fn segment(&mut self, ty: &TypeRef, index: usize, definition: Definition<'db>, kind: SymbolKind) {
         if ty.path.get(index).is_some_and(|name| !name.is_empty()) {
             let segment = (ty.path.len() > 1).then_some(index);
-            self.found.push(Occurrence { id: ty.id, segment, meaning, kind, role: Role::Mention });
+            self.found.push(Occurrence { id: ty.id, segment, definition, kind, role: Role::Mention });
         }
     }
 
@@ -302,11 +302,11 @@ impl<'db> Finder<'db> {
     fn names_type(&mut self, kind: Kind, ty: Option<&TypeRef>) {
         let Some(ty) = ty else { return };
         if let [library, _] = ty.path.as_slice() {
-            self.segment(ty, 0, Meaning::Library(library.clone()), SymbolKind::Library);
+            self.segment(ty, 0, Definition::Library(library.clone()), SymbolKind::Library);
         }
         let found = names_of(self.db, self.project).resolve_type(self.db, self.of, kind, Some(ty));
         if let Ok(decl) = found {
-            self.segment(ty, ty.path.len().saturating_sub(1), Meaning::Declaration(decl), kind_of(kind));
+            self.segment(ty, ty.path.len().saturating_sub(1), Definition::Declaration(decl), kind_of(kind));
         }
     }
 
@@ -324,14 +324,14 @@ impl<'db> Finder<'db> {
         };
         let last = before.len();
         if is_built_in {
-            self.segment(ty, last, Meaning::Type(name.clone()), SymbolKind::Type);
+            self.segment(ty, last, Definition::Type(name.clone()), SymbolKind::Type);
         } else if let Some((package, _)) = message_of(self.db, self.project, library, &ty.path) {
-            let meaning = Meaning::Message(package.name.clone(), name.clone());
-            self.segment(ty, last, meaning, SymbolKind::Message);
+            let definition = Definition::Message(package.name.clone(), name.clone());
+            self.segment(ty, last, definition, SymbolKind::Message);
         }
         if let Some(package) = before.first() {
-            let (meaning, kind) = self.library(package);
-            self.segment(ty, 0, meaning, kind);
+            let (definition, kind) = self.library(package);
+            self.segment(ty, 0, definition, kind);
         }
     }
 
@@ -345,8 +345,8 @@ impl<'db> Finder<'db> {
     fn feature(&mut self, of: Decl<'db>, name: &NameRef, role: Role) {
         let found = features_of(self.db, self.project, of).get(&name.name);
         if let Some((feature, data)) = found.and_then(|found| Some((found, found.data(self.db)?))) {
-            let meaning = Meaning::At(Location::Source(feature.shell, data.name.id));
-            self.add(name, meaning, kind_of_feature(feature.kind), role);
+            let definition = Definition::At(Location::Source(feature.shell, data.name.id));
+            self.add(name, definition, kind_of_feature(feature.kind), role);
         }
     }
 
@@ -414,8 +414,8 @@ impl<'db> Finder<'db> {
         let Some((declared, index)) = declared else { return };
         let instance = architecture(self.db, declared).and_then(|data| data.instances.get(index));
         if let Some(instance) = instance {
-            let meaning = Meaning::At(Location::Source(declared, instance.name.id));
-            self.add(name, meaning, SymbolKind::Instance, Role::Mention);
+            let definition = Definition::At(Location::Source(declared, instance.name.id));
+            self.add(name, definition, SymbolKind::Instance, Role::Mention);
         }
     }
 
@@ -486,8 +486,8 @@ impl<'db> Programs<'_, 'db> {
             let own = self.core.operations.iter().find(|operation| operation.name.name == name.name);
             let role = if role == Role::Definition { Role::Declaration } else { role };
             if let Some(own) = own {
-                let meaning = Meaning::At(Location::Source(self.finder.of, own.name.id));
-                self.finder.add(name, meaning, SymbolKind::Operation, role);
+                let definition = Definition::At(Location::Source(self.finder.of, own.name.id));
+                self.finder.add(name, definition, SymbolKind::Operation, role);
             }
         }
     }
@@ -509,8 +509,8 @@ impl<'db> Programs<'_, 'db> {
             if let Some(target) = &transition.target {
                 let mut states = self.core.machines.iter().flat_map(|machine| &machine.states);
                 if let Some(state) = states.find(|state| state.name.name == target.name) {
-                    let meaning = Meaning::At(Location::Source(self.finder.of, state.name.id));
-                    self.finder.add(target, meaning, SymbolKind::State, Role::Mention);
+                    let definition = Definition::At(Location::Source(self.finder.of, state.name.id));
+                    self.finder.add(target, definition, SymbolKind::State, Role::Mention);
                 }
             }
         }
@@ -561,7 +561,7 @@ impl<'db> Programs<'_, 'db> {
     fn callee(&mut self, callee: &NameRef, arguments: &[Expr]) -> Vec<Role> {
         match self.inference.callee(callee.id) {
             Some(Callee::Codel(of)) => {
-                self.finder.add(callee, Meaning::Declaration(of), SymbolKind::Codel, Role::Call);
+                self.finder.add(callee, Definition::Declaration(of), SymbolKind::Codel, Role::Call);
             }
             Some(Callee::Operation(_)) => self.operation(callee, Role::Call),
             Some(Callee::Builtin(_)) => {}
@@ -597,8 +597,8 @@ impl<'db> Programs<'_, 'db> {
                     VariableKind::Parameter(_) => SymbolKind::Parameter,
                     VariableKind::Handler => SymbolKind::Handler,
                 };
-                let meaning = Meaning::At(Location::Source(self.finder.of, variable.name.id));
-                self.finder.add(name, meaning, kind, role);
+                let definition = Definition::At(Location::Source(self.finder.of, variable.name.id));
+                self.finder.add(name, definition, kind, role);
             }
             Some(Binding::Feature(shell, _)) => self.finder.feature(shell, name, role),
             None => {}
@@ -643,14 +643,14 @@ mod tests {
         let line = |file: File, offset: TextSize| file.text(&db)[..offset.into()].matches('\n').count() + 1;
         for project in projects_with(&db, &[workspace], file) {
             for name in names_in(&db, project, file) {
-                let means = match &name.meaning {
-                    Meaning::Declaration(decl) => format!("{} {}", decl.kind(&db), decl.name(&db)),
-                    Meaning::At(place) => {
+                let means = match &name.definition {
+                    Definition::Declaration(decl) => format!("{} {}", decl.kind(&db), decl.name(&db)),
+                    Definition::At(place) => {
                         let (file, range) = (place.file(&db), place.range(&db));
                         let path = file.path(&db).display();
                         format!("{path}:{} {}", line(file, range.start()), &file.text(&db)[range])
                     }
-                    Meaning::File(file) => file.path(&db).display().to_string(),
+                    Definition::File(file) => file.path(&db).display().to_string(),
                     other => format!("{other:?}"),
                 };
                 let text = &file.text(&db)[name.range];

@@ -9,7 +9,7 @@ use mauve_wcrt::table_files;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::definition::names;
-use crate::occurrences::{Found, Meaning, Role, names_in};
+use crate::occurrences::{Definition, Found, Role, names_in};
 use crate::project::projects_with;
 
 /// A place where a name stands.
@@ -67,7 +67,7 @@ pub fn highlights(
 ) -> Vec<Reference> {
     let mut all = Vec::new();
     for (project, name) in names(db, workspaces, file, offset) {
-        all.extend(names_in(db, project, file).into_iter().filter(|it| it.meaning == name.meaning));
+        all.extend(names_in(db, project, file).into_iter().filter(|it| it.definition == name.definition));
     }
     all.sort_by_key(|it| it.range.start());
     merged(&all)
@@ -99,22 +99,22 @@ pub(crate) fn occurrences<'db>(
     workspaces: &[Workspace],
     things: &[(Project<'db>, Found<'db>)],
 ) -> Vec<(Project<'db>, Found<'db>)> {
-    let mut asked: Vec<(&Meaning<'db>, Vec<Project<'db>>)> = Vec::new();
+    let mut asked: Vec<(&Definition<'db>, Vec<Project<'db>>)> = Vec::new();
     for (project, name) in things {
-        match asked.iter_mut().find(|(meaning, _)| **meaning == name.meaning) {
+        match asked.iter_mut().find(|(definition, _)| **definition == name.definition) {
             Some((_, projects)) => projects.push(*project),
-            None => asked.push((&name.meaning, vec![*project])),
+            None => asked.push((&name.definition, vec![*project])),
         }
     }
     let mut found = Vec::new();
     let mut known: FxHashSet<(Project<'db>, Found<'db>)> = FxHashSet::default();
-    for (meaning, asked) in asked {
-        let mut open = match meaning {
-            Meaning::Declaration(decl) => projects_with(db, workspaces, decl.file(db)),
-            Meaning::At(place) => projects_with(db, workspaces, place.file(db)),
+    for (definition, asked) in asked {
+        let mut open = match definition {
+            Definition::Declaration(decl) => projects_with(db, workspaces, decl.file(db)),
+            Definition::At(place) => projects_with(db, workspaces, place.file(db)),
             // A library is one with its blocks in the files that its projects share with others.
-            Meaning::Library(_) => asked,
-            Meaning::File(_) | Meaning::Package(_) | Meaning::Message(..) | Meaning::Type(_) => {
+            Definition::Library(_) => asked,
+            Definition::File(_) | Definition::Package(_) | Definition::Message(..) | Definition::Type(_) => {
                 workspaces.iter().flat_map(|&workspace| projects(db, workspace)).copied().collect()
             }
         };
@@ -123,8 +123,8 @@ pub(crate) fn occurrences<'db>(
         let mut next = 0;
         while let Some(&project) = open.get(next) {
             next += 1;
-            let of_project = in_project(db, project, meaning);
-            if matches!(meaning, Meaning::Library(_)) {
+            let of_project = in_project(db, project, definition);
+            if matches!(definition, Definition::Library(_)) {
                 for file in of_project.iter().map(|it| it.file).filter(|file| is_model(file.path(db))) {
                     if shared.insert(file) {
                         let more = projects_with(db, workspaces, file).into_iter();
@@ -141,14 +141,18 @@ pub(crate) fn occurrences<'db>(
 }
 
 /// The names of a project that stand for this. Only what has the word in it is read.
-fn in_project<'db>(db: &'db dyn ModelDb, project: Project<'db>, meaning: &Meaning<'db>) -> Vec<Found<'db>> {
-    let word = word_of(db, meaning);
+fn in_project<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    definition: &Definition<'db>,
+) -> Vec<Found<'db>> {
+    let word = word_of(db, definition);
     let mut found = Vec::new();
     for file in files_of(db, project) {
         db.unwind_if_revision_cancelled();
         if word.as_ref().is_none_or(|word| file.text(db).contains(word)) {
             let names = names_in(db, project, file).into_iter();
-            found.extend(names.filter(|name| name.meaning == *meaning));
+            found.extend(names.filter(|name| name.definition == *definition));
         }
     }
     found
@@ -164,14 +168,15 @@ pub(crate) fn files_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<
 }
 
 /// How it is written, wherever it stands; nothing where that differs.
-pub(crate) fn word_of(db: &dyn ModelDb, meaning: &Meaning<'_>) -> Option<String> {
-    match meaning {
-        Meaning::Declaration(decl) => Some(decl.name(db).to_string()),
-        Meaning::At(place) => word_at(db, place),
-        Meaning::Library(name) | Meaning::Package(name) | Meaning::Message(_, name) | Meaning::Type(name) => {
-            Some(name.to_string())
-        }
-        Meaning::File(_) => None,
+pub(crate) fn word_of(db: &dyn ModelDb, definition: &Definition<'_>) -> Option<String> {
+    match definition {
+        Definition::Declaration(decl) => Some(decl.name(db).to_string()),
+        Definition::At(place) => word_at(db, place),
+        Definition::Library(name)
+        | Definition::Package(name)
+        | Definition::Message(_, name)
+        | Definition::Type(name) => Some(name.to_string()),
+        Definition::File(_) => None,
     }
 }
 

@@ -18,7 +18,7 @@ use mauve_syntax::{TextRange, TextSize};
 use crate::change::Change;
 use crate::definition::names;
 use crate::document_symbols::SymbolKind;
-use crate::occurrences::{Found, Meaning};
+use crate::occurrences::{Definition, Found};
 use crate::references::{occurrences, word_of};
 
 /// A name that can be changed.
@@ -105,7 +105,7 @@ pub fn rename(
         };
         of_file.note = Some(format!("Rename `{old_name}` to `{new_name}` in {place}"));
     }
-    renaming.check_meanings(&change)?;
+    renaming.check_definitions(&change)?;
     Ok(change)
 }
 
@@ -118,21 +118,21 @@ fn the_one<'a, 'db>(
         return Err("there is no name here, or nobody knows what it stands for".to_owned());
     };
     let word = text_of(db, first.file, first.range).to_owned();
-    if things.iter().any(|(_, other)| other.meaning != first.meaning) {
+    if things.iter().any(|(_, other)| other.definition != first.definition) {
         return Err(format!("`{word}` stands for several things here: rename each where it is declared"));
     }
-    let refused = match (&first.meaning, first.kind) {
-        (Meaning::Declaration(_) | Meaning::Library(_), _) => None,
-        (Meaning::At(_), SymbolKind::Hook) => Some(format!("`{word}` is a word of the language")),
-        (Meaning::At(_), _) => None,
-        (Meaning::Package(_), _) => Some(format!("`{word}` is a message package, or `ctypes`")),
-        (Meaning::Message(package, _), _) => Some(format!("`{word}` is declared by package `{package}`")),
-        (Meaning::Type(_), _) => Some(format!("type `{word}` is built in, or declared in `mauve.toml`")),
-        (Meaning::File(_), _) => Some("rename the file: what includes it follows".to_owned()),
+    let refused = match (&first.definition, first.kind) {
+        (Definition::Declaration(_) | Definition::Library(_), _) => None,
+        (Definition::At(_), SymbolKind::Hook) => Some(format!("`{word}` is a word of the language")),
+        (Definition::At(_), _) => None,
+        (Definition::Package(_), _) => Some(format!("`{word}` is a message package, or `ctypes`")),
+        (Definition::Message(package, _), _) => Some(format!("`{word}` is declared by package `{package}`")),
+        (Definition::Type(_), _) => Some(format!("type `{word}` is built in, or declared in `mauve.toml`")),
+        (Definition::File(_), _) => Some("rename the file: what includes it follows".to_owned()),
     };
     match refused {
         Some(why) => Err(why),
-        None if word_of(db, &first.meaning).as_deref() != Some(&word) => {
+        None if word_of(db, &first.definition).as_deref() != Some(&word) => {
             Err(format!("`{word}` is written in another way than where it is declared"))
         }
         None => Ok((first, word)),
@@ -189,8 +189,8 @@ impl<'db> Renaming<'_, 'db> {
                 | SymbolKind::State
                 | SymbolKind::Transition
         );
-        match self.thing.meaning {
-            Meaning::At(Location::Source(decl, _)) if is_inner => Some(decl),
+        match self.thing.definition {
+            Definition::At(Location::Source(decl, _)) if is_inner => Some(decl),
             _ => None,
         }
     }
@@ -206,18 +206,18 @@ impl<'db> Renaming<'_, 'db> {
         let taken = |what: String, place: &Location<'db>| {
             Err(format!("there is {what} already ({})", self.line(place.file(db), place.range(db))))
         };
-        match &self.thing.meaning {
-            Meaning::Declaration(decl) => {
+        match &self.thing.definition {
+            Definition::Declaration(decl) => {
                 let (kind, library) = (decl.kind(db), decl.library(db).as_ref());
                 match names.in_library(library, kind, &new.into()).first() {
                     Some(other) => taken(format!("{kind} `{new}`"), &Location::name_of(*other)),
                     None => Ok(()),
                 }
             }
-            Meaning::Library(_) if names.has_library(&new.into()) => {
+            Definition::Library(_) if names.has_library(&new.into()) => {
                 Err(format!("there is library `{new}` already: the two would become one"))
             }
-            Meaning::At(Location::Source(decl, id)) => {
+            Definition::At(Location::Source(decl, id)) => {
                 if let Some(other) = sibling(db, *decl, *id, new) {
                     return taken(format!("`{new}`"), &Location::Source(*decl, other));
                 }

@@ -11,7 +11,7 @@ use mauve_syntax::keywords::{BACKGROUND, TruthValue};
 use mauve_syntax::{NodeOrToken, SyntaxKind, SyntaxToken, TextRange, TextSize};
 
 use crate::document_symbols::SymbolKind;
-use crate::occurrences::{Found, Meaning, Role, names_in, occurrences_of, outside_declarations, segment};
+use crate::occurrences::{Definition, Found, Role, names_in, occurrences_of, outside_declarations, segment};
 use crate::project::projects_with;
 
 /// A word or a sign of a text, all of it in one line.
@@ -168,7 +168,7 @@ fn tokens_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) ->
         id: it.id,
         segment: it.segment,
         kind: it.kind,
-        modifiers: modifiers(db, &it.meaning, it.kind, it.role),
+        modifiers: modifiers(db, &it.definition, it.kind, it.role),
     };
     occurrences_of(db, project, of).iter().map(token).collect()
 }
@@ -183,7 +183,7 @@ fn names(
     let token = |it: Found<'_>| SemanticToken {
         range: it.range,
         kind: TokenKind::Name(it.kind),
-        modifiers: modifiers(db, &it.meaning, it.kind, it.role),
+        modifiers: modifiers(db, &it.definition, it.kind, it.role),
     };
     if !is_model(file.path(db)) {
         let names = names_in(db, project, file).into_iter().filter(|it| it.kind != SymbolKind::File);
@@ -210,19 +210,19 @@ fn names(
     }
 }
 
-fn modifiers(db: &dyn ModelDb, meaning: &Meaning<'_>, kind: SymbolKind, role: Role) -> TokenModifiers {
+fn modifiers(db: &dyn ModelDb, definition: &Definition<'_>, kind: SymbolKind, role: Role) -> TokenModifiers {
     let mut modifiers = match role {
         Role::Declaration => TokenModifiers::default().with(TokenModifier::Declaration),
         Role::Definition => TokenModifiers::default().with(TokenModifier::Definition),
         Role::Write | Role::ReadWrite => TokenModifiers::default().with(TokenModifier::Modification),
         Role::Read | Role::Call | Role::Mention => TokenModifiers::default(),
     };
-    let own = match (kind, meaning) {
+    let own = match (kind, definition) {
         (SymbolKind::Constant, _) => Some(TokenModifier::Readonly),
-        (SymbolKind::Type, Meaning::Type(name)) if built_in_type(name).is_some() => {
+        (SymbolKind::Type, Definition::Type(name)) if built_in_type(name).is_some() => {
             Some(TokenModifier::DefaultLibrary)
         }
-        (SymbolKind::Port | SymbolKind::Operation, Meaning::At(Location::Source(of, id))) => {
+        (SymbolKind::Port | SymbolKind::Operation, Definition::At(Location::Source(of, id))) => {
             let mut features = shell(db, *of).into_iter().flat_map(|shell| &shell.features);
             match features.find(|feature| feature.name.id == *id).map(|feature| feature.kind) {
                 Some(FeatureKind::Input) => Some(TokenModifier::Input),

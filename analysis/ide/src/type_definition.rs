@@ -5,8 +5,8 @@ use mauve_hir::item_tree::{Data, Kind, SourceId, TypeRef};
 use mauve_hir::{Decl, File, Location, ModelDb, Project, Workspace, data, package};
 use mauve_syntax::TextSize;
 
-use crate::definition::{Definition, Target, destination, names, targets, with_files};
-use crate::occurrences::{Meaning, occurrences_of};
+use crate::definition::{Navigation, Target, destination, names, targets, with_files};
+use crate::occurrences::{Definition, occurrences_of};
 
 /// Where the type of what is named at `offset` is declared. What is built in is declared nowhere.
 ///
@@ -25,15 +25,19 @@ pub fn type_definition(
     workspaces: &[Workspace],
     file: File,
     offset: TextSize,
-) -> Option<Definition> {
+) -> Option<Navigation> {
     let names = names(db, workspaces, file, offset);
-    let found = destination(&names, |project, name| of_meaning(db, project, &name.meaning));
-    with_files(found, &names, |project, name| message_file(db, project, &name.meaning))
+    let found = destination(&names, |project, name| of_definition(db, project, &name.definition));
+    with_files(found, &names, |project, name| message_file(db, project, &name.definition))
 }
 
-fn of_meaning<'db>(db: &'db dyn ModelDb, project: Project<'db>, meaning: &Meaning<'db>) -> Vec<Target> {
-    match type_of(db, project, meaning) {
-        Some(Meaning::Message(..) | Meaning::Type(_)) | None => Vec::new(),
+fn of_definition<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    definition: &Definition<'db>,
+) -> Vec<Target> {
+    match type_of(db, project, definition) {
+        Some(Definition::Message(..) | Definition::Type(_)) | None => Vec::new(),
         Some(ty) => targets(db, project, &ty),
     }
 }
@@ -42,26 +46,30 @@ fn of_meaning<'db>(db: &'db dyn ModelDb, project: Project<'db>, meaning: &Meanin
 fn message_file<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
-    meaning: &Meaning<'db>,
+    definition: &Definition<'db>,
 ) -> Option<std::path::PathBuf> {
-    let ty = match meaning {
-        Meaning::Message(..) => Some(meaning.clone()),
-        _ => type_of(db, project, meaning),
+    let ty = match definition {
+        Definition::Message(..) => Some(definition.clone()),
+        _ => type_of(db, project, definition),
     };
-    let Some(Meaning::Message(of, name)) = ty else { return None };
+    let Some(Definition::Message(of, name)) = ty else { return None };
     package(db, project.workspace(db), &of)?.messages.get(&name)?.path.clone()
 }
 
 /// What the type of something stands for: the last name of where that is written.
-fn type_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, meaning: &Meaning<'db>) -> Option<Meaning<'db>> {
-    let (decl, id) = match meaning {
-        Meaning::Declaration(decl) => (*decl, SourceId(0)),
-        Meaning::At(Location::Source(decl, id)) => (*decl, *id),
+fn type_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    definition: &Definition<'db>,
+) -> Option<Definition<'db>> {
+    let (decl, id) = match definition {
+        Definition::Declaration(decl) => (*decl, SourceId(0)),
+        Definition::At(Location::Source(decl, id)) => (*decl, *id),
         _ => return None,
     };
     let ty = type_part(db, decl, id)?;
     let names = occurrences_of(db, project, decl).iter().filter(|it| it.id == ty);
-    names.max_by_key(|it| it.segment).map(|it| it.meaning.clone())
+    names.max_by_key(|it| it.segment).map(|it| it.definition.clone())
 }
 
 /// Where the type of what is named there is written.

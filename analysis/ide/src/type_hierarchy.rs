@@ -7,7 +7,7 @@ use mauve_syntax::TextSize;
 use crate::definition::names;
 use crate::document_symbols::SymbolKind;
 use crate::hierarchy::{HierarchyItem, declaration_of, item_of};
-use crate::occurrences::Meaning;
+use crate::occurrences::Definition;
 use crate::project::projects_with;
 
 /// The shell that is named at `offset`, in each of the projects that have the file.
@@ -18,8 +18,8 @@ pub fn type_items(
     offset: TextSize,
 ) -> Vec<HierarchyItem> {
     let names = names(db, workspaces, file, offset);
-    let shells = names.iter().filter_map(|(_, name)| match name.meaning {
-        Meaning::Declaration(decl) if decl.kind(db) == Kind::Shell => Some(decl),
+    let shells = names.iter().filter_map(|(_, name)| match name.definition {
+        Definition::Declaration(decl) if decl.kind(db) == Kind::Shell => Some(decl),
         _ => None,
     });
     items(db, shells)

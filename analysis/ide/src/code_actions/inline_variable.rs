@@ -16,7 +16,7 @@ use mauve_syntax::{SyntaxKind, SyntaxNode, TextRange, has_comment, next_signific
 use super::program::{Programs, bare, calls, statement_of};
 use super::{ActionKind, Actions, with_line};
 use crate::Change;
-use crate::occurrences::{Found, Meaning, Role};
+use crate::occurrences::{Definition, Found, Role};
 
 pub(super) fn offer(actions: &mut Actions<'_, '_>) {
     if !actions.wants(ActionKind::Inline) {
@@ -37,16 +37,16 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
     let range = at.text_range();
     actions.refactor(ActionKind::Inline, title, |project| {
         let programs = Programs::of(db, project, file, &core)?;
-        let meaning = programs.names_in(range).next()?.meaning.clone();
-        let variable = declaration(&core, &programs, &meaning)?;
-        let edits = inlined(file.text(db), &programs, &variable, &meaning);
+        let definition = programs.names_in(range).next()?.definition.clone();
+        let variable = declaration(&core, &programs, &definition)?;
+        let edits = inlined(file.text(db), &programs, &variable, &definition);
         edits.map(|edits| Change::of(file, edits)).transpose()
     });
 }
 
 /// The declaration of a local variable with a first value.
-fn declaration(core: &ast::Core, programs: &Programs<'_>, meaning: &Meaning<'_>) -> Option<ast::Var> {
-    let Meaning::At(place) = meaning else { return None };
+fn declaration(core: &ast::Core, programs: &Programs<'_>, definition: &Definition<'_>) -> Option<ast::Var> {
+    let Definition::At(place) = definition else { return None };
     let range = place.range(programs.db);
     let of_core = core.syntax().text_range().contains_range(range);
     let variable = core
@@ -63,7 +63,7 @@ fn inlined(
     text: &str,
     programs: &Programs<'_>,
     variable: &ast::Var,
-    meaning: &Meaning<'_>,
+    definition: &Definition<'_>,
 ) -> Result<Vec<Replacement>, String> {
     let lost = || "something in it is missing".to_owned();
     let node = variable.syntax();
@@ -75,7 +75,7 @@ fn inlined(
         return Err("there is a comment in its declaration, which would be lost".to_owned());
     }
     let uses: Vec<&Found<'_>> =
-        programs.names.iter().filter(|it| it.meaning == *meaning && it.range != name).collect();
+        programs.names.iter().filter(|it| it.definition == *definition && it.range != name).collect();
     if uses.is_empty() {
         return Err("nothing reads it".to_owned());
     }
@@ -118,7 +118,7 @@ fn inlined(
     let later = || programs.names.iter().filter(|it| is_here(&it));
     for operand in &operands {
         let changes = |it: &Found<'_>| !matches!(it.role, Role::Read | Role::Call | Role::Mention);
-        if later().any(|it| it.meaning == operand.meaning && changes(it)) {
+        if later().any(|it| it.definition == operand.definition && changes(it)) {
             return Err(format!("`{}` is assigned to meanwhile", &text[operand.range]));
         }
         if later().any(|it| it.role == Role::Declaration && text[it.range] == text[operand.range]) {
@@ -163,11 +163,11 @@ fn changes_beside(
     let others = programs.names_in(statement.text_range());
     others
         .filter(|it| it.range != place.syntax().text_range() && it.role == Role::Read)
-        .any(|other| any || changed.iter().any(|it| it.meaning == other.meaning))
+        .any(|other| any || changed.iter().any(|it| it.definition == other.definition))
 }
 
 fn is_local(programs: &Programs<'_>, name: &Found<'_>) -> bool {
-    let Meaning::At(place) = &name.meaning else { return false };
+    let Definition::At(place) = &name.definition else { return false };
     programs.semantics.inference.variables().any(|(_, it)| {
         matches!(it.kind, VariableKind::Local | VariableKind::Parameter(_))
             && mauve_hir::Location::Source(programs.semantics.core, it.name.id) == *place

@@ -222,7 +222,7 @@ impl<'db> Programs<'db> {
         let mut others = self.names_in(at_once.text_range()).filter(|it| !range.contains_range(it.range));
         !others.any(|other| {
             other.role == Role::Read
-                && (changes_anything || changed.iter().any(|it| it.meaning == other.meaning))
+                && (changes_anything || changed.iter().any(|it| it.definition == other.definition))
         })
     }
 }

@@ -8,7 +8,7 @@ use mauve_syntax::{TextRange, is_whole};
 
 use super::{ActionKind, Actions, indentation};
 use crate::Change;
-use crate::occurrences::{Meaning, names_at};
+use crate::occurrences::{Definition, names_at};
 
 pub(super) fn offer(actions: &mut Actions<'_, '_>) {
     if !actions.wants(ActionKind::Rewrite) {
@@ -24,12 +24,14 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
             });
         }
         [name] => {
-            let library =
-                actions.projects.iter().find_map(|&it| meaning(db, it, file, &ty)?.1.library(db).clone());
+            let library = actions
+                .projects
+                .iter()
+                .find_map(|&it| declarations_of(db, it, file, &ty)?.1.library(db).clone());
             let Some(library) = library else { return };
             let title = format!("Write `{library}.{name}`");
             actions.refactor(ActionKind::Rewrite, title, |project| {
-                let (of, decl) = meaning(db, project, file, &ty)?;
+                let (of, decl) = declarations_of(db, project, file, &ty)?;
                 let path = [library.clone(), Name::from(name.as_str())];
                 let found = names_of(db, project).resolve(db, of.library(db).as_ref(), decl.kind(db), &path);
                 if decl.library(db) == of.library(db) || found != Ok(decl) {
@@ -45,7 +47,7 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
 }
 
 /// The declaration that a type is written in, and the one that it means.
-fn meaning<'db>(
+fn declarations_of<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     file: File,
@@ -53,8 +55,8 @@ fn meaning<'db>(
 ) -> Option<(Decl<'db>, Decl<'db>)> {
     let last = ty.segments().last()?.syntax().text_range();
     let found = names_at(db, project, file, last.start());
-    let decl = found.into_iter().find_map(|it| match it.meaning {
-        Meaning::Declaration(decl) if it.range == last => Some(decl),
+    let decl = found.into_iter().find_map(|it| match it.definition {
+        Definition::Declaration(decl) if it.range == last => Some(decl),
         _ => None,
     })?;
     Some((declaration_at(db, file, last)?, decl))
@@ -68,7 +70,7 @@ fn shortened(
     library: &str,
     name: &str,
 ) -> Option<Result<Change, String>> {
-    let (of, decl) = meaning(db, project, file, ty)?;
+    let (of, decl) = declarations_of(db, project, file, ty)?;
     let (names, own) = (names_of(db, project), of.library(db).as_ref());
     let short = TypeRef { path: vec![name.into()], id: SourceId(0) };
     let short_name = Replacement { range: ty.syntax().text_range(), text: name.to_owned() };

@@ -13,7 +13,7 @@ use mauve_syntax::{NodeOrToken, SyntaxNode, TextRange};
 
 use super::{ActionKind, Actions, with_line};
 use crate::Change;
-use crate::occurrences::{Meaning, occurrences_of};
+use crate::occurrences::{Definition, occurrences_of};
 
 pub(super) fn offer(actions: &mut Actions<'_, '_>) {
     let (db, file) = (actions.db, actions.question.file);
@@ -81,16 +81,16 @@ fn needed_by(db: &dyn ModelDb, project: Project<'_>, library: &Name) -> Option<B
     let mut needed = BTreeSet::new();
     for &decl in names.all.iter().filter(|it| it.library(db).as_ref() == Some(library)) {
         for name in occurrences_of(db, project, decl) {
-            match &name.meaning {
-                Meaning::Declaration(of) => needed.extend(of.library(db).clone()),
-                Meaning::At(place) => {
+            match &name.definition {
+                Definition::Declaration(of) => needed.extend(of.library(db).clone()),
+                Definition::At(place) => {
                     let mauve_hir::Location::Source(of, _) = place else { continue };
                     needed.extend(of.library(db).clone());
                 }
-                Meaning::Library(of) | Meaning::Package(of) | Meaning::Message(of, _) => {
+                Definition::Library(of) | Definition::Package(of) | Definition::Message(of, _) => {
                     needed.insert(of.clone());
                 }
-                Meaning::Type(_) | Meaning::File(_) => {}
+                Definition::Type(_) | Definition::File(_) => {}
             }
         }
     }

@@ -16,7 +16,7 @@ use mauve_wcrt::{Query, psm_of, table, table_files};
 use crate::document_symbols::SymbolKind;
 use crate::inlay_hints::components_of;
 use crate::markdown;
-use crate::occurrences::{Found, Meaning};
+use crate::occurrences::{Definition, Found};
 
 /// So many lines of each are shown.
 const MOST_LINES: usize = 12;
@@ -28,12 +28,12 @@ pub(super) fn details<'db>(
     found: &Found<'db>,
     shown: &str,
 ) -> String {
-    if let Meaning::Declaration(decl) = found.meaning
+    if let Definition::Declaration(decl) = found.definition
         && decl.kind(db) == Kind::Codel
     {
         return table_of_codel(db, project, decl);
     }
-    let Meaning::At(Location::Source(of, id)) = found.meaning else { return String::new() };
+    let Definition::At(Location::Source(of, id)) = found.definition else { return String::new() };
     match found.kind {
         SymbolKind::Port | SymbolKind::Operation => block(connections(db, project, of, id)),
         SymbolKind::Property | SymbolKind::Constant => {

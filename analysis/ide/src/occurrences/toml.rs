@@ -11,7 +11,7 @@ use mauve_syntax::{TextRange, TextSize};
 use mauve_wcrt::{table, table_files};
 use rustc_hash::FxHashSet;
 
-use super::{Finder, Found, Meaning, Role, kind_of, mention, unquoted};
+use super::{Definition, Finder, Found, Role, kind_of, mention, unquoted};
 use crate::document_symbols::SymbolKind;
 
 /// The names in a timing table, or in `mauve.toml`.
@@ -28,7 +28,7 @@ pub(super) struct InToml<'db> {
 pub(super) struct Escaped<'db> {
     /// What it is a part of.
     pub(super) range: TextRange,
-    pub(super) meaning: Meaning<'db>,
+    pub(super) definition: Definition<'db>,
 }
 
 impl<'db> InToml<'db> {
@@ -54,7 +54,7 @@ struct Reader<'db> {
     file: File,
     found: InToml<'db>,
     /// What was found, by its places.
-    known: FxHashSet<(TextRange, Meaning<'db>)>,
+    known: FxHashSet<(TextRange, Definition<'db>)>,
 }
 
 impl<'db> Reader<'db> {
@@ -63,17 +63,17 @@ impl<'db> Reader<'db> {
         &mut self,
         range: Option<Range<usize>>,
         whole: &Range<usize>,
-        meaning: Meaning<'db>,
+        definition: Definition<'db>,
         kind: SymbolKind,
     ) {
         match range {
             Some(range) => {
                 let range = range_of(&range);
-                if self.known.insert((range, meaning.clone())) {
-                    self.found.names.push(mention(self.file, range, meaning, kind));
+                if self.known.insert((range, definition.clone())) {
+                    self.found.names.push(mention(self.file, range, definition, kind));
                 }
             }
-            None => self.found.escaped.push(Escaped { range: range_of(whole), meaning }),
+            None => self.found.escaped.push(Escaped { range: range_of(whole), definition }),
         }
     }
 
@@ -87,7 +87,7 @@ impl<'db> Reader<'db> {
                 self.add(
                     Some(unquoted(text, range_of(span)).into()),
                     span,
-                    Meaning::File(root),
+                    Definition::File(root),
                     SymbolKind::File,
                 );
             }
@@ -116,7 +116,7 @@ impl<'db> Reader<'db> {
                         SymbolKind::Instance => piece(0, instance.len()),
                         _ => piece(end.len() - port.map_or(0, str::len), end.len()),
                     };
-                    self.add(range, span, it.meaning, it.kind);
+                    self.add(range, span, it.definition, it.kind);
                 }
             }
         }
@@ -136,21 +136,22 @@ impl<'db> Reader<'db> {
                 Some(ProgramKey { component, program }) => (component, Some(program)),
                 None => (entry.key.as_str(), None),
             };
-            let mut add = |range: Range<usize>, meaning, kind| {
+            let mut add = |range: Range<usize>, definition, kind| {
                 let range = entry.written(range);
-                self.add(range, &entry.key_span, meaning, kind);
+                self.add(range, &entry.key_span, definition, kind);
             };
             let (library, name) = key.rsplit_once('.').map_or((None, key), |(of, name)| (Some(of), name));
             for &decl in names_of(db, project).by_key(of, key) {
-                add(key.len() - name.len()..key.len(), Meaning::Declaration(decl), kind_of(of));
+                add(key.len() - name.len()..key.len(), Definition::Declaration(decl), kind_of(of));
                 if let Some(library) = library {
-                    add(0..library.len(), Meaning::Library(library.into()), SymbolKind::Library);
+                    add(0..library.len(), Definition::Library(library.into()), SymbolKind::Library);
                 }
                 if let Some(program) = &program {
                     let start = key.len() + 1;
-                    for (Range { start: from, end }, meaning, kind) in in_program(db, project, decl, program)
+                    for (Range { start: from, end }, definition, kind) in
+                        in_program(db, project, decl, program)
                     {
-                        add(start + from..start + end, meaning, kind);
+                        add(start + from..start + end, definition, kind);
                     }
                 }
             }
@@ -165,21 +166,21 @@ fn in_program<'db>(
     project: Project<'db>,
     component: Decl<'db>,
     program: &ProgramId,
-) -> Vec<(Range<usize>, Meaning<'db>, SymbolKind)> {
+) -> Vec<(Range<usize>, Definition<'db>, SymbolKind)> {
     let Some(of) = core_of(db, project, component) else { return Vec::new() };
     let Some(data) = core(db, of) else { return Vec::new() };
-    let id = |name: &NameRef| Meaning::At(Location::Source(of, name.id));
+    let id = |name: &NameRef| Definition::At(Location::Source(of, name.id));
     let key = program.to_string();
     let Some((name, rest)) = key.split_once('.') else {
         let shell = shell_of(db, project, component);
         let declared = shell.and_then(|shell| features_of(db, project, shell).get(&key));
         let declared = declared.and_then(|it| Some(Location::Source(it.shell, it.data(db)?.name.id)));
         let own = || data.operations.iter().find(|operation| *operation.name.name == *key);
-        let operation = declared.map(Meaning::At).or_else(|| own().map(|own| id(&own.name)));
+        let operation = declared.map(Definition::At).or_else(|| own().map(|own| id(&own.name)));
         let hook = data.hooks.iter().find(|hook| *program == ProgramId::Hook(hook.kind));
-        let hook = hook.map(|hook| (Meaning::At(Location::Source(of, hook.id)), SymbolKind::Hook));
+        let hook = hook.map(|hook| (Definition::At(Location::Source(of, hook.id)), SymbolKind::Hook));
         let found = hook.or_else(|| operation.map(|it| (it, SymbolKind::Operation)));
-        return found.map(|(meaning, kind)| (0..key.len(), meaning, kind)).into_iter().collect();
+        return found.map(|(definition, kind)| (0..key.len(), definition, kind)).into_iter().collect();
     };
     let mut states = data.machines.iter().flat_map(|machine| &machine.states);
     let Some(state) = states.find(|state| *state.name.name == *name) else { return Vec::new() };
@@ -192,7 +193,7 @@ fn in_program<'db>(
     } else if let ProgramId::Method { kind, .. } = program
         && let Some(method) = state.methods.iter().find(|method| method.kind == *kind)
     {
-        found.push((start..key.len(), Meaning::At(Location::Source(of, method.id)), SymbolKind::Hook));
+        found.push((start..key.len(), Definition::At(Location::Source(of, method.id)), SymbolKind::Hook));
     }
     found
 }

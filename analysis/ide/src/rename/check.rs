@@ -17,7 +17,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use super::{Renaming, shown, text_of};
 use crate::change::Change;
 use crate::document_symbols::SymbolKind;
-use crate::occurrences::{Found, Meaning, escaped_in, names_in};
+use crate::occurrences::{Definition, Found, escaped_in, names_in};
 use crate::project::projects_with;
 use crate::references::files_of;
 
@@ -45,7 +45,7 @@ impl<'db> Renaming<'_, 'db> {
                 db.unwind_if_revision_cancelled();
                 // What is written with escapes does not have the word in it.
                 let escaped = escaped_in(db, project, file);
-                if let Some((range, _)) = escaped.iter().find(|(_, it)| *it == self.thing.meaning) {
+                if let Some((range, _)) = escaped.iter().find(|(_, it)| *it == self.thing.definition) {
                     let line = self.line(file, *range);
                     return Err(format!("{line}: `{old}` is written with escapes, which nobody can replace"));
                 }
@@ -144,7 +144,7 @@ impl<'db> Renaming<'_, 'db> {
                     | SyntaxKind::RESULT_TYPE
             )
         });
-        !of_value || matches!(self.thing.meaning, Meaning::Library(_))
+        !of_value || matches!(self.thing.definition, Definition::Library(_))
     }
 
     /// Does a word of a model stand for nothing, whoever reads it? All that it could stand for is known there, and what is
@@ -165,8 +165,8 @@ impl<'db> Renaming<'_, 'db> {
         let (db, thing) = (self.db, self.thing);
         let names = names_of(db, project);
         let resolved = |kind, ty| names.resolve_type(db, of, kind, ty).ok();
-        let is_feature = match &thing.meaning {
-            Meaning::At(Location::Source(shell, _)) => {
+        let is_feature = match &thing.definition {
+            Definition::At(Location::Source(shell, _)) => {
                 shell.kind(db) == Kind::Shell && thing.kind != SymbolKind::Parameter
             }
             _ => false,
@@ -213,7 +213,7 @@ impl<'db> Renaming<'_, 'db> {
     }
 
     /// Do all names stand for what they stood for, once it is renamed?
-    pub(super) fn check_meanings(&self, change: &Change) -> Result<(), String> {
+    pub(super) fn check_definitions(&self, change: &Change) -> Result<(), String> {
         let db = self.db;
         let (scratch, pairs) = applied(db, self.workspaces, change);
         let home = self.home().map(|home| home.file(db));
@@ -243,18 +243,18 @@ impl<'db> Renaming<'_, 'db> {
         let (db, shift) = (self.db, Shift::of(change));
         let mut before: Vec<(Seen, TextRange)> = Vec::new();
         for name in names_in(db, project, file) {
-            let mut means = Means::of(db, &name.meaning, &|file, at| shift.moved(file, at));
-            if name.meaning == self.thing.meaning
-                && let Means::Library(library) = &mut means
+            let mut key = DefinitionKey::of(db, &name.definition, &|file, at| shift.moved(file, at));
+            if name.definition == self.thing.definition
+                && let DefinitionKey::Library(library) = &mut key
             {
                 *library = self.new_name.to_owned();
             }
-            let seen = (shift.moved(file, name.range.start()), means, format!("{:?}", name.role));
+            let seen = (shift.moved(file, name.range.start()), key, format!("{:?}", name.role));
             before.push((seen, name.range));
         }
         let after = names_in(scratch, new_project, new_file).into_iter().map(|name| {
-            let means = Means::of(scratch, &name.meaning, &|_, at| at);
-            ((name.range.start(), means, format!("{:?}", name.role)), name.range)
+            let key = DefinitionKey::of(scratch, &name.definition, &|_, at| at);
+            ((name.range.start(), key, format!("{:?}", name.role)), name.range)
         });
         let after: Vec<(Seen, TextRange)> = after.collect();
         let of =
@@ -332,28 +332,32 @@ fn errors<'db>(
 }
 
 /// A name, wherever it stands in the new text: what it stands for, and what it does.
-type Seen = (TextSize, Means, String);
+type Seen = (TextSize, DefinitionKey, String);
 
 /// What a name stands for, in words that mean the same in two databases.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
-enum Means {
+enum DefinitionKey {
     Location(std::path::PathBuf, TextSize),
     Library(String),
     Other(String),
 }
 
-impl Means {
-    fn of(db: &dyn ModelDb, meaning: &Meaning<'_>, moved: &dyn Fn(File, TextSize) -> TextSize) -> Means {
+impl DefinitionKey {
+    fn of(
+        db: &dyn ModelDb,
+        definition: &Definition<'_>,
+        moved: &dyn Fn(File, TextSize) -> TextSize,
+    ) -> DefinitionKey {
         let at = |place: &Location<'_>| {
             let file = place.file(db);
-            Means::Location(file.path(db).clone(), moved(file, place.range(db).start()))
+            DefinitionKey::Location(file.path(db).clone(), moved(file, place.range(db).start()))
         };
-        match meaning {
-            Meaning::Declaration(decl) => at(&Location::name_of(*decl)),
-            Meaning::At(place) => at(place),
-            Meaning::Library(name) => Means::Library(name.to_string()),
-            Meaning::File(file) => Means::Location(file.path(db).clone(), 0.into()),
-            other => Means::Other(format!("{other:?}")),
+        match definition {
+            Definition::Declaration(decl) => at(&Location::name_of(*decl)),
+            Definition::At(place) => at(place),
+            Definition::Library(name) => DefinitionKey::Library(name.to_string()),
+            Definition::File(file) => DefinitionKey::Location(file.path(db).clone(), 0.into()),
+            other => DefinitionKey::Other(format!("{other:?}")),
         }
     }
 }

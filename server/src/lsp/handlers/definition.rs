@@ -1,7 +1,7 @@
 //! `textDocument/definition`, `textDocument/declaration`, `textDocument/typeDefinition` and `textDocument/implementation`.
 
 use mauve_hir::{File, ModelDb, Workspace};
-use mauve_ide::Definition;
+use mauve_ide::Navigation;
 use mauve_syntax::TextSize;
 use tower_lsp::jsonrpc::Result;
 use tower_lsp::lsp_types::{GotoDefinitionParams, GotoDefinitionResponse, Location, LocationLink, Range};
@@ -10,7 +10,7 @@ use crate::lsp::snapshot::Snapshot;
 use crate::lsp::to_proto;
 
 /// The function of `mauve-ide` that finds the targets.
-type Find = fn(&dyn ModelDb, &[Workspace], File, TextSize) -> Option<Definition>;
+type Find = fn(&dyn ModelDb, &[Workspace], File, TextSize) -> Option<Navigation>;
 
 /// Answers with what `find` returns: as `links` with the range that was asked from, for a client that knows them.
 pub(crate) fn go_to(
