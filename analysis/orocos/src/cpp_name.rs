@@ -4,435 +4,46 @@ use std::sync::LazyLock;
 
 use rustc_hash::FxHashSet;
 
-/// Names that nothing of a model can have in C++: its keywords, those of later standards too, and macros of common headers.
-const CPP_WORDS: [&str; 141] = [
-    "alignas",
-    "alignof",
-    "and",
-    "and_eq",
-    "asm",
-    "assert",
-    "auto",
-    "bitand",
-    "bitor",
-    "bool",
-    "break",
-    "case",
-    "catch",
-    "char",
-    "char8_t",
-    "char16_t",
-    "char32_t",
-    "class",
-    "co_await",
-    "co_return",
-    "co_yield",
-    "compl",
-    "concept",
-    "const",
-    "const_cast",
-    "consteval",
-    "constexpr",
-    "constinit",
-    "continue",
-    "decltype",
-    "default",
-    "delete",
-    "do",
-    "double",
-    "dynamic_cast",
-    "else",
-    "enum",
-    "explicit",
-    "export",
-    "extern",
-    "false",
-    "float",
-    "for",
-    "friend",
-    "goto",
-    "if",
-    "inline",
-    "int",
-    "long",
-    "mutable",
-    "namespace",
-    "new",
-    "noexcept",
-    "not",
-    "not_eq",
-    "nullptr",
-    "operator",
-    "or",
-    "or_eq",
-    "private",
-    "protected",
-    "public",
-    "register",
-    "reinterpret_cast",
-    "requires",
-    "return",
-    "short",
-    "signed",
-    "sizeof",
-    "static",
-    "static_assert",
-    "static_cast",
-    "struct",
-    "switch",
-    "template",
-    "this",
-    "thread_local",
-    "throw",
-    "true",
-    "try",
-    "typedef",
-    "typeid",
-    "typename",
-    "union",
-    "unsigned",
-    "using",
-    "virtual",
-    "void",
-    "volatile",
-    "wchar_t",
-    "while",
-    "xor",
-    "xor_eq",
-    "main",
-    "linux",
-    "unix",
-    "i386",
-    "errno",
-    "stdin",
-    "stdout",
-    "stderr",
-    "offsetof",
-    "isnan",
-    "isinf",
-    "signbit",
-    "major",
-    "minor",
-    "makedev",
-    "NULL",
-    "TRUE",
-    "FALSE",
-    "EOF",
-    "BUFSIZ",
-    "DEBUG",
-    "NDEBUG",
-    "ERROR",
-    "INFINITY",
-    "NAN",
-    "RAND_MAX",
-    "EXIT_SUCCESS",
-    "EXIT_FAILURE",
-    "INT_MAX",
-    "INT_MIN",
-    "UINT_MAX",
-    "LONG_MAX",
-    "LONG_MIN",
-    "CHAR_MAX",
-    "CHAR_MIN",
-    "SHRT_MAX",
-    "SHRT_MIN",
-    "CHAR_BIT",
-    "SIZE_MAX",
-    "HUGE_VAL",
-    "DOMAIN",
-    "OVERFLOW",
-    "UNDERFLOW",
-    "SING",
-    "PLOSS",
-    "TLOSS",
-    "CLOCKS_PER_SEC",
-    "TIME_UTC",
-];
+type Words = LazyLock<FxHashSet<&'static str>>;
 
-/// Namespaces and functions that generated code names, which nothing in the namespace of a package may hide.
-const OUTER_WORDS: [&str; 14] = [
-    "std",
-    "RTT",
-    "ros",
-    "boost",
-    "mauve",
-    "MauveTask",
-    "log",
-    "endlog",
-    "trace",
-    "mauve_trace",
-    "mauve_component_span",
-    "mauve_program_span",
-    "size_t",
-    "catkin",
-];
+/// Keywords of C++ and macros of the headers that generated code or a codel may include: reserved in every scope.
+static RESERVED: Words = LazyLock::new(|| {
+    words(concat!(include_str!("cpp_name/keywords.txt"), include_str!("cpp_name/macros.txt")))
+});
 
-/// Members of `RTT::TaskContext` and its bases, and what generated classes have beside what the model names.
-const TASK_CONTEXT_MEMBERS: [&str; 102] = [
-    "activate",
-    "addAlias",
-    "addAttribute",
-    "addConstant",
-    "addEventPort",
-    "addLocalPort",
-    "addLocalEventPort",
-    "addOperation",
-    "addOperationCaller",
-    "addPeer",
-    "addPort",
-    "addProperty",
-    "addSynchronousOperation",
-    "alias",
-    "attributes",
-    "checkOperations",
-    "cleanup",
-    "cleanupHook",
-    "clear",
-    "configure",
-    "configureHook",
-    "connectPeers",
-    "connectPorts",
-    "connectServices",
-    "dataOnPort",
-    "dataOnPortCallback",
-    "dataOnPortHook",
-    "dataOnPortRemoved",
-    "dataOnPortSize",
-    "disconnect",
-    "disconnectPeers",
-    "doc",
-    "ee",
-    "engine",
-    "error",
-    "errorHook",
-    "exception",
-    "exceptionHook",
-    "fatal",
-    "forceActivity",
-    "getActivity",
-    "getConfiguration",
-    "getCpuAffinity",
-    "getName",
-    "getOperation",
-    "getPeer",
-    "getPeerList",
-    "getPeriod",
-    "getPort",
-    "getProperty",
-    "getProvider",
-    "getTargetState",
-    "getTaskState",
-    "getThread",
-    "hasPeer",
-    "inException",
-    "inFatalError",
-    "inRunTimeError",
-    "isActive",
-    "isConfigured",
-    "isRunning",
-    "localGet",
-    "mTaskState",
-    "MauveCall",
-    "mauve_add_period_port",
-    "mauve_add_state_port",
-    "mauve_begin",
-    "mauve_collect",
-    "mauve_end",
-    "mauve_makes_room",
-    "mauve_may_start",
-    "mauve_parse",
-    "mauve_runs_as",
-    "mauve_send",
-    "mauve_set",
-    "mauve_show_state",
-    "mauve_started",
-    "mauve_stopping",
-    "operations",
-    "our_act",
-    "peers",
-    "ports",
-    "prepareProvide",
-    "properties",
-    "provides",
-    "ready",
-    "recover",
-    "removePeer",
-    "requires",
-    "setActivity",
-    "setCpuAffinity",
-    "setPeriod",
-    "start",
-    "startHook",
-    "stop",
-    "stopHook",
-    "tcservice",
-    "trigger",
-    "tcrequests",
-    "update",
-    "updateHook",
-    "writeable",
-];
+/// Names outside of any namespace in those headers: no package can have one.
+static GLOBALS: Words = LazyLock::new(|| words(include_str!("cpp_name/globals.txt")));
 
-/// Operations that every task has, functions and keywords of RTT's scripts, and of Lua: in scripts nothing is called so.
-const SCRIPT_WORDS: [&str; 104] = [
-    "mauve_period",
-    "mauve_runs_as",
-    "mauve_set",
-    "activate",
-    "cleanup",
-    "configure",
-    "error",
-    "getCpuAffinity",
-    "getPeriod",
-    "inException",
-    "inFatalError",
-    "inRunTimeError",
-    "isActive",
-    "isConfigured",
-    "isRunning",
-    "loadService",
-    "setCpuAffinity",
-    "setPeriod",
-    "start",
-    "stop",
-    "trigger",
-    "update",
-    "recover",
-    "getName",
-    "alias",
-    "and",
-    "any",
-    "bool",
-    "break",
-    "call",
-    "catch",
-    "char",
-    "const",
-    "const_cast",
-    "continue",
-    "delete",
-    "do",
-    "double",
-    "else",
-    "end",
-    "entry",
-    "exit",
-    "export",
-    "false",
-    "float",
-    "for",
-    "foreach",
-    "function",
-    "global",
-    "handle",
-    "if",
-    "import",
-    "in",
-    "initial",
-    "final",
-    "int",
-    "intended",
-    "local",
-    "nil",
-    "not",
-    "nothing",
-    "or",
-    "param",
-    "preconditions",
-    "program",
-    "public",
-    "private",
-    "repeat",
-    "require",
-    "requires",
-    "return",
-    "RootMachine",
-    "run",
-    "select",
-    "set",
-    "StateMachine",
-    "state",
-    "SubMachine",
-    "string",
-    "task",
-    "then",
-    "this",
-    "time",
-    "to",
-    "transition",
-    "transitions",
-    "true",
-    "try",
-    "uint",
-    "until",
-    "var",
-    "void",
-    "while",
-    "with",
-    "yield",
-    "Deployer",
-    "scripting",
-    "collect",
-    "collectIfDone",
-    "define",
-    "done",
-    "elseif",
-    "include",
-    "send",
-];
+/// Names that generated code uses, and that nothing in the namespace of a package may hide.
+static OUTER_WORDS: Words = LazyLock::new(|| words(include_str!("cpp_name/namespace.txt")));
 
-/// What the parser of RTT's scripts takes for a word of its own wherever a statement begins so, whatever follows.
-const STATEMENT_PREFIXES: [&str; 11] = [
-    "true",
-    "false",
-    "done",
-    "yield",
-    "nothing",
-    "program",
-    "function",
-    "export",
-    "RootMachine",
-    "StateMachine",
-    "SubMachine",
-];
+/// Members of every generated class and of its bases.
+static MEMBERS: Words = LazyLock::new(|| words(include_str!("cpp_name/members.txt")));
 
-/// Services that every script finds where no task has their name, and variables of the scripts that are generated.
-const GLOBAL_SERVICES: [&str; 11] = [
-    "ros",
-    "print",
-    "os",
-    "worked",
-    "imported",
-    "loaded",
-    "values",
-    "ready",
-    "starts",
-    "stopped",
-    "all_is_well",
-];
+/// Names that nothing can have in scripts.
+static SCRIPT_WORDS: Words = LazyLock::new(|| words(include_str!("cpp_name/scripts.txt")));
 
-/// Devices of Windows: no file and no folder there can be called so, whatever its end and its case.
-const DEVICES: [&str; 22] = [
-    "con", "prn", "aux", "nul", "com1", "com2", "com3", "com4", "com5", "com6", "com7", "com8", "com9",
-    "lpt1", "lpt2", "lpt3", "lpt4", "lpt5", "lpt6", "lpt7", "lpt8", "lpt9",
-];
+/// Words that the parser of RTT's scripts recognises at the beginning of a statement, whatever follows them.
+static STATEMENT_PREFIXES: Words = LazyLock::new(|| {
+    words("true false done yield nothing program function export RootMachine StateMachine SubMachine")
+});
 
-/// Macros of the headers that generated code includes, or a codel may: they mean something wherever they stand.
-static MACROS: LazyLock<FxHashSet<&str>> = LazyLock::new(|| words(include_str!("cpp_name/macros.txt")));
+/// Services that every script finds where no task has their name, and variables of generated scripts.
+static GLOBAL_SERVICES: Words =
+    LazyLock::new(|| words("ros print os worked imported loaded values ready starts stopped all_is_well"));
 
-/// What those headers declare outside of any namespace: no package can be called so.
-static GLOBALS: LazyLock<FxHashSet<&str>> = LazyLock::new(|| words(include_str!("cpp_name/globals.txt")));
+/// Devices of Windows: no file or folder there can have such a name, whatever its extension and its case.
+static DEVICES: Words = LazyLock::new(|| {
+    words(
+        "con prn aux nul com1 com2 com3 com4 com5 com6 com7 com8 com9 lpt1 lpt2 lpt3 lpt4 lpt5 lpt6 lpt7 lpt8 lpt9",
+    )
+});
 
 fn words(text: &'static str) -> FxHashSet<&'static str> {
     text.lines().filter(|line| !line.starts_with('#')).flat_map(str::split_whitespace).collect()
 }
 
-/// Does a name mean something to the compiler, or to its preprocessor, wherever it stands?
-fn is_reserved(name: &str) -> bool {
-    CPP_WORDS.contains(&name) || MACROS.contains(name)
-}
-
-/// The names of one place in C++, such as a class or a function: no two are the same.
+/// The names of one scope in C++, such as a class or a function: no two are the same.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct CppNames {
     taken: FxHashSet<String>,
@@ -441,21 +52,22 @@ pub(crate) struct CppNames {
 impl CppNames {
     /// Of what stands in the namespace of a package.
     pub(crate) fn of_namespace() -> CppNames {
-        CppNames { taken: OUTER_WORDS.map(str::to_owned).into_iter().collect() }
+        CppNames::default().with(&OUTER_WORDS)
     }
 
     /// Of packages, each of which is a namespace.
     pub(crate) fn of_packages() -> CppNames {
-        let mut names = CppNames::of_namespace();
-        names.taken.extend(GLOBALS.iter().map(|&name| name.to_owned()));
-        names
+        CppNames::of_namespace().with(&GLOBALS)
     }
 
     /// Of a class that derives from `RTT::TaskContext`.
     pub(crate) fn of_component() -> CppNames {
-        let mut names = CppNames::of_namespace();
-        names.taken.extend(TASK_CONTEXT_MEMBERS.map(str::to_owned));
-        names
+        CppNames::of_namespace().with(&MEMBERS)
+    }
+
+    fn with(mut self, names: &FxHashSet<&str>) -> CppNames {
+        self.taken.extend(names.iter().map(|&name| name.to_owned()));
+        self
     }
 
     /// Nothing can be declared with this name here, which means something already.
@@ -479,10 +91,10 @@ impl CppNames {
         let mut name = as_identifier(name);
         // What becomes of one name never depends on whether there is the other.
         let bare = name.trim_end_matches('_');
-        if bare != name && (is_reserved(bare) || OUTER_WORDS.contains(&bare)) {
+        if bare != name && (RESERVED.contains(bare) || OUTER_WORDS.contains(bare)) {
             name += "0_";
         }
-        while is_reserved(&name) || self.taken.contains(&name) {
+        while RESERVED.contains(name.as_str()) || self.taken.contains(&name) {
             // Two of them in a row are the compiler's own.
             name += if name.ends_with('_') { "0_" } else { "_" };
         }
@@ -516,7 +128,7 @@ pub(crate) fn script_name(name: &str) -> String {
 pub(crate) fn task_name(name: &str) -> String {
     let is_taken = |bare: &str| {
         let begins_as_a_word = STATEMENT_PREFIXES.iter().any(|word| bare.starts_with(word));
-        bare.starts_with('_') || begins_as_a_word || GLOBAL_SERVICES.contains(&bare)
+        bare.starts_with('_') || begins_as_a_word || GLOBAL_SERVICES.contains(bare)
     };
     with_prefix(name, is_taken) + with_suffix(name)
 }
@@ -536,7 +148,7 @@ fn with_prefix(name: &str, is_taken: impl Fn(&str) -> bool) -> String {
 
 /// `_`, where `name` is a word of scripts with as many of them as it has behind it already.
 fn with_suffix(name: &str) -> &'static str {
-    if SCRIPT_WORDS.contains(&name.trim_end_matches('_')) { "_" } else { "" }
+    if SCRIPT_WORDS.contains(name.trim_end_matches('_')) { "_" } else { "" }
 }
 
 #[cfg(test)]
