@@ -1,4 +1,4 @@
-//! What holds for any text: run by `cargo fuzz`, and on a bounded number of texts by `analysis/model/tests/fuzz.rs`.
+//! What holds for any text: run by `cargo fuzz`, and on a bounded number of texts by `analysis/diagnostics/tests/fuzz.rs`.
 
 use mauve_diagnostics::workspace_diagnostics;
 use mauve_hir::{Database, File, Workspace, read_message};
