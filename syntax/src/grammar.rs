@@ -11,6 +11,7 @@ mod shell;
 mod statement;
 
 use crate::SyntaxKind::{self, *};
+use crate::error::{Expected, SyntaxErrorKind};
 use crate::keywords::DECLARATIONS;
 use crate::parser::{CompletedMarker, DEEPEST, List, Parser};
 use crate::spelling::similar;
@@ -42,9 +43,6 @@ pub(crate) fn source_file(p: &mut Parser<'_>) {
     m.complete(p, SOURCE_FILE);
 }
 
-const DECLARATION: &str =
-    "a declaration (`library`, `use`, `codel`, `shell`, `core`, `component`, `architecture` or `deployment`)";
-
 fn declaration(p: &mut Parser<'_>) {
     match p.current() {
         INCLUDE_KW => include(p, true),
@@ -56,7 +54,7 @@ fn declaration(p: &mut Parser<'_>) {
         ARCHITECTURE_KW => architecture::architecture(p),
         DEPLOYMENT_KW => deployment::deployment(p),
         SEMICOLON => p.bump(),
-        _ => unknown(p, DECLARATION, List::Library),
+        _ => unknown(p, List::Library),
     }
 }
 
@@ -70,13 +68,13 @@ fn declaration(p: &mut Parser<'_>) {
 fn include(p: &mut Parser<'_>, late: bool) {
     let m = p.start();
     if late {
-        p.error("an `include` stands before all declarations of its file");
+        p.error(SyntaxErrorKind::LateInclude);
     }
     p.bump();
     match p.current() {
         STRING | UNTERMINATED_STRING => p.bump(),
-        _ if p.at_end() || p.begins_line() => p.missing(STRING.describe()),
-        _ => p.skip("expected a path in quotes, as in `include \"file.mal\"`", |p| p.begins_line()),
+        _ if p.at_end() || p.begins_line() => p.missing(Expected::Token(STRING)),
+        _ => p.skip(SyntaxErrorKind::PathWithoutQuotes, |p| p.begins_line()),
     }
     m.complete(p, INCLUDE);
 }
@@ -101,7 +99,7 @@ fn library(p: &mut Parser<'_>) {
 fn use_(p: &mut Parser<'_>) {
     let m = p.start();
     p.bump();
-    name_ref(p, "the name of a library or a message package");
+    name_ref(p, Expected::PackageName);
     m.complete(p, USE);
 }
 
@@ -120,12 +118,12 @@ fn codel(p: &mut Parser<'_>) {
 /// `( [in|out|inout] name: Type, … )`
 fn parameters(p: &mut Parser<'_>) {
     if !p.at(L_PAREN) {
-        p.missing("`(` and the parameters");
+        p.missing(Expected::Parameters);
         return;
     }
     let m = p.start();
     p.bump();
-    separated(p, R_PAREN, "a parameter", parameter);
+    separated(p, R_PAREN, Expected::Parameter, parameter);
     p.expect(R_PAREN);
     m.complete(p, PARAM_LIST);
 }
@@ -152,9 +150,9 @@ fn component(p: &mut Parser<'_>) {
     p.bump();
     name(p);
     p.expect(L_PAREN);
-    type_(p, "the name of a shell");
+    type_(p, Expected::ShellName);
     p.expect(COMMA);
-    type_(p, "the name of a core");
+    type_(p, Expected::CoreName);
     p.expect(R_PAREN);
     m.complete(p, COMPONENT);
 }
@@ -162,14 +160,14 @@ fn component(p: &mut Parser<'_>) {
 // Names, types and lists, which every rule uses
 
 fn name(p: &mut Parser<'_>) {
-    word(p, NAME, "a name");
+    word(p, NAME, Expected::Name);
 }
 
-fn name_ref(p: &mut Parser<'_>, what: &str) {
+fn name_ref(p: &mut Parser<'_>, what: Expected) {
     word(p, NAME_REF, what);
 }
 
-fn word(p: &mut Parser<'_>, kind: SyntaxKind, what: &str) {
+fn word(p: &mut Parser<'_>, kind: SyntaxKind, what: Expected) {
     if !p.at_name() {
         p.missing(what);
         return;
@@ -183,7 +181,7 @@ fn word(p: &mut Parser<'_>, kind: SyntaxKind, what: &str) {
 // shell S { input port a: std_msgs.msg::Float64 }
 // test_err type_without_its_last_part
 // shell S { input port a: std_msgs:: }
-fn type_(p: &mut Parser<'_>, what: &str) {
+fn type_(p: &mut Parser<'_>, what: Expected) {
     if !p.at_name() {
         p.missing(what);
         return;
@@ -192,7 +190,7 @@ fn type_(p: &mut Parser<'_>, what: &str) {
     name_ref(p, what);
     while matches!(p.current(), DOT | COLON2) {
         p.bump();
-        name_ref(p, "a name");
+        name_ref(p, Expected::Name);
     }
     m.complete(p, TYPE);
 }
@@ -203,7 +201,7 @@ fn colon_type(p: &mut Parser<'_>) {
     // A forgotten colon is one mistake: what follows on the line is the type, unless it begins or names the next item.
     let is_type = |p: &Parser<'_>| p.at_name() && !p.begins_line() && !p.at_own_item() && p.nth(1) != L_CURLY;
     if p.expect(COLON) || is_type(p) {
-        type_(p, "a type");
+        type_(p, Expected::Type);
     }
 }
 
@@ -249,7 +247,7 @@ fn item(p: &mut Parser<'_>, kind: List) {
 }
 
 /// `one, two, …` up to `close`, which is left to the caller.
-fn separated(p: &mut Parser<'_>, close: SyntaxKind, what: &str, one: impl Fn(&mut Parser<'_>) -> bool) {
+fn separated(p: &mut Parser<'_>, close: SyntaxKind, what: Expected, one: impl Fn(&mut Parser<'_>) -> bool) {
     while !p.at_end() && !p.at(close) {
         if !one(p) {
             p.missing(what);
@@ -263,7 +261,7 @@ fn separated(p: &mut Parser<'_>, close: SyntaxKind, what: &str, one: impl Fn(&mu
             if !next || p.begins_line() {
                 break;
             }
-            p.missing("`,`");
+            p.missing(Expected::Token(COMMA));
             continue;
         }
         if p.at(close) {
@@ -273,13 +271,11 @@ fn separated(p: &mut Parser<'_>, close: SyntaxKind, what: &str, one: impl Fn(&mu
 }
 
 /// What fits nowhere in a list: one error, up to the next thing that does, or the next line.
-fn unknown(p: &mut Parser<'_>, expected: &str, list: List) {
-    // The keywords that are expected stand in the message.
-    let keywords = expected.split('`').skip(1).step_by(2).flat_map(|words| words.split(' '));
-    let near = p.word().and_then(|word| similar(word, keywords));
-    let near = near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
-    let message = format!("expected {expected}, found {}{near}", p.found());
-    p.skip(&message, |p| {
+fn unknown(p: &mut Parser<'_>, list: List) {
+    let words = list.item_keywords().iter().flat_map(|words| words.split(' '));
+    let similar = p.word().and_then(|word| similar(word, words));
+    let expected = Expected::Item(list);
+    p.skip(SyntaxErrorKind::Expected { expected, found: Some(p.current()), similar }, |p| {
         // Outside all braces one stray `}` is one mistake, with all that it leaves without a place.
         let outside = !p.is_in(List::Library) && list == List::Library;
         p.at_item()

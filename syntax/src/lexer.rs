@@ -3,6 +3,7 @@
 use logos::Logos;
 
 use crate::SyntaxKind::{self, *};
+use crate::error::TokenError;
 use crate::is_closed_comment;
 
 /// The tokens of a text, trivia included.
@@ -10,39 +11,11 @@ pub struct Lexed {
     kinds: Vec<SyntaxKind>,
     /// Where each token starts, and [`BEGINS_LINE`]; one more than there are tokens, the last is where that ends.
     starts: Vec<u32>,
-    errors: Vec<(u32, LexError)>,
+    errors: Vec<(u32, TokenError)>,
 }
 
 /// Set on the start of a token that is no trivia and the first such of its line. (Texts are shorter than 2³¹ bytes.)
 const BEGINS_LINE: u32 = 1 << 31;
-
-/// What is wrong inside a token.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum LexError {
-    BadNumber,
-    UnterminatedString,
-    UnterminatedComment,
-    UnknownEscape,
-    Hash,
-    Characters,
-}
-
-impl LexError {
-    pub(crate) fn message(self) -> &'static str {
-        match self {
-            LexError::BadNumber => {
-                "this is not a number: write digits, `0x…` or a decimal such as `1.5e-3`, without a unit"
-            }
-            LexError::UnterminatedString => "this string is not closed: a string ends on its line with `\"`",
-            LexError::UnterminatedComment => "this comment is not closed: close it with `*/`",
-            LexError::UnknownEscape => {
-                "unknown escape in a string: only `\\\"`, `\\\\`, `\\n` and `\\t` mean something"
-            }
-            LexError::Hash => "`#` means nothing in MAUVE: a comment begins with `//`",
-            LexError::Characters => "these characters mean nothing in MAUVE outside strings and comments",
-        }
-    }
-}
 
 /// Cuts `text` into tokens.
 ///
@@ -111,12 +84,12 @@ pub(crate) fn lex_from(
             begins_line = 0;
         }
         let error = match kind {
-            ERROR_CHARACTERS if lexer.slice().starts_with('#') => Some(LexError::Hash),
-            ERROR_CHARACTERS => Some(LexError::Characters),
-            BAD_NUMBER => Some(LexError::BadNumber),
-            UNTERMINATED_STRING => Some(LexError::UnterminatedString),
-            STRING if has_unknown_escape(lexer.slice()) => Some(LexError::UnknownEscape),
-            BLOCK_COMMENT if !is_closed_comment(lexer.slice()) => Some(LexError::UnterminatedComment),
+            ERROR_CHARACTERS if lexer.slice().starts_with('#') => Some(TokenError::Hash),
+            ERROR_CHARACTERS => Some(TokenError::Characters),
+            BAD_NUMBER => Some(TokenError::BadNumber),
+            UNTERMINATED_STRING => Some(TokenError::UnterminatedString),
+            STRING if has_unknown_escape(lexer.slice()) => Some(TokenError::UnknownEscape),
+            BLOCK_COMMENT if !is_closed_comment(lexer.slice()) => Some(TokenError::UnterminatedComment),
             _ => None,
         };
         errors.extend(error.map(|error| (kinds.len() as u32, error)));
@@ -166,7 +139,7 @@ impl Lexed {
     }
 
     /// The errors by token, in the order of the text.
-    pub(crate) fn errors(&self) -> &[(u32, LexError)] {
+    pub(crate) fn errors(&self) -> &[(u32, TokenError)] {
         &self.errors
     }
 }

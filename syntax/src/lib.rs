@@ -26,6 +26,7 @@
 //! This crate knows no database, no editor protocol and no analysis of any kind.
 
 pub mod ast;
+mod error;
 pub mod format;
 mod generated;
 mod grammar;
@@ -36,13 +37,15 @@ mod spelling;
 mod tree;
 mod trivia;
 
+pub use error::{Expected, SyntaxError, SyntaxErrorKind, TokenError};
 pub use generated::keywords;
 pub use generated::kinds::SyntaxKind;
 pub use lexer::{Lexed, lex};
+pub use parser::{DEEPEST, List};
 pub use reparse::Tier;
 pub use rowan::{GreenNode, NodeOrToken, TextRange, TextSize, WalkEvent};
 pub use spelling::similar;
-pub use tree::{Parse, SyntaxError, is_whole, token_at, token_before};
+pub use tree::{Parse, is_whole, token_at, token_before};
 pub use trivia::{
     begins_line, comment_above, comments_above, has_comment, is_closed_comment, is_gap, next_significant,
     next_token, previous_significant, previous_token, significant_tokens,

@@ -3,12 +3,14 @@
 use rowan::{TextRange, TextSize};
 
 use crate::SyntaxKind::{self, *};
-use crate::lexer::{LexError, Lexed};
-use crate::tree::{SyntaxError, comment_error};
+use crate::error::{Expected, SyntaxError, SyntaxErrorKind, TokenError};
+use crate::keywords::{ARCHITECTURE_ITEMS, DEPLOYMENT_ITEMS};
+use crate::lexer::Lexed;
+use crate::tree::comment_error;
 
 /// How deep blocks, parentheses, operators and `else if` may stand in one another. A tree is dropped recursively, and
 /// everything that walks it recurses: a stack overflow is not caught.
-pub(crate) const DEEPEST: u32 = 256;
+pub const DEEPEST: u32 = 256;
 
 /// The parser: non-trivia tokens in, events out.
 pub(crate) struct Parser<'a> {
@@ -52,9 +54,10 @@ pub(crate) struct Events {
     pub(crate) errors: Vec<SyntaxError>,
 }
 
-/// The kinds of list; each has items that are known by their first tokens.
+/// The kinds of list. The first tokens of an item say to which of them it belongs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum List {
+#[allow(missing_docs, reason = "the names say it")]
+pub enum List {
     File,
     Library,
     Shell,
@@ -82,6 +85,33 @@ impl List {
             ACTIVITY => Some(List::Activity),
             BLOCK => Some(List::Block),
             _ => None,
+        }
+    }
+
+    /// The keywords that begin an item, in the order in which a message has them; none where an item needs no keyword.
+    pub fn item_keywords(self) -> &'static [&'static str] {
+        match self {
+            List::File | List::Library => {
+                &["library", "use", "codel", "shell", "core", "component", "architecture", "deployment"]
+            }
+            List::Shell => &["constant", "property", "input port", "output port", "require", "provide"],
+            List::Core => &[
+                "var",
+                "handler",
+                "provide",
+                "configure",
+                "start",
+                "update",
+                "statemachine",
+                "stop",
+                "cleanup",
+            ],
+            List::StateMachine => &["var", "state", "initial state"],
+            List::State => &["entry", "run", "handle", "exit", "transition"],
+            List::Architecture => &ARCHITECTURE_ITEMS,
+            List::Deployment => &DEPLOYMENT_ITEMS,
+            List::Activity => &["affinity", "priority", "period", "deadline"],
+            List::Block => &[],
         }
     }
 }
@@ -317,15 +347,15 @@ impl<'a> Parser<'a> {
         if self.at_end() {
             return;
         }
-        let broken = self.lex_error();
-        if broken.is_some() {
-            self.error("this is not understood");
+        let broken = self.token_error();
+        if let Some(error) = broken {
+            self.error(SyntaxErrorKind::Token(error));
         }
         self.position += 1;
         self.events.push(Event::Token { kind });
         if let Some(error) = broken {
             self.next_lex_error += 1;
-            if error == LexError::UnterminatedString {
+            if error == TokenError::UnterminatedString {
                 // What it hides, such as the `)` behind it, would be a second error for the same mistake.
                 self.last_error = Some(self.position);
             }
@@ -333,7 +363,7 @@ impl<'a> Parser<'a> {
     }
 
     /// What is wrong inside the current token.
-    fn lex_error(&self) -> Option<LexError> {
+    fn token_error(&self) -> Option<TokenError> {
         let (at, error) = self.lexed.errors().get(self.next_lex_error)?;
         (self.tokens.get(self.position) == Some(at)).then_some(*error)
     }
@@ -350,7 +380,7 @@ impl<'a> Parser<'a> {
     pub(crate) fn expect(&mut self, kind: SyntaxKind) -> bool {
         let found = self.eat(kind);
         if !found {
-            self.missing(kind.describe());
+            self.missing(Expected::Token(kind));
         }
         found
     }
@@ -369,14 +399,17 @@ impl<'a> Parser<'a> {
 
     // Errors
 
-    /// Reports that `what` is missing here, and marks the place in the tree.
-    pub(crate) fn missing(&mut self, what: &str) {
+    /// Reports that something is missing here, and marks it in the tree.
+    pub(crate) fn missing(&mut self, expected: Expected) {
         // Behind the last token, where the user would type it, when this one belongs to another line.
         if self.position > 0 && (self.at_end() || self.begins_line()) {
             let end = self.range_of(self.position - 1).end();
-            self.report(TextRange::empty(end), format!("expected {what}"));
+            let kind = SyntaxErrorKind::Expected { expected, found: None, similar: None };
+            self.report(TextRange::empty(end), kind);
         } else {
-            self.report(self.range_of(self.position), format!("expected {what}, found {}", self.found()));
+            let found = Some(self.current());
+            let kind = SyntaxErrorKind::Expected { expected, found, similar: None };
+            self.report(self.range_of(self.position), kind);
         }
         self.mark();
     }
@@ -389,14 +422,9 @@ impl<'a> Parser<'a> {
         text.filter(|_| kind.is_word() || matches!(kind, INT_NUMBER | FLOAT_NUMBER))
     }
 
-    /// The current token in words.
-    pub(crate) fn found(&self) -> String {
-        self.word().map_or_else(|| self.current().describe().to_owned(), |word| format!("`{word}`"))
-    }
-
-    /// Reports `message` at the current token, which stays.
-    pub(crate) fn error(&mut self, message: &str) {
-        self.report(self.range_of(self.position), message.to_owned());
+    /// Reports an error at the current token, which stays.
+    pub(crate) fn error(&mut self, kind: SyntaxErrorKind) {
+        self.report(self.range_of(self.position), kind);
         self.mark();
     }
 
@@ -406,20 +434,20 @@ impl<'a> Parser<'a> {
         marker.complete(self, ERROR);
     }
 
-    fn report(&mut self, range: TextRange, message: String) {
+    fn report(&mut self, range: TextRange, kind: SyntaxErrorKind) {
         if self.last_error == Some(self.position) {
             return;
         }
         self.last_error = Some(self.position);
-        if let Some(error) = self.lex_error() {
+        if let Some(error) = self.token_error() {
             let range = self.range_of(self.position);
-            self.errors.push(SyntaxError { range, message: error.message().to_owned() });
+            self.errors.push(SyntaxError { range, kind: SyntaxErrorKind::Token(error) });
             return;
         }
         // Behind an unterminated comment nothing is left to find: it is the one mistake.
         let swallowed = self.at_end() && comment_error(self.lexed).is_some();
         if !swallowed {
-            self.errors.push(SyntaxError { range, message });
+            self.errors.push(SyntaxError { range, kind });
         }
     }
 
@@ -433,8 +461,8 @@ impl<'a> Parser<'a> {
 
     /// Skips tokens that fit nowhere, into one error node: up to where `stop` says, but at least one token, and
     /// whole `{ … }`, `( … )`, `[ … ]`.
-    pub(crate) fn skip(&mut self, message: &str, stop: impl Fn(&Parser<'_>) -> bool) {
-        self.report(self.range_of(self.position), message.to_owned());
+    pub(crate) fn skip(&mut self, kind: SyntaxErrorKind, stop: impl Fn(&Parser<'_>) -> bool) {
+        self.report(self.range_of(self.position), kind);
         let marker = self.start();
         loop {
             self.skip_balanced();
@@ -478,8 +506,7 @@ impl<'a> Parser<'a> {
 
     /// Too deep: the rest of the construct as flat tokens in one error node.
     pub(crate) fn too_deep(&mut self, stop: impl Fn(&Parser<'_>) -> bool) {
-        let message = format!("this is nested more than {DEEPEST} levels deep, and is not read");
-        self.skip(&message, stop);
+        self.skip(SyntaxErrorKind::TooDeep, stop);
     }
 }
 

@@ -15,10 +15,11 @@
 use rowan::{GreenNode, GreenToken, Language as _, NodeOrToken, TextRange, TextSize};
 
 use crate::SyntaxKind::*;
+use crate::error::SyntaxError;
 use crate::grammar;
 use crate::lexer::{Lexed, lex_from};
 use crate::parser::{List, Parser};
-use crate::tree::{self, Parse, SyntaxError, comment_error};
+use crate::tree::{self, Parse, comment_error};
 use crate::{Mauve, SyntaxNode, SyntaxToken, parse};
 
 /// How much of a tree was made again.
@@ -428,9 +429,9 @@ impl Before<'_> {
         let shifted = |offset: TextSize| TextSize::new(self.edit.shifted(offset.into()) as u32);
         let later = self.errors(replaced.end..usize::MAX).iter().map(|error| SyntaxError {
             range: TextRange::new(shifted(error.range.start()), shifted(error.range.end())),
-            message: error.message.clone(),
+            kind: error.kind,
         });
-        let earlier = self.errors(0..replaced.start).iter().cloned();
+        let earlier = self.errors(0..replaced.start).iter().copied();
         Parse { green, errors: earlier.chain(errors).chain(later).collect() }
     }
 }

@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use rowan::{GreenNode, GreenNodeBuilder, Language as _, TextRange, TextSize};
 
-use crate::lexer::{LexError, Lexed};
+use crate::error::{SyntaxError, SyntaxErrorKind, TokenError};
+use crate::lexer::Lexed;
 use crate::parser::{Event, Events};
 use crate::{Mauve, SyntaxKind, SyntaxNode, SyntaxToken};
 
@@ -13,15 +14,6 @@ use crate::{Mauve, SyntaxKind, SyntaxNode, SyntaxToken};
 pub struct Parse {
     pub(crate) green: GreenNode,
     pub(crate) errors: Arc<[SyntaxError]>,
-}
-
-/// Something that the grammar does not allow: what was found, what was expected.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct SyntaxError {
-    /// The token that is wrong, or the empty range behind the last one before something that is missing.
-    pub range: TextRange,
-    /// For the user.
-    pub message: String,
 }
 
 impl Parse {
@@ -45,7 +37,7 @@ impl Parse {
         &self.errors
     }
 
-    /// The tree and its errors as text, one node, token or error a line: for tests and `mauve parse`.
+    /// The tree as text, one node or token a line.
     ///
     /// ```
     /// let parse = mauve_syntax::parse("use std_msgs");
@@ -72,9 +64,6 @@ impl Parse {
                 rowan::WalkEvent::Leave(_) => depth -= 1,
             }
         }
-        for error in self.errors() {
-            out += &format!("error {:?}: {}\n", error.range, error.message);
-        }
         out
     }
 }
@@ -96,9 +85,11 @@ pub(crate) fn too_long() -> Parse {
     builder.start_node(Mauve::kind_to_raw(SyntaxKind::ERROR));
     builder.finish_node();
     builder.finish_node();
-    let message = format!("this file is longer than {} bytes, and is not read", crate::LONGEST_TEXT);
     let range = TextRange::empty(TextSize::new(0));
-    Parse { green: builder.finish(), errors: Arc::new([SyntaxError { range, message }]) }
+    Parse {
+        green: builder.finish(),
+        errors: Arc::new([SyntaxError { range, kind: SyntaxErrorKind::TooLong }]),
+    }
 }
 
 pub(crate) fn build(text: &str, lexed: &Lexed, events: Events) -> Parse {
@@ -170,9 +161,9 @@ pub(crate) fn comment_error(lexed: &Lexed) -> Option<SyntaxError> {
     let range = lexed.range(*index as usize);
     // Only its opening: marking all that it swallowed would hide where it starts.
     let start = TextSize::new(range.start as u32);
-    (*error == LexError::UnterminatedComment).then(|| SyntaxError {
+    (*error == TokenError::UnterminatedComment).then(|| SyntaxError {
         range: TextRange::at(start, TextSize::new(2)),
-        message: error.message().to_owned(),
+        kind: SyntaxErrorKind::Token(*error),
     })
 }
 

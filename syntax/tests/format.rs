@@ -6,12 +6,12 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use mauve_syntax::format::{Replacement, applied, format, format_on_type, format_range, formatted};
-use mauve_syntax::{NodeOrToken, Parse, SyntaxKind, TextRange, TextSize, WalkEvent, parse};
+use mauve_syntax::{NodeOrToken, Parse, SyntaxErrorKind, SyntaxKind, TextRange, TextSize, WalkEvent, parse};
 use proptest::prelude::*;
 
 /// A tree without its white space and without places: nodes, tokens, and what is wrong. Comments are by themselves, since
 /// whose node they stand in is nobody's business.
-fn meaning(parse: &Parse) -> (String, Vec<String>, Vec<String>) {
+fn meaning(parse: &Parse) -> (String, Vec<String>, Vec<SyntaxErrorKind>) {
     let (mut tree, mut comments) = (String::new(), Vec::new());
     for event in parse.syntax().preorder_with_tokens() {
         match event {
@@ -27,7 +27,7 @@ fn meaning(parse: &Parse) -> (String, Vec<String>, Vec<String>) {
             WalkEvent::Leave(_) => {}
         }
     }
-    (tree, comments, parse.errors().iter().map(|error| error.message.clone()).collect())
+    (tree, comments, parse.errors().iter().map(|error| error.kind).collect())
 }
 
 /// For each comment, whether something other than comments stands before it on its line.

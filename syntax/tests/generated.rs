@@ -65,27 +65,21 @@ const PUNCTUATION: &[(&str, &str)] = &[
     ("||", "PIPE2"),
 ];
 
-/// Tokens that are no fixed text: kind, regular expression or callback for logos (none: `lexer.rs` finds them), what it
-/// is in a message.
-const CLASSES: &[(&str, &str, &str)] = &[
-    ("IDENT", r##"#[regex("[A-Za-z_][A-Za-z0-9_]*", priority = 3)]"##, "a name"),
-    ("INT_NUMBER", r##"#[regex("[0-9]+|0[xX][0-9a-fA-F]+", priority = 5)]"##, "a whole number"),
+/// Tokens that are no fixed text: kind, regular expression or callback for logos (none: `lexer.rs` finds them).
+const CLASSES: &[(&str, &str)] = &[
+    ("IDENT", r##"#[regex("[A-Za-z_][A-Za-z0-9_]*", priority = 3)]"##),
+    ("INT_NUMBER", r##"#[regex("[0-9]+|0[xX][0-9a-fA-F]+", priority = 5)]"##),
     (
         "FLOAT_NUMBER",
         r##"#[regex(r"[0-9]+\.[0-9]+([eE][+-]?[0-9]+)?|[0-9]+[eE][+-]?[0-9]+", priority = 6)]"##,
-        "a number",
     ),
-    (
-        "BAD_NUMBER",
-        r##"#[regex(r"[0-9][A-Za-z0-9_]*|[0-9]+\.[0-9]+[A-Za-z_][A-Za-z0-9_]*", priority = 4)]"##,
-        "a number",
-    ),
-    ("STRING", r##"#[regex(r#""([^"\\\r\n]|\\[^\r\n])*""#)]"##, "a string"),
-    ("UNTERMINATED_STRING", r##"#[regex(r#""([^"\\\r\n]|\\[^\r\n])*\\?"#, priority = 2)]"##, "a string"),
-    ("WHITESPACE", "", "white space"),
-    ("LINE_COMMENT", r##"#[regex(r"//[^\r\n]*", allow_greedy = true)]"##, "a comment"),
-    ("BLOCK_COMMENT", r##"#[token("/*", crate::lexer::block_comment)]"##, "a comment"),
-    ("ERROR_CHARACTERS", "", "characters that mean nothing here"),
+    ("BAD_NUMBER", r##"#[regex(r"[0-9][A-Za-z0-9_]*|[0-9]+\.[0-9]+[A-Za-z_][A-Za-z0-9_]*", priority = 4)]"##),
+    ("STRING", r##"#[regex(r#""([^"\\\r\n]|\\[^\r\n])*""#)]"##),
+    ("UNTERMINATED_STRING", r##"#[regex(r#""([^"\\\r\n]|\\[^\r\n])*\\?"#, priority = 2)]"##),
+    ("WHITESPACE", ""),
+    ("LINE_COMMENT", r##"#[regex(r"//[^\r\n]*", allow_greedy = true)]"##),
+    ("BLOCK_COMMENT", r##"#[token("/*", crate::lexer::block_comment)]"##),
+    ("ERROR_CHARACTERS", ""),
 ];
 
 fn kinds(grammar: &Grammar) -> String {
@@ -102,7 +96,7 @@ fn kinds(grammar: &Grammar) -> String {
     for keyword in &keywords {
         writeln!(out, "    #[token(\"{keyword}\")]\n    {}_KW,", keyword.to_uppercase()).unwrap();
     }
-    for (kind, rule, _) in CLASSES {
+    for (kind, rule) in CLASSES {
         if !rule.is_empty() {
             writeln!(out, "    {rule}").unwrap();
         }
@@ -118,7 +112,7 @@ fn kinds(grammar: &Grammar) -> String {
     out += "    pub(crate) const ALL: [SyntaxKind; SyntaxKind::LAST as usize + 1] = [\n        SyntaxKind::EOF,\n";
     let tokens = PUNCTUATION.iter().map(|(_, kind)| kind.to_string());
     let words = keywords.iter().map(|keyword| format!("{}_KW", keyword.to_uppercase()));
-    let classes = CLASSES.iter().map(|(kind, _, _)| kind.to_string());
+    let classes = CLASSES.iter().map(|(kind, _)| kind.to_string());
     for kind in tokens.chain(words.clone()).chain(classes).chain(structs(grammar)) {
         writeln!(out, "        SyntaxKind::{kind},").unwrap();
     }
@@ -139,17 +133,15 @@ fn kinds(grammar: &Grammar) -> String {
     out += "    /// A keyword that is a literal.\n";
     out += "    #[inline]\n    pub fn is_literal_keyword(self) -> bool {\n";
     writeln!(out, "        matches!(self, {})\n    }}\n", literals.join(" | ")).unwrap();
-    out += "    /// How a message names this token.\n    pub fn describe(self) -> &'static str {\n        match self {\n";
+    out += "    /// Returns the text of a token that always has the same one.\n";
+    out += "    pub fn text(self) -> Option<&'static str> {\n        Some(match self {\n";
     for (text, kind) in PUNCTUATION {
-        writeln!(out, "            SyntaxKind::{kind} => \"`{text}`\",").unwrap();
+        writeln!(out, "            SyntaxKind::{kind} => \"{text}\",").unwrap();
     }
     for keyword in &keywords {
-        writeln!(out, "            SyntaxKind::{}_KW => \"`{keyword}`\",", keyword.to_uppercase()).unwrap();
+        writeln!(out, "            SyntaxKind::{}_KW => \"{keyword}\",", keyword.to_uppercase()).unwrap();
     }
-    for (kind, _, what) in CLASSES {
-        writeln!(out, "            SyntaxKind::{kind} => \"{what}\",").unwrap();
-    }
-    out += "            SyntaxKind::EOF => \"the end of the file\",\n            _ => \"this\",\n        }\n    }\n}\n";
+    out += "            _ => return None,\n        })\n    }\n}\n";
     out
 }
 
@@ -363,8 +355,8 @@ fn token_kind(text: &str) -> String {
     if let Some((_, kind)) = PUNCTUATION.iter().find(|(punctuation, _)| *punctuation == text) {
         return (*kind).to_owned();
     }
-    match CLASSES.iter().find(|(kind, _, _)| kind.to_lowercase() == text) {
-        Some((kind, _, _)) => (*kind).to_owned(),
+    match CLASSES.iter().find(|(kind, _)| kind.to_lowercase() == text) {
+        Some((kind, _)) => (*kind).to_owned(),
         None => text.to_uppercase() + "_KW",
     }
 }

@@ -17,7 +17,10 @@ fn the_models_above_the_rules_give_their_trees() {
     assert!(models.len() > 15, "the comments were not found");
     for Model { name, fails, text } in &models {
         let parse = mauve_syntax::parse(text);
-        let dump = parse.debug_dump();
+        let mut dump = parse.debug_dump();
+        for error in parse.errors() {
+            dump += &format!("error {:?}: {:?}\n", error.range, error.kind);
+        }
         assert_eq!(!parse.errors().is_empty(), *fails, "{name}:\n{text}\n{dump}");
         expect_file![root.join("test_data").join(format!("{name}.txt"))]
             .assert_eq(&format!("{text}\n{dump}"));

@@ -2,7 +2,8 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
 
-use mauve_syntax::{SyntaxKind, SyntaxNode, parse};
+use mauve_syntax::SyntaxKind::{COMMA, IDENT, R_CURLY, SEMICOLON};
+use mauve_syntax::{Expected, List, SyntaxErrorKind, SyntaxKind, SyntaxNode, TokenError, parse};
 use proptest::prelude::*;
 
 fn round_trips(text: &str) {
@@ -274,34 +275,21 @@ fn what_is_nested_too_deep_is_one_error_in_a_small_stack() {
 
 #[test]
 fn one_mistake_is_one_error() {
-    let one = |text: &str, message: &str| {
+    let one = |text: &str, kind: SyntaxErrorKind| {
         let parse = parse(text);
-        let messages: Vec<&str> = parse.errors().iter().map(|error| error.message.as_str()).collect();
-        assert_eq!(messages, [message], "{text}\n{}", parse.debug_dump());
+        let kinds: Vec<SyntaxErrorKind> = parse.errors().iter().map(|error| error.kind).collect();
+        assert_eq!(kinds, [kind], "{text}\n{}", parse.debug_dump());
     };
-    one("core C(S) { update = { f(a b, c); } }", "expected `,`, found `b`");
-    one(
-        "core C(S) { update = { f(\"a); } }",
-        "this string is not closed: a string ends on its line with `\"`",
-    );
-    one("core C(S) { update = { f(); } /* }", "this comment is not closed: close it with `*/`");
-    one("core C(S) { update = { f() } }", "expected `;`, found `}`");
-    one("core C(S) { update = { f();", "expected `}`");
-    one(
-        "architecture A { § instance a: B }",
-        "these characters mean nothing in MAUVE outside strings and comments",
-    );
-    one(
-        "shell S { }\n}\nstop = { }\ncodel f(): int",
-        "expected a declaration (`library`, `use`, `codel`, `shell`, `core`, `component`, `architecture` or `deployment`), found `}`",
-    );
-    one(
-        "analysis { wcet = 3 { a } }\ncodel f(): int",
-        "expected a declaration (`library`, `use`, `codel`, `shell`, `core`, `component`, `architecture` or `deployment`), found `analysis`",
-    );
-    one(
-        "deployment D { activity a { period = 5ms } }",
-        "this is not a number: write digits, `0x…` or a decimal such as `1.5e-3`, without a unit",
-    );
-    one("\0\0\u{1}", "these characters mean nothing in MAUVE outside strings and comments");
+    let expected = |expected, found| SyntaxErrorKind::Expected { expected, found, similar: None };
+    let declaration = Expected::Item(List::Library);
+    one("core C(S) { update = { f(a b, c); } }", expected(Expected::Token(COMMA), Some(IDENT)));
+    one("core C(S) { update = { f(\"a); } }", SyntaxErrorKind::Token(TokenError::UnterminatedString));
+    one("core C(S) { update = { f(); } /* }", SyntaxErrorKind::Token(TokenError::UnterminatedComment));
+    one("core C(S) { update = { f() } }", expected(Expected::Token(SEMICOLON), Some(R_CURLY)));
+    one("core C(S) { update = { f();", expected(Expected::Token(R_CURLY), None));
+    one("architecture A { § instance a: B }", SyntaxErrorKind::Token(TokenError::Characters));
+    one("shell S { }\n}\nstop = { }\ncodel f(): int", expected(declaration, Some(R_CURLY)));
+    one("analysis { wcet = 3 { a } }\ncodel f(): int", expected(declaration, Some(IDENT)));
+    one("deployment D { activity a { period = 5ms } }", SyntaxErrorKind::Token(TokenError::BadNumber));
+    one("\0\0\u{1}", SyntaxErrorKind::Token(TokenError::Characters));
 }

@@ -53,9 +53,9 @@ fn expected_value(key: &str, expected: ExpectedValue) -> String {
 }
 
 /// `a`, `a or b`, `a, b or c`
-fn alternatives(names: &[&str]) -> String {
+pub(crate) fn alternatives<S: std::borrow::Borrow<str>>(names: &[S]) -> String {
     match names {
-        [rest @ .., last] if !rest.is_empty() => format!("{} or {last}", rest.join(", ")),
+        [rest @ .., last] if !rest.is_empty() => format!("{} or {}", rest.join(", "), last.borrow()),
         names => names.concat(),
     }
 }

@@ -23,6 +23,7 @@ pub mod reasons;
 mod render;
 
 pub use render::render;
+pub use syntax_error::{message as syntax_error_message, tree_of};
 
 /// A kind of diagnostic.
 #[derive(Debug, PartialEq, Eq)]

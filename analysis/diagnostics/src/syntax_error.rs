@@ -22,14 +22,18 @@
 //! program uses: a name that its own library lacks is not looked for in others meanwhile.
 
 use mauve_syntax::ast::{AstNode as _, BinaryExpr, Expr};
-use mauve_syntax::{NodeOrToken, Parse, SyntaxError, SyntaxKind, SyntaxNode, SyntaxToken, TextRange, TextSize, previous_token, token_at};
+use mauve_syntax::{
+    DEEPEST, Expected, LONGEST_TEXT, List, NodeOrToken, Parse, SyntaxError, SyntaxErrorKind, SyntaxKind,
+    SyntaxNode, SyntaxToken, TextRange, TextSize, TokenError, previous_token, token_at,
+};
 
 use super::*;
+use crate::configuration::alternatives;
 
 code!(SYNTAX_ERROR, Error, "syntax-error");
 
 pub(super) fn report<'db>(parse: &Parse, file: File, error: &SyntaxError, at: Location<'db>) -> Diagnostic<'db> {
-    let found = Diagnostic::new(&SYNTAX_ERROR, at, error.message.clone());
+    let found = Diagnostic::new(&SYNTAX_ERROR, at, message(parse, error));
     match chained(parse, error) {
         Some((end, middle)) => {
             let place = Location::Range(file, end.into(), end.into());
@@ -49,15 +53,134 @@ pub(super) fn report<'db>(parse: &Parse, file: File, error: &SyntaxError, at: Lo
     }
 }
 
+/// Says what is wrong: the message of the diagnostic.
+///
+/// ```
+/// let parse = mauve_syntax::parse("codel f(): int { }");
+/// let message = mauve_diagnostics::syntax_error_message(&parse, &parse.errors()[0]);
+/// assert!(message.ends_with("or `deployment`), found `{`"));
+/// ```
+pub fn message(parse: &Parse, error: &SyntaxError) -> String {
+    match error.kind {
+        SyntaxErrorKind::Expected { expected, found, similar } => {
+            let found = found.map(|kind| format!(", found {}", token(parse, error, kind)));
+            let similar = similar.map(|word| format!("; did you mean `{word}`?"));
+            format!(
+                "expected {}{}{}",
+                what(expected),
+                found.unwrap_or_default(),
+                similar.unwrap_or_default()
+            )
+        }
+        SyntaxErrorKind::Token(error) => token_error(error).to_owned(),
+        SyntaxErrorKind::LateInclude => "an `include` stands before all declarations of its file".to_owned(),
+        SyntaxErrorKind::PathWithoutQuotes => {
+            "expected a path in quotes, as in `include \"file.mal\"`".to_owned()
+        }
+        SyntaxErrorKind::WordAfterField => {
+            "expected a field such as `period = 100`; times are milliseconds, without a unit".to_owned()
+        }
+        SyntaxErrorKind::ChainedComparison => {
+            "comparisons do not chain: write `a < b && b < c`".to_owned()
+        }
+        SyntaxErrorKind::MessageField => {
+            "a program does not look into a message: a codel does that".to_owned()
+        }
+        SyntaxErrorKind::ArrayElement => {
+            "a program does not look into an array: a codel does that".to_owned()
+        }
+        SyntaxErrorKind::TooDeep => {
+            format!("this is nested more than {DEEPEST} levels deep, and is not read")
+        }
+        SyntaxErrorKind::TooLong => {
+            format!("this file is longer than {LONGEST_TEXT} bytes, and is not read")
+        }
+    }
+}
+
+/// Writes the tree of a text, a node or token a line, and its errors.
+pub fn tree_of(parse: &Parse) -> String {
+    let errors = parse.errors().iter();
+    let errors = errors.map(|error| format!("error {:?}: {}\n", error.range, message(parse, error)));
+    parse.debug_dump() + &errors.collect::<String>()
+}
+
+fn token_error(error: TokenError) -> &'static str {
+    match error {
+        TokenError::BadNumber => {
+            "this is not a number: write digits, `0x…` or a decimal such as `1.5e-3`, without a unit"
+        }
+        TokenError::UnterminatedString => "this string is not closed: a string ends on its line with `\"`",
+        TokenError::UnterminatedComment => "this comment is not closed: close it with `*/`",
+        TokenError::UnknownEscape => {
+            "unknown escape in a string: only `\\\"`, `\\\\`, `\\n` and `\\t` mean something"
+        }
+        TokenError::Hash => "`#` means nothing in MAUVE: a comment begins with `//`",
+        TokenError::Characters => "these characters mean nothing in MAUVE outside strings and comments",
+    }
+}
+
+fn what(expected: Expected) -> String {
+    let what = match expected {
+        Expected::Token(kind) => return token_kind(kind),
+        Expected::Item(List::Block) => "a statement",
+        Expected::Item(list) => {
+            let keywords: Vec<_> = list.item_keywords().iter().map(|it| format!("`{it}`")).collect();
+            let keywords = alternatives(&keywords);
+            return match list {
+                List::File | List::Library => format!("a declaration ({keywords})"),
+                _ => keywords,
+            };
+        }
+        Expected::BlockOrIf => "`{` or `if`",
+        Expected::Name => "a name",
+        Expected::PackageName => "the name of a library or a message package",
+        Expected::ShellName => "the name of a shell",
+        Expected::CoreName => "the name of a core",
+        Expected::ComponentName => "the name of a component",
+        Expected::ArchitectureName => "the name of an architecture",
+        Expected::InstanceName => "the name of an instance",
+        Expected::StateName => "the name of a state",
+        Expected::Type => "a type",
+        Expected::Parameters => "`(` and the parameters",
+        Expected::Parameter => "a parameter",
+        Expected::Argument => "an argument",
+        Expected::Expression => "an expression",
+    };
+    what.to_owned()
+}
+
+/// The token at an error: as it stands, where it is a short word or a number.
+fn token(parse: &Parse, error: &SyntaxError, kind: SyntaxKind) -> String {
+    let is_shown = kind.is_word() || matches!(kind, SyntaxKind::INT_NUMBER | SyntaxKind::FLOAT_NUMBER);
+    let token = token_at(&parse.syntax(), error.range.start());
+    match token.filter(|token| is_shown && token.text().len() <= 40) {
+        Some(token) => format!("`{}`", token.text()),
+        None => token_kind(kind),
+    }
+}
+
+fn token_kind(kind: SyntaxKind) -> String {
+    use SyntaxKind::*;
+    let class = match kind {
+        IDENT => "a name",
+        INT_NUMBER => "a whole number",
+        FLOAT_NUMBER | BAD_NUMBER => "a number",
+        STRING | UNTERMINATED_STRING => "a string",
+        EOF => "the end of the file",
+        _ => return kind.text().map_or_else(|| "this".to_owned(), |text| format!("`{text}`")),
+    };
+    class.to_owned()
+}
+
 /// The sign or keyword that is missing, and where it belongs: right behind what stands before it.
 ///
 /// With it the parser goes on as if it had been there, since it is what it was about to take.
 fn forgotten(parse: &Parse, error: &SyntaxError) -> Option<(TextSize, String)> {
-    let (sign, found) = error.message.strip_prefix("expected `")?.split_once('`')?;
-    let is_found = found.starts_with(", found ");
-    if !found.is_empty() && !is_found {
+    let SyntaxErrorKind::Expected { expected: Expected::Token(kind), found, .. } = error.kind else {
         return None;
-    }
+    };
+    let (sign, is_found) = (kind.text()?, found.is_some());
     let root = parse.syntax();
     let next = match is_found {
         true => token_at(&root, error.range.start()),
@@ -105,9 +228,7 @@ fn forgotten(parse: &Parse, error: &SyntaxError) -> Option<(TextSize, String)> {
 
 /// The `=` in a condition, where `==` is meant.
 fn single_equals(parse: &Parse, error: &SyntaxError) -> Option<TextRange> {
-    if !error.message.ends_with(", found `=`") {
-        return None;
-    }
+    let SyntaxErrorKind::Expected { found: Some(SyntaxKind::EQ), .. } = error.kind else { return None };
     let root = parse.syntax();
     let sign = token_at(&root, error.range.start())?;
     let ends = [SyntaxKind::IF_KW, SyntaxKind::SEMICOLON, SyntaxKind::L_CURLY, SyntaxKind::R_CURLY];
@@ -149,7 +270,7 @@ fn indentation(node: &SyntaxNode) -> String {
 
 /// Of `a < b < c`, where `a < b` ends, and `b`.
 fn chained(parse: &Parse, error: &SyntaxError) -> Option<(TextSize, String)> {
-    if !error.message.starts_with("comparisons do not chain") {
+    if error.kind != SyntaxErrorKind::ChainedComparison {
         return None;
     }
     let operator = token_at(&parse.syntax(), error.range.start())?;

@@ -37,11 +37,11 @@ impl Parse {
         let parse = mauve_syntax::parse(&text);
         let code = u8::from(!parse.errors().is_empty());
         let text = match self.format {
-            Format::Tree => harmless(&parse.debug_dump()),
+            Format::Tree => harmless(&mauve_diagnostics::tree_of(&parse)),
             Format::Json => {
                 let error = |error: &mauve_syntax::SyntaxError| {
                     let (start, end): (u32, u32) = (error.range.start().into(), error.range.end().into());
-                    json!({ "start": start, "end": end, "message": error.message })
+                    json!({ "start": start, "end": end, "message": mauve_diagnostics::syntax_error_message(&parse, error) })
                 };
                 let errors: Vec<Value> = parse.errors().iter().map(error).collect();
                 super::json(&json!({ "tree": node(&parse.syntax()), "errors": errors }))?

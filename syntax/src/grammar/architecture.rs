@@ -28,8 +28,7 @@ pub(super) fn architecture_item(p: &mut Parser<'_>) {
         OPERATION_KW => operation(p),
         PROPERTY_KW | CONSTANT_KW => setting(p),
         _ => {
-            let expected = "`import`, `instance`, `connection`, `operation`, `property` or `constant`";
-            unknown(p, expected, List::Architecture);
+            unknown(p, List::Architecture);
         }
     }
 }
@@ -37,7 +36,7 @@ pub(super) fn architecture_item(p: &mut Parser<'_>) {
 fn import(p: &mut Parser<'_>) {
     let m = p.start();
     p.bump();
-    type_(p, "the name of an architecture");
+    type_(p, Expected::ArchitectureName);
     m.complete(p, IMPORT);
 }
 
@@ -55,7 +54,7 @@ fn instance(p: &mut Parser<'_>) {
     p.bump();
     name(p);
     if p.expect(COLON) {
-        type_(p, "the name of a component");
+        type_(p, Expected::ComponentName);
     }
     m.complete(p, INSTANCE);
 }
@@ -98,13 +97,13 @@ pub(super) fn setting(p: &mut Parser<'_>) {
 /// `instance.feature`
 fn endpoint(p: &mut Parser<'_>) {
     if !p.at_name() {
-        p.missing("the name of an instance");
+        p.missing(Expected::InstanceName);
         return;
     }
     let m = p.start();
-    name_ref(p, "the name of an instance");
+    name_ref(p, Expected::InstanceName);
     if p.expect(DOT) {
-        name_ref(p, "a name");
+        name_ref(p, Expected::Name);
     }
     m.complete(p, ENDPOINT);
 }

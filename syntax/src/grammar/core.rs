@@ -18,7 +18,7 @@ pub(super) fn core(p: &mut Parser<'_>) {
     p.bump();
     name(p);
     p.expect(L_PAREN);
-    type_(p, "the name of a shell");
+    type_(p, Expected::ShellName);
     p.expect(R_PAREN);
     p.eat(COLON);
     list(p, List::Core);
@@ -33,8 +33,7 @@ pub(super) fn core_item(p: &mut Parser<'_>) {
         CONFIGURE_KW | START_KW | UPDATE_KW | STOP_KW | CLEANUP_KW => program(p, HOOK),
         STATEMACHINE_KW => state_machine(p),
         _ => {
-            let expected = "`var`, `handler`, `provide`, `configure`, `start`, `update`, `statemachine`, `stop` or `cleanup`";
-            unknown(p, expected, List::Core);
+            unknown(p, List::Core);
         }
     }
 }
@@ -111,7 +110,7 @@ pub(super) fn state_machine_item(p: &mut Parser<'_>) {
     match p.current() {
         VAR_KW => variable(p),
         INITIAL_KW | STATE_KW => state(p),
-        _ => unknown(p, "`var`, `state` or `initial state`", List::StateMachine),
+        _ => unknown(p, List::StateMachine),
     }
 }
 
@@ -119,7 +118,7 @@ fn state(p: &mut Parser<'_>) {
     let m = p.start();
     // An `initial` alone on its line is half typed: it must not change what the state on the next line means.
     if p.eat(INITIAL_KW) && p.at_item() {
-        p.missing("`state`");
+        p.missing(Expected::Token(STATE_KW));
     } else if p.expect(STATE_KW) {
         name(p);
         list(p, List::State);
@@ -131,7 +130,7 @@ pub(super) fn state_item(p: &mut Parser<'_>) {
     match p.current() {
         ENTRY_KW | RUN_KW | HANDLE_KW | EXIT_KW => program(p, METHOD),
         TRANSITION_KW => transition(p),
-        _ => unknown(p, "`entry`, `run`, `handle`, `exit` or `transition`", List::State),
+        _ => unknown(p, List::State),
     }
 }
 
@@ -157,7 +156,7 @@ fn transition(p: &mut Parser<'_>) {
         guard.complete(p, GUARD);
     }
     if p.expect(TO_KW) {
-        name_ref(p, "the name of a state");
+        name_ref(p, Expected::StateName);
         if p.at(L_CURLY) {
             block(p);
         }

@@ -23,14 +23,14 @@ pub(super) fn deployment_item(p: &mut Parser<'_>) {
         ARCHITECTURE_KW => target(p),
         ACTIVITY_KW => activity(p),
         PROPERTY_KW | CONSTANT_KW => architecture::setting(p),
-        _ => unknown(p, "`architecture`, `activity`, `property` or `constant`", List::Deployment),
+        _ => unknown(p, List::Deployment),
     }
 }
 
 fn target(p: &mut Parser<'_>) {
     let m = p.start();
     p.bump();
-    type_(p, "the name of an architecture");
+    type_(p, Expected::ArchitectureName);
     m.complete(p, TARGET);
 }
 
@@ -46,7 +46,7 @@ fn target(p: &mut Parser<'_>) {
 fn activity(p: &mut Parser<'_>) {
     let m = p.start();
     p.bump();
-    name_ref(p, "the name of an instance");
+    name_ref(p, Expected::InstanceName);
     list(p, List::Activity);
     m.complete(p, ACTIVITY);
 }
@@ -56,7 +56,7 @@ fn activity(p: &mut Parser<'_>) {
 // deployment D { architecture A  activity a { period = 10 ms priority = 3 deadline = 5.5 ms } }
 pub(super) fn field(p: &mut Parser<'_>) {
     if !p.current().is_word() {
-        unknown(p, "`affinity`, `priority`, `period` or `deadline`", List::Activity);
+        unknown(p, List::Activity);
         return;
     }
     let m = p.start();
@@ -71,7 +71,6 @@ pub(super) fn field(p: &mut Parser<'_>) {
     m.complete(p, FIELD);
     // A unit, or the name of a half-typed field: the activity has lost something.
     if has_value && p.current().is_word() && p.nth(1) != EQ && !p.begins_line() {
-        let message = "expected a field such as `period = 100`; times are milliseconds, without a unit";
-        p.skip(message, |_| true);
+        p.skip(SyntaxErrorKind::WordAfterField, |_| true);
     }
 }

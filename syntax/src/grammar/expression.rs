@@ -20,7 +20,7 @@ pub(super) fn expression(p: &mut Parser<'_>) {
     if let Some((_, _)) = operators(p, 1) {
         return;
     }
-    p.missing("an expression");
+    p.missing(Expected::Expression);
 }
 
 /// How tightly an operator binds, from 1.
@@ -63,10 +63,10 @@ fn operators(p: &mut Parser<'_>, weakest: u8) -> Option<(CompletedMarker, u32)> 
         let rhs = if p.at_item() { None } else { operators(p, strength + 1) };
         p.depth -= 1;
         if rhs.is_none() {
-            p.missing("an expression");
+            p.missing(Expected::Expression);
         }
         if strength == COMPARISON && self::strength(p.current()) == COMPARISON {
-            p.error("comparisons do not chain: write `a < b && b < c`");
+            p.error(SyntaxErrorKind::ChainedComparison);
         }
         height = height.max(rhs.map_or(0, |(_, height)| height)) + 1;
         lhs = m.complete(p, BINARY_EXPR);
@@ -88,7 +88,7 @@ fn operand(p: &mut Parser<'_>) -> Option<(CompletedMarker, u32)> {
             p.bump();
             let inner = operand(p);
             if inner.is_none() {
-                p.missing("an expression");
+                p.missing(Expected::Expression);
             }
             (m.complete(p, UNARY_EXPR), inner.map_or(0, |(_, height)| height) + 1)
         }
@@ -96,7 +96,7 @@ fn operand(p: &mut Parser<'_>) -> Option<(CompletedMarker, u32)> {
             p.bump();
             let inner = operators(p, 1);
             if inner.is_none() {
-                p.missing("an expression");
+                p.missing(Expected::Expression);
             }
             p.expect(R_PAREN);
             (m.complete(p, PAREN_EXPR), inner.map_or(0, |(_, height)| height) + 1)
@@ -106,7 +106,7 @@ fn operand(p: &mut Parser<'_>) -> Option<(CompletedMarker, u32)> {
             (m.complete(p, LITERAL), 1)
         }
         _ => {
-            name_ref(p, "a name");
+            name_ref(p, Expected::Name);
             if p.at(L_PAREN) {
                 let height = arguments(p);
                 (m.complete(p, CALL_EXPR), height + 2)
@@ -130,7 +130,7 @@ fn arguments(p: &mut Parser<'_>) -> u32 {
     let m = p.start();
     p.bump();
     let height = std::cell::Cell::new(0);
-    separated(p, R_PAREN, "an argument", |p| match operators(p, 1) {
+    separated(p, R_PAREN, Expected::Argument, |p| match operators(p, 1) {
         Some((_, inner)) => {
             height.set(height.get().max(inner));
             true
@@ -149,12 +149,11 @@ fn opt_access(p: &mut Parser<'_>) {
         return;
     }
     match p.current() {
-        DOT if p.is_in(List::Block) => p
-            .skip("a program does not look into a message: a codel does that", |p| {
-                !(p.current().is_word() && p.previous() == DOT || p.at(DOT))
-            }),
+        DOT if p.is_in(List::Block) => p.skip(SyntaxErrorKind::MessageField, |p| {
+            !(p.current().is_word() && p.previous() == DOT || p.at(DOT))
+        }),
         L_BRACK if p.is_in(List::Block) => {
-            p.skip("a program does not look into an array: a codel does that", |_| true);
+            p.skip(SyntaxErrorKind::ArrayElement, |_| true);
         }
         _ => {}
     }

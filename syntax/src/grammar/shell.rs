@@ -25,9 +25,9 @@ pub(super) fn shell(p: &mut Parser<'_>) {
 fn extends(p: &mut Parser<'_>) {
     let m = p.start();
     p.bump();
-    type_(p, "the name of a shell");
+    type_(p, Expected::ShellName);
     while p.eat(COMMA) {
-        type_(p, "the name of a shell");
+        type_(p, Expected::ShellName);
     }
     m.complete(p, EXTENDS);
 }
@@ -37,11 +37,7 @@ pub(super) fn shell_item(p: &mut Parser<'_>) {
         CONSTANT_KW | PROPERTY_KW => property(p),
         INPUT_KW | OUTPUT_KW => port(p),
         REQUIRE_KW | PROVIDE_KW => operation(p),
-        _ => unknown(
-            p,
-            "`constant`, `property`, `input port`, `output port`, `require` or `provide`",
-            List::Shell,
-        ),
+        _ => unknown(p, List::Shell),
     }
 }
 

@@ -14,7 +14,7 @@ use super::*;
 // } stop = { return; } }
 pub(super) fn block(p: &mut Parser<'_>) {
     if !p.at(L_CURLY) {
-        p.missing("`{`");
+        p.missing(Expected::Token(L_CURLY));
         return;
     }
     let m = p.start();
@@ -47,7 +47,7 @@ pub(super) fn statement(p: &mut Parser<'_>) {
             p.expect(SEMICOLON);
             m.complete(p, EXPR_STATEMENT);
         }
-        _ => unknown(p, "a statement", List::Block),
+        _ => unknown(p, List::Block),
     }
 }
 
@@ -104,7 +104,7 @@ fn else_(p: &mut Parser<'_>) {
             p.depth -= 1;
         }
         L_CURLY => block(p),
-        _ => p.missing("`{` or `if`"),
+        _ => p.missing(Expected::BlockOrIf),
     }
     m.complete(p, ELSE);
 }

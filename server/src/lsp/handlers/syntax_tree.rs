@@ -23,5 +23,5 @@ pub(crate) fn syntax_tree(snapshot: &Snapshot, params: &SyntaxTreeParams) -> Res
         let uri = &params.text_document.uri;
         return Err(Error::invalid_params(format!("`{uri}` is no model (*.mal)")));
     }
-    Ok(parse(&snapshot.db, file).debug_dump())
+    Ok(mauve_diagnostics::tree_of(parse(&snapshot.db, file)))
 }
