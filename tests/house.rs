@@ -36,7 +36,7 @@ const MAP: [(&str, &[&str]); 10] = [
 const WITHOUT_CIRCLES: [&str; 3] = ["analysis/hir", "analysis/wcrt", "analysis/diagnostics"];
 
 /// The crates that compute, and say nothing.
-const WITHOUT_PROSE: [&str; 2] = ["analysis/hir", "analysis/wcrt"];
+const WITHOUT_PROSE: [&str; 3] = ["syntax", "analysis/hir", "analysis/wcrt"];
 
 /// The module that may have sentences all the same: the table of keys documents them for completion and schema.
 const DOCUMENTATION: (&str, &str) = ("analysis/hir", "config::keys");
