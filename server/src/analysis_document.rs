@@ -225,7 +225,7 @@ fn level_document<'db>(of: &Deployed<'db>, query: Query, report: &Report<'db>) -
     LevelDocument {
         significance: query.level.as_f64(),
         schedulable: of.errors == 0 && report.schedulable(),
-        lost: report.lost.iter().map(|lost| timing_reason(of.db, &lost.reason)).collect(),
+        lost: report.not_analysed.iter().map(|it| timing_reason(of.db, &it.reason)).collect(),
         cpus: report.cpus.iter().map(cpu).collect(),
         activities: report
             .activities
@@ -240,7 +240,6 @@ fn activity_document<'db>(
     query: Query,
     activity: &ActivityReport<'db>,
 ) -> ActivityDocument {
-    let row = &activity.row;
     let shown = activity.greatest_interference(MOST_INTERFERENCE);
     let interference_left = activity.interference.len() - shown.len();
     let interference = shown.into_iter().map(|it| InterferenceDocument {
@@ -257,12 +256,12 @@ fn activity_document<'db>(
     let assumed =
         assumed.map(|(codel, time)| AssumedDocument { codel: codel.clone(), time: milliseconds(*time) });
     ActivityDocument {
-        instance: row.instance.to_string(),
-        component: row.component_name.to_string(),
-        affinity: row.cpus,
-        priority: if let Priority::RealTime(priority) = row.priority { Some(priority) } else { None },
-        period: row.period.map(milliseconds),
-        deadline: row.deadline.map(milliseconds),
+        instance: activity.instance.to_string(),
+        component: activity.component_name.to_string(),
+        affinity: activity.cpus,
+        priority: if let Priority::RealTime(priority) = activity.priority { Some(priority) } else { None },
+        period: activity.period.map(milliseconds),
+        deadline: activity.deadline.map(milliseconds),
         method: query.method.to_string(),
         own: activity.own.map(milliseconds),
         first_job: activity.first_job.map(milliseconds),

@@ -1,7 +1,7 @@
 //! What holds for any text: run by `cargo fuzz`, and on a bounded number of texts by `analysis/diagnostics/tests/fuzz.rs`.
 
 use mauve_diagnostics::workspace_diagnostics;
-use mauve_hir::{Database, File, Workspace, read_message};
+use mauve_hir::{Database, Workspace, read_message};
 use mauve_syntax::format::formatted;
 use mauve_syntax::{SyntaxKind, is_whole};
 use mauve_timing::Method;
@@ -98,11 +98,9 @@ pub(crate) fn task_set(text: &str) {
     let again = Exported::parse(&written).map(|parsed| parsed.content);
     assert_eq!(again.as_ref(), Ok(&content));
     if let Exported::Deployment(set) = &content {
-        let db = Database::default();
-        let file = File::new(&db, "/set.json".into(), "".into(), None);
         for &level in &set.levels {
             let query = Query { level, method: Method::Psm, horizon: None };
-            assert!(response_times_of(&db, file, set, query).is_some());
+            assert!(response_times_of(set, query).is_some());
         }
     }
 }

@@ -16,7 +16,7 @@ use mauve_hir::{
     names_of, not_checked, parse, project_facts, project_files, projects, root_file, similar,
 };
 use mauve_wcrt::{
-    Query, SupposedField, TimingFact, facts_if, priority_facts, system_of, table_facts, timing_facts,
+    Query, TimingFact, WhatIfField, facts_if, priority_facts, system_of, table_facts, timing_facts,
 };
 
 pub mod reasons;
@@ -449,14 +449,14 @@ pub fn declaration_diagnostics<'db>(
     found.into_boxed_slice()
 }
 
-/// What is wrong with the activities of a deployment with other values in them; with none, with what it has.
+/// Returns what is wrong with the activities of a deployment that has these values in them.
 pub fn diagnostics_if<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     deployment: Decl<'db>,
-    supposed: &[SupposedField],
+    what_if: &[WhatIfField],
 ) -> Vec<Diagnostic<'db>> {
-    timing_diagnostics(db, project, &facts_if(db, project, deployment, supposed))
+    timing_diagnostics(db, project, &facts_if(db, project, deployment, what_if))
 }
 
 /// The diagnostics of facts of the timing side.

@@ -7,12 +7,13 @@ use super::reasons;
 use mauve_hir::item_tree::Name;
 use mauve_hir::{File, ModelDb, features_of, names_of};
 use mauve_wcrt::{
-    ActivityReport, Doubt, IncompleteTable, LONGEST_PATTERN, NoSuchCpu, PatternError, Prose, Reason,
-    TableFault, TableFilesError, TableLevels, Timed, TooLong, Unknown, UnusableTime, WrongProgram, file_name,
+    ActivityReport, IncompleteTable, LONGEST_PATTERN, NoSuchCpu, PatternError, Prose, Reason, TableFault,
+    TableFilesError, TableLevels, Timed, TooLong, Unknown, UnknownPriority, UnusableTime, WrongProgram,
+    file_name,
 };
 
 /// The messages of reasons in exported files.
-pub const PROSE: Prose = Prose { reason: timing_reason, doubt };
+pub const PROSE: Prose = Prose { reason: timing_reason, unknown_priority };
 
 /// Returns the message of a reason.
 pub fn timing_reason<'db>(db: &'db dyn ModelDb, reason: &Reason<'db>) -> String {
@@ -90,7 +91,7 @@ pub fn timing_reason<'db>(db: &'db dyn ModelDb, reason: &Reason<'db>) -> String 
             format!("shell {} {why}", shell.name(db))
         }
         Reason::NoTime(codel) => format!("no time for codel `{}`", codel.qualified(db)),
-        Reason::Table(unusable) => unusable_time(db, unusable),
+        Reason::Table(unusable) | Reason::ComponentTime(unusable) => unusable_time(db, unusable),
         Reason::NoOverhead { level, table } => format!("no overhead at {level}: {}", table_levels(db, table)),
         Reason::TooLong(what) => match what {
             TooLong::Overhead => "the overhead exceeds 584 years".to_owned(),
@@ -99,10 +100,11 @@ pub fn timing_reason<'db>(db: &'db dyn ModelDb, reason: &Reason<'db>) -> String 
         },
         Reason::NoMachine(error) => error.to_string(),
 
-        Reason::DelayedBy { instances, doubt: unknown } => {
+        Reason::DelayedBy { instances, unknown_priority: unknown, .. } => {
             let names: Vec<&str> = instances.iter().map(Name::as_str).collect();
             let verb = if names.len() == 1 { "is" } else { "are" };
-            let unknown = unknown.as_ref().map_or_else(String::new, |it| format!(", {},", doubt(it)));
+            let unknown =
+                unknown.as_ref().map_or_else(String::new, |it| format!(", {},", unknown_priority(it)));
             format!("{}{unknown} may delay it, and {verb} not analysed", enumerated(&names))
         }
         Reason::Overloaded { cpu, utilisation } => {
@@ -127,17 +129,17 @@ pub fn reasons_of<'db>(db: &'db dyn ModelDb, activity: &ActivityReport<'db>) -> 
 }
 
 /// Returns why a priority is unknown, in words that follow a name.
-fn doubt(doubt: &Doubt) -> String {
-    match doubt {
-        Doubt::TwoActivities => "which has two activities",
-        Doubt::SeveralInstances => "whose name several instances have",
-        Doubt::PriorityAsPeriod => "whose priority may be meant as its period",
-        Doubt::AffinityAsPriority => "whose affinity may be meant as its priority",
-        Doubt::NoSuchCpu => "whose CPU is unknown, and whose affinity may be meant as its priority",
-        Doubt::Stated(text) => text,
-        Doubt::UnknownPriority => "whose priority is unknown",
-        Doubt::UnknownPriorities => "whose priorities are unknown",
-        Doubt::UnknownPrioritiesOrCpus => "whose priorities or CPUs are unknown",
+fn unknown_priority(why: &UnknownPriority) -> String {
+    match why {
+        UnknownPriority::TwoActivities => "which has two activities",
+        UnknownPriority::SeveralInstances => "whose name several instances have",
+        UnknownPriority::PriorityAsPeriod => "whose priority may be meant as its period",
+        UnknownPriority::AffinityAsPriority => "whose affinity may be meant as its priority",
+        UnknownPriority::NoSuchCpu => "whose CPU is unknown, and whose affinity may be meant as its priority",
+        UnknownPriority::Stated(text) => text,
+        UnknownPriority::One => "whose priority is unknown",
+        UnknownPriority::Several => "whose priorities are unknown",
+        UnknownPriority::SeveralOrCpus => "whose priorities or CPUs are unknown",
     }
     .to_owned()
 }
@@ -221,7 +223,7 @@ pub(super) fn repeated(db: &dyn ModelDb, key: &str, first: File) -> String {
 /// Returns the message of an error in `[timing] tables`.
 pub(super) fn table_files_error(error: &TableFilesError) -> String {
     match error {
-        TableFilesError::Pattern { pattern, error } => {
+        TableFilesError::Pattern(pattern, error) => {
             let why = match error {
                 PatternError::Choice => {
                     "`{` and `[` choose between names, and a file may be missing: write a pattern for each name"

@@ -217,7 +217,7 @@ fn responses(db: &Database, workspace: Workspace) -> Responses {
             for &decl in names_of(db, project).all.iter().filter(|decl| decl.kind(db) == Kind::Deployment) {
                 let query = Query { level, method, horizon: None };
                 for activity in &response_times(db, project, decl, query).activities {
-                    let key = (activity.row.instance.to_string(), method.to_string());
+                    let key = (activity.instance.to_string(), method.to_string());
                     responses.insert(key, activity.response);
                 }
             }

@@ -10,7 +10,7 @@ use std::path::PathBuf;
 
 use mauve_diagnostics::{PROSE, timing_reason};
 use mauve_hir::item_tree::Kind;
-use mauve_hir::{Database, Decl, File, Project, Workspace, names_of, projects};
+use mauve_hir::{Database, Decl, Project, Workspace, names_of, projects};
 use mauve_tests::{Random, texts_in};
 use mauve_timing::task_set::{Component, Exported, TaskSet};
 use mauve_timing::{Level, Method, Status, Time};
@@ -34,16 +34,15 @@ fn said<'db>(db: &'db Database, report: &Report<'db>) -> Vec<String> {
     let activities = report.activities.iter().map(|it| {
         let reasons: Vec<String> =
             it.reasons.iter().map(|reason| timing_reason(db, &reason.reason)).collect();
-        let row = &it.row;
         format!(
             "{} {} {:?} {:?} {:?} {:?} {:?}: {:?} {:?} {:?} {:?} {:?} {:?} {:?} {reasons:?}",
-            row.instance,
-            row.component_name,
-            row.priority,
-            row.cpus,
-            row.period,
-            row.deadline,
-            row.doubt.as_ref().map(PROSE.doubt),
+            it.instance,
+            it.component_name,
+            it.priority,
+            it.cpus,
+            it.period,
+            it.deadline,
+            it.unknown_priority.as_ref().map(PROSE.unknown_priority),
             it.verdict,
             it.own,
             it.first_job,
@@ -53,8 +52,10 @@ fn said<'db>(db: &'db Database, report: &Report<'db>) -> Vec<String> {
             it.assumed,
         )
     });
-    let lost: Vec<String> = report.lost.iter().map(|lost| timing_reason(db, &lost.reason)).collect();
-    let ends = format!("{:?} {lost:?} {} {:?}", report.cpus, report.schedulable(), report.deadlines());
+    let not_analysed: Vec<String> =
+        report.not_analysed.iter().map(|it| timing_reason(db, &it.reason)).collect();
+    let ends =
+        format!("{:?} {not_analysed:?} {} {:?}", report.cpus, report.schedulable(), report.deadlines());
     activities.chain([ends]).collect()
 }
 
@@ -78,7 +79,6 @@ fn written(set: TaskSet) -> TaskSet {
 }
 
 fn check(db: &Database, workspace: Workspace, what: &str, counted: &mut Counted) {
-    let file = File::new(db, "/read.json".into(), "".into(), None);
     for (project, deployment) in deployments(db, workspace) {
         let set = task_set_of(db, project, deployment, &PROSE);
         let read = written(set.clone());
@@ -93,7 +93,7 @@ fn check(db: &Database, workspace: Workspace, what: &str, counted: &mut Counted)
             ] {
                 let query = Query { level, method, horizon };
                 let model = response_times(db, project, deployment, query);
-                let from_file = response_times_of(db, file, &read, query).unwrap();
+                let from_file = response_times_of(&read, query).unwrap();
                 assert_eq!(said(db, &from_file), said(db, model), "{what}, {query:?}");
                 for activity in &model.activities {
                     counted.responses += usize::from(activity.response.is_some());
@@ -104,7 +104,7 @@ fn check(db: &Database, workspace: Workspace, what: &str, counted: &mut Counted)
         }
         let other = Level::from_f64(0.123).unwrap();
         let query = Query { level: other, method: Method::Psm, horizon: None };
-        assert!(response_times_of(db, file, &read, query).is_none(), "a level that nobody measured");
+        assert!(response_times_of(&read, query).is_none(), "a level that nobody measured");
     }
     for &project in projects(db, workspace) {
         for &of in names_of(db, project).all.iter().filter(|decl| decl.kind(db) == Kind::Component) {
@@ -128,7 +128,7 @@ fn machines<'db>(
     component: &Component,
     what: &str,
 ) -> usize {
-    let is_timed = timetable_of(db, project).lost.is_none();
+    let is_timed = timetable_of(db, project).incomplete.is_none();
     let mut machines = 0;
     for (column, &level) in component.levels.iter().enumerate() {
         let machine = component.machine.as_ref().and_then(|machine| machine.state_machine(column));
@@ -231,7 +231,6 @@ fn hostile_task_sets() {
     let db = Database::default();
     let folder = mauve_tests::models().join("p3dx");
     let workspace = Workspace::of_texts(&db, folder.clone(), texts_in(&folder));
-    let file = File::new(&db, "/read.json".into(), "".into(), None);
     let (project, deployment) = deployments(&db, workspace)[0];
     let text = Exported::Deployment(task_set_of(&db, project, deployment, &PROSE)).to_json();
     let mut whole: Value = serde_json::from_str(&text).unwrap();
@@ -260,7 +259,7 @@ fn hostile_task_sets() {
                 for &level in &set.levels {
                     for method in [Method::Psm, Method::Classic] {
                         let query = Query { level, method, horizon: None };
-                        let report = response_times_of(&db, file, &set, query).unwrap();
+                        let report = response_times_of(&set, query).unwrap();
                         // Of nothing that is said not to be known is there a figure.
                         for (activity, asked) in report.activities.iter().zip(&set.activities) {
                             let unknown = asked.not_analysed.iter().any(|it| it.holds(level, method));

@@ -332,7 +332,7 @@ fn responses(db: &Database, workspace: Workspace) -> BTreeMap<Activity, Option<T
         for (method, name) in METHODS {
             let query = Query { level: Level::from_f64(1e-3).unwrap(), method, horizon: None };
             for activity in &response_times(db, project, deployment, query).activities {
-                let key = (deployment.name(db).to_string(), activity.row.instance.to_string(), name);
+                let key = (deployment.name(db).to_string(), activity.instance.to_string(), name);
                 responses.insert(key, activity.response);
             }
         }
@@ -369,10 +369,10 @@ fn rests_on(
     let words: HashSet<String> = tokens.filter_map(|it| Some(it.into_token()?.text().to_owned())).collect();
     let is_own = |(_, decl): &(Project<'_>, Decl<'_>)| *decl.name(db) == **deployment;
     deployments(db, workspace).into_iter().filter(is_own).any(|(project, deployment)| {
-        let (places, activities) = resting_places(db, project, deployment, instance);
-        let rows = &system_of(db, project, deployment).rows;
-        let mut named = rows.iter().filter(|row| words.contains(row.instance.as_str())).peekable();
-        let is_about = named.peek().is_none() || named.any(|row| activities.contains(row.instance.as_str()));
+        let (places, delaying) = resting_places(db, project, deployment, instance);
+        let activities = &system_of(db, project, deployment).activities;
+        let mut named = activities.iter().filter(|it| words.contains(it.instance.as_str())).peekable();
+        let is_about = named.peek().is_none() || named.any(|it| delaying.contains(it.instance.as_str()));
         places.contains(&decl) && is_about
     })
 }
@@ -395,7 +395,7 @@ fn resting_places<'db>(
         places.extend(&flat_of(db, project, architecture).architectures);
     }
     let mut activities = HashSet::new();
-    let Some(row) = system.rows.iter().find(|row| row.instance == instance) else {
+    let Some(of) = system.activities.iter().find(|it| it.instance == instance) else {
         return (places, activities);
     };
     let key = |priority| match priority {
@@ -405,9 +405,9 @@ fn resting_places<'db>(
     };
     let meets = |a: Option<u64>, b: Option<u64>| a.unwrap_or(u64::MAX) & b.unwrap_or(u64::MAX) != 0;
     for other in system
-        .rows
+        .activities
         .iter()
-        .filter(|other| key(other.priority) >= key(row.priority) && meets(other.cpus, row.cpus))
+        .filter(|other| key(other.priority) >= key(of.priority) && meets(other.cpus, of.cpus))
     {
         activities.insert(other.instance.as_str());
         let Some(component) = other.component else { continue };

@@ -6,7 +6,7 @@ use mauve_diagnostics::timing_reason;
 use mauve_hir::{ModelDb, ProgramId, Project, config_of};
 use mauve_timing::task_set::TaskSet;
 use mauve_timing::{Method, Status, Time, worst_trace};
-use mauve_wcrt::{ActivityReport, Priority, Psm, Query, Report, Verdict, psm_at, psm_of, worst_path};
+use mauve_wcrt::{ActivityReport, Priority, Psm, Query, Reason, Report, Verdict, psm_at, psm_of, worst_path};
 use rustc_hash::FxHashSet;
 
 /// How many periods of the worst trace are shown.
@@ -26,7 +26,7 @@ pub fn explain_response<'db>(
     activity: &ActivityReport<'db>,
     query: Query,
 ) -> String {
-    let component = activity.row.component;
+    let component = activity.component;
     let psm = component.and_then(|component| psm_of(db, project, component, query.level).as_ref().ok());
     let path = |program: &ProgramId| {
         component.map_or_else(Vec::new, |of| worst_path(db, project, of, query.level, program))
@@ -43,7 +43,7 @@ pub fn explain_response_of<'db>(
     activity: &ActivityReport<'db>,
     query: Query,
 ) -> String {
-    let index = report.activities.iter().position(|it| it.row.at == activity.row.at);
+    let index = report.activities.iter().position(|it| std::ptr::eq(it, activity));
     let machine = index.and_then(|index| set.activities.get(index)?.machine.as_ref());
     let psm = machine.zip(set.column(query.level)).and_then(|(machine, column)| psm_at(machine, column));
     let throttling = set.rt_throttling;
@@ -67,13 +67,12 @@ fn explain<'db>(
     query: Query,
     origin: &Origin<'_>,
 ) -> String {
-    let row = &activity.row;
     let mut out = String::new();
     let time = |time: Option<Time>| time.map_or_else(|| "—".to_owned(), |time| time.to_string());
     let _ = writeln!(
         out,
         "{} ({}), at {}, method {}",
-        row.instance, row.component_name, query.level, query.method
+        activity.instance, activity.component_name, query.level, query.method
     );
     if activity.verdict == Verdict::Background {
         return out + "  background: it is not real-time, and not analysed\n";
@@ -83,22 +82,31 @@ fn explain<'db>(
         "  {}: response {}, deadline {}, period {}",
         activity.verdict.name(),
         time(activity.response),
-        time(row.deadline),
-        time(row.period)
+        time(activity.deadline),
+        time(activity.period)
     );
     let mut seen = FxHashSet::default();
-    for reason in &activity.reasons {
+    let own_reasons = activity.reasons.len().saturating_sub(report.not_analysed.len());
+    for (number, reason) in activity.reasons.iter().enumerate() {
         let why = timing_reason(db, &reason.reason);
         if !seen.insert(why.clone()) {
             continue;
         }
         let _ = writeln!(out, "  because {why}");
         // Of what may delay it, the first that is not analysed itself.
-        let mut others = report.activities.iter().filter(|other| other.row.instance != row.instance);
-        if let Some(other) = others.find(|other| other.row.at == reason.at)
+        let mut others = report.activities.iter().filter(|other| other.instance != activity.instance);
+        let other = match reason.reason {
+            Reason::DelayedBy { first, .. } => report.activities.get(first),
+            // FIXME: a reason of the deployment in a file has nothing to do with the first activity.
+            _ if reason.at.is_none() && number >= own_reasons => {
+                report.activities.first().filter(|other| other.instance != activity.instance)
+            }
+            _ => others.find(|other| other.at.is_some() && other.at == reason.at),
+        };
+        if let Some(other) = other
             && let Some(why) = other.reasons.first()
         {
-            let _ = writeln!(out, "    {}: {}", other.row.instance, timing_reason(db, &why.reason));
+            let _ = writeln!(out, "    {}: {}", other.instance, timing_reason(db, &why.reason));
         }
     }
     let is_analysed = activity.verdict != Verdict::RealTime(Status::NotAnalysed);
@@ -130,7 +138,7 @@ fn explain<'db>(
         let left = activity.interference.len() - shown.len();
         for it in shown {
             let jobs = if it.jobs == 1 { "job" } else { "jobs" };
-            let mut others = report.activities.iter().filter(|other| other.row.instance == it.instance);
+            let mut others = report.activities.iter().filter(|other| other.instance == it.instance);
             let is_assumed = others.any(|other| !other.assumed.is_empty());
             let assumed = if is_assumed { "  (with assumed times)" } else { "" };
             let time = it.time.to_string();
@@ -140,7 +148,7 @@ fn explain<'db>(
             let _ = writeln!(out, "  and {left} more, each of which takes no longer");
         }
     }
-    if let (Some(window), Some(period), Some(deadline)) = (&activity.window, row.period, row.deadline)
+    if let (Some(window), Some(period), Some(deadline)) = (&activity.window, activity.period, activity.deadline)
         // The deadline of job q is (q − 1)·T + D after the window began.
         && let Some(deadline) = period.checked_mul(window.job - 1).and_then(|at| at.checked_add(deadline))
         && let Some(crossed) = window.iterations.iter().position(|&length| length > deadline)
@@ -167,12 +175,12 @@ fn explain<'db>(
     }
     // The classic method takes every job for the longest.
     let delays = |other: &ActivityReport<'_>| {
-        let is_as_urgent = match (row.priority, other.row.priority) {
+        let is_as_urgent = match (activity.priority, other.priority) {
             (Priority::RealTime(own), Priority::RealTime(other)) => own >= other,
             _ => false,
         };
-        let (own, others) = (row.cpus.unwrap_or(u64::MAX), other.row.cpus.unwrap_or(u64::MAX));
-        other.row.at != row.at && is_as_urgent && own & others != 0
+        let (own, others) = (activity.cpus.unwrap_or(u64::MAX), other.cpus.unwrap_or(u64::MAX));
+        !std::ptr::eq(other, activity) && is_as_urgent && own & others != 0
     };
     let psm = origin.psm.filter(|psm| query.method != Method::Classic && psm.states.len() > 1);
     if let Some(psm) = psm.filter(|_| report.activities.iter().any(delays)) {
@@ -199,11 +207,11 @@ fn own_time(
         None if psm.states.len() == 1 => source.to_owned(),
         None => format!("staying in {source}"),
     };
-    let whole = psm.whole.filter(|_| method == Method::Classic);
-    let _ = match whole.filter(|whole| *whole > edge.cost) {
-        Some(whole) => writeln!(
+    let of_component = psm.component_time.filter(|_| method == Method::Classic);
+    let _ = match of_component.filter(|time| *time > edge.cost) {
+        Some(time) => writeln!(
             out,
-            "\nown time {whole}, as the table says of the whole component; by its codels {}: {what}",
+            "\nown time {time}, as the table says of the whole component; by its codels {}: {what}",
             edge.cost
         ),
         None => writeln!(out, "\nown time {}: {what}", edge.cost),

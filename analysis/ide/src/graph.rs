@@ -177,11 +177,11 @@ fn node<'db>(
     let written = data.component.as_ref().and_then(|component| component.path.last());
     let component = instance.component.map(|component| component.name(db).clone());
     let activity = report
-        .and_then(|report| report.activities.iter().find(|activity| activity.row.instance == instance.name));
+        .and_then(|report| report.activities.iter().find(|activity| activity.instance == instance.name));
     let load = activity.filter(|activity| activity.verdict != Verdict::Background).and_then(|activity| {
         let psm = psm_of(db, project, instance.component?, query.level).as_ref().ok()?;
         let mean = psm.machine.greatest_cycle_mean();
-        Some(Utilisation::new([(mean, activity.row.period?)]).as_f64())
+        Some(Utilisation::new([(mean, activity.period?)]).as_f64())
     });
     Some(GraphNode {
         instance: instance.name.clone(),
@@ -196,7 +196,7 @@ impl GraphNode<'_> {
     /// What holds of it, in a few words; nothing where it has no activity.
     pub fn verdict(&self) -> String {
         let Some(activity) = self.activity else { return String::new() };
-        let deadline = activity.row.deadline.map(Time::number).unwrap_or_default();
+        let deadline = activity.deadline.map(Time::number).unwrap_or_default();
         let verdict = match (activity.verdict, activity.response) {
             (Verdict::RealTime(Status::Met), Some(response)) => {
                 format!("R {} ≤ {deadline}", response.number())

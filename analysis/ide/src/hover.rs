@@ -74,7 +74,9 @@ fn of_activity(
     for &project in projects {
         let query = Query::shown(db, project);
         let report = response_times(db, project, deployment, query);
-        for activity in report.activities.iter().filter(|it| it.row.at.range(db) == name) {
+        for activity in
+            report.activities.iter().filter(|it| it.at.as_ref().is_some_and(|at| at.range(db) == name))
+        {
             let explanation = explain_response(db, project, report, activity, query);
             explanations.entry(explanation).or_default().push(name_of_root(db, project));
         }

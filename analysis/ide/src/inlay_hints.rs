@@ -17,7 +17,7 @@ use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxKind, SyntaxNode, TextRange, TextSize};
 use mauve_timing::{Status, Time};
 use mauve_wcrt::{
-    ActivityReport, CpuReport, Deadlines, Query, Report, Verdict, budgets, psm_of, response_times,
+    ActivityReport, CpuReport, Deadlines, Query, Report, Verdict, budgets, psm_of, response_times, system_of,
 };
 
 use crate::project::{name_of_root, projects_with};
@@ -139,7 +139,7 @@ fn of_deployment<'db>(
     let query = Query::shown(db, project);
     let report = response_times(db, project, deployment, query);
     let with_assumptions = report.activities.iter().filter(|activity| !activity.assumed.is_empty());
-    let with_assumptions: Vec<&Name> = with_assumptions.map(|activity| &activity.row.instance).collect();
+    let with_assumptions: Vec<&Name> = with_assumptions.map(|activity| &activity.instance).collect();
     if let Some(offset) = beside(node.syntax())
         && report.activities.iter().any(|activity| activity.verdict != Verdict::Background)
     {
@@ -169,8 +169,9 @@ fn of_deployment<'db>(
         _ => None,
     });
     let nodes: HashMap<TextSize, ast::Activity> = nodes.collect();
-    for activity in &report.activities {
-        let name = activity.row.at.range(db).start();
+    let activities = &system_of(db, project, deployment).activities;
+    for (resolved, activity) in activities.iter().zip(&report.activities) {
+        let name = resolved.at.range(db).start();
         // Another one, or an instance without an activity: that has a diagnostic instead.
         let Some(node) = nodes.get(&name) else { continue };
         let budget = missing_codel(db, project, activity, query).and_then(|codel| {
@@ -179,10 +180,10 @@ fn of_deployment<'db>(
             budgets.filter(|budget| budget.alone).find(|budget| budget.codel == codel)?.time
         });
         let assumes = with_assumptions.iter().any(|&name| {
-            *name == activity.row.instance || activity.interference.iter().any(|it| it.instance == *name)
+            *name == activity.instance || activity.interference.iter().any(|it| it.instance == *name)
         });
         let mut label = label(db, activity, assumes, budget);
-        if activity.row.is_late {
+        if resolved.has_late_deadline {
             label += " (the deadline is later than the period, which counts)";
         }
         if let Some(offset) = beside(node.syntax()).filter(|_| kinds.response_times) {
@@ -207,7 +208,7 @@ fn label<'db>(
             count => format!("{first} (and {} more)", count - 1),
         }
     };
-    let deadline = activity.row.deadline.unwrap_or_default();
+    let deadline = activity.deadline.unwrap_or_default();
     let assumed = if assumes { " · times assumed" } else { "" };
     match (activity.verdict, activity.response) {
         (Verdict::Background, _) => "not real-time".to_owned(),
@@ -234,7 +235,7 @@ fn missing_codel<'db>(
     activity: &ActivityReport<'db>,
     query: Query,
 ) -> Option<Decl<'db>> {
-    let component = activity.row.component.filter(|_| activity.reasons.len() == 1)?;
+    let component = activity.component.filter(|_| activity.reasons.len() == 1)?;
     let refused = psm_of(db, project, component, query.level).as_ref().err()?;
     match (refused.refusals.as_slice(), refused.missing.as_slice()) {
         ([_], [(codel, None)]) => Some(*codel),
@@ -272,7 +273,7 @@ fn default_deadline(activity: &ActivityReport<'_>, node: &ast::Activity) -> Opti
     if activity.verdict == Verdict::Background || fields.iter().any(is_deadline) {
         return None;
     }
-    let deadline: Time = activity.row.deadline?;
+    let deadline: Time = activity.deadline?;
     let offset = fields.last()?.syntax().text_range().end();
     // Without the unit, as it would be written.
     let label = format!(" deadline = {}", deadline.number());

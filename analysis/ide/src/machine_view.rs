@@ -149,9 +149,10 @@ pub fn component_at<'db>(
                 names.resolve_type(db, decl, Kind::Component, instance.component.as_ref()).ok()
             }
             Kind::Deployment => {
-                let rows = &system_of(db, project, decl).rows;
-                let own = rows.iter().filter(|row| row.at != Location::name_of(decl) && is_before(&row.at));
-                own.max_by_key(|row| row.at.range(db).start())?.component
+                let activities = &system_of(db, project, decl).activities;
+                let own =
+                    activities.iter().filter(|it| it.at != Location::name_of(decl) && is_before(&it.at));
+                own.max_by_key(|it| it.at.range(db).start())?.component
             }
             Kind::Use | Kind::Codel | Kind::Shell => None,
         };

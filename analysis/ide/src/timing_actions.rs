@@ -19,7 +19,7 @@ use mauve_wcrt::better_timing::{
     BetterTiming, TimingChange, better_activity, better_priorities, is_no_worse, least_slack,
 };
 use mauve_wcrt::{
-    Deadlines, Query, Report, SupposedField, Verdict, response_times, response_times_if, system_of,
+    Deadlines, Query, Report, Verdict, WhatIfField, response_times, response_times_if, system_of,
 };
 
 use crate::Change;
@@ -45,11 +45,12 @@ pub(crate) fn offer(actions: &mut Actions<'_, '_>) {
     let projects = actions.projects.clone();
     let mut found: Vec<(&BetterTiming, Vec<Project<'_>>)> = Vec::new();
     for &project in projects.iter().take(MOST_PROJECTS) {
-        let (query, rows) = (Query::shown(db, project), &system_of(db, project, deployment).rows);
-        let row = name.and_then(|at| rows.iter().position(|row| row.at.range(db) == at));
-        let of_row = row.map(|row| better_activity(db, project, deployment, row, query));
+        let query = Query::shown(db, project);
+        let activities = &system_of(db, project, deployment).activities;
+        let index = name.and_then(|at| activities.iter().position(|it| it.at.range(db) == at));
+        let of_activity = index.map(|index| better_activity(db, project, deployment, index, query));
         let offers = better_priorities(db, project, deployment, query).iter();
-        for offer in offers.chain(of_row.into_iter().flatten()) {
+        for offer in offers.chain(of_activity.into_iter().flatten()) {
             match found.iter_mut().find(|(known, _)| is_same(known, offer)) {
                 Some((_, having)) => having.push(project),
                 None => found.push((offer, vec![project])),
@@ -189,7 +190,7 @@ fn outcome_of<'db>(
     project: Project<'db>,
     of: Decl<'db>,
     query: Query,
-    fields: Vec<SupposedField>,
+    fields: Vec<WhatIfField>,
 ) -> Outcome<'db> {
     let now = response_times(db, project, of, query);
     let then = response_times_if(db, project, of, query, &fields);
@@ -203,7 +204,7 @@ fn outcome_of<'db>(
         said += &format!(", with a new warning, {}", new.into_iter().collect::<Vec<_>>().join(", "));
     }
     let late = then.activities.iter().filter(|it| !it.verdict.is_met());
-    wrong.extend(late.map(|it| ("deadline-missed", it.row.at.clone())));
+    wrong.extend(late.filter_map(|it| Some(("deadline-missed", it.at.clone()?))));
     Outcome { said, loses: !is_no_worse(now, &then), wrong }
 }
 
@@ -224,8 +225,8 @@ fn outcome(report: &Report<'_>, level: Level) -> String {
     let failing = report.activities.iter().filter(|it| !it.verdict.is_met());
     let said: Vec<String> = failing
         .map(|it| {
-            let name = &it.row.instance;
-            match (it.verdict, it.response, it.row.deadline) {
+            let name = &it.instance;
+            match (it.verdict, it.response, it.deadline) {
                 (Verdict::RealTime(Status::Missed), Some(response), Some(deadline)) => {
                     format!("{name} R {response} > {deadline}")
                 }
@@ -244,22 +245,22 @@ fn outcome(report: &Report<'_>, level: Level) -> String {
 }
 
 /// What writes these values into the text.
-fn change(db: &dyn ModelDb, of: Decl<'_>, fields: &[SupposedField]) -> Change {
+fn change(db: &dyn ModelDb, of: Decl<'_>, fields: &[WhatIfField]) -> Change {
     let mut change = Change::default();
     let Some(data) = deployment(db, of) else { return change };
     let place = |id| Location::Source(of, id);
-    for SupposedField { instance, field, value } in fields {
+    for WhatIfField { instance, field, value } in fields {
         let Some(activity) = data.activities.iter().find(|it| it.instance.name == *instance) else {
             continue;
         };
-        if let Some(known) = activity.fields.iter().find(|it| it.name.name == *field) {
+        if let Some(known) = activity.fields.iter().find(|it| it.name.name == field.keyword()) {
             let at = place(known.value_id);
             change.replace(at.file(db), Replacement { range: at.range(db), text: value.to_string() });
         } else if let Some(last) = activity.fields.last() {
             let (name, end) = (place(last.name.id), place(last.value_id).range(db).end());
             let file = name.file(db);
             let before = indentation(file.text(db), name.range(db).start());
-            let text = format!("{before}{field} = {value}");
+            let text = format!("{before}{} = {value}", field.keyword());
             change.replace(file, Replacement { range: TextRange::empty(end), text });
         }
     }
@@ -287,7 +288,7 @@ mod tests {
     use mauve_hir::item_tree::Kind;
     use mauve_hir::{Database, Workspace, names_of, projects};
     use mauve_tests::Random;
-    use mauve_wcrt::Row;
+    use mauve_wcrt::ActivityReport;
     use salsa::Setter as _;
 
     /// The first file of a robot with a component for each instance: `(name, cost)`.
@@ -314,11 +315,11 @@ mod tests {
     fn figures(report: &Report<'_>) -> String {
         let mut out = format!("{:?}\n", report.cpus);
         for it in &report.activities {
-            let Row { instance, priority, cpus, period, deadline, .. } = &it.row;
-            let row = (instance, priority, cpus, period, deadline);
+            let ActivityReport { instance, priority, cpus, period, deadline, .. } = it;
+            let activity = (instance, priority, cpus, period, deadline);
             let _ = writeln!(
                 out,
-                "{row:?} {:?} {:?} {:?} {:?} {:?} {:?}",
+                "{activity:?} {:?} {:?} {:?} {:?} {:?} {:?}",
                 it.own, it.first_job, it.response, it.verdict, it.window, it.interference
             );
         }
@@ -334,12 +335,12 @@ mod tests {
         let Fixture { db, workspace, file, offset } = Fixture::new(fixture);
         let project = projects(&db, workspace)[0];
         let deployment = names_of(&db, project).anywhere(Kind::Deployment, "D")[0];
-        let rows = &system_of(&db, project, deployment).rows;
-        let row = rows.iter().position(|row| row.at.range(&db).contains_inclusive(offset));
+        let activities = &system_of(&db, project, deployment).activities;
+        let index = activities.iter().position(|it| it.at.range(&db).contains_inclusive(offset));
         let query = Query::shown(&db, project);
         let mut offers = better_priorities(&db, project, deployment, query).clone();
-        let of_row = row.map(|row| better_activity(&db, project, deployment, row, query));
-        offers.extend(of_row.into_iter().flatten().cloned());
+        let of_activity = index.map(|index| better_activity(&db, project, deployment, index, query));
+        offers.extend(of_activity.into_iter().flatten().cloned());
         let question = ActionQuestion {
             file,
             range: TextRange::empty(offset),

@@ -73,7 +73,7 @@ fn state(db: &Database, workspace: Workspace) -> State {
     for &project in projects(db, workspace) {
         for &decl in names_of(db, project).all.iter().filter(|decl| decl.kind(db) == Kind::Deployment) {
             for it in &self::response_times(db, project, decl, Query::shown(db, project)).activities {
-                let (name, verdict) = (&it.row.instance, it.verdict.name());
+                let (name, verdict) = (&it.instance, it.verdict.name());
                 let _ = writeln!(response_times, "{name} {verdict} {:?} {:?}", it.own, it.response);
             }
         }

@@ -10,7 +10,7 @@ use mauve_hir::{
 };
 use mauve_syntax::keywords::ActivityField;
 use mauve_timing::Time;
-use mauve_wcrt::{Priority, Row, mask, system_of};
+use mauve_wcrt::{Priority, ResolvedActivity, mask, system_of};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::component::{is_set_from_text, ports_of_introspection};
@@ -247,13 +247,14 @@ fn task<'db>(
         let ty = type_of(db, project, it.declared.shell, data.ty.as_ref());
         Some((script_name(&it.name), it.value.clone()?, is_set_from_text(&ty)))
     };
-    let row = system_of(db, project, of).rows.iter().find(|row| row.instance == instance.name)?;
+    let activities = &system_of(db, project, of).activities;
+    let resolved = activities.iter().find(|it| it.instance == instance.name)?;
     Some(Task {
         name: task_name(&instance.name),
         class,
         values: values.filter_map(value).collect(),
         has_values: !in_effect.is_empty(),
-        activity: activity(db, of, row),
+        activity: activity(db, of, resolved),
     })
 }
 
@@ -307,21 +308,22 @@ fn set_values<'db>(
     }
 }
 
-fn activity<'db>(db: &'db dyn ModelDb, of: Decl<'db>, row: &Row<'db>) -> Activity {
+fn activity<'db>(db: &'db dyn ModelDb, of: Decl<'db>, resolved: &ResolvedActivity<'db>) -> Activity {
     let activities = deployment(db, of).into_iter().flat_map(|data| &data.activities);
-    let mut fields = activities.filter(|it| it.instance.name == row.instance).flat_map(|it| &it.fields);
+    let mut fields = activities.filter(|it| it.instance.name == resolved.instance).flat_map(|it| &it.fields);
     let affinity = fields
         .find(|field| field.name.name == ActivityField::Affinity.keyword())
         .and_then(|field| mask(&field.value));
     // What is not pinned by the model was analysed on certain CPUs all the same: it runs there.
-    let affinity = if row.priority == Priority::Background { affinity } else { row.cpus.or(affinity) };
+    let affinity =
+        if resolved.priority == Priority::Background { affinity } else { resolved.cpus.or(affinity) };
     let affinity = affinity.and_then(|mask| u32::try_from(mask).ok()).filter(|mask| *mask != 0);
-    let priority = match row.priority {
+    let priority = match resolved.priority {
         Priority::RealTime(priority) => Some(priority),
         Priority::Background | Priority::Unknown => None,
     };
-    let period = seconds(row.period.unwrap_or(BACKGROUND_PERIOD));
-    Activity { period, assumed: row.period.is_none(), priority, affinity }
+    let period = seconds(resolved.period.unwrap_or(BACKGROUND_PERIOD));
+    Activity { period, assumed: resolved.period.is_none(), priority, affinity }
 }
 
 /// `0.1` for 100 ms: exact, always with a point, as what is a floating-point number in every script.

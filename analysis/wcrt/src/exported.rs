@@ -1,14 +1,14 @@
-//! Task sets and state machines that stand alone ([`mauve_timing::task_set`]): made of models, and analysed as these are.
+//! Exported task sets and state machines ([`mauve_timing::task_set`]), made of models.
 
 use mauve_timing::task_set::{Activity, Assumed, Component, Edge, Machine, NotAnalysed, Program, TaskSet};
 use mauve_timing::{Level, Time};
 
-use crate::psm::{Psm, PsmEdge, Refused, psm_of};
-use crate::reason::{Doubt, Prose, Reason, Refusal};
-use crate::response::{Executed, Known, Query, Report, lost_in, psms_of, report};
-use crate::system::{Row, system_of};
+use crate::psm::{Psm, PsmEdge, psm_of};
+use crate::reason::{Prose, Reason, Refusal};
+use crate::system::{ResolvedActivity, system_of};
+use crate::task_set::{Executed, not_analysed_in, psms_of};
 use crate::timetable::timetable_of;
-use mauve_hir::{Decl, File, Location, ModelDb, ProgramId, Project, config_of, platform_of};
+use mauve_hir::{Decl, ModelDb, ProgramId, Project, config_of, platform_of};
 
 /// What a deployment runs, at all levels of its project's tables, with its reasons in `prose`.
 pub fn task_set_of<'db>(
@@ -21,24 +21,24 @@ pub fn task_set_of<'db>(
     let levels = levels_of(db, project);
     let system = system_of(db, project, deployment);
     let psms: Vec<Psms<'db>> = levels.iter().map(|&level| psms_of(db, project, system, level)).collect();
-    let activity = |(index, row): (usize, &Row<'db>)| {
+    let activity = |(index, resolved): (usize, &ResolvedActivity<'db>)| {
         let psms: Psms<'db> = psms.iter().map(|psms| psms.get(index).copied().flatten()).collect();
         let always = |refusal: &Refusal<'db>| NotAnalysed {
             reason: say(&refusal.reason),
             levels: None,
             classic_only: false,
         };
-        let mut not_analysed: Vec<NotAnalysed> = row.refusals.iter().map(always).collect();
+        let mut not_analysed: Vec<NotAnalysed> = resolved.refusals.iter().map(always).collect();
         not_analysed.extend(refusals_of(&levels, &psms, &say));
         Activity {
-            instance: row.instance.to_string(),
-            component: row.component_name.to_string(),
-            affinity: row.cpus,
-            priority: row.priority,
-            period: row.period,
-            deadline: row.deadline,
+            instance: resolved.instance.to_string(),
+            component: resolved.component_name.to_string(),
+            affinity: resolved.cpus,
+            priority: resolved.priority,
+            period: resolved.period,
+            deadline: resolved.deadline,
             not_analysed,
-            doubt: row.doubt.as_ref().map(prose.doubt),
+            doubt: resolved.unknown_priority.as_ref().map(prose.unknown_priority),
             machine: machine_of(&psms),
         }
     };
@@ -48,8 +48,8 @@ pub fn task_set_of<'db>(
         significance: config_of(db, workspace).level(),
         cpus: system.cpus,
         rt_throttling: platform_of(db, workspace).rt_throttling,
-        not_analysed: lost_in(db, project, deployment).iter().map(|lost| say(&lost.reason)).collect(),
-        activities: system.rows.iter().enumerate().map(activity).collect(),
+        not_analysed: not_analysed_in(db, project, deployment).iter().map(|it| say(&it.reason)).collect(),
+        activities: system.activities.iter().enumerate().map(activity).collect(),
         levels,
     }
 }
@@ -63,18 +63,18 @@ pub fn exported_component<'db>(
 ) -> Component {
     let say = |reason: &Reason<'db>| one_line(&(prose.reason)(db, reason));
     let levels = levels_of(db, project);
-    let lost = timetable_of(db, project).lost.as_ref();
-    let is_timed = lost.is_none();
+    let incomplete = timetable_of(db, project).incomplete.as_ref();
+    let is_timed = incomplete.is_none();
     let psm = |&level: &Level| is_timed.then(|| psm_of(db, project, component, level));
     let psms: Psms<'db> = levels.iter().map(psm).collect();
-    let lost = lost.cloned().map(|tables| NotAnalysed {
+    let incomplete = incomplete.cloned().map(|tables| NotAnalysed {
         reason: say(&Reason::IncompleteTables(tables)),
         levels: None,
         classic_only: false,
     });
     Component {
         name: component.qualified(db),
-        not_analysed: lost.into_iter().chain(refusals_of(&levels, &psms, &say)).collect(),
+        not_analysed: incomplete.into_iter().chain(refusals_of(&levels, &psms, &say)).collect(),
         machine: machine_of(&psms),
         levels,
     }
@@ -102,16 +102,16 @@ fn refusals_of<'db>(
     psms: &Psms<'db>,
     say: &dyn Fn(&Reason<'db>) -> String,
 ) -> Vec<NotAnalysed> {
-    let refused = |psm: &Option<&Result<Psm<'db>, Refused<'db>>>| -> Vec<String> {
+    let refused = |psm: &Executed<'_, 'db>| -> Vec<String> {
         let Some(Err(refused)) = psm else { return Vec::new() };
         refused.refusals.iter().map(|refusal| say(&refusal.reason)).collect()
     };
-    let whole = |psm: &Option<&Result<Psm<'db>, Refused<'db>>>| -> Vec<String> {
-        let Some(Ok(Psm { whole_unusable: Some(why), .. })) = psm else { return Vec::new() };
-        vec![say(&Reason::Table(why.clone()))]
+    let component_time = |psm: &Executed<'_, 'db>| -> Vec<String> {
+        let Some(Ok(Psm { unusable_component_time: Some(why), .. })) = psm else { return Vec::new() };
+        vec![say(&Reason::ComponentTime(why.clone()))]
     };
     let mut found = grouped(levels, psms.iter().map(refused).collect(), false);
-    found.extend(grouped(levels, psms.iter().map(whole).collect(), true));
+    found.extend(grouped(levels, psms.iter().map(component_time).collect(), true));
     found
 }
 
@@ -160,60 +160,11 @@ fn machine_of(psms: &Psms<'_>) -> Option<Machine> {
         states: shape.states.iter().map(ToString::to_string).collect(),
         initial: shape.states.get(shape.initial).map_or_else(String::new, ToString::to_string),
         overhead: times(&|psm| Some(psm.overhead)),
-        component_time: times(&|psm| psm.whole),
+        component_time: times(&|psm| psm.component_time),
         assumed: assumed.collect(),
         programs: programs.collect(),
         edges: edges.collect(),
     })
-}
-
-/// The response times of a task set, which was read from `file`; none where it does not have the level.
-pub fn response_times_of<'db>(
-    db: &'db dyn ModelDb,
-    file: File,
-    set: &TaskSet,
-    query: Query,
-) -> Option<Report<'db>> {
-    let column = set.column(query.level)?;
-    let activities = set.activities_at(column, query.method);
-    let reported =
-        |reason: &str, at: &Location<'db>| Refusal::reported(Reason::Stated(reason.to_owned()), at.clone());
-    let row = |(index, activity): (u32, &Activity)| {
-        // Nobody looks there: it tells one activity from another.
-        let at = Location::Range(file, index, index);
-        Row {
-            instance: activity.instance.as_str().into(),
-            component_name: activity.component.as_str().into(),
-            component: None,
-            priority: activity.priority,
-            cpus: activity.affinity,
-            period: activity.period,
-            deadline: activity.deadline,
-            is_late: false,
-            refusals: Vec::new(),
-            doubt: activity.doubt.as_deref().map(|text| Doubt::Stated(text.into())),
-            at,
-        }
-    };
-    let rows: Vec<Row<'db>> = (0..).zip(&set.activities).map(row).collect();
-    let reasons = |(activity, row): (&Activity, &Row<'db>)| {
-        let all = activity.not_analysed.iter().filter(|it| it.holds(query.level, query.method));
-        all.map(|it| reported(&it.reason, &row.at)).collect()
-    };
-    let assumed = |activity: &Activity| -> Vec<(String, Time)> {
-        let machine = activity.machine.iter().filter(|machine| machine.is_known(column));
-        machine.flat_map(|it| &it.assumed).map(|it| (it.codel.clone(), it.time)).collect()
-    };
-    let assumed: Vec<Vec<(String, Time)>> = set.activities.iter().map(assumed).collect();
-    let lost = &Location::Range(file, 0, 0);
-    let lost: Vec<Refusal<'db>> = set.not_analysed.iter().map(|reason| reported(reason, lost)).collect();
-    let known = Known {
-        rows: &rows,
-        reasons: set.activities.iter().zip(&rows).map(reasons).collect(),
-        assumed: assumed.iter().map(Vec::as_slice).collect(),
-        lost: &lost,
-    };
-    Some(report(&activities, known, query, &|| db.unwind_if_revision_cancelled()))
 }
 
 /// The machine as it is in a model, at the level of this number; none where it has no times there.
@@ -237,8 +188,8 @@ pub fn psm_at(machine: &Machine, column: usize) -> Option<Psm<'static>> {
             .collect(),
         operations: Vec::new(),
         overhead: time(&machine.overhead)?,
-        whole: time(&machine.component_time),
-        whole_unusable: None,
+        component_time: time(&machine.component_time),
+        unusable_component_time: None,
         assumed: machine.assumed.iter().map(|it| (it.codel.clone(), it.time)).collect(),
     })
 }

@@ -10,16 +10,18 @@
 //! |---|---|
 //! | `timetable.rs` | the timing tables, joined |
 //! | `psm.rs` | behaviour + times: the periodic state machine of a component |
-//! | `system.rs` | a deployment's activities |
-//! | `what_if.rs` | a deployment with other values in its activities: what if? |
-//! | `priorities.rs` | the order of priorities, and what may be better about it |
-//! | `response.rs` | response times, and what a codel without a time may take |
+//! | `system.rs` | the activities of a deployment |
+//! | `task_set.rs` | a deployment at one level as `timing` analyses it, made of a model or of an exported file |
+//! | `response.rs`, `report.rs` | its response times |
+//! | `timing_facts.rs` | missed deadlines, and codels without a time, with the time that each may take |
+//! | `priorities.rs` | what may be wrong with the order of priorities |
+//! | `what_if.rs` | a deployment with other values in its activities |
 //! | `better_timing.rs` | the search for better priorities, CPUs and periods |
-//! | `exported.rs` | task sets and state machines that stand alone, made of models and analysed as these are |
+//! | `exported.rs` | task sets and state machines for files, made of models |
 //! | `fact.rs`, `reason.rs` | what is wrong, and why something has no response time: names and figures |
 //!
-//! A timing table with an error, an activity without a priority, a core that is not analysed: whatever may delay others and is
-//! not known makes them *not analysed* too, with the reason ([`Refusal`]).
+//! A timing table with an error, an activity without a priority, a core that is not analysed: where something unknown may
+//! delay an activity, the activity is *not analysed* either, with the reason ([`Refusal`]).
 //!
 //! This crate knows no prose, no editor and no file system.
 
@@ -29,12 +31,15 @@ mod fact;
 mod priorities;
 mod psm;
 mod reason;
+mod report;
 mod response;
 mod system;
+mod task_set;
 mod timetable;
+mod timing_facts;
 mod what_if;
 
-pub use exported::{exported_component, psm_at, response_times_of, task_set_of};
+pub use exported::{exported_component, psm_at, task_set_of};
 pub use fact::{
     Budget, DeadlineAndPriority, Expected, InterferenceReport, Missed, MissingTime, NoTime, TimingFact,
     TimingFactKind,
@@ -42,17 +47,16 @@ pub use fact::{
 pub use priorities::priority_facts;
 pub use psm::{Psm, PsmEdge, Refused, psm_of, worst_path};
 pub use reason::{
-    ActivityField, Doubt, IncompleteTable, NoSuchCpu, PatternError, Prose, Reason, Refusal, Share,
-    StrayEntry, TableFault, TableFilesError, TableLevels, Timed, TooLong, Unknown, UnusableTime,
+    ActivityField, IncompleteTable, NoSuchCpu, PatternError, Prose, Reason, Refusal, Share, StrayEntry,
+    TableFault, TableFilesError, TableLevels, Timed, TooLong, Unknown, UnknownPriority, UnusableTime,
     WrongProgram,
 };
-pub use response::{
-    ActivityReport, CpuReport, Deadlines, Query, Report, Verdict, budgets, facts_if, level_shown,
-    response_times, response_times_if, timing_facts,
-};
-pub use system::{Priority, Row, System, mask, system_of};
+pub use report::{ActivityReport, CpuReport, Deadlines, Query, Report, Verdict, level_shown};
+pub use response::{facts_if, response_times, response_times_if, response_times_of};
+pub use system::{Priority, ResolvedActivity, System, field_of, mask, system_of};
 pub use timetable::{
     LONGEST_PATTERN, Lookup, TableFiles, Timetable, file_name, pattern_of_path, table, table_facts,
     table_files, table_pattern, timetable_of,
 };
-pub use what_if::SupposedField;
+pub use timing_facts::{budgets, timing_facts};
+pub use what_if::WhatIfField;

@@ -30,9 +30,9 @@ pub struct Psm<'db> {
     /// Dispatch and context switches, in each edge.
     pub overhead: Time,
     /// The component's own time, for the classic method, where a table has one.
-    pub whole: Option<Time>,
-    /// Why that cannot be used, where it cannot.
-    pub whole_unusable: Option<UnusableTime<'db>>,
+    pub component_time: Option<Time>,
+    /// Why the tables' time cannot be used, where it cannot.
+    pub unusable_component_time: Option<UnusableTime<'db>>,
     /// Codels whose time is that of `[assume]`, with it.
     pub assumed: Vec<(String, Time)>,
 }
@@ -66,16 +66,15 @@ pub fn psm_of<'db>(
     psm_with(db, project, component, level, &|_| None)
 }
 
-/// [`psm_of`], where `suppose` gives the times of codels that no table has.
+/// [`psm_of`], where `what_if` gives the times of codels that no table has.
 pub(crate) fn psm_with<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
     level: Level,
-    suppose: &dyn Fn(Decl<'db>) -> Option<Time>,
+    what_if: &dyn Fn(Decl<'db>) -> Option<Time>,
 ) -> Result<Psm<'db>, Refused<'db>> {
-    let refuse =
-        |reason, at| Err(Refused { refusals: vec![Refusal::reported(reason, at)], missing: Vec::new() });
+    let refuse = |reason, at| Err(Refused { refusals: vec![Refusal::new(reason, at)], missing: Vec::new() });
     let at = Location::name_of(of);
     if component(db, of).is_some_and(|data| data.completeness.is_incomplete()) {
         return refuse(Reason::Damaged(of), at);
@@ -104,8 +103,8 @@ pub(crate) fn psm_with<'db>(
         return Err(Refused { refusals: errors, missing: Vec::new() });
     }
     let times = timetable_of(db, project);
-    if let Some(doubt) = times.doubt(of) {
-        return refuse(Reason::Table(doubt), at);
+    if let Some(unusable) = times.unusable_component(of) {
+        return refuse(Reason::Table(unusable), at);
     }
     let mut reader = Evaluator {
         db,
@@ -113,7 +112,7 @@ pub(crate) fn psm_with<'db>(
         behaviour,
         times,
         level,
-        suppose,
+        what_if,
         operations: vec![None; behaviour.operations.len()],
         refused: Refused::default(),
         missing: BTreeMap::new(),
@@ -136,7 +135,7 @@ fn errors_behind<'db>(
     codels.sort_by(|a, b| a.name(db).cmp(b.name(db)));
     let is_damaged = |of: &&Decl<'db>| codel(db, **of).is_some_and(|data| data.completeness.is_incomplete());
     let damaged = codels.iter().filter(is_damaged);
-    let damaged = damaged.map(|&of| Refusal::reported(Reason::Damaged(of), Location::name_of(of)));
+    let damaged = damaged.map(|&of| Refusal::new(Reason::Damaged(of), Location::name_of(of)));
     let errors = declared.chain(codels.iter().copied()).flat_map(|decl| errors_in(db, project, decl));
     errors.map(Refusal::of_model).chain(damaged).take(MOST_REASONS).collect()
 }
@@ -147,7 +146,7 @@ struct Evaluator<'a, 'db> {
     behaviour: &'db Behaviour<'db>,
     times: &'db Timetable<'db>,
     level: Level,
-    suppose: &'a dyn Fn(Decl<'db>) -> Option<Time>,
+    what_if: &'a dyn Fn(Decl<'db>) -> Option<Time>,
     /// The times of the operations that are called, callees first.
     operations: Vec<Option<Time>>,
     refused: Refused<'db>,
@@ -175,7 +174,7 @@ impl<'db> Evaluator<'_, 'db> {
                 // That is one warning, where the level is asked for.
                 Some(table) => {
                     let none = Reason::NoOverhead { level: self.level, table: table.clone() };
-                    self.refused.refusals.push(Refusal::reported(none, Location::name_of(self.component)));
+                    self.refused.refusals.push(Refusal::new(none, Location::name_of(self.component)));
                 }
                 None => self.refuse(Reason::TooLong(TooLong::Overhead)),
             }
@@ -204,7 +203,7 @@ impl<'db> Evaluator<'_, 'db> {
         let missing = std::mem::take(&mut self.missing);
         for (decl, other_levels) in missing.into_values() {
             let reason = other_levels.clone().map_or(Reason::NoTime(decl), Reason::Table);
-            self.refused.refusals.push(Refusal::reported(reason, Location::name_of(decl)));
+            self.refused.refusals.push(Refusal::new(reason, Location::name_of(decl)));
             self.refused.missing.push((decl, other_levels));
         }
         if !self.refused.refusals.is_empty() {
@@ -218,11 +217,12 @@ impl<'db> Evaluator<'_, 'db> {
                 return Err(std::mem::take(&mut self.refused));
             }
         };
-        let (whole, whole_unusable) = match self.times.component_time(self.component, self.level) {
-            Lookup::Known(time) | Lookup::Assumed(time) => (Some(time), None),
-            Lookup::Absent => (None, None),
-            Lookup::OtherLevels(why) | Lookup::Unusable(why) => (None, Some(why)),
-        };
+        let (component_time, unusable_component_time) =
+            match self.times.component_time(self.component, self.level) {
+                Lookup::Known(time) | Lookup::Assumed(time) => (Some(time), None),
+                Lookup::Absent => (None, None),
+                Lookup::OtherLevels(why) | Lookup::Unusable(why) => (None, Some(why)),
+            };
         let id = |program: &TimedProgram<'db>| program.id.clone();
         let programs =
             behaviour.programs.iter().map(id).zip(programs.into_iter().map(Option::unwrap_or_default));
@@ -235,8 +235,8 @@ impl<'db> Evaluator<'_, 'db> {
             programs: programs.collect(),
             operations: behaviour.operations.iter().map(id).zip(operations).collect(),
             overhead: overhead.unwrap_or_default(),
-            whole,
-            whole_unusable,
+            component_time,
+            unusable_component_time,
             assumed: std::mem::take(&mut self.assumed).into_iter().collect(),
         })
     }
@@ -262,7 +262,7 @@ impl<'db> Evaluator<'_, 'db> {
     }
 
     fn refuse(&mut self, reason: Reason<'db>) {
-        self.refused.refusals.push(Refusal::own(reason, Location::name_of(self.component)));
+        self.refused.refusals.push(Refusal::new(reason, Location::name_of(self.component)));
     }
 
     /// The time of a program: the table's, as a whole, or the sum of its codels.
@@ -271,7 +271,7 @@ impl<'db> Evaluator<'_, 'db> {
             Lookup::Known(time) | Lookup::Assumed(time) => Some(time),
             Lookup::Absent => self.cost(&program.cost),
             Lookup::OtherLevels(why) | Lookup::Unusable(why) => {
-                let refusal = Refusal::reported(Reason::Table(why), Location::name_of(self.component));
+                let refusal = Refusal::new(Reason::Table(why), Location::name_of(self.component));
                 self.refused.refusals.push(refusal);
                 None
             }
@@ -304,7 +304,7 @@ impl<'db> Evaluator<'_, 'db> {
 
     fn codel(&mut self, codel: Decl<'db>) -> Option<Time> {
         let name = codel.qualified(self.db);
-        if let Some(time) = (self.suppose)(codel) {
+        if let Some(time) = (self.what_if)(codel) {
             return Some(time);
         }
         match self.times.codel_time(self.db, codel, self.level) {
@@ -322,7 +322,7 @@ impl<'db> Evaluator<'_, 'db> {
                 None
             }
             Lookup::Unusable(why) => {
-                let refusal = Refusal::reported(Reason::Table(why), Location::name_of(codel));
+                let refusal = Refusal::new(Reason::Table(why), Location::name_of(codel));
                 if !self.refused.refusals.contains(&refusal) {
                     self.refused.refusals.push(refusal);
                 }

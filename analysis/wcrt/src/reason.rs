@@ -16,31 +16,24 @@ pub(crate) const MOST_REASONS: usize = 8;
 pub struct Refusal<'db> {
     /// The reason.
     pub reason: Reason<'db>,
-    /// The location of the reason.
-    pub at: Location<'db>,
-    /// Whether a diagnostic of its own reports the reason.
-    pub reported: bool,
+    /// The location of the reason; none in an exported file.
+    pub at: Option<Location<'db>>,
 }
 
 impl<'db> Refusal<'db> {
-    /// A reason that another diagnostic reports at its location.
-    pub(crate) fn reported(reason: Reason<'db>, at: Location<'db>) -> Refusal<'db> {
-        Refusal { reason, at, reported: true }
+    pub(crate) fn new(reason: Reason<'db>, at: Location<'db>) -> Refusal<'db> {
+        Refusal { reason, at: Some(at) }
     }
 
-    /// A reason that nothing else reports.
-    pub(crate) fn own(reason: Reason<'db>, at: Location<'db>) -> Refusal<'db> {
-        Refusal { reason, at, reported: false }
-    }
-
-    /// A reason that stands in the model.
+    /// Returns the refusal for an error in the model.
     pub(crate) fn of_model(fact::Refusal { reason, at }: &fact::Refusal<'db>) -> Refusal<'db> {
-        Refusal::reported(Reason::Model(reason.clone()), at.clone())
+        Refusal::new(Reason::Model(reason.clone()), at.clone())
     }
 }
 
 /// A reason.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+#[allow(missing_docs, reason = "the documentation of a variant says what its fields are")]
 pub enum Reason<'db> {
     /// The model has an error, or what it refers to is incomplete.
     Model(fact::Reason<'db>),
@@ -59,23 +52,13 @@ pub enum Reason<'db> {
     NoArchitecture(Decl<'db>),
     /// An architecture imports itself.
     ImportsItself(Decl<'db>),
-    /// A file has this problem: a declaration may be missing.
-    DamagedFile {
-        /// The file.
-        file: File,
-        /// Why it cannot be read; none where it has a syntax error.
-        problem: Option<String>,
-    },
+    /// A file cannot be read for this problem, or has a syntax error: a declaration may be missing.
+    DamagedFile { file: File, problem: Option<String> },
     /// The timing tables are incomplete: every time may be longer.
     IncompleteTables(IncompleteTable),
 
     /// An activity names an instance that the architecture does not have.
-    NoSuchInstance {
-        /// The architecture.
-        architecture: Decl<'db>,
-        /// The name.
-        instance: Name,
-    },
+    NoSuchInstance { architecture: Decl<'db>, instance: Name },
     /// An instance has two activities.
     SecondActivity(Name),
     /// An instance has no activity.
@@ -84,24 +67,14 @@ pub enum Reason<'db> {
     UnknownInstance,
     /// Several instances have the name of this one.
     SeveralInstances,
-    /// A declaration or a part of it is unknown.
-    Unknown {
-        /// Where it was looked for.
-        project: Project<'db>,
-        /// What.
-        what: Unknown<'db>,
-    },
+    /// A declaration is unknown in this project.
+    Unknown { project: Project<'db>, what: Unknown<'db> },
     /// An activity has a syntax error.
     DamagedActivity,
     /// An activity has a field that no activity has: it may be a misspelt one.
     UnknownField(Name),
-    /// An activity has a field twice.
-    SecondField {
-        /// The field.
-        field: ActivityField,
-        /// The instance.
-        instance: Name,
-    },
+    /// The activity of this instance has a field twice.
+    SecondField { field: ActivityField, instance: Name },
     /// An activity lacks a field.
     NoField(ActivityField),
     /// The value of a field has a syntax error.
@@ -110,16 +83,11 @@ pub enum Reason<'db> {
     UnusableField(ActivityField),
     /// An affinity names a CPU that `mauve.toml` does not have.
     NoSuchCpu(NoSuchCpu),
-    /// An activity may run on several CPUs.
-    SeveralCpus {
-        /// A bit each.
-        cpus: u64,
-        /// Whether an affinity names them.
-        given: bool,
-    },
+    /// An activity may run on several CPUs, a bit each, and whether an affinity names them.
+    SeveralCpus { cpus: u64, given: bool },
     /// An activity serves this operation for others.
     ServesOperation(Name),
-    /// An activity provides operations, and the connections are not known.
+    /// An activity provides operations, and the connections are unknown.
     MayServe,
     /// The clock of an instance is declared synchronised.
     SynchronisedClock,
@@ -128,45 +96,43 @@ pub enum Reason<'db> {
     Damaged(Decl<'db>),
     /// The core of a component is for another shell.
     CoreOfOtherShell(Decl<'db>),
-    /// A feature of a shell may be missing.
-    IncompleteShell {
-        /// Where its bases were looked for.
-        project: Project<'db>,
-        /// The shell.
-        shell: Decl<'db>,
-    },
+    /// A feature of a shell of this project may be missing.
+    IncompleteShell { project: Project<'db>, shell: Decl<'db> },
     /// No table has a time for a codel.
     NoTime(Decl<'db>),
-    /// What a table says of a time cannot be used.
+    /// The entry of a time in a table cannot be used.
     Table(UnusableTime<'db>),
-    /// The overhead has no time at a level.
-    NoOverhead {
-        /// The level.
-        level: Level,
-        /// A table without it.
-        table: TableLevels,
-    },
+    /// The entry of the time of a component, which the classic method needs, cannot be used.
+    ComponentTime(UnusableTime<'db>),
+    /// The overhead has no time at a level, for which this table has none.
+    NoOverhead { level: Level, table: TableLevels },
     /// A time exceeds what can be represented.
     TooLong(TooLong),
     /// The states and edges of a component make no state machine.
     NoMachine(MachineError),
 
-    /// Activities that may delay this one are not analysed.
-    DelayedBy {
-        /// Their instances, each once.
-        instances: Vec<Name>,
-        /// Why they may delay it although they seem to have a lower priority.
-        doubt: Option<Doubt>,
-    },
-    /// More than the whole of a CPU is asked for.
-    Overloaded {
-        /// Its bit.
-        cpu: u64,
-        /// The utilisation by the activity and those of a priority at least as high.
-        utilisation: Share,
-    },
+    /// Activities that may delay this one are not analysed: the index of the first, and the instances, each once. With what is
+    /// unknown of them where they seem to have a lower priority.
+    DelayedBy { first: usize, instances: Vec<Name>, unknown_priority: Option<UnknownPriority> },
+    /// The CPU of this bit is overloaded by the activity and those of a priority at least as high: their utilisation.
+    Overloaded { cpu: u64, utilisation: Share },
     /// The search for a bound ended without one.
     NoBound(NoBoundReason),
+}
+
+impl Reason<'_> {
+    /// Returns whether a diagnostic of its own reports the reason.
+    pub(crate) fn is_reported(&self) -> bool {
+        !matches!(
+            self,
+            Reason::ComponentTime(_)
+                | Reason::NoMachine(_)
+                | Reason::ServesOperation(_)
+                | Reason::SeveralCpus { .. }
+                | Reason::SynchronisedClock
+                | Reason::TooLong(_)
+        )
+    }
 }
 
 /// A share of a CPU, for a message: the analysis itself compares exactly.
@@ -196,7 +162,7 @@ pub struct NoSuchCpu {
     pub available: u64,
 }
 
-/// What exceeds 2⁶⁴ ns.
+/// The times that can exceed 2⁶⁴ ns.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum TooLong {
     /// Dispatch and context switches.
@@ -209,25 +175,25 @@ pub enum TooLong {
 
 /// Why the priority of an activity counts as unknown although one is written, or why those of several do.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Doubt {
+pub enum UnknownPriority {
     /// Its instance has two activities.
     TwoActivities,
     /// Several instances have its name.
     SeveralInstances,
-    /// It has no period: its priority may be meant as one.
+    /// It has no period: the priority may be a mistyped period.
     PriorityAsPeriod,
-    /// Its affinity may be meant as its priority.
+    /// The affinity may be a mistyped priority.
     AffinityAsPriority,
-    /// Its affinity names no CPU, and may be meant as its priority.
+    /// Its affinity names no CPU, and may be a mistyped priority.
     NoSuchCpu,
     /// An exported file states it in these words.
     Stated(Name),
-    /// It has no priority that can be used.
-    UnknownPriority,
+    /// One activity has no priority that can be used.
+    One,
     /// Several activities have no priority that can be used.
-    UnknownPriorities,
+    Several,
     /// Several activities have no priority, or no CPU, that can be used.
-    UnknownPrioritiesOrCpus,
+    SeveralOrCpus,
 }
 
 /// What an entry of a timing table is for.
@@ -237,18 +203,18 @@ pub enum Timed<'db> {
     Codel(Decl<'db>),
     /// A program of a component, by the key behind `Component/`.
     Program(Decl<'db>, ProgramId),
-    /// A component as a whole.
+    /// All programs of a component, for the classic method.
     Component(Decl<'db>),
 }
 
-/// Why what the tables say of a time cannot be used.
+/// Why the entry of a time cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub enum UnusableTime<'db> {
-    /// An entry for something that is not declared may be meant for it.
+    /// An entry of an unknown key may be its misspelt entry.
     Stray(StrayEntry, Timed<'db>),
-    /// The key of an entry that may be meant for it means several things.
+    /// The key of an entry that may be its own is ambiguous.
     AmbiguousKey(StrayEntry),
-    /// An entry for a program that the component does not have may be meant for any of its programs.
+    /// An entry for a program that the component does not have may be that of any of its programs.
     WrongProgram(File, WrongProgram<'db>),
     /// Two entries are for it, in these tables.
     TwoTimes(Timed<'db>, [File; 2]),
@@ -322,13 +288,8 @@ pub enum TableFault {
 /// What is wrong with `[timing] tables`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum TableFilesError {
-    /// A pattern is invalid.
-    Pattern {
-        /// The pattern.
-        pattern: String,
-        /// Why.
-        error: PatternError,
-    },
+    /// This pattern is invalid.
+    Pattern(String, PatternError),
     /// No file has the name.
     NoSuchFile(String),
     /// A table cannot be read.
@@ -354,5 +315,5 @@ pub struct Prose {
     /// Returns the message of a reason.
     pub reason: for<'db> fn(&'db dyn ModelDb, &Reason<'db>) -> String,
     /// Returns why a priority is unknown, in words that follow a name.
-    pub doubt: fn(&Doubt) -> String,
+    pub unknown_priority: fn(&UnknownPriority) -> String,
 }

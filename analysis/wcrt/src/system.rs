@@ -1,4 +1,4 @@
-//! What a deployment runs: an activity for each instance of its architecture, and what must not be left out.
+//! The activities of a deployment: one for each instance of its architecture.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -6,7 +6,7 @@ pub use mauve_timing::task_set::Priority;
 use mauve_timing::{Rounding, Time, Unit};
 
 use crate::fact::{Expected, NoTime, TimingFact, TimingFactKind};
-use crate::reason::{ActivityField, Doubt, MOST_REASONS, NoSuchCpu, Reason, Refusal, Unknown};
+use crate::reason::{ActivityField, MOST_REASONS, NoSuchCpu, Reason, Refusal, Unknown, UnknownPriority};
 use mauve_hir::item_tree::{
     Activity, Deployment, Endpoint, Expr, FeatureKind, Field, Kind, Literal, Name, NameRef, SourceId,
     UnaryOperator,
@@ -17,57 +17,60 @@ use mauve_hir::{
     too_large, whole_number as whole_number_of,
 };
 
-/// What a deployment asks to be run.
+/// The activities of a deployment.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
 pub struct System<'db> {
     /// In the order of the deployment; instances without an activity last.
-    pub rows: Vec<Row<'db>>,
-    /// The CPUs that there are, a bit each: those of `mauve.toml`, otherwise those that an activity names.
+    pub activities: Vec<ResolvedActivity<'db>>,
+    /// The CPUs, a bit each: those of `mauve.toml`, otherwise those that an activity names.
     pub cpus: u64,
-    /// Why nothing of it can be analysed: an activity may be missing.
-    pub lost: Vec<Refusal<'db>>,
+    /// Why nothing is analysed: an activity may be missing.
+    pub not_analysed: Vec<Refusal<'db>>,
     /// What is wrong in the deployment.
     pub facts: Vec<TimingFact<'db>>,
 }
 
 /// An activity, or an instance that has none.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
-pub struct Row<'db> {
+pub struct ResolvedActivity<'db> {
     /// The instance.
     pub instance: Name,
     /// The name of its component as the architecture writes it.
     pub component_name: Name,
     /// Its component, where that is known.
     pub component: Option<Decl<'db>>,
-    /// What it is, for whoever points at it.
+    /// The name of the instance in its activity; the deployment where there is no activity.
     pub at: Location<'db>,
-    /// How urgent it is.
+    /// Its priority.
     pub priority: Priority,
-    /// The CPUs that it may use, a bit each; `None` where that is unknown.
+    /// The CPUs that it may use, a bit each; `None` where they are unknown.
     pub cpus: Option<u64>,
     /// T.
     pub period: Option<Time>,
-    /// D; the period where it is left out, or where it is later than that.
+    /// D; the period where the deadline is omitted, or later than the period.
     pub deadline: Option<Time>,
-    /// Is a deadline written that is later than the period, and does not count?
-    pub is_late: bool,
+    /// Whether the written deadline is later than the period, and ignored.
+    pub has_late_deadline: bool,
     /// Why it is not analysed.
     pub refusals: Vec<Refusal<'db>>,
     /// Why its priority counts as unknown although one is written.
-    pub doubt: Option<Doubt>,
+    pub unknown_priority: Option<UnknownPriority>,
 }
 
-impl<'db> Row<'db> {
-    /// The component whose state machine it executes, where that is known; none of what is not real-time.
+impl<'db> ResolvedActivity<'db> {
+    /// Returns the component whose state machine it executes, where that is known; none in the background.
     pub(crate) fn executed(&self) -> Option<Decl<'db>> {
         self.component.filter(|_| self.priority != Priority::Background)
     }
 
-    /// It may be as urgent as anything, on any CPU. What may be wrong is kept where a priority is written: otherwise that is
-    /// what is unknown.
-    fn forget(&mut self, doubt: Doubt) {
+    fn refuse(&mut self, reason: Reason<'db>, at: Location<'db>) {
+        self.refusals.push(Refusal::new(reason, at));
+    }
+
+    /// Makes the priority and the CPUs unknown. Keeps the reason where a priority is written.
+    fn forget_priority(&mut self, why: UnknownPriority) {
         if matches!(self.priority, Priority::RealTime(_)) {
-            self.doubt = Some(doubt);
+            self.unknown_priority = Some(why);
         }
         (self.priority, self.cpus) = (Priority::Unknown, None);
     }
@@ -79,7 +82,7 @@ pub fn system_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>
     deployment(db, of).map_or_else(System::default, |data| read(db, project, of, data))
 }
 
-/// Reads the deployment that `of` declares, with `data` in it: what it has, or what it is supposed to have.
+/// Reads the deployment that `of` declares, with `data` in it: its own, or that of a what-if question.
 pub(crate) fn read<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -88,15 +91,15 @@ pub(crate) fn read<'db>(
 ) -> System<'db> {
     let mut reader = Reader { db, project, of, found: System::default(), affinities: FxHashMap::default() };
     if data.completeness.is_incomplete() {
-        reader.lost(Reason::DamagedDeployment(of), Location::name_of(of));
+        reader.not_analysed(Reason::DamagedDeployment(of), Location::name_of(of));
     }
     if let Some(at) = too_large(db, project) {
-        reader.lost(Reason::ProjectTooLarge, Location::name_of(at));
+        reader.not_analysed(Reason::ProjectTooLarge, Location::name_of(at));
         return reader.found;
     }
     let names = names_of(db, project);
     if names.in_library(of.library(db).as_ref(), Kind::Deployment, of.name(db)).len() > 1 {
-        reader.lost(Reason::DeclaredTwice(of), Location::name_of(of));
+        reader.not_analysed(Reason::DeclaredTwice(of), Location::name_of(of));
     }
     let target = match data.targets.as_slice() {
         [target] => match names.resolve_type(db, of, Kind::Architecture, Some(target)) {
@@ -108,13 +111,10 @@ pub(crate) fn read<'db>(
             }
         },
         targets => {
-            if data.completeness.is_complete() {
-                match targets.get(1) {
-                    Some(second) => {
-                        reader.report(Location::Source(of, second.id), TimingFactKind::SecondTarget)
-                    }
-                    None => reader.report(Location::name_of(of), TimingFactKind::NoTarget),
-                }
+            match targets.get(1) {
+                _ if data.completeness.is_incomplete() => {}
+                Some(second) => reader.report(Location::Source(of, second.id), TimingFactKind::SecondTarget),
+                None => reader.report(Location::name_of(of), TimingFactKind::NoTarget),
             }
             None
         }
@@ -125,7 +125,7 @@ pub(crate) fn read<'db>(
             reader.errors(target);
         }
         None => {
-            reader.lost(Reason::NoArchitecture(of), Location::name_of(of));
+            reader.not_analysed(Reason::NoArchitecture(of), Location::name_of(of));
             for activity in data.activities.iter().filter(|activity| !activity.instance.name.is_empty()) {
                 reader.activity(None, activity);
             }
@@ -140,7 +140,7 @@ struct Reader<'db> {
     project: Project<'db>,
     of: Decl<'db>,
     found: System<'db>,
-    /// Where the affinities stand, by row.
+    /// The locations of affinities, by the index of the activity.
     affinities: FxHashMap<usize, Location<'db>>,
 }
 
@@ -149,15 +149,15 @@ impl<'db> Reader<'db> {
         self.found.facts.push(TimingFact::new(at, kind));
     }
 
-    fn lost(&mut self, reason: Reason<'db>, at: Location<'db>) {
-        self.found.lost.push(Refusal::reported(reason, at));
+    fn not_analysed(&mut self, reason: Reason<'db>, at: Location<'db>) {
+        self.found.not_analysed.push(Refusal::new(reason, at));
     }
 
     fn activities(&mut self, target: Decl<'db>, activities: &[Activity]) {
         let flat = flat_of(self.db, self.project, target);
-        self.found.lost.extend(flat.refusals.iter().map(Refusal::of_model));
+        self.found.not_analysed.extend(flat.refusals.iter().map(Refusal::of_model));
         if flat.cycle {
-            self.lost(Reason::ImportsItself(target), Location::name_of(target));
+            self.not_analysed(Reason::ImportsItself(target), Location::name_of(target));
         }
         let mut first_of: FxHashMap<&Name, &Activity> = FxHashMap::default();
         // Instances whose activity has a misspelt name: that is one mistake.
@@ -168,13 +168,13 @@ impl<'db> Reader<'db> {
             let name = &activity.instance.name;
             let first = first_of.insert(name, activity);
             let instance = flat.instance(name);
-            // An instance that was lost is one mistake.
+            // An instance that the damaged architecture may have is no second mistake.
             if instance.is_none() && flat.refusals.is_empty() {
                 let near = similar(name, flat.instances.iter().map(|instance| &instance.name));
                 let at = Location::Source(self.of, activity.instance.id);
                 misspelt.extend(near.clone());
                 let missing = Reason::NoSuchInstance { architecture: target, instance: name.clone() };
-                strays.push(Refusal::reported(missing, at.clone()));
+                strays.push(Refusal::new(missing, at.clone()));
                 let name = name.clone();
                 self.report(at, TimingFactKind::UnresolvedInstance { name, architecture: target, near });
             }
@@ -184,18 +184,18 @@ impl<'db> Reader<'db> {
                 let first = Location::Source(self.of, first.instance.id);
                 let instance = name.clone();
                 self.report(at.clone(), TimingFactKind::DuplicateActivity { instance, first });
-                let refusal = Refusal::reported(Reason::SecondActivity(name.clone()), at);
+                let refusal = Refusal::new(Reason::SecondActivity(name.clone()), at);
                 twice.entry(name).or_insert(refusal);
             }
         }
-        // Which one counts is unknown: both may be as urgent as anything.
-        for row in &mut self.found.rows {
-            if let Some(refusal) = twice.get(&row.instance) {
-                row.refusals.push(refusal.clone());
-                row.forget(Doubt::TwoActivities);
+        // Which of the two counts is unknown.
+        for resolved in &mut self.found.activities {
+            if let Some(refusal) = twice.get(&resolved.instance) {
+                resolved.refusals.push(refusal.clone());
+                resolved.forget_priority(UnknownPriority::TwoActivities);
             }
         }
-        // One activity too much and one too few are one mistake, which is reported.
+        // One activity too many and one too few are one mistake, which is reported.
         let missing = flat.instances.iter().filter(|it| !first_of.contains_key(&it.name)).count();
         let named = activities.iter().filter(|it| !it.instance.name.is_empty()).count();
         let right = first_of.keys().filter(|name| flat.instance(name).is_some()).count();
@@ -206,28 +206,18 @@ impl<'db> Reader<'db> {
                 continue;
             }
             let at = Location::name_of(self.of);
-            let refusal = Refusal::reported(Reason::NoActivity, at.clone());
-            // Where an activity was lost, it may have been this one.
-            if !misspelt.contains(&instance.name) && !is_renamed && self.found.lost.is_empty() {
+            let refusal = Refusal::new(Reason::NoActivity, at.clone());
+            // Where an activity is unknown, it may be this one.
+            if !misspelt.contains(&instance.name) && !is_renamed && self.found.not_analysed.is_empty() {
                 let instance = instance.name.clone();
                 self.report(at.clone(), TimingFactKind::MissingActivity { of: self.of, instance });
             }
-            self.found.rows.push(Row {
-                instance: instance.name.clone(),
-                component_name: self.component_name(instance),
-                component: instance.component,
-                at,
-                priority: Priority::Unknown,
-                cpus: None,
-                period: None,
-                deadline: None,
-                is_late: false,
-                refusals: vec![refusal],
-                doubt: None,
-            });
+            let mut resolved = self.resolved(&instance.name, at, Some(instance));
+            resolved.refusals.push(refusal);
+            self.found.activities.push(resolved);
         }
-        // Only now: what is missing in a deployment with such an activity is reported all the same.
-        self.found.lost.extend(strays);
+        // Only now: missing activities are reported in a deployment with such an activity too.
+        self.found.not_analysed.extend(strays);
         self.served(flat);
         self.synchronised();
     }
@@ -245,184 +235,199 @@ impl<'db> Reader<'db> {
             }
             let items = items_of(db, decl);
             for error in errors {
-                let refusal =
-                    Refusal::reported(Reason::ErrorIn(decl, error.reason.clone()), error.at.clone());
+                let refusal = Refusal::new(Reason::ErrorIn(decl, error.reason.clone()), error.at.clone());
                 let item = item_at(&items, decl, &error.at);
                 let named = item.map_or(&[] as &[&Name], |item| item.instances.as_slice());
                 if named.is_empty() || named.iter().any(|name| flat.instance(name).is_none()) {
-                    self.found.lost.push(refusal);
+                    self.found.not_analysed.push(refusal);
                 } else {
                     named.iter().for_each(|name| of_instance.entry(name).or_default().push(refusal.clone()));
                 }
             }
         }
-        for row in &mut self.found.rows {
-            let Some(refusals) = of_instance.get(&row.instance) else { continue };
-            row.refusals.extend(refusals.iter().take(MOST_REASONS).cloned());
+        for resolved in &mut self.found.activities {
+            let Some(refusals) = of_instance.get(&resolved.instance) else { continue };
+            resolved.refusals.extend(refusals.iter().take(MOST_REASONS).cloned());
         }
-        self.found.lost.truncate(MOST_REASONS);
+        self.found.not_analysed.truncate(MOST_REASONS);
     }
 
-    fn component_name(&self, instance: &FlatInstance<'db>) -> Name {
-        let (declared, index) = instance.declared;
-        let written = architecture(self.db, declared)
-            .and_then(|data| data.instances.get(index)?.component.as_ref()?.path.last().cloned());
-        instance.component.map(|component| component.name(self.db).clone()).or(written).unwrap_or_default()
+    /// Returns an activity of which only the instance is known.
+    fn resolved(
+        &self,
+        name: &Name,
+        at: Location<'db>,
+        instance: Option<&FlatInstance<'db>>,
+    ) -> ResolvedActivity<'db> {
+        let component = instance.and_then(|instance| instance.component);
+        let written = || {
+            let (declared, index) = instance?.declared;
+            architecture(self.db, declared)?.instances.get(index)?.component.as_ref()?.path.last().cloned()
+        };
+        let component_name = component.map(|component| component.name(self.db).clone()).or_else(written);
+        ResolvedActivity {
+            instance: name.clone(),
+            component_name: component_name.unwrap_or_default(),
+            component,
+            at,
+            priority: Priority::Unknown,
+            cpus: None,
+            period: None,
+            deadline: None,
+            has_late_deadline: false,
+            refusals: Vec::new(),
+            unknown_priority: None,
+        }
     }
 
     fn activity(&mut self, instance: Option<&FlatInstance<'db>>, activity: &Activity) {
         let at = Location::Source(self.of, activity.instance.id);
-        let mut row = Row {
-            instance: activity.instance.name.clone(),
-            component_name: instance.map_or_else(Name::default, |instance| self.component_name(instance)),
-            component: instance.and_then(|instance| instance.component),
-            at: at.clone(),
-            priority: Priority::Unknown,
-            cpus: Some(0),
-            period: None,
-            deadline: None,
-            is_late: false,
-            refusals: Vec::new(),
-            doubt: None,
-        };
-        let mut repeated = false;
+        let mut found = self.resolved(&activity.instance.name, at.clone(), instance);
+        found.cpus = Some(0);
+        let is_repeated = instance.is_some_and(|instance| instance.repeated);
         match instance {
-            None => row.refusals.push(Refusal::reported(Reason::UnknownInstance, at.clone())),
-            Some(instance) if instance.repeated => {
-                repeated = true;
-                row.refusals.push(Refusal::reported(Reason::SeveralInstances, at.clone()));
-            }
+            None => found.refuse(Reason::UnknownInstance, at.clone()),
+            Some(_) if is_repeated => found.refuse(Reason::SeveralInstances, at.clone()),
             Some(instance) if instance.component.is_none() => {
-                let (declared, _) = instance.declared;
                 let what = Unknown::ComponentOf(instance.name.clone());
-                let unknown = Reason::Unknown { project: self.project, what };
-                row.refusals.push(Refusal::reported(unknown, Location::name_of(declared)));
+                let at = Location::name_of(instance.declared.0);
+                found.refuse(Reason::Unknown { project: self.project, what }, at);
             }
             Some(_) => {}
         }
-        let of_instance = row.refusals.len();
+        let of_instance = found.refusals.len();
         let mut fields = Fields::default();
         for field in &activity.fields {
-            self.field(&mut row, &mut fields, field);
+            self.field(&mut found, &mut fields, field);
         }
-        let wrong = row.refusals.len() > of_instance;
-        if activity.completeness.is_incomplete() && row.refusals.is_empty() {
-            row.refusals.push(Refusal::reported(Reason::DamagedActivity, at.clone()));
+        let has_wrong_field = found.refusals.len() > of_instance;
+        if activity.completeness.is_incomplete() && found.refusals.is_empty() {
+            found.refuse(Reason::DamagedActivity, at.clone());
         }
-        // A field that was lost may be any of those that are missing. Where one is missing that must be there, another may
-        // have its value; where an affinity names no CPU, it may be the priority.
-        let missing = row.priority != Priority::Background && fields.period.is_none();
-        let doubtful = missing || fields.priority.is_none() || fields.misplaced || instance.is_none();
-        let lost = activity.completeness.is_incomplete() || fields.lost;
-        if lost && fields.affinity.is_none() {
-            row.cpus = None;
+        let is_missing = |field| !fields.written.contains_key(&field);
+        // Where the period is missing, the priority may have its value; where an affinity names no CPU, the affinity may be
+        // the priority. A field that is unknown may be any of the missing fields.
+        let lacks_period = found.priority != Priority::Background && is_missing(ActivityField::Period);
+        let is_uncertain =
+            lacks_period || is_missing(ActivityField::Priority) || fields.has_misplaced || instance.is_none();
+        let is_incomplete = activity.completeness.is_incomplete() || fields.has_unknown;
+        if is_incomplete && is_missing(ActivityField::Affinity) {
+            found.cpus = None;
         }
-        // Where something is wrong, it may be the priority of a real-time activity; of two instances of one name, one has
-        // lost its own activity, which may be any.
-        if row.priority == Priority::Background && (lost || wrong) || repeated {
-            row.forget(Doubt::SeveralInstances);
+        // An error may be in the priority of a real-time activity. Of two instances of one name, one has no activity of
+        // its own: its activity may be any.
+        let may_be_real_time =
+            found.priority == Priority::Background && (is_incomplete || has_wrong_field) || is_repeated;
+        if may_be_real_time {
+            found.forget_priority(UnknownPriority::SeveralInstances);
         }
-        if row.priority == Priority::Unknown {
-            if fields.priority.is_none() && !lost {
-                let free = self.free_priority(activity);
-                let period = field_of(activity, ActivityField::Period).map(|period| period.name.id);
-                let name = (activity.instance.name.clone(), activity.instance.id);
-                let missing = TimingFactKind::MissingPriority { of: self.of, activity: name, free, period };
-                self.report(at.clone(), missing);
+        let lacking = match found.priority {
+            Priority::Unknown => Some(ActivityField::Priority),
+            Priority::RealTime(_) if found.period.is_none() => Some(ActivityField::Period),
+            Priority::RealTime(_) | Priority::Background => None,
+        };
+        if let Some(field) = lacking {
+            if is_missing(field) && !is_incomplete {
+                self.report(at.clone(), self.missing_field(activity, field));
             }
-            // Where it has one, why that cannot be used is said already.
-            if fields.priority.is_none() || row.refusals.is_empty() {
-                row.refusals.push(Refusal::reported(Reason::NoField(ActivityField::Priority), at.clone()));
-            }
-        } else if row.priority != Priority::Background && row.period.is_none() {
-            if fields.period.is_none() && !lost {
-                let priority = field_of(activity, ActivityField::Priority).map(|priority| priority.value_id);
-                let name = (activity.instance.name.clone(), activity.instance.id);
-                let missing = TimingFactKind::MissingPeriod { of: self.of, activity: name, priority };
-                self.report(at.clone(), missing);
-            }
-            if fields.period.is_none() || row.refusals.is_empty() {
-                row.refusals.push(Refusal::reported(Reason::NoField(ActivityField::Period), at.clone()));
+            // Why a written field cannot be used is a reason already.
+            if is_missing(field) || found.refusals.is_empty() {
+                found.refuse(Reason::NoField(field), at);
             }
         }
-        if doubtful {
-            row.forget(if missing { Doubt::PriorityAsPeriod } else { Doubt::AffinityAsPriority });
+        if is_uncertain {
+            found.forget_priority(match lacks_period {
+                true => UnknownPriority::PriorityAsPeriod,
+                false => UnknownPriority::AffinityAsPriority,
+            });
         }
-        match (fields.deadline, row.deadline) {
-            (None, _) => row.deadline = row.period,
-            (Some(_), None) if row.refusals.is_empty() => {
-                let unusable = Reason::UnusableField(ActivityField::Deadline);
-                row.refusals.push(Refusal::reported(unusable, at));
-            }
-            (Some(_), None) => {}
-            (Some(field), Some(deadline)) => {
-                if let Some((of_period, period)) = fields.period.zip(row.period)
-                    && deadline > period
-                {
-                    let written = match &of_period.value {
-                        Expr::Literal(Literal::Int(text) | Literal::Float(text), _) => text.clone(),
-                        _ => Name::default(),
-                    };
-                    let period_at = Location::Source(self.of, of_period.value_id);
-                    self.report(
-                        Location::Source(self.of, field.value_id),
-                        TimingFactKind::DeadlineExceedsPeriod { deadline, period, written, period_at },
-                    );
-                    // Which of the two is the mistake is unknown.
-                    row.deadline = Some(period);
-                    row.is_late = true;
-                }
-            }
-        }
-        self.found.rows.push(row);
+        self.deadline(&mut found, &fields);
+        self.found.activities.push(found);
     }
 
-    fn field<'a>(&mut self, row: &mut Row<'db>, fields: &mut Fields<'a>, written: &'a Field) {
+    /// Returns that an activity has no priority, or no period.
+    fn missing_field(&self, activity: &Activity, field: ActivityField) -> TimingFactKind<'db> {
+        let (of, name) = (self.of, (activity.instance.name.clone(), activity.instance.id));
+        if field == ActivityField::Period {
+            let priority = field_of(activity, ActivityField::Priority).map(|priority| priority.value_id);
+            return TimingFactKind::MissingPeriod { of, activity: name, priority };
+        }
+        let free = self.free_priority(activity);
+        let period = field_of(activity, ActivityField::Period).map(|period| period.name.id);
+        TimingFactKind::MissingPriority { of, activity: name, free, period }
+    }
+
+    /// Enters the deadline: the period where none is written, or where it is later.
+    fn deadline(&mut self, found: &mut ResolvedActivity<'db>, fields: &Fields<'_>) {
+        let Some(written) = fields.written.get(&ActivityField::Deadline) else {
+            found.deadline = found.period;
+            return;
+        };
+        let Some(deadline) = found.deadline else {
+            if found.refusals.is_empty() {
+                found.refuse(Reason::UnusableField(ActivityField::Deadline), found.at.clone());
+            }
+            return;
+        };
+        if let Some((of_period, period)) = fields.written.get(&ActivityField::Period).zip(found.period)
+            && deadline > period
+        {
+            let written_period = number(&of_period.value).cloned().unwrap_or_default();
+            let period_at = Location::Source(self.of, of_period.value_id);
+            self.report(
+                Location::Source(self.of, written.value_id),
+                TimingFactKind::DeadlineExceedsPeriod {
+                    deadline,
+                    period,
+                    written: written_period,
+                    period_at,
+                },
+            );
+            // Which of the two is wrong is unknown.
+            found.deadline = Some(period);
+            found.has_late_deadline = true;
+        }
+    }
+
+    fn field<'a>(&mut self, found: &mut ResolvedActivity<'db>, fields: &mut Fields<'a>, written: &'a Field) {
         let at = Location::Source(self.of, written.name.id);
         let Some(field) = ActivityField::from_keyword(&written.name.name) else {
             let name = written.name.name.clone();
-            row.refusals.push(Refusal::reported(Reason::UnknownField(name.clone()), at.clone()));
+            found.refuse(Reason::UnknownField(name.clone()), at.clone());
             self.report(at, TimingFactKind::UnknownField(name));
-            fields.lost = true;
+            fields.has_unknown = true;
             return;
         };
-        let slot = match field {
-            ActivityField::Affinity => &mut fields.affinity,
-            ActivityField::Priority => &mut fields.priority,
-            ActivityField::Period => &mut fields.period,
-            ActivityField::Deadline => &mut fields.deadline,
-        };
-        if let Some(first) = slot.replace(written) {
+        if let Some(first) = fields.written.insert(field, written) {
             let first = Location::Source(self.of, first.name.id);
-            let (of, id, instance) = (self.of, written.name.id, row.instance.clone());
-            let second = Reason::SecondField { field, instance: instance.clone() };
-            row.refusals.push(Refusal::reported(second, at.clone()));
+            let (of, id, instance) = (self.of, written.name.id, found.instance.clone());
+            found.refuse(Reason::SecondField { field, instance: instance.clone() }, at.clone());
             self.report(at, TimingFactKind::DuplicateField { of, id, field, instance, first });
             match field {
-                ActivityField::Affinity => row.cpus = None,
-                ActivityField::Priority => row.priority = Priority::Unknown,
-                ActivityField::Period => row.period = None,
-                ActivityField::Deadline => row.deadline = None,
+                ActivityField::Affinity => found.cpus = None,
+                ActivityField::Priority => found.priority = Priority::Unknown,
+                ActivityField::Period => found.period = None,
+                ActivityField::Deadline => found.deadline = None,
             }
             return;
         }
         let value = Location::Source(self.of, written.value_id);
-        // A half-typed value is a syntax error, reported already.
+        // A half-typed value is a syntax error, which another diagnostic reports.
         if written.value == Expr::Missing {
-            row.refusals.push(Refusal::reported(Reason::DamagedField(field), value));
+            found.refuse(Reason::DamagedField(field), value);
             if field == ActivityField::Affinity {
-                row.cpus = None;
+                found.cpus = None;
             }
             return;
         }
-        match read_field(row, field, &written.value) {
+        match read_field(found, field, &written.value) {
             Ok(()) if field == ActivityField::Affinity => {
-                self.affinities.insert(self.found.rows.len(), value);
+                self.affinities.insert(self.found.activities.len(), value);
             }
             Ok(()) => {}
             Err(expected) => {
-                fields.misplaced |= matches!(field, ActivityField::Affinity | ActivityField::Priority);
-                row.refusals.push(Refusal::reported(Reason::UnusableField(field), value.clone()));
+                fields.has_misplaced |= matches!(field, ActivityField::Affinity | ActivityField::Priority);
+                found.refuse(Reason::UnusableField(field), value.clone());
                 self.report(value, TimingFactKind::InvalidField(field, expected));
             }
         }
@@ -440,7 +445,7 @@ impl<'db> Reader<'db> {
         u32::try_from(below).unwrap_or(1)
     }
 
-    /// Operations are served in the time of their owner, which this analysis does not count yet.
+    /// Refuses the activities that serve operations: the owner executes them in its own time, which is not analysed yet.
     fn served(&mut self, flat: &Flat<'db>) {
         let mut shells: FxHashMap<&Name, &Features<'db>> = FxHashMap::default();
         for instance in &flat.instances {
@@ -449,22 +454,21 @@ impl<'db> Reader<'db> {
                 shells.insert(&instance.name, features_of(self.db, self.project, shell));
             }
         }
-        // What the end of a connection is; none where that is not known.
-        let kind = |(instance, feature): &(Name, Name)| {
-            // Where some other feature of the shell was lost, its component is refused, and this one is what it is.
-            match shells.get(instance)?.by_name.get(feature)?.as_slice() {
+        // The kind of a feature; none where it is unknown. Where the shell is incomplete, its component is refused.
+        let kind =
+            |(instance, feature): &(Name, Name)| match shells.get(instance)?.by_name.get(feature)?.as_slice()
+            {
                 [feature] => Some(feature.kind),
                 _ => None,
-            }
-        };
+            };
         let mut serves: FxHashMap<&Name, &Name> = FxHashMap::default();
-        // A connection that is not right may be meant for anybody who provides something.
+        // A connection with an error may call any activity that provides operations.
         let has_wrong_operation = |decl: &Decl<'db>| {
             let errors = errors_in(self.db, self.project, *decl);
             let items = if errors.is_empty() { Vec::new() } else { items_of(self.db, *decl) };
             errors.iter().any(|error| item_at(&items, *decl, &error.at).is_some_and(|item| item.is_operation))
         };
-        let mut lost =
+        let mut may_serve =
             flat.link_completeness.is_incomplete() || flat.architectures.iter().any(has_wrong_operation);
         for Link { operation, source, target, .. } in &flat.links {
             let kinds = (kind(source), kind(target));
@@ -472,43 +476,46 @@ impl<'db> Reader<'db> {
             if *operation && kinds == (Some(FeatureKind::Provided), Some(FeatureKind::Required)) {
                 serves.entry(&source.0).or_insert(&source.1);
             } else {
-                lost |= *operation || !is_port(kinds.0) || !is_port(kinds.1);
+                may_serve |= *operation || !is_port(kinds.0) || !is_port(kinds.1);
             }
         }
-        for row in &mut self.found.rows {
-            let Some(component) = row.component else { continue };
-            let Some(features) = shells.get(&row.instance) else { continue };
+        for resolved in &mut self.found.activities {
+            let Some(component) = resolved.component else { continue };
+            let Some(features) = shells.get(&resolved.instance) else { continue };
             let core =
                 core_of(self.db, self.project, component).and_then(|it| core_interface(self.db, it).as_ref());
-            // Where its shell has an error, its component is refused for that.
+            // A component of a shell with an error is refused for that error.
             let provides =
                 features.has_any(FeatureKind::Provided) || core.is_none_or(|core| core.defines_operations);
             if !provides {
                 continue;
             }
-            let at = row.at.clone();
-            if let Some(feature) = serves.get(&row.instance) {
-                row.refusals.push(Refusal::own(Reason::ServesOperation((*feature).clone()), at));
-            } else if lost {
-                row.refusals.push(Refusal::reported(Reason::MayServe, at));
+            let at = resolved.at.clone();
+            if let Some(feature) = serves.get(&resolved.instance) {
+                resolved.refuse(Reason::ServesOperation((*feature).clone()), at);
+            } else if may_serve {
+                resolved.refuse(Reason::MayServe, at);
             }
         }
     }
 
     fn synchronised(&mut self) {
         let platform = platform_of(self.db, self.project.workspace(self.db));
-        for row in self.found.rows.iter_mut().filter(|row| row.priority != Priority::Background) {
-            if platform.synchronised.iter().any(|name| *name == row.instance.as_str()) {
-                row.refusals.push(Refusal::own(Reason::SynchronisedClock, row.at.clone()));
+        for resolved in
+            self.found.activities.iter_mut().filter(|resolved| resolved.priority != Priority::Background)
+        {
+            if platform.synchronised.iter().any(|name| *name == resolved.instance.as_str()) {
+                resolved.refuse(Reason::SynchronisedClock, resolved.at.clone());
             }
         }
     }
 
-    /// Which CPUs each activity may use, and what of that cannot be analysed.
+    /// Enters the CPUs of each activity, and refuses the activities of unknown or several CPUs.
     fn cpus(&mut self) {
         let platform = platform_of(self.db, self.project.workspace(self.db));
-        let named = self.found.rows.iter().filter_map(|row| row.cpus).fold(0, |all, cpus| all | cpus);
-        // An affinity that cannot be read may name one more: who may run there too is delayed by no more than here.
+        let named =
+            self.found.activities.iter().filter_map(|resolved| resolved.cpus).fold(0, |all, cpus| all | cpus);
+        // An unreadable affinity may name one more CPU. An activity that may run there too is not delayed more than without it.
         let all = match platform.cpus {
             Some(64..) => u64::MAX,
             Some(cpus) => (1 << cpus) - 1,
@@ -516,24 +523,24 @@ impl<'db> Reader<'db> {
             None => named,
         };
         self.found.cpus = all;
-        for (index, row) in self.found.rows.iter_mut().enumerate() {
-            let Some(cpus) = row.cpus else { continue };
+        for (index, resolved) in self.found.activities.iter_mut().enumerate() {
+            let Some(cpus) = resolved.cpus else { continue };
             let given = cpus != 0;
             let cpus = if given { cpus } else { all };
-            row.cpus = Some(cpus);
-            if row.priority == Priority::Background {
+            resolved.cpus = Some(cpus);
+            if resolved.priority == Priority::Background {
                 continue;
             }
-            let at = row.at.clone();
+            let at = resolved.at.clone();
             if cpus & !all != 0 {
                 let missing = NoSuchCpu { named: cpus, available: all };
                 let affinity = self.affinities.get(&index).unwrap_or(&at).clone();
                 self.found.facts.push(TimingFact::new(affinity, TimingFactKind::NoSuchCpu(missing)));
-                row.refusals.push(Refusal::reported(Reason::NoSuchCpu(missing), at));
-                // It may be meant for any other, or be another field's.
-                row.forget(Doubt::NoSuchCpu);
+                resolved.refuse(Reason::NoSuchCpu(missing), at);
+                // The value may be a mistyped affinity, or that of another field.
+                resolved.forget_priority(UnknownPriority::NoSuchCpu);
             } else if cpus.count_ones() > 1 {
-                row.refusals.push(Refusal::own(Reason::SeveralCpus { cpus, given }, at));
+                resolved.refuse(Reason::SeveralCpus { cpus, given }, at);
             }
         }
     }
@@ -583,43 +590,52 @@ fn item_at<'a, 'db>(items: &'a [Item<'db>], decl: Decl<'db>, at: &Location<'db>)
     }
 }
 
-/// The fields that an activity has, by name, and whether one was lost.
+/// The fields of an activity.
 #[derive(Default)]
 struct Fields<'a> {
-    affinity: Option<&'a Field>,
-    priority: Option<&'a Field>,
-    period: Option<&'a Field>,
-    deadline: Option<&'a Field>,
-    lost: bool,
-    /// Is there an affinity or a priority that cannot be one?
-    misplaced: bool,
+    /// The last field of each name.
+    written: FxHashMap<ActivityField, &'a Field>,
+    /// Whether an activity cannot have one of the fields: it may be a misspelt one.
+    has_unknown: bool,
+    /// Whether an affinity or a priority has a value that it cannot have: it may be that of another field.
+    has_misplaced: bool,
 }
 
-/// The first field of this name.
-fn field_of(activity: &Activity, field: ActivityField) -> Option<&Field> {
+/// Returns the first field of this name.
+pub fn field_of(activity: &Activity, field: ActivityField) -> Option<&Field> {
     activity.fields.iter().find(|it| it.name.name == field.keyword())
 }
 
+/// Returns a field of the activity of `instance`, as the deployment has it.
+pub(crate) fn written_field<'db>(
+    db: &'db dyn ModelDb,
+    deployment: Decl<'db>,
+    instance: &Name,
+    field: ActivityField,
+) -> Option<&'db Field> {
+    let activities = &mauve_hir::deployment(db, deployment)?.activities;
+    field_of(activities.iter().find(|it| it.instance.name == *instance)?, field)
+}
+
 /// Enters the value of a field; returns which values it takes where this one is invalid.
-fn read_field(row: &mut Row<'_>, field: ActivityField, value: &Expr) -> Result<(), Expected> {
+fn read_field(found: &mut ResolvedActivity<'_>, field: ActivityField, value: &Expr) -> Result<(), Expected> {
     match field {
-        ActivityField::Affinity => row.cpus = Some(mask(value).ok_or(Expected::Cpus)?),
+        ActivityField::Affinity => found.cpus = Some(mask(value).ok_or(Expected::Cpus)?),
         ActivityField::Priority => {
-            row.priority = match (value, whole_number(value)) {
+            found.priority = match (value, whole_number(value)) {
                 (Expr::Name(it), _) if it.name == "background" => Priority::Background,
                 (_, Some(priority @ 1..=99)) => Priority::RealTime(priority),
                 _ => return Err(Expected::Priority),
             }
         }
-        ActivityField::Period => row.period = Some(positive(value)?),
-        ActivityField::Deadline => row.deadline = Some(positive(value)?),
+        ActivityField::Period => found.period = Some(positive(value)?),
+        ActivityField::Deadline => found.deadline = Some(positive(value)?),
     }
     Ok(())
 }
 
-/// The CPUs that an affinity names, a bit each: up to 64, unlike other whole numbers.
-///
-/// `None` where `value` is not a literal of 64 bits.
+/// Returns the CPUs that an affinity names, a bit each; `None` where `value` is not a literal of at most 64 bits, more than
+/// other whole numbers have.
 pub fn mask(value: &Expr) -> Option<u64> {
     let Expr::Literal(Literal::Int(text), _) = value else { return None };
     match text.strip_prefix("0x").or(text.strip_prefix("0X")) {
@@ -628,7 +644,14 @@ pub fn mask(value: &Expr) -> Option<u64> {
     }
 }
 
-/// INT.
+/// Returns the text of a literal of a number.
+pub(crate) fn number(value: &Expr) -> Option<&Name> {
+    match value {
+        Expr::Literal(Literal::Int(text) | Literal::Float(text), _) => Some(text),
+        _ => None,
+    }
+}
+
 fn whole_number(value: &Expr) -> Option<u32> {
     let Expr::Literal(Literal::Int(text), _) = value else { return None };
     u32::try_from(whole_number_of(text)?).ok()
@@ -640,16 +663,18 @@ fn positive(value: &Expr) -> Result<Time, Expected> {
 }
 
 fn milliseconds(value: &Expr) -> Result<Time, NoTime> {
-    let text = match value {
-        Expr::Literal(Literal::Int(text), _) if whole_number(value).is_none() => {
+    if let Expr::Literal(Literal::Int(text), _) = value {
+        if whole_number(value).is_none() {
             return Err(NoTime::TooLarge(text.clone()));
         }
-        Expr::Literal(Literal::Int(text), _) if text.starts_with("0x") || text.starts_with("0X") => {
+        if text.starts_with("0x") || text.starts_with("0X") {
             return Err(NoTime::Hexadecimal);
         }
-        Expr::Literal(Literal::Int(text) | Literal::Float(text), _) => text,
-        Expr::Unary(UnaryOperator::Minus, ..) => return Err(NoTime::Negative),
-        _ => return Err(NoTime::NotALiteral),
+    }
+    let not_a_number = match value {
+        Expr::Unary(UnaryOperator::Minus, ..) => NoTime::Negative,
+        _ => NoTime::NotALiteral,
     };
+    let text = number(value).ok_or(not_a_number)?;
     Time::parse(text, Unit::Milliseconds, Rounding::Exact).map_err(NoTime::Unreadable)
 }

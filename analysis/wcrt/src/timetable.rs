@@ -22,7 +22,7 @@ use mauve_hir::{
     shell_of, similar,
 };
 
-/// A table's content.
+/// Reads a table.
 #[salsa::tracked(returns(ref))]
 pub fn table(db: &dyn ModelDb, file: File) -> Table {
     Table::parse(file.text(db))
@@ -33,7 +33,7 @@ pub fn table(db: &dyn ModelDb, file: File) -> Table {
 pub struct TableFiles {
     /// The tables.
     pub files: Vec<File>,
-    /// Patterns that name none, or are none.
+    /// Errors in patterns, with the spans of the patterns.
     pub errors: Vec<(TableFilesError, Range<usize>)>,
 }
 
@@ -47,15 +47,13 @@ pub fn table_files(db: &dyn ModelDb, workspace: Workspace) -> TableFiles {
         let glob = match table_pattern(workspace.folder(db), pattern) {
             Ok(glob) => glob,
             Err(error) => {
-                let pattern = pattern.clone();
-                errors.push((TableFilesError::Pattern { pattern, error }, span.clone()));
+                errors.push((TableFilesError::Pattern(pattern.clone(), error), span.clone()));
                 continue;
             }
         };
         let known = workspace.files(db).iter().filter(|(path, _)| **path != config);
-        let named = known.filter(|(path, _)| glob.is_match(path));
-        let named: Vec<File> = named.map(|(_, file)| *file).collect();
-        if named.is_empty() {
+        let mut named = known.filter(|(path, _)| glob.is_match(path)).map(|(_, file)| *file).peekable();
+        if named.peek().is_none() {
             errors.push((TableFilesError::NoSuchFile(pattern.clone()), span.clone()));
         }
         for file in named {
@@ -74,7 +72,7 @@ pub fn table_files(db: &dyn ModelDb, workspace: Workspace) -> TableFiles {
     TableFiles { files: files.into_values().collect(), errors }
 }
 
-/// What paths a pattern of `[timing] tables` names, from the configuration's folder. `*` and `?` do not cross folders,
+/// Compiles a pattern of `[timing] tables`, which is relative to the configuration's folder. `*` and `?` do not cross folders,
 /// `**` does.
 ///
 /// # Errors
@@ -87,7 +85,7 @@ pub fn table_pattern(folder: &Path, pattern: &str) -> Result<GlobMatcher, Patter
     if pattern.len() > LONGEST_PATTERN {
         return Err(PatternError::TooLong);
     }
-    // The folder is a path, whatever letters it has: only the pattern is one.
+    // The folder is a path and no pattern, whatever letters it has.
     let escaped = PathBuf::from(globset::escape(&folder.to_string_lossy()));
     let absolute = normalised(&escaped.join(pattern));
     let absolute = absolute.to_string_lossy();
@@ -99,12 +97,12 @@ pub fn table_pattern(folder: &Path, pattern: &str) -> Result<GlobMatcher, Patter
 /// In bytes: no system has longer paths.
 pub const LONGEST_PATTERN: usize = 4096;
 
-/// Does a pattern choose between names, so that a missing table goes unnoticed? (`[x]` is the letter `x`.)
+/// Returns whether a pattern chooses between names, so that a missing table goes unnoticed. (`[x]` is the letter `x`.)
 fn has_choice(pattern: &str) -> bool {
     let mut letters = pattern.chars();
     while let Some(letter) = letters.next() {
         match letter {
-            // `[!` and `[^` begin what is left out.
+            // `[!` and `[^` exclude letters.
             '[' if letters.next().is_none_or(|letter| matches!(letter, '!' | '^')) => return true,
             '[' if letters.next() != Some(']') => return true,
             '{' | '}' => return true,
@@ -114,12 +112,12 @@ fn has_choice(pattern: &str) -> bool {
     false
 }
 
-/// The pattern of `[timing] tables` that names one path and no other.
+/// Returns the pattern of `[timing] tables` that names one path and no other.
 pub fn pattern_of_path(path: &str) -> String {
     globset::escape(path)
 }
 
-/// What one table says of one thing. No place stands here: a comment in a table changes no time.
+/// An entry of one table. It has no location: a comment in a table changes no time.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 struct Slot {
     file: File,
@@ -132,11 +130,11 @@ struct Slot {
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
 pub struct Timetable<'db> {
     slots: FxHashMap<Timed<'db>, Vec<Slot>>,
-    /// What an entry that means several things may have been for: used where nothing else gives a time.
-    doubts: FxHashMap<Timed<'db>, StrayEntry>,
+    /// The entries of ambiguous keys: they may be for something that has no other entry.
+    ambiguous: FxHashMap<Timed<'db>, StrayEntry>,
     /// Components that have an entry for a program that they do not have: it may be for any of their programs.
-    doubtful: FxHashMap<Decl<'db>, (File, WrongProgram<'db>)>,
-    /// An entry for something that is not declared: it may be for any codel that has no other time.
+    wrong_programs: FxHashMap<Decl<'db>, (File, WrongProgram<'db>)>,
+    /// An entry of an unknown key: it may be for any codel that has no other time.
     stray_codel: Option<StrayEntry>,
     /// Those entries by the name of the codel: they may be for one of that name in another library, whatever its time.
     strays: FxHashMap<Name, StrayEntry>,
@@ -151,33 +149,39 @@ pub struct Timetable<'db> {
     with_levels: Vec<TableLevels>,
     assume: Option<Time>,
     /// Why the tables are incomplete, so that every time may be longer: nothing is analysed.
-    pub lost: Option<IncompleteTable>,
+    pub incomplete: Option<IncompleteTable>,
 }
 
-/// What the tables say of a time.
+/// The time of something in the tables.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Lookup<'db> {
-    /// This.
+    /// A table has this time.
     Known(Time),
-    /// This, by `[assume]`: no table has it.
+    /// `[assume]` gives this time: no table has one.
     Assumed(Time),
-    /// Nothing.
+    /// No table has a time.
     Absent,
-    /// Something, but not at this level.
+    /// A table has times, but not at this level.
     OtherLevels(UnusableTime<'db>),
-    /// Something that cannot be used. It is reported where it stands.
+    /// The entry cannot be used. A diagnostic reports it at its location.
     Unusable(UnusableTime<'db>),
 }
 
-/// The times of a project: its tables, joined, without locations: a comment in a table changes nothing.
+/// Joins the tables of a project, without locations: a comment in a table changes nothing.
 #[salsa::tracked(returns(ref))]
 pub fn timetable_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Timetable<'db> {
     joined(db, project).0.clone()
 }
 
-/// What is wrong in the tables, in no particular order.
+/// Returns what is wrong in the tables, in no particular order.
 pub fn table_facts<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> &'db [TimingFact<'db>] {
     &joined(db, project).1
+}
+
+/// Returns whether no table is incomplete. A query that reads only this is not run again for every other change of a table.
+#[salsa::tracked(returns(copy))]
+pub(crate) fn is_timed<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> bool {
+    timetable_of(db, project).incomplete.is_none()
 }
 
 #[salsa::tracked(returns(ref), no_eq)]
@@ -187,15 +191,15 @@ fn joined<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> (Timetable<'db>, 
     let config = config_of(db, workspace);
     let times = Timetable { assume: config.assume, ..Timetable::default() };
     let mut builder =
-        TimetableBuilder { db, project, times, facts: Vec::new(), places: FxHashMap::default() };
+        TimetableBuilder { db, project, times, facts: Vec::new(), locations: FxHashMap::default() };
     if let Some(file) = config_file(db, workspace) {
         if config.completeness.is_incomplete()
             && let Some(Mistake { kind, .. }) = config.errors.iter().min_by_key(|it| it.span.start)
         {
-            builder.lost(file, TableFault::Configuration(kind.clone()));
+            builder.incomplete(file, TableFault::Configuration(kind.clone()));
         }
         for (error, _) in &found.errors {
-            builder.lost(file, TableFault::Files(error.clone()));
+            builder.incomplete(file, TableFault::Files(error.clone()));
         }
     }
     let mut tables = Vec::new();
@@ -226,12 +230,12 @@ struct TimetableBuilder<'db> {
     project: Project<'db>,
     times: Timetable<'db>,
     facts: Vec<TimingFact<'db>>,
-    places: FxHashMap<Timed<'db>, Vec<(File, Location<'db>, String)>>,
+    locations: FxHashMap<Timed<'db>, Vec<(File, Location<'db>, String)>>,
 }
 
 impl<'db> TimetableBuilder<'db> {
-    fn lost(&mut self, file: File, error: TableFault) {
-        self.times.lost.get_or_insert(IncompleteTable { file, error });
+    fn incomplete(&mut self, file: File, error: TableFault) {
+        self.times.incomplete.get_or_insert(IncompleteTable { file, error });
     }
 
     fn report(&mut self, at: Location<'db>, kind: TimingFactKind<'db>) {
@@ -241,7 +245,7 @@ impl<'db> TimetableBuilder<'db> {
     /// An error that leaves every time unknown.
     fn fault(&mut self, file: File, at: Location<'db>, error: TableFault) {
         self.report(at, TimingFactKind::InvalidTable(error.clone()));
-        self.lost(file, error);
+        self.incomplete(file, error);
     }
 
     fn table(&mut self, file: File, table: &'db Table) {
@@ -249,7 +253,7 @@ impl<'db> TimetableBuilder<'db> {
         if let Some(problem) = file.problem(self.db) {
             self.fault(file, at(&(0..0)), TableFault::Unreadable(problem.message().to_owned()));
         }
-        // A value with an error may have swallowed the entries behind it; one of two of a key may be another's.
+        // A value with an error may contain the entries behind it; a repeated key may be a misspelt one.
         for error in &table.errors {
             self.fault(file, at(&error.span), TableFault::Unreadable(error.message.clone()));
         }
@@ -275,8 +279,8 @@ impl<'db> TimetableBuilder<'db> {
         }
     }
 
-    /// Enters a time for what `key` names, and gives that. Where it names nothing, or several things, that is reported,
-    /// and what it may have been for is in doubt.
+    /// Enters the time of the declaration that `key` names, and returns the declaration. Reports an unknown or ambiguous key,
+    /// and notes what it may be for.
     fn add(
         &mut self,
         entry: &Entry,
@@ -285,77 +289,72 @@ impl<'db> TimetableBuilder<'db> {
         slot: Slot,
         of: impl Fn(Decl<'db>) -> Timed<'db>,
     ) -> Option<Decl<'db>> {
-        let is_program = entry.key != key;
         let db = self.db;
-        let names = names_of(db, self.project);
         let file = slot.file;
         let at = Location::Range(file, entry.key_span.start as u32, entry.key_span.end as u32);
-        let found = names.by_key(kind, key);
+        let found = names_of(db, self.project).by_key(kind, key);
         match found {
             [] if is_known_elsewhere(db, self.project, kind, key) => {}
-            [] => {
-                let all: Vec<(Name, Decl<'db>)> = names
-                    .all
-                    .iter()
-                    .filter(|decl| decl.kind(db) == kind)
-                    // As many as are looked at.
-                    .take(500)
-                    .flat_map(|&decl| [(decl.qualified(db).into(), decl), (decl.name(db).clone(), decl)])
-                    .collect();
-                let near = similar(key, all.iter().map(|(name, _)| name));
-                // What it may be meant for is not analysed, with this reason.
-                let stray = StrayEntry { key: entry.key.clone(), table: file };
-                // It may also stand in the wrong section, below a missing header.
-                let last = key.rsplit('.').next().unwrap_or(key);
-                let names_component = !names.anywhere(Kind::Component, last).is_empty();
-                if is_program || ProgramKey::parse(key).is_some() {
-                    self.lost(file, TableFault::UnknownKey(entry.key.clone()));
-                }
-                if kind == Kind::Component || names_component {
-                    self.times.stray_component = Some(stray.clone());
-                }
-                // It stands in the wrong section: a header is missing, or a value is that of another entry.
-                let other = if kind == Kind::Codel { Kind::Component } else { Kind::Codel };
-                if !is_program && !names.by_key(other, key).is_empty() {
-                    self.lost(file, TableFault::WrongSection(key.to_owned(), other));
-                }
-                // They belong to `[overhead]`, whose header is missing.
-                if kind_of(last, &OVERHEAD).is_some() {
-                    self.lost(file, TableFault::OfOverhead(key.to_owned()));
-                }
-                if kind == Kind::Codel {
-                    self.times.strays.insert(last.into(), stray.clone());
-                }
-                self.times.stray_codel = Some(stray);
-                // What a missing file declares is not unknown for a second time.
-                if names.completeness.is_incomplete() {
-                    return None;
-                }
-                let rest = entry.key.get(key.len()..).unwrap_or_default();
-                let fixed = near.as_ref().map(|near| format!("{near}{rest}"));
-                let fixed = fixed.filter(|fixed| may_replace(db, file, entry, fixed));
-                let key = key.to_owned();
-                self.report(at, TimingFactKind::UnknownTimingKey { kind, key, near, fixed });
-            }
+            [] => self.unknown_key(entry, key, kind, file, at),
             [one] => {
                 let of = of(*one);
-                self.places.entry(of.clone()).or_default().push((file, at, entry.key.clone()));
+                self.locations.entry(of.clone()).or_default().push((file, at, entry.key.clone()));
                 self.times.slots.entry(of).or_default().push(slot);
                 return Some(*one);
             }
             [first, rest @ ..] => {
-                // Two declarations of one library: that is reported where the second stands.
+                // Two declarations of one name in one library are another error.
                 if rest.iter().any(|other| other.library(db) != first.library(db)) {
                     let (key, first) = (key.to_owned(), *first);
                     self.report(at, TimingFactKind::AmbiguousTimingKey { key, first });
                 }
+                let entry = StrayEntry { key: key.to_owned(), table: file };
                 for &decl in found {
-                    let entry = StrayEntry { key: key.to_owned(), table: file };
-                    self.times.doubts.insert(of(decl), entry);
+                    self.times.ambiguous.insert(of(decl), entry.clone());
                 }
             }
         }
         None
+    }
+
+    /// Reports a key of which nothing has the name, and notes what the entry may be for: a misspelt name, or one of another
+    /// section, whose header is missing.
+    fn unknown_key(&mut self, entry: &Entry, key: &str, kind: Kind, file: File, at: Location<'db>) {
+        let db = self.db;
+        let names = names_of(db, self.project);
+        let is_program = entry.key != key;
+        let stray = StrayEntry { key: entry.key.clone(), table: file };
+        let last = key.rsplit('.').next().unwrap_or(key);
+        if is_program || ProgramKey::parse(key).is_some() {
+            self.incomplete(file, TableFault::UnknownKey(entry.key.clone()));
+        }
+        if kind == Kind::Component || !names.anywhere(Kind::Component, last).is_empty() {
+            self.times.stray_component = Some(stray.clone());
+        }
+        let other = if kind == Kind::Codel { Kind::Component } else { Kind::Codel };
+        if !is_program && !names.by_key(other, key).is_empty() {
+            self.incomplete(file, TableFault::WrongSection(key.to_owned(), other));
+        }
+        if kind_of(last, &OVERHEAD).is_some() {
+            self.incomplete(file, TableFault::OfOverhead(key.to_owned()));
+        }
+        if kind == Kind::Codel {
+            self.times.strays.insert(last.into(), stray.clone());
+        }
+        self.times.stray_codel = Some(stray);
+        // A missing file, which is an error of its own, may declare the name.
+        if names.completeness.is_incomplete() {
+            return;
+        }
+        let declared = names.all.iter().filter(|decl| decl.kind(db) == kind);
+        // `similar` compares with no more names.
+        let declared = declared.take(500).flat_map(|decl| [decl.qualified(db).into(), decl.name(db).clone()]);
+        let near = similar(key, &declared.collect::<Vec<Name>>());
+        let rest = entry.key.get(key.len()..).unwrap_or_default();
+        let fixed = near.as_ref().map(|near| format!("{near}{rest}"));
+        let fixed = fixed.filter(|fixed| may_replace(db, file, entry, fixed));
+        let key = key.to_owned();
+        self.report(at, TimingFactKind::UnknownTimingKey { kind, key, near, fixed });
     }
 
     fn program(&mut self, entry: &Entry, slot: Slot, at: Location<'db>) {
@@ -366,23 +365,20 @@ impl<'db> TimetableBuilder<'db> {
         };
         let of = |decl| Timed::Program(decl, program.clone());
         let named = self.add(entry, component, Kind::Component, slot, of);
-        // Programs that no period executes: measured, and of no weight.
+        // No period executes these hooks, but they may be measured.
         let is_hook = matches!(program, ProgramId::Hook(kind) if kind != HookKind::Update);
         let last = component.rsplit('.').next().unwrap_or(component);
         let namesakes = names_of(db, self.project).anywhere(Kind::Component, last).to_vec();
         let addressed: Vec<Decl<'db>> = named.map_or_else(|| namesakes.clone(), |named| vec![named]);
         let wrong = addressed.into_iter().find_map(|component| {
             let programs = self.programs_of(component);
-            match programs.iter().filter(|it| **it == program).count() {
-                0 if is_hook => None,
-                1 => None,
-                count => Some((component, programs, count)),
-            }
+            let count = programs.iter().filter(|it| **it == program).count();
+            (count != 1 && !(count == 0 && is_hook)).then_some((component, programs, count))
         });
         let Some((found, programs, count)) = wrong else { return };
         let name = found.name(db);
         let wrong = WrongProgram { component: found, program: program.clone(), is_repeated: count > 0 };
-        // The transition alone is neither its guard nor its program.
+        // The key of a transition alone is neither that of its guard nor that of its program.
         let keys: Vec<Name> = programs.iter().map(|it| it.to_string().into()).collect();
         let key = program.to_string();
         let longer = keys.iter().find(|it| it.strip_prefix(&*key).is_some_and(|rest| rest.starts_with('.')));
@@ -391,19 +387,19 @@ impl<'db> TimetableBuilder<'db> {
             let program = near.as_deref()?.into();
             Some(ProgramKey { component, program }.to_string())
         };
-        // Where the core is wrong, it may have the program when it is right.
+        // A core with an error may have the program after the correction.
         if named.is_some() && self.is_read(found, &key) {
             let fixed = near_of(component).filter(|fixed| may_replace(db, file, entry, fixed));
             let near = near_of(name).map(Name::from);
             self.report(at, TimingFactKind::UnknownProgram { program: wrong.clone(), near, fixed });
         }
-        // It may be meant for another component of that name.
+        // The entry may be that of another component of this name.
         for namesake in namesakes {
-            self.times.doubtful.insert(namesake, (file, wrong.clone()));
+            self.times.wrong_programs.insert(namesake, (file, wrong.clone()));
         }
     }
 
-    /// A component's programs and operations, as tables name them.
+    /// Returns a component's programs and operations, as tables name them.
     fn programs_of(&self, component: Decl<'db>) -> Vec<ProgramId> {
         let core = core_of(self.db, self.project, component);
         let known = core.map(|core| behaviour_of(self.db, self.project, core));
@@ -411,7 +407,7 @@ impl<'db> TimetableBuilder<'db> {
         programs.map(|it| it.id.in_table()).collect()
     }
 
-    /// Is it known what a component executes, but for operations that it should define?
+    /// Returns whether the programs of a component are known. An operation that the shell provides may be missing.
     fn is_read(&self, component: Decl<'db>, program: &str) -> bool {
         let (db, project) = (self.db, self.project);
         let (Some(core), Some(shell)) = (core_of(db, project, component), shell_of(db, project, component))
@@ -424,20 +420,19 @@ impl<'db> TimetableBuilder<'db> {
             && feature.is_none_or(|feature| feature.kind != FeatureKind::Provided)
     }
 
-    /// One thing with two times: an error at each but the first. The key of either may be meant as another.
+    /// Reports the second and later times of one thing. The key of either may be a misspelt one.
     fn report_repeated(&mut self) {
         let db = self.db;
-        let places = std::mem::take(&mut self.places);
+        let locations = std::mem::take(&mut self.locations);
         let mut repeated = Vec::new();
-        for places in places.values().filter(|places| places.len() > 1) {
-            let Some(((first_file, first, _), rest)) = places.split_first() else { continue };
-            let first = (*first_file, first);
-            repeated.extend(rest.iter().map(|(file, at, key)| (*file, at, key, first)));
+        for all in locations.values() {
+            let Some(((first_file, first, _), rest)) = all.split_first() else { continue };
+            repeated.extend(rest.iter().map(|(file, at, key)| (*file, at, key, (*first_file, first))));
         }
-        // In an order of their own: it says which is the reason.
+        // The first one becomes the reason: the order does not depend on that of the map.
         repeated.sort_by_cached_key(|(_, _, key, (first, _))| (format!("`{key}`"), file_name(db, *first)));
         for (file, at, key, (first, first_at)) in repeated {
-            self.lost(file, TableFault::Repeated(key.clone(), first));
+            self.incomplete(file, TableFault::Repeated(key.clone(), first));
             let first = (first, first_at.clone());
             self.report(at.clone(), TimingFactKind::RepeatedTime { key: key.clone(), first });
         }
@@ -445,22 +440,22 @@ impl<'db> TimetableBuilder<'db> {
 }
 
 impl<'db> Timetable<'db> {
-    /// The time of one execution of a codel.
+    /// Returns the time of one execution of a codel.
     pub fn codel_time(&self, db: &'db dyn ModelDb, codel: Decl<'db>, level: Level) -> Lookup<'db> {
         let timed = Timed::Codel(codel);
         if let Some(stray) = self.strays.get(codel.name(db)) {
             return Lookup::Unusable(UnusableTime::Stray(stray.clone(), timed));
         }
-        match (self.time(&timed, level), self.assume, &self.stray_codel) {
-            (Lookup::Absent, Some(_), Some(stray)) => {
-                Lookup::Unusable(UnusableTime::Stray(stray.clone(), timed))
-            }
-            (Lookup::Absent, Some(time), None) => Lookup::Assumed(time),
-            (found, ..) => found,
+        match (self.time(&timed, level), self.assume) {
+            (Lookup::Absent, Some(time)) => match &self.stray_codel {
+                Some(stray) => Lookup::Unusable(UnusableTime::Stray(stray.clone(), timed)),
+                None => Lookup::Assumed(time),
+            },
+            (found, _) => found,
         }
     }
 
-    /// The time of a program as a whole.
+    /// Returns the time of a program in the tables, not summed over its codels.
     pub(crate) fn program_time(
         &self,
         component: Decl<'db>,
@@ -470,7 +465,7 @@ impl<'db> Timetable<'db> {
         self.time(&Timed::Program(component, program.in_table()), level)
     }
 
-    /// The time of a component as a whole, for the classic method.
+    /// Returns the time of a component, for the classic method.
     pub fn component_time(&self, component: Decl<'db>, level: Level) -> Lookup<'db> {
         let timed = Timed::Component(component);
         match (self.time(&timed, level), &self.stray_component) {
@@ -479,13 +474,13 @@ impl<'db> Timetable<'db> {
         }
     }
 
-    /// Why a component is not analysed whatever its codels take.
-    pub fn doubt(&self, component: Decl<'db>) -> Option<UnusableTime<'db>> {
-        let (table, program) = self.doubtful.get(&component)?;
+    /// Returns an entry for which a component is not analysed, whatever the times of its codels.
+    pub(crate) fn unusable_component(&self, component: Decl<'db>) -> Option<UnusableTime<'db>> {
+        let (table, program) = self.wrong_programs.get(&component)?;
         Some(UnusableTime::WrongProgram(*table, program.clone()))
     }
 
-    /// Dispatch and two context switches, for each job; nothing where they have no time at this level.
+    /// Returns the time of dispatch and two context switches, for each job; none where they have no time at this level.
     pub fn overhead(&self, level: Level) -> Option<Time> {
         let Some((_, levels, overhead)) = &self.overhead else { return Some(Time::ZERO) };
         let dispatch = at_level(&overhead.dispatch, levels, level)?;
@@ -493,22 +488,22 @@ impl<'db> Timetable<'db> {
         switch.checked_mul(2)?.checked_add(dispatch)
     }
 
-    /// Is there no time for any codel or program?
+    /// Returns whether no codel or program has a time.
     pub fn is_empty(&self) -> bool {
         self.slots.is_empty() && self.assume.is_none()
     }
 
-    /// The levels at which every table holds, from the most probable down; none where no time depends on a level.
+    /// Returns the levels of all tables, from the most probable down; none where no time depends on a level.
     pub fn levels(&self) -> &[Level] {
         &self.levels
     }
 
-    /// The levels that only some tables have, each with the name of one that does not.
+    /// Returns the levels that only some tables have, each with the name of a table that does not.
     pub fn partial_levels(&self) -> &[(Level, String)] {
         &self.partial
     }
 
-    /// A table that has no times at this level.
+    /// Returns a table without times at this level.
     pub(crate) fn without_level(&self, level: Level) -> Option<&TableLevels> {
         self.with_levels.iter().find(|table| !table.levels.contains(&level))
     }
@@ -516,8 +511,8 @@ impl<'db> Timetable<'db> {
     fn time(&self, of: &Timed<'db>, level: Level) -> Lookup<'db> {
         let slot = match self.slots.get(of).map_or(&[] as &[Slot], Vec::as_slice) {
             [] => {
-                let doubt = self.doubts.get(of).cloned().map(UnusableTime::AmbiguousKey);
-                return doubt.map_or(Lookup::Absent, Lookup::Unusable);
+                let ambiguous = self.ambiguous.get(of).cloned().map(UnusableTime::AmbiguousKey);
+                return ambiguous.map_or(Lookup::Absent, Lookup::Unusable);
             }
             [slot] => slot,
             [first, second, ..] => {
@@ -527,13 +522,11 @@ impl<'db> Timetable<'db> {
         let Some(times) = &slot.times else {
             return Lookup::Unusable(UnusableTime::Damaged(of.clone(), slot.file));
         };
-        at_level(times, &slot.levels, level).map_or_else(
-            || {
-                let table = TableLevels { table: slot.file, levels: slot.levels.to_vec() };
-                Lookup::OtherLevels(UnusableTime::OtherLevels(of.clone(), level, table))
-            },
-            Lookup::Known,
-        )
+        let other_levels = || {
+            let table = TableLevels { table: slot.file, levels: slot.levels.to_vec() };
+            Lookup::OtherLevels(UnusableTime::OtherLevels(of.clone(), level, table))
+        };
+        at_level(times, &slot.levels, level).map_or_else(other_levels, Lookup::Known)
     }
 }
 
@@ -544,8 +537,8 @@ fn at_level(times: &Times, levels: &[Level], level: Level) -> Option<Time> {
     }
 }
 
-/// Can `key` be written in place of that of an entry? Only where the whole of that stands in one place, and where the table
-/// has no other entry of that key.
+/// Returns whether `key` can replace the key of an entry: only where that is written as one token, and where the table has no
+/// other entry of `key`.
 fn may_replace(db: &dyn ModelDb, file: File, entry: &Entry, key: &str) -> bool {
     let table = table(db, file);
     let mut all = table.codels.iter().chain(&table.programs).chain(&table.components);
@@ -553,7 +546,7 @@ fn may_replace(db: &dyn ModelDb, file: File, entry: &Entry, key: &str) -> bool {
     (length == entry.key.len() || length == entry.key.len() + 2) && !all.any(|other| other.key == key)
 }
 
-/// A table may serve several projects of a workspace: a key is unknown only where none of them has it.
+/// Returns whether another project of the workspace, to which the table may belong too, has what `key` names.
 fn is_known_elsewhere<'db>(db: &'db dyn ModelDb, project: Project<'db>, kind: Kind, key: &str) -> bool {
     let workspace = project.workspace(db);
     let others = all_roots(db, workspace).iter().filter(|&&root| root != project.root(db));
@@ -565,7 +558,7 @@ fn is_known_elsewhere<'db>(db: &'db dyn ModelDb, project: Project<'db>, kind: Ki
     })
 }
 
-/// The name of a file, for a user.
+/// Returns the name of a file, for a user.
 pub fn file_name(db: &dyn ModelDb, file: File) -> String {
     file.path(db).file_name().map_or_else(String::new, |name| Path::new(name).display().to_string())
 }

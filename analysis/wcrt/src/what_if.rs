@@ -1,36 +1,37 @@
-//! A deployment as it would be with other values in its activities, for whoever asks what that would give.
+//! A deployment with other values in its activities, for what-if questions.
 //!
-//! The values are texts, put where the parser would have put them. So there is one way from a deployment to its response
-//! times, whether it is written or supposed.
+//! The values are literals, where the parser would have put them. So a written deployment and a changed one are analysed
+//! alike.
 
+use crate::reason::ActivityField;
 use mauve_hir::item_tree::{Deployment, Expr, Field, Literal, Name, NameRef};
 
-/// A value that a field of an activity is supposed to have.
+/// Another value of a field of an activity.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
-pub struct SupposedField {
-    /// The activity, by its instance; of a name that two have, both are meant.
+pub struct WhatIfField {
+    /// The instance; every activity of an instance of this name gets the value.
     pub instance: Name,
-    /// `affinity`, `priority`, `period` or `deadline`; where the activity has none, it is supposed to.
-    pub field: &'static str,
+    /// The field, which is added where the activity has none.
+    pub field: ActivityField,
     /// A number, as it would be written.
     pub value: Name,
 }
 
-/// `data` with these values.
-pub(crate) fn with_fields(data: &Deployment, supposed: &[SupposedField]) -> Deployment {
+/// Returns `data` with these values.
+pub(crate) fn with_fields(data: &Deployment, what_if: &[WhatIfField]) -> Deployment {
     let mut data = data.clone();
-    for SupposedField { instance, field, value } in supposed {
-        let activities = data.activities.iter_mut().filter(|it| it.instance.name == *instance);
-        for activity in activities {
-            // What is wrong with a value that is not in the text is said at the activity.
+    for WhatIfField { instance, field, value } in what_if {
+        for activity in data.activities.iter_mut().filter(|it| it.instance.name == *instance) {
+            // An error in a value that is not in the text is reported at the activity.
             let id = activity.instance.id;
-            let is_whole = value.bytes().all(|byte| byte.is_ascii_digit());
-            let literal = if is_whole { Literal::Int(value.clone()) } else { Literal::Float(value.clone()) };
+            let is_integer = value.bytes().all(|byte| byte.is_ascii_digit());
+            let literal =
+                if is_integer { Literal::Int(value.clone()) } else { Literal::Float(value.clone()) };
             let value = Expr::Literal(literal, id);
-            match activity.fields.iter_mut().find(|it| it.name.name == *field) {
+            match activity.fields.iter_mut().find(|it| it.name.name == field.keyword()) {
                 Some(known) => known.value = value,
                 None => {
-                    let name = NameRef { name: (*field).into(), id };
+                    let name = NameRef { name: field.keyword().into(), id };
                     activity.fields.push(Field { name, value, value_id: id });
                 }
             }

@@ -120,7 +120,7 @@ fn show<'db>(
                 })
                 .collect();
             let states: Vec<&str> = psm.states.iter().map(|name| name.as_str()).collect();
-            let whole = psm.whole.map(milliseconds);
+            let component_time = psm.component_time.map(milliseconds);
             super::json(&json!({
                 "component": name.as_str(),
                 "unit": "ms",
@@ -128,7 +128,7 @@ fn show<'db>(
                 "states": states,
                 "initial": psm.states.get(psm.initial).map(|name| name.as_str()),
                 "edges": edges,
-                "whole": whole,
+                "whole": component_time,
                 "assumed": psm.assumed.iter().map(|(codel, _)| codel).collect::<Vec<_>>(),
             }))?
         }

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 use mauve_diagnostics::{cpu_names, errors_of_text, reasons_of, timing_reason};
 use mauve_hir::item_tree::Name;
-use mauve_hir::{Database, Decl, File, Location, Project, Workspace};
+use mauve_hir::{Database, Decl, Location, Project, Workspace};
 use mauve_ide::{explain_response, explain_response_of};
 use mauve_timing::task_set::{Exported, Parsed, TaskSet};
 use mauve_timing::{Level, Rounding, Status, Time};
@@ -132,10 +132,9 @@ impl Wcrt {
                 Some(Significance::All) => set.levels.as_slice(),
                 None => &[set.significance],
             };
-            let file = File::new(db, path.clone(), "".into(), None);
             let mut of_file = Vec::new();
             for query in levels.iter().map(|level| query(*level)) {
-                let report = response_times_of(db, file, set, query).ok_or_else(|| {
+                let report = response_times_of(set, query).ok_or_else(|| {
                     let known: Vec<String> = set.levels.iter().map(Level::to_string).collect();
                     format!(
                         "`{}` has no times at {}: it has {}",
@@ -214,7 +213,7 @@ fn explain(all: &[Deployed<'_>], instance: &str) -> Result<String, String> {
     let mut texts = Vec::new();
     for it in all {
         for (query, report) in &it.reports {
-            let activities = report.activities.iter().filter(|activity| activity.row.instance == *instance);
+            let activities = report.activities.iter().filter(|activity| activity.instance == *instance);
             texts.extend(activities.map(|activity| match it.origin {
                 Origin::Model(project) => explain_response(it.db, project, report, activity, *query),
                 Origin::File { set, .. } => explain_response_of(it.db, set, report, activity, *query),
@@ -225,7 +224,7 @@ fn explain(all: &[Deployed<'_>], instance: &str) -> Result<String, String> {
         let names: Vec<Name> = all
             .iter()
             .flat_map(|it| it.reports.first().into_iter().flat_map(|(_, report)| &report.activities))
-            .map(|activity| activity.row.instance.clone())
+            .map(|activity| activity.instance.clone())
             .collect();
         let near = mauve_hir::similar(instance, &names);
         return Err(match near {
@@ -305,30 +304,29 @@ fn notes<'db>(it: &Deployed<'db>) -> Vec<String> {
     for (query, report) in &it.reports {
         // Activities are named already.
         let named: HashSet<&Location<'_>> =
-            report.activities.iter().map(|activity| &activity.row.at).collect();
+            report.activities.iter().filter_map(|activity| activity.at.as_ref()).collect();
         let mut located = |refusal: &Refusal<'db>| {
             let reason = timing_reason(it.db, &refusal.reason);
-            match it.origin {
-                Origin::Model(_) if !named.contains(&refusal.at) => {
-                    reason + &lines.shown(it.db, &here, &refusal.at)
-                }
+            match &refusal.at {
+                Some(at) if !named.contains(at) => reason + &lines.shown(it.db, &here, at),
                 _ => reason,
             }
         };
         let mut found: Vec<String> =
-            report.lost.iter().map(|lost| format!("nothing is analysed: {}", located(lost))).collect();
+            report.not_analysed.iter().map(|it| format!("nothing is analysed: {}", located(it))).collect();
         for activity in &report.activities {
-            // What is said of all activities is not said of each.
-            let own = activity.reasons.iter().filter(|reason| !report.lost.contains(reason));
+            // A reason of the deployment is not repeated for each activity.
+            let own = activity.reasons.len().saturating_sub(report.not_analysed.len());
+            let own = activity.reasons.iter().take(own);
             let mut seen = HashSet::new();
             let reasons: Vec<String> =
                 own.map(&mut located).filter(|reason| seen.insert(reason.clone())).collect();
             if !reasons.is_empty() {
-                found.push(format!("{}: {}", activity.row.instance, reasons.join("; ")));
+                found.push(format!("{}: {}", activity.instance, reasons.join("; ")));
             }
         }
         let assumed = report.activities.iter().filter(|activity| !activity.assumed.is_empty());
-        found.extend(assumed.map(|it| format!("{}: {}", it.row.instance, assumptions(&it.assumed))));
+        found.extend(assumed.map(|it| format!("{}: {}", it.instance, assumptions(&it.assumed))));
         for note in found {
             let at = *index.entry(note.clone()).or_insert(notes.len());
             if at == notes.len() {
@@ -360,18 +358,17 @@ fn one_level(report: &Report<'_>) -> String {
         .activities
         .iter()
         .map(|activity| {
-            let row = &activity.row;
-            let slack = row
+            let slack = activity
                 .deadline
                 .zip(activity.response)
                 .and_then(|(deadline, response)| deadline.checked_sub(response));
             vec![
-                row.instance.to_string(),
-                row.component_name.to_string(),
-                row.cpus.map_or_else(|| "?".to_owned(), cpu_numbers),
-                priority(row.priority),
-                number(row.period),
-                number(row.deadline),
+                activity.instance.to_string(),
+                activity.component_name.to_string(),
+                activity.cpus.map_or_else(|| "?".to_owned(), cpu_numbers),
+                priority(activity.priority),
+                number(activity.period),
+                number(activity.deadline),
                 number(activity.own),
                 number(activity.first_job),
                 number(activity.response),
@@ -400,7 +397,7 @@ fn several_levels(reports: &[(Query, &Report<'_>)]) -> String {
                     None => activity.verdict.name().to_owned(),
                 })
             };
-            let name = first.activities.get(index).map_or_else(String::new, |it| it.row.instance.to_string());
+            let name = first.activities.get(index).map_or_else(String::new, |it| it.instance.to_string());
             std::iter::once(name).chain(reports.iter().map(cell)).collect()
         })
         .collect();
@@ -450,22 +447,21 @@ fn csv(all: &[Deployed<'_>]) -> String {
         for (query, report) in &it.reports {
             let of_all = remarks(it, query);
             for activity in &report.activities {
-                let row = &activity.row;
                 let cell = |time: Option<Time>| time.map_or_else(String::new, |time| number(Some(time)));
                 let cells = [
                     quoted(it.name),
                     query.level.to_string(),
                     query.method.to_string(),
-                    quoted(&row.instance),
-                    quoted(&row.component_name),
-                    row.cpus.map_or_else(String::new, |cpus| cpus.to_string()),
-                    if let Priority::RealTime(priority) = row.priority {
+                    quoted(&activity.instance),
+                    quoted(&activity.component_name),
+                    activity.cpus.map_or_else(String::new, |cpus| cpus.to_string()),
+                    if let Priority::RealTime(priority) = activity.priority {
                         priority.to_string()
                     } else {
                         String::new()
                     },
-                    cell(row.period),
-                    cell(row.deadline),
+                    cell(activity.period),
+                    cell(activity.deadline),
                     cell(activity.own),
                     cell(activity.first_job),
                     cell(activity.response),

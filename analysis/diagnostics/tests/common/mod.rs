@@ -31,7 +31,7 @@ pub(crate) fn verdicts_with(fixture: &str, method: Method, level: Level) -> Stri
         for &decl in names_of(&db, project).all.iter().filter(|decl| decl.kind(&db) == Kind::Deployment) {
             let query = Query { level, method, horizon: None };
             for activity in &response_times(&db, project, decl, query).activities {
-                let _ = write!(out, "{} {}", activity.row.instance, activity.verdict.name());
+                let _ = write!(out, "{} {}", activity.instance, activity.verdict.name());
                 if let Some(response) = activity.response {
                     let _ = write!(out, " {response}");
                 }

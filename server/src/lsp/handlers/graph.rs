@@ -131,9 +131,9 @@ fn document(
             instance: node.instance.to_string(),
             component: node.component.to_string(),
             load: node.load,
-            affinity: activity.and_then(|it| it.row.cpus),
-            period: activity.and_then(|it| it.row.period).map(milliseconds),
-            deadline: activity.and_then(|it| it.row.deadline).map(milliseconds),
+            affinity: activity.and_then(|it| it.cpus),
+            period: activity.and_then(|it| it.period).map(milliseconds),
+            deadline: activity.and_then(|it| it.deadline).map(milliseconds),
             response: activity.and_then(|it| it.response).map(milliseconds),
             status: activity.map(|it| it.verdict.name()),
             location: to_proto::location(snapshot, &node.at),
@@ -153,8 +153,8 @@ fn document(
         complete: cpu.complete,
     });
     let mut lost = graph.lost.clone();
-    let of_report = graph.report.into_iter().flat_map(|report| &report.lost);
-    lost.extend(of_report.map(|lost| timing_reason(db, &lost.reason)));
+    let of_report = graph.report.into_iter().flat_map(|report| &report.not_analysed);
+    lost.extend(of_report.map(|it| timing_reason(db, &it.reason)));
     Some(GraphDocument {
         name: of.name(db).to_string(),
         root: project.root(db).path(db).clone(),

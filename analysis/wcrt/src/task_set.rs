@@ -1,0 +1,153 @@
+//! A deployment at one level as `timing` analyses it, made of a model or of an exported file.
+
+use mauve_timing::task_set::TaskSet;
+use mauve_timing::{Activity, ActivitySet, Demand, Level, Method};
+
+use crate::psm::{Psm, Refused, psm_of};
+use crate::reason::{Reason, Refusal, UnknownPriority};
+use crate::report::{ActivityReport, Query};
+use crate::system::{ResolvedActivity, System, system_of};
+use crate::timetable::{is_timed, timetable_of};
+use mauve_hir::{Decl, Location, ModelDb, Project, names_of, platform_of};
+
+/// The activities of a deployment at one level.
+pub(crate) struct Deployed<'db> {
+    pub(crate) set: ActivitySet,
+    /// The reports without figures, by the index of the activity. Their reasons are why the activity itself is not analysed.
+    pub(crate) reports: Vec<ActivityReport<'db>>,
+    /// Why nothing is analysed.
+    pub(crate) not_analysed: Vec<Refusal<'db>>,
+}
+
+impl<'db> Deployed<'db> {
+    pub(crate) fn of_model(
+        db: &'db dyn ModelDb,
+        project: Project<'db>,
+        system: &System<'db>,
+        not_analysed: Vec<Refusal<'db>>,
+        query: Query,
+    ) -> Deployed<'db> {
+        let psms = psms_of(db, project, system, query.level);
+        let set = activity_set(db, project, system, &psms, query.method);
+        let activities = set.activities.iter().zip(&system.activities).zip(&psms);
+        let reports = activities.map(|((activity, resolved), psm)| ActivityReport {
+            component_name: resolved.component_name.clone(),
+            component: resolved.component,
+            at: Some(resolved.at.clone()),
+            unknown_priority: resolved.unknown_priority.clone(),
+            reasons: refusals_of(resolved, *psm, query.method),
+            assumed: psm.and_then(|psm| psm.as_ref().ok()).map_or_else(Vec::new, |psm| psm.assumed.clone()),
+            ..ActivityReport::without_figures(activity)
+        });
+        Deployed { reports: reports.collect(), set, not_analysed }
+    }
+
+    /// Returns none where the file has no times at the level.
+    pub(crate) fn of_file(file: &TaskSet, query: Query) -> Option<Deployed<'db>> {
+        let column = file.column(query.level)?;
+        let set = file.activities_at(column, query.method);
+        let stated = |reason: &String| Refusal { reason: Reason::Stated(reason.clone()), at: None };
+        let reports = set.activities.iter().zip(&file.activities).map(|(activity, written)| {
+            let refusals = written.not_analysed.iter().filter(|it| it.holds(query.level, query.method));
+            let machine = written.machine.iter().filter(|machine| machine.is_known(column));
+            let assumed = machine.flat_map(|machine| &machine.assumed);
+            ActivityReport {
+                component_name: written.component.as_str().into(),
+                unknown_priority: written.doubt.as_deref().map(|it| UnknownPriority::Stated(it.into())),
+                reasons: refusals.map(|it| stated(&it.reason)).collect(),
+                assumed: assumed.map(|it| (it.codel.clone(), it.time)).collect(),
+                ..ActivityReport::without_figures(activity)
+            }
+        });
+        Some(Deployed {
+            reports: reports.collect(),
+            set,
+            not_analysed: file.not_analysed.iter().map(stated).collect(),
+        })
+    }
+}
+
+/// What an activity executes; none in the background, and where the component is unknown.
+pub(crate) type Executed<'a, 'db> = Option<&'a Result<Psm<'db>, Refused<'db>>>;
+
+/// Returns what each activity of a deployment executes.
+pub(crate) fn psms_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    system: &System<'db>,
+    level: Level,
+) -> Vec<Executed<'db, 'db>> {
+    // Where the tables are incomplete, every time may be longer.
+    let timed = is_timed(db, project);
+    let executed = |it: &ResolvedActivity<'db>| it.executed().filter(|_| timed);
+    system.activities.iter().map(|it| Some(psm_of(db, project, executed(it)?, level))).collect()
+}
+
+/// Returns the activities of a deployment that execute `psms`.
+pub(crate) fn activity_set<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    system: &System<'db>,
+    psms: &[Executed<'_, 'db>],
+    method: Method,
+) -> ActivitySet {
+    let activities = system.activities.iter().zip(psms).map(|(activity, &executed)| Activity {
+        name: activity.instance.to_string(),
+        priority: activity.priority,
+        period: activity.period,
+        deadline: activity.deadline,
+        cpus: activity.cpus,
+        demand: match executed {
+            Some(Ok(psm)) if refusals_of(activity, executed, method).is_empty() => {
+                Demand::Machine { machine: psm.machine.clone(), whole: psm.component_time }
+            }
+            _ => Demand::Unknown,
+        },
+    });
+    let throttled = platform_of(db, project.workspace(db)).rt_throttling == Some(true);
+    ActivitySet { activities: activities.collect(), throttled }
+}
+
+/// Returns why an activity itself is not analysed.
+fn refusals_of<'db>(
+    activity: &ResolvedActivity<'db>,
+    psm: Executed<'_, 'db>,
+    method: Method,
+) -> Vec<Refusal<'db>> {
+    let mut refusals = activity.refusals.clone();
+    match psm {
+        Some(Err(refused)) => refusals.extend_from_slice(&refused.refusals),
+        Some(Ok(Psm { unusable_component_time: Some(why), .. })) if method == Method::Classic => {
+            refusals.push(Refusal::new(Reason::ComponentTime(why.clone()), activity.at.clone()));
+        }
+        _ => {}
+    }
+    refusals
+}
+
+/// Returns why nothing of a deployment is analysed: an activity may be missing, or a time that makes every bound longer.
+#[salsa::tracked(returns(ref))]
+pub(crate) fn not_analysed_in<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployment: Decl<'db>,
+) -> Vec<Refusal<'db>> {
+    not_analysed_of(db, project, system_of(db, project, deployment))
+}
+
+pub(crate) fn not_analysed_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    system: &System<'db>,
+) -> Vec<Refusal<'db>> {
+    let mut refusals = system.not_analysed.clone();
+    if let Some(tables) = &timetable_of(db, project).incomplete {
+        let reason = Reason::IncompleteTables(tables.clone());
+        refusals.push(Refusal::new(reason, Location::Range(tables.file, 0, 0)));
+    }
+    if let Some(file) = names_of(db, project).incomplete_file {
+        let problem = file.problem(db).as_ref().map(|problem| problem.message().to_owned());
+        refusals.push(Refusal::new(Reason::DamagedFile { file, problem }, Location::Range(file, 0, 0)));
+    }
+    refusals
+}
