@@ -108,7 +108,10 @@ pub use project::{
     include_rings, includes, is_model, platform_of, project_files, projects, root_file,
 };
 pub use resolve::{Binding, CallError, Callee, ResolvedCall, Resolver, Scope, VariableId};
-pub use semantics::{Semantics, VisibleScope};
+pub use semantics::{
+    FeaturesByName, LikelyCallee, Semantics, VisibleScope, likely_declaration, likely_features_of,
+    likely_shell_of,
+};
 pub use settings::{ValueInEffect, values_in_effect, values_of_shell};
 pub use severity::Severity;
 pub use size::too_large;

@@ -1,19 +1,22 @@
 //! From a position in a text to its meaning: the only door for editor features, which resolve no name themselves.
 
+use std::collections::BTreeMap;
+
 use mauve_syntax::SyntaxKind::{BLOCK, CORE, HOOK, METHOD, OPERATION_DEFINITION, STATE_MACHINE, TRANSITION};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxNode, TextRange, TextSize};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::body::core_scope;
+use crate::builtin::Builtin;
 use crate::completeness::Completeness;
 use crate::features::{Features, features_of, shell_of};
 use crate::infer::{CoreInference, VariableKind, VariableOf, expression_types, inference_of_core};
-use crate::item_tree::{FeatureKind, HookKind, Kind, Name, SourceId};
+use crate::item_tree::{Feature, FeatureKind, HookKind, Kind, Name, SourceId, TypeRef};
 use crate::names::names_of;
 use crate::project::Project;
-use crate::resolve::{Binding, Callee, ResolvedCall, Resolver, Scope, VariableId};
-use crate::source::{Decl, declaration_at, declaration_map};
+use crate::resolve::{Binding, CallError, Callee, ResolvedCall, Resolver, Scope, VariableId};
+use crate::source::{Decl, component, core_interface, declaration_at, declaration_map, shell};
 use crate::types::{Type, type_of};
 use crate::{File, ModelDb};
 
@@ -73,8 +76,9 @@ impl<'db> Semantics<'db> {
         })
     }
 
-    /// The variables that can be named in `list`, a block or what blocks stand in, where those behind `end` cannot.
-    pub fn scope_in(&self, list: &SyntaxNode, end: TextSize) -> VisibleScope<'db> {
+    /// Returns the variables in scope in `list`, a block or a node around blocks, innermost first, each name once. A block's
+    /// variables behind `end` are not in scope.
+    fn variables_in(&self, list: &SyntaxNode, end: TextSize) -> Vec<(VariableId, &'db VariableOf)> {
         let by_source: FxHashMap<SourceId, (VariableId, &'db VariableOf)> =
             self.inference.variables().map(|it| (it.1.name.id, it)).collect();
         let named = |name: Option<ast::Name>| by_source.get(&self.id(name?.syntax().text_range())?).copied();
@@ -106,11 +110,11 @@ impl<'db> Semantics<'db> {
         }
         let mut seen: FxHashSet<&Name> = FxHashSet::default();
         all.retain(|(_, it)| !it.name.name.is_empty() && seen.insert(&it.name.name));
-        VisibleScope { variables: all, in_machine: list.ancestors().any(|node| node.kind() == STATE_MACHINE) }
+        all
     }
 
-    /// What the program around `list` must give back; none outside programs.
-    pub fn result_in(&self, list: &SyntaxNode) -> Option<Type> {
+    /// Returns the result type of the program around `list`; none outside programs.
+    fn result_in(&self, list: &SyntaxNode) -> Option<Type> {
         let node = list
             .ancestors()
             .find(|it| matches!(it.kind(), OPERATION_DEFINITION | HOOK | METHOD | TRANSITION))?;
@@ -140,8 +144,8 @@ impl<'db> Semantics<'db> {
         Some(features_of(self.db, self.project, shell))
     }
 
-    /// What a call of `name` with `first` for its first argument calls.
-    pub fn resolve_call(
+    /// Resolves a call of `name` with `first` for its first argument, as written where `visible` is in scope.
+    fn resolve_call(
         &self,
         visible: &VisibleScope<'db>,
         name: &Name,
@@ -162,10 +166,161 @@ impl<'db> Semantics<'db> {
     }
 }
 
-/// The variables that can be named at one point of a program.
+/// The features of a shell and of its base shells by name, each with the shell that declares it.
+pub type FeaturesByName<'db> = BTreeMap<Name, (Decl<'db>, &'db Feature)>;
+
+/// What a call in half-typed text most likely calls.
+#[derive(Debug, Clone, Copy)]
+pub enum LikelyCallee<'db> {
+    /// A codel.
+    Codel(Decl<'db>),
+    /// An operation that this shell provides.
+    Provided(Decl<'db>, &'db Feature),
+    /// A built-in function.
+    Builtin(Builtin),
+}
+
+/// The names in scope at one point of a core or of a shell, for an editor.
+///
+/// The text there is half typed, so that much is incomplete. The analysis refuses a name that a missing declaration may
+/// hide; an editor takes the declaration that is there.
 pub struct VisibleScope<'db> {
-    /// The innermost first, each name once.
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    /// The core or the shell.
+    decl: Option<Decl<'db>>,
+    /// The variables, innermost first, each name once.
     pub variables: Vec<(VariableId, &'db VariableOf)>,
-    /// Whether it is in the state machine, whose variables hide what is called.
+    /// The features of the core's shell, or of the shell itself.
+    pub features: FeaturesByName<'db>,
+    /// The result type of the program; none outside programs.
+    pub result: Option<Type>,
+    semantics: Option<Semantics<'db>>,
+    /// Whether the point is in the state machine, whose variables hide what is called.
     in_machine: bool,
+}
+
+impl<'db> VisibleScope<'db> {
+    /// Returns the names in scope in `list`, a node of `decl`, where a block's variables behind `end` are not in scope.
+    pub fn at(
+        db: &'db dyn ModelDb,
+        project: Project<'db>,
+        decl: Option<Decl<'db>>,
+        list: &SyntaxNode,
+        end: TextSize,
+    ) -> VisibleScope<'db> {
+        let decl = decl.filter(|decl| matches!(decl.kind(db), Kind::Core | Kind::Shell));
+        let semantics = decl.filter(|decl| decl.kind(db) == Kind::Core);
+        let semantics = semantics.and_then(|core| Semantics::of_core(db, project, core));
+        let shell = decl.and_then(|decl| likely_shell_of(db, project, decl));
+        VisibleScope {
+            db,
+            project,
+            decl,
+            variables: semantics.as_ref().map_or_else(Vec::new, |it| it.variables_in(list, end)),
+            features: shell.map(|shell| likely_features_of(db, project, shell)).unwrap_or_default(),
+            result: semantics.as_ref().and_then(|it| it.result_in(list)),
+            semantics,
+            in_machine: list.ancestors().any(|node| node.kind() == STATE_MACHINE),
+        }
+    }
+
+    /// Returns the variable of that name.
+    pub fn variable(&self, name: &str) -> Option<&'db VariableOf> {
+        self.variables.iter().map(|(_, it)| *it).find(|it| it.name.name == *name)
+    }
+
+    /// Returns the core where it defines the operation `name`.
+    pub fn definer_of(&self, name: &str) -> Option<Decl<'db>> {
+        let core = self.semantics.as_ref()?.core;
+        let operations = &core_scope(self.db, core).as_ref()?.operations;
+        operations.iter().any(|it| it.name.name == *name).then_some(core)
+    }
+
+    /// Returns the type of the variable or of the feature `name`.
+    pub fn type_of_name(&self, name: &str) -> Option<Type> {
+        self.variable(name).map(|variable| variable.ty.clone()).or_else(|| {
+            let (shell, feature) = self.features.get(name)?;
+            Some(type_of(self.db, self.project, *shell, feature.ty.as_ref()))
+        })
+    }
+
+    /// Returns the type that `ty`, written here, refers to.
+    pub fn type_of_written(&self, ty: &ast::Type) -> Option<Type> {
+        let path = ty.segments().map(|it| it.syntax().text().to_string().into()).collect();
+        Some(type_of(self.db, self.project, self.decl?, Some(&TypeRef { path, id: SourceId(0) })))
+    }
+
+    /// Returns what a call of `name` with `first` for its first argument most likely calls: what the resolver finds, else
+    /// an operation that the core does not define yet, a codel of a library that is not used, a built-in function.
+    pub fn resolve_call(&self, name: &str, first: Option<&str>) -> Option<LikelyCallee<'db>> {
+        let semantics = self.semantics.as_ref()?;
+        match semantics.resolve_call(self, &name.into(), first.map(Name::from).as_ref())?.callee {
+            Ok(Callee::Codel(of)) => return Some(LikelyCallee::Codel(of)),
+            Ok(Callee::Builtin(builtin)) => return Some(LikelyCallee::Builtin(builtin)),
+            Err(CallError::NotCallable(_)) => return None,
+            Ok(Callee::Operation(_)) | Err(_) => {}
+        }
+        let provided = self.features.get(name).filter(|(_, it)| it.kind == FeatureKind::Provided);
+        let codel = || likely_declaration(self.db, self.project, semantics.core, Kind::Codel, &[name.into()]);
+        provided
+            .map(|&(shell, feature)| LikelyCallee::Provided(shell, feature))
+            .or_else(|| codel().map(LikelyCallee::Codel))
+            .or_else(|| Builtin::of_name(name).map(LikelyCallee::Builtin))
+    }
+}
+
+/// Returns the declaration that `path`, written in `from`, most likely refers to: the one that the resolver finds, else one
+/// of the same library, else any.
+pub fn likely_declaration<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    from: Decl<'db>,
+    kind: Kind,
+    path: &[Name],
+) -> Option<Decl<'db>> {
+    let (names, library) = (names_of(db, project), from.library(db).as_ref());
+    names.resolve(db, library, kind, path).ok().or_else(|| {
+        let found = match path {
+            [name] => names.anywhere(kind, name),
+            [of, name] => names.in_library(Some(of), kind, name),
+            _ => &[],
+        };
+        found.iter().find(|it| it.library(db).as_ref() == library).or(found.first()).copied()
+    })
+}
+
+/// Returns the shell of a core or of a component as [`likely_declaration`] finds it; a shell itself.
+pub fn likely_shell_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Option<Decl<'db>> {
+    let shell = match of.kind(db) {
+        Kind::Shell => return Some(of),
+        Kind::Core => core_interface(db, of).as_ref()?.shell.as_ref(),
+        _ => component(db, of)?.shell.as_ref(),
+    };
+    likely_declaration(db, project, of, Kind::Shell, &shell?.path)
+}
+
+/// Returns the features of a shell and of its base shells as [`likely_declaration`] finds them, each name once.
+pub fn likely_features_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+) -> FeaturesByName<'db> {
+    let mut found = BTreeMap::new();
+    let (mut all, mut next) = (vec![of], 0);
+    while let Some(&current) = all.get(next) {
+        next += 1;
+        let Some(data) = shell(db, current) else { continue };
+        for feature in data.features.iter().filter(|it| !it.name.name.is_empty()) {
+            found.entry(feature.name.name.clone()).or_insert((current, feature));
+        }
+        let bases = data.bases.iter();
+        let bases = bases.filter_map(|it| likely_declaration(db, project, current, Kind::Shell, &it.path));
+        for base in bases {
+            if !all.contains(&base) {
+                all.push(base);
+            }
+        }
+    }
+    found
 }

@@ -22,7 +22,7 @@
 //! | `code_actions.rs`, `code_actions/` | what can be done about a place: fixes, refactorings |
 //! | `completion.rs`, `completion/` | what may stand where the cursor is |
 //! | `signature_help.rs` | what a call takes, while its arguments are typed |
-//! | `program.rs` | what the programs of a core may name, in half-typed text |
+//! | `program.rs` | signatures of what programs call, and what is expected behind a half-typed token |
 //! | `change.rs` | what a rename, a fix or a refactoring replaces |
 //! | `explanation.rs` | where a response time comes from, in words |
 //! | `levels.rs` | the significance levels that may be shown |

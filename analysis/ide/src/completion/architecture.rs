@@ -1,17 +1,16 @@
 //! What stands in an architecture: instances, and what connects them.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use mauve_hir::item_tree::{Feature, FeatureKind, Kind, Name};
-use mauve_hir::{Decl, Link, Type, architecture, flat_of, type_of};
+use mauve_hir::{
+    Decl, FeaturesByName, Link, Type, architecture, flat_of, likely_declaration, likely_features_of,
+    likely_shell_of, type_of,
+};
 use mauve_syntax::SyntaxKind::{self, *};
 
 use super::position::without_path;
 use super::{Completer, Completion, CompletionKind, Subject};
-use crate::program::{features, resolved, shell_of_component};
-
-/// The features of an instance, by name.
-type Features<'db> = BTreeMap<Name, (Decl<'db>, &'db Feature)>;
 
 impl<'db> Completer<'_, 'db> {
     pub(super) fn architecture_item(&mut self) {
@@ -46,17 +45,18 @@ impl<'db> Completer<'_, 'db> {
     }
 
     /// The instances of an architecture, each with its component and its features, in the order of the text.
-    pub(super) fn instances(&self, of: Decl<'db>) -> Vec<(Name, Option<Decl<'db>>, Features<'db>)> {
+    pub(super) fn instances(&self, of: Decl<'db>) -> Vec<(Name, Option<Decl<'db>>, FeaturesByName<'db>)> {
         let (db, project) = (self.db, self.project);
         let instances = flat_of(db, project, of).instances.iter();
         let instance = |it: &mauve_hir::FlatInstance<'db>| {
             // Where a text is damaged, so is what its names mean; not for whoever looks for one.
             let (declared, index) = it.declared;
             let written = || architecture(db, declared)?.instances.get(index)?.component.as_ref();
-            let component =
-                it.component.or_else(|| resolved(db, project, declared, Kind::Component, &written()?.path));
-            let shell = component.and_then(|component| shell_of_component(db, project, component));
-            let features = shell.map(|shell| features(db, project, shell)).unwrap_or_default();
+            let component = it
+                .component
+                .or_else(|| likely_declaration(db, project, declared, Kind::Component, &written()?.path));
+            let shell = component.and_then(|component| likely_shell_of(db, project, component));
+            let features = shell.map(|shell| likely_features_of(db, project, shell)).unwrap_or_default();
             (it.name.clone(), component, features)
         };
         instances.map(instance).collect()

@@ -59,7 +59,7 @@ impl Completer<'_, '_> {
             self.skeleton(keyword, &format!("{keyword} = {{\n\t$0\n{result}}}"));
         }
         let scope = self.scope();
-        if scope.features.values().any(|(_, feature)| feature.kind == FeatureKind::Required) {
+        if scope.features(FeatureKind::Required).next().is_some() {
             self.skeleton("handler", "handler ${1:name}: ${2:operation};");
         }
         self.provided("provide ");
@@ -69,8 +69,8 @@ impl Completer<'_, '_> {
     fn provided(&mut self, keyword: &str) {
         let scope = self.scope();
         let is_followed = self.at.right == L_PAREN;
-        for (name, (of, feature)) in &scope.features {
-            if feature.kind != FeatureKind::Provided || scope.defined.contains(name) && !is_followed {
+        for (name, of, feature) in scope.features(FeatureKind::Provided) {
+            if scope.visible.definer_of(name).is_some() && !is_followed {
                 continue;
             }
             let (parameters, result) =
@@ -79,7 +79,7 @@ impl Completer<'_, '_> {
                 .detail(format!("{parameters}{result}"))
                 .note(of.name(self.db).as_str())
                 .rank(0)
-                .subject(Subject::of(self.db, *of, Some(name.clone())));
+                .subject(Subject::of(self.db, of, Some(name.clone())));
             let item = match is_followed {
                 true => item,
                 false => item.snippet(format!("{keyword}{name}{parameters}{result} = {{\n\t$0\n}}")),
@@ -90,11 +90,9 @@ impl Completer<'_, '_> {
 
     /// The operations of this kind, by name.
     fn operations(&mut self, kind: FeatureKind) {
-        for (name, (of, feature)) in self.scope().features {
-            if feature.kind == kind {
-                let item = self.of_feature(&name, of, feature);
-                self.add(item);
-            }
+        for (name, of, feature) in self.scope().features(kind) {
+            let item = self.of_feature(name, of, feature);
+            self.add(item);
         }
     }
 

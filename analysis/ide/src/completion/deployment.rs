@@ -4,14 +4,13 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use mauve_hir::item_tree::{Kind, Name};
-use mauve_hir::{Decl, Type, deployment};
+use mauve_hir::{Decl, Type, deployment, likely_declaration};
 use mauve_syntax::SyntaxKind::*;
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::keywords::{ActivityField, BACKGROUND};
 
 use super::position::without_path;
 use super::{Completer, Completion, CompletionKind};
-use crate::program::resolved;
 
 /// What is said of an activity, and what each means.
 const FIELDS: [(ActivityField, &str); 4] = [
@@ -71,7 +70,7 @@ impl<'db> Completer<'_, 'db> {
     fn target(&self) -> Option<Decl<'db>> {
         let of = self.decl?;
         let target = deployment(self.db, of)?.targets.first()?;
-        resolved(self.db, self.project, of, Kind::Architecture, &target.path)
+        likely_declaration(self.db, self.project, of, Kind::Architecture, &target.path)
     }
 
     /// The instances that have no activity, but for the one in which the cursor is.

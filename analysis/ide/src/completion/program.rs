@@ -1,12 +1,12 @@
 //! Statements, and the operands of expressions.
 
 use mauve_hir::item_tree::{Direction, FeatureKind, Kind};
-use mauve_hir::{Builtin, Operand, Type, VariableKind};
+use mauve_hir::{Builtin, Operand, Type, VariableKind, VariableOf};
 use mauve_syntax::SyntaxKind::*;
 
 use super::position::{ends_operand, without_path};
 use super::{Completer, Completion, CompletionKind, Subject};
-use crate::program::{Callable, Expected, Scope, Variable, subject};
+use crate::program::{Callable, Expected, Scope, subject, written_type};
 
 impl<'db> Completer<'_, 'db> {
     pub(super) fn statement(&mut self) {
@@ -51,20 +51,22 @@ impl<'db> Completer<'_, 'db> {
         }
         let end = if self.at.right == SEMICOLON { "" } else { ";" };
         let is_called = self.at.first_argument.is_some();
-        for variable in scope.variables.iter().filter(|_| !is_called) {
+        for variable in scope.variables().filter(|_| !is_called) {
             if variable.kind == VariableKind::Parameter(Direction::In) {
                 continue;
             }
             let item = self.of_variable(variable);
+            let name = &variable.name.name;
             let item = match (self.at.right == EQ, variable.kind) {
                 (true, _) => item,
                 (false, VariableKind::Handler) => {
-                    let send = scope.built_in("send", Some(&variable.text));
-                    let rest = send.map_or(0, |send| send.parameters.len().saturating_sub(1));
-                    let rest: String = (1..=rest).map(|index| format!(", ${index}")).collect();
-                    item.snippet(format!("{} = send({}{rest}){end}$0", variable.name, variable.text))
+                    let operation = written_type(variable);
+                    let send = scope.built_in(Builtin::Send, Some(&operation));
+                    let rest: String =
+                        (1..send.parameters.len()).map(|index| format!(", ${index}")).collect();
+                    item.snippet(format!("{name} = send({operation}{rest}){end}$0"))
                 }
-                (false, _) => item.snippet(format!("{} = $1{end}$0", variable.name)),
+                (false, _) => item.snippet(format!("{name} = $1{end}$0")),
             };
             self.add(item);
         }
@@ -78,7 +80,7 @@ impl<'db> Completer<'_, 'db> {
         }
         self.skeleton("if", "if (${1:true}) then {\n\t$0\n} else {\n}");
         self.skeleton("var", "var ${1:name}: ${2:type};");
-        match &scope.result {
+        match &scope.visible.result {
             Some(Type::Void) | None => self.skeleton("return", "return;"),
             Some(Type::Bool) => self.skeleton("return", "return ${1:true};"),
             Some(_) => self.skeleton("return", "return ${1:value};"),
@@ -91,7 +93,7 @@ impl<'db> Completer<'_, 'db> {
             return;
         }
         if expected.handler {
-            for variable in scope.variables.iter().filter(|it| it.kind == VariableKind::Handler) {
+            for variable in scope.handlers() {
                 let item = self.of_variable(variable);
                 self.add(item.rank(0));
             }
@@ -103,11 +105,9 @@ impl<'db> Completer<'_, 'db> {
             return;
         }
         if let Some(kind) = expected.feature {
-            for (name, (of, feature)) in &scope.features {
-                if feature.kind == kind {
-                    let item = self.of_feature(name, *of, feature);
-                    self.add(item.rank(0));
-                }
+            for (name, of, feature) in scope.features(kind) {
+                let item = self.of_feature(name, of, feature);
+                self.add(item.rank(0));
             }
             return;
         }
@@ -117,7 +117,7 @@ impl<'db> Completer<'_, 'db> {
             _ if expected.takes(ty) => 1,
             _ => 3,
         };
-        for variable in &scope.variables {
+        for variable in scope.variables() {
             if expected.is_output
                 && matches!(variable.kind, VariableKind::Handler | VariableKind::Parameter(Direction::In))
             {
@@ -129,9 +129,9 @@ impl<'db> Completer<'_, 'db> {
         if expected.is_output {
             return;
         }
-        for (name, (of, feature)) in &scope.features {
-            if feature.kind.is_value() && !scope.variables.iter().any(|variable| variable.name == *name) {
-                let ty = scope.type_of_name(name).unwrap_or(Type::Unknown);
+        for (name, (of, feature)) in &scope.visible.features {
+            if feature.kind.is_value() && scope.visible.variable(name).is_none() {
+                let ty = scope.visible.type_of_name(name).unwrap_or(Type::Unknown);
                 let item = self.of_feature(name, *of, feature);
                 self.add(item.rank(rank_of(&ty)));
             }
@@ -157,32 +157,28 @@ impl<'db> Completer<'_, 'db> {
                 self.call(item, &callable, expected, is_statement);
             }
         }
-        for (name, (of, feature)) in &scope.features {
-            if let Some(callable) = scope.operation(name) {
-                let item = self.of_feature(name, *of, feature);
-                self.call(item, &callable, expected, is_statement);
-            }
+        for (name, of, feature) in scope.features(FeatureKind::Provided) {
+            let item = self.of_feature(name, of, feature);
+            self.call(item, &scope.operation(of, feature), expected, is_statement);
         }
-        let has = |kind| scope.features.values().any(|(_, feature)| feature.kind == kind);
+        let has = |kind| scope.features(kind).next().is_some();
         for builtin in Builtin::ALL {
             let name = builtin.name();
             let takes = self.at.first_argument.as_ref().is_none_or(|first| match builtin.operand() {
                 _ if !first.kind().is_word() => true,
-                Operand::Handler => scope
-                    .variables
-                    .iter()
-                    .any(|variable| variable.kind == VariableKind::Handler && variable.name == *first.text()),
-                _ => scope.features.get(first.text()).is_some_and(|(_, it)| builtin.takes(it.kind)),
+                Operand::Handler => scope.handlers().any(|handler| handler.name.name == *first.text()),
+                _ => scope.visible.features.get(first.text()).is_some_and(|(_, it)| builtin.takes(it.kind)),
             });
             let makes_sense = takes
                 && match builtin.operand() {
                     Operand::Port(kind) => has(kind),
                     Operand::Operation => has(FeatureKind::Required),
-                    Operand::Handler => scope.variables.iter().any(|it| it.kind == VariableKind::Handler),
+                    Operand::Handler => scope.handlers().next().is_some(),
                 };
             // A status that nobody looks at means nothing, nor does a call that no handler has.
             let is_idle = is_statement && matches!(builtin, Builtin::Status | Builtin::Send);
-            if let Some(mut callable) = scope.built_in(name, None).filter(|_| makes_sense && !is_idle) {
+            if makes_sense && !is_idle {
+                let mut callable = scope.built_in(builtin, None);
                 if builtin == Builtin::Collect {
                     callable.parameters.truncate(1);
                 }
@@ -227,7 +223,7 @@ impl<'db> Completer<'_, 'db> {
     }
 
     /// A variable with its type.
-    fn of_variable(&self, variable: &Variable) -> Completion {
+    fn of_variable(&self, variable: &VariableOf) -> Completion {
         let note = match variable.kind {
             VariableKind::Core => "variable of the core",
             VariableKind::Machine => "variable of the state machine",
@@ -237,8 +233,8 @@ impl<'db> Completer<'_, 'db> {
             VariableKind::Parameter(Direction::InOut) => "inout parameter",
             VariableKind::Handler => "handler",
         };
-        Completion::new(CompletionKind::Variable, variable.name.as_str())
-            .detail(format!(": {}", variable.text))
+        Completion::new(CompletionKind::Variable, variable.name.name.as_str())
+            .detail(format!(": {}", written_type(variable)))
             .note(note)
             .rank(0)
     }

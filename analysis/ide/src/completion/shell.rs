@@ -56,9 +56,9 @@ impl Completer<'_, '_> {
     fn constants(&mut self, expected: &Expected) {
         let scope = self.scope();
         let own = self.at.item.get(1).map(|token| token.text().to_owned());
-        for (name, (of, feature)) in &scope.features {
+        for (name, (of, feature)) in &scope.visible.features {
             if feature.kind == FeatureKind::Constant && own.as_deref() != Some(name.as_str()) {
-                let ty = scope.type_of_name(name);
+                let ty = scope.visible.type_of_name(name);
                 let rank = if ty.is_some_and(|ty| expected.takes(&ty)) { 0 } else { 2 };
                 let item = self.of_feature(name, *of, feature);
                 self.add(item.rank(rank));

@@ -7,7 +7,7 @@ use mauve_hir::config_keys::{Entries, Kind as ValueKind, SECTIONS, SEVERITIES, S
 use mauve_hir::item_tree::{FeatureKind, Kind, Name};
 use mauve_hir::{
     File, ModelDb, ProgramKey, Project, Workspace, behaviour_of, config_file, core_of, flat_of, is_model,
-    names_of,
+    likely_features_of, likely_shell_of, names_of,
 };
 use mauve_syntax::{TextRange, TextSize};
 use mauve_timing::Unit;
@@ -15,7 +15,6 @@ use mauve_timing::table_keys::{KEYS, Key as TableKey, Kind as TableKind, OVERHEA
 use mauve_wcrt::{table_files, timetable_of};
 
 use super::{Completion, CompletionKind, Completions};
-use crate::program::{features, shell_of_component};
 
 /// What may stand at `offset` of a TOML file.
 pub(super) fn completions(
@@ -390,8 +389,8 @@ impl Toml<'_, '_> {
                         found.insert(instance.name.clone());
                         continue;
                     }
-                    let shell = instance.component.and_then(|it| shell_of_component(db, project, it));
-                    let all = shell.map(|shell| features(db, project, shell)).unwrap_or_default();
+                    let shell = instance.component.and_then(|it| likely_shell_of(db, project, it));
+                    let all = shell.map(|shell| likely_features_of(db, project, shell)).unwrap_or_default();
                     let outputs = all.iter().filter(|(_, (_, it))| it.kind == FeatureKind::Output);
                     found.extend(outputs.map(|(port, _)| Name::from(format!("{}.{port}", instance.name))));
                 }
