@@ -10,7 +10,7 @@ use crate::item_tree::{Feature, FeatureKind, Kind, Name};
 use crate::names::{MayHide, Names, Unresolved, names_of};
 use crate::project::Project;
 use crate::size::too_large;
-use crate::source::{Decl, component, core_interface, shell};
+use crate::source::{Decl, Location, component, core_interface, shell};
 
 /// A feature of a shell, and the shell that declares it.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
@@ -27,6 +27,11 @@ impl<'db> FeatureOf<'db> {
     /// What its shell says of it.
     pub fn data(&self, db: &'db dyn ModelDb) -> Option<&'db Feature> {
         feature(db, self.shell, self.index)
+    }
+
+    /// Returns the location of its name.
+    pub fn name(&self, db: &'db dyn ModelDb) -> Option<Location<'db>> {
+        Some(Location::Source(self.shell, self.data(db)?.name.id))
     }
 }
 
@@ -122,6 +127,13 @@ pub fn shell_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>)
         _ => component(db, of)?.shell.as_ref(),
     };
     names_of(db, project).resolve_type(db, of, Kind::Shell, shell).ok()
+}
+
+/// Returns the shells that a shell extends directly, where they are known.
+pub fn bases_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<Decl<'db>> {
+    let names = names_of(db, project);
+    let bases = shell(db, of).into_iter().flat_map(|data| &data.bases);
+    bases.filter_map(|base| names.resolve_type(db, of, Kind::Shell, Some(base)).ok()).collect()
 }
 
 /// Is a core for this shell, or for one that it extends?

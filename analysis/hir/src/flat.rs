@@ -48,8 +48,7 @@ impl<'db> Flat<'db> {
         project: Project<'db>,
         instance: &str,
     ) -> Option<&'db Features<'db>> {
-        let shell = shell_of(db, project, self.instance(instance)?.component?)?;
-        Some(features_of(db, project, shell))
+        self.instance(instance)?.features(db, project)
     }
 }
 
@@ -64,6 +63,19 @@ pub struct FlatInstance<'db> {
     pub component: Option<Decl<'db>>,
     /// Does another instance have the same name? That is reported at its location.
     pub repeated: bool,
+}
+
+impl<'db> FlatInstance<'db> {
+    /// Returns its features, where its shell is known.
+    pub fn features(&self, db: &'db dyn ModelDb, project: Project<'db>) -> Option<&'db Features<'db>> {
+        Some(features_of(db, project, shell_of(db, project, self.component?)?))
+    }
+
+    /// Returns the location of its name where it is declared.
+    pub fn declaration(&self, db: &'db dyn ModelDb) -> Option<Location<'db>> {
+        let (of, index) = self.declared;
+        Some(Location::Source(of, architecture(db, of)?.instances.get(index)?.name.id))
+    }
 }
 
 /// The instances and operations of an architecture and of all that it imports.
@@ -339,13 +351,14 @@ pub fn deployed<'db>(
     (flat.refusals.is_empty() && !flat.cycle).then_some((flat, target))
 }
 
-/// The architecture that a deployment runs.
+/// Returns the architecture that a deployment runs, where it names one only.
 #[salsa::tracked(returns(copy))]
-pub(crate) fn target_of<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    of: Decl<'db>,
-) -> Option<Decl<'db>> {
-    let [target] = deployment(db, of)?.targets.as_slice() else { return None };
-    names_of(db, project).resolve_type(db, of, Kind::Architecture, Some(target)).ok()
+pub fn target_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Option<Decl<'db>> {
+    if deployment(db, of)?.targets.len() == 1 { first_target_of(db, project, of) } else { None }
+}
+
+/// Returns the first of the architectures that a deployment names, where it is known.
+pub fn first_target_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Option<Decl<'db>> {
+    let target = deployment(db, of)?.targets.first();
+    names_of(db, project).resolve_type(db, of, Kind::Architecture, target).ok()
 }

@@ -89,9 +89,8 @@ pub use config::{
 pub use configured::check as check_configuration;
 pub use cost::{Cost, operations_in};
 pub use db::{Database, File, ModelDb, Problem, Trees, Workspace, normalised};
-pub use features::{FeatureOf, Features, core_of, features_of, is_core_for, shell_of};
-pub use flat::deployed;
-pub use flat::{Flat, FlatInstance, flat_of};
+pub use features::{FeatureOf, Features, bases_of, core_of, features_of, is_core_for, shell_of};
+pub use flat::{Flat, FlatInstance, deployed, first_target_of, flat_of, target_of};
 pub use infer::{
     CoreInference, Inference, NameProblem, Shared, Uses, VariableKind, VariableOf, inference_of_core,
     returns, uses_of,

@@ -107,6 +107,15 @@ pub enum Unresolved {
 }
 
 impl<'db> Names<'db> {
+    /// Returns all declarations of a kind, in the order of the files.
+    pub fn of_kind(
+        &self,
+        db: &'db dyn ModelDb,
+        kind: Kind,
+    ) -> impl Iterator<Item = Decl<'db>> + use<'_, 'db> {
+        self.all.iter().copied().filter(move |decl| decl.kind(db) == kind)
+    }
+
     /// All declarations of this kind and name in that library; more than one is an error.
     pub fn in_library(&self, library: Option<&Name>, kind: Kind, name: &Name) -> &[Decl<'db>] {
         self.by_name.get(&(library.cloned(), kind, name.clone())).map_or(&[], Vec::as_slice)

@@ -1,10 +1,9 @@
 //! Who calls a codel or an operation, and what a program calls. A required operation leads to those that are connected to
 //! it, in whichever architecture.
 
-use mauve_hir::item_tree::{FeatureKind, Kind, SourceId};
+use mauve_hir::item_tree::{FeatureKind, Kind, Name, SourceId};
 use mauve_hir::{
-    Decl, File, Location, ModelDb, Project, Workspace, core, declarations, features_of, flat_of, names_of,
-    parse, shell, shell_of,
+    Decl, File, Location, ModelDb, Project, Workspace, core, declarations, flat_of, names_of, parse, shell,
 };
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{TextRange, TextSize};
@@ -14,7 +13,7 @@ use crate::definition::names;
 use crate::document_symbols::SymbolKind;
 use crate::hierarchy::{HierarchyItem, declaration_of, id_of, item_of};
 use crate::occurrences::{Definition, Found, Role, in_declaration, occurrences_of};
-use crate::project::projects_with;
+use crate::project::{each_once, projects_with};
 
 /// Calls between two nodes.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -40,15 +39,9 @@ pub fn call_items(
             return vec![program.item(db)];
         }
     }
-    let mut found = Vec::new();
-    for (project, name) in names(db, workspaces, file, offset) {
-        for item in nodes_of(db, project, &name).iter().filter_map(|node| node.item(db)) {
-            if !found.contains(&item) {
-                found.push(item);
-            }
-        }
-    }
-    found
+    let names = names(db, workspaces, file, offset);
+    let nodes = names.iter().flat_map(|(project, name)| nodes_of(db, *project, name));
+    each_once(nodes.filter_map(|node| node.item(db)))
 }
 
 /// Who calls what an item stands for.
@@ -83,7 +76,7 @@ pub fn incoming_calls(db: &dyn ModelDb, workspaces: &[Workspace], file: File, id
             },
         };
         let anywhere: FxHashSet<Definition<'_>> = anywhere.into_iter().collect();
-        for &core in names_of(db, project).all.iter().filter(|decl| decl.kind(db) == Kind::Core) {
+        for core in names_of(db, project).of_kind(db, Kind::Core) {
             db.unwind_if_revision_cancelled();
             let own = inside.as_ref().filter(|(of, _)| *of == core).map(|(_, operation)| operation);
             let calls = in_declaration(db, project, core).into_iter();
@@ -238,7 +231,7 @@ fn definitions<'db>(
     project: Project<'db>,
 ) -> FxHashMap<Definition<'db>, Vec<Location<'db>>> {
     let mut found: FxHashMap<Definition<'db>, Vec<Location<'db>>> = FxHashMap::default();
-    for &core in names_of(db, project).all.iter().filter(|decl| decl.kind(db) == Kind::Core) {
+    for core in names_of(db, project).of_kind(db, Kind::Core) {
         for (operation, id) in definitions_in(db, project, core) {
             found.entry(operation.clone()).or_default().push(Location::Source(core, *id));
         }
@@ -469,13 +462,11 @@ struct Connected<'db> {
 fn connected_operations<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Connected<'db> {
     let mut found = Connected::default();
     let mut known = FxHashSet::default();
-    for &of in names_of(db, project).all.iter().filter(|decl| decl.kind(db) == Kind::Architecture) {
+    for of in names_of(db, project).of_kind(db, Kind::Architecture) {
         let flat = flat_of(db, project, of);
-        let end = |(instance, operation): &(mauve_hir::item_tree::Name, mauve_hir::item_tree::Name)| {
-            let shell = shell_of(db, project, flat.instance(instance)?.component?)?;
-            let feature = features_of(db, project, shell).get(operation)?;
-            let id = feature.data(db)?.name.id;
-            Some((feature.kind, Definition::At(Location::Source(feature.shell, id))))
+        let end = |(instance, operation): &(Name, Name)| {
+            let feature = flat.instance(instance)?.features(db, project)?.get(operation)?;
+            Some((feature.kind, Definition::At(feature.name(db)?)))
         };
         for link in flat.links.iter().filter(|link| link.operation) {
             let pair = match (end(&link.source), end(&link.target)) {

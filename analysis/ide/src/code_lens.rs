@@ -17,7 +17,7 @@ use mauve_wcrt::{Deadlines, Query, response_times};
 
 use crate::implementation::codel_file;
 use crate::levels::known_levels;
-use crate::project::{name_of_root, projects_with};
+use crate::project::{each_once, in_projects, projects_with};
 
 /// A line above a declaration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -176,8 +176,7 @@ fn deadlines(db: &dyn ModelDb, workspaces: &[Workspace], of: Decl<'_>) -> Option
     }
     let differ = titles.len() > 1;
     let titles = titles.into_iter().map(|(title, having)| {
-        let roots: Vec<String> = having.iter().map(|&project| name_of_root(db, project)).collect();
-        if differ { format!("{title} (in the project of {})", roots.join(", ")) } else { title }
+        if differ { format!("{title} ({})", in_projects(db, &having)) } else { title }
     });
     let titles: Vec<String> = titles.collect();
     (!titles.is_empty()).then(|| Lens { title: titles.join(" · "), action: None })
@@ -185,15 +184,9 @@ fn deadlines(db: &dyn ModelDb, workspaces: &[Workspace], of: Decl<'_>) -> Option
 
 /// `used in 2 instances`, each place once.
 fn instances(db: &dyn ModelDb, workspaces: &[Workspace], of: Decl<'_>) -> Option<Lens> {
-    let mut places: Vec<(File, TextRange)> = Vec::new();
-    for project in projects_with(db, workspaces, of.file(db)) {
-        for place in instances_by_component(db, project).get(&of).into_iter().flatten() {
-            let place = (place.file(db), place.range(db));
-            if !places.contains(&place) {
-                places.push(place);
-            }
-        }
-    }
+    let projects = projects_with(db, workspaces, of.file(db)).into_iter();
+    let places = projects.filter_map(|project| instances_by_component(db, project).get(&of)).flatten();
+    let places = each_once(places.map(|place| (place.file(db), place.range(db))));
     let title = match places.len() {
         0 => "not used in any instance".to_owned(),
         1 => "used in 1 instance".to_owned(),

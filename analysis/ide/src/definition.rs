@@ -7,7 +7,7 @@ use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{TextRange, TextSize};
 
 use crate::occurrences::{Definition, Found, Role, in_declaration, names_at};
-use crate::project::projects_with;
+use crate::project::{each_once, projects_with};
 
 /// A name, and where it is declared.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -65,15 +65,8 @@ pub(crate) fn destination<'db>(
     mut targets: impl FnMut(Project<'db>, &Found<'db>) -> Vec<Target>,
 ) -> Option<Navigation> {
     let (_, first) = names.first()?;
-    let mut found = Navigation { origin: first.range, targets: Vec::new(), files: Vec::new() };
-    for (project, name) in names {
-        for target in targets(*project, name) {
-            if !found.targets.contains(&target) {
-                found.targets.push(target);
-            }
-        }
-    }
-    (!found.targets.is_empty()).then_some(found)
+    let targets = each_once(names.iter().flat_map(|(project, name)| targets(*project, name)));
+    (!targets.is_empty()).then(|| Navigation { origin: first.range, targets, files: Vec::new() })
 }
 
 /// Adds the files that these names lead to, each file once.

@@ -10,6 +10,7 @@ use mauve_hir::{
 use mauve_syntax::{TextRange, TextSize};
 use mauve_wcrt::{table_files, table_pattern};
 
+use crate::occurrences::range_of;
 use crate::project::projects_with;
 
 /// A part of a text that leads to a file.
@@ -63,12 +64,12 @@ fn included(db: &dyn ModelDb, workspace: Workspace, file: File, links: &mut Vec<
 
 fn imported(db: &dyn ModelDb, workspaces: &[Workspace], file: File, links: &mut Vec<DocumentLink>) {
     let all = declarations(db, file).all.iter();
-    let architectures: Vec<_> = all.filter(|decl| decl.kind(db) == Kind::Architecture).copied().collect();
+    let architectures: Vec<_> = all.filter(|decl| decl.kind(db) == Kind::Architecture).collect();
     if architectures.is_empty() {
         return;
     }
     for project in projects_with(db, workspaces, file) {
-        for &decl in &architectures {
+        for &&decl in &architectures {
             let imports = architecture(db, decl).map_or(&[] as &[_], |it| &it.imports);
             for import in imports.iter().flatten() {
                 let names = names_of(db, project);
@@ -89,19 +90,16 @@ fn imported(db: &dyn ModelDb, workspaces: &[Workspace], file: File, links: &mut 
 
 fn configured(db: &dyn ModelDb, workspace: Workspace, file: File, links: &mut Vec<DocumentLink>) {
     let Config { roots, tables, .. } = config_of(db, workspace);
-    let range = |span: &Range<usize>| {
-        TextRange::new(TextSize::new(span.start as u32), TextSize::new(span.end.max(span.start) as u32))
-    };
     for (path, span) in roots {
         let root = workspace.file(db, &normalised(&workspace.folder(db).join(path)));
-        links.extend(root.and_then(|root| link(db, workspace, file, range(span), root)));
+        links.extend(root.and_then(|root| link(db, workspace, file, range_of(span), root)));
     }
     for (pattern, span) in tables {
         let Ok(glob) = table_pattern(workspace.folder(db), pattern) else { continue };
         let all = table_files(db, workspace).files.iter();
         let mut named = all.filter(|table| glob.is_match(table.path(db)));
         if let (Some(&table), None) = (named.next(), named.next()) {
-            links.extend(link(db, workspace, file, range(span), table));
+            links.extend(link(db, workspace, file, range_of(span), table));
         }
     }
 }

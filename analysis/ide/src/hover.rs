@@ -19,7 +19,7 @@ use crate::definition::{Target, definition_of, names};
 use crate::explanation::explain_response;
 use crate::markdown;
 use crate::occurrences::Definition;
-use crate::project::{name_of_root, projects_with};
+use crate::project::{each_once, in_projects, projects_with};
 
 /// So many lines of a message are shown.
 const MOST_LINES: usize = 60;
@@ -70,7 +70,7 @@ fn of_activity(
     let deployment =
         mauve_hir::declaration_at(db, file, name).filter(|decl| decl.kind(db) == Kind::Deployment)?;
     // What several projects say alike is said once.
-    let mut explanations: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    let mut explanations: BTreeMap<String, Vec<Project<'_>>> = BTreeMap::new();
     for &project in projects {
         let query = Query::shown(db, project);
         let report = response_times(db, project, deployment, query);
@@ -78,12 +78,12 @@ fn of_activity(
             report.activities.iter().filter(|it| it.at.as_ref().is_some_and(|at| at.range(db) == name))
         {
             let explanation = explain_response(db, project, report, activity, query);
-            explanations.entry(explanation).or_default().push(name_of_root(db, project));
+            explanations.entry(explanation).or_default().push(project);
         }
     }
     let differ = explanations.len() > 1;
-    let explanations = explanations.into_iter().map(|(explanation, roots)| match differ {
-        true => format!("in the project of {}:\n{explanation}", roots.join(", ")),
+    let explanations = explanations.into_iter().map(|(explanation, having)| match differ {
+        true => format!("{}:\n{explanation}", in_projects(db, &having)),
         false => explanation,
     });
     let explanations: Vec<String> = explanations.collect();
@@ -144,15 +144,10 @@ fn of_message(db: &dyn ModelDb, projects: &[Project<'_>], file: File, offset: Te
     let library = token.parent_ancestors().find_map(ast::Library::cast).and_then(|it| it.name());
     let library = library.map(|name| Name::from(name.syntax().text().to_string()));
     let path: Vec<Name> = ty.segments().map(|it| it.syntax().text().to_string().into()).collect();
-    let mut shown: Vec<String> = Vec::new();
-    for &project in projects {
-        let found = message_of(db, project, library.as_ref(), &path);
-        let Some((package, message)) = found else { continue };
-        let text = fields(package, path.last()?, message);
-        if !shown.contains(&text) {
-            shown.push(text);
-        }
-    }
+    let shown = each_once(projects.iter().filter_map(|&project| {
+        let (package, message) = message_of(db, project, library.as_ref(), &path)?;
+        Some(fields(package, path.last()?, message))
+    }));
     (!shown.is_empty()).then(|| Hover { range: ty.syntax().text_range(), markdown: shown.concat() })
 }
 

@@ -1,10 +1,10 @@
 //! What makes a name happen: the cores and components for a shell, what cores do for an operation, what is deployed of an
 //! architecture; and of a codel its C++ file and its entries in the timing tables.
 
-use mauve_hir::item_tree::{Kind, TypeRef};
+use mauve_hir::item_tree::Kind;
 use mauve_hir::{
-    Decl, File, Location, ModelDb, Project, Workspace, component, config_of, core, core_of, deployment,
-    names_of, shell,
+    Decl, File, Location, ModelDb, Project, Workspace, bases_of, config_of, core_of, first_target_of,
+    names_of, shell_of,
 };
 use mauve_syntax::TextSize;
 use mauve_wcrt::table_files;
@@ -50,32 +50,20 @@ pub fn implementation(
 }
 
 fn of_declared<'db>(db: &'db dyn ModelDb, project: Project<'db>, decl: Decl<'db>) -> Vec<Target> {
-    let names = names_of(db, project);
-    let is_it = |of: Decl<'db>, ty: Option<&TypeRef>| {
-        names.resolve_type(db, of, decl.kind(db), ty).is_ok_and(|found| found == decl)
+    let implements = |of: Decl<'db>| match (decl.kind(db), of.kind(db)) {
+        (Kind::Shell, Kind::Shell) => bases_of(db, project, of).contains(&decl),
+        (Kind::Shell, Kind::Core | Kind::Component) => shell_of(db, project, of) == Some(decl),
+        (Kind::Component, Kind::Core) => core_of(db, project, decl) == Some(of),
+        (Kind::Architecture, Kind::Deployment) => first_target_of(db, project, of) == Some(decl),
+        _ => false,
     };
-    let found: Vec<Decl<'db>> = match decl.kind(db) {
-        Kind::Shell => {
-            let all = names.all.iter().copied();
-            all.filter(|&of| match of.kind(db) {
-                Kind::Shell => {
-                    shell(db, of).is_some_and(|it| it.bases.iter().any(|base| is_it(of, Some(base))))
-                }
-                Kind::Core => core(db, of).is_some_and(|it| is_it(of, it.shell.as_ref())),
-                Kind::Component => component(db, of).is_some_and(|it| is_it(of, it.shell.as_ref())),
-                _ => false,
-            })
-            .collect()
+    match decl.kind(db) {
+        Kind::Codel => in_tables(db, project, decl),
+        _ => {
+            let found = names_of(db, project).all.iter().filter(|&&of| implements(of));
+            found.filter_map(|&of| of_declaration(db, of)).collect()
         }
-        Kind::Component => core_of(db, project, decl).into_iter().collect(),
-        Kind::Architecture => {
-            let all = names.all.iter().copied();
-            all.filter(|&of| deployment(db, of).is_some_and(|it| is_it(of, it.targets.first()))).collect()
-        }
-        Kind::Codel => return in_tables(db, project, decl),
-        Kind::Use | Kind::Core | Kind::Deployment => Vec::new(),
-    };
-    found.into_iter().filter_map(|decl| of_declaration(db, decl)).collect()
+    }
 }
 
 fn in_tables<'db>(db: &'db dyn ModelDb, project: Project<'db>, codel: Decl<'db>) -> Vec<Target> {
@@ -95,8 +83,8 @@ pub(crate) fn definitions<'db>(
     operation: &Definition<'db>,
 ) -> Vec<Target> {
     let Definition::At(Location::Source(..)) = operation else { return Vec::new() };
-    let cores = names_of(db, project).all.iter().filter(|decl| decl.kind(db) == Kind::Core);
-    let names = cores.flat_map(|&core| in_declaration(db, project, core));
+    let cores = names_of(db, project).of_kind(db, Kind::Core);
+    let names = cores.flat_map(|core| in_declaration(db, project, core));
     let defined = names.filter(|it| it.role == Role::Definition && it.definition == *operation);
     defined.map(|it| Target { file: it.file, range: it.range, name: it.range }).collect()
 }

@@ -4,13 +4,15 @@
 
 mod toml;
 
+pub(crate) use toml::range_of;
+
 use mauve_hir::item_tree::{
     Architecture, Core, Data, Deployment, Direction, Endpoint, Expr, FeatureKind, Kind, Name, NameRef,
     Parameter, Setting, Shell, SourceId, State, Statement, TypeRef, Variable,
 };
 use mauve_hir::{
     Binding, Builtin, Callee, Code, CoreInference, Decl, File, Location, ModelDb, Project, VariableKind,
-    architecture, built_in_type, config_of, data, declarations, features_of, flat_of, includes,
+    built_in_type, config_of, data, declarations, features_of, first_target_of, flat_of, includes,
     inference_of_core, message_of, names_of, parse, shell_of, source_map, statements,
 };
 use mauve_syntax::ast::{self, AstNode as _};
@@ -344,9 +346,8 @@ impl<'db> Finder<'db> {
 
     fn feature(&mut self, of: Decl<'db>, name: &NameRef, role: Role) {
         let found = features_of(self.db, self.project, of).get(&name.name);
-        if let Some((feature, data)) = found.and_then(|found| Some((found, found.data(self.db)?))) {
-            let definition = Definition::At(Location::Source(feature.shell, data.name.id));
-            self.add(name, definition, kind_of_feature(feature.kind), role);
+        if let Some((feature, at)) = found.and_then(|found| Some((found, found.name(self.db)?))) {
+            self.add(name, Definition::At(at), kind_of_feature(feature.kind), role);
         }
     }
 
@@ -390,17 +391,11 @@ impl<'db> Finder<'db> {
         for target in &data.targets {
             self.names_type(Kind::Architecture, Some(target));
         }
-        let Some(target) = self.target(data) else { return };
+        let Some(target) = first_target_of(self.db, self.project, self.of) else { return };
         for activity in &data.activities {
             self.instance(target, &activity.instance);
         }
         self.settings(target, &data.settings);
-    }
-
-    /// The architecture that is deployed.
-    fn target(&self, data: &Deployment) -> Option<Decl<'db>> {
-        let names = names_of(self.db, self.project);
-        names.resolve_type(self.db, self.of, Kind::Architecture, data.targets.first()).ok()
     }
 
     fn settings(&mut self, of: Decl<'db>, settings: &[Setting]) {
@@ -410,12 +405,9 @@ impl<'db> Finder<'db> {
     }
 
     fn instance(&mut self, of: Decl<'db>, name: &NameRef) {
-        let declared = flat_of(self.db, self.project, of).instance(&name.name).map(|it| it.declared);
-        let Some((declared, index)) = declared else { return };
-        let instance = architecture(self.db, declared).and_then(|data| data.instances.get(index));
-        if let Some(instance) = instance {
-            let definition = Definition::At(Location::Source(declared, instance.name.id));
-            self.add(name, definition, SymbolKind::Instance, Role::Mention);
+        let instance = flat_of(self.db, self.project, of).instance(&name.name);
+        if let Some(at) = instance.and_then(|it| it.declaration(self.db)) {
+            self.add(name, Definition::At(at), SymbolKind::Instance, Role::Mention);
         }
     }
 

@@ -15,6 +15,23 @@ pub fn projects_with<'db>(db: &'db dyn ModelDb, workspaces: &[Workspace], file: 
     found
 }
 
+/// Returns what is found in several projects, each once, in the order in which it was found.
+pub(crate) fn each_once<T: PartialEq>(all: impl IntoIterator<Item = T>) -> Vec<T> {
+    let mut found = Vec::new();
+    for it in all {
+        if !found.contains(&it) {
+            found.push(it);
+        }
+    }
+    found
+}
+
+/// Says in which projects something holds.
+pub(crate) fn in_projects(db: &dyn ModelDb, projects: &[Project<'_>]) -> String {
+    let roots: Vec<String> = projects.iter().map(|&project| name_of_root(db, project)).collect();
+    format!("in the project of {}", roots.join(", "))
+}
+
 /// The root of a project as a user knows it: its path from the workspace's folder.
 pub(crate) fn name_of_root(db: &dyn ModelDb, project: Project<'_>) -> String {
     let path = project.root(db).path(db);

@@ -226,16 +226,12 @@ impl<'db> Renaming<'_, 'db> {
                         (Kind::Shell, Kind::Shell) if self.thing.kind != SymbolKind::Parameter => {
                             let features = features_of(db, project, other);
                             let feature = features.get(new).filter(|_| features.shells.contains(decl));
-                            feature.and_then(|it| Some(Location::Source(it.shell, it.data(db)?.name.id)))
+                            feature.and_then(|it| it.name(db))
                         }
                         (Kind::Architecture, Kind::Architecture) => {
                             let flat = flat_of(db, project, other);
                             let instance = flat.instance(new).filter(|_| flat.architectures.contains(decl));
-                            instance.and_then(|it| {
-                                let data = mauve_hir::architecture(db, it.declared.0)?;
-                                let name = &data.instances.get(it.declared.1)?.name;
-                                Some(Location::Source(it.declared.0, name.id))
-                            })
+                            instance.and_then(|it| it.declaration(db))
                         }
                         _ => None,
                     };

@@ -9,12 +9,12 @@ use mauve_hir::{
     CONFIG_FILE, File, ModelDb, Workspace, config_file, config_of, include_candidates, includes, is_model,
     normalised, source_map,
 };
-use mauve_syntax::TextRange;
 use mauve_syntax::format::Replacement;
 use mauve_wcrt::{pattern_of_path, table_pattern};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::change::Change;
+use crate::occurrences::range_of;
 
 /// What must be changed before these files, or folders, get other names: each an old path and a new one, absolute.
 ///
@@ -187,10 +187,6 @@ impl Moving<'_> {
             }
         }
     }
-}
-
-fn range_of(span: &Range<usize>) -> TextRange {
-    TextRange::new((span.start as u32).into(), (span.end.max(span.start) as u32).into())
 }
 
 fn quoted(path: &str) -> String {

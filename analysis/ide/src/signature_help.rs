@@ -4,10 +4,10 @@ use mauve_hir::{File, ModelDb, Workspace, is_model, parse};
 use mauve_syntax::SyntaxKind::{BLOCK_COMMENT, LINE_COMMENT};
 use mauve_syntax::{TextRange, TextSize, is_closed_comment, previous_significant};
 
+use crate::completion::documentation;
 use crate::completion::position::{Position, call_around};
-use crate::completion::{Subject, documentation};
 use crate::program::{Scope, subject};
-use crate::project::projects_with;
+use crate::project::{each_once, projects_with};
 
 /// What a call takes.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -58,24 +58,18 @@ pub fn signature_help(
     let Some(left) = left else { return Vec::new() };
     let Some(call) = call_around(&left) else { return Vec::new() };
     let at = Position::in_any_token(&root, offset);
-    let mut found: Vec<Signature> = Vec::new();
-    for project in projects_with(db, workspaces, file) {
-        let decl = mauve_hir::declaration_at(db, file, call.callee.text_range());
-        let Some(callable) = Scope::at(db, project, decl, &at).called(&call) else { continue };
+    let decl = mauve_hir::declaration_at(db, file, call.callee.text_range());
+    each_once(projects_with(db, workspaces, file).into_iter().filter_map(|project| {
+        let callable = Scope::at(db, project, decl, &at).called(&call)?;
         let (label, places) = callable.shown();
         let range = |(start, end): (usize, usize)| TextRange::new((start as u32).into(), (end as u32).into());
-        let about: Option<Subject> = subject(db, &callable);
-        let signature = Signature {
+        Some(Signature {
             label,
             parameters: places.into_iter().map(range).collect(),
             active: call.index,
-            documentation: about.and_then(|about| documentation(db, workspaces, &about)),
-        };
-        if !found.contains(&signature) {
-            found.push(signature);
-        }
-    }
-    found
+            documentation: subject(db, &callable).and_then(|about| documentation(db, workspaces, &about)),
+        })
+    }))
 }
 
 #[cfg(test)]

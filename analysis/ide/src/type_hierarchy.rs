@@ -1,14 +1,14 @@
 //! Which shells a shell extends, and which extend it.
 
-use mauve_hir::item_tree::{Kind, TypeRef};
-use mauve_hir::{Decl, File, ModelDb, Project, Workspace, names_of, shell};
+use mauve_hir::item_tree::Kind;
+use mauve_hir::{Decl, File, ModelDb, Workspace, bases_of, names_of};
 use mauve_syntax::TextSize;
 
 use crate::definition::names;
 use crate::document_symbols::SymbolKind;
 use crate::hierarchy::{HierarchyItem, declaration_of, item_of};
 use crate::occurrences::Definition;
-use crate::project::projects_with;
+use crate::project::{each_once, projects_with};
 
 /// The shell that is named at `offset`, in each of the projects that have the file.
 pub fn type_items(
@@ -41,7 +41,7 @@ pub fn type_items(
 pub fn supertypes(db: &dyn ModelDb, workspaces: &[Workspace], file: File, id: &str) -> Vec<HierarchyItem> {
     let Some((of, _)) = declaration_of(db, file, id) else { return Vec::new() };
     let projects = projects_with(db, workspaces, file).into_iter();
-    items(db, projects.flat_map(|project| bases(db, project, of)))
+    items(db, projects.flat_map(|project| bases_of(db, project, of)))
 }
 
 /// The shells that extend the one of an item.
@@ -49,26 +49,14 @@ pub fn subtypes(db: &dyn ModelDb, workspaces: &[Workspace], file: File, id: &str
     let Some((of, _)) = declaration_of(db, file, id) else { return Vec::new() };
     let projects = projects_with(db, workspaces, file).into_iter();
     let extending = projects.flat_map(|project| {
-        let all = names_of(db, project).all.iter().copied().filter(|decl| decl.kind(db) == Kind::Shell);
-        all.filter(move |&decl| bases(db, project, decl).contains(&of))
+        let all = names_of(db, project).of_kind(db, Kind::Shell);
+        all.filter(move |&decl| bases_of(db, project, decl).contains(&of))
     });
     items(db, extending)
 }
 
-fn bases<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<Decl<'db>> {
-    let bases: &[TypeRef] = shell(db, of).map_or(&[], |shell| &shell.bases);
-    let names = names_of(db, project);
-    bases.iter().filter_map(|base| names.resolve_type(db, of, Kind::Shell, Some(base)).ok()).collect()
-}
-
 fn items<'db>(db: &'db dyn ModelDb, shells: impl Iterator<Item = Decl<'db>>) -> Vec<HierarchyItem> {
-    let mut found = Vec::new();
-    for item in shells.filter_map(|decl| item_of(db, decl, SymbolKind::Shell)) {
-        if !found.contains(&item) {
-            found.push(item);
-        }
-    }
-    found
+    each_once(shells.filter_map(|decl| item_of(db, decl, SymbolKind::Shell)))
 }
 
 #[cfg(test)]

@@ -1,10 +1,9 @@
 //! A connection to an input, or to a required operation, that nothing leads to: from each output that fits.
 
 use mauve_diagnostics::Finding;
-use mauve_hir::item_tree::{Feature, FeatureKind, Kind, Name};
+use mauve_hir::item_tree::{Feature, FeatureKind, Name};
 use mauve_hir::{
-    Decl, FeatureOf, FlatInstance, ModelDb, Project, Type, declaration_at, deployment, features_of, flat_of,
-    names_of, shell_of, type_of,
+    Decl, FeatureOf, FlatInstance, ModelDb, Project, Type, declaration_at, first_target_of, flat_of, type_of,
 };
 use mauve_syntax::ast::{self, AstNode as _};
 
@@ -21,9 +20,7 @@ pub(super) fn offer<'db>(actions: &mut Actions<'_, 'db>, finding: &Finding<'db>)
     let of = declaration_at(db, file, at);
     let project = finding.only_in.or_else(|| actions.projects.first().copied());
     let (Some(instance), Some(of), Some(project)) = (instance, of, project) else { return };
-    let target = deployment(db, of).and_then(|it| it.targets.first());
-    let target = names_of(db, project).resolve_type(db, of, Kind::Architecture, target);
-    let Ok(architecture) = target else { return };
+    let Some(architecture) = first_target_of(db, project, of) else { return };
     let keyword =
         if finding.diagnostic.code.name == "unconnected-input" { "connection" } else { "operation" };
     for (source, target) in
@@ -36,10 +33,10 @@ pub(super) fn offer<'db>(actions: &mut Actions<'_, 'db>, finding: &Finding<'db>)
 }
 
 /// What may be connected, `instance.feature` both, to what is open of an instance.
-fn connections(
-    db: &dyn ModelDb,
-    project: Project<'_>,
-    architecture: Decl<'_>,
+fn connections<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    architecture: Decl<'db>,
     instance: &str,
     keyword: &str,
 ) -> Vec<(String, String)> {
@@ -51,10 +48,15 @@ fn connections(
     let Some(of) = flat.instance(instance) else { return Vec::new() };
     let is_open = |name: &Name| !flat.links.iter().any(|link| link.target == (of.name.clone(), name.clone()));
     let mut found = Vec::new();
-    for (name, input) in features(db, project, of, takes).into_iter().filter(|(name, _)| is_open(name)) {
+    let features = |instance: &FlatInstance<'db>, kind: FeatureKind| {
+        let features = instance.features(db, project).into_iter().flat_map(|it| &it.by_name);
+        let first = features.filter_map(|(name, features)| Some((name, features.first()?)));
+        first.filter(move |(_, it)| it.kind == kind)
+    };
+    for (name, input) in features(of, takes).filter(|(name, _)| is_open(name)) {
         let mut sources = Vec::new();
         for other in flat.instances.iter().filter(|other| other.name != of.name) {
-            for (output, feature) in features(db, project, other, gives) {
+            for (output, feature) in features(other, gives) {
                 if fit(db, project, feature, input) {
                     sources.push((output != name, format!("{}.{output}", other.name)));
                 }
@@ -65,20 +67,6 @@ fn connections(
         found.extend(sources.map(|(_, source)| (source, format!("{}.{name}", of.name))));
     }
     found
-}
-
-fn features<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    of: &FlatInstance<'db>,
-    kind: FeatureKind,
-) -> Vec<(&'db Name, &'db FeatureOf<'db>)> {
-    let shell = of.component.and_then(|component| shell_of(db, project, component));
-    let Some(shell) = shell else { return Vec::new() };
-    let all = features_of(db, project, shell).by_name.iter();
-    all.filter_map(|(name, features)| Some((name, features.first()?)))
-        .filter(|(_, it)| it.kind == kind)
-        .collect()
 }
 
 /// Does what one gives fit what the other takes? Where a type is unknown, only one of the same name does.

@@ -172,11 +172,7 @@ impl<'db> Programs<'db> {
         let tokens = node.syntax().descendants_with_tokens().filter_map(NodeOrToken::into_token);
         let words: Vec<String> =
             tokens.filter(|it| it.kind().is_word()).map(|it| it.text().to_owned()).collect();
-        let shell = mauve_hir::core(self.db, self.semantics.core).and_then(|data| {
-            let names = mauve_hir::names_of(self.db, self.project);
-            let kind = mauve_hir::item_tree::Kind::Shell;
-            names.resolve_type(self.db, self.semantics.core, kind, data.shell.as_ref()).ok()
-        });
+        let shell = mauve_hir::shell_of(self.db, self.project, self.semantics.core);
         let features = shell.map(|shell| mauve_hir::features_of(self.db, self.project, shell));
         let is_taken = |name: &str| {
             words.iter().any(|word| word == name) || features.is_some_and(|it| it.get(name).is_some())

@@ -70,8 +70,8 @@ fn component_of(
 ) -> Option<Result<Change, String>> {
     let decl = decl_of(db, file, core.syntax())?;
     shell_of(db, project, decl)?;
-    let mut components = names_of(db, project).all.iter().filter(|it| it.kind(db) == Kind::Component);
-    if components.any(|&it| core_of(db, project, it) == Some(decl)) {
+    let mut components = names_of(db, project).of_kind(db, Kind::Component);
+    if components.any(|it| core_of(db, project, it) == Some(decl)) {
         return None;
     }
     let name = free_name(db, project, decl, Kind::Component, "Core", "");

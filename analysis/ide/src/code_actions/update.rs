@@ -207,8 +207,7 @@ fn renamed_keys(
         let readers: Vec<Project<'_>> = readers.flat_map(|&it| projects(db, it)).copied().collect();
         let is_of_core = |project: Project<'_>, it: Decl<'_>| core_of(db, project, it) == Some(core);
         let has_component = |&project: &Project<'_>| {
-            let mut all = names_of(db, project).all.iter().filter(|it| it.kind(db) == Kind::Component);
-            all.any(|&it| is_of_core(project, it))
+            names_of(db, project).of_kind(db, Kind::Component).any(|it| is_of_core(project, it))
         };
         if (table(db, file).lost || file.problem(db).is_some()) && readers.iter().any(has_component) {
             return Err(format!("{path} cannot be read, and may have a time of this program"));

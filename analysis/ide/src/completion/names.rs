@@ -87,7 +87,7 @@ impl<'db> Completer<'_, 'db> {
         let own = self.library.clone();
         if let [of] = path {
             let of = Some(Name::from(*of));
-            for &decl in names.all.iter().filter(|decl| decl.kind(self.db) == kind) {
+            for decl in names.of_kind(self.db, kind) {
                 if *decl.library(self.db) == of {
                     self.add_declared(decl);
                 }
@@ -99,7 +99,7 @@ impl<'db> Completer<'_, 'db> {
         }
         let visible: BTreeSet<&Name> = names.visible(own.as_ref()).collect();
         let (mut seen, mut count) = (BTreeSet::new(), 0);
-        for &decl in names.all.iter().filter(|decl| decl.kind(self.db) == kind) {
+        for decl in names.of_kind(self.db, kind) {
             let (library, name) = (decl.library(self.db), decl.name(self.db));
             // Nothing extends or imports itself.
             if name.is_empty() || Some(decl) == self.decl {
@@ -130,7 +130,7 @@ impl<'db> Completer<'_, 'db> {
         }
         if kind != Kind::Codel {
             // Those that have something of this kind: all of it, but what is meant nowhere here.
-            let fitting = names.all.iter().filter(|it| it.kind(self.db) == kind && Some(**it) != self.decl);
+            let fitting = names.of_kind(self.db, kind).filter(|it| Some(*it) != self.decl);
             let libraries: BTreeSet<&Name> = fitting.filter_map(|it| it.library(self.db).as_ref()).collect();
             for name in libraries.into_iter().filter(|&name| Some(name) != own.as_ref()) {
                 let item = Completion::new(CompletionKind::Library, name.as_str()).note("library");

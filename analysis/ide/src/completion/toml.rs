@@ -322,7 +322,7 @@ impl Toml<'_, '_> {
         };
         for &project in self.projects {
             let names = names_of(db, project);
-            for &decl in names.all.iter().filter(|decl| decl.kind(db) == kind && !decl.name(db).is_empty()) {
+            for decl in names.of_kind(db, kind).filter(|decl| !decl.name(db).is_empty()) {
                 let name = decl.name(db);
                 let is_clear = names.by_key(kind, name).len() == 1;
                 match section {
@@ -380,10 +380,7 @@ impl Toml<'_, '_> {
         let db = self.db;
         let mut found: BTreeSet<Name> = BTreeSet::new();
         for &project in self.projects {
-            for &decl in &names_of(db, project).all {
-                if decl.kind(db) != Kind::Architecture {
-                    continue;
-                }
+            for decl in names_of(db, project).of_kind(db, Kind::Architecture) {
                 for instance in &flat_of(db, project, decl).instances {
                     if !ports {
                         found.insert(instance.name.clone());

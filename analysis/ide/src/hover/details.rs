@@ -6,8 +6,8 @@ use std::fmt::Write as _;
 use mauve_diagnostics::{timing_reason, type_name};
 use mauve_hir::item_tree::{HookKind, Kind, Name, SourceId};
 use mauve_hir::{
-    Decl, Flat, Location, ModelDb, ProgramId, Project, architecture, core, deployment, features_of, flat_of,
-    inference_of_core, line_of, names_of, shell, shell_of, type_of, values_in_effect,
+    Decl, Flat, Location, ModelDb, ProgramId, Project, core, flat_of, inference_of_core, line_of, names_of,
+    shell, target_of, type_of, values_in_effect,
 };
 use mauve_syntax::TextSize;
 use mauve_timing::Time;
@@ -103,17 +103,13 @@ fn resolved_type<'db>(
 /// What is deployed, or where nothing is, every architecture: with its instances and connections.
 fn deployed<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<(Decl<'db>, &'db Flat<'db>)> {
     let names = names_of(db, project);
-    let target = |of: Decl<'db>| {
-        let [target] = deployment(db, of)?.targets.as_slice() else { return None };
-        let target = names.resolve_type(db, of, Kind::Architecture, Some(target)).ok()?;
-        Some((of, flat_of(db, project, target)))
-    };
-    let found: Vec<_> = names.all.iter().filter_map(|&of| target(of)).collect();
+    let deployments = names.of_kind(db, Kind::Deployment);
+    let targets = deployments.filter_map(|of| Some((of, flat_of(db, project, target_of(db, project, of)?))));
+    let found: Vec<_> = targets.collect();
     if !found.is_empty() {
         return found;
     }
-    let all = names.all.iter().copied().filter(|of| architecture(db, *of).is_some());
-    all.map(|of| (of, flat_of(db, project, of))).collect()
+    names.of_kind(db, Kind::Architecture).map(|of| (of, flat_of(db, project, of))).collect()
 }
 
 /// The instances that have the feature that `shell` declares there, and its name.
@@ -127,8 +123,7 @@ fn having<'db>(
     let index = shell(db, of)?.features.iter().position(|feature| feature.name.id == id)?;
     let name = &shell(db, of)?.features.get(index)?.name.name;
     let instances = flat.instances.iter().filter(|instance| {
-        let shell = instance.component.and_then(|component| shell_of(db, project, component));
-        let feature = shell.and_then(|shell| features_of(db, project, shell).get(name));
+        let feature = instance.features(db, project).and_then(|features| features.get(name));
         feature.is_some_and(|feature| feature.shell == of && feature.index == index)
     });
     Some((name, instances.map(|instance| &instance.name).collect()))

@@ -116,8 +116,7 @@ fn components_by_core<'db>(
     project: Project<'db>,
 ) -> FxHashMap<Decl<'db>, Vec<Decl<'db>>> {
     let mut found: FxHashMap<Decl<'db>, Vec<Decl<'db>>> = FxHashMap::default();
-    let all = names_of(db, project).all.iter().copied();
-    for component in all.filter(|decl| decl.kind(db) == Kind::Component) {
+    for component in names_of(db, project).of_kind(db, Kind::Component) {
         if let Some(core) = core_of(db, project, component) {
             found.entry(core).or_default().push(component);
         }

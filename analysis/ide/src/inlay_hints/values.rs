@@ -1,9 +1,9 @@
 //! The values that properties and constants have: beside instances, all of them; beside settings, what they come to, and
 //! instead of what.
 
-use mauve_hir::item_tree::{Expr, Kind, Setting};
+use mauve_hir::item_tree::{Expr, Setting};
 use mauve_hir::{
-    Decl, Location, ModelDb, Project, ValueInEffect, architecture, deployment, names_of, values_in_effect,
+    Decl, Location, ModelDb, Project, ValueInEffect, architecture, deployment, target_of, values_in_effect,
 };
 
 use super::InlayHint;
@@ -42,7 +42,8 @@ pub(super) fn of_values<'db>(
         (None, None) => return,
     };
     let values = values_in_effect(db, project, of);
-    let below = below(db, project, of);
+    // The values that a deployment may replace.
+    let below = target_of(db, project, of).map(|target| values_in_effect(db, project, target));
     for setting in settings {
         let Some(value) = value_of(values, setting) else { continue };
         let Some(id) = setting.value.id() else { continue };
@@ -59,13 +60,6 @@ pub(super) fn of_values<'db>(
 }
 
 type Values<'db> = std::collections::BTreeMap<mauve_hir::item_tree::Name, Vec<ValueInEffect<'db>>>;
-
-/// The values that a deployment may replace.
-fn below<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Option<&'db Values<'db>> {
-    let [target] = deployment(db, of)?.targets.as_slice() else { return None };
-    let target = names_of(db, project).resolve_type(db, of, Kind::Architecture, Some(target)).ok()?;
-    Some(values_in_effect(db, project, target))
-}
 
 /// The value that counts where a setting gives one.
 fn value_of(values: &Values<'_>, setting: &Setting) -> Option<String> {

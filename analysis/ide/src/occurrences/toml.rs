@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use mauve_hir::item_tree::{Endpoint, Kind, NameRef, SourceId};
 use mauve_hir::{
-    Decl, File, Location, ModelDb, ProgramId, ProgramKey, Project, config_of, core, core_of, deployment,
-    features_of, names_of, shell_of,
+    Decl, File, Location, ModelDb, ProgramId, ProgramKey, Project, config_of, core, core_of, features_of,
+    first_target_of, names_of, shell_of,
 };
 use mauve_syntax::{TextRange, TextSize};
 use mauve_wcrt::{table, table_files};
@@ -13,6 +13,7 @@ use rustc_hash::FxHashSet;
 
 use super::{Definition, Finder, Found, Role, kind_of, mention, unquoted};
 use crate::document_symbols::SymbolKind;
+use crate::project::each_once;
 
 /// The names in a timing table, or in `mauve.toml`.
 #[derive(Debug, Default, Clone, PartialEq, Eq, salsa::SalsaValue)]
@@ -92,12 +93,9 @@ impl<'db> Reader<'db> {
                 );
             }
         }
-        let deployments = names_of(db, project).all.iter().filter(|decl| decl.kind(db) == Kind::Deployment);
-        let deployed: Vec<Decl<'db>> =
-            deployments.filter_map(|&of| Finder::new(db, project, of).target(deployment(db, of)?)).collect();
-        let mut seen = FxHashSet::default();
+        let deployments = names_of(db, project).of_kind(db, Kind::Deployment);
         // Deployments may share an architecture.
-        let deployed: Vec<Decl<'db>> = deployed.into_iter().filter(|target| seen.insert(*target)).collect();
+        let deployed = each_once(deployments.filter_map(|of| first_target_of(db, project, of)));
         let chains = config.chains.iter().flat_map(|chain| &chain.ends);
         for (end, span) in config.synchronised.iter().chain(chains) {
             let written = Range::<usize>::from(unquoted(text, range_of(span)));
@@ -173,8 +171,7 @@ fn in_program<'db>(
     let key = program.to_string();
     let Some((name, rest)) = key.split_once('.') else {
         let shell = shell_of(db, project, component);
-        let declared = shell.and_then(|shell| features_of(db, project, shell).get(&key));
-        let declared = declared.and_then(|it| Some(Location::Source(it.shell, it.data(db)?.name.id)));
+        let declared = shell.and_then(|shell| features_of(db, project, shell).get(&key)?.name(db));
         let own = || data.operations.iter().find(|operation| *operation.name.name == *key);
         let operation = declared.map(Definition::At).or_else(|| own().map(|own| id(&own.name)));
         let hook = data.hooks.iter().find(|hook| *program == ProgramId::Hook(hook.kind));
@@ -198,7 +195,7 @@ fn in_program<'db>(
     found
 }
 
-fn range_of(span: &Range<usize>) -> TextRange {
+pub(crate) fn range_of(span: &Range<usize>) -> TextRange {
     TextRange::new((span.start as u32).into(), (span.end.max(span.start) as u32).into())
 }
 

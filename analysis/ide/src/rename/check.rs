@@ -5,9 +5,10 @@ use mauve_diagnostics::{Diagnostic, render};
 use mauve_hir::fact::Fact;
 use mauve_hir::item_tree::{Data, Endpoint, Kind, NameRef};
 use mauve_hir::{
-    Builtin, Database, Decl, File, Location, ModelDb, Project, Workspace, behaviour_of, config_file,
-    config_of, data, declaration_at, declaration_facts, declarations, features_of, flat_of, includes,
-    inference_of_core, is_model, line_of, names_of, parse, project_files, projects, shell_of,
+    Builtin, Database, Decl, Features, File, Location, ModelDb, Project, Workspace, behaviour_of,
+    config_file, config_of, data, declaration_at, declaration_facts, declarations, features_of, flat_of,
+    includes, inference_of_core, is_model, line_of, names_of, parse, project_files, projects, shell_of,
+    target_of,
 };
 use mauve_syntax::format::Replacement;
 use mauve_syntax::{SyntaxKind, TextRange, TextSize, next_significant};
@@ -163,24 +164,22 @@ impl<'db> Renaming<'_, 'db> {
 
     fn is_error_in(&self, project: Project<'db>, of: Decl<'db>, range: TextRange) -> bool {
         let (db, thing) = (self.db, self.thing);
-        let names = names_of(db, project);
-        let resolved = |kind, ty| names.resolve_type(db, of, kind, ty).ok();
         let is_feature = match &thing.definition {
             Definition::At(Location::Source(shell, _)) => {
                 shell.kind(db) == Kind::Shell && thing.kind != SymbolKind::Parameter
             }
             _ => false,
         };
-        let lacks = |shell: Decl<'db>| {
-            let features = features_of(db, project, shell);
+        let lacks = |features: &Features<'db>| {
             features.completeness.is_complete() && features.get(self.old_name).is_none()
         };
         let mut ends: Vec<&Endpoint> = Vec::new();
         let mut instances: Vec<&NameRef> = Vec::new();
         let target = match data(db, of).as_deref() {
-            Some(Data::Shell(_)) => return is_feature && lacks(of),
-            Some(Data::Core(core)) => {
-                return is_feature && resolved(Kind::Shell, core.shell.as_ref()).is_some_and(lacks);
+            Some(Data::Shell(_)) => return is_feature && lacks(features_of(db, project, of)),
+            Some(Data::Core(_)) => {
+                return is_feature
+                    && shell_of(db, project, of).is_some_and(|it| lacks(features_of(db, project, it)));
             }
             Some(Data::Architecture(data)) => {
                 let links = data.connections.iter().chain(&data.operations);
@@ -189,8 +188,7 @@ impl<'db> Renaming<'_, 'db> {
                 of
             }
             Some(Data::Deployment(data)) => {
-                let [target] = data.targets.as_slice() else { return false };
-                let Some(target) = resolved(Kind::Architecture, Some(target)) else { return false };
+                let Some(target) = target_of(db, project, of) else { return false };
                 ends.extend(data.settings.iter().filter_map(|it| it.endpoint.as_ref()));
                 instances.extend(data.activities.iter().map(|activity| &activity.instance));
                 target
@@ -208,8 +206,7 @@ impl<'db> Renaming<'_, 'db> {
             return false;
         };
         let instance = flat.instance(&end.instance.name).filter(|instance| !instance.repeated);
-        let shell = instance.and_then(|it| shell_of(db, project, it.component?));
-        !is_feature || shell.is_some_and(lacks)
+        !is_feature || instance.and_then(|it| it.features(db, project)).is_some_and(lacks)
     }
 
     /// Do all names stand for what they stood for, once it is renamed?
