@@ -6,7 +6,7 @@ use mauve_hir::{
     Decl, File, Location, ModelDb, Project, Workspace, core, declarations, flat_of, names_of, parse, shell,
 };
 use mauve_syntax::ast::{self, AstNode as _};
-use mauve_syntax::{TextRange, TextSize};
+use mauve_syntax::{SyntaxNode, SyntaxToken, TextRange, TextSize};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::definition::names;
@@ -66,12 +66,15 @@ pub fn incoming_calls(db: &dyn ModelDb, workspaces: &[Workspace], file: File, id
             Node::Codel(codel) => (vec![Definition::Declaration(*codel)], None),
             Node::Operation(shell, id) => {
                 let operation = Definition::At(Location::Source(*shell, *id));
-                let mut all = requirers(db, project, &operation);
+                let mut all: Vec<_> = requirers(db, project, &operation).cloned().collect();
                 all.push(operation);
                 (all, None)
             }
             Node::Program(program) => match program.operation(db, project) {
-                Some(operation) => (requirers(db, project, &operation), Some((program.core, operation))),
+                Some(operation) => {
+                    let all = requirers(db, project, &operation).cloned().collect();
+                    (all, Some((program.core, operation)))
+                }
                 None => continue,
             },
         };
@@ -117,7 +120,7 @@ pub fn outgoing_calls(db: &dyn ModelDb, workspaces: &[Workspace], file: File, id
                 let place = Location::Source(*shell, *id);
                 let range = place.range(db);
                 for provider in providers(db, project, &Definition::At(place)) {
-                    for node in provided(db, project, &provider) {
+                    for node in provided(db, project, provider) {
                         found.add(node.item(db), range);
                     }
                 }
@@ -179,12 +182,24 @@ struct Program<'db> {
 }
 
 impl<'db> Program<'db> {
+    fn new(
+        core: Decl<'db>,
+        (what, state): (&str, Option<&str>),
+        name: Option<(String, TextRange)>,
+        kind: SymbolKind,
+        node: &SyntaxNode,
+    ) -> Option<Program<'db>> {
+        let (text, name_range) = name?;
+        let (id, name) = match state {
+            Some(state) => (format!("{what} {state} {text}"), format!("{state}.{text}")),
+            None => (format!("{what} {text}"), text),
+        };
+        Some(Program { core, id, name, kind, range: node.text_range(), name_range })
+    }
+
     fn of_operation(core: Decl<'db>, node: &ast::OperationDefinition) -> Option<Program<'db>> {
-        let name = node.name()?;
-        let (text, name_range) = (name.syntax().text().to_string(), name.syntax().text_range());
-        let id = format!("operation {text}");
-        let range = node.syntax().text_range();
-        Some(Program { core, id, name: text, kind: SymbolKind::Operation, range, name_range })
+        let kind = SymbolKind::Operation;
+        Program::new(core, ("operation", None), of_name(node.name()), kind, node.syntax())
     }
 
     fn item(&self, db: &dyn ModelDb) -> HierarchyItem {
@@ -300,12 +315,9 @@ fn nodes_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, name: &Found<'db>)
             Some(of) if of.kind(db) == Kind::Core => called(db, project, of, name),
             _ => provided(db, project, &name.definition),
         },
-        Definition::At(Location::Source(core, _)) if core.kind(db) == Kind::Core => {
+        Definition::At(place @ Location::Source(core, _)) if core.kind(db) == Kind::Core => {
             // A method, a hook or a transition in the key of a table.
-            let range = match &name.definition {
-                Definition::At(place) => place.range(db),
-                _ => return Vec::new(),
-            };
+            let range = place.range(db);
             let programs = programs_of(db, *core).into_iter();
             programs.filter(|it| it.name_range == range).map(Node::Program).collect()
         }
@@ -330,7 +342,7 @@ fn called<'db>(
         return own;
     }
     let providers = providers(db, project, operation);
-    let connected: Vec<Node<'db>> = providers.iter().flat_map(|it| provided(db, project, it)).collect();
+    let connected: Vec<Node<'db>> = providers.flat_map(|it| provided(db, project, it)).collect();
     if connected.is_empty() { provided(db, project, operation) } else { connected }
 }
 
@@ -364,103 +376,68 @@ fn programs_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Vec<Program<'db>> {
     }
     let element = tree.covering_element(name);
     let Some(node) = element.ancestors().find_map(ast::Core::cast) else { return Vec::new() };
+    let keyword = |word: Option<SyntaxToken>| word.map(|it| (it.text().to_owned(), it.text_range()));
     let mut found = Vec::new();
-    let program = |id: String, name: String, kind, all: &mauve_syntax::SyntaxNode, name_range| Program {
-        core: of,
-        id,
-        name,
-        kind,
-        range: all.text_range(),
-        name_range,
-    };
     for item in node.core_items() {
         match item {
-            ast::CoreItem::OperationDefinition(it) => {
-                found.extend(Program::of_operation(of, &it));
-            }
+            ast::CoreItem::OperationDefinition(it) => found.push(Program::of_operation(of, &it)),
             ast::CoreItem::Hook(it) => {
-                let Some(word) = it.keyword() else { continue };
-                let text = word.text().to_owned();
-                found.push(program(
-                    format!("hook {text}"),
-                    text,
-                    SymbolKind::Hook,
-                    it.syntax(),
-                    word.text_range(),
-                ));
+                let name = keyword(it.keyword());
+                found.push(Program::new(of, ("hook", None), name, SymbolKind::Hook, it.syntax()));
             }
             ast::CoreItem::StateMachine(it) => {
-                for state in it.state_machine_items() {
-                    let ast::StateMachineItem::State(state) = state else { continue };
-                    let Some(of) = state.name().map(|name| name.syntax().text().to_string()) else {
-                        continue;
-                    };
-                    for item in state.state_items() {
-                        match item {
-                            ast::StateItem::Method(it) => {
-                                let Some(word) = it.keyword() else { continue };
-                                let (text, range) = (word.text(), word.text_range());
-                                let id = format!("method {of} {text}");
-                                found.push(program(
-                                    id,
-                                    format!("{of}.{text}"),
-                                    SymbolKind::Hook,
-                                    it.syntax(),
-                                    range,
-                                ));
-                            }
-                            ast::StateItem::Transition(it) => {
-                                let Some(name) = it.name() else { continue };
-                                let (text, range) = (name.syntax().text(), name.syntax().text_range());
-                                let id = format!("transition {of} {text}");
-                                found.push(program(
-                                    id,
-                                    format!("{of}.{text}"),
-                                    SymbolKind::Transition,
-                                    it.syntax(),
-                                    range,
-                                ));
-                            }
+                for item in it.state_machine_items() {
+                    let ast::StateMachineItem::State(state) = item else { continue };
+                    let Some((name_of_state, _)) = of_name(state.name()) else { continue };
+                    let state_name = Some(name_of_state.as_str());
+                    found.extend(state.state_items().map(|item| match item {
+                        ast::StateItem::Method(it) => {
+                            let (what, name) = (("method", state_name), keyword(it.keyword()));
+                            Program::new(of, what, name, SymbolKind::Hook, it.syntax())
                         }
-                    }
+                        ast::StateItem::Transition(it) => {
+                            let (what, name) = (("transition", state_name), of_name(it.name()));
+                            Program::new(of, what, name, SymbolKind::Transition, it.syntax())
+                        }
+                    }));
                 }
             }
             ast::CoreItem::Var(_) | ast::CoreItem::Handler(_) => {}
         }
     }
-    found
+    found.into_iter().flatten().collect()
 }
 
-/// The provided operations that are connected to a required one, in any architecture of the project.
+fn of_name(name: Option<ast::Name>) -> Option<(String, TextRange)> {
+    name.map(|name| (name.syntax().text().to_string(), name.syntax().text_range()))
+}
+
+/// Returns the provided operations that are connected to a required one, in any architecture of the project.
 pub(crate) fn providers<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     required: &Definition<'db>,
-) -> Vec<Definition<'db>> {
-    connected_operations(db, project).providers.get(required).cloned().unwrap_or_default()
+) -> impl Iterator<Item = &'db Definition<'db>> {
+    let pairs = connected_operations(db, project).iter();
+    pairs.filter(move |(of, _)| of == required).map(|(_, provided)| provided)
 }
 
-/// The required operations that a provided one is connected to.
 fn requirers<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     provided: &Definition<'db>,
-) -> Vec<Definition<'db>> {
-    connected_operations(db, project).requirers.get(provided).cloned().unwrap_or_default()
+) -> impl Iterator<Item = &'db Definition<'db>> {
+    let pairs = connected_operations(db, project).iter();
+    pairs.filter(move |(_, of)| of == provided).map(|(required, _)| required)
 }
 
-/// Which operations are connected, both ways, each pair once.
-#[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
-struct Connected<'db> {
-    /// By the required one.
-    providers: FxHashMap<Definition<'db>, Vec<Definition<'db>>>,
-    /// By the provided one.
-    requirers: FxHashMap<Definition<'db>, Vec<Definition<'db>>>,
-}
-
+/// Returns the required and the provided operations that are connected, each pair once.
 #[salsa::tracked(returns(ref))]
-fn connected_operations<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Connected<'db> {
-    let mut found = Connected::default();
+fn connected_operations<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+) -> Vec<(Definition<'db>, Definition<'db>)> {
+    let mut found = Vec::new();
     let mut known = FxHashSet::default();
     for of in names_of(db, project).of_kind(db, Kind::Architecture) {
         let flat = flat_of(db, project, of);
@@ -480,9 +457,7 @@ fn connected_operations<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Con
                 _ => continue,
             };
             if known.insert(pair.clone()) {
-                let (required, provided) = pair;
-                found.providers.entry(required.clone()).or_default().push(provided.clone());
-                found.requirers.entry(provided).or_default().push(required);
+                found.push(pair);
             }
         }
     }

@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use mauve_hir::{Decl, File, Location, ModelDb, Project, Workspace, declaration_map, parse, project_files};
-use mauve_syntax::ast::{self, AstNode as _};
+use mauve_hir::{Decl, File, Location, ModelDb, Project, Workspace, declaration_map, project_files};
+use mauve_syntax::ast::AstNode as _;
 use mauve_syntax::{TextRange, TextSize};
 
-use crate::occurrences::{Definition, Found, Role, in_declaration, names_at};
+use crate::occurrences::{Definition, Found, Role, in_declaration, libraries, names_at};
 use crate::project::{each_once, projects_with};
 
 /// A name, and where it is declared.
@@ -116,16 +116,13 @@ pub(crate) fn targets<'db>(
         }
         Definition::Library(library) => {
             let of_file = |&file: &File| {
-                let source = parse(db, file).file();
-                let blocks = source.items().filter_map(|item| match item {
-                    ast::Item::Library(it) => {
-                        let name = it.name().filter(|name| name.syntax().text() == library.as_str())?;
-                        let (range, name) = (it.syntax().text_range(), name.syntax().text_range());
-                        Some(Target { file, range, name })
-                    }
-                    _ => None,
-                });
-                blocks.collect::<Vec<_>>()
+                let blocks =
+                    libraries(db, file).into_iter().filter(|(_, name)| name.text() == library.as_str());
+                blocks.map(move |(block, name)| Target {
+                    file,
+                    range: block.syntax().text_range(),
+                    name: name.text_range(),
+                })
             };
             project_files(db, project).iter().flat_map(of_file).collect()
         }

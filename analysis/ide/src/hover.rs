@@ -15,10 +15,10 @@ use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxKind, SyntaxNode, TextRange, TextSize, comment_above};
 use mauve_wcrt::{Lookup, Query, response_times, timetable_of};
 
-use crate::definition::{Target, definition_of, names};
+use crate::definition::{definition_of, names};
 use crate::explanation::explain_response;
 use crate::markdown;
-use crate::occurrences::Definition;
+use crate::occurrences::{Definition, is_of_value};
 use crate::project::{each_once, in_projects, projects_with};
 
 /// So many lines of a message are shown.
@@ -96,12 +96,8 @@ fn of_name(db: &dyn ModelDb, workspaces: &[Workspace], file: File, offset: TextS
     let found = definition_of(db, &names)?;
     let mut markdown = String::new();
     for target in found.targets.iter().filter(|target| !target.name.is_empty()) {
-        let Some(node) = declaration_at(db, target) else { continue };
-        let _ = writeln!(markdown, "{}", markdown::block("mauve", &head(&node)));
-        let comment = markdown::comment(&comment_above(&node));
-        if !comment.is_empty() {
-            let _ = writeln!(markdown, "{comment}\n");
-        }
+        let Some(node) = declaration_in(db, target.file, target.name) else { continue };
+        let _ = writeln!(markdown, "{}", shown(&node));
     }
     for (project, name) in names {
         if let Definition::Declaration(codel) = name.definition
@@ -127,18 +123,7 @@ fn of_message(db: &dyn ModelDb, projects: &[Project<'_>], file: File, offset: Te
     }
     let token = parse(db, file).syntax().token_at_offset(offset).find(|token| token.kind().is_word())?;
     let ty = token.parent_ancestors().find_map(ast::Type::cast)?;
-    // The other types are shells, cores, components, architectures and operations.
-    let is_of_value = matches!(
-        ty.syntax().parent()?.kind(),
-        SyntaxKind::PARAM
-            | SyntaxKind::CODEL
-            | SyntaxKind::PROPERTY
-            | SyntaxKind::PORT
-            | SyntaxKind::OPERATION_DECLARATION
-            | SyntaxKind::VAR
-            | SyntaxKind::RESULT_TYPE
-    );
-    if !is_of_value {
+    if !is_of_value(ty.syntax()) {
         return None;
     }
     let library = token.parent_ancestors().find_map(ast::Library::cast).and_then(|it| it.name());
@@ -169,18 +154,20 @@ pub(crate) fn fields(package: &Package, name: &str, message: &Message) -> String
     }
 }
 
-/// The node that declares what a target names.
-fn declaration_at(db: &dyn ModelDb, target: &Target) -> Option<SyntaxNode> {
-    let root = parse(db, target.file).syntax();
-    let name = root.text_range().contains_range(target.name).then(|| root.covering_element(target.name))?;
-    name.ancestors().find(|node| !matches!(node.kind(), SyntaxKind::NAME | SyntaxKind::NAME_REF))
+/// Returns the innermost node around `range` that is more than a name.
+pub(crate) fn declaration_in(db: &dyn ModelDb, file: File, range: TextRange) -> Option<SyntaxNode> {
+    let root = parse(db, file).syntax();
+    let element = root.text_range().contains_range(range).then(|| root.covering_element(range))?;
+    element.ancestors().find(|node| !matches!(node.kind(), SyntaxKind::NAME | SyntaxKind::NAME_REF))
 }
 
-/// The text of a declaration up to its block, on one line.
-pub(crate) fn head(node: &SyntaxNode) -> String {
-    let text = node.text().to_string();
+/// Returns a declaration up to its block on one line, and the comment above it.
+pub(crate) fn shown(declaration: &SyntaxNode) -> String {
+    let text = declaration.text().to_string();
     let head = text.split('{').next().unwrap_or_default();
-    head.split_whitespace().collect::<Vec<_>>().join(" ")
+    let head = markdown::block("mauve", &head.split_whitespace().collect::<Vec<_>>().join(" "));
+    let comment = markdown::comment(&comment_above(declaration));
+    if comment.is_empty() { head } else { format!("{head}\n{comment}\n") }
 }
 
 /// What the tables say that a codel takes, level by level.

@@ -37,7 +37,7 @@ pub fn implementation(
         Definition::At(_) if name.kind == SymbolKind::Operation => {
             let mut found = definitions(db, project, &name.definition);
             for provider in providers(db, project, &name.definition) {
-                found.extend(definitions(db, project, &provider));
+                found.extend(definitions(db, project, provider));
             }
             found
         }

@@ -15,8 +15,9 @@ use mauve_hir::{
     built_in_type, config_of, data, declarations, features_of, first_target_of, flat_of, includes,
     inference_of_core, message_of, names_of, parse, shell_of, source_map, statements,
 };
+use mauve_syntax::SyntaxKind::{CODEL, OPERATION_DECLARATION, PARAM, PORT, PROPERTY, RESULT_TYPE, VAR};
 use mauve_syntax::ast::{self, AstNode as _};
-use mauve_syntax::{TextRange, TextSize};
+use mauve_syntax::{SyntaxNode, TextRange, TextSize};
 
 use crate::document_symbols::SymbolKind;
 
@@ -148,24 +149,22 @@ impl<'db> Occurrence<'db> {
     /// This name of `decl`, with its place.
     pub(crate) fn found(&self, db: &'db dyn ModelDb, decl: Decl<'db>) -> Option<Found<'db>> {
         let whole = Location::Source(decl, self.id).range(db);
-        let range = match self.segment {
-            None => whole,
-            Some(index) => segment(decl.file(db).text(db).get(std::ops::Range::<usize>::from(whole))?, index)
-                .map(|range| range + whole.start())?,
-        };
+        let range = segment(decl.file(db).text(db), whole, self.segment)?;
         let (definition, kind, role) = (self.definition.clone(), self.kind, self.role);
         Some(Found { file: decl.file(db), of: Some(decl), range, definition, kind, role })
     }
 }
 
-/// Where the name of that number stands in `library.Name` or `package::Message`; there may be comments between.
-pub(crate) fn segment(text: &str, index: usize) -> Option<TextRange> {
-    let lexed = mauve_syntax::lex(text);
+/// Returns where the name of that number stands in `whole`, a `library.Name` or `package::Message` of `text`; there may be
+/// comments between. Without a number, all of it.
+pub(crate) fn segment(text: &str, whole: TextRange, index: Option<usize>) -> Option<TextRange> {
+    let Some(index) = index else { return Some(whole) };
+    let lexed = mauve_syntax::lex(text.get(std::ops::Range::<usize>::from(whole))?);
     let range = (0..lexed.len())
         .filter(|&token| lexed.kind(token).is_word())
         .nth(index)
         .map(|token| lexed.range(token))?;
-    Some(TextRange::new((range.start as u32).into(), (range.end as u32).into()))
+    Some(range_of(&range) + whole.start())
 }
 
 /// The names of includes and library blocks.
@@ -183,17 +182,26 @@ pub(crate) fn outside_declarations<'db>(
             Some(mention(file, range, definition, SymbolKind::File))
         })
         .collect();
-    let source = parse(db, file).file();
-    found.extend(source.items().filter_map(|item| match item {
-        ast::Item::Library(library) => {
-            let name = library.name()?;
-            let definition = Definition::Library(name.syntax().text().to_string().into());
-            let range = name.syntax().text_range();
-            Some(Found { role: Role::Declaration, ..mention(file, range, definition, SymbolKind::Library) })
-        }
-        _ => None,
+    found.extend(libraries(db, file).into_iter().map(|(_, name)| {
+        let definition = Definition::Library(name.text().to_string().into());
+        let declared = mention(file, name.text_range(), definition, SymbolKind::Library);
+        Found { role: Role::Declaration, ..declared }
     }));
     found
+}
+
+/// Returns the library blocks of a file that have a name, each with its name.
+pub(crate) fn libraries(db: &dyn ModelDb, file: File) -> Vec<(ast::Library, SyntaxNode)> {
+    let source = parse(db, file).file();
+    let blocks = source.syntax().children().filter_map(ast::Library::cast);
+    blocks.filter_map(|block| Some((block.clone(), block.name()?.syntax().clone()))).collect()
+}
+
+/// Whether a type is that of a value: others name shells, cores, components, architectures and operations.
+pub(crate) fn is_of_value(ty: &SyntaxNode) -> bool {
+    ty.parent().is_some_and(|of| {
+        matches!(of.kind(), PARAM | CODEL | PROPERTY | PORT | OPERATION_DECLARATION | VAR | RESULT_TYPE)
+    })
 }
 
 fn mention(file: File, range: TextRange, definition: Definition<'_>, kind: SymbolKind) -> Found<'_> {

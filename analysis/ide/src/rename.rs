@@ -19,6 +19,7 @@ use crate::change::Change;
 use crate::definition::names;
 use crate::document_symbols::SymbolKind;
 use crate::occurrences::{Definition, Found};
+use crate::project::each_once;
 use crate::references::{occurrences, word_of};
 
 /// A name that can be changed.
@@ -77,12 +78,7 @@ pub fn rename(
         return Ok(Change::default());
     }
     let all = occurrences(db, workspaces, &things);
-    let mut concerned: Vec<Project<'_>> = Vec::new();
-    for (project, _) in things.iter().chain(&all) {
-        if !concerned.contains(project) {
-            concerned.push(*project);
-        }
-    }
+    let concerned = each_once(things.iter().chain(&all).map(|(project, _)| *project));
     let renaming = Renaming { db, workspaces, thing, old_name: &old_name, new_name, concerned: &concerned };
     concerned.iter().try_for_each(|&project| renaming.check_free(project))?;
     renaming.check_known(&all)?;

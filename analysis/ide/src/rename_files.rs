@@ -218,11 +218,15 @@ fn listed(text: &str, span: &Range<usize>, patterns: &[String]) -> String {
     }
 }
 
-/// How a path is written from a folder.
-fn relative(folder: &Path, path: &Path) -> String {
+/// Returns the way from a folder to a path, by their texts.
+pub(crate) fn way(folder: &Path, path: &Path) -> PathBuf {
     let common = folder.components().zip(path.components()).take_while(|(one, other)| one == other).count();
     let up = folder.components().skip(common).map(|_| Component::ParentDir);
-    slashed(&up.chain(path.components().skip(common)).collect::<PathBuf>())
+    up.chain(path.components().skip(common)).collect()
+}
+
+fn relative(folder: &Path, path: &Path) -> String {
+    slashed(&way(folder, path))
 }
 
 fn slashed(path: &Path) -> String {

@@ -198,13 +198,7 @@ fn names(
             continue;
         }
         found.extend(tokens_of(db, project, decl).iter().filter_map(|it| {
-            let whole = map.range_of(it.id)?;
-            let range = match it.segment {
-                None => whole,
-                Some(index) => {
-                    segment(text.get(std::ops::Range::<usize>::from(whole))?, index)? + whole.start()
-                }
-            };
+            let range = segment(text, map.range_of(it.id)?, it.segment)?;
             Some(SemanticToken { range, kind: TokenKind::Name(it.kind), modifiers: it.modifiers })
         }));
     }

@@ -1,7 +1,7 @@
 //! From what has a type to that type: a message's file for a value, the component of an instance, the operation of a
 //! handler, the shell of a component or a core, the architecture of a deployment.
 
-use mauve_hir::item_tree::{Data, Kind, SourceId, TypeRef};
+use mauve_hir::item_tree::{Data, SourceId, TypeRef};
 use mauve_hir::{Decl, File, Location, ModelDb, Project, Workspace, data, package};
 use mauve_syntax::TextSize;
 
@@ -99,7 +99,6 @@ fn type_part(db: &dyn ModelDb, decl: Decl<'_>, id: SourceId) -> Option<SourceId>
         Data::Deployment(deployment) if id == SourceId(0) => deployment.targets.first().map(|ty| ty.id),
         Data::Use | Data::Component(_) | Data::Deployment(_) => None,
     }
-    .filter(|_| decl.kind(db) != Kind::Use)
 }
 
 #[cfg(test)]

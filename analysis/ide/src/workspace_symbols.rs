@@ -4,12 +4,11 @@ use std::cmp::Reverse;
 use std::collections::HashSet;
 
 use mauve_hir::item_tree::{Data, Kind};
-use mauve_hir::{Decl, File, Location, ModelDb, Workspace, declarations, is_model, item_tree_of, parse};
+use mauve_hir::{Decl, File, Location, ModelDb, Workspace, declarations, is_model, item_tree_of};
 use mauve_syntax::TextRange;
-use mauve_syntax::ast::{self, AstNode as _};
 
 use crate::document_symbols::SymbolKind;
-use crate::occurrences::{kind_of, kind_of_feature};
+use crate::occurrences::{kind_of, kind_of_feature, libraries};
 
 /// A declaration that was looked for.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -137,9 +136,7 @@ impl<'db> Search<'_, 'db> {
         if !tree.libraries.iter().any(|name| fits(name)) {
             return;
         }
-        for item in parse(db, file).file().items() {
-            let ast::Item::Library(library) = item else { continue };
-            let Some(name) = library.name().map(|name| name.syntax().clone()) else { continue };
+        for (_, name) in libraries(db, file) {
             let range = name.text_range();
             let known = tree.libraries.iter().find(|known| name.text() == known.as_str());
             if let Some(known) = known {

@@ -5,12 +5,11 @@
 use std::path::PathBuf;
 
 use mauve_hir::item_tree::{Kind, Name};
-use mauve_hir::{Decl, ModelDb, Workspace, declarations, package, parse, source_map};
+use mauve_hir::{Decl, ModelDb, Workspace, declarations, package, source_map};
 use mauve_syntax::SyntaxKind::*;
-use mauve_syntax::{SyntaxKind, SyntaxNode, comment_above};
+use mauve_syntax::SyntaxNode;
 
-use crate::hover::{fields, head};
-use crate::markdown;
+use crate::hover::{declaration_in, fields, shown};
 
 /// What an item stands for.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -64,23 +63,13 @@ pub fn documentation(db: &dyn ModelDb, workspaces: &[Workspace], subject: &Subje
             };
             let mut found = declarations(db, file).all.iter().zip(maps);
             let (_, map) = found.find(|(decl, _)| is_it(decl))?;
-            let root = parse(db, file).syntax();
-            let all =
-                root.text_range().contains_range(map.range).then(|| root.covering_element(map.range))?;
-            let all = all.ancestors().find(|node| !is_name(node.kind()))?;
-            let node = match member {
-                Some(member) => member_of(&all, member)?,
-                None => all,
-            };
-            let comment = markdown::comment(&comment_above(&node));
-            let comment = if comment.is_empty() { String::new() } else { format!("\n{comment}\n") };
-            Some(markdown::block("mauve", &head(&node)) + &comment)
+            let all = declaration_in(db, file, map.range)?;
+            match member {
+                Some(member) => Some(shown(&member_of(&all, member)?)),
+                None => Some(shown(&all)),
+            }
         }
     }
-}
-
-fn is_name(kind: SyntaxKind) -> bool {
-    matches!(kind, NAME | NAME_REF)
 }
 
 /// What declares `name` in `of`.

@@ -1,6 +1,6 @@
 //! The paths of the models that an `include` may name.
 
-use std::path::{Component, Path, PathBuf};
+use std::path::Path;
 
 use mauve_hir::{File, ModelDb, Project, includes, is_model};
 use mauve_syntax::SyntaxKind::*;
@@ -8,6 +8,7 @@ use mauve_syntax::{SyntaxNode, TextRange, TextSize};
 
 use super::position::before;
 use super::{Completion, CompletionKind, Completions};
+use crate::rename_files::way;
 
 /// The paths that fit where the cursor is; none where that is no `include`.
 pub(super) fn paths(
@@ -28,7 +29,7 @@ pub(super) fn paths(
             let is_near = path.starts_with(workspace.folder(db));
             let shown = match by_model_path.filter(|_| !is_near) {
                 Some(path) => path.to_path_buf(),
-                None => relative(folder, path),
+                None => way(folder, path),
             };
             let shown = shown.display().to_string();
             if other == file || found.items.iter().any(|item| item.label == shown) {
@@ -74,13 +75,6 @@ fn path_at(root: &SyntaxNode, offset: TextSize) -> Option<(TextRange, bool)> {
     is_include.then_some((range, false))
 }
 
-/// The way from a folder to a file, by their texts.
-fn relative(folder: &Path, file: &Path) -> PathBuf {
-    let same = folder.components().zip(file.components()).take_while(|(one, other)| one == other).count();
-    let up = folder.components().skip(same).map(|_| Component::ParentDir);
-    up.chain(file.components().skip(same)).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -111,7 +105,7 @@ mod tests {
             ("/a/b", "/a/c/d.mal", "../c/d.mal"),
             ("/", "/x.mal", "x.mal"),
         ] {
-            assert_eq!(relative(Path::new(folder), Path::new(file)), Path::new(expected));
+            assert_eq!(way(Path::new(folder), Path::new(file)), Path::new(expected));
         }
     }
 }

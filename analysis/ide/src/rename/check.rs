@@ -18,7 +18,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use super::{Renaming, shown, text_of};
 use crate::change::Change;
 use crate::document_symbols::SymbolKind;
-use crate::occurrences::{Definition, Found, escaped_in, names_in};
+use crate::occurrences::{Definition, Found, Role, escaped_in, is_of_value, names_in};
 use crate::project::projects_with;
 use crate::references::files_of;
 
@@ -133,19 +133,7 @@ impl<'db> Renaming<'_, 'db> {
         }
         // The types of values are none of ours.
         let ty = parent.parent().filter(|node| node.kind() == SyntaxKind::TYPE);
-        let of_value = ty.and_then(|ty| ty.parent()).is_some_and(|of| {
-            matches!(
-                of.kind(),
-                SyntaxKind::CODEL
-                    | SyntaxKind::PARAM
-                    | SyntaxKind::PROPERTY
-                    | SyntaxKind::PORT
-                    | SyntaxKind::OPERATION_DECLARATION
-                    | SyntaxKind::VAR
-                    | SyntaxKind::RESULT_TYPE
-            )
-        });
-        !of_value || matches!(self.thing.definition, Definition::Library(_))
+        !ty.is_some_and(|ty| is_of_value(&ty)) || matches!(self.thing.definition, Definition::Library(_))
     }
 
     /// Does a word of a model stand for nothing, whoever reads it? All that it could stand for is known there, and what is
@@ -246,12 +234,11 @@ impl<'db> Renaming<'_, 'db> {
             {
                 *library = self.new_name.to_owned();
             }
-            let seen = (shift.moved(file, name.range.start()), key, format!("{:?}", name.role));
-            before.push((seen, name.range));
+            before.push(((shift.moved(file, name.range.start()), key, name.role), name.range));
         }
         let after = names_in(scratch, new_project, new_file).into_iter().map(|name| {
             let key = DefinitionKey::of(scratch, &name.definition, &|_, at| at);
-            ((name.range.start(), key, format!("{:?}", name.role)), name.range)
+            ((name.range.start(), key, name.role), name.range)
         });
         let after: Vec<(Seen, TextRange)> = after.collect();
         let of =
@@ -329,7 +316,7 @@ fn errors<'db>(
 }
 
 /// A name, wherever it stands in the new text: what it stands for, and what it does.
-type Seen = (TextSize, DefinitionKey, String);
+type Seen = (TextSize, DefinitionKey, Role);
 
 /// What a name stands for, in words that mean the same in two databases.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
