@@ -48,6 +48,13 @@ pub struct CodeAction<'db> {
     pub change: Option<Change>,
 }
 
+impl CodeAction<'_> {
+    fn new(kind: ActionKind, title: impl Into<String>) -> Self {
+        let title = title.into();
+        CodeAction { title, kind, preferred: false, mends: Vec::new(), disabled: None, change: None }
+    }
+}
+
 /// The kinds of action.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum ActionKind {
@@ -185,25 +192,14 @@ impl<'db> Actions<'_, 'db> {
         title: impl Into<String>,
         change: impl FnOnce() -> C,
     ) {
-        let title = title.into();
-        self.push(
-            CodeAction { title, kind, preferred: false, mends: Vec::new(), disabled: None, change: None },
-            change,
-        );
+        self.push(CodeAction::new(kind, title), change);
     }
 
     /// Says why an action that may be expected here cannot be done.
     pub(crate) fn refuse(&mut self, kind: ActionKind, title: impl Into<String>, reason: impl Into<String>) {
-        let (title, disabled) = (title.into(), Some(reason.into()));
         if self.wants(kind) {
-            self.found.push(CodeAction {
-                title,
-                kind,
-                preferred: false,
-                mends: Vec::new(),
-                disabled,
-                change: None,
-            });
+            let disabled = Some(reason.into());
+            self.found.push(CodeAction { disabled, ..CodeAction::new(kind, title) });
         }
     }
 
@@ -214,9 +210,8 @@ impl<'db> Actions<'_, 'db> {
         title: impl Into<String>,
         change: impl FnOnce() -> C,
     ) {
-        let (title, mends) = (title.into(), vec![finding.clone()]);
-        let kind = ActionKind::QuickFix;
-        self.push(CodeAction { title, kind, preferred: false, mends, disabled: None, change: None }, change);
+        let mends = vec![finding.clone()];
+        self.push(CodeAction { mends, ..CodeAction::new(ActionKind::QuickFix, title) }, change);
     }
 
     /// [`Actions::offer`] for an action of any kind. One that is there already is not offered again.
@@ -310,6 +305,12 @@ impl<'db> Actions<'_, 'db> {
         }
         TextRange::at(range.start() + TextSize::new(before as u32), TextSize::new(length as u32))
     }
+}
+
+/// Returns `wanted`, or else `wanted2`, `wanted3`, …: the first that is free.
+pub(crate) fn free_name(wanted: &str, is_free: impl Fn(&str) -> bool) -> String {
+    let numbered = (2..).map(|number| format!("{wanted}{number}"));
+    std::iter::once(wanted.to_owned()).chain(numbered).find(|name| is_free(name)).unwrap_or_default()
 }
 
 /// The white space with which the line begins that `offset` is in.

@@ -28,14 +28,15 @@ use std::collections::BTreeSet;
 
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Decl, File, ModelDb, Project, Workspace, declaration_at, is_model, parse};
+use mauve_syntax::ast::AstNode;
 use mauve_syntax::format::Replacement;
-use mauve_syntax::{SyntaxKind, TextRange, TextSize};
+use mauve_syntax::{SyntaxKind, SyntaxToken, TextRange, TextSize};
 
 pub use documentation::{Subject, documentation};
 
 use crate::program::Scope;
 use crate::project::projects_with;
-use position::Position;
+use position::{Position, without_path};
 
 /// More than these are not shown at once: the next letter finds others.
 const MOST_ITEMS: usize = 400;
@@ -263,16 +264,18 @@ impl<'a, 'db> Completer<'a, 'db> {
     }
 
     fn complete(&mut self) {
+        let (rest, path) = without_path(&self.at.item);
+        let kinds: Vec<SyntaxKind> = rest.iter().map(SyntaxToken::kind).collect();
         match self.at.list.kind() {
-            SyntaxKind::SHELL => self.shell_item(),
-            SyntaxKind::CORE => self.core_item(),
-            SyntaxKind::STATE_MACHINE => self.state_machine_item(),
+            SyntaxKind::SHELL => self.shell_item(&kinds, &path),
+            SyntaxKind::CORE => self.core_item(&kinds, &path),
+            SyntaxKind::STATE_MACHINE => self.state_machine_item(&kinds, &path),
             SyntaxKind::STATE => self.state_item(),
-            SyntaxKind::BLOCK => self.statement(),
-            SyntaxKind::ARCHITECTURE => self.architecture_item(),
-            SyntaxKind::DEPLOYMENT => self.deployment_item(),
+            SyntaxKind::BLOCK => self.statement(&kinds, &path),
+            SyntaxKind::ARCHITECTURE => self.architecture_item(&kinds, &path),
+            SyntaxKind::DEPLOYMENT => self.deployment_item(&kinds, &path),
             SyntaxKind::ACTIVITY => self.activity_field(),
-            _ => self.declaration(),
+            _ => self.declaration(&kinds, &path),
         }
     }
 
@@ -288,6 +291,12 @@ impl<'a, 'db> Completer<'a, 'db> {
     fn skeleton(&mut self, keyword: &str, snippet: &str) {
         let shown = plain(snippet).split_whitespace().collect::<Vec<_>>().join(" ");
         self.add(Completion::new(CompletionKind::Skeleton, keyword).snippet(snippet).note(shown));
+    }
+
+    /// Returns the texts of these names, but for the one at the cursor.
+    fn others<N: AstNode>(&self, names: impl Iterator<Item = N>) -> Vec<String> {
+        let others = names.filter(|name| name.syntax().text_range() != self.at.word);
+        others.map(|name| name.syntax().text().to_string()).collect()
     }
 
     fn scope(&self) -> Scope<'db> {

@@ -4,7 +4,7 @@ use mauve_diagnostics::Finding;
 use mauve_syntax::ast::{self, AstNode as _};
 
 use super::program::{Programs, bare};
-use super::{Actions, indentation, put};
+use super::{Actions, free_name, indentation, put};
 
 pub(super) fn offer<'db>(actions: &mut Actions<'_, 'db>, finding: &Finding<'db>) {
     let (db, file) = (actions.db, actions.question.file);
@@ -51,9 +51,7 @@ fn signature(programs: &Programs<'_>, call: &ast::CallExpr) -> Option<String> {
             ast::Expr::NameExpr(name) => name.syntax().text().to_string(),
             _ => "value".to_owned(),
         };
-        let numbered = (2..).map(|number| format!("{wanted}{number}"));
-        let mut all = std::iter::once(wanted.clone()).chain(numbered);
-        let name = all.find(|name| !names.contains(name))?;
+        let name = free_name(&wanted, |name| !names.iter().any(|it| it == name));
         parameters.push(format!("in {name}: {}", programs.written_type(&argument)?));
         names.push(name);
     }

@@ -31,13 +31,10 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
         let fixes = &finding.diagnostic.fixes;
         for fix in fixes {
             let action = CodeAction {
-                title: fix.title.clone(),
-                kind: ActionKind::QuickFix,
                 // An editor may do it unasked: so where there are several ways, or where it is a guess, none is.
                 preferred: fixes.len() == 1 && CLEAR.contains(&finding.diagnostic.code.name),
                 mends: vec![(*finding).clone()],
-                disabled: None,
-                change: None,
+                ..CodeAction::new(ActionKind::QuickFix, fix.title.clone())
             };
             actions.push(action, || Change::of_fix(db, fix));
         }
@@ -87,7 +84,7 @@ fn only_fix<'a, 'db>(finding: &'a Finding<'db>) -> Option<&'a Fix<'db>> {
 fn offer_all<'db>(actions: &mut Actions<'_, 'db>, title: String, kind: ActionKind, all: &[&Finding<'db>]) {
     let db = actions.db;
     let mends = all.iter().map(|it| (*it).clone()).collect();
-    let action = CodeAction { title, kind, preferred: false, mends, disabled: None, change: None };
+    let action = CodeAction { mends, ..CodeAction::new(kind, title) };
     actions.push(action, || {
         let mut change = Change::default();
         for fix in all.iter().filter_map(|it| only_fix(it)) {

@@ -83,12 +83,8 @@ fn inlined(
         return Err("it is assigned to later".to_owned());
     }
     // `var half: double = 1 / 2` is 0.0, whatever is done with it; and `half / 2` would be another division.
-    let mut variables = programs.semantics.inference.variables();
-    let declared = variables.find(|(_, it)| {
-        it.kind == VariableKind::Local
-            && mauve_hir::Location::Source(programs.semantics.core, it.name.id).range(programs.db) == name
-    });
-    let declared = declared.map(|(_, it)| &it.ty);
+    let declared = programs.variable(definition).filter(|it| it.kind == VariableKind::Local);
+    let declared = declared.map(|it| &it.ty);
     if declared.is_none() || declared == Some(&Type::Unknown) || programs.type_of(&inner) != declared {
         return Err("its value is converted to another type".to_owned());
     }
@@ -102,7 +98,7 @@ fn inlined(
         let place = expression_at(&block, only.range).ok_or_else(lost)?;
         let may_be_put_there = statement_of(place.syntax()).as_ref() == Some(&next)
             && programs.comes_first(&next, &place)
-            && !changes_beside(programs, &next, &place, &inner);
+            && !programs.changes_beside(inner.syntax(), next.text_range(), only.range);
         if !may_be_put_there {
             return Err(
                 "its value calls something, and what reads it is not the first thing that is executed then"
@@ -129,8 +125,11 @@ fn inlined(
     if operands.iter().any(|it| it.role == Role::Read)
         && calls_own.into_iter().any(|it| programs.calls_own_operation(&it))
     {
-        let locals = |it: &&&Found<'_>| is_local(programs, it);
-        if operands.iter().filter(|it| it.role == Role::Read).any(|it| !locals(&it)) {
+        let is_local = |it: &&Found<'_>| {
+            let kind = programs.variable(&it.definition).map(|it| it.kind);
+            matches!(kind, Some(VariableKind::Local | VariableKind::Parameter(_)))
+        };
+        if operands.iter().filter(|it| it.role == Role::Read).any(|it| !is_local(it)) {
             return Err("an operation that is called meanwhile may change what it is made of".to_owned());
         }
     }
@@ -148,30 +147,6 @@ fn inlined(
         edits.push(Replacement { range: it.range, text });
     }
     Ok(edits)
-}
-
-/// Would what `value` changes be read beside `place`, in the statement that it is put into?
-fn changes_beside(
-    programs: &Programs<'_>,
-    statement: &SyntaxNode,
-    place: &ast::Expr,
-    value: &ast::Expr,
-) -> bool {
-    let changed: Vec<_> =
-        programs.names_in(value.syntax().text_range()).filter(|it| it.role != Role::Read).collect();
-    let any = programs.calls_own_operation(value.syntax());
-    let others = programs.names_in(statement.text_range());
-    others
-        .filter(|it| it.range != place.syntax().text_range() && it.role == Role::Read)
-        .any(|other| any || changed.iter().any(|it| it.definition == other.definition))
-}
-
-fn is_local(programs: &Programs<'_>, name: &Found<'_>) -> bool {
-    let Definition::At(place) = &name.definition else { return false };
-    programs.semantics.inference.variables().any(|(_, it)| {
-        matches!(it.kind, VariableKind::Local | VariableKind::Parameter(_))
-            && mauve_hir::Location::Source(programs.semantics.core, it.name.id) == *place
-    })
 }
 
 /// The expression that a name is.

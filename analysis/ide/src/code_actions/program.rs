@@ -1,11 +1,15 @@
 //! What the refactorings of programs ask of a core: what its names stand for, and what its expressions give.
 
-use mauve_hir::item_tree::{Direction, SourceId};
-use mauve_hir::{Binding, Builtin, Callee, ModelDb, Project, Semantics, Type, codel};
+use mauve_hir::item_tree::{Direction, Name, SourceId, TypeRef};
+use mauve_hir::{
+    Binding, Builtin, Callee, File, Location, ModelDb, Project, Semantics, Type, VariableOf, codel, shell,
+    shell_of, type_of,
+};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{NodeOrToken, SyntaxKind, SyntaxNode, TextRange, is_whole};
 
-use crate::occurrences::{Found, Role, in_declaration};
+use super::free_name;
+use crate::occurrences::{Definition, Found, Role, in_declaration};
 
 /// A core whose programs are whole, and all of whose names mean something.
 pub(super) struct Programs<'db> {
@@ -21,7 +25,7 @@ impl<'db> Programs<'db> {
     pub(super) fn of(
         db: &'db dyn ModelDb,
         project: Project<'db>,
-        file: mauve_hir::File,
+        file: File,
         node: &ast::Core,
     ) -> Option<Programs<'db>> {
         let it = Programs::with_unknown(db, project, file, node)?;
@@ -32,7 +36,7 @@ impl<'db> Programs<'db> {
     pub(super) fn with_unknown(
         db: &'db dyn ModelDb,
         project: Project<'db>,
-        file: mauve_hir::File,
+        file: File,
         node: &ast::Core,
     ) -> Option<Programs<'db>> {
         let semantics = Semantics::at(db, project, file, node.syntax().text_range())?;
@@ -49,9 +53,9 @@ impl<'db> Programs<'db> {
     fn written_type_of(&self, name: &ast::NameRef) -> Option<String> {
         match self.semantics.binding(name)? {
             Binding::Variable(id) => self.written(&self.semantics.inference.variable(id)?.ty, None),
-            Binding::Feature(shell, index) => {
-                let declared = mauve_hir::shell(self.db, shell)?.features.get(index)?.ty.as_ref();
-                let ty = mauve_hir::type_of(self.db, self.project, shell, declared);
+            Binding::Feature(of, index) => {
+                let declared = shell(self.db, of)?.features.get(index)?.ty.as_ref();
+                let ty = type_of(self.db, self.project, of, declared);
                 self.written(&ty, declared.map(|it| it.path.clone()))
             }
         }
@@ -91,7 +95,7 @@ impl<'db> Programs<'db> {
                 match self.semantics.callee(&call)? {
                     Callee::Codel(of) => {
                         let ty = codel(self.db, of)?.parameters.get(index)?.ty.as_ref()?;
-                        let found = mauve_hir::type_of(self.db, self.project, of, Some(ty));
+                        let found = type_of(self.db, self.project, of, Some(ty));
                         self.written(&found, Some(ty.path.clone()))
                     }
                     Callee::Builtin(Builtin::Read | Builtin::Write) if index == 1 => {
@@ -126,10 +130,10 @@ impl<'db> Programs<'db> {
     }
 
     /// How a type is written in this core; `declared` is how it is written elsewhere.
-    fn written(&self, ty: &Type, declared: Option<Vec<mauve_hir::item_tree::Name>>) -> Option<String> {
-        let is_written = |path: Vec<mauve_hir::item_tree::Name>| {
-            let it = mauve_hir::item_tree::TypeRef { path, id: SourceId(0) };
-            let found = mauve_hir::type_of(self.db, self.project, self.semantics.core, Some(&it));
+    fn written(&self, ty: &Type, declared: Option<Vec<Name>>) -> Option<String> {
+        let is_written = |path: Vec<Name>| {
+            let it = TypeRef { path, id: SourceId(0) };
+            let found = type_of(self.db, self.project, self.semantics.core, Some(&it));
             (found == *ty).then(|| it.to_string())
         };
         let declared = declared.and_then(is_written);
@@ -157,6 +161,13 @@ impl<'db> Programs<'db> {
         output().unwrap_or(false)
     }
 
+    /// Returns the variable that a definition is, where it is one of this core.
+    pub(super) fn variable(&self, definition: &Definition<'db>) -> Option<&'db VariableOf> {
+        let Definition::At(place) = definition else { return None };
+        let is_it = |it: &VariableOf| Location::Source(self.semantics.core, it.name.id) == *place;
+        self.semantics.inference.variables().map(|(_, it)| it).find(|it| is_it(it))
+    }
+
     /// The names within `range`.
     pub(super) fn names_in(&self, range: TextRange) -> impl Iterator<Item = &Found<'db>> {
         self.names.iter().filter(move |name| range.contains_range(name.range))
@@ -172,13 +183,11 @@ impl<'db> Programs<'db> {
         let tokens = node.syntax().descendants_with_tokens().filter_map(NodeOrToken::into_token);
         let words: Vec<String> =
             tokens.filter(|it| it.kind().is_word()).map(|it| it.text().to_owned()).collect();
-        let shell = mauve_hir::shell_of(self.db, self.project, self.semantics.core);
+        let shell = shell_of(self.db, self.project, self.semantics.core);
         let features = shell.map(|shell| mauve_hir::features_of(self.db, self.project, shell));
-        let is_taken = |name: &str| {
-            words.iter().any(|word| word == name) || features.is_some_and(|it| it.get(name).is_some())
-        };
-        let numbered = (2..).map(|number| format!("{wanted}{number}"));
-        std::iter::once(wanted.to_owned()).chain(numbered).find(|name| !is_taken(name)).unwrap_or_default()
+        free_name(wanted, |name| {
+            !words.iter().any(|word| word == name) && features.is_none_or(|it| it.get(name).is_none())
+        })
     }
 
     /// Is `expr` what `statement` executes first, once and in any case, so that it may as well be executed right before?
@@ -210,14 +219,17 @@ impl<'db> Programs<'db> {
             let of = call.syntax().text_range();
             !of.contains_range(range) && !range.contains_range(of)
         });
-        if is_conditional || beside {
-            return false;
-        }
-        let changes_anything = self.calls_own_operation(expr.syntax());
-        let changed: Vec<_> = self.names_in(range).filter(|it| it.role != Role::Read).collect();
-        let mut others = self.names_in(at_once.text_range()).filter(|it| !range.contains_range(it.range));
-        !others.any(|other| {
-            other.role == Role::Read
+        !is_conditional && !beside && !self.changes_beside(expr.syntax(), at_once.text_range(), range)
+    }
+
+    /// Whether `value`, executed at `place`, changes what is read elsewhere in `statement`.
+    pub(super) fn changes_beside(&self, value: &SyntaxNode, statement: TextRange, place: TextRange) -> bool {
+        let changes_anything = self.calls_own_operation(value);
+        let changed = self.names_in(value.text_range()).filter(|it| it.role != Role::Read);
+        let changed: Vec<_> = changed.collect();
+        let mut read = self.names_in(statement).filter(|it| it.role == Role::Read);
+        read.any(|other| {
+            !place.contains_range(other.range)
                 && (changes_anything || changed.iter().any(|it| it.definition == other.definition))
         })
     }

@@ -1,6 +1,6 @@
 //! What is still to be written: a core for a shell, a component of a core and its shell.
 
-use mauve_hir::item_tree::{FeatureKind, Kind, Name};
+use mauve_hir::item_tree::{FeatureKind, Kind};
 use mauve_hir::{
     Decl, File, ModelDb, Project, core_of, declaration_at, features_of, names_of, operation_skeleton,
     shell_of,
@@ -8,7 +8,7 @@ use mauve_hir::{
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxNode, TextRange, is_whole};
 
-use super::{ActionKind, Actions, indentation, put};
+use super::{ActionKind, Actions, free_name, indentation, put};
 use crate::Change;
 
 pub(super) fn offer(actions: &mut Actions<'_, '_>) {
@@ -47,7 +47,7 @@ fn core_for(
     if features.completeness.is_incomplete() || features.cycle {
         return None;
     }
-    let name = free_name(db, project, decl, Kind::Core, "Shell", "Core");
+    let name = name_for(db, project, decl, Kind::Core, "Shell", "Core");
     let mut text = format!("core {name}({}) {{\n", decl.name(db));
     for (name, features) in &features.by_name {
         let provided = features.first().filter(|it| it.kind == FeatureKind::Provided);
@@ -74,7 +74,7 @@ fn component_of(
     if components.any(|it| core_of(db, project, it) == Some(decl)) {
         return None;
     }
-    let name = free_name(db, project, decl, Kind::Component, "Core", "");
+    let name = name_for(db, project, decl, Kind::Component, "Core", "");
     let shell = core.ty()?.syntax().text().to_string();
     let text = format!("component {name}({shell}, {})", decl.name(db));
     Some(Ok(behind(db, file, core.syntax(), &text)))
@@ -85,7 +85,7 @@ fn decl_of<'db>(db: &'db dyn ModelDb, file: File, node: &SyntaxNode) -> Option<D
 }
 
 /// The name of `of` with another ending, or with a number behind, that no declaration of that kind has.
-fn free_name(
+fn name_for(
     db: &dyn ModelDb,
     project: Project<'_>,
     of: Decl<'_>,
@@ -95,14 +95,8 @@ fn free_name(
 ) -> String {
     let name = of.name(db).as_str();
     let stem = name.strip_suffix(ending).filter(|stem| !stem.is_empty()).unwrap_or(name);
-    let names = names_of(db, project);
-    let is_free = |name: &String| {
-        let found = names.in_library(of.library(db).as_ref(), kind, &Name::from(name.as_str()));
-        found.is_empty()
-    };
-    let wanted = format!("{stem}{other}");
-    let numbered = (2..).map(|number| format!("{wanted}{number}"));
-    std::iter::once(wanted.clone()).chain(numbered).find(is_free).unwrap_or_default()
+    let (names, library) = (names_of(db, project), of.library(db).as_ref());
+    free_name(&format!("{stem}{other}"), |name| names.in_library(library, kind, &name.into()).is_empty())
 }
 
 /// A declaration behind another one.

@@ -9,25 +9,22 @@ use mauve_hir::{
 };
 use mauve_syntax::SyntaxKind::{self, *};
 
-use super::position::without_path;
 use super::{Completer, Completion, CompletionKind, Subject};
 
 impl<'db> Completer<'_, 'db> {
-    pub(super) fn architecture_item(&mut self) {
-        let (rest, path) = without_path(&self.at.item);
-        let kinds: Vec<_> = rest.iter().map(|token| token.kind()).collect();
+    pub(super) fn architecture_item(&mut self, kinds: &[SyntaxKind], path: &[&str]) {
         let Some(decl) = self.decl else { return };
-        match kinds.as_slice() {
+        match kinds {
             [] if path.is_empty() => self.architecture_items(),
-            [IMPORT_KW] => self.declared(Kind::Architecture, &path),
-            [INSTANCE_KW, _, COLON] => self.declared(Kind::Component, &path),
-            [CONNECTION_KW] => self.sources(decl, FeatureKind::Output, &path),
-            [OPERATION_KW] => self.sources(decl, FeatureKind::Provided, &path),
+            [IMPORT_KW] => self.declared(Kind::Architecture, path),
+            [INSTANCE_KW, _, COLON] => self.declared(Kind::Component, path),
+            [CONNECTION_KW] => self.sources(decl, FeatureKind::Output, path),
+            [OPERATION_KW] => self.sources(decl, FeatureKind::Provided, path),
             [CONNECTION_KW, .., ARROW] | [CONNECTION_KW, .., ARROW, L_BRACK, INT_NUMBER, R_BRACK] => {
-                self.targets_of(decl, FeatureKind::Output, &path);
+                self.targets_of(decl, FeatureKind::Output, path);
             }
-            [OPERATION_KW, .., ARROW] => self.targets_of(decl, FeatureKind::Provided, &path),
-            [PROPERTY_KW | CONSTANT_KW, ..] => self.setting(decl, &kinds, &path),
+            [OPERATION_KW, .., ARROW] => self.targets_of(decl, FeatureKind::Provided, path),
+            [PROPERTY_KW | CONSTANT_KW, ..] => self.setting(decl, kinds, path),
             _ => {}
         }
         if !kinds.is_empty() && self.at.may_begin {

@@ -7,17 +7,15 @@ use mauve_hir::item_tree::{FeatureKind, HookKind, MethodKind};
 use mauve_syntax::SyntaxKind::{self, *};
 use mauve_syntax::ast::{self, AstNode as _};
 
-use super::position::{ends_operand, without_path};
+use super::position::ends_operand;
 use super::{Completer, Completion, CompletionKind, Subject};
 use crate::program::{Expected, parameters_text, result_text};
 
 impl Completer<'_, '_> {
-    pub(super) fn core_item(&mut self) {
-        let (rest, path) = without_path(&self.at.item);
-        let kinds: Vec<_> = rest.iter().map(|token| token.kind()).collect();
-        match kinds.as_slice() {
+    pub(super) fn core_item(&mut self, kinds: &[SyntaxKind], path: &[&str]) {
+        match kinds {
             [] if path.is_empty() => self.core_items(),
-            [VAR_KW, ..] => self.variable(&kinds, &path),
+            [VAR_KW, ..] => self.variable(kinds, path),
             [HANDLER_KW, _, COLON] if path.is_empty() => self.operations(FeatureKind::Required),
             [PROVIDE_KW] if path.is_empty() => self.provided(""),
             [PROVIDE_KW, _, L_PAREN, ..] => self.signature(),
@@ -96,12 +94,10 @@ impl Completer<'_, '_> {
         }
     }
 
-    pub(super) fn state_machine_item(&mut self) {
-        let (rest, path) = without_path(&self.at.item);
-        let kinds: Vec<_> = rest.iter().map(|token| token.kind()).collect();
-        match kinds.as_slice() {
+    pub(super) fn state_machine_item(&mut self, kinds: &[SyntaxKind], path: &[&str]) {
+        match kinds {
             [] if path.is_empty() => self.state_machine_items(),
-            [VAR_KW, ..] => self.variable(&kinds, &path),
+            [VAR_KW, ..] => self.variable(kinds, path),
             [INITIAL_KW] => self.keyword("state"),
             [STATE_KW] | [INITIAL_KW, STATE_KW] => self.missing_states(),
             _ => {}
@@ -134,10 +130,7 @@ impl Completer<'_, '_> {
     /// The names of the states of the machine around the cursor.
     fn states(&self) -> Vec<String> {
         let Some(machine) = self.at.around(STATE_MACHINE) else { return Vec::new() };
-        let states = machine.children().filter_map(ast::State::cast);
-        let names = states.filter_map(|state| state.name());
-        let names = names.filter(|name| name.syntax().text_range() != self.at.word);
-        names.map(|name| name.syntax().text().to_string()).collect()
+        self.others(machine.children().filter_map(ast::State::cast).filter_map(|state| state.name()))
     }
 
     pub(super) fn state_item(&mut self) {

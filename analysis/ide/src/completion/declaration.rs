@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use mauve_hir::item_tree::{Direction, Kind, Name};
 use mauve_hir::{catalogue, names_of};
-use mauve_syntax::SyntaxKind::*;
+use mauve_syntax::SyntaxKind::{self, *};
 use mauve_syntax::ast::{self, AstNode as _};
 
 use super::position::without_path;
@@ -12,23 +12,20 @@ use super::{Completer, Completion, CompletionKind, may_be};
 
 impl Completer<'_, '_> {
     /// A declaration, or a part of one before its `{`.
-    pub(super) fn declaration(&mut self) {
-        let item = &self.at.item;
-        let (rest, path) = without_path(item);
-        let kinds: Vec<_> = rest.iter().map(|token| token.kind()).collect();
-        match kinds.as_slice() {
+    pub(super) fn declaration(&mut self, kinds: &[SyntaxKind], path: &[&str]) {
+        match kinds {
             [] if path.is_empty() => self.declarations(),
             [USE_KW] => self.use_(),
             [CODEL_KW, _, L_PAREN, ..] => self.signature(),
             [SHELL_KW, _] => self.keyword("extends"),
             [SHELL_KW, _, EXTENDS_KW] | [SHELL_KW, _, EXTENDS_KW, .., COMMA] => {
-                self.declared(Kind::Shell, &path)
+                self.declared(Kind::Shell, path)
             }
-            [CORE_KW, _, L_PAREN] | [COMPONENT_KW, _, L_PAREN] => self.declared(Kind::Shell, &path),
-            [COMPONENT_KW, _, L_PAREN, .., COMMA] => self.cores(&path),
+            [CORE_KW, _, L_PAREN] | [COMPONENT_KW, _, L_PAREN] => self.declared(Kind::Shell, path),
+            [COMPONENT_KW, _, L_PAREN, .., COMMA] => self.cores(path),
             _ => {}
         }
-        if !item.is_empty() && self.at.may_begin {
+        if !self.at.item.is_empty() && self.at.may_begin {
             self.declarations();
         }
     }

@@ -5,11 +5,10 @@ use std::fmt::Write as _;
 
 use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{Decl, Type, deployment, likely_declaration};
-use mauve_syntax::SyntaxKind::*;
+use mauve_syntax::SyntaxKind::{self, *};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::keywords::{ActivityField, BACKGROUND};
 
-use super::position::without_path;
 use super::{Completer, Completion, CompletionKind};
 
 /// What is said of an activity, and what each means.
@@ -21,16 +20,14 @@ const FIELDS: [(ActivityField, &str); 4] = [
 ];
 
 impl<'db> Completer<'_, 'db> {
-    pub(super) fn deployment_item(&mut self) {
-        let (rest, path) = without_path(&self.at.item);
-        let kinds: Vec<_> = rest.iter().map(|token| token.kind()).collect();
-        match kinds.as_slice() {
+    pub(super) fn deployment_item(&mut self, kinds: &[SyntaxKind], path: &[&str]) {
+        match kinds {
             [] if path.is_empty() => self.deployment_items(),
-            [ARCHITECTURE_KW] => self.declared(Kind::Architecture, &path),
+            [ARCHITECTURE_KW] => self.declared(Kind::Architecture, path),
             [ACTIVITY_KW] if path.is_empty() => self.activities(""),
             [PROPERTY_KW | CONSTANT_KW, ..] => {
                 if let Some(target) = self.target() {
-                    self.setting(target, &kinds, &path);
+                    self.setting(target, kinds, path);
                 }
             }
             _ => {}
@@ -77,9 +74,8 @@ impl<'db> Completer<'_, 'db> {
     fn without_activity(&self) -> Vec<(Name, Option<Decl<'db>>)> {
         let Some(target) = self.target() else { return Vec::new() };
         let activities = self.at.list.children().filter_map(ast::Activity::cast);
-        let names = activities.filter_map(|activity| activity.name_ref());
-        let names = names.filter(|name| name.syntax().text_range() != self.at.word);
-        let known: BTreeSet<String> = names.map(|name| name.syntax().text().to_string()).collect();
+        let known: BTreeSet<String> =
+            self.others(activities.filter_map(|activity| activity.name_ref())).into_iter().collect();
         let all = self.instances(target).into_iter();
         let missing = all.filter(|(name, ..)| !known.contains(name.as_str()));
         missing.map(|(name, component, _)| (name, component)).collect()
@@ -118,12 +114,10 @@ impl<'db> Completer<'_, 'db> {
     /// The fields that the activity does not have.
     fn fields(&mut self) {
         let fields = self.at.list.children().filter_map(ast::Field::cast);
-        let names = fields.filter_map(|field| field.name_ref());
-        let names = names.filter(|name| name.syntax().text_range() != self.at.word);
-        let known: BTreeSet<String> = names.map(|name| name.syntax().text().to_string()).collect();
+        let known = self.others(fields.filter_map(|field| field.name_ref()));
         for (rank, (field, note)) in FIELDS.into_iter().enumerate() {
             let name = field.keyword();
-            if !known.contains(name) {
+            if !known.iter().any(|known| known == name) {
                 let item = Completion::new(CompletionKind::Property, name).note(note).rank(rank as u8);
                 self.add(if self.at.right == EQ { item } else { item.snippet(format!("{name} = $1")) });
             }

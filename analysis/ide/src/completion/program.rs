@@ -2,24 +2,22 @@
 
 use mauve_hir::item_tree::{Direction, FeatureKind, Kind};
 use mauve_hir::{Builtin, Operand, Type, VariableKind, VariableOf};
-use mauve_syntax::SyntaxKind::*;
+use mauve_syntax::SyntaxKind::{self, *};
 
-use super::position::{ends_operand, without_path};
+use super::position::ends_operand;
 use super::{Completer, Completion, CompletionKind, Subject};
 use crate::program::{Callable, Expected, Scope, subject, written_type};
 
 impl<'db> Completer<'_, 'db> {
-    pub(super) fn statement(&mut self) {
-        let (rest, path) = without_path(&self.at.item);
-        let kinds: Vec<_> = rest.iter().map(|token| token.kind()).collect();
+    pub(super) fn statement(&mut self, kinds: &[SyntaxKind], path: &[&str]) {
         if let [IF_KW, .., last] = self.at.before.iter().map(|it| it.kind()).collect::<Vec<_>>().as_slice()
             && ends_operand(*last)
         {
             self.then();
         }
-        match kinds.as_slice() {
+        match kinds {
             [] if path.is_empty() => self.statements(),
-            [VAR_KW, _, COLON, ..] => self.variable(&kinds, &path),
+            [VAR_KW, _, COLON, ..] => self.variable(kinds, path),
             // A program does not look into a message.
             _ if !path.is_empty() => {}
             [IF_KW, .., last] if ends_operand(*last) && self.is_condition() => self.then(),

@@ -2,24 +2,21 @@
 
 use mauve_hir::item_tree::FeatureKind;
 use mauve_hir::{Type, built_in_type};
-use mauve_syntax::SyntaxKind::*;
+use mauve_syntax::SyntaxKind::{self, *};
 use mauve_syntax::keywords::{CallStatus, PortStatus, TruthValue};
 
-use super::position::without_path;
 use super::{Completer, Completion, CompletionKind};
 use crate::program::Expected;
 
 impl Completer<'_, '_> {
-    pub(super) fn shell_item(&mut self) {
-        let (rest, path) = without_path(&self.at.item);
-        let kinds: Vec<_> = rest.iter().map(|token| token.kind()).collect();
-        match kinds.as_slice() {
+    pub(super) fn shell_item(&mut self, kinds: &[SyntaxKind], path: &[&str]) {
+        match kinds {
             [] if path.is_empty() => self.shell_items(),
             [INPUT_KW | OUTPUT_KW] => self.keyword("port"),
             [REQUIRE_KW | PROVIDE_KW, _, L_PAREN, ..] => self.signature(),
-            [INPUT_KW | OUTPUT_KW, _, _, COLON] => self.types(&path, false),
+            [INPUT_KW | OUTPUT_KW, _, _, COLON] => self.types(path, false),
             [CONSTANT_KW | PROPERTY_KW, _, COLON] => {
-                self.types(&path, false);
+                self.types(path, false);
                 // Only a number has an interval; and hardly any message is a property.
                 let has_interval = self.at.right == L_BRACK;
                 let is_number = |name: &str| built_in_type(name).is_some_and(|ty| ty.is_number());

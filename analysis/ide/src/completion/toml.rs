@@ -39,21 +39,16 @@ pub(super) fn completions(
         What::Value(key) if is_config => toml.config_values(&place.section, key),
         What::Value(key) => toml.table_values(key),
     };
-    if matches!(place.what, What::Key) {
-        items.retain(|item| !place.given.contains(&item.label));
-        for item in &mut items {
-            let is_bare =
-                item.label.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"-_".contains(&byte));
-            if !is_bare || place.is_quoted {
-                item.insert = format!("\"{}\"", item.label);
-            }
+    let is_key = matches!(place.what, What::Key);
+    items.retain(|item| !is_key || !place.given.contains(&item.label));
+    for item in &mut items {
+        let is_bare = item.label.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"-_".contains(&byte));
+        if is_key && (!is_bare || place.is_quoted) {
+            item.insert = format!("\"{}\"", item.label);
         }
-    }
-    for item in items.iter_mut().filter(|_| place.is_quoted) {
-        item.filter = Some(item.insert.clone());
-    }
-    if matches!(place.what, What::Key) && !place.has_value && !place.is_quoted {
-        for item in &mut items {
+        if place.is_quoted {
+            item.filter = Some(item.insert.clone());
+        } else if is_key && !place.has_value {
             item.filter = Some(item.label.clone());
             item.insert += " = ";
         }
@@ -114,25 +109,18 @@ impl Location {
     /// None in comments, and in numbers.
     fn at(text: &str, offset: usize) -> Option<Location> {
         let (mut section, mut open_key, mut depth) = (String::new(), String::new(), 0_i32);
-        let mut place: Option<Location> = None;
+        let mut here: Option<Location> = None;
         let mut sections = BTreeSet::new();
         let mut keys: Vec<(String, String)> = Vec::new();
         let mut line_start = 0;
-        for line in text.split_inclusive('\n') {
-            let is_here = place.is_none() && (line_start..line_start + line.len()).contains(&offset)
-                || place.is_none()
-                    && offset == text.len()
-                    && line_start + line.len() == offset
-                    && !line.ends_with('\n');
+        for line in text.split('\n') {
+            let is_here = (line_start..=line_start + line.len()).contains(&offset);
             if is_here {
                 let before = line.get(..offset - line_start)?;
-                place = Some(Location::in_line(line, before, line_start, depth > 0, &open_key)?);
-                if let Some(place) = &mut place {
-                    place.section.clone_from(&section);
-                }
+                let place = Location::in_line(line, before, line_start, depth > 0, &open_key)?;
+                here = Some(Location { section: section.clone(), ..place });
             }
-            let content = without_comment(line.trim_end());
-            let trimmed = content.trim();
+            let trimmed = without_comment(line).trim();
             let assigned = equals(trimmed);
             if depth == 0 && trimmed.starts_with('[') && assigned.is_none() {
                 section = trimmed.trim_matches(['[', ']']).trim().to_owned();
@@ -150,20 +138,12 @@ impl Location {
                 depth += brackets(trimmed);
             }
             depth = depth.max(0);
-            line_start += line.len();
+            line_start += line.len() + 1;
         }
-        let mut place = match place {
-            Some(place) => place,
-            // The last line is empty.
-            None => {
-                let mut place = Location::in_line("", "", text.len(), depth > 0, &open_key)?;
-                place.section.clone_from(&section);
-                place
-            }
-        };
-        place.given = keys.into_iter().filter(|(of, _)| *of == place.section).map(|(_, key)| key).collect();
-        place.sections = sections;
-        Some(place)
+        let mut here = here?;
+        let given = keys.into_iter().filter(|(of, _)| *of == here.section);
+        here.given = given.map(|(_, key)| key).collect();
+        Some(Location { sections, ..here })
     }
 
     fn in_line(line: &str, before: &str, line_start: usize, goes_on: bool, key: &str) -> Option<Location> {
@@ -217,38 +197,33 @@ impl Location {
     }
 }
 
-/// A line up to its comment.
-fn without_comment(line: &str) -> &str {
+/// Returns the letters that stand in no string.
+fn outside_strings(line: &str) -> impl Iterator<Item = (usize, char)> {
     let mut in_string = false;
-    let end = line.char_indices().find(|(_, letter)| {
+    line.char_indices().filter(move |(_, letter)| {
         in_string ^= *letter == '"';
-        *letter == '#' && !in_string
-    });
+        !in_string
+    })
+}
+
+fn without_comment(line: &str) -> &str {
+    let end = outside_strings(line).find(|(_, letter)| *letter == '#');
     end.and_then(|(at, _)| line.get(..at)).unwrap_or(line)
 }
 
-/// Where the `=` between key and value is.
+/// Returns where the `=` between key and value is.
 fn equals(line: &str) -> Option<usize> {
-    let mut in_string = false;
-    let found = line.char_indices().find(|(_, letter)| {
-        in_string ^= *letter == '"';
-        *letter == '=' && !in_string
-    });
-    found.map(|(at, _)| at)
+    outside_strings(line).find(|(_, letter)| *letter == '=').map(|(at, _)| at)
 }
 
-/// How many more brackets open than close.
+/// Returns how many more brackets open than close.
 fn brackets(value: &str) -> i32 {
-    let mut in_string = false;
-    let one = |letter: char| {
-        in_string ^= letter == '"';
-        match letter {
-            '[' if !in_string => 1,
-            ']' if !in_string => -1,
-            _ => 0,
-        }
+    let one = |(_, letter)| match letter {
+        '[' => 1,
+        ']' => -1,
+        _ => 0,
     };
-    value.chars().map(one).sum()
+    outside_strings(value).map(one).sum()
 }
 
 fn unquoted(key: &str) -> String {
