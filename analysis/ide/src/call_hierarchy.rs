@@ -139,11 +139,9 @@ pub fn outgoing_calls(db: &dyn ModelDb, workspaces: &[Workspace], file: File, id
     found.calls
 }
 
-/// Calls as they are found, by who calls or is called.
 #[derive(Default)]
 struct Collected {
     calls: Vec<Calls>,
-    /// Where each item is among them, by what tells it from all others.
     index: FxHashMap<(File, TextRange, String), usize>,
     known: FxHashSet<(usize, TextRange)>,
 }
@@ -169,7 +167,6 @@ enum Node<'db> {
     Program(Program<'db>),
 }
 
-/// A program of a core.
 #[derive(Clone)]
 struct Program<'db> {
     core: Decl<'db>,
@@ -214,7 +211,6 @@ impl<'db> Program<'db> {
         }
     }
 
-    /// The operation that it defines.
     fn operation(&self, db: &'db dyn ModelDb, project: Project<'db>) -> Option<Definition<'db>> {
         let mut defined = definitions_in(db, project, self.core).iter();
         let is_it = |id: SourceId| Location::Source(self.core, id).range(db) == self.name_range;
@@ -222,7 +218,6 @@ impl<'db> Program<'db> {
     }
 }
 
-/// The operations that the programs of a core define, with their names there, in the order of its parts.
 #[salsa::tracked(returns(ref))]
 fn definitions_in<'db>(
     db: &'db dyn ModelDb,
@@ -239,7 +234,6 @@ fn definitions_in<'db>(
     defined.map(|it| (it.definition.clone(), it.id)).collect()
 }
 
-/// The programs of a project by the operations that they define: cores, with the names there.
 #[salsa::tracked(returns(ref))]
 fn definitions<'db>(
     db: &'db dyn ModelDb,
@@ -254,7 +248,6 @@ fn definitions<'db>(
     found
 }
 
-/// The program that defines an operation, by its name.
 fn definition_at<'db>(db: &'db dyn ModelDb, name: &Location<'db>) -> Option<Program<'db>> {
     let &Location::Source(core, _) = name else { return None };
     let (range, tree) = (name.range(db), parse(db, core.file(db)).syntax());
@@ -357,7 +350,6 @@ fn provided<'db>(db: &'db dyn ModelDb, project: Project<'db>, operation: &Defini
     }
 }
 
-/// The programs of cores that define an operation.
 fn provided_by<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -367,7 +359,6 @@ fn provided_by<'db>(
     names.filter_map(|name| definition_at(db, name))
 }
 
-/// The programs of a core, in the order of the text.
 fn programs_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Vec<Program<'db>> {
     let name = Location::name_of(of).range(db);
     let tree = parse(db, of.file(db)).syntax();

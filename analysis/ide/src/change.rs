@@ -88,7 +88,6 @@ impl Change {
         Some(change)
     }
 
-    /// The same with lines that end as those of each file do.
     pub(crate) fn with_line_ends(mut self, db: &dyn ModelDb) -> Change {
         for of in &mut self.files {
             let text = of.file.text(db);

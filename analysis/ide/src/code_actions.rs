@@ -149,11 +149,9 @@ pub fn code_actions<'db>(
     actions.found
 }
 
-/// What is asked, and what was found so far: what an offer is given.
 pub(crate) struct Actions<'a, 'db> {
     pub(crate) db: &'db dyn ModelDb,
     pub(crate) workspaces: &'a [Workspace],
-    /// Those that have the file.
     pub(crate) projects: Vec<Project<'db>>,
     pub(crate) question: ActionQuestion<'a>,
     findings: OnceCell<Rc<[Finding<'db>]>>,
@@ -161,12 +159,10 @@ pub(crate) struct Actions<'a, 'db> {
 }
 
 impl<'db> Actions<'_, 'db> {
-    /// Is this kind asked for? Otherwise there is nothing to look for.
     pub(crate) fn wants(&self, kind: ActionKind) -> bool {
         self.question.kinds.contains(&kind)
     }
 
-    /// What is wrong in the file, each thing once.
     pub(crate) fn findings(&self) -> Rc<[Finding<'db>]> {
         let all = || {
             let mut found: Vec<Finding<'db>> = Vec::new();
@@ -195,7 +191,6 @@ impl<'db> Actions<'_, 'db> {
         self.push(CodeAction::new(kind, title), change);
     }
 
-    /// Says why an action that may be expected here cannot be done.
     pub(crate) fn refuse(&mut self, kind: ActionKind, title: impl Into<String>, reason: impl Into<String>) {
         if self.wants(kind) {
             let disabled = Some(reason.into());
@@ -203,7 +198,6 @@ impl<'db> Actions<'_, 'db> {
         }
     }
 
-    /// Offers what mends a finding, beside its own fixes.
     pub(crate) fn mend<C: Into<Option<Change>>>(
         &mut self,
         finding: &Finding<'db>,
@@ -266,7 +260,6 @@ impl<'db> Actions<'_, 'db> {
         }
     }
 
-    /// The tree of the file.
     pub(crate) fn root(&self) -> SyntaxNode {
         parse(self.db, self.question.file).syntax()
     }
@@ -284,7 +277,6 @@ impl<'db> Actions<'_, 'db> {
         covering.ancestors().find_map(N::cast)
     }
 
-    /// The word that is selected, or that the cursor is at.
     pub(crate) fn selected_name(&self) -> Option<SyntaxToken> {
         let range = self.selected();
         let tokens = self.root().token_at_offset(range.start());
@@ -292,7 +284,6 @@ impl<'db> Actions<'_, 'db> {
         tokens.clone().right_biased().filter(is_it).or_else(|| tokens.left_biased().filter(is_it))
     }
 
-    /// What is selected, without the white space round it.
     pub(crate) fn selected(&self) -> TextRange {
         let text = self.question.file.text(self.db);
         let all = TextRange::up_to(TextSize::of(&**text));
@@ -313,7 +304,6 @@ pub(crate) fn free_name(wanted: &str, is_free: impl Fn(&str) -> bool) -> String 
     std::iter::once(wanted.to_owned()).chain(numbered).find(|name| is_free(name)).unwrap_or_default()
 }
 
-/// The white space with which the line begins that `offset` is in.
 pub(crate) fn indentation(text: &str, offset: TextSize) -> &str {
     let before = text.get(..usize::from(offset)).unwrap_or_default();
     let line = text.get(before.rfind('\n').map_or(0, |at| at + 1)..).unwrap_or_default();
@@ -338,7 +328,6 @@ pub(crate) fn with_line(text: &str, range: TextRange) -> TextRange {
     TextRange::new(((start - back) as u32).into(), ((end + forth) as u32).into())
 }
 
-/// A change that puts `text` at `offset`.
 pub(crate) fn put(file: File, offset: TextSize, text: String) -> Change {
     let mut change = Change::default();
     change.replace(file, Replacement { range: TextRange::empty(offset), text });

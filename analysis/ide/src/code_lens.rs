@@ -195,7 +195,6 @@ fn instances(db: &dyn ModelDb, workspaces: &[Workspace], of: Decl<'_>) -> Option
     Some(Lens { title, action: (!places.is_empty()).then_some(LensAction::Show(places)) })
 }
 
-/// The instances of a project by their components, in the order of the declarations.
 #[salsa::tracked(returns(ref))]
 fn instances_by_component<'db>(
     db: &'db dyn ModelDb,

@@ -146,7 +146,6 @@ impl Completion {
         self
     }
 
-    /// Text with places to fill in, which a plain client gets filled in.
     pub(crate) fn snippet(mut self, snippet: impl Into<String>) -> Completion {
         let snippet = snippet.into();
         self.insert = plain(&snippet);
@@ -221,7 +220,6 @@ pub fn completions(db: &dyn ModelDb, workspaces: &[Workspace], file: File, offse
     finish(found, at.word, &at.prefix)
 }
 
-/// Sorts what was found, and leaves out what is too much.
 fn finish(mut found: Completions, replaced: TextRange, prefix: &str) -> Completions {
     if found.items.len() > MOST_ITEMS {
         found.items.retain(|item| may_be(prefix, item.filter.as_ref().unwrap_or(&item.label)));
@@ -242,15 +240,12 @@ pub(crate) fn may_be(typed: &str, name: &str) -> bool {
     typed.chars().all(|typed| letters.any(|letter| letter == typed.to_ascii_lowercase()))
 }
 
-/// Finds what may stand at a position, as one project sees it.
 pub(crate) struct Completer<'a, 'db> {
     db: &'db dyn ModelDb,
     project: Project<'db>,
     file: File,
     at: &'a Position,
-    /// The declaration around the cursor.
     decl: Option<Decl<'db>>,
-    /// The library around the cursor.
     library: Option<Name>,
     found: Vec<Completion>,
     incomplete: bool,
@@ -287,7 +282,6 @@ impl<'a, 'db> Completer<'a, 'db> {
         self.add(Completion::new(CompletionKind::Keyword, keyword));
     }
 
-    /// A keyword with all that belongs to it.
     fn skeleton(&mut self, keyword: &str, snippet: &str) {
         let shown = plain(snippet).split_whitespace().collect::<Vec<_>>().join(" ");
         self.add(Completion::new(CompletionKind::Skeleton, keyword).snippet(snippet).note(shown));
@@ -304,7 +298,6 @@ impl<'a, 'db> Completer<'a, 'db> {
     }
 }
 
-/// The name of the library around a position.
 pub(crate) fn library_at(at: &Position) -> Option<Name> {
     let library = at.around(SyntaxKind::LIBRARY)?;
     let name = library.children().find(|node| node.kind() == SyntaxKind::NAME)?;

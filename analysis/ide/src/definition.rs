@@ -59,7 +59,6 @@ pub(crate) fn definition_of<'db>(
     })
 }
 
-/// Where these names lead, each target once; nothing where they lead nowhere.
 pub(crate) fn destination<'db>(
     names: &[(Project<'db>, Found<'db>)],
     mut targets: impl FnMut(Project<'db>, &Found<'db>) -> Vec<Target>,
@@ -69,7 +68,6 @@ pub(crate) fn destination<'db>(
     (!targets.is_empty()).then(|| Navigation { origin: first.range, targets, files: Vec::new() })
 }
 
-/// Adds the files that these names lead to, each file once.
 pub(crate) fn with_files<'db>(
     mut found: Option<Navigation>,
     names: &[(Project<'db>, Found<'db>)],
@@ -86,7 +84,6 @@ pub(crate) fn with_files<'db>(
     found
 }
 
-/// The names at `offset` in each project that has the file.
 pub(crate) fn names<'db>(
     db: &'db dyn ModelDb,
     workspaces: &[Workspace],

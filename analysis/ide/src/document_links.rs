@@ -104,7 +104,6 @@ fn configured(db: &dyn ModelDb, workspace: Workspace, file: File, links: &mut Ve
     }
 }
 
-/// The link of a quoted path.
 fn link(
     db: &dyn ModelDb,
     workspace: Workspace,

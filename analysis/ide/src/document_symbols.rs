@@ -199,7 +199,6 @@ impl Symbol {
     }
 }
 
-/// The text of a node on one line.
 fn line(node: &SyntaxNode) -> String {
     let text = node.text().to_string();
     text.split_whitespace().collect::<Vec<_>>().join(" ")

@@ -9,13 +9,10 @@ use mauve_timing::{Method, Status, Time, worst_trace};
 use mauve_wcrt::{ActivityReport, Priority, Psm, Query, Reason, Report, Verdict, psm_at, psm_of, worst_path};
 use rustc_hash::FxHashSet;
 
-/// How many periods of the worst trace are shown.
 const SHOWN_PERIODS: usize = 12;
 
-/// Of so many others the explanation tells.
 const MOST_INTERFERENCE: usize = 100;
 
-/// How many iterations of a search are shown: the first, and the last.
 const SHOWN_ITERATIONS: usize = 12;
 
 /// Explains the response time of an activity of `report`.
@@ -51,7 +48,6 @@ pub fn explain_response_of<'db>(
     explain(db, report, activity, query, &origin)
 }
 
-/// Where a report comes from.
 struct Origin<'a> {
     /// Is real-time throttling on, where somebody said so?
     throttling: Option<bool>,
@@ -229,7 +225,6 @@ fn own_time(
     }
 }
 
-/// The worst consecutive periods of the activity's own machine.
 fn trace(out: &mut String, psm: &Psm<'_>) {
     let Some(edges) = worst_trace(&psm.machine, SHOWN_PERIODS) else { return };
     let edges: Vec<_> = edges.iter().filter_map(|&edge| psm.machine.edges().get(edge)).collect();

@@ -58,7 +58,6 @@ pub fn folding_ranges(db: &dyn ModelDb, file: File) -> Vec<FoldingRange> {
 struct Finder<'a> {
     text: &'a str,
     found: Vec<FoldingRange>,
-    /// Where the regions begin that are open.
     regions: Vec<TextRange>,
     /// What stands before has been looked at, of comments and of includes.
     passed: mauve_syntax::TextSize,
@@ -122,7 +121,6 @@ impl Finder<'_> {
     }
 }
 
-/// The braces or parentheses of a node.
 fn brackets(node: &SyntaxNode) -> Option<(SyntaxToken, SyntaxToken)> {
     let tokens = || node.children_with_tokens().filter_map(NodeOrToken::into_token);
     // A core has parentheses too, and they are not what is folded.
@@ -137,7 +135,6 @@ fn brackets(node: &SyntaxNode) -> Option<(SyntaxToken, SyntaxToken)> {
     None
 }
 
-/// The node that follows in the next line, with nothing between.
 fn follower(node: &SyntaxNode) -> Option<SyntaxNode> {
     let mut next = node.next_sibling_or_token();
     while let Some(SyntaxElement::Token(token)) = &next {
@@ -152,7 +149,6 @@ fn follower(node: &SyntaxNode) -> Option<SyntaxNode> {
     next.and_then(NodeOrToken::into_node)
 }
 
-/// The comment in the line below this one, if that has nothing else in it.
 fn comment_below(comment: &SyntaxToken) -> Option<SyntaxToken> {
     let white = comment.next_token().filter(|white| white.kind() == SyntaxKind::WHITESPACE)?;
     let is_next_line = white.text().matches('\n').count() == 1;

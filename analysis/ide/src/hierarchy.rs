@@ -27,7 +27,6 @@ pub struct HierarchyItem {
     pub id: String,
 }
 
-/// A declaration as a node.
 pub(crate) fn item_of(db: &dyn ModelDb, decl: Decl<'_>, kind: SymbolKind) -> Option<HierarchyItem> {
     let at = of_declaration(db, decl)?;
     Some(HierarchyItem {
@@ -41,13 +40,11 @@ pub(crate) fn item_of(db: &dyn ModelDb, decl: Decl<'_>, kind: SymbolKind) -> Opt
     })
 }
 
-/// The words that a declaration is known by in its file.
 pub(crate) fn id_of(db: &dyn ModelDb, decl: Decl<'_>) -> String {
     let library = decl.library(db).as_ref().map_or("-", Name::as_str);
     format!("{} {library} {} {}", decl.kind(db), decl.name(db), decl.nth(db))
 }
 
-/// The declaration of a file that is known by these words, and the words behind them.
 pub(crate) fn declaration_of<'db, 'a>(
     db: &'db dyn ModelDb,
     file: File,

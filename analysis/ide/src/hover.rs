@@ -21,7 +21,6 @@ use crate::markdown;
 use crate::occurrences::{Definition, is_of_value};
 use crate::project::{each_once, in_projects, projects_with};
 
-/// So many lines of a message are shown.
 const MOST_LINES: usize = 60;
 
 /// What is shown about a place.
@@ -90,7 +89,6 @@ fn of_activity(
     (!explanations.is_empty()).then_some((name, explanations))
 }
 
-/// The declaration that a name stands for: its head, the comment above it, and, of a codel, its times.
 fn of_name(db: &dyn ModelDb, workspaces: &[Workspace], file: File, offset: TextSize) -> Option<Hover> {
     let names = names(db, workspaces, file, offset);
     let found = definition_of(db, &names)?;
@@ -116,7 +114,6 @@ fn of_name(db: &dyn ModelDb, workspaces: &[Workspace], file: File, offset: TextS
     (!markdown.is_empty()).then_some(Hover { range: found.origin, markdown })
 }
 
-/// The message that the type at `offset` is: its package, its fields, and where it is from.
 fn of_message(db: &dyn ModelDb, projects: &[Project<'_>], file: File, offset: TextSize) -> Option<Hover> {
     if !mauve_hir::is_model(file.path(db)) {
         return None;
@@ -136,7 +133,6 @@ fn of_message(db: &dyn ModelDb, projects: &[Project<'_>], file: File, offset: Te
     (!shown.is_empty()).then(|| Hover { range: ty.syntax().text_range(), markdown: shown.concat() })
 }
 
-/// A message as a `.msg` file has it.
 pub(crate) fn fields(package: &Package, name: &str, message: &Message) -> String {
     let fields = message.fields.iter().map(ToString::to_string);
     let lines: Vec<String> = fields.chain(message.constants.iter().map(ToString::to_string)).collect();
@@ -170,7 +166,6 @@ pub(crate) fn shown(declaration: &SyntaxNode) -> String {
     if comment.is_empty() { head } else { format!("{head}\n{comment}\n") }
 }
 
-/// What the tables say that a codel takes, level by level.
 fn times<'db>(db: &'db dyn ModelDb, project: Project<'db>, codel: Decl<'db>) -> String {
     let table = timetable_of(db, project);
     let shown = Query::shown(db, project).level;

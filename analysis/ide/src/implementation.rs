@@ -76,7 +76,6 @@ fn in_tables<'db>(db: &'db dyn ModelDb, project: Project<'db>, codel: Decl<'db>)
     found
 }
 
-/// What cores do for an operation that their shell provides.
 pub(crate) fn definitions<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,

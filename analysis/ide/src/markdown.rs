@@ -3,7 +3,6 @@
 //! An editor shows it unasked, where somebody only points at a name. So it loads no picture, has no link but to an address
 //! that stands there as it is, no HTML, and no code that goes on behind the text that it is in.
 
-/// A text as code in a line.
 pub(crate) fn code(text: &str) -> String {
     let text = text.replace(char::is_control, "\u{fffd}");
     let fence = "`".repeat(longest_run(&text) + 1);
@@ -11,7 +10,6 @@ pub(crate) fn code(text: &str) -> String {
     format!("{fence}{space}{text}{space}{fence}")
 }
 
-/// A text as a block of code, in a language that an editor may have colours for.
 pub(crate) fn block(language: &str, text: &str) -> String {
     let fence = "`".repeat(longest_run(text).max(2) + 1);
     format!("{fence}{language}\n{}\n{fence}\n", text.trim_end_matches('\n'))
@@ -38,7 +36,6 @@ pub(crate) fn comment(text: &str) -> String {
     out.trim_end().to_owned()
 }
 
-/// What begins a block of code, and the language that is named there.
 fn fence(line: &str) -> Option<(&str, &str)> {
     let line = line.trim();
     let sign = line.chars().next().filter(|sign| matches!(sign, '`' | '~'))?;
@@ -50,7 +47,6 @@ fn fence(line: &str) -> Option<(&str, &str)> {
     is_fence.then_some((fence, language.unwrap_or_default()))
 }
 
-/// Ends this line a block of code that begins with `fence`?
 fn is_end(line: &str, fence: &str) -> bool {
     let line = line.trim();
     line.starts_with(fence) && run(line) == line.len()
@@ -122,7 +118,6 @@ fn code_span(line: &str) -> Option<&str> {
     }
 }
 
-/// Could there be a link, a picture or a tag in it?
 fn is_active(text: &str) -> bool {
     text.contains("](") || text.contains("]:") || text.split('<').skip(1).any(|it| it.starts_with(begins_tag))
 }
@@ -138,7 +133,6 @@ fn run(text: &str) -> usize {
     text.chars().take_while(|sign| Some(*sign) == first).count()
 }
 
-/// The longest run of backticks in a text.
 fn longest_run(text: &str) -> usize {
     text.split(|c: char| c != '`').map(str::len).max().unwrap_or_default()
 }

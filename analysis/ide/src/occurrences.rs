@@ -24,26 +24,20 @@ use crate::document_symbols::SymbolKind;
 /// What a name refers to: two names refer to the same definition where these are equal.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
 pub(crate) enum Definition<'db> {
-    /// A declaration.
     Declaration(Decl<'db>),
     /// Something that is declared in one, by the place of its name there.
     At(Location<'db>),
     /// A library, all of whose blocks are meant.
     Library(Name),
-    /// A package of messages.
     Package(Name),
-    /// A message of a package.
     Message(Name, Name),
     /// A type that is built in, or that `mauve.toml` declares.
     Type(Name),
-    /// A file.
     File(File),
 }
 
-/// What a name does with what it stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) enum Role {
-    /// It declares it.
     Declaration,
     /// It says what it does: an operation of a core, which the core's shell declares.
     Definition,
@@ -59,12 +53,10 @@ pub(crate) enum Role {
 /// A name of a declaration.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
 pub(crate) struct Occurrence<'db> {
-    /// Where it stands.
     pub(crate) id: SourceId,
     /// Where a part is `library.Name`: which of them.
     pub(crate) segment: Option<usize>,
     pub(crate) definition: Definition<'db>,
-    /// What it stands for is one of these.
     pub(crate) kind: SymbolKind,
     pub(crate) role: Role,
 }
@@ -73,7 +65,6 @@ pub(crate) struct Occurrence<'db> {
 #[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
 pub(crate) struct Found<'db> {
     pub(crate) file: File,
-    /// The declaration that it is part of, if any.
     pub(crate) of: Option<Decl<'db>>,
     /// Without quotes.
     pub(crate) range: TextRange,
@@ -107,7 +98,6 @@ pub(crate) fn names_at<'db>(
     found
 }
 
-/// All names of a file, as `project` understands them, in the order of the text.
 pub(crate) fn names_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, file: File) -> Vec<Found<'db>> {
     let mut found = match mauve_hir::is_model(file.path(db)) {
         true => {
@@ -135,7 +125,6 @@ pub(crate) fn escaped_in<'db>(
     escaped.map(|it| (it.range, it.definition.clone())).collect()
 }
 
-/// The names of a declaration with their places.
 pub(crate) fn in_declaration<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -146,7 +135,6 @@ pub(crate) fn in_declaration<'db>(
 }
 
 impl<'db> Occurrence<'db> {
-    /// This name of `decl`, with its place.
     pub(crate) fn found(&self, db: &'db dyn ModelDb, decl: Decl<'db>) -> Option<Found<'db>> {
         let whole = Location::Source(decl, self.id).range(db);
         let range = segment(decl.file(db).text(db), whole, self.segment)?;
@@ -167,7 +155,6 @@ pub(crate) fn segment(text: &str, whole: TextRange, index: Option<usize>) -> Opt
     Some(range_of(&range) + whole.start())
 }
 
-/// The names of includes and library blocks.
 pub(crate) fn outside_declarations<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -208,7 +195,6 @@ fn mention(file: File, range: TextRange, definition: Definition<'_>, kind: Symbo
     Found { file, of: None, range, definition, kind, role: Role::Mention }
 }
 
-/// A range without the quotes that it begins and ends with.
 fn unquoted(text: &str, range: TextRange) -> TextRange {
     let quoted = text.get(std::ops::Range::<usize>::from(range)).filter(|quoted| quoted.len() >= 2);
     let is_quoted = quoted.is_some_and(|it| it.starts_with(['"', '\'']) && it.ends_with(['"', '\'']));
@@ -216,7 +202,6 @@ fn unquoted(text: &str, range: TextRange) -> TextRange {
     if is_quoted { TextRange::new(range.start() + quote, range.end() - quote) } else { range }
 }
 
-/// The names of a declaration, in the order of its parts.
 #[salsa::tracked(returns(ref))]
 pub(crate) fn occurrences_of<'db>(
     db: &'db dyn ModelDb,
@@ -249,7 +234,6 @@ impl<'db> Finder<'db> {
         }
     }
 
-    /// A name that declares itself.
     fn declares(&mut self, name: &NameRef, kind: SymbolKind) {
         self.add(name, Definition::At(Location::Source(self.of, name.id)), kind, Role::Declaration);
     }
@@ -293,7 +277,6 @@ impl<'db> Finder<'db> {
         self.add(&name, declaration, kind, Role::Declaration);
     }
 
-    /// A library of the project, or else a package of messages.
     fn library(&self, name: &Name) -> (Definition<'db>, SymbolKind) {
         match names_of(self.db, self.project).has_library(name) {
             true => (Definition::Library(name.clone()), SymbolKind::Library),
@@ -308,7 +291,6 @@ impl<'db> Finder<'db> {
         }
     }
 
-    /// The name of a shell, a core, a component or an architecture.
     fn names_type(&mut self, kind: Kind, ty: Option<&TypeRef>) {
         let Some(ty) = ty else { return };
         if let [library, _] = ty.path.as_slice() {
@@ -320,7 +302,6 @@ impl<'db> Finder<'db> {
         }
     }
 
-    /// The name of the type of a value.
     fn value_type(&mut self, ty: Option<&TypeRef>) {
         let Some(ty) = ty else { return };
         let Some((name, before)) = ty.path.split_last() else { return };
@@ -440,7 +421,6 @@ impl<'db> Finder<'db> {
     }
 }
 
-/// The programs of a core.
 struct Programs<'a, 'db> {
     finder: &'a mut Finder<'db>,
     core: &'db Core,
@@ -587,7 +567,6 @@ impl<'db> Programs<'_, 'db> {
         roles
     }
 
-    /// A variable, or a feature of the shell.
     fn value(&mut self, name: &NameRef, role: Role) {
         match self.inference.binding(name.id) {
             Some(Binding::Variable(id)) => {
@@ -606,7 +585,6 @@ impl<'db> Programs<'_, 'db> {
     }
 }
 
-/// Returns the symbol of a kind of declaration.
 pub(crate) fn kind_of(kind: Kind) -> SymbolKind {
     match kind {
         Kind::Use => SymbolKind::Library,
@@ -619,7 +597,6 @@ pub(crate) fn kind_of(kind: Kind) -> SymbolKind {
     }
 }
 
-/// Returns the symbol of a kind of feature.
 pub(crate) fn kind_of_feature(kind: FeatureKind) -> SymbolKind {
     match kind {
         FeatureKind::Constant => SymbolKind::Constant,

@@ -20,10 +20,8 @@ pub(crate) struct Scope<'db> {
     pub(crate) visible: VisibleScope<'db>,
 }
 
-/// What is expected at a place in a program.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(crate) struct Expected {
-    /// A value of this type, where that is known.
     pub(crate) ty: Option<Type>,
     /// Only something that can be assigned to.
     pub(crate) is_output: bool,
@@ -35,23 +33,19 @@ pub(crate) struct Expected {
     pub(crate) nothing: bool,
 }
 
-/// Something that can be called.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Callable<'db> {
     pub(crate) name: String,
     pub(crate) parameters: Vec<CallParameter>,
     pub(crate) result: Type,
-    /// The result as it is written.
     pub(crate) result_text: String,
     /// Where it is declared: the declaration, and the name of the operation in it.
     pub(crate) declared: Option<(Decl<'db>, Option<Name>)>,
 }
 
-/// What a call takes at a place.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct CallParameter {
     pub(crate) name: String,
-    /// All of it, as a signature shows it.
     pub(crate) text: String,
     pub(crate) expected: Expected,
 }
@@ -112,12 +106,10 @@ impl<'db> Scope<'db> {
         Scope { db, project, visible: VisibleScope::at(db, project, decl, &at.list, end) }
     }
 
-    /// Returns the variables, innermost first.
     pub(crate) fn variables(&self) -> impl Iterator<Item = &'db VariableOf> {
         self.visible.variables.iter().map(|(_, variable)| *variable)
     }
 
-    /// Returns the features of a kind.
     pub(crate) fn features(
         &self,
         kind: FeatureKind,
@@ -246,7 +238,6 @@ impl<'db> Scope<'db> {
         Callable { name, parameters, result, result_text, declared }
     }
 
-    /// What the call around the cursor is of.
     pub(crate) fn called(&self, call: &Call) -> Option<Callable<'db>> {
         let brace = call.arguments.first_token();
         let first = brace.and_then(|brace| behind(brace.clone(), brace.text_range().end()));
@@ -300,7 +291,6 @@ impl<'db> Scope<'db> {
         }
     }
 
-    /// The type of the operand that ends with this token.
     fn type_of_operand(&self, last: &SyntaxToken) -> Option<Type> {
         match last.kind() {
             IDENT => self.visible.type_of_name(last.text()),
@@ -323,7 +313,6 @@ impl<'db> Scope<'db> {
 }
 
 impl Expected {
-    /// Any value.
     fn any() -> Option<Expected> {
         Some(Expected::default())
     }
@@ -334,7 +323,6 @@ impl Expected {
     }
 }
 
-/// What the place where something is declared is called.
 pub(crate) fn subject<'db>(db: &'db dyn ModelDb, callable: &Callable<'db>) -> Option<Subject> {
     callable.declared.as_ref().map(|(decl, member)| Subject::of(db, *decl, member.clone()))
 }

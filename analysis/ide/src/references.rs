@@ -158,7 +158,6 @@ fn in_project<'db>(
     found
 }
 
-/// The models of a project, and the tables and the configuration that it shares with the others of its workspace.
 pub(crate) fn files_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<File> {
     let workspace = project.workspace(db);
     let mut files = project_files(db, project).clone();

@@ -105,7 +105,6 @@ pub fn rename(
     Ok(change)
 }
 
-/// What is to be renamed, and its name: one thing, in whichever projects.
 fn the_one<'a, 'db>(
     db: &'db dyn ModelDb,
     things: &'a [(Project<'db>, Found<'db>)],
@@ -170,7 +169,6 @@ struct Renaming<'a, 'db> {
     thing: &'a Found<'db>,
     old_name: &'a str,
     new_name: &'a str,
-    /// The projects that name it.
     concerned: &'a [Project<'db>],
 }
 
@@ -195,7 +193,6 @@ impl<'db> Renaming<'_, 'db> {
         format!("{}, line {}", shown(self.db, file), line_of(self.db, file, range.start()))
     }
 
-    /// Is the new name free where this one is declared?
     fn check_free(&self, project: Project<'db>) -> Result<(), String> {
         let (db, new) = (self.db, self.new_name);
         let names = names_of(db, project);
@@ -243,7 +240,6 @@ impl<'db> Renaming<'_, 'db> {
     }
 }
 
-/// What has that name where `part` of a declaration is declared, beside it.
 fn sibling(db: &dyn ModelDb, of: Decl<'_>, id: SourceId, name: &str) -> Option<SourceId> {
     let data = data(db, of).as_deref()?;
     let spaces = name_spaces(data).into_iter();
@@ -291,7 +287,6 @@ fn text_of(db: &dyn ModelDb, file: File, range: TextRange) -> &str {
     file.text(db).get(std::ops::Range::<usize>::from(range)).unwrap_or_default()
 }
 
-/// A file as the user knows it.
 fn shown(db: &dyn ModelDb, file: File) -> String {
     file.path(db).file_name().unwrap_or_default().display().to_string()
 }

@@ -61,7 +61,6 @@ struct Moving<'a> {
 }
 
 impl Moving<'_> {
-    /// Each file once, in the order of the paths.
     fn files(&self, workspace: Workspace) -> impl Iterator<Item = (&File, &PathBuf)> {
         let files: &Arc<_> = workspace.files(self.db);
         files.iter().filter(|(path, file)| *path == file.path(self.db)).map(|(path, file)| (file, path))

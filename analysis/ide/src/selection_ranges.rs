@@ -80,14 +80,12 @@ pub fn selection_ranges(db: &dyn ModelDb, file: File, offset: TextSize) -> Vec<T
     ranges.found
 }
 
-/// Ranges around an offset that grow.
 struct Ranges {
     offset: TextSize,
     found: Vec<TextRange>,
 }
 
 impl Ranges {
-    /// Adds one, if it is around the offset, and more than the last.
     fn push(&mut self, range: TextRange) {
         let is_more = |last: &TextRange| range.contains_range(*last) && range != *last;
         if range.contains_inclusive(self.offset) && self.found.last().map_or(!range.is_empty(), is_more) {
@@ -95,7 +93,6 @@ impl Ranges {
         }
     }
 
-    /// The word in the text of a token.
     fn word(&mut self, token: &SyntaxToken) {
         let text = token.text();
         let at = usize::from(self.offset.checked_sub(token.text_range().start()).unwrap_or_default());
@@ -107,7 +104,6 @@ impl Ranges {
     }
 }
 
-/// A token without the letters of this kind at its ends.
 fn trimmed(token: &SyntaxToken, is_outside: impl Fn(char) -> bool + Copy) -> TextRange {
     let inner = token.text().trim_end_matches(is_outside);
     let before = inner.len() - inner.trim_start_matches(is_outside).len();
@@ -139,7 +135,6 @@ fn contents(node: &SyntaxNode, offset: TextSize) -> Option<(TextRange, TextRange
     Some((inside.unwrap_or(TextRange::empty(offset)), open.cover(close)))
 }
 
-/// Is it one of the things that a file or a block is made of?
 fn is_item(node: &SyntaxNode) -> bool {
     node.kind() != SyntaxKind::ERROR
         && node.parent().is_some_and(|list| match list.kind() {
@@ -151,7 +146,6 @@ fn is_item(node: &SyntaxNode) -> bool {
         })
 }
 
-/// An item with the `;` behind it.
 fn with_separator(item: &SyntaxNode) -> TextRange {
     let mut next = item.next_sibling_or_token();
     while let Some(NodeOrToken::Token(token)) = next {
@@ -164,12 +158,10 @@ fn with_separator(item: &SyntaxNode) -> TextRange {
     item.text_range()
 }
 
-/// An item, the `;` behind it, and the comments right above it.
 fn with_comments(item: &SyntaxNode) -> TextRange {
     comments_above(item).fold(with_separator(item), |range, comment| range.cover(comment.text_range()))
 }
 
-/// The comments in the lines above and below this one, with nothing between.
 fn run_of_comments(comment: &SyntaxToken) -> TextRange {
     let mut range = comment.text_range();
     if comment.kind() != SyntaxKind::LINE_COMMENT || !begins_line(comment) {
@@ -193,7 +185,6 @@ fn run_of_comments(comment: &SyntaxToken) -> TextRange {
     range
 }
 
-/// The next node beside a comment, with nothing but comments between.
 fn next_node(comment: &SyntaxToken) -> Option<SyntaxNode> {
     let mut next = comment.next_sibling_or_token();
     while let Some(NodeOrToken::Token(token)) = next {

@@ -147,12 +147,10 @@ pub fn meanings_of_names(db: &dyn ModelDb, workspaces: &[Workspace], file: File)
     hasher.finish()
 }
 
-/// Do the two have a character in common?
 fn touches(range: TextRange, token: TextRange) -> bool {
     token.start() < range.end() && range.start() < token.end()
 }
 
-/// What a name of a declaration is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, salsa::SalsaValue)]
 struct NameToken {
     id: SourceId,
@@ -234,7 +232,6 @@ fn modifiers(db: &dyn ModelDb, definition: &Definition<'_>, kind: SymbolKind, ro
     modifiers
 }
 
-/// A token by its word alone.
 fn word(token: &SyntaxToken, found: &mut Vec<SemanticToken>) {
     let mut modifiers = TokenModifiers::default();
     let parent = token.parent();

@@ -42,7 +42,6 @@ fn of_definition<'db>(
     }
 }
 
-/// The file of the message that it holds, or is.
 fn message_file<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -72,7 +71,6 @@ fn type_of<'db>(
     names.max_by_key(|it| it.segment).map(|it| it.definition.clone())
 }
 
-/// Where the type of what is named there is written.
 fn type_part(db: &dyn ModelDb, decl: Decl<'_>, id: SourceId) -> Option<SourceId> {
     let of = |ty: &Option<TypeRef>| ty.as_ref().map(|ty| ty.id);
     let parameters =

@@ -63,12 +63,10 @@ pub fn workspace_symbols(
     found.into_iter().map(|candidate| candidate.symbol(db)).collect()
 }
 
-/// A declaration whose name fits.
 struct Candidate<'db> {
     score: i32,
     name: &'db str,
     kind: SymbolKind,
-    /// The library, and the declaration.
     containers: [&'db str; 2],
     place: Location<'db>,
 }
@@ -129,7 +127,6 @@ impl<'db> Search<'_, 'db> {
         }
     }
 
-    /// The blocks of libraries, which the item tree does not know.
     fn libraries(&mut self, db: &'db dyn ModelDb, file: File) {
         let tree = item_tree_of(db, file);
         let fits = |name: &str| !name.is_empty() && score(&self.words, name, ["", ""]).is_some();

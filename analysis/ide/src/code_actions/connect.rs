@@ -9,7 +9,6 @@ use mauve_syntax::ast::{self, AstNode as _};
 
 use super::{Actions, put_into};
 
-/// So many are offered for one input, those of its name first.
 const MOST: usize = 12;
 
 pub(super) fn offer<'db>(actions: &mut Actions<'_, 'db>, finding: &Finding<'db>) {

@@ -73,7 +73,6 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
     }
 }
 
-/// The fix of what is mended in one way only.
 fn only_fix<'a, 'db>(finding: &'a Finding<'db>) -> Option<&'a Fix<'db>> {
     match finding.diagnostic.fixes.as_slice() {
         [fix] => Some(fix),

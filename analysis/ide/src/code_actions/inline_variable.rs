@@ -44,7 +44,6 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
     });
 }
 
-/// The declaration of a local variable with a first value.
 fn declaration(core: &ast::Core, programs: &Programs<'_>, definition: &Definition<'_>) -> Option<ast::Var> {
     let Definition::At(place) = definition else { return None };
     let range = place.range(programs.db);
@@ -149,7 +148,6 @@ fn inlined(
     Ok(edits)
 }
 
-/// The expression that a name is.
 fn expression_at(block: &SyntaxNode, range: TextRange) -> Option<ast::Expr> {
     block
         .descendants()
@@ -158,7 +156,6 @@ fn expression_at(block: &SyntaxNode, range: TextRange) -> Option<ast::Expr> {
         .map(ast::Expr::NameExpr)
 }
 
-/// A declaration with the `;` behind it, if any.
 fn with_semicolon(node: &SyntaxNode) -> TextRange {
     match node.last_token().and_then(|last| next_significant(&last)) {
         Some(sign) if sign.kind() == SyntaxKind::SEMICOLON => node.text_range().cover(sign.text_range()),

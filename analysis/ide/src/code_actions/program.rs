@@ -16,7 +16,6 @@ pub(super) struct Programs<'db> {
     pub(super) db: &'db dyn ModelDb,
     pub(super) project: Project<'db>,
     pub(super) semantics: Semantics<'db>,
-    /// Its names.
     pub(super) names: Vec<Found<'db>>,
 }
 
@@ -44,12 +43,10 @@ impl<'db> Programs<'db> {
         Some(Programs { db, project, semantics, names })
     }
 
-    /// The type of an expression, brackets or not.
     pub(super) fn type_of(&self, expr: &ast::Expr) -> Option<&Type> {
         self.semantics.type_of(bare(expr)?.syntax())
     }
 
-    /// How the type of what a name stands for is written in this core.
     fn written_type_of(&self, name: &ast::NameRef) -> Option<String> {
         match self.semantics.binding(name)? {
             Binding::Variable(id) => self.written(&self.semantics.inference.variable(id)?.ty, None),
@@ -111,7 +108,6 @@ impl<'db> Programs<'db> {
         }
     }
 
-    /// How the type of an expression is written in this core.
     pub(super) fn written_type(&self, expr: &ast::Expr) -> Option<String> {
         if let Some(ast::Expr::NameExpr(name)) = bare(expr)
             && let Some(written) = name.name_ref().and_then(|it| self.written_type_of(&it))
@@ -147,7 +143,6 @@ impl<'db> Programs<'db> {
         }
     }
 
-    /// Is an expression an argument that a call gives a value to?
     pub(super) fn is_output(&self, expr: &SyntaxNode) -> bool {
         let output = || {
             let list = ast::ArgumentList::cast(expr.parent()?)?;
@@ -168,7 +163,6 @@ impl<'db> Programs<'db> {
         self.semantics.inference.variables().map(|(_, it)| it).find(|it| is_it(it))
     }
 
-    /// The names within `range`.
     pub(super) fn names_in(&self, range: TextRange) -> impl Iterator<Item = &Found<'db>> {
         self.names.iter().filter(move |name| range.contains_range(name.range))
     }
@@ -178,7 +172,6 @@ impl<'db> Programs<'db> {
         calls(node).any(|call| matches!(self.semantics.callee(&call), None | Some(Callee::Operation(_))))
     }
 
-    /// A name that stands for nothing here yet.
     pub(super) fn fresh(&self, node: &ast::Core, wanted: &str) -> String {
         let tokens = node.syntax().descendants_with_tokens().filter_map(NodeOrToken::into_token);
         let words: Vec<String> =
@@ -235,7 +228,6 @@ impl<'db> Programs<'db> {
     }
 }
 
-/// The expression without the brackets round it.
 pub(super) fn bare(expr: &ast::Expr) -> Option<ast::Expr> {
     match expr {
         ast::Expr::ParenExpr(inner) => bare(&inner.expr()?),
@@ -243,12 +235,10 @@ pub(super) fn bare(expr: &ast::Expr) -> Option<ast::Expr> {
     }
 }
 
-/// The calls in a node, itself included.
 pub(super) fn calls(node: &SyntaxNode) -> impl Iterator<Item = ast::CallExpr> + use<> {
     node.descendants().filter_map(ast::CallExpr::cast)
 }
 
-/// The statement of a block that `node` is part of: where another one can be put before it.
 pub(super) fn statement_of(node: &SyntaxNode) -> Option<SyntaxNode> {
     let statement = node.ancestors().find(|it| ast::Statement::can_cast(it.kind()))?;
     (statement.parent()?.kind() == SyntaxKind::BLOCK).then_some(statement)

@@ -99,7 +99,6 @@ fn name_for(
     free_name(&format!("{stem}{other}"), |name| names.in_library(library, kind, &name.into()).is_empty())
 }
 
-/// A declaration behind another one.
 fn behind(db: &dyn ModelDb, file: File, node: &SyntaxNode, declaration: &str) -> Change {
     let indent = indentation(file.text(db), node.text_range().start());
     let lines = declaration.lines().map(|line| match line {

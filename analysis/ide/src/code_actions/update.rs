@@ -19,7 +19,6 @@ use super::{ActionKind, Actions, indentation};
 use crate::Change;
 use crate::project::name_of_root;
 
-/// What the one state is called.
 const STATE: &str = "Running";
 
 pub(super) fn offer(actions: &mut Actions<'_, '_>) {
@@ -74,7 +73,6 @@ fn to_machine(
     keys.map(|keys| with_keys(file, edits, keys)).transpose()
 }
 
-/// Returns how many behaviours a core has: `update` hooks and state machines.
 fn behaviours(core: &ast::Core) -> usize {
     let is_behaviour = |it: &ast::CoreItem| match it {
         ast::CoreItem::Hook(it) => it.update_token().is_some(),
@@ -147,7 +145,6 @@ fn to_update(
     keys.map(|keys| with_keys(file, edits, keys)).transpose()
 }
 
-/// The comments of `node` that lie in `range`, each with the line break behind it.
 fn comments_in(node: &SyntaxNode, range: TextRange) -> String {
     let tokens = node.descendants_with_tokens().filter_map(NodeOrToken::into_token);
     let comments: Vec<String> = tokens

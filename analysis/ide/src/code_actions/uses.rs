@@ -97,7 +97,6 @@ fn needed_by(db: &dyn ModelDb, project: Project<'_>, library: &Name) -> Option<B
     Some(needed)
 }
 
-/// What puts these in order.
 fn organise(text: &str, uses: &[ast::Use], is_for_nothing: impl Fn(&str) -> bool) -> Vec<Replacement> {
     let name = |it: &ast::Use| it.name_ref().map(|it| it.syntax().text().to_string()).unwrap_or_default();
     let mut edits = Vec::new();
@@ -139,7 +138,6 @@ fn has_mark(text: &str) -> bool {
     text.contains("//") || text.contains("/*")
 }
 
-/// Does `next` stand right behind `one`, in its line or in the next?
 fn follows(one: &SyntaxNode, next: &SyntaxNode) -> bool {
     let range = TextRange::new(one.text_range().end(), next.text_range().start().max(one.text_range().end()));
     let Some(parent) = one.parent() else { return false };

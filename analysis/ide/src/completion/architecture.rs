@@ -41,7 +41,6 @@ impl<'db> Completer<'_, 'db> {
         self.skeleton("import", "import ${1:Architecture}");
     }
 
-    /// The instances of an architecture, each with its component and its features, in the order of the text.
     pub(super) fn instances(&self, of: Decl<'db>) -> Vec<(Name, Option<Decl<'db>>, FeaturesByName<'db>)> {
         let (db, project) = (self.db, self.project);
         let instances = flat_of(db, project, of).instances.iter();
@@ -59,7 +58,6 @@ impl<'db> Completer<'_, 'db> {
         instances.map(instance).collect()
     }
 
-    /// An instance by its name.
     pub(super) fn of_instance(&self, of: Decl<'db>, name: &Name, component: Option<Decl<'db>>) -> Completion {
         let detail = component.map_or_else(String::new, |it| format!(": {}", it.name(self.db)));
         let flat = flat_of(self.db, self.project, of);
@@ -71,7 +69,6 @@ impl<'db> Completer<'_, 'db> {
         ))
     }
 
-    /// Where a connection may start: instances with a feature of this kind, or the features of one.
     fn sources(&mut self, of: Decl<'db>, kind: FeatureKind, path: &[&str]) {
         for (name, component, features) in self.instances(of) {
             match path {
@@ -148,7 +145,6 @@ impl<'db> Completer<'_, 'db> {
         types.map(|ty| type_of(self.db, self.project, of, ty)).collect()
     }
 
-    /// What a connection leads to already, but for the one in which the cursor is.
     fn connected(&self, of: Decl<'db>) -> BTreeSet<(Name, Name)> {
         let is_here = |link: &Link<'db>| {
             link.at.file(self.db) == self.file
@@ -197,7 +193,6 @@ impl<'db> Completer<'_, 'db> {
         }
     }
 
-    /// A property or constant that may get a value: first those that must have one.
     fn value_to_set(
         &mut self,
         of: Decl<'db>,
@@ -217,7 +212,6 @@ impl<'db> Completer<'_, 'db> {
         self.add(item);
     }
 
-    /// Has it a value, by the architecture or by what stands around the cursor?
     fn is_set(&self, of: Decl<'db>, instance: &str, name: &str) -> bool {
         let flat = flat_of(self.db, self.project, of);
         let here = self.at.list.children().filter(|node| {
@@ -234,7 +228,6 @@ impl<'db> Completer<'_, 'db> {
     }
 }
 
-/// Are these the same, as far as anybody knows?
 fn are_alike(one: &[Type], other: &[Type]) -> bool {
     one.len() == other.len() && one.iter().zip(other).all(|(one, other)| one.is(other))
 }

@@ -63,7 +63,6 @@ impl Completer<'_, '_> {
         self.provided("provide ");
     }
 
-    /// The operations that the shell provides and the core does not define yet, with all that they take.
     fn provided(&mut self, keyword: &str) {
         let scope = self.scope();
         let is_followed = self.at.right == L_PAREN;
@@ -86,7 +85,6 @@ impl Completer<'_, '_> {
         }
     }
 
-    /// The operations of this kind, by name.
     fn operations(&mut self, kind: FeatureKind) {
         for (name, of, feature) in self.scope().features(kind) {
             let item = self.of_feature(name, of, feature);
@@ -113,7 +111,6 @@ impl Completer<'_, '_> {
         self.skeleton("var", "var ${1:name}: ${2:type};");
     }
 
-    /// The states that transitions lead to and that are not there.
     fn missing_states(&mut self) {
         let targets = self.at.list.descendants().filter_map(ast::Transition::cast);
         let targets = targets.filter_map(|it| Some(it.name_ref()?.syntax().text().to_string()));
@@ -127,7 +124,6 @@ impl Completer<'_, '_> {
         }
     }
 
-    /// The names of the states of the machine around the cursor.
     fn states(&self) -> Vec<String> {
         let Some(machine) = self.at.around(STATE_MACHINE) else { return Vec::new() };
         self.others(machine.children().filter_map(ast::State::cast).filter_map(|state| state.name()))
@@ -169,7 +165,6 @@ impl Completer<'_, '_> {
         }
     }
 
-    /// The keywords of the programs and state machines in the list around the cursor.
     fn keywords_there(&self) -> BTreeSet<String> {
         let items = self.at.list.children();
         let items = items.filter(|item| matches!(item.kind(), HOOK | METHOD | STATE_MACHINE));
@@ -200,7 +195,6 @@ impl Completer<'_, '_> {
         }
     }
 
-    /// A feature by its name, with its type.
     pub(super) fn of_feature(
         &self,
         name: &str,
@@ -222,7 +216,6 @@ impl Completer<'_, '_> {
             .subject(Subject::of(self.db, of, Some(name.into())))
     }
 
-    /// An operand, where one may stand.
     pub(super) fn expression(&mut self) {
         let scope = self.scope();
         if let Some(expected) = self.at.left.as_ref().and_then(|left| scope.expected(left)) {
@@ -230,13 +223,11 @@ impl Completer<'_, '_> {
         }
     }
 
-    /// The literals and variables that a constant expression may hold.
     pub(super) fn value_of(&mut self, ty: Option<Type>) {
         self.literals(&Expected { ty, ..Expected::default() });
     }
 }
 
-/// The keyword that a node begins with.
 #[cfg(test)]
 mod tests {
     use super::super::testing::{labels, offered};

@@ -55,7 +55,6 @@ impl Completer<'_, '_> {
         }
     }
 
-    /// The libraries and packages that are not used yet.
     fn use_(&mut self) {
         let names = names_of(self.db, self.project);
         let own = self.library.clone();
@@ -79,13 +78,11 @@ impl Completer<'_, '_> {
         self.add(Completion::new(CompletionKind::Library, "ctypes").note("the scalars of C").rank(2));
     }
 
-    /// The message packages that are known: those of this machine, and those that are built in.
     pub(super) fn packages(&self) -> BTreeSet<Name> {
         let installed = self.project.workspace(self.db).packages(self.db).keys();
         installed.chain(catalogue().keys()).cloned().collect()
     }
 
-    /// Cores, those for the shell of the component first.
     fn cores(&mut self, path: &[&str]) {
         let from = self.found.len();
         self.declared(Kind::Core, path);
@@ -98,7 +95,6 @@ impl Completer<'_, '_> {
         }
     }
 
-    /// Behind the name of a codel or an operation: parameters and the type of the result.
     pub(super) fn signature(&mut self) {
         let (rest, path) = without_path(&self.at.item);
         let mut depth = 0_i32;
@@ -127,7 +123,6 @@ impl Completer<'_, '_> {
         }
     }
 
-    /// Is this worth showing, though it needs a `use`?
     pub(super) fn is_asked_for(&mut self, name: &str) -> bool {
         self.incomplete = true;
         !self.at.prefix.is_empty() && may_be(&self.at.prefix, name)

@@ -11,7 +11,6 @@ use mauve_syntax::keywords::{ActivityField, BACKGROUND};
 
 use super::{Completer, Completion, CompletionKind};
 
-/// What is said of an activity, and what each means.
 const FIELDS: [(ActivityField, &str); 4] = [
     (ActivityField::Priority, "greater is more urgent, 1 to 99; or background"),
     (ActivityField::Period, "in milliseconds"),
@@ -63,14 +62,12 @@ impl<'db> Completer<'_, 'db> {
         }
     }
 
-    /// The architecture that is deployed.
     fn target(&self) -> Option<Decl<'db>> {
         let of = self.decl?;
         let target = deployment(self.db, of)?.targets.first()?;
         likely_declaration(self.db, self.project, of, Kind::Architecture, &target.path)
     }
 
-    /// The instances that have no activity, but for the one in which the cursor is.
     fn without_activity(&self) -> Vec<(Name, Option<Decl<'db>>)> {
         let Some(target) = self.target() else { return Vec::new() };
         let activities = self.at.list.children().filter_map(ast::Activity::cast);
@@ -111,7 +108,6 @@ impl<'db> Completer<'_, 'db> {
         }
     }
 
-    /// The fields that the activity does not have.
     fn fields(&mut self) {
         let fields = self.at.list.children().filter_map(ast::Field::cast);
         let known = self.others(fields.filter_map(|field| field.name_ref()));

@@ -72,7 +72,6 @@ pub fn documentation(db: &dyn ModelDb, workspaces: &[Workspace], subject: &Subje
     }
 }
 
-/// What declares `name` in `of`.
 fn member_of(of: &SyntaxNode, name: &str) -> Option<SyntaxNode> {
     let names = of.descendants().filter(|node| node.kind() == NAME && node.text() == name);
     let parents = names.filter_map(|node| node.parent());

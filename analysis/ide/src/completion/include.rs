@@ -10,7 +10,6 @@ use super::position::before;
 use super::{Completion, CompletionKind, Completions};
 use crate::rename_files::way;
 
-/// The paths that fit where the cursor is; none where that is no `include`.
 pub(super) fn paths(
     db: &dyn ModelDb,
     projects: &[Project<'_>],
@@ -49,7 +48,6 @@ pub(super) fn paths(
     Some(found)
 }
 
-/// What a path would replace, and whether it stands in quotes.
 fn path_at(root: &SyntaxNode, offset: TextSize) -> Option<(TextRange, bool)> {
     let mut around = root.token_at_offset(offset);
     let is_string = |kind| matches!(kind, STRING | UNTERMINATED_STRING);

@@ -146,7 +146,6 @@ impl<'db> Completer<'_, 'db> {
         }
     }
 
-    /// A declaration by its name.
     pub(super) fn of_declaration(&self, decl: Decl<'db>) -> Completion {
         let db = self.db;
         let (kind, detail) = match data(db, decl).as_deref() {
@@ -174,7 +173,6 @@ impl<'db> Completer<'_, 'db> {
             .subject(Subject::of(db, decl, None))
     }
 
-    /// Adds an item that needs `use of`.
     pub(super) fn add_using(&mut self, mut item: Completion, of: &str) {
         item.note = format!("use {of}");
         item.more.push(self.use_edit(of));
@@ -217,12 +215,10 @@ fn insertion(at: TextSize, text: String) -> Replacement {
     Replacement { range: TextRange::empty(at), text }
 }
 
-/// Where the comment right above a node begins, or the node.
 fn with_comment(node: &SyntaxNode) -> TextSize {
     comments_above(node).last().map_or(node.text_range().start(), |comment| comment.text_range().start())
 }
 
-/// The white space before a node that begins its line.
 fn line_start(node: &SyntaxNode) -> Option<String> {
     let Some(before) = previous_token(&node.first_token()?) else { return Some(String::new()) };
     let (_, indent) = before.text().rsplit_once('\n').filter(|_| before.kind() == WHITESPACE)?;

@@ -100,18 +100,15 @@ impl Position {
         }
     }
 
-    /// The kinds of the tokens of the item before the word.
     pub(crate) fn kinds(&self) -> Vec<SyntaxKind> {
         self.item.iter().map(SyntaxToken::kind).collect()
     }
 
-    /// The innermost node of this kind around the cursor.
     pub(crate) fn around(&self, kind: SyntaxKind) -> Option<SyntaxNode> {
         self.list.ancestors().find(|node| node.kind() == kind)
     }
 }
 
-/// Is nothing to be completed in this token?
 fn is_closed_to(token: &SyntaxToken, offset: TextSize) -> bool {
     let range = token.text_range();
     if offset <= range.start() {
@@ -137,7 +134,6 @@ pub(crate) fn behind(token: SyntaxToken, offset: TextSize) -> Option<SyntaxToken
         .find(|token| token.text_range().start() >= offset && !token.kind().is_trivia())
 }
 
-/// The innermost list that is open behind `left`.
 fn list_around(root: &SyntaxNode, left: &SyntaxToken) -> SyntaxNode {
     let is_list = |kind| {
         matches!(
@@ -160,7 +156,6 @@ fn may_end_item(token: &SyntaxToken) -> bool {
     ends_operand(token.kind()) || matches!(token.kind(), BAD_NUMBER | UNTERMINATED_STRING | R_BRACK)
 }
 
-/// May an operand end with this token?
 pub(crate) fn ends_operand(kind: SyntaxKind) -> bool {
     matches!(kind, IDENT | INT_NUMBER | FLOAT_NUMBER | STRING | R_PAREN) || kind.is_literal_keyword()
 }
@@ -179,11 +174,8 @@ pub(crate) fn without_path(tokens: &[SyntaxToken]) -> (&[SyntaxToken], Vec<&str>
     (rest, path)
 }
 
-/// A call whose arguments are being typed.
 pub(crate) struct Call {
-    /// The name of what is called.
     pub(crate) callee: SyntaxToken,
-    /// `( … )`
     pub(crate) arguments: SyntaxNode,
     /// Which argument it is, from 0.
     pub(crate) index: usize,

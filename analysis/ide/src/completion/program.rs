@@ -28,7 +28,6 @@ impl<'db> Completer<'_, 'db> {
         }
     }
 
-    /// Is what is typed the condition of an `if`, with all its brackets closed?
     fn is_condition(&self) -> bool {
         let count = |kind| self.at.item.iter().filter(|token| token.kind() == kind).count();
         count(L_PAREN) == count(R_PAREN) && count(THEN_KW) == 0
@@ -85,7 +84,6 @@ impl<'db> Completer<'_, 'db> {
         }
     }
 
-    /// What may stand as an operand.
     pub(super) fn operands(&mut self, scope: &Scope<'db>, expected: &Expected) {
         if expected.nothing {
             return;
@@ -188,7 +186,6 @@ impl<'db> Completer<'_, 'db> {
         }
     }
 
-    /// Adds a call: with places for its arguments, where there are none yet.
     fn call(
         &mut self,
         mut item: Completion,
@@ -220,7 +217,6 @@ impl<'db> Completer<'_, 'db> {
         self.add(item);
     }
 
-    /// A variable with its type.
     fn of_variable(&self, variable: &VariableOf) -> Completion {
         let note = match variable.kind {
             VariableKind::Core => "variable of the core",

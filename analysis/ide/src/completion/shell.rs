@@ -49,7 +49,6 @@ impl Completer<'_, '_> {
         self.skeleton("provide", "provide ${1:name}($2): ${3:void}");
     }
 
-    /// The constants that the value of another may name, and literals.
     fn constants(&mut self, expected: &Expected) {
         let scope = self.scope();
         let own = self.at.item.get(1).map(|token| token.text().to_owned());
@@ -64,7 +63,6 @@ impl Completer<'_, '_> {
         self.literals(expected);
     }
 
-    /// Words that always mean a value, where one of their type is expected.
     pub(super) fn literals(&mut self, expected: &Expected) {
         let is_known = expected.ty.as_ref().is_some_and(|ty| *ty != Type::Unknown);
         for (words, ty) in [

@@ -16,7 +16,6 @@ use mauve_wcrt::{table_files, timetable_of};
 
 use super::{Completion, CompletionKind, Completions};
 
-/// What may stand at `offset` of a TOML file.
 pub(super) fn completions(
     db: &dyn ModelDb,
     workspaces: &[Workspace],
@@ -77,31 +76,24 @@ pub(super) fn completions(
     Completions { items, incomplete: false }
 }
 
-/// What is typed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 enum What {
     Header,
     Key,
-    /// The value of this key.
     Value(String),
 }
 
-/// Where the cursor is in a TOML file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct Location {
     what: What,
     /// The section around the cursor; empty before the first.
     section: String,
-    /// The sections that are there.
     sections: BTreeSet<String>,
     /// The keys that stand in the section on other lines.
     given: BTreeSet<String>,
-    /// What is replaced.
     start: usize,
     end: usize,
-    /// Does that begin with a quote?
     is_quoted: bool,
-    /// Does a value follow on the line?
     has_value: bool,
 }
 
@@ -211,12 +203,10 @@ fn without_comment(line: &str) -> &str {
     end.and_then(|(at, _)| line.get(..at)).unwrap_or(line)
 }
 
-/// Returns where the `=` between key and value is.
 fn equals(line: &str) -> Option<usize> {
     outside_strings(line).find(|(_, letter)| *letter == '=').map(|(at, _)| at)
 }
 
-/// Returns how many more brackets open than close.
 fn brackets(value: &str) -> i32 {
     let one = |(_, letter)| match letter {
         '[' => 1,
@@ -376,7 +366,6 @@ fn value(word: &str) -> Completion {
     Completion::new(CompletionKind::Value, word)
 }
 
-/// A value that stands in quotes.
 fn text(word: &str) -> Completion {
     Completion::new(CompletionKind::Value, word).insert(format!("\"{word}\""))
 }

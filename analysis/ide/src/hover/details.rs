@@ -18,7 +18,6 @@ use crate::inlay_hints::components_of;
 use crate::markdown;
 use crate::occurrences::{Definition, Found};
 
-/// So many lines of each are shown.
 const MOST_LINES: usize = 12;
 
 /// What is known of `found`, in Markdown; nothing of most names. `shown` is what is shown already.
@@ -112,7 +111,6 @@ fn deployed<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<(Decl<'db>,
     names.of_kind(db, Kind::Architecture).map(|of| (of, flat_of(db, project, of))).collect()
 }
 
-/// The instances that have the feature that `shell` declares there, and its name.
 fn having<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -169,7 +167,6 @@ fn values<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, id: S
     lines
 }
 
-/// The times of a state, of a transition or of `update`, in each component.
 fn programs<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, id: SourceId) -> Vec<String> {
     let Some(data) = core(db, of) else { return Vec::new() };
     let level = Query::shown(db, project).level;

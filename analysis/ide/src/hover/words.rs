@@ -10,7 +10,6 @@ use mauve_syntax::{SyntaxToken, TextSize};
 use super::Hover;
 use crate::markdown;
 
-/// Functions that programs call as codels are called, with their shape.
 const FUNCTIONS: [(&str, &str, &str); 5] = [
     (
         "read",
@@ -42,7 +41,6 @@ const FUNCTIONS: [(&str, &str, &str); 5] = [
     ),
 ];
 
-/// Words of a program that stand for values.
 const STATUSES: [(SyntaxKind, &str); 6] = [
     (NO_DATA_KW, "Port status: the port never had a value."),
     (OLD_DATA_KW, "Port status: the value of the port is that of an earlier read."),
@@ -52,7 +50,6 @@ const STATUSES: [(SyntaxKind, &str); 6] = [
     (FAILURE_KW, "Call status: the call has failed."),
 ];
 
-/// The programs of a core and the methods of a state, by their keywords.
 const PROGRAMS: [(SyntaxKind, &str); 9] = [
     (
         CONFIGURE_KW,
@@ -74,7 +71,6 @@ const PROGRAMS: [(SyntaxKind, &str); 9] = [
     (EXIT_KW, "Executed when a transition leaves the state, before the program of the transition."),
 ];
 
-/// The fields of an activity.
 const FIELDS: [(ActivityField, &str); 4] = [
     (
         ActivityField::Affinity,
@@ -101,7 +97,6 @@ const OF_BACKGROUND: &str =
 const BUFFERED: &str = "A circular buffer: the connection keeps so many of the last values, and each read takes the oldest. Without it, \
                       an input has the last value that was written.";
 
-/// What the word at `offset` means.
 pub(super) fn of_word(db: &dyn ModelDb, file: File, offset: TextSize) -> Option<Hover> {
     if !is_model(file.path(db)) {
         return None;

@@ -54,7 +54,6 @@ pub(super) fn of_core<'db>(
     }
 }
 
-/// What a component takes.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
 struct Costs {
     /// Each program that some period executes and that takes time.
@@ -63,7 +62,6 @@ struct Costs {
     states: FxHashMap<Name, Time>,
     /// The longest with a transition, by its state and its name.
     transitions: FxHashMap<(Name, Name), Time>,
-    /// Do assumed times count?
     assumed: bool,
 }
 
@@ -101,7 +99,6 @@ fn costs_of<'db>(
     Some(costs)
 }
 
-/// The components of a project that have this core.
 pub(crate) fn components_of<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,

@@ -8,10 +8,8 @@ use mauve_hir::{
 
 use super::InlayHint;
 
-/// So many values stand beside an instance.
 const MOST_VALUES: usize = 3;
 
-/// The hints of an architecture or a deployment.
 pub(super) fn of_values<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -61,7 +59,6 @@ pub(super) fn of_values<'db>(
 
 type Values<'db> = std::collections::BTreeMap<mauve_hir::item_tree::Name, Vec<ValueInEffect<'db>>>;
 
-/// The value that counts where a setting gives one.
 fn value_of(values: &Values<'_>, setting: &Setting) -> Option<String> {
     let endpoint = setting.endpoint.as_ref()?;
     let feature = endpoint.feature.as_ref()?;

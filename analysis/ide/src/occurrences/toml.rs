@@ -15,7 +15,6 @@ use super::{Definition, Finder, Found, Role, kind_of, mention, unquoted};
 use crate::document_symbols::SymbolKind;
 use crate::project::each_once;
 
-/// The names in a timing table, or in `mauve.toml`.
 #[derive(Debug, Default, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub(super) struct InToml<'db> {
     /// Each once, in no order.
@@ -24,10 +23,8 @@ pub(super) struct InToml<'db> {
     pub(super) escaped: Vec<Escaped<'db>>,
 }
 
-/// A name that is written with escapes.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub(super) struct Escaped<'db> {
-    /// What it is a part of.
     pub(super) range: TextRange,
     pub(super) definition: Definition<'db>,
 }
@@ -38,7 +35,6 @@ impl<'db> InToml<'db> {
     }
 }
 
-/// Reads a table or a configuration; of any other file nothing.
 #[salsa::tracked(returns(ref))]
 pub(super) fn in_toml<'db>(db: &'db dyn ModelDb, project: Project<'db>, file: File) -> InToml<'db> {
     let workspace = project.workspace(db);
@@ -54,7 +50,6 @@ pub(super) fn in_toml<'db>(db: &'db dyn ModelDb, project: Project<'db>, file: Fi
 struct Reader<'db> {
     file: File,
     found: InToml<'db>,
-    /// What was found, by its places.
     known: FxHashSet<(TextRange, Definition<'db>)>,
 }
 
@@ -78,7 +73,6 @@ impl<'db> Reader<'db> {
         }
     }
 
-    /// Roots are files; clocks and chains name instances, and chains their ports.
     fn config(&mut self, db: &'db dyn ModelDb, project: Project<'db>) {
         let (text, workspace) = (self.file.text(db), project.workspace(db));
         let config = config_of(db, workspace);
@@ -120,7 +114,6 @@ impl<'db> Reader<'db> {
         }
     }
 
-    /// Keys are codels, components, and programs, with the states, transitions and operations that these are of.
     fn table(&mut self, db: &'db dyn ModelDb, project: Project<'db>) {
         let table = table(db, self.file);
         let sections = [

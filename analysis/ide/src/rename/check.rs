@@ -23,7 +23,6 @@ use crate::project::projects_with;
 use crate::references::files_of;
 
 impl<'db> Renaming<'_, 'db> {
-    /// Is it known what all must be changed?
     pub(super) fn check_known(&self, all: &[(Project<'db>, Found<'db>)]) -> Result<(), String> {
         let (db, old) = (self.db, self.old_name);
         let home = self.home();
@@ -105,7 +104,6 @@ impl<'db> Renaming<'_, 'db> {
         Ok(())
     }
 
-    /// May a table or `mauve.toml` have names that were not read?
     fn is_doubtful(&self, file: File, is_lost: bool) -> bool {
         let db = self.db;
         let of = self.concerned.iter().map(|project| project.workspace(db));
@@ -197,7 +195,6 @@ impl<'db> Renaming<'_, 'db> {
         !is_feature || instance.and_then(|it| it.features(db, project)).is_some_and(lacks)
     }
 
-    /// Do all names stand for what they stood for, once it is renamed?
     pub(super) fn check_definitions(&self, change: &Change) -> Result<(), String> {
         let db = self.db;
         let (scratch, pairs) = applied(db, self.workspaces, change);
@@ -268,7 +265,6 @@ impl<'db> Renaming<'_, 'db> {
         Ok(())
     }
 
-    /// Is nothing wrong in the declarations of a file that is right now? Response times are what they are.
     fn check_errors<'new>(
         &self,
         (project, file): (Project<'db>, File),
@@ -315,7 +311,6 @@ fn errors<'db>(
     found.filter(|fact| fact.is_error()).map(move |fact| render(db, project, fact))
 }
 
-/// A name, wherever it stands in the new text: what it stands for, and what it does.
 type Seen = (TextSize, DefinitionKey, Role);
 
 /// What a name stands for, in words that mean the same in two databases.
@@ -346,7 +341,6 @@ impl DefinitionKey {
     }
 }
 
-/// Where things move to by a change.
 struct Shift<'a>(FxHashMap<File, &'a [Replacement]>);
 
 impl Shift<'_> {
@@ -401,7 +395,6 @@ fn applied(
     (scratch, pairs)
 }
 
-/// Does this stand in a key of TOML, or in a text, and not in a comment?
 fn in_key(text: &str, start: usize) -> bool {
     const WORDS: [&str; 10] =
         ["codel", "program", "component", "overhead", "clocks", "chains", "project", "timing", "ms", "us"];
