@@ -2,7 +2,7 @@
 //! `mauve/analysis`.
 
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use mauve_diagnostics::{errors_of, reasons_of, timing_reason};
 use mauve_hir::item_tree::Kind;
@@ -12,6 +12,8 @@ use mauve_timing::{Level, Time, Unit};
 use mauve_wcrt::{ActivityReport, CpuReport, Priority, Query, Report, response_times, timetable_of};
 use serde::Serialize;
 use serde_json::Value;
+
+use crate::json::{non_empty, object};
 
 /// The reports of one deployment, a level each.
 pub(crate) struct Deployed<'db> {
@@ -109,153 +111,58 @@ impl<'db> Deployed<'db> {
     }
 }
 
-#[derive(Serialize)]
-pub(crate) struct AnalysisDocument {
-    deployment: String,
-    /// The root of its project, or the file that it comes from.
-    root: PathBuf,
-    unit: &'static str,
-    method: String,
-    /// Whether Linux keeps 50 ms of each second from real-time tasks; null where that is not said, and then it does not.
-    rt_throttling: Option<bool>,
-    /// How many errors its project has, where there are any: then nothing is proved.
-    #[serde(skip_serializing_if = "is_zero")]
-    errors: usize,
-    /// Only for a file without a digest: its figures are those of its author.
-    #[serde(skip_serializing_if = "std::ops::Not::not")]
-    unsealed: bool,
-    /// Only with `--horizon`: `first_job` leaves out what comes later, and is no bound.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    unsafe_horizon: Option<Value>,
-    results: Vec<LevelDocument>,
-}
+/// Each activity of a thousand may have a thousand others: only the greatest are listed.
+const MOST_INTERFERENCE: usize = 100;
 
-#[derive(Serialize)]
-struct LevelDocument {
-    significance: f64,
-    schedulable: bool,
-    /// Why nothing is analysed.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    lost: Vec<String>,
-    cpus: Vec<CpuDocument>,
-    activities: Vec<ActivityDocument>,
-}
-
-#[derive(Serialize)]
-struct CpuDocument {
-    mask: u64,
-    utilisation: f64,
-    complete: bool,
-}
-
-#[derive(Serialize)]
-struct ActivityDocument {
-    instance: String,
-    component: String,
-    affinity: Option<u64>,
-    priority: Option<u32>,
-    period: Option<Value>,
-    deadline: Option<Value>,
-    method: String,
-    own: Option<Value>,
-    first_job: Option<Value>,
-    response: Option<Value>,
-    status: &'static str,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    window: Option<WindowDocument>,
-    interference: Vec<InterferenceDocument>,
-    /// How many more there are than those, which are the greatest.
-    #[serde(skip_serializing_if = "is_zero")]
-    interference_left: usize,
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    assumed: Vec<AssumedDocument>,
-    reasons: Vec<String>,
-}
-
-/// A codel that no table has, and the time that `[assume]` gives it.
-#[derive(Serialize)]
-struct AssumedDocument {
-    codel: String,
-    time: Value,
-}
-
-#[derive(Serialize)]
-struct WindowDocument {
-    job: u64,
-    own: Value,
-    length: Value,
-}
-
-#[derive(Serialize)]
-struct InterferenceDocument {
-    instance: String,
-    jobs: u64,
-    time: Value,
-}
-
-pub(crate) fn analysis_document(it: &Deployed<'_>) -> AnalysisDocument {
+pub(crate) fn analysis_document(it: &Deployed<'_>) -> impl Serialize + use<> {
     let query = it.reports.first().map(|(query, _)| query);
-    let horizon = query.and_then(|query| query.horizon);
-    AnalysisDocument {
+    let results = it.reports.iter().map(|(query, report)| {
+        let activities = report.activities.iter().map(|activity| activity_document(it.db, *query, activity));
+        object! {
+            significance: query.level.as_f64(),
+            schedulable: it.errors == 0 && report.schedulable(),
+            // Why nothing is analysed.
+            [lost]: non_empty(report.not_analysed.iter().map(|lost| timing_reason(it.db, &lost.reason))),
+            cpus: report.cpus.iter().map(cpu_document).collect::<Vec<_>>(),
+            activities: activities.collect::<Vec<_>>(),
+        }
+    });
+    object! {
         deployment: it.name.to_owned(),
+        // The root of its project, or the file that it comes from.
         root: it.root().to_owned(),
         unit: "ms",
         method: query.map_or_else(String::new, |query| query.method.to_string()),
+        // Whether Linux keeps 50 ms of each second from real-time tasks; null where that is not said, and then it does not.
         rt_throttling: it.rt_throttling(),
-        errors: it.errors,
-        unsealed: it.is_unsealed(),
-        unsafe_horizon: horizon.map(milliseconds),
-        results: it.reports.iter().map(|(query, report)| level_document(it, *query, report)).collect(),
+        // The number of errors of its project: with one, nothing is proved.
+        [errors]: Some(it.errors).filter(|errors| *errors > 0),
+        // Only for a file without a digest: its figures are those of its author.
+        [unsealed]: it.is_unsealed().then_some(true),
+        // Only with `--horizon`: `first_job` leaves out what comes later, and is no bound.
+        [unsafe_horizon]: query.and_then(|query| query.horizon).map(milliseconds),
+        results: results.collect::<Vec<_>>(),
     }
 }
 
-/// Of so many others an activity tells: each activity of a thousand has a thousand.
-const MOST_INTERFERENCE: usize = 100;
-
-fn is_zero(count: &usize) -> bool {
-    *count == 0
+pub(crate) fn cpu_document(cpu: &CpuReport) -> impl Serialize + use<> {
+    object! { mask: cpu.mask, utilisation: cpu.utilisation.as_f64(), complete: cpu.complete }
 }
 
-fn level_document<'db>(of: &Deployed<'db>, query: Query, report: &Report<'db>) -> LevelDocument {
-    let cpu = |cpu: &CpuReport| CpuDocument {
-        mask: cpu.mask,
-        utilisation: cpu.utilisation.as_f64(),
-        complete: cpu.complete,
-    };
-    LevelDocument {
-        significance: query.level.as_f64(),
-        schedulable: of.errors == 0 && report.schedulable(),
-        lost: report.not_analysed.iter().map(|it| timing_reason(of.db, &it.reason)).collect(),
-        cpus: report.cpus.iter().map(cpu).collect(),
-        activities: report
-            .activities
-            .iter()
-            .map(|activity| activity_document(of.db, query, activity))
-            .collect(),
-    }
-}
-
-fn activity_document<'db>(
-    db: &'db Database,
-    query: Query,
-    activity: &ActivityReport<'db>,
-) -> ActivityDocument {
+fn activity_document(db: &Database, query: Query, activity: &ActivityReport<'_>) -> impl Serialize + use<> {
     let shown = activity.greatest_interference(MOST_INTERFERENCE);
     let interference_left = activity.interference.len() - shown.len();
-    let interference = shown.into_iter().map(|it| InterferenceDocument {
-        instance: it.instance.to_string(),
-        jobs: it.jobs,
-        time: milliseconds(it.time),
-    });
-    let window = activity.window.as_ref().filter(|window| window.job > 1).map(|window| WindowDocument {
-        job: window.job,
-        own: milliseconds(window.own),
-        length: milliseconds(window.length),
-    });
+    let interference = shown
+        .into_iter()
+        .map(|it| object! { instance: it.instance.to_string(), jobs: it.jobs, time: milliseconds(it.time) });
+    let window = activity
+        .window
+        .as_ref()
+        .filter(|window| window.job > 1)
+        .map(|it| object! { job: it.job, own: milliseconds(it.own), length: milliseconds(it.length) });
     let assumed = activity.assumed.iter();
-    let assumed =
-        assumed.map(|(codel, time)| AssumedDocument { codel: codel.clone(), time: milliseconds(*time) });
-    ActivityDocument {
+    let assumed = assumed.map(|(codel, time)| object! { codel: codel.clone(), time: milliseconds(*time) });
+    object! {
         instance: activity.instance.to_string(),
         component: activity.component_name.to_string(),
         affinity: activity.cpus,
@@ -267,10 +174,11 @@ fn activity_document<'db>(
         first_job: activity.first_job.map(milliseconds),
         response: activity.response.map(milliseconds),
         status: activity.verdict.name(),
-        window,
-        interference: interference.collect(),
-        interference_left,
-        assumed: assumed.collect(),
+        [window]: window,
+        interference: interference.collect::<Vec<_>>(),
+        [interference_left]: Some(interference_left).filter(|left| *left > 0),
+        // Codels that no table has, with the times that `[assume]` gives them.
+        [assumed]: non_empty(assumed),
         reasons: reasons_of(db, activity),
     }
 }

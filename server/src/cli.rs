@@ -151,12 +151,6 @@ fn counted(count: usize, what: &str) -> String {
     }
 }
 
-/// One JSON document and a line break.
-fn json(document: &impl serde::Serialize) -> Result<String, String> {
-    let text = serde_json::to_string_pretty(document).map_err(|error| error.to_string())?;
-    Ok(text + "\n")
-}
-
 /// Rows of cells under a header, in columns: text to the left, numbers to the right.
 fn columns(header: &[&str], rows: &[Vec<String>]) -> String {
     let is_number = |cell: &str| cell.starts_with(|letter: char| letter.is_ascii_digit()) || cell == "—";

@@ -13,6 +13,7 @@ mod disk;
 mod folder;
 mod generate;
 mod harmless;
+mod json;
 mod load;
 mod lsp;
 mod private;

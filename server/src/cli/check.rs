@@ -4,21 +4,20 @@ mod sarif;
 
 use std::collections::BTreeSet;
 use std::io::IsTerminal as _;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use annotate_snippets::{AnnotationKind, Level, Message, Origin, Renderer, Snippet, Title};
 use clap::ValueEnum;
-use mauve_diagnostics::{
-    Code, Diagnostic, Finding, Fix, Severity, codes, errors_of_text, workspace_diagnostics,
-};
+use mauve_diagnostics::{Code, Finding, Fix, Severity, codes, errors_of_text, workspace_diagnostics};
 use mauve_hir::{Database, Location, Workspace, line_index};
 use mauve_syntax::TextSize;
 use serde::Serialize;
 
 use super::{Outside, Paths, counted, shown, wcrt};
 use crate::Output;
-use crate::analysis_document::{AnalysisDocument, Deployed, Proved, analysis_document};
+use crate::analysis_document::{Deployed, Proved, analysis_document};
 use crate::harmless::{harmless, harmless_but_for_styles};
+use crate::json::{self, object};
 use crate::load::load;
 
 #[derive(Debug, clap::Args)]
@@ -92,12 +91,16 @@ impl Check {
         let deployed = wcrt::at_shown_level(&db, &workspaces)?;
         let here = std::env::current_dir().unwrap_or_default();
         let text = match self.format {
-            Format::Sarif => super::json(&sarif::log(&db, &here, &findings))?,
+            Format::Sarif => json::text(&sarif::log(&db, &here, &findings))?,
             Format::Json => {
                 let lines = Lines::new(|text| text.chars().count());
-                let diagnostics = findings.iter().map(|it| document(&db, &lines, it)).collect();
-                let deployments = deployed.iter().map(analysis_document).collect();
-                super::json(&Document { diagnostics, errors, warnings, hints, deployments })?
+                json::text(&object! {
+                    diagnostics: findings.iter().map(|it| document(&db, &lines, it)).collect::<Vec<_>>(),
+                    errors: errors,
+                    warnings: warnings,
+                    hints: hints,
+                    deployments: deployed.iter().map(analysis_document).collect::<Vec<_>>(),
+                })?
             }
             Format::Human => {
                 let shown = findings.iter().take(MOST_EXCERPTS);
@@ -256,36 +259,6 @@ fn clamp(text: &str, start: usize, end: usize) -> std::ops::Range<usize> {
 }
 
 #[derive(Serialize)]
-struct Document {
-    diagnostics: Vec<DiagnosticDocument>,
-    errors: usize,
-    warnings: usize,
-    hints: usize,
-    /// The response times, each as `mauve wcrt --format json` shows it.
-    deployments: Vec<AnalysisDocument>,
-}
-
-#[derive(Serialize)]
-struct DiagnosticDocument {
-    code: &'static str,
-    severity: &'static str,
-    message: String,
-    file: PathBuf,
-    range: RangeDocument,
-    related: Vec<RelatedDocument>,
-    fixes: Vec<String>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    only_in: Option<PathBuf>,
-}
-
-#[derive(Serialize)]
-struct RelatedDocument {
-    message: String,
-    file: PathBuf,
-    range: RangeDocument,
-}
-
-#[derive(Serialize)]
 pub(super) struct RangeDocument {
     start: PositionDocument,
     end: PositionDocument,
@@ -298,24 +271,30 @@ struct PositionDocument {
     column: usize,
 }
 
-fn document(db: &Database, lines: &Lines, finding: &Finding<'_>) -> DiagnosticDocument {
-    let diagnostic: &Diagnostic<'_> = &finding.diagnostic;
-    let related = diagnostic.related.iter().map(|(at, message)| RelatedDocument {
-        message: message.clone(),
-        file: at.file(db).path(db).clone(),
-        range: lines.range(db, at),
-    });
-    let related = related.collect();
-    DiagnosticDocument {
+fn document(db: &Database, lines: &Lines, finding: &Finding<'_>) -> impl Serialize + use<> {
+    let diagnostic = &finding.diagnostic;
+    let related = diagnostic.related.iter().map(|(at, message)| located(db, lines, at, message));
+    object! {
         code: diagnostic.code.name,
         severity: finding.severity.name(),
         message: diagnostic.message.clone(),
         file: diagnostic.at.file(db).path(db).clone(),
         range: lines.range(db, &diagnostic.at),
-        related,
-        fixes: diagnostic.fixes.iter().map(|fix| fix.title.clone()).collect(),
-        only_in: finding.only_in.map(|project| project.root(db).path(db).clone()),
+        related: related.collect::<Vec<_>>(),
+        fixes: diagnostic.fixes.iter().map(|fix| fix.title.clone()).collect::<Vec<_>>(),
+        [only_in]: finding.only_in.map(|project| project.root(db).path(db).clone()),
     }
+}
+
+/// Returns a message with its location.
+pub(super) fn located(
+    db: &Database,
+    lines: &Lines,
+    at: &Location<'_>,
+    message: &str,
+) -> impl Serialize + use<> {
+    let (message, file) = (message.to_owned(), at.file(db).path(db).clone());
+    object! { message: message, file: file, range: lines.range(db, at) }
 }
 
 /// How wide a text is in columns.

@@ -11,14 +11,15 @@ use mauve_hir::{Database, Decl, Project, Workspace, projects};
 use mauve_orocos::Problem;
 use mauve_wcrt::Query;
 
-use super::check::{Lines, MOST_EXCERPTS, excerpt, with_excerpts};
+use super::check::{Lines, MOST_EXCERPTS, excerpt, located, with_excerpts};
 use super::{Outside, counted, say};
 use crate::Output;
 use crate::analysis_document::{Deployed, Proved, deployments};
 use crate::generate::{GenerateRequest, Generated, Out, Refusal, Selected, configured_out, generate, read};
 use crate::harmless::harmless;
+use crate::json::{self, object};
 use crate::load::load;
-use report::{Document, Doing, ProblemDocument, document, report};
+use report::{Doing, document, report};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Generate {
@@ -85,8 +86,8 @@ impl Generate {
         let text = match self.format {
             Format::Human => folders.iter().map(|it| harmless(&report(it, doing))).collect(),
             Format::Json => {
-                let folders = folders.iter().map(document).collect();
-                super::json(&Document { problems: Vec::new(), folders, written: is_written })?
+                let folders: Vec<_> = folders.iter().map(document).collect();
+                json::text(&object! { problems: [(); 0], folders: folders, written: is_written })?
             }
         };
         let is_stale = self.check && folders.iter().any(|it| !it.plan.is_settled());
@@ -156,9 +157,9 @@ impl Generate {
             }
             Format::Json => {
                 let lines = Lines::new(|text| text.chars().count());
-                let problems = problems.iter().map(|it| ProblemDocument::new(db, &lines, it));
-                let problems = problems.collect();
-                super::json(&Document { problems, folders: Vec::new(), written: false })?
+                let problems = problems.iter().map(|it| located(db, &lines, &it.at, &it.message));
+                let problems: Vec<_> = problems.collect();
+                json::text(&object! { problems: problems, folders: [(); 0], written: false })?
             }
         };
         Ok(Output::verbatim(text, 1))

@@ -44,7 +44,7 @@ impl Parse {
                     json!({ "start": start, "end": end, "message": mauve_diagnostics::syntax_error_message(&parse, error) })
                 };
                 let errors: Vec<Value> = parse.errors().iter().map(error).collect();
-                super::json(&json!({ "tree": node(&parse.syntax()), "errors": errors }))?
+                crate::json::text(&json!({ "tree": node(&parse.syntax()), "errors": errors }))?
             }
         };
         Ok(Output::verbatim(text, code))

@@ -121,7 +121,7 @@ fn show<'db>(
                 .collect();
             let states: Vec<&str> = psm.states.iter().map(|name| name.as_str()).collect();
             let component_time = psm.component_time.map(milliseconds);
-            super::json(&json!({
+            crate::json::text(&json!({
                 "component": name.as_str(),
                 "unit": "ms",
                 "significance": level.as_f64(),

@@ -18,11 +18,10 @@ use mauve_wcrt::{
 use super::check::Lines;
 use super::{Method, Outside, Paths, columns, counted, say, shown};
 use crate::Output;
-use crate::analysis_document::{
-    AnalysisDocument, Deployed, Origin, Significance, analysis_document, deployments, levels,
-};
+use crate::analysis_document::{Deployed, Origin, Significance, analysis_document, deployments, levels};
 use crate::disk::{LONGEST, read};
 use crate::harmless::harmless;
+use crate::json;
 use crate::load::load;
 
 #[derive(Debug, clap::Args)]
@@ -168,10 +167,10 @@ impl Wcrt {
             (None, Format::Table) => harmless(&tables(all).join("\n")),
             (None, Format::Csv) => csv(all),
             (None, Format::Json) => {
-                let documents: Vec<AnalysisDocument> = all.iter().map(analysis_document).collect();
+                let documents: Vec<_> = all.iter().map(analysis_document).collect();
                 match documents.as_slice() {
-                    [one] => super::json(one)?,
-                    several => super::json(&several)?,
+                    [one] => json::text(one)?,
+                    several => json::text(&several)?,
                 }
             }
         })

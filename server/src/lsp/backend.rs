@@ -27,7 +27,6 @@ use super::main_loop::Event;
 use super::pulls::Given;
 use super::settings::{SECTION, Settings};
 use super::snapshot::{Failure, Snapshot, attempt};
-use crate::analysis_document::AnalysisDocument;
 
 /// A command that edits overtake is read again so often.
 const MOST_ATTEMPTS: usize = 100;
@@ -233,7 +232,7 @@ impl Backend {
     }
 
     own_methods! {
-        analysis(analysis::AnalysisParams) -> Vec<AnalysisDocument> => analysis::analysis;
+        analysis(analysis::AnalysisParams) -> Vec<Value> => analysis::analysis;
         generate(GenerateParams) -> GenerateDocument => generate::generate;
         graph(graph::GraphParams) -> Vec<graph::GraphDocument> => graph::graph;
         state_machine(state_machine::StateMachineParams) -> state_machine::StateMachineDocument

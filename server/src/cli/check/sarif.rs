@@ -1,7 +1,8 @@
-//! `mauve check --format sarif`: what is found, as a log of the Static Analysis Results Interchange Format, version 2.1.0.
+//! `mauve check --format sarif`: the findings as a log of the Static Analysis Results Interchange Format, version 2.1.0.
 //!
-//! The names are those of the standard; what is not always there is not written where it is not.
+//! The keys are those of the standard.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use mauve_diagnostics::{Code, Finding, Fix, Severity, page};
@@ -10,12 +11,21 @@ use serde::Serialize;
 use tower_lsp::lsp_types::Url;
 
 use super::{Lines, RangeDocument, shown};
+use crate::json::{non_empty, object};
 
-/// What the places of files below the current folder are relative to.
+/// What the locations of files below the current folder are relative to.
 const ROOT: &str = "%SRCROOT%";
 
-/// The log of these findings; files below `here` are named from there.
-pub(super) fn log(db: &Database, here: &Path, findings: &[Finding<'_>]) -> Log {
+#[derive(Serialize)]
+struct Log<R> {
+    #[serde(rename = "$schema")]
+    schema: &'static str,
+    version: &'static str,
+    runs: [R; 1],
+}
+
+/// Returns the log of these findings, with paths relative to `here`.
+pub(super) fn log(db: &Database, here: &Path, findings: &[Finding<'_>]) -> impl Serialize + use<> {
     let mut rules: Vec<&'static Code> = Vec::new();
     for finding in findings {
         if !rules.contains(&finding.diagnostic.code) {
@@ -23,52 +33,57 @@ pub(super) fn log(db: &Database, here: &Path, findings: &[Finding<'_>]) -> Log {
         }
     }
     let root = Url::from_directory_path(here).ok();
-    let places = Places { db, root: root.as_ref(), lines: Lines::new(|text| text.encode_utf16().count()) };
-    let results = results(places, here, findings, &rules);
+    let artifacts =
+        Artifacts { db, root: root.as_ref(), lines: Lines::new(|text| text.encode_utf16().count()) };
+    let results: Vec<_> = findings.iter().map(|finding| result(&artifacts, here, finding, &rules)).collect();
     Log {
         schema: "https://json.schemastore.org/sarif-2.1.0.json",
         version: "2.1.0",
-        runs: [Run {
-            tool: Tool {
-                driver: Driver {
+        runs: [object! {
+            tool: object! {
+                driver: object! {
                     name: "mauve",
                     version: env!("CARGO_PKG_VERSION"),
-                    rules: rules.into_iter().map(rule).collect(),
+                    rules: rules.into_iter().map(rule).collect::<Vec<_>>(),
                 },
             },
-            original_uri_base_ids: root.map(|root| BaseIds { root: Uri { uri: root.into() } }),
-            column_kind: "utf16CodeUnits",
-            results,
+            [originalUriBaseIds]: root.map(|root| BTreeMap::from([(ROOT, object! { uri: String::from(root) })])),
+            columnKind: "utf16CodeUnits",
+            results: results,
         }],
     }
 }
 
-fn results(
-    mut places: Places<'_>,
+fn result(
+    artifacts: &Artifacts<'_>,
     here: &Path,
-    findings: &[Finding<'_>],
+    finding: &Finding<'_>,
     rules: &[&'static Code],
-) -> Vec<ResultOf> {
-    let result = |finding: &Finding<'_>| {
-        let diagnostic = &finding.diagnostic;
-        let project = finding.only_in.map(|project| shown(project.root(places.db).path(places.db), here));
-        let only = project.map_or_else(String::new, |root| format!(" (in the project of {root})"));
-        let mut related = Vec::new();
-        for (at, message) in &diagnostic.related {
-            let message = (!message.is_empty()).then(|| Message::new(message));
-            related.push(ResultLocation { physical_location: places.of(at), message });
-        }
-        ResultOf {
-            rule_id: diagnostic.code.name,
-            rule_index: rules.iter().position(|rule| *rule == diagnostic.code),
-            level: level(finding.severity),
-            message: Message::new(&format!("{}{only}", diagnostic.message)),
-            locations: [ResultLocation { physical_location: places.of(&diagnostic.at), message: None }],
-            related_locations: related,
-            fixes: diagnostic.fixes.iter().map(|fix| places.fix(fix)).collect(),
-        }
+) -> impl Serialize + use<> {
+    let diagnostic = &finding.diagnostic;
+    let project = finding.only_in.map(|project| shown(project.root(artifacts.db).path(artifacts.db), here));
+    let only = project.map_or_else(String::new, |root| format!(" (in the project of {root})"));
+    let location = |at: &Location<'_>, text: Option<&str>| {
+        object! { physicalLocation: artifacts.of(at), [message]: text.map(message) }
     };
-    findings.iter().map(result).collect()
+    let related = diagnostic
+        .related
+        .iter()
+        .map(|(at, text)| location(at, Some(text.as_str()).filter(|it| !it.is_empty())));
+    object! {
+        ruleId: diagnostic.code.name,
+        [ruleIndex]: rules.iter().position(|rule| *rule == diagnostic.code),
+        level: level(finding.severity),
+        message: message(&format!("{}{only}", diagnostic.message)),
+        locations: [location(&diagnostic.at, None)],
+        [relatedLocations]: non_empty(related),
+        [fixes]: non_empty(diagnostic.fixes.iter().map(|fix| artifacts.fix(fix))),
+    }
+}
+
+/// Braces stand for arguments in messages, unless they are doubled.
+fn message(text: &str) -> impl Serialize + use<> {
+    object! { text: text.replace('{', "{{").replace('}', "}}") }
 }
 
 fn level(severity: Severity) -> &'static str {
@@ -79,17 +94,17 @@ fn level(severity: Severity) -> &'static str {
     }
 }
 
-/// A code, with its page.
-fn rule(code: &'static Code) -> Rule {
+/// Returns the description of a code, with its page.
+fn rule(code: &'static Code) -> impl Serialize {
     let page = page(code.name).unwrap_or_default();
     let prose = prose(&page);
-    let first = prose.split("\n\n").next().unwrap_or_default();
-    Rule {
+    let first = prose.split("\n\n").next().unwrap_or_default().to_owned();
+    object! {
         id: code.name,
-        short_description: Text { text: first.to_owned(), markdown: None },
-        full_description: Text { text: prose.clone(), markdown: None },
-        help: Text { text: page.clone(), markdown: Some(page) },
-        default_configuration: Configuration { level: level(code.severity) },
+        shortDescription: object! { text: first },
+        fullDescription: object! { text: prose },
+        help: object! { text: page.clone(), markdown: page },
+        defaultConfiguration: object! { level: level(code.severity) },
     }
 }
 
@@ -101,204 +116,52 @@ fn prose(page: &str) -> String {
     paragraphs.map(|lines| lines.join(" ")).collect::<Vec<_>>().join("\n\n")
 }
 
-struct Places<'a> {
+struct Artifacts<'a> {
     db: &'a Database,
     root: Option<&'a Url>,
     lines: Lines,
 }
 
-impl Places<'_> {
-    fn of(&self, at: &Location<'_>) -> PhysicalLocation {
-        PhysicalLocation { artifact_location: self.artifact(at), region: self.region(at) }
+impl Artifacts<'_> {
+    fn of(&self, at: &Location<'_>) -> impl Serialize + use<> {
+        let (uri, base) = self.artifact(at);
+        object! { artifactLocation: object! { uri: uri, [uriBaseId]: base }, region: self.region(at) }
     }
 
-    fn region(&self, at: &Location<'_>) -> Region {
+    /// Lines and columns from 1; the end is behind the last column.
+    fn region(&self, at: &Location<'_>) -> impl Serialize + use<> {
         let RangeDocument { start, end } = self.lines.range(self.db, at);
-        Region {
-            start_line: start.line,
-            start_column: start.column,
-            end_line: end.line,
-            end_column: end.column,
-        }
+        object! { startLine: start.line, startColumn: start.column, endLine: end.line, endColumn: end.column }
     }
 
-    fn artifact(&self, at: &Location<'_>) -> Artifact {
+    /// Returns the address of a file, and the base that it is relative to.
+    fn artifact(&self, at: &Location<'_>) -> (String, Option<&'static str>) {
         let path = at.file(self.db).path(self.db);
-        let Ok(url) = Url::from_file_path(path) else {
-            return Artifact { uri: path.display().to_string(), uri_base_id: None };
-        };
+        let Ok(url) = Url::from_file_path(path) else { return (path.display().to_string(), None) };
         match self.root.and_then(|root| url.as_str().strip_prefix(root.as_str())) {
             // A colon in the first part would end a scheme.
-            Some(below) => Artifact { uri: below.replace(':', "%3A"), uri_base_id: Some(ROOT) },
-            None => Artifact { uri: url.into(), uri_base_id: None },
+            Some(below) => (below.replace(':', "%3A"), Some(ROOT)),
+            None => (url.into(), None),
         }
     }
 
-    /// A change for each file that the fix touches.
-    fn fix(&mut self, fix: &Fix<'_>) -> FixDocument {
-        let mut changes: Vec<Change> = Vec::new();
+    /// Returns the changes of a fix, one for each file.
+    fn fix(&self, fix: &Fix<'_>) -> impl Serialize + use<> {
+        let mut changes: Vec<((String, Option<&str>), Vec<_>)> = Vec::new();
         for (at, text) in &fix.edits {
-            let artifact_location = self.artifact(at);
-            let replacement = Replacement {
-                deleted_region: self.region(at),
-                inserted_content: Content { text: text.clone() },
-            };
-            match changes.iter_mut().find(|change| change.artifact_location == artifact_location) {
-                Some(change) => change.replacements.push(replacement),
-                None => changes.push(Change { artifact_location, replacements: vec![replacement] }),
+            let artifact = self.artifact(at);
+            let replacement =
+                object! { deletedRegion: self.region(at), insertedContent: object! { text: text.clone() } };
+            match changes.iter_mut().find(|(known, _)| *known == artifact) {
+                Some((_, replacements)) => replacements.push(replacement),
+                None => changes.push((artifact, vec![replacement])),
             }
         }
-        FixDocument { description: Message::new(&fix.title), artifact_changes: changes }
+        let changes = changes.into_iter().map(|((uri, base), replacements)| {
+            object! { artifactLocation: object! { uri: uri, [uriBaseId]: base }, replacements: replacements }
+        });
+        object! { description: message(&fix.title), artifactChanges: changes.collect::<Vec<_>>() }
     }
-}
-
-#[derive(Serialize)]
-pub(super) struct Log {
-    #[serde(rename = "$schema")]
-    schema: &'static str,
-    version: &'static str,
-    runs: [Run; 1],
-}
-
-#[derive(Serialize)]
-#[serde(rename_all = "camelCase")]
-struct Run {
-    tool: Tool,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    original_uri_base_ids: Option<BaseIds>,
-    column_kind: &'static str,
-    results: Vec<ResultOf>,
-}
-
-#[derive(Serialize)]
-struct BaseIds {
-    #[serde(rename = "%SRCROOT%")]
-    root: Uri,
-}
-
-#[derive(Serialize)]
-struct Uri {
-    uri: String,
-}
-
-#[derive(Serialize)]
-struct Tool {
-    driver: Driver,
-}
-
-#[derive(Serialize)]
-struct Driver {
-    name: &'static str,
-    version: &'static str,
-    rules: Vec<Rule>,
-}
-
-#[derive(Serialize)]
-#[serde(rename_all = "camelCase")]
-struct Rule {
-    id: &'static str,
-    short_description: Text,
-    full_description: Text,
-    help: Text,
-    default_configuration: Configuration,
-}
-
-#[derive(Serialize)]
-struct Text {
-    text: String,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    markdown: Option<String>,
-}
-
-#[derive(Serialize)]
-struct Configuration {
-    level: &'static str,
-}
-
-#[derive(Serialize)]
-#[serde(rename_all = "camelCase")]
-struct ResultOf {
-    rule_id: &'static str,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    rule_index: Option<usize>,
-    level: &'static str,
-    message: Message,
-    locations: [ResultLocation; 1],
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    related_locations: Vec<ResultLocation>,
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    fixes: Vec<FixDocument>,
-}
-
-#[derive(Serialize)]
-struct Message {
-    text: String,
-}
-
-impl Message {
-    /// Braces stand for arguments in messages, unless they are doubled.
-    fn new(text: &str) -> Message {
-        Message { text: text.replace('{', "{{").replace('}', "}}") }
-    }
-}
-
-#[derive(Serialize)]
-#[serde(rename_all = "camelCase")]
-struct ResultLocation {
-    physical_location: PhysicalLocation,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    message: Option<Message>,
-}
-
-#[derive(Serialize)]
-#[serde(rename_all = "camelCase")]
-struct PhysicalLocation {
-    artifact_location: Artifact,
-    region: Region,
-}
-
-#[derive(Serialize, PartialEq)]
-#[serde(rename_all = "camelCase")]
-struct Artifact {
-    uri: String,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    uri_base_id: Option<&'static str>,
-}
-
-/// Lines and columns from 1; the end is behind the last column.
-#[derive(Serialize)]
-#[serde(rename_all = "camelCase")]
-struct Region {
-    start_line: usize,
-    start_column: usize,
-    end_line: usize,
-    end_column: usize,
-}
-
-#[derive(Serialize)]
-#[serde(rename_all = "camelCase")]
-struct FixDocument {
-    description: Message,
-    artifact_changes: Vec<Change>,
-}
-
-#[derive(Serialize)]
-#[serde(rename_all = "camelCase")]
-struct Change {
-    artifact_location: Artifact,
-    replacements: Vec<Replacement>,
-}
-
-#[derive(Serialize)]
-#[serde(rename_all = "camelCase")]
-struct Replacement {
-    deleted_region: Region,
-    inserted_content: Content,
-}
-
-#[derive(Serialize)]
-struct Content {
-    text: String,
 }
 
 #[cfg(test)]
@@ -310,11 +173,12 @@ mod tests {
     #[test]
     fn every_code_has_descriptions_of_a_fitting_length() {
         for code in codes() {
-            let rule = rule(code);
-            let (short, full) = (rule.short_description.text, rule.full_description.text);
+            let rule = serde_json::json!(rule(code));
+            let text = |key: &str| rule[key]["text"].as_str().unwrap();
+            let (short, full) = (text("shortDescription"), text("fullDescription"));
             assert!(!short.is_empty() && !short.contains(['\n', '#']), "{}: {short}", code.name);
-            assert!(full.starts_with(&short) && full.len() <= 1024, "{}: {full}", code.name);
-            assert!(rule.help.text.starts_with(&format!("# {}\n", code.name)));
+            assert!(full.starts_with(short) && full.len() <= 1024, "{}: {full}", code.name);
+            assert!(text("help").starts_with(&format!("# {}\n", code.name)));
         }
     }
 }

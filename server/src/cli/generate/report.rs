@@ -1,14 +1,14 @@
 //! What `mauve generate` says: for people, and as one document.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use mauve_hir::{Database, normalised};
-use mauve_orocos::{Action, ChangedCodel, MANIFEST, Plan, Problem, Step};
+use mauve_hir::normalised;
+use mauve_orocos::{Action, ChangedCodel, MANIFEST, Plan, Step};
 use serde::Serialize;
 
-use super::super::check::{Lines, RangeDocument};
 use super::super::{counted, shown};
 use crate::generate::{Generated, Out};
+use crate::json::object;
 
 /// What becomes of a plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -152,74 +152,28 @@ fn prototypes(codel: &ChangedCodel, path: &str) -> String {
     )
 }
 
-#[derive(Serialize)]
-pub(super) struct Document {
-    /// What must be put right in the models first.
-    pub(super) problems: Vec<ProblemDocument>,
-    pub(super) folders: Vec<FolderDocument>,
-    /// Was that done, or is it to be done?
-    pub(super) written: bool,
-}
-
-#[derive(Serialize)]
-pub(super) struct ProblemDocument {
-    message: String,
-    file: PathBuf,
-    range: RangeDocument,
-}
-
-impl ProblemDocument {
-    pub(super) fn new(db: &Database, lines: &Lines, it: &Problem<'_>) -> ProblemDocument {
-        let file = it.at.file(db).path(db).clone();
-        ProblemDocument { message: it.message.clone(), file, range: lines.range(db, &it.at) }
-    }
-}
-
-/// Paths are from `out`.
-#[derive(Serialize)]
-pub(super) struct FolderDocument {
-    out: PathBuf,
-    packages: Vec<String>,
-    created: Vec<String>,
-    changed: Vec<String>,
-    removed: Vec<String>,
-    edited: Vec<String>,
-    changed_codels: Vec<CodelDocument>,
-    left_codels: Vec<String>,
-    left_files: Vec<String>,
-    left_packages: Vec<String>,
-}
-
-#[derive(Serialize)]
-struct CodelDocument {
-    file: String,
-    /// Null where nobody knows any more.
-    before: Option<String>,
-    now: String,
-}
-
-/// What was done in a folder, or is to be done.
-pub(super) fn document(it: &Generated) -> FolderDocument {
+/// Returns the steps of a plan; paths are relative to `out`.
+pub(super) fn document(it: &Generated) -> impl Serialize + use<> {
     let Generated { out: Out { shown: out, .. }, packages, plan, left_packages, .. } = it;
-    let steps = |is_such: fn(&Action) -> bool| {
+    let steps = |is_such: fn(&Action) -> bool| -> Vec<String> {
         plan.steps.iter().filter(|step| is_such(&step.action)).map(|step| step.path.clone()).collect()
     };
-    FolderDocument {
+    let changed_codels = plan.changed_codels.iter().map(|it| {
+        object! {
+            file: it.path.clone(),
+            // Null where nobody knows any more.
+            before: Some(it.before.clone()).filter(|before| !before.is_empty()),
+            now: it.now.clone(),
+        }
+    });
+    object! {
         out: out.canonicalize().unwrap_or_else(|_| out.clone()),
-        packages: packages.iter().map(|package| package.name.clone()).collect(),
+        packages: packages.iter().map(|package| package.name.clone()).collect::<Vec<_>>(),
         created: steps(|action| matches!(action, Action::Create(_))),
         changed: steps(|action| matches!(action, Action::Change(_))),
         removed: steps(|action| *action == Action::Remove),
         edited: plan.edited.clone(),
-        changed_codels: plan
-            .changed_codels
-            .iter()
-            .map(|it| CodelDocument {
-                file: it.path.clone(),
-                before: Some(it.before.clone()).filter(|before| !before.is_empty()),
-                now: it.now.clone(),
-            })
-            .collect(),
+        changed_codels: changed_codels.collect::<Vec<_>>(),
         left_codels: plan.left_codels.clone(),
         left_files: plan.left_files.clone(),
         left_packages: left_packages.clone(),

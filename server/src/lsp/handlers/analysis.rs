@@ -12,12 +12,11 @@
 use mauve_timing::{Level, Method};
 use mauve_wcrt::Query;
 use serde::Deserialize;
+use serde_json::{Value, json};
 use tower_lsp::jsonrpc::{Error, Result};
 use tower_lsp::lsp_types::TextDocumentIdentifier;
 
-use crate::analysis_document::{
-    AnalysisDocument, Deployed, Significance, analysis_document, deployments, levels,
-};
+use crate::analysis_document::{Deployed, Significance, analysis_document, deployments, levels};
 use crate::lsp::snapshot::Snapshot;
 
 /// What is asked.
@@ -53,7 +52,7 @@ enum AskedMethod {
 }
 
 /// The response times that are asked for.
-pub(crate) fn analysis(snapshot: &Snapshot, params: &AnalysisParams) -> Result<Vec<AnalysisDocument>> {
+pub(crate) fn analysis(snapshot: &Snapshot, params: &AnalysisParams) -> Result<Vec<Value>> {
     snapshot.complete()?;
     let db = &snapshot.db;
     let significance = match &params.significance {
@@ -82,7 +81,7 @@ pub(crate) fn analysis(snapshot: &Snapshot, params: &AnalysisParams) -> Result<V
     let documents = found.into_iter().map(|(project, deployment)| {
         let queries = levels(db, project, significance.as_ref()).into_iter();
         let queries = queries.map(|level| Query { level, method, horizon: None });
-        analysis_document(&Deployed::of_model(db, project, deployment, queries))
+        json!(analysis_document(&Deployed::of_model(db, project, deployment, queries)))
     });
     Ok(documents.collect())
 }
