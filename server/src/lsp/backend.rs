@@ -234,13 +234,12 @@ impl Backend {
     own_methods! {
         analysis(analysis::AnalysisParams) -> Vec<Value> => analysis::analysis;
         generate(GenerateParams) -> GenerateDocument => generate::generate;
-        graph(graph::GraphParams) -> Vec<graph::GraphDocument> => graph::graph;
-        state_machine(state_machine::StateMachineParams) -> state_machine::StateMachineDocument
-            => state_machine::state_machine;
+        graph(graph::GraphParams) -> Vec<Value> => graph::graph;
+        state_machine(state_machine::StateMachineParams) -> Value => state_machine::state_machine;
         syntax_tree(syntax_tree::SyntaxTreeParams) -> String => syntax_tree::syntax_tree;
     }
 
-    async fn status(&self) -> Result<status::Status> {
+    async fn status(&self) -> Result<Value> {
         self.answer(status::status).await
     }
 

@@ -40,7 +40,7 @@ use crate::lsp::to_proto::EditBuilder;
 /// The kind of the code actions.
 pub(crate) const KIND: CodeActionKind = CodeActionKind::new("source.generate.mauve");
 
-/// What is asked.
+/// The parameters of `mauve/generate`.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(crate) struct GenerateParams {
@@ -48,33 +48,19 @@ pub(crate) struct GenerateParams {
     pub(crate) deployment: Option<String>,
 }
 
-/// What would be done.
+/// The result of `mauve/generate`.
 #[derive(Debug, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub(crate) struct GenerateDocument {
     folder: std::path::PathBuf,
-    files: Vec<FileDocument>,
-    changed_codels: Vec<ChangedCodelDocument>,
+    files: Vec<Value>,
+    changed_codels: Vec<Value>,
     left_codels: Vec<String>,
     left_files: Vec<String>,
     left_packages: Vec<String>,
     edit: WorkspaceEdit,
-    /// What the user is told when it is done, or instead of it.
     #[serde(skip)]
     messages: Messages,
-}
-
-#[derive(Debug, Serialize)]
-struct FileDocument {
-    path: String,
-    action: &'static str,
-}
-
-#[derive(Debug, Serialize)]
-struct ChangedCodelDocument {
-    path: String,
-    before: String,
-    now: String,
 }
 
 /// Messages about an edit, for the user.
@@ -92,14 +78,14 @@ impl GenerateDocument {
         (self.edit, self.messages)
     }
 
-    /// What was done, for who cannot see it.
+    /// Returns the result of the command: the folder, and the numbers of files.
     pub(crate) fn summary(&self) -> Value {
-        let of = |action| self.files.iter().filter(|it| it.action == action).count();
+        let of = |action| self.files.iter().filter(|it| it["action"] == action).count();
         json!({"folder": self.folder, "created": of("create"), "changed": of("change"), "removed": of("remove")})
     }
 }
 
-/// What would be done to the files of the workspace.
+/// Returns the edit that generates packages, and its description.
 pub(crate) fn generate(snapshot: &Snapshot, params: &GenerateParams) -> Result<GenerateDocument> {
     snapshot.complete()?;
     let uri = &params.text_document.uri;
@@ -117,19 +103,16 @@ pub(crate) fn generate(snapshot: &Snapshot, params: &GenerateParams) -> Result<G
     let edit = edit(snapshot, &preview, uri)?;
     let messages = Messages { warning: preview.warning(), nothing: preview.nothing() };
     let Generated { out, plan, left_packages, .. } = preview.generated;
-    let files = plan.steps.iter().map(|step| FileDocument {
-        path: step.path.clone(),
-        action: match step.action {
+    let files = plan.steps.iter().map(|step| {
+        let action = match step.action {
             Action::Create(_) => "create",
             Action::Change(_) => "change",
             Action::Remove => "remove",
-        },
+        };
+        json!({ "path": step.path, "action": action })
     });
-    let changed = plan.changed_codels.into_iter().map(|it| ChangedCodelDocument {
-        path: it.path,
-        before: it.before,
-        now: it.now,
-    });
+    let changed = plan.changed_codels.iter();
+    let changed = changed.map(|it| json!({ "path": it.path, "before": it.before, "now": it.now }));
     Ok(GenerateDocument {
         files: files.collect(),
         changed_codels: changed.collect(),

@@ -8,23 +8,24 @@
 //! | `drawing` | `"svg"` (if left out) or `"dot"` |
 //!
 //! Of the result, `source` and `target` are numbers of states, and `worstTrace` has numbers of edges. In the SVG, `data-state`,
-//! `data-source` and `data-target` hold the numbers of states. Without times, there are `reasons`, and no drawing.
+//! `data-source` and `data-target` hold the numbers of states. `assumed` has the codels whose times are assumed. Without
+//! times, there are `reasons`, and no drawing.
 
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Decl, Project, names_of, project_files, projects};
 use mauve_ide::{Drawing, component_at, draw_state_machine, state_machine as machine_of};
 use mauve_wcrt::Query;
-use serde::{Deserialize, Serialize};
-use serde_json::Value;
+use serde::Deserialize;
+use serde_json::{Value, json};
 use tower_lsp::jsonrpc::{Error, Result};
-use tower_lsp::lsp_types::{Location, Position, TextDocumentIdentifier};
+use tower_lsp::lsp_types::{Position, TextDocumentIdentifier};
 
 use super::analysis::read_level;
 use crate::analysis_document::milliseconds;
 use crate::lsp::snapshot::Snapshot;
 use crate::lsp::to_proto;
 
-/// What is asked.
+/// The parameters of `mauve/stateMachine`.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(crate) struct StateMachineParams {
@@ -36,7 +37,7 @@ pub(crate) struct StateMachineParams {
     drawing: AskedDrawing,
 }
 
-/// How it is to be drawn.
+/// The format of a drawing.
 #[derive(Debug, Clone, Copy, Default, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum AskedDrawing {
@@ -54,53 +55,8 @@ impl From<AskedDrawing> for Drawing {
     }
 }
 
-/// A state machine; times are in `unit`.
-#[derive(Debug, Serialize)]
-#[serde(rename_all = "camelCase")]
-pub(crate) struct StateMachineDocument {
-    component: String,
-    unit: &'static str,
-    significance: f64,
-    states: Vec<StateDocument>,
-    edges: Vec<EdgeDocument>,
-    worst_trace: Vec<usize>,
-    /// Codels whose times are assumed.
-    assumed: Vec<String>,
-    reasons: Vec<String>,
-    drawing: Option<String>,
-}
-
-#[derive(Debug, Serialize)]
-#[serde(rename_all = "camelCase")]
-struct StateDocument {
-    name: String,
-    initial: bool,
-    location: Option<Location>,
-}
-
-#[derive(Debug, Serialize)]
-#[serde(rename_all = "camelCase")]
-struct EdgeDocument {
-    source: usize,
-    target: usize,
-    transition: Option<String>,
-    time: Option<Value>,
-    programs: Vec<ProgramDocument>,
-    location: Option<Location>,
-}
-
-#[derive(Debug, Serialize)]
-#[serde(rename_all = "camelCase")]
-struct ProgramDocument {
-    program: String,
-    time: Option<Value>,
-}
-
-/// The state machine of a component.
-pub(crate) fn state_machine(
-    snapshot: &Snapshot,
-    params: &StateMachineParams,
-) -> Result<StateMachineDocument> {
+/// Returns the state machine of a component.
+pub(crate) fn state_machine(snapshot: &Snapshot, params: &StateMachineParams) -> Result<Value> {
     snapshot.complete()?;
     let db = &snapshot.db;
     let (project, component) = component_of(snapshot, params)?;
@@ -110,39 +66,38 @@ pub(crate) fn state_machine(
     };
     let view = machine_of(db, project, component, level);
     let location = |at: &Option<_>| at.as_ref().and_then(|at| to_proto::location(snapshot, at));
-    let states = view.states.iter().map(|state| StateDocument {
-        name: state.name.to_string(),
-        initial: state.initial,
-        location: location(&state.at),
+    let states = view.states.iter().map(|state| {
+        json!({ "name": state.name.to_string(), "initial": state.initial, "location": location(&state.at) })
     });
-    let edges = view.edges.iter().map(|edge| EdgeDocument {
-        source: edge.source,
-        target: edge.target,
-        transition: edge.transition.as_ref().map(ToString::to_string),
-        time: edge.time.map(milliseconds),
-        programs: (edge.programs.iter())
-            .map(|(program, time)| ProgramDocument {
-                program: program.to_string(),
-                time: time.map(milliseconds),
-            })
-            .collect(),
-        location: location(&edge.at),
+    let edges = view.edges.iter().map(|edge| {
+        let programs = edge
+            .programs
+            .iter()
+            .map(|(program, time)| json!({ "program": program.to_string(), "time": time.map(milliseconds) }));
+        json!({
+            "source": edge.source,
+            "target": edge.target,
+            "transition": edge.transition.as_ref().map(ToString::to_string),
+            "time": edge.time.map(milliseconds),
+            "programs": programs.collect::<Vec<_>>(),
+            "location": location(&edge.at),
+        })
     });
     let name = component.name(db).to_string();
-    Ok(StateMachineDocument {
-        unit: "ms",
-        significance: level.as_f64(),
-        states: states.collect(),
-        edges: edges.collect(),
-        assumed: view.psm.into_iter().flat_map(|psm| &psm.assumed).map(|(codel, _)| codel.clone()).collect(),
-        drawing: view.psm.map(|psm| draw_state_machine(&name, level, psm, params.drawing.into())),
-        component: name,
-        worst_trace: view.worst_trace,
-        reasons: view.reasons,
-    })
+    let assumed = view.psm.into_iter().flat_map(|psm| &psm.assumed).map(|(codel, _)| codel.as_str());
+    Ok(json!({
+        "component": name,
+        "unit": "ms",
+        "significance": level.as_f64(),
+        "states": states.collect::<Vec<_>>(),
+        "edges": edges.collect::<Vec<_>>(),
+        "worstTrace": view.worst_trace,
+        "assumed": assumed.collect::<Vec<_>>(),
+        "reasons": view.reasons,
+        "drawing": view.psm.map(|psm| draw_state_machine(&name, level, psm, params.drawing.into())),
+    }))
 }
 
-/// The component that is meant.
 fn component_of<'db>(
     snapshot: &'db Snapshot,
     params: &StateMachineParams,

@@ -1,59 +1,43 @@
-//! `mauve/status`: what the server has and does, for whoever wonders.
+//! `mauve/status`: the state of the server.
+//!
+//! | field | is |
+//! |---|---|
+//! | `workspaces` | their folders, with the roots of their projects and the significance level that is shown |
+//! | `documents` | the number of open documents |
+//! | `levels` | the significance levels of the tables, from the most probable down: arguments of `mauve.setSignificance` |
+//! | `jobs` | the number of running jobs, this request not counted |
+//! | `settled` | when the server has nothing left to do: the number of diagnostics and refresh requests that it has sent. A client that has received as many has received everything. Null while files are read, projects are checked, or messages wait |
 
 use std::sync::atomic::Ordering;
 
 use mauve_hir::projects;
+use mauve_timing::Level;
 use mauve_wcrt::level_shown;
-use serde::Serialize;
+use serde_json::{Value, json};
 use tower_lsp::jsonrpc::Result;
 
 use crate::lsp::snapshot::Snapshot;
 
-/// What the server has and does.
-#[derive(Debug, Serialize)]
-pub(crate) struct Status {
-    version: &'static str,
-    /// The folders of the workspaces, with the roots of their projects.
-    workspaces: Vec<WorkspaceStatus>,
-    /// How many texts the client has open.
-    documents: usize,
-    /// The significance levels that the tables have, from the most probable down: arguments of `mauve.setSignificance`.
-    levels: Vec<f64>,
-    /// How many jobs are running, this request not counted.
-    jobs: usize,
-    /// Once the server has nothing left to do: how many diagnostics and refresh requests it has sent. A client that has
-    /// received as many has received everything. Null while files are read, projects are checked, or messages wait.
-    settled: Option<usize>,
-}
-
-#[derive(Debug, Serialize)]
-struct WorkspaceStatus {
-    folder: String,
-    files: usize,
-    /// The significance level that is shown.
-    significance: f64,
-    roots: Vec<String>,
-}
-
-/// The status of the server.
-pub(crate) fn status(snapshot: &Snapshot) -> Result<Status> {
+/// Returns the state of the server.
+pub(crate) fn status(snapshot: &Snapshot) -> Result<Value> {
     let db = &snapshot.db;
-    let workspaces = snapshot.workspaces.iter().map(|&workspace| WorkspaceStatus {
-        folder: workspace.folder(db).display().to_string(),
-        files: workspace.files(db).len(),
-        significance: level_shown(db, workspace).as_f64(),
-        roots: projects(db, workspace).iter().map(|it| it.root(db).path(db).display().to_string()).collect(),
+    let workspaces = snapshot.workspaces.iter().map(|&workspace| {
+        let roots = projects(db, workspace).iter().map(|it| it.root(db).path(db).display().to_string());
+        json!({
+            "folder": workspace.folder(db).display().to_string(),
+            "files": workspace.files(db).len(),
+            "significance": level_shown(db, workspace).as_f64(),
+            "roots": roots.collect::<Vec<_>>(),
+        })
     });
+    let levels = mauve_ide::known_levels(db, &snapshot.workspaces);
     let jobs = snapshot.running.load(Ordering::SeqCst).saturating_sub(1);
-    Ok(Status {
-        version: env!("CARGO_PKG_VERSION"),
-        workspaces: workspaces.collect(),
-        levels: mauve_ide::known_levels(db, &snapshot.workspaces)
-            .iter()
-            .map(|level| level.as_f64())
-            .collect(),
-        documents: snapshot.documents.len(),
-        jobs,
-        settled: snapshot.outbox.sent().filter(|_| snapshot.is_settled && jobs == 0),
-    })
+    Ok(json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "workspaces": workspaces.collect::<Vec<_>>(),
+        "documents": snapshot.documents.len(),
+        "levels": levels.into_iter().map(Level::as_f64).collect::<Vec<_>>(),
+        "jobs": jobs,
+        "settled": snapshot.outbox.sent().filter(|_| snapshot.is_settled && jobs == 0),
+    }))
 }
