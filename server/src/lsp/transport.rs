@@ -12,7 +12,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-use futures::{FutureExt as _, SinkExt as _, StreamExt as _};
+use futures::{FutureExt as _, Sink, SinkExt as _, StreamExt as _};
 use serde_json::Value;
 use tokio::sync::{Notify, mpsc, oneshot};
 use tokio::task::JoinSet;
@@ -21,7 +21,7 @@ use tower_lsp::jsonrpc::{Error, ErrorCode, Id, Request, Response};
 use tower_lsp::{ClientSocket, LspService};
 
 use super::backend::Backend;
-use super::frame::{Frame, lost_by};
+use super::frame::{Frame, Lost, lost_by};
 
 /// The two directions, and the main loop's end.
 pub(crate) struct Streams {
@@ -86,69 +86,17 @@ pub(crate) async fn serve(
     loop {
         tokio::select! {
             frame = streams.incoming.recv(), if waiting(&streams) + tasks.len() < MOST_WAITING => {
-                let message = match frame {
-                    None => return code(is_shut_down),
-                    Some(Frame::Message(message)) => message,
-                    Some(Frame::Miscounted) => {
-                        service.inner().warn(MISCOUNTED);
-                        continue;
-                    }
-                    Some(Frame::Invalid { why, lost }) => {
-                        tracing::warn!("an invalid message: {why}");
-                        service.inner().lost(&lost);
-                        let error = Error { message: why.into(), ..Error::parse_error() };
-                        send(&streams, &Response::from_error(Id::Null, error));
-                        continue;
-                    }
-                };
-                let lost = lost_by(&message);
-                let request = match understood(message) {
-                    Ok(Message::Request(request)) => request,
-                    Ok(Message::Response(response)) => {
-                        // An answer to a question that nobody asked is nothing to die of.
-                        let answered = AssertUnwindSafe(from_client.send(response)).catch_unwind().await;
-                        if !matches!(answered, Ok(Ok(()))) {
-                            tracing::warn!("an answer that nobody waits for");
-                        }
-                        continue;
-                    }
-                    Err(refusal) => {
-                        service.inner().lost(&lost);
-                        send(&streams, &refusal);
-                        continue;
-                    }
-                };
+                let Some(frame) = frame else { return code(is_shut_down) };
+                let received = received(service.inner(), &streams, &mut from_client, frame).await;
+                let Some((request, lost)) = received else { continue };
                 match request.method() {
                     "exit" => return code(is_shut_down),
                     "initialize" => client = client.or_else(|| process_of(&request)),
                     _ => {}
                 }
                 let Some(request) = service.inner().preprocess(request, &lost) else { continue };
-                let id = request.id().cloned();
-                // tower-lsp leaves these without an answer.
-                if let Some(id) = id.clone().filter(|_| request.method().starts_with("$/")) {
-                    send(&streams, &Response::from_error(id, Error::method_not_found()));
-                    continue;
-                }
-                let is_initialize = request.method() == "initialize";
                 let is_shutdown = request.method() == "shutdown";
-                let (method, begin) = (request.method().to_owned(), Instant::now());
-                let mut answer = AssertUnwindSafe(service.call(request)).catch_unwind().boxed();
-                let answer = async move {
-                    let answer = match answer.as_mut().await {
-                        Ok(answer) => {
-                            let answer = answer.ok().flatten();
-                            if is_initialize { answer.map(with_new_capabilities) } else { answer }
-                        }
-                        Err(_) => id.map(|id| Response::from_error(id, Error::internal_error())),
-                    };
-                    match answer.as_ref().map(Response::error) {
-                        Some(Some(error)) => tracing::debug!("{method}: {error} ({:?})", begin.elapsed()),
-                        _ => tracing::debug!("{method} ({:?})", begin.elapsed()),
-                    }
-                    answer
-                };
-                let mut answer = Box::pin(answer);
+                let mut answer = Box::pin(answer(&mut service, request));
                 match futures::poll!(&mut answer) {
                     std::task::Poll::Ready(Some(response)) => {
                         // One that comes too early is refused, and the session goes on.
@@ -199,7 +147,73 @@ pub(crate) async fn serve(
     }
 }
 
-/// Says what the server can do that lsp-types has no name for.
+/// Returns the request or notification of a frame, and the texts that it may change if it is not understood. Handles all other
+/// frames.
+async fn received(
+    backend: &Backend,
+    streams: &Streams,
+    responses: &mut (impl Sink<Response> + Unpin),
+    frame: Frame,
+) -> Option<(Request, Lost)> {
+    let (lost, refusal) = match frame {
+        Frame::Message(message) => {
+            let lost = lost_by(&message);
+            match understood(message) {
+                Ok(Message::Request(request)) => match request.id() {
+                    // tower-lsp does not answer these.
+                    Some(id) if request.method().starts_with("$/") => {
+                        (lost, Response::from_error(id.clone(), Error::method_not_found()))
+                    }
+                    _ => return Some((request, lost)),
+                },
+                Ok(Message::Response(response)) => {
+                    // A response without a request is ignored.
+                    let answered = AssertUnwindSafe(responses.send(response)).catch_unwind().await;
+                    if !matches!(answered, Ok(Ok(()))) {
+                        tracing::warn!("an answer that nobody waits for");
+                    }
+                    return None;
+                }
+                Err(refusal) => (lost, refusal),
+            }
+        }
+        Frame::Miscounted => {
+            backend.warn(MISCOUNTED);
+            return None;
+        }
+        Frame::Invalid { why, lost } => {
+            tracing::warn!("an invalid message: {why}");
+            let error = Error { message: why.into(), ..Error::parse_error() };
+            (lost, Response::from_error(Id::Null, error))
+        }
+    };
+    backend.lost(&lost);
+    send(streams, &refusal);
+    None
+}
+
+/// Calls the service, and returns its answer, which is an error after a panic.
+fn answer(
+    service: &mut LspService<Backend>,
+    request: Request,
+) -> impl Future<Output = Option<Response>> + Send + use<> {
+    let (id, method, begin) = (request.id().cloned(), request.method().to_owned(), Instant::now());
+    let answer = AssertUnwindSafe(service.call(request)).catch_unwind();
+    async move {
+        let answer = match answer.await {
+            Ok(Ok(Some(answer))) if method == "initialize" => Some(with_new_capabilities(answer)),
+            Ok(answer) => answer.ok().flatten(),
+            Err(_) => id.map(|id| Response::from_error(id, Error::internal_error())),
+        };
+        match answer.as_ref().map(Response::error) {
+            Some(Some(error)) => tracing::debug!("{method}: {error} ({:?})", begin.elapsed()),
+            _ => tracing::debug!("{method} ({:?})", begin.elapsed()),
+        }
+        answer
+    }
+}
+
+/// Adds the capability that lsp-types has no name for.
 fn with_new_capabilities(response: Response) -> Response {
     let (id, mut result) = response.into_parts();
     if let Ok(result) = &mut result
