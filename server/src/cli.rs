@@ -100,7 +100,7 @@ impl Arguments {
 #[derive(Debug, clap::Args)]
 struct Paths {
     /// A model, a folder or a mauve.toml; the current folder when left out.
-    #[arg(value_name = "PATH")]
+    #[arg(value_name = "PATH", default_value = ".", hide_default_value = true)]
     paths: Vec<PathBuf>,
 }
 

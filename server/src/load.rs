@@ -1,8 +1,8 @@
 //! From paths to workspaces in the database: the only place that reads models from the disk.
 
 mod packages;
-mod surroundings;
 mod walk;
+mod watch_set;
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::path::{Path, PathBuf};
@@ -20,12 +20,24 @@ use salsa::Setter;
 
 use crate::disk::{Boundary, LONGEST, is_hidden, text_of};
 use packages::Places;
-use surroundings::Surroundings;
 use walk::Walks;
 pub(crate) use walk::{Left, Walk, Walked};
+use watch_set::WatchSet;
 
 /// All files of the workspaces together are not longer: what stands in the others is not read.
 const LONGEST_TOGETHER: u64 = 2 * LONGEST;
+
+/// Sets the inputs of a workspace that have changed, since setting an input cancels all queries.
+macro_rules! set_changed {
+    ($db:expr, $workspace:ident: $($input:ident = $set:ident($value:expr)),* $(,)?) => {
+        $({
+            let value = $value;
+            if *$workspace.$input($db) != value {
+                $workspace.$set($db).to(value);
+            }
+        })*
+    };
+}
 
 /// The texts that were read, and the workspaces that they make up.
 ///
@@ -39,8 +51,7 @@ pub(crate) struct Loader {
     workspaces: BTreeMap<PathBuf, Workspace>,
     /// Files whose text is an editor's, whatever the disk has.
     edited: BTreeSet<PathBuf>,
-    /// Where files may come and go.
-    surroundings: Surroundings,
+    watch_set: WatchSet,
     /// The files of the workspaces, and those of them that are configurations, whatever they are called.
     current: BTreeSet<PathBuf>,
     configs: BTreeSet<PathBuf>,
@@ -65,16 +76,37 @@ pub(crate) struct Loader {
     read: BTreeMap<PathBuf, (u64, File)>,
 }
 
-/// What is to be read of a folder.
+/// The models of a folder that were requested.
 #[derive(Default)]
-struct Asked {
-    /// All of its models, and not only those below?
-    whole: bool,
-    /// Models that were named.
+struct Requested {
+    all: bool,
     models: Vec<PathBuf>,
 }
 
-/// The workspaces that `paths` name, the current folder without any.
+/// A path that the user named.
+enum Named {
+    Model(PathBuf),
+    /// A folder, or that of a configuration.
+    Folder(PathBuf),
+}
+
+impl Named {
+    /// Classifies a path; `place` is its canonical form.
+    fn new(path: &Path, place: PathBuf, is_file: bool) -> Result<Named, String> {
+        let is_config = place.ends_with(CONFIG_FILE);
+        if is_file && !is_config {
+            return match is_model(&place) {
+                true => Ok(Named::Model(place)),
+                false => {
+                    Err(format!("`{}` is no model (*.mal), no {CONFIG_FILE} and no folder", path.display()))
+                }
+            };
+        }
+        Ok(Named::Folder(if is_config { parent(&place).to_owned() } else { place }))
+    }
+}
+
+/// Returns the workspaces that `paths` name.
 ///
 /// # Errors
 ///
@@ -84,8 +116,6 @@ pub(crate) fn load(
     paths: &[PathBuf],
     allows_outside: bool,
 ) -> Result<Vec<Workspace>, String> {
-    let here = [PathBuf::from(".")];
-    let paths = if paths.is_empty() { &here[..] } else { paths };
     let mut loader = Loader { allows_outside, ..Loader::default() };
     match loader.load(db, paths) {
         Ok(Loaded { workspaces, problems }) => problems.into_iter().next().map_or(Ok(workspaces), Err),
@@ -102,42 +132,38 @@ pub(crate) struct Loaded {
     pub(crate) problems: Vec<String>,
 }
 
-/// The models that `paths` name or have in them, by the path behind all links and in its order; those of the current folder
-/// without any. What a link in a folder leads to elsewhere is not in it. And which folders were not looked through, and why.
+/// Returns the canonical paths of the models that `paths` name or have in them, without those that a link in a folder leads
+/// to elsewhere. Then the reasons why folders were not searched.
 ///
 /// # Errors
 ///
 /// A path that does not exist or has no model in it, in words for the user.
 pub(crate) fn models_in(paths: &[PathBuf]) -> Result<(BTreeSet<PathBuf>, Vec<String>), String> {
-    let here = [PathBuf::from(".")];
-    let paths = if paths.is_empty() { &here[..] } else { paths };
     let (mut found, mut problems) = (BTreeSet::new(), Vec::new());
     for path in paths {
         let absolute =
             path.canonicalize().map_err(|error| format!("cannot read `{}`: {error}", path.display()))?;
-        let is_config = absolute.ends_with(CONFIG_FILE);
         let beside = place(path.parent().filter(|it| !it.as_os_str().is_empty()).unwrap_or(Path::new(".")));
         if absolute.is_file() && !absolute.starts_with(beside) {
             let (path, absolute) = (path.display(), absolute.display());
             return Err(format!("`{path}` is a link that leads elsewhere: name `{absolute}` itself"));
         }
-        if absolute.is_file() && !is_config {
-            if !is_model(&absolute) {
-                let path = path.display();
-                return Err(format!("`{path}` is no model (*.mal), no {CONFIG_FILE} and no folder"));
+        let is_file = absolute.is_file();
+        let folder = match Named::new(path, absolute, is_file)? {
+            Named::Model(model) => {
+                found.insert(model);
+                continue;
             }
-            found.insert(absolute);
-            continue;
-        }
-        let folder = if is_config { absolute.parent().unwrap_or(Path::new("/")) } else { &absolute };
-        let walk = Walk::Models { folder: folder.to_owned(), depth: None, is_own: false };
+            Named::Folder(folder) => folder,
+        };
+        let walk = Walk::Models { folder: folder.clone(), depth: None, is_own: false };
         let walked = walk.run(&mut Left::default(), &|| false);
         problems.extend(walked.problems.iter().map(|(at, why)| format!("`{}`: {why}", at.display())));
         if walked.files.is_empty() && walked.problems.is_empty() {
             return Err(format!("no model (*.mal) in `{}`", path.display()));
         }
         let models = walked.files.iter().map(|model| place(model));
-        found.extend(models.filter(|model| model.strip_prefix(folder).is_ok_and(|below| !is_hidden(below))));
+        found.extend(models.filter(|model| model.strip_prefix(&folder).is_ok_and(|below| !is_hidden(below))));
     }
     Ok((found, problems))
 }
@@ -160,66 +186,64 @@ impl Loader {
     ///
     /// The walks that are required first, from a loader that is [`Loader::deferred`]; their results go to [`Loader::learn`].
     pub(crate) fn load(&mut self, db: &mut Database, paths: &[PathBuf]) -> Result<Loaded, Vec<Walk>> {
-        let before = std::mem::take(&mut self.surroundings);
+        let before = std::mem::take(&mut self.watch_set);
         self.packages.clear();
         self.left = LONGEST_TOGETHER;
         self.read.clear();
         self.named = paths.iter().map(|path| place(path)).collect();
         let mut problems = Vec::new();
-        let mut asked: Vec<(PathBuf, Asked)> = Vec::new();
-        let mut index: BTreeMap<PathBuf, usize> = BTreeMap::new();
-        let mut of_folder = |asked: &mut Vec<(PathBuf, Asked)>, folder: PathBuf| {
-            *index.entry(folder.clone()).or_insert_with(|| {
-                asked.push((folder, Asked::default()));
-                asked.len() - 1
-            })
+        // The folders of the workspaces, in the order in which they were first named.
+        let mut order: Vec<PathBuf> = Vec::new();
+        let mut requests: BTreeMap<PathBuf, Requested> = BTreeMap::new();
+        let mut add = |folder: PathBuf, model: Option<PathBuf>| {
+            let requested = requests.entry(folder).or_insert_with_key(|folder| {
+                order.push(folder.clone());
+                Requested::default()
+            });
+            requested.all |= model.is_none();
+            requested.models.extend(model);
         };
         // A folder or a model within one of these folders belongs to the outermost.
         let folders: Vec<PathBuf> = self.named.iter().filter(|path| path.is_dir()).cloned().collect();
         for path in paths {
             let absolute = place(path);
             // A link on the way may lead elsewhere tomorrow.
-            self.surroundings.await_path(path);
+            self.watch_set.add(path);
             if !self.edited.contains(&absolute)
                 && let Err(error) = std::fs::metadata(&absolute)
             {
                 problems.push(format!("cannot read `{}`: {error}", path.display()));
                 continue;
             }
-            let is_config = absolute.ends_with(CONFIG_FILE);
-            if self.is_file(&absolute) && !is_config {
-                if !is_model(&absolute) {
-                    let path = path.display();
-                    problems.push(format!("`{path}` is no model (*.mal), no {CONFIG_FILE} and no folder"));
+            let is_file = self.is_file(&absolute);
+            let folder = match Named::new(path, absolute, is_file) {
+                Ok(Named::Folder(folder)) => folder,
+                Ok(Named::Model(model)) => {
+                    add(self.home(parent(&model), &folders), Some(model));
                     continue;
                 }
-                let folder = self.home(absolute.parent().unwrap_or(Path::new("/")), &folders);
-                let at = of_folder(&mut asked, folder);
-                asked[at].1.models.push(absolute);
-                continue;
-            }
-            let folder =
-                if is_config { absolute.parent().unwrap_or(Path::new("/")).to_owned() } else { absolute };
+                Err(problem) => {
+                    problems.push(problem);
+                    continue;
+                }
+            };
             let Some(found) = self.find(&folder, None, false) else { continue };
             let mut homes: BTreeSet<PathBuf> =
                 found.configs.iter().filter_map(|it| Some(it.parent()?.to_owned())).collect();
-            if found.models.iter().any(|model| owner(model, &homes).is_none()) {
+            if found.files.iter().any(|model| owner(model, &homes).is_none()) {
                 homes.insert(self.home(&folder, &folders));
             }
             if homes.is_empty() {
                 problems.push(format!("no model (*.mal) and no {CONFIG_FILE} in `{}`", path.display()));
             }
-            for home in homes {
-                let at = of_folder(&mut asked, home);
-                asked[at].1.whole = true;
-            }
+            homes.into_iter().for_each(|home| add(home, None));
         }
-        let read = asked.into_iter().filter_map(|(folder, asked)| self.read(db, &folder, &asked));
+        let read = order.iter().filter_map(|folder| self.read(db, folder, &requests[folder]));
         let workspaces: Vec<Workspace> = read.collect();
         let wanted = self.walks.wanted();
         if !wanted.is_empty() {
             // Until all is known, what mattered before matters too.
-            self.surroundings.extend(before);
+            self.watch_set.extend(before);
             return Err(wanted);
         }
         let files = workspaces.iter().flat_map(|workspace| workspace.files(db).values());
@@ -239,9 +263,9 @@ impl Loader {
         self.walks.learn(walk, walked);
     }
 
-    /// Where files may come and go.
-    pub(crate) fn surroundings(&mut self) -> &mut Surroundings {
-        &mut self.surroundings
+    /// Returns the files and folders whose changes may change the workspaces.
+    pub(crate) fn watch_set(&mut self) -> &mut WatchSet {
+        &mut self.watch_set
     }
 
     /// Reads a file again that something has happened to. Says whether that is all: it is one of the workspaces and no link
@@ -284,34 +308,36 @@ impl Loader {
     ) -> File {
         let place = place(path);
         self.edited.insert(place.clone());
-        self.put(db, place, text, problem)
+        put(db, &mut self.files, place, text, problem, false)
     }
 
-    /// The file at `place` with this text.
-    fn put(&mut self, db: &mut Database, place: PathBuf, text: &str, problem: Option<Problem>) -> File {
-        match self.files.get(&place) {
-            Some(&file) => {
-                write(db, file, text, problem);
-                file
-            }
-            None => {
-                let file = File::new(db, place.clone(), text.into(), problem);
-                self.files.insert(place, file);
-                file
-            }
-        }
-    }
-
-    /// The workspace of a text that is no file on the disk.
+    /// Returns the workspace of a text that is no file on the disk.
     pub(crate) fn alone(&mut self, db: &mut Database, file: File) -> Workspace {
         let path = file.path(db).clone();
-        let workspace = *self.workspaces.entry(path.clone()).or_insert_with(|| {
-            let files = Arc::new(BTreeMap::from([(path, file)]));
-            Workspace::builder(PathBuf::new(), files, model_path(), vec![file], Vec::new(), Arc::default())
-                .significance(self.significance)
-                .new(db)
-        });
+        let workspace = match self.workspaces.get(&path) {
+            Some(&workspace) => workspace,
+            None => {
+                let files = BTreeMap::from([(path.clone(), file)]);
+                self.new_workspace(db, path, PathBuf::new(), files, vec![file])
+            }
+        };
         self.find_packages(db, workspace);
+        workspace
+    }
+
+    fn new_workspace(
+        &mut self,
+        db: &Database,
+        key: PathBuf,
+        folder: PathBuf,
+        files: BTreeMap<PathBuf, File>,
+        only: Vec<File>,
+    ) -> Workspace {
+        let files = Arc::new(files);
+        let workspace = Workspace::builder(folder, files, model_path(), only, Vec::new(), Arc::default())
+            .significance(self.significance)
+            .new(db);
+        self.workspaces.insert(key, workspace);
         workspace
     }
 
@@ -321,16 +347,12 @@ impl Loader {
         for name in named_packages(db, workspace) {
             let package = self.packages.entry(name.clone()).or_insert_with(|| {
                 let places = Places::of_environment();
-                for folder in places.folders(name) {
-                    self.surroundings.read_messages(folder);
-                }
+                self.watch_set.message_folders.extend(places.folders(name));
                 places.read(name).map(Arc::new)
             });
             found.extend(package.clone().map(|package| (name.clone(), package)));
         }
-        if **workspace.packages(db) != found {
-            workspace.set_packages(db).to(Arc::new(found));
-        }
+        set_changed!(db, workspace: packages = set_packages(Arc::new(found)));
     }
 
     /// Takes a file's text from the disk again. Says whether the workspaces are to be loaded again, since no project may have
@@ -379,7 +401,7 @@ impl Loader {
     /// itself.
     fn home(&mut self, folder: &Path, folders: &[PathBuf]) -> PathBuf {
         for above in folder.ancestors() {
-            self.surroundings.await_path(&above.join(CONFIG_FILE));
+            self.watch_set.add(&above.join(CONFIG_FILE));
             if self.has_config(above) {
                 return above.to_owned();
             }
@@ -388,43 +410,40 @@ impl Loader {
         outermost.unwrap_or(folder).to_owned()
     }
 
-    /// The models and configurations below `folder`, its own or all; nothing where it is yet to be walked through.
-    fn find(&mut self, folder: &Path, depth: Option<usize>, is_own: bool) -> Option<Found> {
+    /// Returns the models and configurations below `folder`, its own or all; `None` while a walk through it is required.
+    fn find(&mut self, folder: &Path, depth: Option<usize>, is_own: bool) -> Option<Walked> {
         let walk = |is_own| Walk::Models { folder: folder.to_owned(), depth, is_own };
         // All are its own where no other configuration is below.
         let own = folder.join(CONFIG_FILE);
         let is_all =
             self.walks.known(&walk(false)).is_some_and(|all| all.configs.iter().all(|it| *it == own));
-        let walked = self.walks.walked(walk(is_own && !is_all))?;
-        for folder in &walked.folders {
-            self.surroundings.look_through(folder.clone());
-        }
-        let mut found =
-            Found { models: walked.files.clone(), configs: walked.configs.clone(), unread: Vec::new() };
+        let mut found = self.walked(walk(is_own && !is_all))?;
         // Those that an editor has and has not saved yet.
         let new = self.edited.iter().filter(|path| depth.is_none() && path.starts_with(folder));
         let new = new.filter(|path| path.ends_with(CONFIG_FILE) && !path.exists());
         found.configs.extend(new.cloned());
-        // What may be in such a folder is missing: it stands for models that cannot be read.
-        let unread = walked.problems.iter().map(|(folder, why)| (folder.join("*.mal"), why.clone()));
-        found.unread.extend(unread);
         Some(found)
     }
 
-    /// Reads the workspace of `folder`: its models, its configuration, the tables that this names, and whatever the
-    /// models include from elsewhere.
-    ///
-    /// Nothing where something is yet to be walked through.
-    fn read(&mut self, db: &mut Database, folder: &Path, asked: &Asked) -> Option<Workspace> {
+    /// Returns the result of a walk, and watches its folders; `None` while the walk is required.
+    fn walked(&mut self, walk: Walk) -> Option<Walked> {
+        let walked = self.walks.walked(walk)?;
+        self.watch_set.folders.extend(walked.folders.iter().cloned());
+        Some(Walked::clone(&walked))
+    }
+
+    /// Reads the workspace of `folder`: its models, its configuration, the tables that this names, and the files that the
+    /// models include from other folders. Returns `None` while a walk is required.
+    fn read(&mut self, db: &mut Database, folder: &Path, requested: &Requested) -> Option<Workspace> {
         self.boundary = Boundary::new(folder, &self.named, model_path(), self.allows_outside);
         self.home(folder, &[]);
         for above in folder.ancestors() {
-            self.surroundings.await_path(&above.join(".gitignore"));
-            self.surroundings.await_path(&above.join(".ignore"));
+            self.watch_set.add(&above.join(".gitignore"));
+            self.watch_set.add(&above.join(".ignore"));
         }
         let config = folder.join(CONFIG_FILE);
         // A model by itself is seen together with what stands beside it.
-        let depth = if asked.whole || self.has_config(folder) { None } else { Some(1) };
+        let depth = if requested.all || self.has_config(folder) { None } else { Some(1) };
         let found = self.find(folder, depth, true)?;
         let inner: BTreeSet<PathBuf> = found
             .configs
@@ -438,79 +457,60 @@ impl Loader {
         }
         let workspace = match self.workspaces.get(folder) {
             Some(&workspace) => {
-                if workspace.files(db).get(&config) != files.get(&config) {
-                    let mut known = BTreeMap::clone(workspace.files(db));
-                    known.remove(&config);
-                    known.extend(files.clone());
-                    workspace.set_files(db).to(Arc::new(known));
-                }
+                let mut known = BTreeMap::clone(workspace.files(db));
+                known.remove(&config);
+                known.extend(files.clone());
+                set_changed!(db, workspace: files = set_files(Arc::new(known)));
                 workspace
             }
-            None => {
-                let known = Arc::new(files.clone());
-                let workspace = Workspace::builder(
-                    folder.to_owned(),
-                    known,
-                    model_path(),
-                    Vec::new(),
-                    Vec::new(),
-                    Arc::default(),
-                )
-                .significance(self.significance)
-                .new(db);
-                self.workspaces.insert(folder.to_owned(), workspace);
-                workspace
-            }
+            None => self.new_workspace(db, folder.to_owned(), folder.to_owned(), files.clone(), Vec::new()),
         };
         let config = config_of(db, workspace).clone();
-        let walks: Vec<Option<Tables>> =
+        // All walks that are required are collected.
+        let tables: Vec<Option<Walked>> =
             config.tables.iter().map(|(pattern, _)| self.tables(folder, pattern)).collect();
-        let walks = walks.into_iter().collect::<Option<Vec<Tables>>>()?;
-        for path in found.models.iter().filter(|model| owner(model, &inner).is_none()) {
+        let tables = tables.into_iter().collect::<Option<Vec<Walked>>>()?;
+        for path in found.files.iter().filter(|model| owner(model, &inner).is_none()) {
             self.add(db, &mut files, path);
             // Nobody names it: it may be of the other language that has this extension.
             if files.get(path).is_some_and(|&file| is_foreign(db, file)) {
                 files.remove(path);
             }
         }
-        for (path, why) in found.unread {
-            let file = self.put(db, path.clone(), "", Some(Problem::Cut(why)));
+        for (folder, why) in found.problems {
+            // Stands for the models that may be in this folder.
+            let path = folder.join("*.mal");
+            let file = put(db, &mut self.files, path.clone(), "", Some(Problem::Cut(why)), false);
             files.insert(path, file);
         }
-        for path in &asked.models {
+        for path in &requested.models {
             self.add(db, &mut files, path);
         }
         for (root, _) in &config.roots {
             let root = normalised(&folder.join(root));
-            self.surroundings.await_path(&root);
+            self.watch_set.add(&root);
             if self.is_file(&root) {
                 self.add(db, &mut files, &root);
             }
         }
-        let mut unreadable = Vec::new();
-        for tables in walks {
-            unreadable.extend(tables.problems);
-            tables.files.iter().for_each(|path| self.add(db, &mut files, path));
-        }
-        let only: Vec<File> = match asked.whole {
-            true => Vec::new(),
-            false => asked.models.iter().filter_map(|only| files.get(only).copied()).collect(),
-        };
-        if *workspace.only(db) != only {
-            workspace.set_only(db).to(only);
-        }
+        tables.iter().flat_map(|it| &it.files).for_each(|path| self.add(db, &mut files, path));
+        let problems = tables.iter().flat_map(|it| &it.problems);
+        let only = requested.models.iter().filter(|_| !requested.all);
+        set_changed!(
+            db, workspace:
+            only = set_only(only.filter_map(|only| files.get(only).copied()).collect::<Vec<File>>()),
+            unreadable = set_unreadable(
+                problems.map(|(path, why)| format!("`{}`: {why}", path.display())).collect::<Vec<String>>()
+            ),
+        );
         let own: BTreeSet<PathBuf> = files.keys().cloned().collect();
         self.follow_includes(db, workspace, &mut files);
         let included: BTreeSet<PathBuf> = files.keys().filter(|path| !own.contains(*path)).cloned().collect();
-        if **workspace.files(db) != files {
-            workspace.set_files(db).to(Arc::new(files));
-        }
-        if **workspace.included(db) != included {
-            workspace.set_included(db).to(Arc::new(included));
-        }
-        if *workspace.unreadable(db) != unreadable {
-            workspace.set_unreadable(db).to(unreadable);
-        }
+        set_changed!(
+            db, workspace:
+            files = set_files(Arc::new(files)),
+            included = set_included(Arc::new(included)),
+        );
         self.find_packages(db, workspace);
         Some(workspace)
     }
@@ -521,11 +521,9 @@ impl Loader {
             return;
         }
         let place = place(path);
-        for path in [path, &place] {
-            self.surroundings.look_through(path.parent().unwrap_or(path).to_owned());
-        }
+        self.watch_set.folders.extend([path, &place].map(|path| path.parent().unwrap_or(path).to_owned()));
         if path != place {
-            self.surroundings.await_path(path);
+            self.watch_set.add(path);
         }
         let file = match self.files.get(&place) {
             Some(&file) if self.edited.contains(&place) => {
@@ -536,7 +534,8 @@ impl Loader {
                 file
             }
             _ => match self.boundary.refusal(&place).filter(|_| place.exists()) {
-                Some(why) => self.refused(db, path, why),
+                // Such a file has no text, and is known by the path that leads to it.
+                Some(why) => put(db, &mut self.outside, path.to_owned(), "", Some(Problem::Cut(why)), true),
                 None => self.read_file(db, place),
             },
         };
@@ -559,25 +558,9 @@ impl Loader {
                 ));
             }
         }
-        let file = self.put(db, place.clone(), &text, problem.map(Problem::Cut));
+        let file = put(db, &mut self.files, place.clone(), &text, problem.map(Problem::Cut), false);
         self.read.insert(place, (text.len() as u64, file));
         file
-    }
-
-    /// A file that is not to be read stands for itself by the path that leads there: no text, and why.
-    fn refused(&mut self, db: &mut Database, path: &Path, why: String) -> File {
-        let problem = Some(Problem::Cut(why));
-        match self.outside.get(path) {
-            Some(&file) => {
-                write(db, file, "", problem);
-                file
-            }
-            None => {
-                let file = File::builder(path.to_owned(), "".into(), problem).is_outside(true).new(db);
-                self.outside.insert(path.to_owned(), file);
-                file
-            }
-        }
     }
 
     fn follow_includes(
@@ -597,7 +580,7 @@ impl Loader {
                 candidates
                     .iter()
                     .take(found.unwrap_or(candidates.len()))
-                    .for_each(|path| self.surroundings.await_path(path));
+                    .for_each(|path| self.watch_set.add(path));
                 let Some(path) = found.and_then(|index| candidates.get(index)) else { continue };
                 self.add(db, files, path);
                 if let Some(&file) = files.get(path)
@@ -609,39 +592,31 @@ impl Loader {
         }
     }
 
-    /// The files that a pattern of `[timing] tables` names, whether they can be read or not; and what kept some folder
-    /// from being looked into. Nothing where it is yet to be walked through.
-    fn tables(&mut self, folder: &Path, pattern: &str) -> Option<Tables> {
-        let mut tables = Tables { files: Vec::new(), problems: Vec::new() };
-        let Ok(glob) = table_pattern(folder, pattern) else { return Some(tables) };
+    /// Returns the files that a pattern of `[timing] tables` names, whether they can be read or not, and the problems of
+    /// folders; `None` while a walk is required.
+    fn tables(&mut self, folder: &Path, pattern: &str) -> Option<Walked> {
+        let Ok(glob) = table_pattern(folder, pattern) else { return Some(Walked::default()) };
         let is_fixed = |part: &std::path::Component<'_>| {
             !part.as_os_str().to_string_lossy().contains(['*', '?', '[', '{'])
         };
         let parts: Vec<_> = Path::new(pattern).components().collect();
         let fixed: PathBuf = parts.iter().take_while(|part| is_fixed(part)).collect();
         let from = normalised(&folder.join(&fixed));
-        self.surroundings.await_path(&from);
-        self.surroundings.name(glob.clone());
+        self.watch_set.add(&from);
+        self.watch_set.patterns.push(glob.clone());
         if parts.iter().all(is_fixed) {
             let is_there = self.edited.contains(&from) || from.symlink_metadata().is_ok();
-            tables.files.extend(Some(from).filter(|_| is_there));
-            return Some(tables);
+            let files = Some(from).filter(|_| is_there).into_iter().collect();
+            return Some(Walked { files, ..Walked::default() });
         }
         let depth = parts.len() - fixed.components().count();
         let depth = if pattern.contains("**") { None } else { Some(depth) };
         let (folder, pattern) = (folder.to_owned(), pattern.to_owned());
         let boundary = self.boundary.clone();
-        let walked = self.walks.walked(Walk::Tables { from, depth, folder, pattern, boundary })?;
-        for folder in &walked.folders {
-            self.surroundings.look_through(folder.clone());
-        }
-        tables.files.extend(walked.files.iter().cloned());
+        let mut found = self.walked(Walk::Tables { from, depth, folder, pattern, boundary })?;
         let new = self.edited.iter().filter(|path| !path.exists() && glob.is_match(path));
-        tables.files.extend(new.cloned());
-        tables
-            .problems
-            .extend(walked.problems.iter().map(|(path, why)| format!("`{}`: {why}", path.display())));
-        Some(tables)
+        found.files.extend(new.cloned());
+        Some(found)
     }
 }
 
@@ -745,19 +720,33 @@ fn owner<'a>(model: &Path, homes: &'a BTreeSet<PathBuf>) -> Option<&'a PathBuf> 
     model.ancestors().find_map(|above| homes.get(above))
 }
 
-struct Found {
-    models: Vec<PathBuf>,
-    configs: Vec<PathBuf>,
-    /// What stands for the models of folders that were not looked through, and why.
-    unread: Vec<(PathBuf, String)>,
+fn parent(path: &Path) -> &Path {
+    path.parent().unwrap_or(Path::new("/"))
 }
 
-struct Tables {
-    files: Vec<PathBuf>,
-    problems: Vec<String>,
+/// Returns the file of this path with this text.
+fn put(
+    db: &mut Database,
+    files: &mut BTreeMap<PathBuf, File>,
+    path: PathBuf,
+    text: &str,
+    problem: Option<Problem>,
+    is_outside: bool,
+) -> File {
+    match files.get(&path) {
+        Some(&file) => {
+            write(db, file, text, problem);
+            file
+        }
+        None => {
+            let file = File::builder(path.clone(), text.into(), problem).is_outside(is_outside).new(db);
+            files.insert(path, file);
+            file
+        }
+    }
 }
 
-/// Sets a text, where it is another: setting ends whatever is being computed. Says whether it was.
+/// Sets a text if it has changed, since setting an input cancels all queries. Returns whether it has.
 fn write(db: &mut Database, file: File, text: &str, problem: Option<Problem>) -> bool {
     let (is_text, is_problem) = (**file.text(db) != *text, *file.problem(db) != problem);
     if is_text {

@@ -24,8 +24,8 @@ use report::{Doing, document, report};
 #[derive(Debug, clap::Args)]
 pub(crate) struct Generate {
     /// A model, a folder or a mauve.toml; the current folder when left out.
-    #[arg(value_name = "PATH")]
-    path: Option<PathBuf>,
+    #[arg(default_value = ".", hide_default_value = true)]
+    path: PathBuf,
     #[command(flatten)]
     outside: Outside,
     /// Only the packages that this deployment needs.
@@ -56,7 +56,7 @@ enum Format {
 impl Generate {
     pub(crate) fn run(self) -> Result<Output, String> {
         let mut db = Database::default();
-        let workspaces = load(&mut db, self.path.as_slice(), self.outside.allow_outside)?;
+        let workspaces = load(&mut db, &[self.path.clone()], self.outside.allow_outside)?;
         let request = self.request(&db, &workspaces)?;
         let folders = match generate(&db, &request, &read) {
             Ok(folders) => folders,

@@ -45,12 +45,12 @@ enum Format {
 impl Psm {
     pub(crate) fn run(self) -> Result<Output, String> {
         let (path, name) = match self.component.as_slice() {
-            [path, name] => (vec![PathBuf::from(path)], name),
-            [name] => (Vec::new(), name),
+            [path, name] => (path.as_str(), name),
+            [name] => (".", name),
             _ => return Err("expected a component".to_owned()),
         };
         let mut db = Database::default();
-        let workspaces = load(&mut db, &path, self.outside.allow_outside)?;
+        let workspaces = load(&mut db, &[PathBuf::from(path)], self.outside.allow_outside)?;
         let asked = match self.significance {
             Some(level) => Some(
                 Level::from_f64(level).ok_or("the significance is a number between 0 and 1, such as 1e-4")?,

@@ -316,7 +316,7 @@ impl MainLoop {
             }
             match self.loader.refreshed(&mut self.db, path) {
                 Some(true) => self.staleness.bump_generation(),
-                None if self.loader.surroundings().matters(path) => self.staleness.outdate_workspaces(),
+                None if self.loader.watch_set().has(path) => self.staleness.outdate_workspaces(),
                 Some(false) | None => {}
             }
         }
@@ -529,7 +529,7 @@ impl MainLoop {
         problems.iter().for_each(|problem| tracing::info!("{problem}"));
         workspaces.extend(alone.iter().map(|&file| self.loader.alone(&mut self.db, file)));
         self.workspaces = workspaces.into();
-        match self.watcher.watch(&self.loader.surroundings().watched()) {
+        match self.watcher.watch(&self.loader.watch_set().folders_to_watch()) {
             Ok(is_new) => self.staleness.folders_watched(is_new),
             Err(error) => self.publisher.warn(&format!(
                 "Files that change outside the editor may not be noticed: {error}. Restart the server after such a change."
