@@ -1,5 +1,4 @@
-//! The bodies of a core: what is read, checked and priced apart from the rest of it. An edit of one body leaves the
-//! others as they are.
+//! The bodies of a core: the units of inference, checks and costs. An edit of one body does not invalidate the others.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -17,17 +16,17 @@ use crate::source::{Decl, core};
 pub enum BodyId {
     /// The initial values of the variables of the core.
     CoreValues,
-    /// The operation of that number.
+    /// The operation with that index.
     Operation(u32),
-    /// The hook of that number.
+    /// The hook with that index.
     Hook(u32),
     /// The initial values of the variables of its state machines.
     MachineValues,
-    /// A state, by the number of its machine and its own.
+    /// A state, by the index of its machine and its index there.
     State(u32, u32),
 }
 
-/// A body, with what stands in it.
+/// The content of a body.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub enum Body {
     /// See [`BodyId::CoreValues`] and [`BodyId::MachineValues`].
@@ -43,26 +42,26 @@ pub enum Body {
 /// Variables with their initial values.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct InitialValues {
-    /// Those of the core, or those of its state machines.
+    /// The variables of the core, or those of its state machines.
     pub variables: Vec<Variable>,
-    /// Whether all items of the core are known.
+    /// Whether no error hides an item of the core.
     pub completeness: Completeness,
 }
 
 /// A program in a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, salsa::SalsaValue)]
 pub enum ProgramIn {
-    /// All initial values, or the program of an operation or of a hook.
+    /// All initial values, or the program of an operation or a hook.
     Whole,
-    /// The method of that number.
+    /// The method with that index.
     Method(u32),
-    /// The guard of the transition of that number.
+    /// The guard of the transition with that index.
     Guard(u32),
-    /// The program of the transition of that number.
+    /// The effect of the transition with that index.
     Effect(u32),
 }
 
-/// Code with a scope of its own: a program, or the condition of a guard.
+/// Code with its own scope: a program, or the condition of a guard.
 #[derive(Debug, Clone, Copy)]
 pub enum Code<'a> {
     /// A program.
@@ -72,7 +71,7 @@ pub enum Code<'a> {
 }
 
 impl Core {
-    /// Its bodies, in the order in which they are checked.
+    /// Returns its bodies, in the order of the checks.
     pub fn bodies(&self) -> impl Iterator<Item = BodyId> {
         let operations = (0..self.operations.len() as u32).map(BodyId::Operation);
         let hooks = (0..self.hooks.len() as u32).map(BodyId::Hook);
@@ -83,8 +82,8 @@ impl Core {
         values.chain(operations).chain(hooks).chain([BodyId::MachineValues]).chain(states)
     }
 
-    /// Where a body begins: each of its parts has a greater number, and each part of the next body too. Nothing for the
-    /// initial values, which stand between the others.
+    /// Returns the first source of a body: the other sources of the body, and those of the next body, are greater. `None`
+    /// for initial values, whose sources are between those of other bodies.
     pub(crate) fn first_id(&self, body: BodyId) -> Option<SourceId> {
         match body {
             BodyId::CoreValues | BodyId::MachineValues => None,
@@ -98,7 +97,7 @@ impl Core {
 }
 
 impl Body {
-    /// Its programs and guards, in the order of the text; none of the initial values.
+    /// Returns its programs and guards, in the order of the text; empty for initial values.
     pub fn code(&self) -> Vec<(ProgramIn, Code<'_>)> {
         match self {
             Body::InitialValues(_) => Vec::new(),
@@ -110,7 +109,7 @@ impl Body {
 }
 
 impl State {
-    /// Its programs and guards: the methods, then those of each transition.
+    /// Returns its programs and guards: the methods, then the guard and the effect of each transition.
     pub fn code(&self) -> Vec<(ProgramIn, Code<'_>)> {
         let methods = self.methods.iter().enumerate();
         let methods =
@@ -124,10 +123,10 @@ impl State {
     }
 }
 
-/// What the bodies of a core see of it.
+/// The data of a core that its bodies read.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CoreScope {
-    /// The shell that it is for.
+    /// The shell that it implements.
     pub shell: Option<TypeRef>,
     /// Its variables.
     pub variables: Vec<SharedVariable>,
@@ -137,11 +136,11 @@ pub struct CoreScope {
     pub operations: Vec<OperationHead>,
     /// The variables of its state machines.
     pub machine_variables: Vec<SharedVariable>,
-    /// How many hooks it has.
+    /// The number of its hooks.
     pub hooks: u32,
-    /// How many states each of its state machines has.
+    /// The number of states of each of its state machines.
     pub states: Vec<u32>,
-    /// Whether all its items are known, and all variables and states of its state machines.
+    /// Whether no error hides an item of the core or of its state machines.
     pub completeness: Completeness,
 }
 
@@ -156,18 +155,18 @@ pub struct SharedVariable {
     pub has_value: bool,
 }
 
-/// What callers see of an operation.
+/// The signature of an operation.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct OperationHead {
     /// Its name.
     pub name: NameRef,
     /// Its parameters.
     pub parameters: Vec<Parameter>,
-    /// What it gives back.
+    /// The type of its result.
     pub result: Option<TypeRef>,
 }
 
-/// What the bodies of a core see of it: no program stands in it.
+/// Returns the [`CoreScope`] of a core: without programs, so that an edit of a program does not change it.
 #[salsa::tracked(returns(ref))]
 pub(crate) fn core_scope<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Option<CoreScope> {
     let core = core(db, of)?;
@@ -193,11 +192,11 @@ pub(crate) fn core_scope<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Option<Cor
     })
 }
 
-/// So many bodies are read by one query: a query for each would cost more than it saves.
-const GROUP: usize = 32;
+/// The number of bodies per query: a query for each body would cost more time than it saves.
+const GROUP_SIZE: usize = 32;
 
 impl CoreScope {
-    /// The group that a body is read in; nothing where the core does not have it.
+    /// Returns the group that contains a body; `None` if the core does not have the body.
     pub(crate) fn group(&self, body: BodyId) -> Option<u32> {
         let hooks = 1 + self.operations.len();
         let values = hooks + self.hooks as usize;
@@ -213,18 +212,18 @@ impl CoreScope {
                 (first + state as usize, first + self.states.get(machine as usize).copied()? as usize)
             }
         };
-        (number < end).then_some((number / GROUP) as u32)
+        (number < end).then_some((number / GROUP_SIZE) as u32)
     }
 
-    /// The groups of its bodies.
+    /// Returns the indices of the groups of its bodies.
     pub(crate) fn groups(&self) -> std::ops::Range<u32> {
         let states: u32 = self.states.iter().sum();
         let bodies = 2 + self.operations.len() + self.hooks as usize + states as usize;
-        0..bodies.div_ceil(GROUP) as u32
+        0..bodies.div_ceil(GROUP_SIZE) as u32
     }
 }
 
-/// The bodies of a group, in the order in which they are checked.
+/// Returns the bodies of a group, in the order of the checks.
 pub(crate) fn bodies_of<'db>(
     db: &'db dyn ModelDb,
     of: Decl<'db>,
@@ -232,13 +231,13 @@ pub(crate) fn bodies_of<'db>(
     group: u32,
 ) -> Cow<'db, [(BodyId, Body)]> {
     match scope.groups().len() {
-        // Whatever changes in the core changes in this group.
+        // A query for the only group would be recomputed with each change of the core.
         1 => Cow::Owned(core(db, of).map_or_else(Vec::new, |core| bodies_in(core, group))),
         _ => Cow::Borrowed(bodies_of_group(db, of, group)),
     }
 }
 
-/// The bodies of one of several groups: an edit of another one does not change them.
+/// Returns the bodies of one of several groups: an edit of another group does not change the result.
 #[salsa::tracked(returns(ref))]
 fn bodies_of_group<'db>(db: &'db dyn ModelDb, of: Decl<'db>, group: u32) -> Vec<(BodyId, Body)> {
     core(db, of).map_or_else(Vec::new, |core| bodies_in(core, group))
@@ -263,10 +262,10 @@ fn bodies_in(core: &Core, group: u32) -> Vec<(BodyId, Body)> {
             },
         ))
     };
-    core.bodies().skip(group as usize * GROUP).take(GROUP).filter_map(body).collect()
+    core.bodies().skip(group as usize * GROUP_SIZE).take(GROUP_SIZE).filter_map(body).collect()
 }
 
-/// Visits statements and all within them, in the order of the text.
+/// Returns the statements and the statements nested in them, in the order of the text.
 pub fn statements(statements: &[Statement]) -> impl Iterator<Item = &Statement> {
     let mut open: Vec<&Statement> = statements.iter().rev().collect();
     std::iter::from_fn(move || {
@@ -277,7 +276,7 @@ pub fn statements(statements: &[Statement]) -> impl Iterator<Item = &Statement> 
 }
 
 impl Statement {
-    /// Returns its blocks: those of an `if`, or its own; empty where it has none.
+    /// Returns the blocks of an `if` or of a block; empty for other statements.
     fn blocks(&self) -> [&[Statement]; 2] {
         match self {
             Statement::If { then, otherwise, .. } => [then, otherwise.as_deref().unwrap_or_default()],
@@ -286,7 +285,7 @@ impl Statement {
         }
     }
 
-    /// Returns the variable that it declares.
+    /// Returns the variable that the statement declares.
     pub fn variable(&self) -> Option<&Variable> {
         match self {
             Statement::Variable(variable) => Some(variable),
@@ -294,7 +293,7 @@ impl Statement {
         }
     }
 
-    /// The expression right in it: a value or a condition.
+    /// Returns its value or condition.
     pub fn expression(&self) -> Option<&Expr> {
         match self {
             Statement::Variable(variable) => variable.value.as_ref(),
@@ -307,7 +306,7 @@ impl Statement {
 }
 
 impl Expr {
-    /// The expression and all within it: a call before its arguments, the left operand before the right one.
+    /// Returns the expression and those nested in it: a call before its arguments, the left operand before the right one.
     pub fn descendants(&self) -> impl Iterator<Item = &Expr> {
         let mut open = vec![self];
         std::iter::from_fn(move || {
@@ -322,7 +321,7 @@ impl Expr {
         })
     }
 
-    /// Returns the names of values in it, those in the arguments of calls aside.
+    /// Returns the names of values in the expression, without those in arguments of calls.
     pub fn names(&self) -> Vec<&Name> {
         let (mut names, mut open) = (Vec::new(), vec![self]);
         while let Some(expr) = open.pop() {
@@ -336,14 +335,14 @@ impl Expr {
         names
     }
 
-    /// Returns whether it may call something: an incomplete expression may.
+    /// Returns whether the expression may contain a call: an incomplete expression may.
     pub(crate) fn may_call(&self) -> bool {
         self.descendants().any(|it| matches!(it, Expr::Missing | Expr::Incomplete(_) | Expr::Call { .. }))
     }
 }
 
 impl Core {
-    /// Returns every block of its programs: each program, and the blocks in it.
+    /// Returns the blocks of its programs: each program, and its nested blocks.
     pub fn blocks(&self) -> impl Iterator<Item = &[Statement]> {
         self.programs().into_iter().flat_map(|program| {
             let all = program.statements.as_slice();
@@ -351,12 +350,12 @@ impl Core {
         })
     }
 
-    /// Every statement of its programs.
+    /// Returns the statements of its programs, with nested ones.
     pub fn statements(&self) -> impl Iterator<Item = &Statement> {
         self.programs().into_iter().flat_map(|program| statements(&program.statements))
     }
 
-    /// Every expression in it: the initial values, those of its programs and its guards, without what stands in them.
+    /// Returns its outermost expressions: initial values, expressions of statements, and guards.
     pub fn expressions(&self) -> impl Iterator<Item = &Expr> {
         let machines = self.machines.iter().flat_map(|machine| &machine.variables);
         let values = self.variables.iter().chain(machines).filter_map(|variable| variable.value.as_ref());

@@ -1,30 +1,30 @@
-//! Whether all of something is known.
+//! Whether information is complete.
 
 use std::ops::{BitAnd, BitAndAssign};
 
-/// Whether all of something is known, or a syntax error, an unreadable file or an unresolved name may hide some of it. What
-/// rests on several things is complete where all of them are: `a & b`.
+/// Whether information is complete, or a syntax error, an unreadable file or an unresolved name may hide an item. The
+/// operator `&` composes: `a & b` is complete if both are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, salsa::SalsaValue)]
 pub enum Completeness {
-    /// All of it is known.
+    /// No error hides an item.
     #[default]
     Complete,
-    /// Some of it may be missing: no analysis may rest on it.
+    /// An item may be missing: no analysis may depend on the information.
     Incomplete,
 }
 
 impl Completeness {
-    /// Returns `Complete` where `is_complete` holds.
+    /// Returns `Complete` if `is_complete`.
     pub fn of(is_complete: bool) -> Completeness {
         if is_complete { Completeness::Complete } else { Completeness::Incomplete }
     }
 
-    /// Returns whether all of it is known.
+    /// Returns whether the information is complete.
     pub fn is_complete(self) -> bool {
         self == Completeness::Complete
     }
 
-    /// Returns whether some of it may be missing.
+    /// Returns whether an item may be missing.
     pub fn is_incomplete(self) -> bool {
         self == Completeness::Incomplete
     }

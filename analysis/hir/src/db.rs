@@ -1,4 +1,4 @@
-//! The database: what is given from outside, and nothing else. Everything that is computed is a query of its own module.
+//! The database and its inputs. The queries are in the modules that compute them.
 
 #![allow(missing_docs, reason = "salsa writes constructors without any")]
 
@@ -11,38 +11,38 @@ use mauve_timing::Level;
 use rustc_hash::FxHashMap;
 
 use crate::item_tree::{ItemTree, Name};
-use crate::lower::{Known, SourceMap, lower};
+use crate::lower::{LoweredNodes, SourceMap, lower};
 use crate::msg::Package;
 
-/// A text: a model, a timing table or a `mauve.toml`.
+/// A text file: a model, a timing table or a `mauve.toml`.
 #[salsa::input(debug)]
 pub struct File {
-    /// Where it is, absolute.
+    /// The absolute path.
     #[returns(ref)]
     pub path: PathBuf,
-    /// What is in it; as far as it is UTF-8.
+    /// The content, up to the first byte that is not UTF-8.
     #[returns(ref)]
     pub text: Arc<str>,
-    /// Why the text is not all of it, or not what is in it.
+    /// Why the text differs from the content of the file.
     #[returns(ref)]
     pub problem: Option<Problem>,
-    /// The file is outside of the project and was not read: its text is empty.
+    /// Whether the file is outside the workspace and was not read; its text is then empty.
     #[default]
     #[returns(copy)]
     pub is_outside: bool,
 }
 
-/// What is wrong with the text of a file.
+/// Why the text of a file is not its content.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Problem {
-    /// It ends too early: the file cannot be read from there on, or is no UTF-8.
+    /// The text is truncated: the remainder is unreadable or not UTF-8.
     Cut(String),
-    /// Any of it may be another: a change was lost.
+    /// The text is outdated: a change could not be applied.
     Unknown(String),
 }
 
 impl Problem {
-    /// In words for the user.
+    /// Returns the reason, for the user.
     pub fn message(&self) -> &str {
         match self {
             Problem::Cut(message) | Problem::Unknown(message) => message,
@@ -50,56 +50,56 @@ impl Problem {
     }
 }
 
-/// A folder with models in it, and the files that they need.
+/// A folder with models, and the files that they need.
 #[salsa::input(debug)]
 pub struct Workspace {
-    /// The folder, absolute; its `mauve.toml` is the configuration.
+    /// The absolute path of the folder; its `mauve.toml` is the configuration.
     #[returns(ref)]
     pub folder: PathBuf,
-    /// Every file known, by every path that leads to it (two, where there are links).
+    /// All files, by each path that leads to them (symbolic links give several).
     #[returns(ref)]
     pub files: Arc<BTreeMap<PathBuf, File>>,
-    /// `MAUVE_MODELS`: where includes are looked for after the including file's own folder.
+    /// `MAUVE_MODELS`: the folders for includes, searched after the folder of the including file.
     #[returns(ref)]
     pub model_path: Vec<PathBuf>,
-    /// Only the projects that have one of these are looked at: the files named on the command line. None: all are.
+    /// The files named on the command line: queries return only the projects that contain one of them. Empty for all.
     #[returns(ref)]
     pub only: Vec<File>,
-    /// Folders that the configuration names for tables, and that cannot be read: why.
+    /// For each unreadable folder of tables in the configuration, the reason.
     #[returns(ref)]
     pub unreadable: Vec<String>,
-    /// The message packages that were found on this machine, of those that the models name.
+    /// The message packages that the models name and that this machine has.
     #[returns(ref)]
     pub packages: Arc<BTreeMap<Name, Arc<Package>>>,
-    /// Those of the files that are there only because others include them.
+    /// The files that are loaded only because other files include them.
     #[default]
     #[returns(ref)]
     pub included: Arc<BTreeSet<PathBuf>>,
-    /// The significance level that is shown, where whoever looks has chosen one; otherwise it is that of `mauve.toml`.
+    /// The displayed significance level, if the user selected one; otherwise `mauve.toml` gives it.
     #[default]
     pub significance: Option<Level>,
 }
 
-/// What every query runs on.
+/// The database that queries run on.
 #[salsa::db]
 pub trait ModelDb: salsa::Database {
-    /// The last tree of each file.
+    /// Returns the previous tree of each file.
     fn trees(&self) -> &Trees;
 }
 
-/// The last tree of each file and what was read from it, beside the database: from it the tree of the edited text is made.
-/// It is no input of any query, and need not be: it changes when an answer is there, never what it is.
+/// The previous tree of each file and its lowered nodes, for incremental parsing and lowering. The cache is not an input of
+/// any query: it changes only the time that a query takes, never its result.
 #[derive(Clone, Default)]
 pub struct Trees {
-    parsed: OfFiles<(Arc<str>, Parse)>,
-    read: OfFiles<Arc<Known>>,
+    parsed: ByFile<(Arc<str>, Parse)>,
+    lowered: ByFile<Arc<LoweredNodes>>,
 }
 
-type OfFiles<T> = Arc<Mutex<FxHashMap<File, T>>>;
+type ByFile<T> = Arc<Mutex<FxHashMap<File, T>>>;
 
 impl Trees {
     pub(crate) fn parse(&self, file: File, text: &Arc<str>) -> Parse {
-        // Locked while a tree is taken or put, not while one is made or freed: no panic can leave half of one.
+        // The lock is held only for the map's operations, not while a tree is parsed or freed: a panic leaves no partial entry.
         let lock = || self.parsed.lock().unwrap_or_else(PoisonError::into_inner);
         let previous = lock().get(&file).cloned();
         let parse = match &previous {
@@ -112,16 +112,16 @@ impl Trees {
     }
 
     pub(crate) fn lower(&self, file: File, parse: &Parse) -> (ItemTree, SourceMap) {
-        let lock = || self.read.lock().unwrap_or_else(PoisonError::into_inner);
-        let known = lock().get(&file).cloned().unwrap_or_default();
-        let (tree, map, read) = lower(&parse.file(), parse.errors().is_empty(), &known);
-        let replaced = lock().insert(file, Arc::new(read));
+        let lock = || self.lowered.lock().unwrap_or_else(PoisonError::into_inner);
+        let previous = lock().get(&file).cloned().unwrap_or_default();
+        let (tree, map, lowered) = lower(&parse.file(), !parse.errors().is_empty(), &previous);
+        let replaced = lock().insert(file, Arc::new(lowered));
         drop(replaced);
         (tree, map)
     }
 }
 
-/// The one implementation of [`ModelDb`].
+/// The implementation of [`ModelDb`].
 #[salsa::db]
 #[derive(Clone, Default)]
 pub struct Database {
@@ -141,7 +141,7 @@ impl ModelDb for Database {
 }
 
 impl Workspace {
-    /// A workspace of these texts, by their absolute paths.
+    /// Returns a workspace of `texts`, by their absolute paths.
     ///
     /// ```
     /// use mauve_hir::{Database, Workspace, projects};
@@ -167,14 +167,14 @@ impl Workspace {
         )
     }
 
-    /// The file at `path`.
+    /// Returns the file at `path`.
     pub fn file(self, db: &dyn ModelDb, path: &Path) -> Option<File> {
         self.files(db).get(path).copied()
     }
 }
 
 impl Database {
-    /// A database that notes which queries it executes, for tests and for `mauve analysis-stats`.
+    /// Returns a database that logs the queries that it executes, for tests and for `mauve analysis-stats`.
     pub fn with_log() -> Database {
         let executed: Arc<Mutex<Vec<String>>> = Arc::default();
         let log = executed.clone();
@@ -188,7 +188,7 @@ impl Database {
         Database { storage, executed: Some(executed), trees: Trees::default() }
     }
 
-    /// The queries executed since the last call, by name, in order; empty without [`Database::with_log`].
+    /// Returns the names of the queries executed since the last call, in order; empty without [`Database::with_log`].
     pub fn take_log(&self) -> Vec<String> {
         let Some(executed) = &self.executed else { return Vec::new() };
         let Ok(mut log) = executed.lock() else { return Vec::new() };
@@ -197,7 +197,7 @@ impl Database {
     }
 }
 
-/// `path` without `.` and `..`, by its text alone: links are not followed.
+/// Returns `path` without `.` and `..`. Symbolic links are not followed.
 ///
 /// ```
 /// use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-//! The features of shells, their own and those of the shells that they extend; and the shell and the core of a component.
+//! The own and inherited features of shells; the shell and the core of a component.
 
 use std::collections::BTreeMap;
 
@@ -17,14 +17,14 @@ use crate::source::{Decl, Location, component, core_interface, shell};
 pub struct FeatureOf<'db> {
     /// The shell.
     pub shell: Decl<'db>,
-    /// Its number there.
+    /// Its index in the shell.
     pub index: usize,
-    /// What it is.
+    /// Its kind.
     pub kind: FeatureKind,
 }
 
 impl<'db> FeatureOf<'db> {
-    /// What its shell says of it.
+    /// Returns its declaration.
     pub fn data(&self, db: &'db dyn ModelDb) -> Option<&'db Feature> {
         feature(db, self.shell, self.index)
     }
@@ -35,44 +35,44 @@ impl<'db> FeatureOf<'db> {
     }
 }
 
-/// The feature of that number in a shell.
+/// Returns the feature with that index in a shell.
 pub(crate) fn feature<'db>(db: &'db dyn ModelDb, of: Decl<'db>, index: usize) -> Option<&'db Feature> {
     shell(db, of)?.features.get(index)
 }
 
-/// All features of a shell, its own and those of the shells that it extends, by name.
+/// The own and inherited features of a shell.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
 pub struct Features<'db> {
-    /// By name; several where they clash.
+    /// By name; more than one for a name is an error.
     pub by_name: BTreeMap<Name, Vec<FeatureOf<'db>>>,
-    /// The shell itself and all that it extends.
+    /// The shell itself and its direct and indirect bases.
     pub shells: Vec<Decl<'db>>,
-    /// Does the shell extend itself, over others or directly?
+    /// Whether the shell extends itself, directly or indirectly.
     pub cycle: bool,
-    /// Whether all features are known: a feature or a base shell may be missing, and two features of one name may each be meant.
+    /// Whether all features are known: incomplete if a feature or a base shell may be missing, or if a name is ambiguous.
     pub completeness: Completeness,
-    /// Whether a damaged text or a missing file may declare a base shell.
+    /// Whether a missing file or a text with syntax errors may declare a base shell.
     pub has_hidden_base: bool,
 }
 
 impl<'db> Features<'db> {
-    /// The feature of that name.
+    /// Returns the feature of that name.
     pub fn get(&self, name: &str) -> Option<&FeatureOf<'db>> {
         self.by_name.get(name).and_then(|found| found.first())
     }
 
-    /// Why an operation may be missing.
+    /// Returns why an operation may be missing.
     pub fn incomplete(&self, names: &Names<'_>) -> Incomplete {
         if self.has_hidden_base { Incomplete::UnknownBase(names.may_hide()) } else { Incomplete::Error }
     }
 
-    /// Does the shell have a feature of this kind?
+    /// Returns whether the shell has a feature of this kind.
     pub fn has_any(&self, kind: FeatureKind) -> bool {
         self.by_name.values().flatten().any(|feature| feature.kind == kind)
     }
 }
 
-/// The features of a shell.
+/// Returns the own and inherited features of a shell.
 #[salsa::tracked(returns(ref))]
 pub fn features_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Features<'db> {
     let names = names_of(db, project);
@@ -89,7 +89,7 @@ pub fn features_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'d
         features.completeness &= data.completeness;
         for (index, feature) in data.features.iter().enumerate() {
             let found = FeatureOf { shell: current, index, kind: feature.kind };
-            // A missing port or property changes no program's meaning; a program may call a missing operation.
+            // A missing port or property has no effect on the demand of programs; a missing operation may have.
             let is_hidden = feature.kind.is_operation() && feature.name.name.is_empty();
             features.completeness &= Completeness::of(!is_hidden);
             features.by_name.entry(feature.name.name.clone()).or_default().push(found);
@@ -109,18 +109,18 @@ pub fn features_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'d
             }
         }
     }
-    // One of two features of one name may be an operation.
+    // One of two features with the same name may be an operation.
     features.completeness &= Completeness::of(features.by_name.values().all(|found| found.len() == 1));
     features
 }
 
-/// The core of a component, where it has one.
+/// Returns the core of a component, if it resolves.
 pub fn core_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Option<Decl<'db>> {
     let data = component(db, of)?;
     names_of(db, project).resolve_type(db, of, Kind::Core, data.core.as_ref()).ok()
 }
 
-/// Returns the shell of a component or of a core, where it is known.
+/// Returns the shell of a component or a core, if it resolves.
 pub fn shell_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Option<Decl<'db>> {
     let shell = match of.kind(db) {
         Kind::Core => core_interface(db, of).as_ref()?.shell.as_ref(),
@@ -136,14 +136,14 @@ pub fn bases_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>)
     bases.filter_map(|base| names.resolve_type(db, of, Kind::Shell, Some(base)).ok()).collect()
 }
 
-/// Is a core for this shell, or for one that it extends?
+/// Returns whether a core implements `shell` or a base of it.
 pub fn is_core_for<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
     shell: Decl<'db>,
 ) -> bool {
-    // An unknown shell is reported at its name.
+    // Another fact reports an unresolved shell.
     let fits = |own: Decl<'db>| own == shell || features_of(db, project, shell).shells.contains(&own);
     core_interface(db, of).is_some() && shell_of(db, project, of).is_none_or(fits)
 }
@@ -151,8 +151,8 @@ pub fn is_core_for<'db>(
 /// Why an operation may be missing in a shell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, salsa::SalsaValue)]
 pub enum Incomplete {
-    /// It extends a shell that is not found.
+    /// A base shell is unresolved.
     UnknownBase(MayHide),
-    /// It has an error.
+    /// The shell has an error.
     Error,
 }

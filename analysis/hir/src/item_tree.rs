@@ -1,19 +1,20 @@
-//! What a file declares, without a place in it: the form that every later query reads.
+//! The declarations of a file, without ranges: the input of all later queries.
 //!
-//! No range stands here, so a comment or a blank line changes nothing. What a diagnostic may point at has a [`SourceId`],
-//! a number in the order of the declaration's text, and `source_map` knows where that is now.
+//! An item tree has no ranges, so a comment or a blank line does not change it. Each element that a diagnostic may point
+//! at has a [`SourceId`], numbered in the order of the declaration's text; `source_map` maps it to its current range.
 
 use std::borrow::Borrow;
 use std::fmt;
 use std::ops::Deref;
 use std::sync::Arc;
 
+use mauve_syntax::SyntaxKind;
 pub use mauve_syntax::keywords::{CallStatus, Direction, HookKind, MethodKind, PortStatus};
 use rustc_hash::FxHashSet;
 
 use crate::completeness::Completeness;
 
-/// A name, or another short text, as it stands in the file. Cheap to clone.
+/// A name, or another short text, as written in the file. Cheap to clone.
 #[derive(Clone, PartialEq, Eq, Hash, PartialOrd, Ord, Default, salsa::SalsaValue)]
 pub struct Name(Arc<str>);
 
@@ -74,39 +75,39 @@ impl fmt::Debug for Name {
     }
 }
 
-/// Something in a declaration that can be pointed at; 0 is its name. Names are numbered in the order of the text.
+/// An element of a declaration that has a range; 0 is its name. Ids increase in the order of the text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Default, salsa::SalsaValue)]
 pub struct SourceId(pub u32);
 
 /// The declarations of a file.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct ItemTree {
-    /// The paths of the `include` lines; none where it is missing.
+    /// The paths of the `include` lines; `None` if the path is missing.
     pub includes: Vec<Option<String>>,
-    /// The libraries that it has a block of.
+    /// The names of its `library` blocks.
     pub libraries: Vec<Name>,
     /// In the order of the text.
     pub declarations: Vec<Declaration>,
-    /// Whether all declarations are known, each with its library. More than a stray word between them that fits nowhere may
-    /// be one, and a missing brace may be the end of a library.
+    /// Whether all declarations are known, each with its library: an unrecognised text between declarations may be a
+    /// declaration, and a missing brace may be the end of a library.
     pub completeness: Completeness,
-    /// What text that is no declaration, an incomplete one, or two that have run together may declare: a name in a
-    /// library, or any name. Where its own library lacks such a name, it is not looked for elsewhere.
+    /// The names, each in a library, that an unrecognised text, an incomplete declaration or two merged declarations may
+    /// declare; `None` for any name. A library that may declare a name hides the declarations of other libraries.
     pub possible_names: Vec<(Option<Name>, Option<Name>)>,
-    /// Whether all includes and libraries are known: a half-typed line may be one.
+    /// Whether all includes and libraries are known: an incomplete line may be one of them.
     pub include_completeness: Completeness,
 }
 
-/// A declaration, and how it is known from elsewhere.
+/// A declaration, with the key that other declarations refer to.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Declaration {
-    /// The library around it, if any.
+    /// The library that contains it; `None` outside libraries.
     pub library: Option<Name>,
-    /// Empty while it is missing.
+    /// Its name; empty if missing.
     pub name: Name,
-    /// What it is.
+    /// The kind.
     pub kind: Kind,
-    /// What stands in it.
+    /// The content.
     pub data: Arc<Data>,
 }
 
@@ -137,7 +138,7 @@ impl fmt::Display for Kind {
     }
 }
 
-/// What stands in a declaration.
+/// The content of a declaration.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub enum Data {
@@ -151,7 +152,7 @@ pub enum Data {
 }
 
 impl Data {
-    /// The types of values that it names, each with whether it may be `void`.
+    /// Returns the types of the values that it declares, each with whether `void` is allowed.
     pub fn types(&self) -> Vec<(&TypeRef, bool)> {
         fn of_parameters(parameters: &[Parameter]) -> impl Iterator<Item = (&TypeRef, bool)> {
             parameters.iter().filter_map(|parameter| Some((parameter.ty.as_ref()?, false)))
@@ -181,12 +182,12 @@ impl Data {
     }
 }
 
-/// The name of a type, shell, component, … as it stands: one part or several.
+/// The path of a type, shell, component, …, as written: one or several segments.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TypeRef {
-    /// Its parts; the last may be missing while it is typed.
+    /// Its segments; the last is empty if it is missing.
     pub path: Vec<Name>,
-    /// Where it stands.
+    /// Its source.
     pub id: SourceId,
 }
 
@@ -204,7 +205,7 @@ impl fmt::Display for TypeRef {
 pub struct NameRef {
     /// The name.
     pub name: Name,
-    /// Where it stands.
+    /// Its source.
     pub id: SourceId,
 }
 
@@ -213,16 +214,16 @@ pub struct NameRef {
 pub struct Codel {
     /// Its parameters.
     pub parameters: Vec<Parameter>,
-    /// What it gives.
+    /// The type of its result.
     pub result: Option<TypeRef>,
-    /// Whether all of it is known.
+    /// Whether it has no syntax error.
     pub completeness: Completeness,
 }
 
 /// A parameter of a codel or an operation.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Parameter {
-    /// Which way the value goes.
+    /// The direction of the value.
     pub direction: Direction,
     /// Its name.
     pub name: NameRef,
@@ -237,24 +238,24 @@ pub struct Shell {
     pub bases: Vec<TypeRef>,
     /// Properties, ports and operations.
     pub features: Vec<Feature>,
-    /// Whether all its items are known.
+    /// Whether no error hides an item of it.
     pub completeness: Completeness,
 }
 
-/// Something that a shell offers.
+/// A property, constant, port or operation of a shell.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Feature {
-    /// What it is.
+    /// The kind.
     pub kind: FeatureKind,
     /// Its name.
     pub name: NameRef,
-    /// Its type, or what the operation gives.
+    /// Its type, or the result type of an operation.
     pub ty: Option<TypeRef>,
-    /// Of an operation.
+    /// The parameters of an operation.
     pub parameters: Vec<Parameter>,
-    /// Of a constant or a property: the least and the greatest value that it may have.
+    /// The range of allowed values of a constant or a property.
     pub interval: Option<Interval>,
-    /// Of a constant or a property: the value that it has unless it is given another.
+    /// The default value of a constant or a property.
     pub value: Option<Expr>,
 }
 
@@ -264,7 +265,7 @@ pub struct Feature {
 pub struct Interval {
     pub low: Expr,
     pub high: Expr,
-    /// All of it.
+    /// The interval with its brackets.
     pub id: SourceId,
 }
 
@@ -281,40 +282,40 @@ pub enum FeatureKind {
 }
 
 impl FeatureKind {
-    /// Is it a port?
+    /// Returns whether it is a port.
     pub fn is_port(self) -> bool {
         matches!(self, FeatureKind::Input | FeatureKind::Output)
     }
 
-    /// Is it an operation?
+    /// Returns whether it is an operation.
     pub fn is_operation(self) -> bool {
         matches!(self, FeatureKind::Required | FeatureKind::Provided)
     }
 
-    /// Does it have a value: is it a constant or a property?
+    /// Returns whether it is a constant or a property.
     pub fn is_value(self) -> bool {
         matches!(self, FeatureKind::Constant | FeatureKind::Property)
     }
 }
 
 /// `core C(S) { … }`
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Core {
-    /// The shell that it is for.
+    /// The shell that it implements.
     pub shell: Option<TypeRef>,
     /// Its variables.
     pub variables: Vec<Variable>,
     /// Its handlers.
     pub handlers: Vec<Handler>,
-    /// The operations that it provides; one that an edit does not touch is the same one.
+    /// The operations that it defines; lowering shares the unchanged ones.
     pub operations: Vec<Arc<Operation>>,
-    /// `configure`, `start`, `update`, `stop`, `cleanup`; likewise.
+    /// `configure`, `start`, `update`, `stop`, `cleanup`; lowering shares the unchanged ones.
     pub hooks: Vec<Arc<Hook>>,
-    /// Its state machines: one, or none; more are an error.
+    /// Its state machines: at most one; more are an error.
     pub machines: Vec<Machine>,
-    /// The colon behind its header, which no model needs.
+    /// The optional colon after its header.
     pub colon: Option<SourceId>,
-    /// Whether all its items are known.
+    /// Whether no error hides an item of it.
     pub completeness: Completeness,
 }
 
@@ -323,18 +324,18 @@ pub struct Core {
 pub struct Handler {
     /// Its name.
     pub name: NameRef,
-    /// The required operation whose results it gets.
+    /// The required operation whose results it collects.
     pub operation: Option<TypeRef>,
 }
 
 impl Core {
-    /// Every variable, those in its programs too.
+    /// Returns all variables, including those of its programs.
     pub fn all_variables(&self) -> impl Iterator<Item = &Variable> {
         let machines = self.machines.iter().flat_map(|machine| &machine.variables);
         self.variables.iter().chain(machines).chain(self.statements().filter_map(Statement::variable))
     }
 
-    /// Every program of it.
+    /// Returns all programs: of operations, hooks, methods and transitions.
     pub fn programs(&self) -> Vec<&Program> {
         let mut programs: Vec<&Program> = self.operations.iter().map(|it| &it.program).collect();
         programs.extend(self.hooks.iter().map(|hook| &hook.program));
@@ -345,7 +346,7 @@ impl Core {
         programs
     }
 
-    /// Returns whether all of it is known, the items of its state machines and its programs too.
+    /// Returns whether the core, its state machines and its programs are complete.
     pub(crate) fn total_completeness(&self) -> Completeness {
         let states = || self.machines.iter().flat_map(|machine| &machine.states);
         let transitions = || states().flat_map(|state| &state.transitions);
@@ -356,7 +357,7 @@ impl Core {
         self.completeness & all.collect()
     }
 
-    /// Does it have two behaviours, or define something twice?
+    /// Returns whether it has two behaviours, or defines an operation or a hook twice.
     pub(crate) fn is_double(&self) -> bool {
         let updates = self.hooks.iter().filter(|hook| hook.kind == HookKind::Update).count();
         let (mut names, mut kinds) = (FxHashSet::default(), FxHashSet::default());
@@ -373,10 +374,10 @@ pub struct Variable {
     pub name: NameRef,
     /// Its type.
     pub ty: Option<TypeRef>,
-    /// Its first value.
+    /// Its initial value.
     pub value: Option<Expr>,
-    /// A token that begins a line and goes on with the value, where another statement may have been meant; and the white
-    /// space before it, where there is no comment.
+    /// A token at the beginning of a line that continues the value, although the user may have intended a new statement; and
+    /// the white space before the token, unless there is a comment.
     pub continued: Option<(SourceId, Option<SourceId>)>,
 }
 
@@ -387,22 +388,22 @@ pub struct Operation {
     pub name: NameRef,
     /// Its parameters.
     pub parameters: Vec<Parameter>,
-    /// What it gives.
+    /// The type of its result.
     pub result: Option<TypeRef>,
-    /// Its parameters and what it gives: all between its name and the `=`.
+    /// The signature: the text between its name and the `=`.
     pub signature: SourceId,
-    /// What it does.
+    /// Its program.
     pub program: Program,
 }
 
 /// `update = { … }` and the like.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Hook {
-    /// Which of them.
+    /// Its kind.
     pub kind: HookKind,
     /// The keyword.
     pub id: SourceId,
-    /// What it does.
+    /// Its program.
     pub program: Program,
 }
 
@@ -413,26 +414,26 @@ pub struct Machine {
     pub id: SourceId,
     /// Its variables.
     pub variables: Vec<Variable>,
-    /// Its states; one that an edit does not touch is the same one.
+    /// Its states; lowering shares the unchanged ones.
     pub states: Vec<Arc<State>>,
-    /// Whether all its items are known.
+    /// Whether no error hides an item of it.
     pub completeness: Completeness,
 }
 
 /// `state S { … }`
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct State {
-    /// Its name; empty while it is missing.
+    /// Its name; empty if missing.
     pub name: NameRef,
-    /// Is it where the machine starts?
+    /// Whether it is the initial state.
     pub initial: bool,
-    /// What says so, up to the keyword; nothing, right before that, where it does not.
+    /// The text before the keyword `state`: `initial`, or an empty range.
     pub start: SourceId,
     /// `entry`, `run`, `handle`, `exit`.
     pub methods: Vec<Method>,
-    /// In the order of the text, which is that of their guards.
+    /// Its transitions, in the order of the text, in which their guards are evaluated.
     pub transitions: Vec<Transition>,
-    /// Whether all its items are known.
+    /// Whether no error hides an item of it.
     pub completeness: Completeness,
 }
 
@@ -446,11 +447,11 @@ impl State {
 /// `run = { … }` and the like.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Method {
-    /// Which of them.
+    /// Its kind.
     pub kind: MethodKind,
     /// The keyword.
     pub id: SourceId,
-    /// What it does.
+    /// Its program.
     pub program: Program,
 }
 
@@ -459,13 +460,13 @@ pub struct Method {
 pub struct Transition {
     /// Its name.
     pub name: NameRef,
-    /// What must hold; nothing: it always fires.
+    /// Its guard; `None` if it always fires.
     pub guard: Option<Guard>,
-    /// The state that it leads to.
+    /// Its target state.
     pub target: Option<NameRef>,
-    /// What it does.
+    /// Its program.
     pub effect: Option<Program>,
-    /// Whether all of the transition is known, its guard and effect aside.
+    /// Whether it has no syntax error outside its guard and effect.
     pub completeness: Completeness,
 }
 
@@ -474,7 +475,7 @@ pub struct Transition {
 pub struct Guard {
     /// The condition.
     pub condition: Expr,
-    /// Whether all of it is known.
+    /// Whether it has no syntax error.
     pub completeness: Completeness,
 }
 
@@ -483,7 +484,7 @@ pub struct Guard {
 pub struct Program {
     /// Its statements.
     pub statements: Vec<Statement>,
-    /// Whether all of it is known.
+    /// Whether it has no syntax error.
     pub completeness: Completeness,
 }
 
@@ -497,19 +498,19 @@ pub enum Statement {
         id: SourceId,
         condition: Expr,
         then: Vec<Statement>,
-        /// Where the first block ends.
+        /// The end of the first block: an empty range.
         end: SourceId,
         otherwise: Option<Vec<Statement>>,
     },
     Block(Vec<Statement>),
-    /// With its keyword.
+    /// The source is the keyword.
     Return(SourceId, Option<Expr>),
     Assign(NameRef, Expr),
     Expr(Expr),
 }
 
 impl Statement {
-    /// Where it begins; nothing for an empty block, or what is not understood.
+    /// Returns the source of its first element; `None` for an empty block or a missing expression.
     pub fn id(&self) -> Option<SourceId> {
         match self {
             Statement::Variable(variable) => Some(variable.name.id),
@@ -525,9 +526,9 @@ impl Statement {
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub enum Expr {
-    /// It is not there, or not understood.
+    /// The expression is missing or not recognised.
     Missing,
-    /// A part of it is missing: it names what it names, and its value is unknown.
+    /// An operand or argument is missing: the names in it count, its value is unknown.
     Incomplete(Box<Expr>),
     Literal(Literal, SourceId),
     Name(NameRef),
@@ -541,7 +542,7 @@ pub enum Expr {
 }
 
 impl Expr {
-    /// Where the whole of it stands, without brackets around it.
+    /// Returns the source of the expression, without parentheses around it.
     pub fn id(&self) -> Option<SourceId> {
         match self {
             Expr::Missing | Expr::Incomplete(_) => None,
@@ -554,7 +555,7 @@ impl Expr {
     }
 }
 
-/// A literal, numbers as they stand.
+/// A literal; numbers as written.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub enum Literal {
@@ -575,7 +576,7 @@ pub enum UnaryOperator {
 }
 
 impl UnaryOperator {
-    /// As it is written.
+    /// Returns the operator as written.
     pub fn text(self) -> &'static str {
         match self {
             UnaryOperator::Not => "!",
@@ -584,44 +585,47 @@ impl UnaryOperator {
     }
 }
 
-impl BinaryOperator {
-    /// As it is written.
-    pub fn text(self) -> &'static str {
-        match self {
-            BinaryOperator::Or => "||",
-            BinaryOperator::And => "&&",
-            BinaryOperator::Equal => "==",
-            BinaryOperator::NotEqual => "!=",
-            BinaryOperator::Less => "<",
-            BinaryOperator::LessOrEqual => "<=",
-            BinaryOperator::Greater => ">",
-            BinaryOperator::GreaterOrEqual => ">=",
-            BinaryOperator::Add => "+",
-            BinaryOperator::Subtract => "-",
-            BinaryOperator::Multiply => "*",
-            BinaryOperator::Divide => "/",
-            BinaryOperator::Remainder => "%",
-        }
-    }
-}
-
+macro_rules! binary_operators {
+($($name:ident $kind:ident $text:literal,)*) => {
 /// The binary operators.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub enum BinaryOperator {
-    Or,
-    And,
-    Equal,
-    NotEqual,
-    Less,
-    LessOrEqual,
-    Greater,
-    GreaterOrEqual,
-    Add,
-    Subtract,
-    Multiply,
-    Divide,
-    Remainder,
+$($name,)*
+}
+
+impl BinaryOperator {
+/// Returns the operator as written.
+pub fn text(self) -> &'static str {
+match self {
+$(BinaryOperator::$name => $text,)*
+}
+}
+
+pub(crate) fn from_kind(kind: SyntaxKind) -> Option<BinaryOperator> {
+match kind {
+$(SyntaxKind::$kind => Some(BinaryOperator::$name),)*
+_ => None,
+}
+}
+}
+};
+}
+
+binary_operators! {
+Or PIPE2 "||",
+And AMP2 "&&",
+Equal EQ2 "==",
+NotEqual NEQ "!=",
+Less LT "<",
+LessOrEqual LTEQ "<=",
+Greater GT ">",
+GreaterOrEqual GTEQ ">=",
+Add PLUS "+",
+Subtract MINUS "-",
+Multiply STAR "*",
+Divide SLASH "/",
+Remainder PERCENT "%",
 }
 
 /// `component C(S, K)`
@@ -631,26 +635,26 @@ pub struct Component {
     pub shell: Option<TypeRef>,
     /// Its core.
     pub core: Option<TypeRef>,
-    /// Whether all of it is known; otherwise the shell may stand for the core.
+    /// Whether it has no syntax error; otherwise the first type may be the shell or the core.
     pub completeness: Completeness,
 }
 
 /// `architecture A { … }`
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Architecture {
-    /// The architectures whose content it takes over; none where the name is missing.
+    /// The architectures that it imports; `None` if the name is missing.
     pub imports: Vec<Option<TypeRef>>,
     /// Its own instances.
     pub instances: Vec<Instance>,
-    /// Between ports.
+    /// Connections between ports.
     pub connections: Vec<Connection>,
-    /// Between operations.
+    /// Connections between operations.
     pub operations: Vec<Connection>,
     /// Values of properties and constants.
     pub settings: Vec<Setting>,
     /// Whether all instances are known.
     pub completeness: Completeness,
-    /// Whether all connections are known, with their ends.
+    /// Whether all connections are known, with their endpoints.
     pub connection_completeness: Completeness,
 }
 
@@ -666,11 +670,11 @@ pub struct Instance {
 /// `connection a.b -> c.d`, `operation a.b -> c.d`
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Connection {
-    /// Where it starts; none while it is half typed.
+    /// Its source; `None` if incomplete.
     pub source: Option<Endpoint>,
-    /// Where it ends.
+    /// Its target; `None` if incomplete.
     pub target: Option<Endpoint>,
-    /// The size of its circular buffer, as it stands.
+    /// The size of its circular buffer, as written.
     pub buffer: Option<(Name, SourceId)>,
 }
 
@@ -679,25 +683,25 @@ pub struct Connection {
 pub struct Endpoint {
     /// The instance.
     pub instance: NameRef,
-    /// The port, property or operation of it.
+    /// The port, property or operation of the instance.
     pub feature: Option<NameRef>,
 }
 
 /// `property a.b = …`, `constant a.b = …`
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Setting {
-    /// Whose.
+    /// The property or constant.
     pub endpoint: Option<Endpoint>,
     /// The value.
     pub value: Expr,
 }
 
 /// `deployment D { … }`
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Deployment {
-    /// What is deployed: one; none or several are an error.
+    /// The deployed architectures: exactly one, otherwise an error.
     pub targets: Vec<TypeRef>,
-    /// How its instances run.
+    /// The activities of its instances.
     pub activities: Vec<Activity>,
     /// Values of properties and constants.
     pub settings: Vec<Setting>,
@@ -708,7 +712,7 @@ pub struct Deployment {
 /// `activity i { … }`
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Activity {
-    /// The instance; its name is empty while it is missing.
+    /// The instance; its name is empty if missing.
     pub instance: NameRef,
     /// `period = …` and the like.
     pub fields: Vec<Field>,
@@ -719,10 +723,10 @@ pub struct Activity {
 /// `period = 100`
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Field {
-    /// Any word; which mean something is checked.
+    /// Its name: any word; later queries check it.
     pub name: NameRef,
-    /// As it stands.
+    /// Its value.
     pub value: Expr,
-    /// Where the value stands.
+    /// The source of the value.
     pub value_id: SourceId,
 }

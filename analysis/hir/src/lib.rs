@@ -1,7 +1,7 @@
-//! What MAUVE models mean, without times: from syntax trees to names, types, behaviours and facts.
+//! The semantic model of MAUVE, without times: lowers syntax trees to names, types, behaviours and facts.
 //!
-//! Everything here is a query of a salsa database ([`Database`]): after an edit, only what the edit touched is computed
-//! again. One keystroke goes this way, and each arrow stops where nothing changed:
+//! All results are queries of a salsa database ([`Database`]): after an edit, salsa recomputes only the queries whose
+//! inputs changed. A keystroke passes through these queries; each arrow stops if its result is unchanged:
 //!
 //! ```text
 //! text → parse → item tree (no locations) → declarations → names ─┐
@@ -9,35 +9,35 @@
 //! mauve.toml → config ────────────────────────────────────────────┘                 behaviour of a core ◀──┘
 //! ```
 //!
-//! | file | holds |
+//! | file | contents |
 //! |---|---|
-//! | `db.rs` | the inputs: files and workspaces; and the last trees, from which the next are made |
-//! | `item_tree.rs`, `lower.rs` | what a file declares, without locations; and the source map: only what an edit touches is read again |
-//! | `source.rs`, `lines.rs` | declarations, their data, and [`Location`]s; the lines of a file |
+//! | `db.rs` | the inputs: files and workspaces; the previous trees, for incremental parsing and lowering |
+//! | `item_tree.rs`, `lower.rs` | the declarations of a file, without locations; the source map; incremental lowering |
+//! | `source.rs`, `lines.rs` | declarations, their data, and [`Location`]s; line numbers |
 //! | `project.rs`, `config.rs` | roots, includes, `mauve.toml` |
-//! | `completeness.rs` | whether all of something is known |
-//! | `names.rs`, `features.rs` | what the name of a declaration refers to; the features of a shell |
-//! | `body.rs` | the bodies of a core: what is read apart from the rest of it |
-//! | `resolve.rs`, `builtin.rs` | what the names and the calls in programs refer to: the only place that decides it |
-//! | `infer.rs` | bindings, callees and types, body by body |
-//! | `semantics.rs` | from a position to a meaning: the door for editors |
-//! | `cost.rs`, `behaviour.rs` | what programs cost, by codels; a core's states and edges |
-//! | `flow.rs` | how values flow through a core's states: what is read too early, overwritten before it is read, never executed |
+//! | `completeness.rs` | whether a list of items, or a program, is complete |
+//! | `names.rs`, `features.rs` | resolution of the names of declarations; the features of a shell |
+//! | `body.rs` | the bodies of a core: the units of inference |
+//! | `resolve.rs`, `builtin.rs` | resolution of the names and the calls in programs, and nowhere else |
+//! | `infer.rs` | bindings, callees and types of each body |
+//! | `semantics.rs` | resolution at a position of a text, for editors |
+//! | `cost.rs`, `behaviour.rs` | the demand of programs, as calls of codels; the states and edges of a core |
+//! | `flow.rs` | data flow through the states of a core: read before assignment, lost writes, unreachable code |
 //! | `program_id.rs` | the identity of a program, and its key in timing tables |
-//! | `types.rs`, `values.rs` | types and what fits where; constants, computed as the generated C++ would |
-//! | `msg.rs`, `messages.rs` | message packages: `.msg` texts; the built-in catalogue, what the name of a type refers to |
-//! | `flat.rs`, `link.rs` | an architecture with all that it imports; a connection in it |
-//! | `settings.rs`, `wiring.rs` | values of properties; what connections carry and what is left open |
-//! | `declared.rs`, `configured.rs` | names and types as they are declared, and what nothing uses; what `mauve.toml` names |
-//! | `check.rs`, `fact.rs`, `severity.rs` | what is wrong with a declaration, as facts |
-//! | `size.rs` | whether a project is too large to be analysed |
-//! | `skeleton.rs` | the definition of an operation that is still to be written |
-//! | `graph.rs` | reachability and order in graphs |
+//! | `types.rs`, `values.rs` | types and assignability; constant evaluation with the semantics of the generated C++ |
+//! | `msg.rs`, `messages.rs` | message packages: `.msg` texts; the built-in catalogue, resolution of type names |
+//! | `flat.rs`, `link.rs` | an architecture with its imports; a connection of it |
+//! | `settings.rs`, `wiring.rs` | values of properties; types and directions of connections, unconnected features |
+//! | `declared.rs`, `configured.rs` | checks of declared names and types, unused declarations; checks of `mauve.toml` |
+//! | `check.rs`, `fact.rs`, `severity.rs` | the facts of a declaration: errors, warnings and hints |
+//! | `size.rs` | the limit on the size of a project |
+//! | `skeleton.rs` | the skeleton of a missing operation definition |
+//! | `graph.rs` | reachability and topological order |
 //!
-//! Nothing is analysed that depends on an error: a syntax error in a program, an unresolved name,
-//! a missing argument make the core that has them *not analysed*, with the reason ([`fact::Refusal`]).
+//! A core with an error (a syntax error in a program, an unresolved name, a missing argument) is *not analysed*;
+//! [`fact::Refusal`] holds the reason.
 //!
-//! This crate knows no execution times, no prose, no editor and no file system.
+//! This crate depends on no execution times, messages, editors or file systems.
 
 mod behaviour;
 mod body;
@@ -80,8 +80,7 @@ pub use body::{
     Body, BodyId, Code, CoreScope, InitialValues, OperationHead, ProgramIn, SharedVariable, statements,
 };
 pub use builtin::{Builtin, Operand};
-pub use check::not_checked;
-pub use check::{declaration_facts, errors_in, project_facts};
+pub use check::{declaration_facts, errors_in, not_checked, project_facts};
 pub use completeness::Completeness;
 pub use config::{
     Chain, Config, ExpectedValue, ExternalType, Maintainer, Mistake, MistakeKind, keys as config_keys,

@@ -1,4 +1,4 @@
-//! Tree → [`ItemTree`], and beside it where each [`SourceId`] stands.
+//! Lowers a syntax tree to an [`ItemTree`] and its source map.
 
 use std::sync::Arc;
 
@@ -13,21 +13,21 @@ use rustc_hash::FxHashMap;
 use crate::completeness::Completeness;
 use crate::item_tree::*;
 
-/// Where things stand in a file. Only what is shown to a user may read it.
+/// The ranges of the sources of a file. Only queries whose results are shown to a user may read it.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct SourceMap {
     /// For each declaration of the item tree.
     pub declarations: Vec<DeclarationMap>,
-    /// For each include of the item tree, its path or, where that is missing, the line.
+    /// For each include of the item tree, its path or, if the path is missing, the line.
     pub includes: Vec<TextRange>,
 }
 
-/// The range of a declaration, and those of its sources.
+/// The range of a declaration, and the ranges of its sources.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DeclarationMap {
-    /// The whole of it.
+    /// The range of the declaration.
     pub range: TextRange,
-    /// Its ranges, by number, from its beginning on; 0 is its name, or the keyword while that is missing.
+    /// By [`SourceId`], relative to the start of the declaration; 0 is its name or, if that is missing, its keyword.
     ranges: Arc<[TextRange]>,
 }
 
@@ -37,74 +37,73 @@ impl DeclarationMap {
         Some(*self.ranges.get(id.0 as usize)? + self.range.start())
     }
 
-    /// The ranges of all its sources, by number.
+    /// Returns the ranges of all its sources, by [`SourceId`].
     pub fn ranges(&self) -> impl Iterator<Item = TextRange> {
         self.ranges.iter().map(|range| *range + self.range.start())
     }
 }
 
-/// What was read from declarations, by the identity of their trees: a declaration whose tree is the one that it was need
-/// not be read again.
+/// The lowered declarations and states of a file, by the addresses of their green trees: an edit shares the trees that it
+/// does not touch, and lowering reuses their results.
 #[derive(Debug, Default)]
-pub(crate) struct Known {
-    declarations: FxHashMap<usize, Read<Data>>,
-    states: FxHashMap<usize, Read<State>>,
+pub(crate) struct LoweredNodes {
+    declarations: FxHashMap<usize, Arc<LoweredNode<Data>>>,
+    states: FxHashMap<usize, Arc<LoweredNode<State>>>,
 }
 
-/// What was read from a tree.
 #[derive(Debug)]
-struct Read<T> {
-    /// While it is kept, no other tree has its address.
+struct LoweredNode<T> {
+    /// Keeps the tree alive, so that no other tree has its address.
     green: GreenNode,
     data: Arc<T>,
-    /// The number of its first part.
+    /// Its first source.
     first: u32,
-    /// The ranges of its sources, relative to its beginning.
+    /// The ranges of its sources, relative to its start.
     ranges: Arc<[TextRange]>,
     /// The addresses of the states in it.
     states: Arc<[usize]>,
 }
 
-impl<T> Clone for Read<T> {
-    fn clone(&self) -> Read<T> {
-        let Read { green, data, first, ranges, states } = self;
-        let (green, data, ranges, states) = (green.clone(), data.clone(), ranges.clone(), states.clone());
-        Read { green, data, first: *first, ranges, states }
-    }
-}
-
-/// What was read from `node`, if its sources had these numbers.
-fn known<T>(read: &FxHashMap<usize, Read<T>>, node: &SyntaxNode, first: u32) -> Option<Read<T>> {
-    let read = read.get(&address(node))?;
-    (std::ptr::eq(&*read.green, node.green()) && read.first == first).then(|| read.clone())
+/// Returns the previous result of lowering `node`, if its sources began at `first`.
+fn lowered_before<T>(
+    nodes: &FxHashMap<usize, Arc<LoweredNode<T>>>,
+    node: &SyntaxNode,
+    first: u32,
+) -> Option<Arc<LoweredNode<T>>> {
+    let lowered = nodes.get(&address(node))?;
+    (std::ptr::eq(&*lowered.green, node.green()) && lowered.first == first).then(|| lowered.clone())
 }
 
 fn address(node: &SyntaxNode) -> usize {
     std::ptr::from_ref(node.green()).cast::<()>().addr()
 }
 
-/// Reads a file's tree, `whole` where there is no error in it; `known` is what was read from the tree before it.
-pub(crate) fn lower(file: &ast::SourceFile, whole: bool, known: &Known) -> (ItemTree, SourceMap, Known) {
+/// Lowers the tree of a file. `has_errors`: the tree has syntax errors. `previous`: the results for the previous tree.
+pub(crate) fn lower(
+    file: &ast::SourceFile,
+    has_errors: bool,
+    previous: &LoweredNodes,
+) -> (ItemTree, SourceMap, LoweredNodes) {
     let mut lowering = Lowering {
-        known,
+        previous,
         tree: ItemTree::default(),
         map: SourceMap::default(),
-        read: Known::default(),
+        lowered: LoweredNodes::default(),
         ranges: Vec::new(),
         states: Vec::new(),
     };
     lowering.items(file.items(), None);
-    if !whole {
+    if has_errors {
         lowering.possible_names(file.syntax(), None);
     }
-    (lowering.tree, lowering.map, lowering.read)
+    (lowering.tree, lowering.map, lowering.lowered)
 }
 
-/// Whether all items of the list `node` are known, and its end.
+/// Returns whether all items of the list `node`, and its end, are known.
 ///
-/// In an architecture and a deployment, a line that is the beginning of a keyword is no item yet: if it had been one, an
-/// instance would lack its activity, or an activity its instance, or an operation would be unknown
-/// ([`Architecture::connection_completeness`]). Any other error may hide an item, or a part of the item before it.
+/// In an architecture and a deployment, a line with only a prefix of a keyword hides no item: without the item, an
+/// instance would lack its activity, an activity its instance, or an operation its connection
+/// ([`Architecture::connection_completeness`]). Any other error may hide an item, or tokens of the previous item.
 fn list_completeness(node: &SyntaxNode) -> Completeness {
     let keywords: &[&str] = match node.kind() {
         SyntaxKind::ARCHITECTURE => &ARCHITECTURE_ITEMS,
@@ -112,15 +111,15 @@ fn list_completeness(node: &SyntaxNode) -> Completeness {
         _ => return own_completeness(node),
     };
     let errors = node.children().filter(|child| child.kind() == SyntaxKind::ERROR);
-    let is_typed = |error: SyntaxNode| {
-        let typed = |word: &SyntaxToken| keywords.iter().any(|keyword| keyword.starts_with(word.text()));
-        matches!(tokens_of(&error).as_slice(), [word] if begins_line(word) && typed(word))
+    let is_keyword_prefix = |error: SyntaxNode| {
+        let is_prefix = |word: &SyntaxToken| keywords.iter().any(|keyword| keyword.starts_with(word.text()));
+        matches!(tokens_of(&error).as_slice(), [word] if begins_line(word) && is_prefix(word))
     };
-    Completeness::of(errors.into_iter().all(is_typed))
+    Completeness::of(errors.into_iter().all(is_keyword_prefix))
 }
 
-/// Is there a text in `node` that is not closed, with a word that begins an item?
-fn swallows_an_item(node: &SyntaxNode) -> bool {
+/// Returns whether an unterminated string in `node` contains a keyword of an item or a declaration.
+fn has_item_in_unterminated_string(node: &SyntaxNode) -> bool {
     let tokens = node.descendants_with_tokens().filter_map(mauve_syntax::NodeOrToken::into_token);
     let mut texts = tokens.filter(|token| token.kind() == SyntaxKind::UNTERMINATED_STRING);
     let is_item = |word: &str| ITEMS.contains(&word) || DECLARATIONS.contains(&word);
@@ -131,12 +130,12 @@ fn tokens_of(node: &SyntaxNode) -> Vec<SyntaxToken> {
     significant_tokens(node).collect()
 }
 
-/// The words before the first brace of `word … { … }`, a section that another tool may know: not one whose word may be
-/// a keyword that is misspelt or not all there, nor one that holds a declaration, an item, or the rest of one.
+/// Returns the words before the first brace of `word … { … }`, a section of another tool. Returns `None` if `word` is a
+/// prefix or a misspelling of a keyword, or if the section may contain a declaration, an item or a statement of a model.
 fn unknown_section(tokens: &[SyntaxToken]) -> Option<Vec<Name>> {
     let word = tokens.first().filter(|word| word.kind().is_word())?;
-    let is_cut = DECLARATIONS.iter().any(|keyword| keyword.starts_with(word.text()));
-    if is_cut || similar(word.text(), DECLARATIONS).is_some() {
+    let is_keyword_prefix = DECLARATIONS.iter().any(|keyword| keyword.starts_with(word.text()));
+    if is_keyword_prefix || similar(word.text(), DECLARATIONS).is_some() {
         return None;
     }
     let mut open = 0;
@@ -152,20 +151,18 @@ fn unknown_section(tokens: &[SyntaxToken]) -> Option<Vec<Name>> {
         let is_first = matches!(before.kind(), L_CURLY | R_CURLY | SEMICOLON) || begins_line(word);
         is_first && (ITEMS.contains(&word.text()) || ["include", "use", "library"].contains(&word.text()))
     };
-    // Nor one that may say what is included.
-    let is_model =
+    let is_include_path =
         |token: &SyntaxToken| token.kind() == SyntaxKind::STRING && token.text().ends_with(".mal\"");
-    // Nor one that holds a call, or a statement that may.
-    let is_of_program = |token: &SyntaxToken| ["if", "then", "else", "return"].contains(&token.text());
+    let is_statement = |token: &SyntaxToken| ["if", "then", "else", "return"].contains(&token.text());
     let is_call = |pair: &[SyntaxToken]| matches!(pair, [name, open] if name.kind().is_word() && open.kind() == SyntaxKind::L_PAREN);
-    let is_rest = ITEMS.contains(&word.text())
-        || tokens.iter().any(is_of_program)
-        || tokens.iter().any(is_model)
+    let may_be_of_model = ITEMS.contains(&word.text())
+        || tokens.iter().any(is_statement)
+        || tokens.iter().any(is_include_path)
         || tokens.windows(2).any(is_call)
         || head.iter().any(|word| *word == "extends")
         || tokens.windows(2).any(begins_item)
         || tokens.windows(3).any(begins_declaration);
-    (closed? + 1 == tokens.len() && !is_rest).then_some(head)
+    (closed? + 1 == tokens.len() && !may_be_of_model).then_some(head)
 }
 
 /// `codel f(`, `shell S {`, …
@@ -184,14 +181,14 @@ fn words<'a>(tokens: impl Iterator<Item = &'a SyntaxToken>) -> Vec<Name> {
     tokens.filter(|token| token.kind().is_word()).map(|token| token.text().into()).collect()
 }
 
-/// The names of declarations that an error in `declaration` may have taken: those behind the keyword of one; and any
-/// name, where its end is missing.
-fn swallowed(declaration: &SyntaxNode) -> Vec<Option<Name>> {
+/// Returns the names that a declaration within an error of `declaration` may declare: all words of an error that contains
+/// a keyword of a declaration; any name (`None`) if the end of `declaration` is missing.
+fn names_in_errors(declaration: &SyntaxNode) -> Vec<Option<Name>> {
     let closes = |child: mauve_syntax::SyntaxElement| child.kind() == SyntaxKind::R_CURLY;
     if !declaration.children_with_tokens().any(closes) {
         return vec![None];
     }
-    // An item of another kind of declaration: the line between the two is lost.
+    // An item of another kind of declaration: the header of that declaration is missing.
     let begins = |error: &SyntaxNode| tokens_of(error).first().is_some_and(|it| ITEMS.contains(&it.text()));
     let mut own_errors = declaration.children().filter(|child| child.kind() == SyntaxKind::ERROR);
     if own_errors.any(|error| begins(&error)) {
@@ -199,19 +196,19 @@ fn swallowed(declaration: &SyntaxNode) -> Vec<Option<Name>> {
     }
     let errors = declaration.descendants().filter(|node| node.kind() == SyntaxKind::ERROR);
     let is_declaration = |token: &SyntaxToken| DECLARATIONS.contains(&token.text());
-    let taken = errors.map(|error| tokens_of(&error)).filter(|tokens| tokens.iter().any(is_declaration));
-    taken.flat_map(|tokens| words(tokens.iter())).map(Some).collect()
+    let hidden = errors.map(|error| tokens_of(&error)).filter(|tokens| tokens.iter().any(is_declaration));
+    hidden.flat_map(|tokens| words(tokens.iter())).map(Some).collect()
 }
 
-/// See [`Lowering::known_state`].
-const ROUND: usize = 32;
+/// See [`Lowering::shared_state`].
+const STATE_ID_ALIGNMENT: usize = 32;
 
-/// Returns whether all of `node` is known.
+/// Returns whether `node` has no syntax error.
 fn completeness_of(node: &SyntaxNode) -> Completeness {
     Completeness::of(is_whole(node))
 }
 
-/// Returns whether all of `node` is known, its children aside.
+/// Returns whether `node` has no syntax error outside its child nodes.
 fn own_completeness(node: &SyntaxNode) -> Completeness {
     Completeness::of(!has_error_child(node))
 }
@@ -221,13 +218,13 @@ fn has_error_child(node: &SyntaxNode) -> bool {
 }
 
 struct Lowering<'a> {
-    known: &'a Known,
+    previous: &'a LoweredNodes,
     tree: ItemTree,
     map: SourceMap,
-    read: Known,
-    /// The ranges of the declaration that is being read.
+    lowered: LoweredNodes,
+    /// The ranges of the current declaration.
     ranges: Vec<TextRange>,
-    /// The addresses of the states in it.
+    /// The addresses of the states of the current declaration.
     states: Vec<usize>,
 }
 
@@ -237,7 +234,7 @@ impl Lowering<'_> {
             match item {
                 ast::Item::Include(it) => self.include(&it),
                 ast::Item::Library(it) => {
-                    let name = it.name().map_or_else(Name::default, |name| text_of(name.syntax()));
+                    let name = text_of(it.name().as_ref());
                     self.tree.libraries.push(name.clone());
                     self.items(it.items(), Some(&name));
                 }
@@ -280,7 +277,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// Collects what the damaged texts in a file or a library may declare.
+    /// Collects the names that the syntax errors in a file or a library may declare.
     fn possible_names(&mut self, list: &SyntaxNode, library: Option<&Name>) {
         let mut found: Vec<Option<Name>> = Vec::new();
         for child in list.children() {
@@ -288,7 +285,7 @@ impl Lowering<'_> {
                 SyntaxKind::ERROR => match tokens_of(&child).as_slice() {
                     [] => self.tree.completeness = Completeness::Incomplete,
                     [word, ..] if !begins_line(word) => self.tree.completeness = Completeness::Incomplete,
-                    // A user has typed so far; or this line has lost the rest.
+                    // An incomplete line: its name is unknown.
                     [word] if DECLARATIONS.iter().any(|keyword| keyword.starts_with(word.text())) => {
                         let is_include =
                             ["include", "library"].iter().any(|keyword| keyword.starts_with(word.text()));
@@ -301,16 +298,15 @@ impl Lowering<'_> {
                     },
                 },
                 SyntaxKind::LIBRARY => {
-                    let name = ast::Library::cast(child.clone()).and_then(|it| it.name());
-                    let name = name.map_or_else(Name::default, |name| text_of(name.syntax()));
+                    let name = text_of(ast::Library::cast(child.clone()).and_then(|it| it.name()).as_ref());
                     self.possible_names(&child, Some(&name));
                 }
-                // The next declaration of the line may be part of the error.
+                // The error may contain the next declaration of the line.
                 SyntaxKind::USE | SyntaxKind::CODEL | SyntaxKind::COMPONENT if !is_whole(&child) => {
                     found.push(None);
                 }
                 SyntaxKind::SHELL | SyntaxKind::CORE | SyntaxKind::ARCHITECTURE | SyntaxKind::DEPLOYMENT => {
-                    found.extend(swallowed(&child))
+                    found.extend(names_in_errors(&child))
                 }
                 _ => {}
             }
@@ -332,35 +328,34 @@ impl Lowering<'_> {
         name: Option<impl AstNode>,
         kind: Kind,
         library: Option<&Name>,
-        read: impl FnOnce(&mut Self) -> Data,
+        lower: impl FnOnce(&mut Self) -> Data,
     ) {
-        let (range, name) = (node.text_range(), name.as_ref().map(AstNode::syntax));
-        let known = known(&self.known.declarations, node, 0).unwrap_or_else(|| {
+        let range = node.text_range();
+        let lowered = lowered_before(&self.previous.declarations, node, 0).unwrap_or_else(|| {
             let keyword = node.first_token().map_or(range, |token| token.text_range());
-            self.ranges = vec![name.map_or(keyword, |name| name.text_range())];
-            let data = Arc::new(read(self));
+            self.ranges = vec![name.as_ref().map_or(keyword, |name| name.syntax().text_range())];
+            let data = Arc::new(lower(self));
             let ranges = self.ranges.drain(..).map(|it| it - range.start()).collect();
             let states = self.states.drain(..).collect();
-            Read { green: node.green().to_owned(), data, first: 0, ranges, states }
+            Arc::new(LoweredNode { green: node.green().to_owned(), data, first: 0, ranges, states })
         });
-        let Read { data, ranges, states, .. } = &known;
-        let kept = states.iter().filter_map(|state| Some((*state, self.known.states.get(state)?.clone())));
-        for (state, read) in kept {
-            self.read.states.entry(state).or_insert(read);
+        for state in lowered.states.iter() {
+            if let Some(shared) = self.previous.states.get(state) {
+                self.lowered.states.entry(*state).or_insert_with(|| shared.clone());
+            }
         }
-        // Two cores have run together: the name of the second is unknown.
-        if matches!(&**data, Data::Core(core) if core.is_double()) {
+        // Two cores have merged: the name of the second is unknown.
+        if matches!(&*lowered.data, Data::Core(core) if core.is_double()) {
             self.tree.possible_names.push((library.cloned(), None));
         }
-        let name = name.map_or_else(Name::default, text_of);
         self.tree.declarations.push(Declaration {
             library: library.cloned(),
-            name,
+            name: text_of(name.as_ref()),
             kind,
-            data: data.clone(),
+            data: lowered.data.clone(),
         });
-        self.map.declarations.push(DeclarationMap { range, ranges: ranges.clone() });
-        self.read.declarations.insert(address(node), known);
+        self.map.declarations.push(DeclarationMap { range, ranges: lowered.ranges.clone() });
+        self.lowered.declarations.insert(address(node), lowered);
     }
 
     fn id(&mut self, range: TextRange) -> SourceId {
@@ -368,7 +363,7 @@ impl Lowering<'_> {
         SourceId((self.ranges.len() - 1) as u32)
     }
 
-    /// Lowers `name`; a missing one is empty, and has the range of `around`.
+    /// Lowers `name`; a missing name is empty and has the range of `around`.
     fn name(&mut self, name: Option<impl AstNode>, around: &SyntaxNode) -> NameRef {
         match name {
             Some(name) => self.name_ref(&name),
@@ -377,12 +372,12 @@ impl Lowering<'_> {
     }
 
     fn name_ref(&mut self, name: &impl AstNode) -> NameRef {
-        NameRef { name: text_of(name.syntax()), id: self.id(name.syntax().text_range()) }
+        NameRef { name: text_of(Some(name)), id: self.id(name.syntax().text_range()) }
     }
 
     fn type_ref(&mut self, ty: &ast::Type) -> TypeRef {
-        let mut path: Vec<Name> = ty.segments().map(|segment| text_of(segment.syntax())).collect();
-        // The name behind the last dot is still to come: the first part alone means something else.
+        let mut path: Vec<Name> = ty.segments().map(|segment| text_of(Some(&segment))).collect();
+        // The segment after the last dot is missing: the path without it would resolve to something else.
         if has_error_child(ty.syntax()) {
             path.push(Name::default());
         }
@@ -416,26 +411,19 @@ impl Lowering<'_> {
     }
 
     fn feature(&mut self, item: ast::ShellItem) -> Feature {
+        let either =
+            |token: Option<SyntaxToken>, present, absent| if token.is_some() { present } else { absent };
         let (kind, name, ty, parameters) = match &item {
             ast::ShellItem::Property(it) => {
-                let kind = match it.constant_token() {
-                    Some(_) => FeatureKind::Constant,
-                    None => FeatureKind::Property,
-                };
+                let kind = either(it.constant_token(), FeatureKind::Constant, FeatureKind::Property);
                 (kind, it.name(), it.ty(), None)
             }
             ast::ShellItem::Port(it) => {
-                let kind = match it.input_token() {
-                    Some(_) => FeatureKind::Input,
-                    None => FeatureKind::Output,
-                };
+                let kind = either(it.input_token(), FeatureKind::Input, FeatureKind::Output);
                 (kind, it.name(), it.ty(), None)
             }
             ast::ShellItem::OperationDeclaration(it) => {
-                let kind = match it.require_token() {
-                    Some(_) => FeatureKind::Required,
-                    None => FeatureKind::Provided,
-                };
+                let kind = either(it.require_token(), FeatureKind::Required, FeatureKind::Provided);
                 (kind, it.name(), it.ty(), it.param_list())
             }
         };
@@ -455,16 +443,11 @@ impl Lowering<'_> {
     }
 
     fn core(&mut self, core: &ast::Core) -> Core {
-        let shell = core.ty().map(|ty| self.type_ref(&ty));
         let mut lowered = Core {
-            shell,
-            variables: Vec::new(),
-            handlers: Vec::new(),
-            operations: Vec::new(),
-            hooks: Vec::new(),
-            machines: Vec::new(),
+            shell: core.ty().map(|ty| self.type_ref(&ty)),
             colon: core.colon_token().map(|colon| self.id(colon.text_range())),
             completeness: list_completeness(core.syntax()),
+            ..Core::default()
         };
         for item in core.core_items() {
             match item {
@@ -521,33 +504,34 @@ impl Lowering<'_> {
         for item in machine.state_machine_items() {
             match item {
                 ast::StateMachineItem::Var(it) => variables.push(self.variable(&it)),
-                ast::StateMachineItem::State(it) => states.push(self.known_state(&it)),
+                ast::StateMachineItem::State(it) => states.push(self.shared_state(&it)),
             }
         }
         Machine { id, variables, states, completeness: list_completeness(machine.syntax()) }
     }
 
-    /// Machines are long, and an edit is in one state. Its ranges begin at a round number, so that one more in the state
-    /// before it does not always give it others.
-    fn known_state(&mut self, state: &ast::State) -> Arc<State> {
+    /// Lowers a state, or returns the previous result: state machines are long, and an edit touches one state. The sources
+    /// of each state start at a multiple of [`STATE_ID_ALIGNMENT`], so that an additional source in one state seldom
+    /// renumbers the states after it.
+    fn shared_state(&mut self, state: &ast::State) -> Arc<State> {
         let (node, start) = (state.syntax(), state.syntax().text_range().start());
-        let first = self.ranges.len().next_multiple_of(ROUND);
+        let first = self.ranges.len().next_multiple_of(STATE_ID_ALIGNMENT);
         self.ranges.resize(first, TextRange::empty(start));
-        let read = match known(&self.known.states, node, first as u32) {
-            Some(known) => {
-                self.ranges.extend(known.ranges.iter().map(|range| *range + start));
-                known
+        let lowered = match lowered_before(&self.previous.states, node, first as u32) {
+            Some(lowered) => {
+                self.ranges.extend(lowered.ranges.iter().map(|range| *range + start));
+                lowered
             }
             None => {
                 let data = Arc::new(self.state(state));
                 let ranges = self.ranges.iter().skip(first).map(|range| *range - start).collect();
                 let green = node.green().to_owned();
-                Read { green, data, first: first as u32, ranges, states: Arc::default() }
+                Arc::new(LoweredNode { green, data, first: first as u32, ranges, states: Arc::default() })
             }
         };
-        let data = read.data.clone();
+        let data = lowered.data.clone();
         self.states.push(address(node));
-        self.read.states.insert(address(node), read);
+        self.lowered.states.insert(address(node), lowered);
         data
     }
 
@@ -588,7 +572,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// The program in `block`; `owner` is what it stands in, whose own errors (a missing `=` or block) are its errors.
+    /// Lowers the program in `block`. The own errors of its parent `owner` (a missing `=` or block) make it incomplete.
     fn program(&mut self, block: Option<ast::Block>, owner: &SyntaxNode) -> Program {
         let own = block.as_ref().map_or(Completeness::Incomplete, |block| completeness_of(block.syntax()));
         let completeness = own_completeness(owner) & own;
@@ -676,7 +660,7 @@ impl Lowering<'_> {
             ast::Expr::BinaryExpr(it) => {
                 let lhs = Box::new(self.expr(it.lhs()));
                 let rhs = Box::new(self.expr(it.rhs()));
-                match it.operator().and_then(|token| binary_operator(token.kind())) {
+                match it.operator().and_then(|token| BinaryOperator::from_kind(token.kind())) {
                     Some(operator) => Expr::Binary(operator, lhs, rhs, self.id(it.syntax().text_range())),
                     None => Expr::Missing,
                 }
@@ -705,13 +689,9 @@ impl Lowering<'_> {
 
     fn architecture(&mut self, architecture: &ast::Architecture) -> Architecture {
         let mut lowered = Architecture {
-            imports: Vec::new(),
-            instances: Vec::new(),
-            connections: Vec::new(),
-            operations: Vec::new(),
-            settings: Vec::new(),
             completeness: list_completeness(architecture.syntax()),
             connection_completeness: own_completeness(architecture.syntax()),
+            ..Architecture::default()
         };
         for item in architecture.architecture_items() {
             match item {
@@ -727,17 +707,16 @@ impl Lowering<'_> {
                 }
                 ast::ArchitectureItem::Connection(it) => {
                     lowered.connection_completeness &= completeness_of(it.syntax());
-                    let buffer = it.buffer();
-                    lowered.connections.push(self.connection(it.source(), it.target(), buffer));
+                    lowered.connections.push(self.connection(it.source(), it.target(), it.buffer()));
                 }
                 ast::ArchitectureItem::OperationConnection(it) => {
                     lowered.connection_completeness &= completeness_of(it.syntax());
                     lowered.operations.push(self.connection(it.source(), it.target(), None));
                 }
                 ast::ArchitectureItem::Setting(it) => {
-                    // What stands behind the error on its line may have been a connection; within a text, anything.
+                    // The error may hide a connection; an unterminated string may hide any item.
                     lowered.connection_completeness &= completeness_of(it.syntax());
-                    lowered.completeness &= Completeness::of(!swallows_an_item(it.syntax()));
+                    lowered.completeness &= Completeness::of(!has_item_in_unterminated_string(it.syntax()));
                     lowered.settings.push(self.setting(&it));
                 }
             }
@@ -780,9 +759,8 @@ impl Lowering<'_> {
                 .filter_map(|target| target.ty())
                 .map(|ty| self.type_ref(&ty))
                 .collect(),
-            activities: Vec::new(),
-            settings: Vec::new(),
             completeness: list_completeness(deployment.syntax()),
+            ..Deployment::default()
         };
         for item in deployment.deployment_items() {
             match item {
@@ -792,7 +770,7 @@ impl Lowering<'_> {
                     lowered.activities.push(activity);
                 }
                 ast::DeploymentItem::Setting(it) => {
-                    lowered.completeness &= Completeness::of(!swallows_an_item(it.syntax()));
+                    lowered.completeness &= Completeness::of(!has_item_in_unterminated_string(it.syntax()));
                     lowered.settings.push(self.setting(&it));
                 }
             }
@@ -804,9 +782,9 @@ impl Lowering<'_> {
         let instance = self.name(activity.name_ref(), activity.syntax());
         let mut fields = Vec::new();
         for field in activity.fields() {
-            // Tokens left over right behind a value may belong to it: `priority = 1 9`, `priority = 1 e1`. Where a
-            // brace is missing there, it may have been cut.
-            let is_uncertain = field.syntax().next_sibling().is_some_and(|next| match next.kind() {
+            // Unrecognised tokens after a value may belong to it: `priority = 1 9`, `priority = 1 e1`. If a brace is
+            // missing there, the value may be incomplete.
+            let has_stray_tokens = field.syntax().next_sibling().is_some_and(|next| match next.kind() {
                 SyntaxKind::FIELD => ast::Field::cast(next).is_some_and(|next| next.eq_token().is_none()),
                 kind => kind == SyntaxKind::ERROR,
             });
@@ -814,7 +792,7 @@ impl Lowering<'_> {
             let name = self.name_ref(&name);
             let range = field.expr().map_or(field.syntax().text_range(), |value| value.syntax().text_range());
             let value_id = self.id(range);
-            let is_complete = is_whole(field.syntax()) && !is_uncertain;
+            let is_complete = is_whole(field.syntax()) && !has_stray_tokens;
             let value = if is_complete { self.expr(field.expr()) } else { Expr::Missing };
             fields.push(Field { name, value, value_id });
         }
@@ -822,11 +800,11 @@ impl Lowering<'_> {
     }
 }
 
-/// The one thing that is looked for behind a node: it stands in the same declaration and state, since the list around it
-/// takes the `;`.
+/// Returns the `(` or `-` at the beginning of a line in the value of a variable without a final `;`, where the user may
+/// have intended a new statement; and the white space before it, unless there is a comment.
 ///
-/// A `(` or `-` that begins a line in the value of a variable without `;` at its end: the user may have meant another
-/// statement.
+/// The token after `variable` decides, but results are reused per state and per declaration: the `;` is in the same list,
+/// so in the same state or declaration.
 fn continued(variable: &ast::Var) -> Option<(TextRange, Option<TextRange>)> {
     let value = variable.initializer()?;
     let last = value.syntax().last_token()?;
@@ -844,31 +822,12 @@ fn continued(variable: &ast::Var) -> Option<(TextRange, Option<TextRange>)> {
     Some((token.text_range(), white.map(|white| white.text_range())))
 }
 
-fn binary_operator(kind: SyntaxKind) -> Option<BinaryOperator> {
-    Some(match kind {
-        SyntaxKind::PIPE2 => BinaryOperator::Or,
-        SyntaxKind::AMP2 => BinaryOperator::And,
-        SyntaxKind::EQ2 => BinaryOperator::Equal,
-        SyntaxKind::NEQ => BinaryOperator::NotEqual,
-        SyntaxKind::LT => BinaryOperator::Less,
-        SyntaxKind::LTEQ => BinaryOperator::LessOrEqual,
-        SyntaxKind::GT => BinaryOperator::Greater,
-        SyntaxKind::GTEQ => BinaryOperator::GreaterOrEqual,
-        SyntaxKind::PLUS => BinaryOperator::Add,
-        SyntaxKind::MINUS => BinaryOperator::Subtract,
-        SyntaxKind::STAR => BinaryOperator::Multiply,
-        SyntaxKind::SLASH => BinaryOperator::Divide,
-        SyntaxKind::PERCENT => BinaryOperator::Remainder,
-        _ => return None,
-    })
+fn text_of(name: Option<&impl AstNode>) -> Name {
+    let token = name.and_then(|name| name.syntax().first_token());
+    token.map_or_else(Name::default, |token| token.text().into())
 }
 
-/// The text of a name's one token.
-fn text_of(node: &SyntaxNode) -> Name {
-    node.first_token().map_or_else(Name::default, |token| token.text().into())
-}
-
-/// For each declaration of the tree, how many of its kind, library and name stand before it in the file.
+/// Returns, for each declaration of the tree, the number of earlier declarations with its kind, library and name.
 pub(crate) fn occurrences(tree: &ItemTree) -> Vec<u32> {
     let mut seen: FxHashMap<(Kind, Option<&Name>, &Name), u32> = FxHashMap::default();
     let declarations = tree.declarations.iter();

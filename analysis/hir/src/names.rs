@@ -1,4 +1,4 @@
-//! What a name means in a project.
+//! Resolution of the names of declarations in a project.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -9,7 +9,7 @@ use crate::source::{Decl, declarations};
 use crate::{File, ModelDb, Problem};
 
 /// The declarations of a project by library, kind and name.
-#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, salsa::SalsaValue)]
 pub struct Names<'db> {
     /// In the order of the project's files and their texts.
     pub all: Vec<Decl<'db>>,
@@ -18,30 +18,20 @@ pub struct Names<'db> {
     /// For each library, the libraries and message packages that it uses.
     uses: FxHashMap<Option<Name>, Vec<Name>>,
     libraries: FxHashSet<Name>,
-    /// Where a declaration has no name: any name of its kind may be meant.
-    nameless: FxHashSet<(Option<Name>, Kind)>,
+    /// The libraries with a declaration without a name: it may declare any name of its kind.
+    unnamed: FxHashSet<(Option<Name>, Kind)>,
     /// See [`crate::item_tree::ItemTree::possible_names`].
     possible_names: FxHashSet<(Option<Name>, Option<Name>)>,
-    /// Whether all files are known: one that is missing or unreadable may declare anything.
+    /// Whether all files are known: a missing or unreadable file may declare any name.
     pub completeness: Completeness,
-    /// The first file whose text is unknown, or in which a declaration or its library is.
+    /// The first file whose text is unknown, or whose [`crate::item_tree::ItemTree::completeness`] is incomplete.
     pub incomplete_file: Option<File>,
 }
 
-/// The names of a project. A change *in* a declaration does not change them.
+/// Returns the names of a project. A change *in* a declaration does not change the result.
 #[salsa::tracked(returns(ref))]
 pub fn names_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Names<'db> {
-    let mut names = Names {
-        all: Vec::new(),
-        by_name: FxHashMap::default(),
-        in_any_library: FxHashMap::default(),
-        uses: FxHashMap::default(),
-        libraries: FxHashSet::default(),
-        nameless: FxHashSet::default(),
-        possible_names: FxHashSet::default(),
-        completeness: Completeness::Complete,
-        incomplete_file: None,
-    };
+    let mut names = Names::default();
     for &file in project_files(db, project) {
         let declarations = declarations(db, file);
         let are_included = includes(db, project.workspace(db), file).iter().all(Option::is_some);
@@ -49,7 +39,7 @@ pub fn names_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Names<'db> 
         names.completeness &= declarations.include_completeness & is_read;
         names.possible_names.extend(declarations.possible_names.iter().cloned());
         names.libraries.extend(declarations.libraries.iter().filter(|name| !name.is_empty()).cloned());
-        // Of a text that may be another, any declaration may be.
+        // An outdated text may lack any declaration.
         if declarations.completeness.is_incomplete() || matches!(file.problem(db), Some(Problem::Unknown(_)))
         {
             names.incomplete_file.get_or_insert(file);
@@ -63,7 +53,7 @@ pub fn names_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Names<'db> 
             }
             names.all.push(decl);
             if name.is_empty() {
-                names.nameless.insert((library, decl.kind(db)));
+                names.unnamed.insert((library, decl.kind(db)));
             } else {
                 names.in_any_library.entry((decl.kind(db), name.clone())).or_default().push(decl);
                 names.by_name.entry((library, decl.kind(db), name)).or_default().push(decl);
@@ -77,13 +67,17 @@ pub fn names_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Names<'db> 
         names.all.iter().map(|it| it.name(db)).collect()
     };
     let is_declared = |name: &Option<Name>| name.as_ref().is_some_and(|name| declared.contains(name));
-    let more: Vec<Option<Name>> =
-        names.possible_names.iter().filter(|(_, name)| is_declared(name)).map(|(of, _)| of.clone()).collect();
-    names.possible_names.extend(more.into_iter().map(|of| (of, None)));
+    let any_name: Vec<(Option<Name>, Option<Name>)> = names
+        .possible_names
+        .iter()
+        .filter(|(_, name)| is_declared(name))
+        .map(|(of, _)| (of.clone(), None))
+        .collect();
+    names.possible_names.extend(any_name);
     names
 }
 
-/// What may hide the declaration of a name that is not found.
+/// Why the declaration of an unresolved name may exist nevertheless.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, salsa::SalsaValue)]
 #[allow(missing_docs)]
 pub enum MayHide {
@@ -91,18 +85,18 @@ pub enum MayHide {
     SyntaxError,
 }
 
-/// Why a name is not resolved.
+/// Why a name is unresolved.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Unresolved {
-    /// No declaration of that kind has the name.
+    /// No declaration of the kind has the name.
     Unknown,
-    /// Several libraries have it.
+    /// Several libraries declare it.
     Ambiguous,
-    /// One library has it twice. That is reported already, where the second stands.
+    /// A library declares it twice; another fact reports that at the second declaration.
     Repeated,
-    /// The name itself is missing; that is reported already.
+    /// The name itself is missing; a syntax error reports that.
     Missing,
-    /// A missing file or a damaged text may declare it. That is reported already.
+    /// A missing file or a text with syntax errors may declare it; another fact reports that.
     Incomplete,
 }
 
@@ -116,21 +110,21 @@ impl<'db> Names<'db> {
         self.all.iter().copied().filter(move |decl| decl.kind(db) == kind)
     }
 
-    /// All declarations of this kind and name in that library; more than one is an error.
+    /// Returns the declarations of this kind and name in `library`; more than one is an error.
     pub fn in_library(&self, library: Option<&Name>, kind: Kind, name: &Name) -> &[Decl<'db>] {
         self.by_name.get(&(library.cloned(), kind, name.clone())).map_or(&[], Vec::as_slice)
     }
 
-    /// All declarations of this kind and name, in any library.
+    /// Returns the declarations of this kind and name, in any library.
     pub fn anywhere(&self, kind: Kind, name: &str) -> &[Decl<'db>] {
         self.in_any_library.get(&(kind, name.into())).map_or(&[], Vec::as_slice)
     }
 
-    /// What a key of a timing table, `library.name` or `name`, means; more than one is an error.
+    /// Resolves a key of a timing table, `library.name` or `name`; more than one result is an error.
     pub fn by_key(&self, kind: Kind, key: &str) -> &[Decl<'db>] {
         match key.rsplit_once('.') {
             Some((library, name)) => self.in_library(Some(&library.into()), kind, &name.into()),
-            // What stands outside libraries has no other key.
+            // Declarations outside libraries take precedence: they have no other key.
             None => match self.in_library(None, kind, &key.into()) {
                 [] => self.anywhere(kind, key),
                 outside => outside,
@@ -138,8 +132,8 @@ impl<'db> Names<'db> {
         }
     }
 
-    /// What `path`, written in `library`, means: looked up there, then in the libraries that it uses. What stands
-    /// outside any library sees everything.
+    /// Resolves `path`, written in `library`: in that library, then in the libraries that it uses. Outside libraries, all
+    /// libraries are visible.
     pub fn resolve(
         &self,
         db: &'db dyn ModelDb,
@@ -148,26 +142,22 @@ impl<'db> Names<'db> {
         path: &[Name],
     ) -> Result<Decl<'db>, Unresolved> {
         let found: Vec<Decl<'db>> = match path {
-            [name] => {
-                let own = self.in_library(library, kind, name);
-                match own {
-                    [] => self
-                        .visible(library)
-                        .flat_map(|it| self.in_library(Some(it), kind, name))
-                        .copied()
-                        .collect(),
-                    own => own.to_vec(),
+            [name] => match self.in_library(library, kind, name) {
+                [] => {
+                    let visible = self.visible(library);
+                    visible.flat_map(|it| self.in_library(Some(it), kind, name)).copied().collect()
                 }
-            }
+                own => own.to_vec(),
+            },
             [of, name] => self.in_library(Some(of), kind, name).to_vec(),
             _ => Vec::new(),
         };
-        // What a missing file may declare, or a declaration without a name may be, is not looked for elsewhere; and its
-        // absence is no second mistake.
+        // A name that a missing file or an unnamed declaration may declare is not looked up in other libraries, and its
+        // absence is not reported.
         let own = |decl: &Decl<'db>| decl.library(db).as_ref() == library;
         let may_be = |name: &Name| {
             let own = library.cloned();
-            self.nameless.contains(&(own.clone(), kind))
+            self.unnamed.contains(&(own.clone(), kind))
                 || self.possible_names.contains(&(own.clone(), None))
                 || self.possible_names.contains(&(own, Some(name.clone())))
         };
@@ -175,7 +165,7 @@ impl<'db> Names<'db> {
             [name] if name.is_empty() || found.iter().any(own) => false,
             [name] => self.completeness.is_incomplete() || may_be(name),
             [of, _] if found.is_empty() => {
-                self.completeness.is_incomplete() || self.nameless.contains(&(Some(of.clone()), kind))
+                self.completeness.is_incomplete() || self.unnamed.contains(&(Some(of.clone()), kind))
             }
             _ => false,
         };
@@ -183,7 +173,7 @@ impl<'db> Names<'db> {
             _ if hidden => Err(Unresolved::Incomplete),
             [decl] => Ok(*decl),
             [] if path.is_empty() || path.iter().any(|id| id.is_empty()) => Err(Unresolved::Missing),
-            // The error between two declarations may hide it.
+            // An error between two declarations may hide the declaration.
             [] if self.incomplete_file.is_some() => Err(Unresolved::Incomplete),
             [] => Err(Unresolved::Unknown),
             [first, rest @ ..] if rest.iter().all(|it| it.library(db) == first.library(db)) => {
@@ -193,7 +183,7 @@ impl<'db> Names<'db> {
         }
     }
 
-    /// [`Names::resolve`] for the name of a type, shell, core, component or architecture.
+    /// Resolves the name of a type, shell, core, component or architecture with [`Names::resolve`].
     pub fn resolve_type(
         &self,
         db: &'db dyn ModelDb,
@@ -205,7 +195,7 @@ impl<'db> Names<'db> {
         self.resolve(db, from.library(db).as_ref(), kind, &ty.path)
     }
 
-    /// The libraries whose declarations are seen in `library`, beside its own: those that it uses, or, outside libraries, all.
+    /// Returns the other libraries visible in `library`: those that it uses; outside libraries, all.
     pub fn visible<'a>(&'a self, library: Option<&Name>) -> Box<dyn Iterator<Item = &'a Name> + 'a> {
         match library {
             None => Box::new(self.libraries.iter()),
@@ -217,27 +207,27 @@ impl<'db> Names<'db> {
         }
     }
 
-    /// Does the project have a library of this name?
+    /// Returns whether the project has a library of this name.
     pub fn has_library(&self, name: &Name) -> bool {
         self.libraries.contains(name)
     }
 
-    /// The libraries of the project.
+    /// Returns the libraries of the project, in no particular order.
     pub fn libraries(&self) -> impl Iterator<Item = &Name> {
         self.libraries.iter()
     }
 
-    /// Returns whether a missing file or a damaged text may declare names.
+    /// Returns whether a missing file or a text with syntax errors may declare names.
     pub(crate) fn may_miss_names(&self) -> bool {
-        self.completeness.is_incomplete() || !self.possible_names.is_empty() || !self.nameless.is_empty()
+        self.completeness.is_incomplete() || !self.possible_names.is_empty() || !self.unnamed.is_empty()
     }
 
-    /// What may hide the declaration of a name that is not found ([`Unresolved::Incomplete`]).
+    /// Returns the reason for [`Unresolved::Incomplete`].
     pub fn may_hide(&self) -> MayHide {
         if self.completeness.is_incomplete() { MayHide::MissingFile } else { MayHide::SyntaxError }
     }
 
-    /// The path of this kind, as it may be written in `library`, that `path` may be a misspelling of.
+    /// Returns the path of this kind, visible in `library`, that `path` is most likely a misspelling of.
     pub fn similar(
         &self,
         db: &'db dyn ModelDb,
@@ -254,19 +244,19 @@ impl<'db> Names<'db> {
             Some(of) => FxHashSet::from_iter([Some(of)]),
             None => self.visible(library).map(Some).chain([library]).collect(),
         };
-        let is_seen =
+        let is_visible =
             |decl: &&Decl<'db>| decl.kind(db) == kind && visible.contains(&decl.library(db).as_ref());
-        let near = similar(name, self.all.iter().filter(is_seen).map(|decl| decl.name(db)))?;
+        let near = similar(name, self.all.iter().filter(is_visible).map(|decl| decl.name(db)))?;
         Some(of.map_or_else(|| near.clone(), |of| format!("{of}.{near}").into()))
     }
 }
 
-/// The one of `names` that `name` may be a misspelling of.
+/// Returns the name in `names` that `name` is most likely a misspelling of.
 pub fn similar<'a>(name: &str, names: impl IntoIterator<Item = &'a Name>) -> Option<Name> {
     mauve_syntax::similar(name, names.into_iter().map(Name::as_str)).map(Name::from)
 }
 
-/// What files of the workspace that are not part of a project declare.
+/// Returns, for each declared name outside a project, the first file of the workspace that declares it.
 #[salsa::tracked(returns(ref))]
 fn declared_outside<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> FxHashMap<(Kind, Name), File> {
     let inside: FxHashSet<File> = project_files(db, project).iter().copied().collect();
@@ -281,7 +271,7 @@ fn declared_outside<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> FxHashM
     outside
 }
 
-/// A file that declares `name` and is not included.
+/// Returns a file of the workspace that declares `name` and that the project does not include.
 pub fn file_outside<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,

@@ -1,4 +1,4 @@
-//! A file's tree, what it declares, and where that stands.
+//! The syntax tree of a file, its declarations, and their locations.
 
 #![allow(missing_docs, reason = "salsa writes constructors without any")]
 
@@ -15,28 +15,28 @@ use crate::item_tree::{Data, Declaration, ItemTree, Kind, Name, SourceId, TypeRe
 use crate::lower::{DeclarationMap, SourceMap, occurrences};
 use crate::{File, ModelDb};
 
-/// A declaration, known by its file, kind, library and name: it stays the same one while the text around it changes.
+/// A declaration, identified by its file, kind, library and name: edits of the text around it do not change its identity.
 #[salsa::interned(debug)]
 pub struct Decl<'db> {
-    /// Where it stands.
+    /// The file that contains it.
     #[returns(copy)]
     pub file: File,
-    /// What it is.
+    /// The kind.
     #[returns(copy)]
     pub kind: Kind,
-    /// The library around it.
+    /// The library that contains it; `None` outside libraries.
     #[returns(ref)]
     pub library: Option<Name>,
-    /// Empty while it is missing.
+    /// The name; empty if missing.
     #[returns(ref)]
     pub name: Name,
-    /// How many of the same kind, library and name stand before it in the file.
+    /// The number of earlier declarations in the file with the same kind, library and name.
     #[returns(copy)]
     pub nth: u32,
 }
 
 impl<'db> Decl<'db> {
-    /// `library.name`, or the name alone outside libraries.
+    /// Returns `library.name`, or the name alone outside libraries.
     pub fn qualified(self, db: &'db dyn ModelDb) -> String {
         match self.library(db) {
             Some(library) => format!("{library}.{}", self.name(db)),
@@ -45,7 +45,7 @@ impl<'db> Decl<'db> {
     }
 }
 
-/// The tree of a file. Not compared: a text that changed is another tree.
+/// Parses a file. salsa does not compare the result: each new text gives a new tree.
 #[salsa::tracked(returns(ref), no_eq)]
 pub fn parse(db: &dyn ModelDb, file: File) -> Parse {
     db.trees().parse(file, file.text(db))
@@ -57,24 +57,24 @@ fn lowered(db: &dyn ModelDb, file: File) -> (ItemTree, SourceMap) {
     db.trees().lower(file, parse)
 }
 
-/// What a file declares. Comments, blank lines and places change nothing in it.
+/// Returns the declarations of a file, without ranges: comments and blank lines do not change the result.
 #[salsa::tracked(returns(ref))]
 pub fn item_tree_of(db: &dyn ModelDb, file: File) -> ItemTree {
     lowered(db, file).0.clone()
 }
 
-/// Where its declarations stand. Only what is shown to a user reads it.
+/// Returns the ranges of the declarations of a file. Only queries whose results are shown to a user may call it.
 pub fn source_map(db: &dyn ModelDb, file: File) -> &SourceMap {
     &lowered(db, file).1
 }
 
-/// Where a declaration and its parts stand; nothing where it is no longer in its file.
+/// Returns the ranges of a declaration and its sources; `None` if the file no longer contains it.
 pub fn declaration_map<'db>(db: &'db dyn ModelDb, decl: Decl<'db>) -> Option<&'db DeclarationMap> {
     source_map(db, decl.file(db)).declarations.get(index_of(db, decl)?)
 }
 
-/// The declaration that has all of `range` in it. An empty one, such as a cursor, may also stand at its end, where no other
-/// begins.
+/// Returns the declaration that contains `range`. An empty range, such as a cursor, may also be at the end of the
+/// declaration, unless another declaration begins there.
 ///
 /// ```
 /// use mauve_hir::{Database, Workspace, declaration_at};
@@ -87,18 +87,18 @@ pub fn declaration_map<'db>(db: &'db dyn ModelDb, decl: Decl<'db>) -> Option<&'d
 /// assert_eq!(found.name(&db), "S");
 /// ```
 pub fn declaration_at<'db>(db: &'db dyn ModelDb, file: File, range: TextRange) -> Option<Decl<'db>> {
-    // They stand in the order of the text, and none in another.
+    // Declarations are sorted and do not overlap.
     let maps = &source_map(db, file).declarations;
     let index = maps.partition_point(|map| map.range.end() <= range.start());
-    let is_it = |&index: &usize| maps.get(index).is_some_and(|map| map.range.contains_range(range));
-    let index = Some(index).filter(is_it).or_else(|| index.checked_sub(1).filter(is_it))?;
+    let contains = |&index: &usize| maps.get(index).is_some_and(|map| map.range.contains_range(range));
+    let index = Some(index).filter(contains).or_else(|| index.checked_sub(1).filter(contains))?;
     declarations(db, file).all.get(index).copied()
 }
 
 /// The declarations of a file.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub struct Declarations<'db> {
-    /// In the order of the text, which is that of the item tree.
+    /// In the order of the item tree.
     pub all: Vec<Decl<'db>>,
     /// See [`ItemTree::completeness`].
     pub completeness: Completeness,
@@ -111,7 +111,7 @@ pub struct Declarations<'db> {
     index: FxHashMap<Decl<'db>, usize>,
 }
 
-/// The declarations of a file. What stands *in* them is not part of this: a changed period changes nothing here.
+/// Returns the declarations of a file, without their content: a changed period does not change the result.
 #[salsa::tracked(returns(ref))]
 pub fn declarations<'db>(db: &'db dyn ModelDb, file: File) -> Declarations<'db> {
     let tree = item_tree_of(db, file);
@@ -136,45 +136,45 @@ fn index_of<'db>(db: &'db dyn ModelDb, decl: Decl<'db>) -> Option<usize> {
     declarations(db, decl.file(db)).index.get(&decl).copied()
 }
 
-/// What stands in a declaration; nothing, where it is no longer in its file.
+/// Returns the content of a declaration; `None` if the file no longer contains it.
 #[salsa::tracked(returns(ref))]
 pub fn data<'db>(db: &'db dyn ModelDb, decl: Decl<'db>) -> Option<Arc<Data>> {
     let index = index_of(db, decl)?;
     Some(item_tree_of(db, decl.file(db)).declarations.get(index)?.data.clone())
 }
 
-/// Something that a diagnostic points at, wherever it stands now.
+/// A location that a diagnostic points at, independent of edits elsewhere.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
 pub enum Location<'db> {
-    /// In a declaration.
+    /// The source.
     Source(Decl<'db>, SourceId),
-    /// Right before something in a declaration, where something may be put.
+    /// An empty range before the source.
     Before(Decl<'db>, SourceId),
-    /// Right behind something in a declaration.
+    /// An empty range after the source.
     Behind(Decl<'db>, SourceId),
-    /// Before a declaration.
+    /// An empty range before the declaration.
     Above(Decl<'db>),
-    /// Behind the last thing within the braces of a declaration, where another one may be put, on a line of its own.
+    /// An empty range after the last item within the braces of the declaration, for an additional item.
     End(Decl<'db>),
-    /// Behind the first brace that follows something in a declaration.
+    /// An empty range after the first brace that follows the source.
     Inside(Decl<'db>, SourceId),
-    /// All of what something in a declaration is part of, where that is to be removed: see `whole_item`.
+    /// The range to delete in order to remove the item that contains the source: see `deletion_range`.
     Item(Decl<'db>, SourceId),
-    /// The include of that number.
+    /// The include with that index.
     Include(File, u32),
-    /// Behind the last include of a file, or where there is none, its beginning.
+    /// An empty range after the last include of the file or, without includes, at its start.
     Includes(File),
-    /// A file that has no tree of its own here, such as a table: these bytes.
+    /// A range of bytes of a file without a syntax tree, such as a table.
     Range(File, u32, u32),
 }
 
 impl<'db> Location<'db> {
-    /// The name of a declaration.
+    /// Returns the location of the name of a declaration.
     pub fn name_of(decl: Decl<'db>) -> Location<'db> {
         Location::Source(decl, SourceId(0))
     }
 
-    /// The file.
+    /// Returns the file that contains the location.
     pub fn file(&self, db: &'db dyn ModelDb) -> File {
         match *self {
             Location::Source(decl, _)
@@ -188,7 +188,7 @@ impl<'db> Location<'db> {
         }
     }
 
-    /// Where it stands now.
+    /// Returns the current range; empty, at the start of the file, if the declaration no longer exists.
     pub fn range(&self, db: &'db dyn ModelDb) -> TextRange {
         let map = |decl: Decl<'db>| declaration_map(db, decl);
         let id = |decl, id: SourceId| {
@@ -202,7 +202,7 @@ impl<'db> Location<'db> {
             Location::Above(decl) => map(decl).map(|map| TextRange::empty(map.range.start())),
             Location::End(decl) => map(decl).and_then(|map| {
                 let text = decl.file(db).text(db).get(std::ops::Range::<usize>::from(map.range))?;
-                // Where the brace is missing, the end of the text will do.
+                // Without a closing brace, the end of the text.
                 let inner = text.strip_suffix('}').unwrap_or(text).trim_end();
                 Some(TextRange::empty(map.range.start() + TextSize::of(inner)))
             }),
@@ -214,13 +214,13 @@ impl<'db> Location<'db> {
                 TextRange::empty(brace.map_or(range.end(), |brace| brace.text_range().end()))
             }),
             Location::Item(decl, it) => {
-                id(decl, it).map(|range| whole_item(&parse(db, decl.file(db)).syntax(), range))
+                id(decl, it).map(|range| deletion_range(&parse(db, decl.file(db)).syntax(), range))
             }
             Location::Includes(file) => {
                 let last = source_map(db, file).includes.last();
-                let begin =
-                    if file.text(db).starts_with('\u{feff}') { '\u{feff}'.len_utf8() as u32 } else { 0 };
-                Some(TextRange::empty(last.map_or(begin.into(), |last| last.end())))
+                let byte_order_mark = file.text(db).chars().next().filter(|&letter| letter == '\u{feff}');
+                let begin = byte_order_mark.map_or(0.into(), TextSize::of);
+                Some(TextRange::empty(last.map_or(begin, |last| last.end())))
             }
             Location::Include(file, index) => source_map(db, file).includes.get(index as usize).copied(),
             Location::Range(_, start, end) => Some(TextRange::new(start.into(), end.max(start).into())),
@@ -229,9 +229,9 @@ impl<'db> Location<'db> {
     }
 }
 
-/// The declaration, variable, connection or field around `part`, with the comment above it and all that leaves a gap where
-/// it is removed: its lines, where nothing else stands on them, otherwise the white space before it.
-fn whole_item(root: &SyntaxNode, id: TextRange) -> TextRange {
+/// Returns the range to delete in order to remove the declaration, variable, connection or field around `source`: with the
+/// comments above it, and with its lines if they contain nothing else, otherwise with the white space before it.
+fn deletion_range(root: &SyntaxNode, source: TextRange) -> TextRange {
     let is_item = |node: &SyntaxNode| {
         matches!(
             node.kind(),
@@ -243,20 +243,20 @@ fn whole_item(root: &SyntaxNode, id: TextRange) -> TextRange {
                 | SyntaxKind::FIELD
         )
     };
-    let token = token_at(root, id.start());
-    let Some(node) = token.and_then(|token| token.parent_ancestors().find(is_item)) else { return id };
+    let token = token_at(root, source.start());
+    let Some(node) = token.and_then(|token| token.parent_ancestors().find(is_item)) else { return source };
     let is_white = |token: &SyntaxToken| token.kind() == SyntaxKind::WHITESPACE;
     let ends_line = |token: &SyntaxToken| token.text().contains(['\n', '\r']);
-    let (Some(first), Some(last)) = (node.first_token(), node.last_token()) else { return id };
+    let (Some(first), Some(last)) = (node.first_token(), node.last_token()) else { return source };
 
-    // The list around it takes the `;`.
+    // The `;` belongs to the list around the item.
     let mut end = last.text_range().end();
     let mut behind = next_token(&last);
     if let Some(sign) = next_significant(&last).filter(|sign| sign.kind() == SyntaxKind::SEMICOLON) {
         end = sign.text_range().end();
         behind = next_token(&sign);
     }
-    // What is left of its line: nothing, or a comment on it.
+    // The rest of its line: empty, or a comment.
     let rest = std::iter::successors(behind, next_token)
         .take_while(|token| token.kind().is_trivia() && !(is_white(token) && ends_line(token)));
     let rest: Vec<SyntaxToken> = rest.collect();
@@ -264,7 +264,7 @@ fn whole_item(root: &SyntaxNode, id: TextRange) -> TextRange {
     let next = token_at(root, line_end).filter(|token| token.text_range().start() >= line_end);
     let is_last = next.as_ref().is_none_or(|next| is_white(next) && ends_line(next));
 
-    // The comments above it, each on lines of its own, with no empty line between.
+    // The comments above it, each on its own lines, without empty lines between.
     let mut start = first;
     let begins = previous_token(&start).is_none_or(|white| is_white(&white) && ends_line(&white));
     while begins
@@ -281,7 +281,7 @@ fn whole_item(root: &SyntaxNode, id: TextRange) -> TextRange {
     });
     let start = start.text_range().start() - TextSize::from(blanks as u32);
     if begins && !is_last && rest.iter().all(is_white) {
-        // What follows takes its place.
+        // The next item moves to the start of the deleted one.
         return TextRange::new(start + TextSize::from(blanks as u32), line_end);
     }
     if !(begins && is_last) {
@@ -291,16 +291,16 @@ fn whole_item(root: &SyntaxNode, id: TextRange) -> TextRange {
     TextRange::new(start, line_end + TextSize::from(line as u32))
 }
 
-/// What others read of a core: its programs may change without them.
+/// The data of a core that other declarations read: an edit of a program does not change it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CoreInterface {
-    /// The shell that it is for.
+    /// The shell that it implements.
     pub shell: Option<TypeRef>,
-    /// Does it define operations?
+    /// Whether it defines operations.
     pub defines_operations: bool,
 }
 
-/// The [`CoreInterface`] of a core.
+/// Returns the [`CoreInterface`] of a core.
 #[salsa::tracked(returns(ref))]
 pub fn core_interface<'db>(db: &'db dyn ModelDb, decl: Decl<'db>) -> Option<CoreInterface> {
     let data = core(db, decl)?;
@@ -320,17 +320,17 @@ macro_rules! data_of {
 }
 
 data_of! {
-    /// The codel that `decl` is.
+    /// Returns the data of a codel; `None` for another kind of declaration.
     codel: Codel;
-    /// The shell that `decl` is.
+    /// Returns the data of a shell; `None` for another kind of declaration.
     shell: Shell;
-    /// The core that `decl` is.
+    /// Returns the data of a core; `None` for another kind of declaration.
     core: Core;
-    /// The component that `decl` is.
+    /// Returns the data of a component; `None` for another kind of declaration.
     component: Component;
-    /// The architecture that `decl` is.
+    /// Returns the data of an architecture; `None` for another kind of declaration.
     architecture: Architecture;
-    /// The deployment that `decl` is.
+    /// Returns the data of a deployment; `None` for another kind of declaration.
     deployment: Deployment;
 }
 
@@ -339,7 +339,7 @@ mod tests {
     use super::*;
     use crate::{Database, Workspace};
 
-    /// The name of the declaration at each of these ranges.
+    /// Returns the name of the declaration at each of `ranges`.
     fn at(text: &str, ranges: &[(u32, u32)]) -> Vec<String> {
         let db = Database::default();
         let workspace = Workspace::of_texts(&db, "/".into(), [("/a.mal".into(), text.to_owned())]);
@@ -350,9 +350,9 @@ mod tests {
     }
 
     #[test]
-    fn the_declaration_at_a_place() {
+    fn finds_the_declaration_at_a_range() {
         let text = "shell A { }core B(A) { } /* C */ library l { codel d(): int }";
-        // At the end of one, only where no other begins.
+        // At the end of a declaration, only if no other declaration begins there.
         assert_eq!(at(text, &[(0, 0), (11, 11), (24, 24), (25, 25)]), ["A", "B", "B", "none"]);
         assert_eq!(
             at(text, &[(6, 7), (10, 12), (11, 15), (24, 25), (59, 59)]),
