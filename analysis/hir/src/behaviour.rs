@@ -1,7 +1,7 @@
-//! From a core to what one period of it executes: states, edges, and for each program its codels.
+//! The behaviour of a core: its states, the edges of one period, and the cost of each program.
 //!
-//! What the programs cost and what their names refer to is known body by body; this puts the bodies together. Times are not
-//! known here, so that a changed table re-runs none of this, and a changed program only its own core.
+//! Combines the inference and the costs of the bodies. A behaviour has no times: a changed timing table invalidates no
+//! behaviour, a changed program only that of its core.
 
 use crate::cost::{Cost, Costs, costs_of, operations_in};
 use std::borrow::Cow;
@@ -12,7 +12,6 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
 use crate::body::{BodyId, ProgramIn, core_scope};
-use crate::completeness::Completeness;
 use crate::fact::{
     CorePart, CoreReason, Defined, Fact, FactKind, Reason, Refusal, Unreachable, repeated, unresolved_type,
 };
@@ -27,62 +26,61 @@ use crate::program_id::ProgramId;
 use crate::project::Project;
 use crate::source::{Decl, Location, core};
 
-/// What a core executes each period.
+/// The programs that a core executes in each period.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
 pub struct Behaviour<'db> {
-    /// The states that the initial one reaches, in the order of the text.
+    /// The states reachable from the initial state, in the order of the text.
     pub states: Vec<Name>,
-    /// The index of the initial one.
+    /// The index of the initial state.
     pub initial: usize,
-    /// What one period may do (paper, eq. 6, as generated code does it).
+    /// The possible executions of one period (paper, eq. 6), as in generated code.
     pub edges: Vec<Edge>,
     /// The programs that the edges execute.
     pub programs: Vec<TimedProgram<'db>>,
-    /// The operations that the core defines, which its programs may call.
+    /// The operations that the core defines.
     pub operations: Vec<TimedProgram<'db>>,
-    /// The operations, each after those that it calls.
+    /// The operations in topological order, callees first.
     pub order: Vec<usize>,
-    /// Why the core cannot be analysed; then the rest is not to be used.
+    /// The reasons why the core is not analysed; if there are any, the other fields must not be used for the analysis.
     pub refusals: Vec<Refusal<'db>>,
-    /// What is wrong in the core.
+    /// The errors and warnings of the core.
     pub facts: Vec<Fact<'db>>,
 }
 
-/// One way through a period: from a state to a state, executing these programs one after the other.
+/// A possible execution of one period: its source and target states, and its sequence of programs.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Edge {
-    /// Index of the state in which the period starts.
+    /// Index of the state at the start of the period.
     pub source: usize,
-    /// Index of the state in which the next one starts.
+    /// Index of the state at the start of the next period.
     pub target: usize,
-    /// The transition that fires; none where the machine stays.
+    /// The transition that fires; `None` if the machine stays in the state.
     pub transition: Option<Name>,
     /// Indices of the programs, in the order of execution.
     pub programs: Vec<usize>,
 }
 
-/// A program with a key of its own in a timing table.
+/// A program that a timing table may name.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub struct TimedProgram<'db> {
-    /// Which program: its key behind `Component/`.
+    /// Its key in a timing table, after `Component/`.
     pub id: ProgramId,
-    /// What it costs at most.
+    /// Its worst-case cost.
     pub cost: Arc<Cost<'db>>,
 }
 
-/// The name of the one state of a core that has `update` instead of a state machine.
+/// The name of the only state of a core with `update` instead of a state machine.
 const UPDATE_STATE: &str = "update";
 
-/// Reads a core.
+/// Returns the behaviour of a core.
 #[salsa::tracked(returns(ref))]
 pub fn behaviour_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Behaviour<'db> {
     let Some(data) = core(db, of) else { return Behaviour::default() };
     let names = names_of(db, project);
     let shell = names.resolve_type(db, of, Kind::Shell, data.shell.as_ref());
-    // What an unknown shell provides may be called.
-    let none = Features { completeness: Completeness::Incomplete, ..Features::default() };
-    let features = shell.as_ref().map_or(&none, |&shell| features_of(db, project, shell));
-    let mut reader = Reader {
+    let unknown = Features::unknown();
+    let features = shell.as_ref().map_or(&unknown, |&shell| features_of(db, project, shell));
+    let mut context = BehaviourContext {
         db,
         project,
         of,
@@ -94,19 +92,19 @@ pub fn behaviour_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'
         found: Behaviour::default(),
     };
     if let Err(unresolved) = &shell {
-        reader.found.facts.extend(unresolved_type(of, Kind::Shell, data.shell.as_ref(), unresolved));
-        reader.refuse_here(CoreReason::UnknownShell);
+        context.found.facts.extend(unresolved_type(of, Kind::Shell, data.shell.as_ref(), unresolved));
+        context.refuse_once(CoreReason::UnknownShell);
     } else if features.completeness.is_incomplete() || features.cycle {
-        reader.refuse_here(CoreReason::IncompleteShell(features.incomplete(names)));
+        context.refuse_once(CoreReason::IncompleteShell(features.incomplete(names)));
     }
     if data.completeness.is_incomplete() {
-        reader.refuse_here(CoreReason::SyntaxError(CorePart::Core));
+        context.refuse_once(CoreReason::SyntaxError(CorePart::Core));
     }
-    reader.read();
-    reader.found
+    context.core();
+    context.found
 }
 
-struct Reader<'a, 'db> {
+struct BehaviourContext<'a, 'db> {
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
@@ -114,36 +112,35 @@ struct Reader<'a, 'db> {
     core: &'db Core,
     /// The first state of each name.
     states: FxHashMap<&'db Name, usize>,
-    /// The programs of the methods that have been read.
+    /// The programs of methods, by state.
     methods: FxHashMap<(&'db Name, MethodKind), usize>,
-    /// What its programs cost, by group of bodies.
+    /// The costs of the programs, by group of bodies.
     costs: Rc<[Cow<'db, Costs<'db>>]>,
     found: Behaviour<'db>,
 }
 
-impl<'db> Reader<'_, 'db> {
+impl<'db> BehaviourContext<'_, 'db> {
     fn at(&self, id: SourceId) -> Location<'db> {
         Location::Source(self.of, id)
     }
 
-    /// The core is not analysed, because of what another fact reports.
-    fn refuse_here(&mut self, why: CoreReason) {
+    /// Refuses the core for a reason that another fact reports.
+    fn refuse_once(&mut self, why: CoreReason) {
         let refusal = Refusal { reason: Reason::Core { core: self.of, why }, at: Location::name_of(self.of) };
-        // Each once; among more than 64, a repetition does no harm.
-        if !self.found.refusals.iter().take(64).any(|known| *known == refusal) {
+        // Each reason once; after 64 reasons, repetitions are harmless.
+        if !self.found.refusals.iter().take(64).any(|earlier| *earlier == refusal) {
             self.found.refusals.push(refusal);
         }
     }
 
-    /// The core is not analysed, because of what an error elsewhere may hide. Where another reason is known, such as that
-    /// error, this one only follows from it.
+    /// Refuses the core for a declaration that another error may hide, unless there is another reason, such as that error.
     fn refuse_hidden(&mut self, why: CoreReason) {
         if self.found.refusals.is_empty() {
-            self.refuse_here(why);
+            self.refuse_once(why);
         }
     }
 
-    /// Reports an error that keeps the core from being analysed.
+    /// Reports an error, and refuses the core.
     fn refuse(&mut self, fact: Fact<'db>) {
         self.found.refusals.push(Refusal::of_fact(self.project, &fact));
         self.found.facts.push(fact);
@@ -163,21 +160,21 @@ impl<'db> Reader<'_, 'db> {
         repeated(self.of, names.map(|name| (name, what)))
     }
 
-    fn read(&mut self) {
+    fn core(&mut self) {
         self.duplicates_of_core();
-        self.resolved(BodyId::CoreValues, ProgramIn::Whole);
+        self.name_problems(BodyId::CoreValues, ProgramIn::Whole);
         self.operations();
         self.hooks();
         let update = self.core.hooks.iter().position(|hook| hook.kind == HookKind::Update);
         match (self.core.machines.as_slice(), update) {
             ([machine], None) => self.machine(machine),
             ([], Some(update)) => {
-                let cost = self.program(BodyId::Hook(update as u32), ProgramIn::Whole);
+                let cost = self.cost(BodyId::Hook(update as u32), ProgramIn::Whole);
                 self.found.states.push(UPDATE_STATE.into());
-                self.found.programs.push(TimedProgram { id: ProgramId::UPDATE, cost });
-                self.found.edges.push(Edge { source: 0, target: 0, transition: None, programs: vec![0] });
+                let programs = vec![self.add_program(ProgramId::UPDATE, cost)];
+                self.found.edges.push(Edge { source: 0, target: 0, transition: None, programs });
             }
-            // Where there is an error, it may hide one.
+            // A syntax error may hide the behaviour.
             ([], None) if self.core.completeness.is_incomplete() => {}
             ([], None) => self.refuse(Fact::new(Location::name_of(self.of), FactKind::NoBehaviour)),
             ([.., last], None) => self.refuse_at(last.id, FactKind::TwoBehaviours { machines: true }),
@@ -187,20 +184,23 @@ impl<'db> Reader<'_, 'db> {
         }
     }
 
+    fn group(&self, body: BodyId) -> Option<u32> {
+        core_scope(self.db, self.of).as_ref()?.group(body)
+    }
+
     /// Refuses the core for each unresolved name in a program.
-    fn resolved(&mut self, body: BodyId, program: ProgramIn) {
-        let group = core_scope(self.db, self.of).as_ref().and_then(|scope| scope.group(body));
-        let inference = group.map(|group| inference_of(self.db, self.project, self.of, group));
+    fn name_problems(&mut self, body: BodyId, program: ProgramIn) {
+        let inference = self.group(body).map(|group| inference_of(self.db, self.project, self.of, group));
         let problems = inference.and_then(|inference| inference.problems.get(&(body, program)));
-        // Whether the last problem was a hidden name that is the first reason of all.
+        // Whether the previous problem was a hidden name and the first reason for the refusal.
         let mut is_first = false;
         for problem in problems.into_iter().flatten() {
             let was_first = std::mem::take(&mut is_first);
             match problem {
-                // One mistake: what a name does that an error may declare is unknown.
+                // The effect of the hidden name is unknown; it is reported.
                 NameProblem::Error(Fact { kind: FactKind::NoEffect, .. }) if was_first => {}
                 NameProblem::Error(fact) => self.refuse(fact.clone()),
-                NameProblem::Reported(why) => self.refuse_here(why.clone()),
+                NameProblem::Reported(why) => self.refuse_once(why.clone()),
                 NameProblem::Hidden(why) => {
                     is_first = self.found.refusals.is_empty();
                     self.refuse_hidden(why.clone());
@@ -209,27 +209,25 @@ impl<'db> Reader<'_, 'db> {
         }
     }
 
-    /// The cost of a program, and the value of a guard that is constant.
-    fn priced(&mut self, body: BodyId, program: ProgramIn) -> (Arc<Cost<'db>>, Option<bool>) {
+    /// Returns the worst-case cost of a program, and the value of a constant guard. Refuses the core for the program's errors.
+    fn cost_and_value(&mut self, body: BodyId, program: ProgramIn) -> (Arc<Cost<'db>>, Option<bool>) {
         let costs = Rc::clone(&self.costs);
-        let group = core_scope(self.db, self.of).as_ref().and_then(|scope| scope.group(body));
-        let of_body = group.and_then(|group| costs.get(group as usize)?.get(&body));
-        let known = of_body.into_iter().flatten().find(|cost| cost.program == program);
-        let Some(known) = known else { return (Arc::default(), None) };
-        if known.completeness.is_incomplete() {
-            self.refuse_here(match program {
+        let of_body = self.group(body).and_then(|group| costs.get(group as usize)?.get(&body));
+        let found = of_body.into_iter().flatten().find(|cost| cost.program == program);
+        let Some(found) = found else { return (Arc::default(), None) };
+        if found.completeness.is_incomplete() {
+            self.refuse_once(match program {
                 ProgramIn::Guard(_) => CoreReason::SyntaxError(CorePart::Guard),
                 _ => CoreReason::SyntaxError(CorePart::Program),
             });
         }
-        self.resolved(body, program);
-        self.found.facts.extend(known.facts.iter().cloned());
-        (known.cost.clone(), known.decided)
+        self.name_problems(body, program);
+        self.found.facts.extend(found.facts.iter().cloned());
+        (found.cost.clone(), found.constant)
     }
 
-    /// The cost of a program along its worst path.
-    fn program(&mut self, body: BodyId, program: ProgramIn) -> Arc<Cost<'db>> {
-        self.priced(body, program).0
+    fn cost(&mut self, body: BodyId, program: ProgramIn) -> Arc<Cost<'db>> {
+        self.cost_and_value(body, program).0
     }
 
     fn duplicates_of_core(&mut self) {
@@ -248,21 +246,20 @@ impl<'db> Reader<'_, 'db> {
         }
     }
 
-    /// The hooks that no period executes: their calls are resolved, their times do not count. But one with an error may
-    /// have swallowed what a period executes.
+    /// Checks the hooks that no period executes. Their cost does not count, but a syntax error in a hook may hide programs that
+    /// a period executes.
     fn hooks(&mut self) {
         for (index, hook) in self.core.hooks.iter().enumerate() {
             if hook.kind != HookKind::Update {
-                self.program(BodyId::Hook(index as u32), ProgramIn::Whole);
+                self.cost(BodyId::Hook(index as u32), ProgramIn::Whole);
             }
         }
     }
 
     fn operations(&mut self) {
         for (index, operation) in self.core.operations.iter().enumerate() {
-            // An incomplete operation refuses its callers, and the core is refused for all of them: it
-            // executes in the core's own thread.
-            let cost = self.program(BodyId::Operation(index as u32), ProgramIn::Whole);
+            // An incomplete operation refuses the core: the operation executes in the core's own thread.
+            let cost = self.cost(BodyId::Operation(index as u32), ProgramIn::Whole);
             let id = ProgramId::Operation(operation.name.name.clone());
             self.found.operations.push(TimedProgram { id, cost });
         }
@@ -273,7 +270,7 @@ impl<'db> Reader<'_, 'db> {
             if name.is_empty() || declared.any(|it| it.kind == FeatureKind::Provided) {
                 continue;
             }
-            // For its callers, its name is that of something else: of a codel, perhaps.
+            // Its callers may resolve the name to another definition, such as a codel.
             if self.features.completeness.is_complete() {
                 self.refuse_at(*id, FactKind::UndeclaredOperation { name: name.clone() });
             }
@@ -291,11 +288,11 @@ impl<'db> Reader<'_, 'db> {
         }
     }
 
-    /// Callees before callers; what is left over calls itself.
+    /// Orders the operations, callees first, and refuses recursive ones.
     fn order_operations(&mut self) {
         let calls: Vec<Vec<usize>> = self.found.operations.iter().map(|it| operations_in(&it.cost)).collect();
-        let (order, in_ring) = topological_order(&calls);
-        for (operation, _) in self.core.operations.iter().zip(in_ring).filter(|(_, in_ring)| *in_ring) {
+        let (order, in_cycle) = topological_order(&calls);
+        for (operation, _) in self.core.operations.iter().zip(in_cycle).filter(|(_, in_cycle)| *in_cycle) {
             let name = operation.name.name.clone();
             self.refuse_at(operation.name.id, FactKind::RecursiveOperation { name });
         }
@@ -306,9 +303,9 @@ impl<'db> Reader<'_, 'db> {
         if machine.completeness.is_incomplete()
             || machine.states.iter().any(|state| state.completeness.is_incomplete())
         {
-            self.refuse_here(CoreReason::SyntaxError(CorePart::Machine));
+            self.refuse_once(CoreReason::SyntaxError(CorePart::Machine));
         }
-        self.resolved(BodyId::MachineValues, ProgramIn::Whole);
+        self.name_problems(BodyId::MachineValues, ProgramIn::Whole);
         let variables = self.duplicates(machine.variables.iter().map(|it| &it.name), Defined::Variable);
         self.found.facts.extend(variables);
         let states = self.duplicates(machine.states.iter().map(|it| &it.name), Defined::State);
@@ -325,7 +322,7 @@ impl<'db> Reader<'_, 'db> {
         self.keep_reachable(machine, start, edges);
     }
 
-    /// The number of the initial state.
+    /// Returns the index of the initial state.
     fn initial(&mut self, machine: &Machine) -> Option<usize> {
         let initial: Vec<usize> =
             (0..machine.states.len()).filter(|&it| machine.states[it].initial).collect();
@@ -351,19 +348,19 @@ impl<'db> Reader<'_, 'db> {
         None
     }
 
-    /// Warns of states that no transition leads to, were it ever taken.
+    /// Reports states that are unreachable even if every guard holds.
     fn unreachable(&mut self, machine: &Machine, start: usize) {
         if !self.found.refusals.is_empty() {
             return;
         }
-        let reached = reachable(&leads_to(machine), start);
+        let reached = reachable(&successors(machine), start);
         for (state, _) in machine.states.iter().zip(reached).filter(|(_, reached)| !reached) {
             let NameRef { name, id } = &state.name;
             self.report(*id, FactKind::UnreachableState { name: name.clone() });
         }
     }
 
-    /// The edges out of a state: its transitions in the order of the text, then staying.
+    /// Adds the edges of a state: its transitions in the order of the text, then the edge that stays in the state.
     fn state(&mut self, machine: &'db Machine, index: usize, edges: &mut Vec<Edge>) {
         let state = &machine.states[index];
         let transitions = self.duplicates(state.transitions.iter().map(|it| &it.name), Defined::Transition);
@@ -372,52 +369,50 @@ impl<'db> Reader<'_, 'db> {
         for method in state.methods.iter().filter(|method| !seen.insert(method.kind)) {
             self.refuse_at(method.id, FactKind::DuplicateMethod(method.kind));
         }
-        // The `entry` of the initial state runs once at the start, of another state with a transition to it; a program
-        // is read all the same.
+        // The programs of a state include `entry`, which its incoming edges execute.
         self.method(index, state, MethodKind::Entry);
         let run = self.method(index, state, MethodKind::Run);
         let exit = self.method(index, state, MethodKind::Exit);
         let handle = self.method(index, state, MethodKind::Handle);
-        // `run`, then each guard up to the one that holds.
+        // `run`, then the guards up to the first that holds.
         let mut before: Vec<usize> = run.into_iter().collect();
         let mut fires_always: Option<&Transition> = None;
         for (number, transition) in state.transitions.iter().enumerate() {
             let body = BodyId::State(0, index as u32);
             let (name, number) = (&transition.name.name, number as u32);
             if transition.completeness.is_incomplete() {
-                self.refuse_here(CoreReason::SyntaxError(CorePart::Transition));
+                self.refuse_once(CoreReason::SyntaxError(CorePart::Transition));
             }
-            let mut decided = None;
+            let mut constant = None;
             if transition.guard.is_some() {
-                let (cost, value) = self.priced(body, ProgramIn::Guard(number));
-                decided = value;
+                let (cost, value) = self.cost_and_value(body, ProgramIn::Guard(number));
+                constant = value;
                 let (state, transition) = (state.name.name.clone(), name.clone());
-                self.push_program(&mut before, ProgramId::Guard { state, transition }, cost);
+                before.push(self.add_program(ProgramId::Guard { state, transition }, cost));
             }
-            let mut own = Vec::new();
+            let mut effect = None;
             if transition.effect.is_some() {
-                let cost = self.program(body, ProgramIn::Effect(number));
+                let cost = self.cost(body, ProgramIn::Effect(number));
                 let (state, transition) = (state.name.name.clone(), name.clone());
-                self.push_program(&mut own, ProgramId::Effect { state, transition }, cost);
+                effect = Some(self.add_program(ProgramId::Effect { state, transition }, cost));
             }
             let target = self.target(machine, transition);
-            // What comes after a transition without a guard never happens, but it is read all the same.
+            // Transitions after one that always fires are checked, but have no edge.
             if let Some(always) = fires_always {
                 self.never_taken(transition, always);
                 continue;
             }
-            if decided == Some(false) {
+            if constant == Some(false) {
                 self.report(transition.name.id, FactKind::UnreachableCode(Unreachable::Guard));
                 continue;
             }
             let mut programs = before.clone();
-            programs.extend(exit);
-            programs.extend(own);
+            programs.extend(exit.into_iter().chain(effect));
             if let Some(target) = target {
                 programs.extend(self.method(target, &machine.states[target], MethodKind::Entry));
                 edges.push(Edge { source: index, target, transition: Some(name.clone()), programs });
             }
-            if transition.guard.is_none() || decided == Some(true) {
+            if transition.guard.is_none() || constant == Some(true) {
                 fires_always = Some(transition);
             }
         }
@@ -427,7 +422,7 @@ impl<'db> Reader<'_, 'db> {
         }
     }
 
-    /// Reports a transition behind one that always fires.
+    /// Reports a transition after one that always fires.
     fn never_taken(&mut self, transition: &Transition, always: &Transition) {
         let (name, first) = (&transition.name, &always.name);
         if transition.completeness.is_incomplete()
@@ -446,27 +441,28 @@ impl<'db> Reader<'_, 'db> {
         );
     }
 
-    fn push_program(&mut self, programs: &mut Vec<usize>, id: ProgramId, cost: Arc<Cost<'db>>) {
-        programs.push(self.found.programs.len());
+    /// Adds a program, and returns its index.
+    fn add_program(&mut self, id: ProgramId, cost: Arc<Cost<'db>>) -> usize {
         self.found.programs.push(TimedProgram { id, cost });
+        self.found.programs.len() - 1
     }
 
-    /// The index of a method's program, read when it is first met.
+    /// Returns the index of the program of a method; adds it at the first call.
     fn method(&mut self, index: usize, state: &'db State, kind: MethodKind) -> Option<usize> {
         let number = state.methods.iter().position(|method| method.kind == kind)?;
         let name = &state.name.name;
-        if let Some(&known) = self.methods.get(&(name, kind)) {
-            return Some(known);
+        if let Some(&program) = self.methods.get(&(name, kind)) {
+            return Some(program);
         }
-        let cost = self.program(BodyId::State(0, index as u32), ProgramIn::Method(number as u32));
-        self.methods.insert((name, kind), self.found.programs.len());
-        self.found.programs.push(TimedProgram { id: ProgramId::Method { state: name.clone(), kind }, cost });
-        Some(self.found.programs.len() - 1)
+        let cost = self.cost(BodyId::State(0, index as u32), ProgramIn::Method(number as u32));
+        let program = self.add_program(ProgramId::Method { state: name.clone(), kind }, cost);
+        self.methods.insert((name, kind), program);
+        Some(program)
     }
 
     fn target(&mut self, machine: &'db Machine, transition: &Transition) -> Option<usize> {
         let Some(NameRef { name, id }) = &transition.target else {
-            self.refuse_here(CoreReason::SyntaxError(CorePart::Transition));
+            self.refuse_once(CoreReason::SyntaxError(CorePart::Transition));
             return None;
         };
         let found = self.states.get(name).copied();
@@ -477,7 +473,7 @@ impl<'db> Reader<'_, 'db> {
         found
     }
 
-    /// States that the initial one does not reach are left out: no period of theirs ever happens.
+    /// Adds the states and edges that are reachable from the initial state.
     fn keep_reachable(&mut self, machine: &Machine, start: usize, edges: Vec<Edge>) {
         let mut targets = vec![Vec::new(); machine.states.len()];
         edges.iter().for_each(|edge| targets[edge.source].push(edge.target));
@@ -495,9 +491,9 @@ impl<'db> Reader<'_, 'db> {
     }
 }
 
-/// The states that each state of a machine leads to, were every transition taken.
-pub(crate) fn leads_to(machine: &Machine) -> Vec<Vec<usize>> {
-    // The first of each name.
+/// Returns the target states of each state's transitions, including those that never fire.
+pub(crate) fn successors(machine: &Machine) -> Vec<Vec<usize>> {
+    // In reverse order: the first state of a name takes precedence.
     let states = machine.states.iter().enumerate().rev();
     let number: FxHashMap<&Name, usize> = states.map(|(number, it)| (&it.name.name, number)).collect();
     let targets = |state: &State| {

@@ -1,29 +1,28 @@
-//! The functions that every program can call: their names, operands and what they give. All that reads, checks, shows or
-//! translates a call of one asks here.
+//! The built-in functions: their names and operands.
 
 use std::fmt;
 
 use crate::item_tree::{FeatureKind, Name};
 
-/// A function that every program can call. A codel of the same name comes first.
+/// A function that every program can call. A codel of the same name takes precedence.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, salsa::SalsaValue)]
 pub enum Builtin {
-    /// `read(input port, variable)`: takes the value of a port, and gives its status.
+    /// `read(input port, variable)`: reads a port, and returns its status.
     Read,
     /// `write(output port, value)`
     Write,
-    /// `status(input port)`: gives the status of a port.
+    /// `status(input port)`: returns the status of a port.
     Status,
-    /// `send(required operation, values…)`: starts a call, and gives a handler.
+    /// `send(required operation, values…)`: starts a call, and returns a handle.
     Send,
-    /// `collect(handler, variables…)`: asks for the results of a call, and gives its status.
+    /// `collect(handler, variables…)`: reads the results of a call, and returns its status.
     Collect,
 }
 
-/// What the first argument of a built-in function names.
+/// The kind of the first argument of a built-in function.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Operand {
-    /// A port; the other direction is an error of its own.
+    /// A port; a wrong direction is a separate error.
     Port(FeatureKind),
     /// A required operation.
     Operation,
@@ -32,11 +31,11 @@ pub enum Operand {
 }
 
 impl Builtin {
-    /// All of them, in the order in which they are listed for a user.
+    /// All functions, in the order of lists for users.
     pub const ALL: [Builtin; 5] =
         [Builtin::Read, Builtin::Write, Builtin::Status, Builtin::Send, Builtin::Collect];
 
-    /// The function of this name.
+    /// Returns the function of this name.
     ///
     /// ```
     /// use mauve_hir::Builtin;
@@ -47,7 +46,7 @@ impl Builtin {
         Builtin::ALL.into_iter().find(|builtin| builtin.name() == name)
     }
 
-    /// Its name.
+    /// Returns its name.
     pub fn name(self) -> &'static str {
         match self {
             Builtin::Read => "read",
@@ -58,7 +57,7 @@ impl Builtin {
         }
     }
 
-    /// What its first argument names.
+    /// Returns the kind of its first argument.
     pub fn operand(self) -> Operand {
         match self {
             Builtin::Read | Builtin::Status => Operand::Port(FeatureKind::Input),
@@ -68,8 +67,8 @@ impl Builtin {
         }
     }
 
-    /// Whether its first argument may be a feature of this kind. A port of the wrong direction counts: what is meant is
-    /// clear, and the direction is reported.
+    /// Returns whether its first argument may be a feature of this kind. A port of the wrong direction counts, so that only
+    /// the direction is reported.
     pub fn takes(self, kind: FeatureKind) -> bool {
         match self.operand() {
             Operand::Port(_) => kind.is_port(),
@@ -78,7 +77,7 @@ impl Builtin {
         }
     }
 
-    /// The names of all of them.
+    /// Returns the names of all functions.
     pub fn names() -> [Name; 5] {
         Builtin::ALL.map(|builtin| Name::from(builtin.name()))
     }

@@ -1,6 +1,6 @@
-//! What the programs of a body cost along their worst path: their codels and operations, without times.
+//! The costs of programs along their worst path: calls of codels and operations, without times.
 //!
-//! Paths end at a `return`, and a condition that is constant takes one branch. Any other condition is free.
+//! A path ends at a `return`. A constant condition selects one branch; with any other condition, both branches are possible.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -18,16 +18,16 @@ use crate::resolve::Callee;
 use crate::source::{Decl, Location};
 use crate::values::Value;
 
-/// The cost of a program along its worst path, by codels.
+/// The cost of a program along its worst path, as executions of codels.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub enum Cost<'db> {
     /// One execution of a codel.
     Codel(Decl<'db>),
-    /// One execution of an operation that the core itself provides: an index into [`crate::Behaviour::operations`].
+    /// One execution of an operation that the core defines: an index into [`crate::Behaviour::operations`].
     Operation(usize),
-    /// All of these.
+    /// The sum of costs.
     Sum(Vec<Cost<'db>>),
-    /// The greatest of these.
+    /// The maximum of costs.
     Greatest(Vec<Cost<'db>>),
 }
 
@@ -37,7 +37,7 @@ impl Default for Cost<'_> {
     }
 }
 
-/// The operations that a cost counts, by their numbers in [`crate::Behaviour::operations`].
+/// Returns the operations in a cost, as indices into [`crate::Behaviour::operations`].
 pub fn operations_in(cost: &Cost<'_>) -> Vec<usize> {
     match cost {
         Cost::Codel(_) => Vec::new(),
@@ -46,25 +46,22 @@ pub fn operations_in(cost: &Cost<'_>) -> Vec<usize> {
     }
 }
 
-/// What one program or guard of a body costs.
+/// The cost of a program or guard of a body.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub(crate) struct ProgramCost<'db> {
-    /// Which.
     pub(crate) program: ProgramIn,
-    /// Whether it is complete.
     pub(crate) completeness: Completeness,
-    /// Its cost along its worst path.
     pub(crate) cost: Arc<Cost<'db>>,
-    /// Of a guard that is constant: its value.
-    pub(crate) decided: Option<bool>,
-    /// Branches that no path takes.
+    /// The value of a constant guard.
+    pub(crate) constant: Option<bool>,
+    /// The unreachable branches.
     pub(crate) facts: Vec<Fact<'db>>,
 }
 
-/// What the programs of a group of bodies cost; nothing of the initial values, which no period computes.
+/// The costs of the programs of a group of bodies, without initial values, which no period evaluates.
 pub(crate) type Costs<'db> = FxHashMap<BodyId, Vec<ProgramCost<'db>>>;
 
-/// What the programs of a core cost, by group of bodies.
+/// Returns the costs of the programs of a core, by group of bodies.
 pub(crate) fn costs_of<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -72,13 +69,13 @@ pub(crate) fn costs_of<'db>(
 ) -> Vec<Cow<'db, Costs<'db>>> {
     let groups = core_scope(db, of).as_ref().map_or(0..0, CoreScope::groups);
     match groups.len() {
-        // Whatever changes in the core changes in this group.
+        // A query for the only group would be recomputed with each change of the core.
         1 => vec![Cow::Owned(costs_in(db, project, of, 0))],
         _ => groups.map(|group| Cow::Borrowed(costs_of_group(db, project, of, group))).collect(),
     }
 }
 
-/// What the programs of one of several groups of bodies cost.
+/// Returns the costs of the programs of one of several groups of bodies.
 #[salsa::tracked(returns(ref))]
 fn costs_of_group<'db>(
     db: &'db dyn ModelDb,
@@ -98,33 +95,33 @@ fn costs_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, gro
 
 fn costs<'db>(of: Decl<'db>, body: &Body, inference: &'db Inference<'db>) -> Vec<ProgramCost<'db>> {
     let cost = |(program, code): (ProgramIn, Code<'_>)| {
-        let mut pricing = Pricing { of, inference, facts: Vec::new() };
-        let (completeness, cost, decided) = match code {
-            Code::Program(code) => (code.completeness, pricing.program(code), None),
+        let mut context = CostContext { of, inference, facts: Vec::new() };
+        let (completeness, cost, constant) = match code {
+            Code::Program(code) => (code.completeness, context.program(code), None),
             Code::Guard(guard) => {
                 let mut costs = Vec::new();
-                let decided = match pricing.expr(&guard.condition, &mut costs) {
+                let constant = match context.expr(&guard.condition, &mut costs) {
                     Some(Value::Bool(value)) => Some(value),
                     _ => None,
                 };
-                (guard.completeness, Cost::Sum(costs), decided)
+                (guard.completeness, Cost::Sum(costs), constant)
             }
         };
-        ProgramCost { program, completeness, cost: Arc::new(cost), decided, facts: pricing.facts }
+        ProgramCost { program, completeness, cost: Arc::new(cost), constant, facts: context.facts }
     };
     body.code().into_iter().map(cost).collect()
 }
 
-/// The costs of a piece of a program along its worst paths, by where they end.
+/// The costs of statements along their worst paths, by the end of the path.
 struct Paths<'db> {
-    /// Of the paths that return; `None` where none does.
+    /// The cost of the paths that return; `None` if there are none.
     returned: Option<Cost<'db>>,
-    /// Of the paths that reach the end of the piece; `None` where every path returns.
+    /// The cost of the paths that reach the end of the statements; `None` if every path returns.
     finished: Option<Cost<'db>>,
 }
 
 impl<'db> Paths<'db> {
-    /// The paths of either piece.
+    /// Returns the paths through either branch.
     fn either(self, other: Paths<'db>) -> Paths<'db> {
         Paths {
             returned: greatest(self.returned, other.returned),
@@ -132,43 +129,43 @@ impl<'db> Paths<'db> {
         }
     }
 
-    /// The paths that begin with `costs`.
+    /// Adds `costs` to the beginning of each path.
     fn after(self, costs: &[Cost<'db>]) -> Paths<'db> {
         let after = |cost: Cost<'db>| Cost::Sum(costs.iter().cloned().chain([cost]).collect());
         Paths { returned: self.returned.map(after), finished: self.finished.map(after) }
     }
 
-    /// The worst of all.
+    /// Returns the cost of the worst path.
     fn worst(self) -> Cost<'db> {
         greatest(self.returned, self.finished).unwrap_or(Cost::Sum(Vec::new()))
     }
 
-    /// The paths through pieces that follow one another. At most `splits` times, what comes behind a piece is left out
-    /// where that piece returns; counting it is safe, and keeps costs flat.
-    fn in_order(pieces: Vec<Paths<'db>>, splits: &mut u32) -> Paths<'db> {
-        // From the last piece on; both lists are in that order.
+    /// Returns the paths through a sequence of statements. For at most `splits` statements, the paths that return exclude
+    /// the statements after them; for the others they include those, which is safe and keeps the cost flat.
+    fn sequence(statements: Vec<Paths<'db>>, splits: &mut u32) -> Paths<'db> {
+        // Both lists are in reverse order.
         let (mut returned, mut finished) = (None::<Vec<Cost<'db>>>, Some(Vec::new()));
         let sum = |costs: Vec<Cost<'db>>| Cost::Sum(costs.into_iter().rev().collect());
-        for mut piece in pieces.into_iter().rev() {
-            if piece.returned.is_some() && piece.finished.is_some() {
+        for mut statement in statements.into_iter().rev() {
+            if statement.returned.is_some() && statement.finished.is_some() {
                 match splits.checked_sub(1) {
-                    Some(left) => *splits = left,
-                    None => piece = Paths { returned: None, finished: Some(piece.worst()) },
+                    Some(remaining) => *splits = remaining,
+                    None => statement = Paths { returned: None, finished: Some(statement.worst()) },
                 }
             }
-            match piece.finished {
+            match statement.finished {
                 None => (returned, finished) = (None, None),
                 Some(cost) => returned.iter_mut().chain(&mut finished).for_each(|it| it.push(cost.clone())),
             }
-            if let Some(now) = piece.returned {
-                returned = greatest(Some(now), returned.map(sum)).map(|cost| vec![cost]);
+            if let Some(cost) = statement.returned {
+                returned = greatest(Some(cost), returned.map(sum)).map(|cost| vec![cost]);
             }
         }
         Paths { returned: returned.map(sum), finished: finished.map(sum) }
     }
 }
 
-/// The greater of two costs, where there are two.
+/// Returns the maximum of two optional costs.
 fn greatest<'db>(one: Option<Cost<'db>>, other: Option<Cost<'db>>) -> Option<Cost<'db>> {
     match (one, other) {
         (Some(one), Some(other)) => Some(Cost::Greatest(vec![one, other])),
@@ -176,27 +173,26 @@ fn greatest<'db>(one: Option<Cost<'db>>, other: Option<Cost<'db>>) -> Option<Cos
     }
 }
 
-/// The number of statements of a program for which the paths that return are kept apart from those that go on, the last ones
-/// first. Before these, a path that returns counts what follows as well, which is safe.
-const MOST_SPLITS: u32 = 64;
+/// The number of statements of a program, counted from the end, whose returning paths are distinguished from those that
+/// continue. For earlier statements, a returning path includes the statements after it, which is safe.
+const MAX_SPLITS: u32 = 64;
 
-struct Pricing<'db> {
+struct CostContext<'db> {
     of: Decl<'db>,
     inference: &'db Inference<'db>,
     facts: Vec<Fact<'db>>,
 }
 
-impl<'db> Pricing<'db> {
-    /// The cost of a program along its worst path.
+impl<'db> CostContext<'db> {
     fn program(&mut self, program: &Program) -> Cost<'db> {
-        let mut splits = MOST_SPLITS;
+        let mut splits = MAX_SPLITS;
         self.block(&program.statements, &mut splits).worst()
     }
 
     fn block(&mut self, statements: &[Statement], splits: &mut u32) -> Paths<'db> {
-        // All are read, whether they are reached or not.
-        let pieces = statements.iter().map(|statement| self.statement(statement, splits)).collect();
-        Paths::in_order(pieces, splits)
+        // Includes unreachable statements, whose facts are reported too.
+        let statements = statements.iter().map(|statement| self.statement(statement, splits)).collect();
+        Paths::sequence(statements, splits)
     }
 
     fn statement(&mut self, statement: &Statement, splits: &mut u32) -> Paths<'db> {
@@ -235,9 +231,9 @@ impl<'db> Pricing<'db> {
         Paths { returned: None, finished: Some(Cost::Sum(own)) }
     }
 
-    /// Adds what an expression costs, and returns its value where that is the same on every path. Names, calls and numbers of
-    /// type double, which compilers may round differently, have none. Both sides of `&&` and `||` count, unless the first
-    /// decides: the worst path evaluates them.
+    /// Adds the cost of an expression, and returns its value if it is constant. Names, calls and floating-point numbers, which
+    /// compilers may round differently, are not constant. Both operands of `&&` and `||` count, because the worst path
+    /// evaluates both, unless the left operand is a constant that decides.
     fn expr(&mut self, expr: &Expr, costs: &mut Vec<Cost<'db>>) -> Option<Value> {
         match expr {
             Expr::Literal(literal @ (Literal::Bool(_) | Literal::Int(_)), _) => {
@@ -250,7 +246,7 @@ impl<'db> Pricing<'db> {
             }
             Expr::Unary(operator, inner, _) => self.expr(inner, costs)?.unary(*operator).ok().flatten(),
             Expr::Binary(operator, lhs, rhs, _) => {
-                // Sums are left-deep: the loop keeps the recursion to the right.
+                // Sums are left-deep: the loop limits the recursion to right operands.
                 let mut spine = vec![(*operator, rhs)];
                 let mut left = lhs;
                 while let Expr::Binary(operator, lhs, rhs, _) = left.as_ref() {
@@ -266,7 +262,7 @@ impl<'db> Pricing<'db> {
                 costs.extend(match self.inference.callee(callee.id) {
                     Some(Callee::Codel(codel)) => Some(Cost::Codel(codel)),
                     Some(Callee::Operation(index)) => Some(Cost::Operation(index)),
-                    // Ports are lock-free (paper, Property 2): these cost nothing.
+                    // Ports are lock-free (paper, Property 2): no cost.
                     Some(Callee::Builtin(_)) | None => None,
                 });
                 None
@@ -274,7 +270,8 @@ impl<'db> Pricing<'db> {
         }
     }
 
-    /// Adds what the right operand of an operator costs; the left one has the value `left`.
+    /// Adds the cost of the right operand of an operator, and returns the operator's value; `left` is the value of the left
+    /// operand.
     fn operand(
         &mut self,
         operator: BinaryOperator,
@@ -282,19 +279,19 @@ impl<'db> Pricing<'db> {
         rhs: &Expr,
         costs: &mut Vec<Cost<'db>>,
     ) -> Option<Value> {
-        let decided = match operator {
+        let deciding = match operator {
             BinaryOperator::And => Some(Value::Bool(false)),
             BinaryOperator::Or => Some(Value::Bool(true)),
             _ => None,
         };
         let before = costs.len();
         let right = self.expr(rhs, costs);
-        if decided.is_some() && left == decided {
+        if deciding.is_some() && left == deciding {
             costs.truncate(before);
             return left;
         }
-        if decided.is_some() && right == decided {
-            return decided;
+        if deciding.is_some() && right == deciding {
+            return deciding;
         }
         left.zip(right).and_then(|(left, right)| left.binary(operator, &right).ok().flatten())
     }

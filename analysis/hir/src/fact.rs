@@ -1,5 +1,5 @@
-//! Errors and warnings of a model as facts: what was found, with names, types, figures and locations. The messages,
-//! severities and fixes are in `mauve-diagnostics`.
+//! Errors, warnings and hints as facts, with names, types, figures and locations. `mauve-diagnostics` has their messages,
+//! severities and fixes.
 
 use crate::features::FeatureOf;
 pub use crate::features::Incomplete;
@@ -18,12 +18,12 @@ use crate::types::{Signature, Type, Wrong};
 pub use crate::values::NoValue;
 use crate::values::Value;
 
-/// Something wrong, at a location.
+/// An error, a warning or a hint, at a location.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub struct Fact<'db> {
-    /// Where.
+    /// The location.
     pub at: Location<'db>,
-    /// What.
+    /// The kind.
     pub kind: FactKind<'db>,
 }
 
@@ -32,8 +32,8 @@ impl<'db> Fact<'db> {
         Fact { at, kind }
     }
 
-    /// Returns whether it is an error, on which no analysis may rest, and not a warning or a hint. What is not listed is an
-    /// error: the safe side for a new fact. `diagnostics` asserts that this is the severity of the fact's code.
+    /// Returns whether it is an error, on which no analysis may depend, instead of a warning or a hint. Kinds that are not
+    /// listed are errors, which is safe for a new kind. `diagnostics` asserts that the severity of the fact's code agrees.
     pub fn is_error(&self) -> bool {
         use FactKind as K;
         !matches!(
@@ -60,46 +60,46 @@ impl<'db> Fact<'db> {
     }
 }
 
-/// What is wrong. Each variant belongs to one code.
+/// The kinds of facts. Each variant belongs to one diagnostic code.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 #[allow(missing_docs, reason = "the documentation of a variant says what its fields are")]
 pub enum FactKind<'db> {
     /// Several declarations have the name.
     AmbiguousName { kind: Kind, name: Name },
-    /// A call has another number of arguments than what it calls takes.
+    /// A call has a wrong number of arguments.
     ArgumentCount { callee: Name, takes: Takes, found: usize },
-    /// An argument has another type than its parameter.
+    /// The type of an argument differs from the type of its parameter.
     ArgumentType { callee: Name, parameter: ParameterName, expected: Type, found: Type },
-    /// A value has another type than what it is assigned to.
+    /// The type of a value differs from the type of its target.
     AssignmentType { name: Name, expected: Type, found: Type },
-    /// A required operation is called like a function. With what is needed to send it instead, where that is known.
+    /// A required operation is called like a function; with the data to send it instead, if available.
     BlockingCall { name: Name, send: Option<SendInstead> },
-    /// A condition is neither true nor false.
+    /// A condition is not of type `bool`.
     ConditionType { found: Type },
-    /// Two definitions of one kind have one name.
+    /// Two definitions of the same kind have the same name.
     DuplicateDefinition { what: Defined, name: Name, first: Location<'db> },
     /// A core has two programs for one hook.
     DuplicateHook(HookKind),
     /// A state has two programs for one method.
     DuplicateMethod(MethodKind),
-    /// No state is initial. The first state, and where `initial` belongs before it.
+    /// No state is initial; with the first state and the source for its `initial`.
     NoInitialState { first: Option<(Name, SourceId)> },
-    /// Several states are initial: the first two, and all that are, each with the location of its `initial`.
+    /// Several states are initial: the first two, and all of them, each with the source of its `initial`.
     SeveralInitialStates { first: (Name, SourceId), second: Name, all: Vec<(Name, SourceId)> },
-    /// Every path overwrites in the same period what is written to the port.
+    /// Every path overwrites a write to a port in the same period.
     LostWrite { port: Name },
-    /// An `if` without an `else`; the location of the end of its first block.
+    /// An `if` without an `else`; with the source of the end of its first block.
     MissingElse { end: SourceId },
-    /// A transition behind one that has no guard.
+    /// A transition after one without a guard.
     NeverTaken { name: Name, first: Name, first_at: Location<'db> },
-    /// A statement that neither calls nor assigns.
+    /// A statement without a call or an assignment.
     NoEffect,
-    /// Something that no program may assign to.
+    /// The target of an assignment is not assignable.
     NotAssignable { name: Name, is: NotAssignable },
-    /// No path leads back to the initial state from these.
+    /// States without a path back to the initial state.
     NotStronglyConnected { initial: Name, states: Vec<(Name, Location<'db>)> },
-    /// An operation is defined with another signature than its shell declares: both, and the declared one as it
-    /// may be written here, with the location of the one to replace.
+    /// The signature of a definition differs from the declaration in the shell: both signatures, and the text of the declared
+    /// one for this core, with the source to replace.
     OperationDefinition {
         name: Name,
         declared: Signature,
@@ -113,15 +113,15 @@ pub enum FactKind<'db> {
     BinaryOperator { operator: BinaryOperator, operands: [Type; 2] },
     /// A constant expression has no value.
     NoValue(NoValue),
-    /// An argument that something comes back to is no variable.
+    /// An output argument is not a variable.
     OutArgument { callee: Name, parameter: ParameterName },
-    /// A built-in function takes a port of the other direction.
+    /// A built-in function is called with a port of the wrong direction.
     PortDirection { function: Builtin, port: Name, is: FeatureKind },
-    /// A variable is read before anything is assigned to it.
+    /// A variable is read before its first assignment.
     ReadBeforeAssignment { name: Name, declared: Location<'db> },
     /// An operation calls itself.
     RecursiveOperation { name: Name },
-    /// A program gives back another type than it must.
+    /// The type of a `return` differs from the result type of its program.
     ReturnType { of: ProgramName, expected: Type, found: Type },
     /// An operation may end without a `return`.
     MissingReturn { name: Name, expected: Type },
@@ -131,17 +131,17 @@ pub enum FactKind<'db> {
     UndefinedOperation { core: Decl<'db>, name: Name, declared: FeatureOf<'db> },
     /// Code that no path reaches.
     UnreachableCode(Unreachable),
-    /// A state that no transition leads to.
+    /// An unreachable state.
     UnreachableState { name: Name },
     /// The unresolved name of a codel or operation.
     UnresolvedCodel { core: Decl<'db>, name: Name },
-    /// A built-in function is called with another first argument than it takes, and no codel has its name.
+    /// The first argument of a built-in function is of the wrong kind, and no codel has the name of the function.
     NotBuiltin(Builtin),
-    /// What is called is neither a codel nor an operation, and hides what has the same name.
+    /// A callee is neither a codel nor an operation; with the definition that it shadows.
     NotCallable { name: Name, is: NotCallable, hides: Option<Hidden> },
-    /// A handler for something that is no required operation.
+    /// The operation of a handler is not a required operation.
     UnresolvedOperation { name: Name, shell: Name, near: Option<Name> },
-    /// The target of a transition that no state is.
+    /// The unresolved target of a transition.
     UnresolvedState { name: Name, near: Option<Name> },
     /// The unresolved name of a value.
     UnresolvedVariable { name: Name, near: Option<Name> },
@@ -153,113 +153,113 @@ pub enum FactKind<'db> {
     NotCalled { name: Name, is_operation: bool },
     /// The unresolved name of a shell, core, component or architecture.
     UnresolvedType { of: Decl<'db>, kind: Kind, ty: TypeRef },
-    /// No program reads it.
+    /// A variable or handler that no program reads.
     UnusedVariable { is_handler: bool, name: Name, is_removable: bool },
     /// A core without `update` and without a state machine.
     NoBehaviour,
     /// A core with a second behaviour.
     TwoBehaviours { machines: bool },
-    /// A buffer of a size that none can have, as it is written.
+    /// An invalid size of a buffer, as written.
     BufferSize { size: Name },
-    /// A line that is part of the value before it, with the white space between the two, where nothing else stands there.
+    /// A line that continues the initial value of a variable; with the white space before it, unless there is a comment.
     ContinuedLine { name: Name, white: Option<SourceId> },
-    /// The source of a connection has another type than its target: the name, the type and the declaration of both.
+    /// The source and the target of a connection have different types: the name, the type and the declaration of both.
     ConnectionType { ends: [(String, Type, Location<'db>); 2] },
     /// A component names its core before its shell.
     CoreBeforeShell { core: TypeRef },
-    /// A property or constant of an instance gets a second value.
+    /// A property or constant of an instance is set twice.
     DuplicateValue { instance: Name, name: Name, first: Location<'db> },
-    /// The first end of an interval is greater than the second.
+    /// The lower bound of an interval exceeds its upper bound.
     EmptyInterval { ends: [Value; 2] },
     /// The header of a core ends with a colon.
     HeaderColon,
-    /// An architecture imports itself, over others or directly.
+    /// An architecture imports itself, directly or indirectly.
     ImportCycle { architecture: Name },
-    /// A shell extends itself, over others or directly.
+    /// A shell extends itself, directly or indirectly.
     InheritanceCycle { shell: Name },
-    /// An interval of what is no number.
+    /// An interval of a type that is not numeric.
     IntervalType { found: Type },
     /// A property or constant of an instance has no value.
     MissingValue { instance: Name, kind: FeatureKind, name: Name, declared: Location<'db> },
     /// An expression that must be constant is not.
     NotConstant(NotConstant),
-    /// An instance that `mauve.toml` names, and no deployment has.
+    /// An instance in `mauve.toml` that no deployment has.
     NotDeployed { instance: Name, near: Option<Name> },
-    /// A connection between operations with different signatures, as they are shown.
+    /// A connection between operations with different signatures.
     OperationSignature { provided: (Name, Signature), required: (Name, Signature) },
-    /// The name of a feature refers to one of another kind.
+    /// A name refers to a feature of a wrong kind.
     OtherFeature { expected: EndKind, name: Name, instance: Name, found: FeatureKind, shell: Name },
-    /// A value outside the interval of what it is for, and where that is declared.
+    /// A value outside the interval of its property or constant; with the location of the interval.
     OutsideInterval { name: Name, value: Value, interval: [Value; 2], declared: Option<Location<'db>> },
-    /// A name that has another meaning in generated code.
+    /// A name that is reserved in generated code.
     ReservedName { name: Name, is: Reserved },
-    /// A connection that leads from where it should end to where it should start. The instance and the feature of both ends.
+    /// A connection whose source and target are swapped: the instance and the feature of both.
     SwappedEnds { kind: EndKind, source: [NameRef; 2], target: [NameRef; 2] },
-    /// The declaration with which a project becomes too large to be analysed.
+    /// The declaration with which the project exceeds the size limit.
     TooLarge { with: Decl<'db> },
-    /// An input port with two connections, of which the second stands in `of` or in what that imports.
+    /// An input port with two connections; `of` or its imports contain the second.
     TwoWriters { of: Decl<'db>, first: Box<Link<'db>>, second: Box<Link<'db>> },
-    /// No connection leads to input ports of an instance.
+    /// Input ports of an instance without a connection.
     UnconnectedInput { instance: Name, ports: Vec<Name> },
-    /// No connection leads to a required operation of an instance.
+    /// A required operation of an instance without a connection.
     UnconnectedOperation { instance: Name, name: Name, declared: Location<'db> },
-    /// A `use` of something that is neither a library nor a message package.
+    /// A `use` of a name that is neither a library nor a message package.
     UnknownPackage { name: Name },
-    /// A type that is not declared anywhere.
+    /// An unresolved type.
     UnknownType { of: Decl<'db>, ty: TypeRef },
-    /// The name of a feature that an instance does not have.
+    /// The unresolved name of a feature of an instance.
     UnresolvedFeature { expected: EndKind, name: Name, instance: Name, shell: Name, near: Option<Name> },
-    /// The name of an instance that an architecture does not have.
+    /// The unresolved name of an instance of an architecture.
     UnresolvedInstance { name: Name, architecture: Name, near: Option<Name> },
     /// A codel that no program calls.
     UnusedCodel { codel: Decl<'db> },
-    /// A declaration that no deployment leads to.
+    /// A declaration that no deployment uses.
     UnusedDeclaration { kind: Kind, name: Name },
     /// A property or constant that no core reads.
     UnusedProperty { kind: FeatureKind, name: Name },
-    /// Something that holds a value has the type `void`.
+    /// A variable, parameter or feature of type `void`.
     VoidValue,
-    /// A connection that starts where it should end (`is_source`), or ends where it should start.
+    /// A connection whose source should be a target (`is_source`), or whose target should be a source.
     WrongEnd { kind: EndKind, is_source: bool, instance: Name, name: Name },
-    /// The core of a component is for another shell than the component's.
+    /// The core of a component implements another shell than the component's.
     WrongShell { core: Decl<'db>, shell: Decl<'db> },
 }
 
-/// What a call takes, where the number of its arguments is wrong.
+/// The expected arguments of a call with a wrong number of arguments.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 #[allow(missing_docs, reason = "the documentation of a variant says what its fields are")]
 pub enum Takes {
-    /// As many arguments as a codel or an operation has parameters.
+    /// One argument for each parameter of a codel or an operation.
     Arguments(usize),
     /// The port, and the variable or value, of `read`, `write` or `status`.
     Port(Builtin),
-    /// The operation of `send`, and so many values.
+    /// The operation of `send`, and `values` values.
     Send { operation: Name, values: usize },
-    /// The handler of `collect`, and none or so many variables.
+    /// The handler of `collect`, and no or `values` variables.
     Collect { values: usize },
 }
 
-/// The parameter that an argument is for.
+/// The parameter of an argument.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub enum ParameterName {
-    /// A parameter, or a port, of this name.
+    /// A parameter, or a port.
     Named(Name),
-    /// The result of an operation, which `collect` gives back.
+    /// The result of an operation, for `collect`.
     Result,
 }
 
-/// How a blocking call may be sent instead, where nothing takes its result.
+/// The data to replace a blocking call, whose result is unused, with `send`.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub struct SendInstead {
     /// A handler for the operation.
     pub handler: Name,
-    /// The whole call.
+    /// The call.
     pub call: SourceId,
     /// Its first argument.
     pub first: Option<SourceId>,
 }
 
-/// The kinds of definition that may exist only once.
+/// The kinds of definitions with unique names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, salsa::SalsaValue)]
 #[allow(missing_docs)]
 pub enum Defined {
@@ -274,7 +274,7 @@ pub enum Defined {
     Declaration(Kind),
 }
 
-/// Why a name cannot be assigned to.
+/// The kinds of targets that are not assignable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, salsa::SalsaValue)]
 #[allow(missing_docs)]
 pub enum NotAssignable {
@@ -285,7 +285,7 @@ pub enum NotAssignable {
     InputPort,
 }
 
-/// What is called although it cannot be.
+/// The kinds of callees that cannot be called.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, salsa::SalsaValue)]
 #[allow(missing_docs)]
 pub enum NotCallable {
@@ -294,7 +294,7 @@ pub enum NotCallable {
     Property,
 }
 
-/// What has the name of something that cannot be called, and is hidden by it.
+/// The kind of definition that a callee that cannot be called shadows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, salsa::SalsaValue)]
 #[allow(missing_docs)]
 pub enum Hidden {
@@ -302,7 +302,7 @@ pub enum Hidden {
     Builtin,
 }
 
-/// The program that a `return` stands in.
+/// The program around a `return`.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 #[allow(missing_docs)]
 pub enum ProgramName {
@@ -316,30 +316,30 @@ pub enum ProgramName {
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 #[allow(missing_docs)]
 pub enum Unreachable {
-    /// Every path before it returns.
+    /// Every path before the code returns.
     BehindReturn,
     /// The condition of the other branch always has this value.
     Branch(bool),
     /// The guard is always false.
     Guard,
-    /// The guard of this transition before it is always true.
+    /// The guard of this earlier transition is always true.
     Behind(Name),
 }
 
 /// Why an expression is not constant.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub enum NotConstant {
-    /// It calls this.
+    /// It calls this codel or operation.
     Call(Name),
-    /// It names this, where nothing may be named.
+    /// It contains this name, but names are not allowed here.
     NotNameable(Name),
-    /// The value of this one depends on itself.
+    /// The value of this property or constant depends on itself.
     Cycle(Name),
-    /// It names this, which is no constant of the shell.
+    /// It contains this name, which is not a property or constant of the shell.
     NotOfShell(Name),
 }
 
-/// What the end of a connection, or the name before a value, must stand for.
+/// The kind of feature that an endpoint of a connection or a setting must name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, salsa::SalsaValue)]
 #[allow(missing_docs)]
 pub enum EndKind {
@@ -349,7 +349,7 @@ pub enum EndKind {
 }
 
 impl EndKind {
-    /// Returns whether it is a feature of this kind.
+    /// Returns whether a feature of this kind is allowed.
     pub(crate) fn takes(self, kind: FeatureKind) -> bool {
         match self {
             EndKind::Port => kind.is_port(),
@@ -359,7 +359,7 @@ impl EndKind {
     }
 }
 
-/// What else has the name of something in generated code.
+/// Why a name is reserved in generated code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, salsa::SalsaValue)]
 #[allow(missing_docs)]
 pub enum Reserved {
@@ -371,7 +371,7 @@ pub enum Reserved {
 /// Why a core or an architecture is not analysed, and the location of the reason.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub struct Refusal<'db> {
-    /// Why.
+    /// The reason.
     pub reason: Reason<'db>,
     /// The location of the reason. Another fact reports it there.
     pub at: Location<'db>,
@@ -388,40 +388,40 @@ impl<'db> Refusal<'db> {
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 #[allow(missing_docs, reason = "the documentation of a variant says what its fields are")]
 pub enum Reason<'db> {
-    /// An error, which is reported in this project.
+    /// An error, reported in this project.
     Error(Project<'db>, Box<Fact<'db>>),
-    /// Something in a core cannot be used.
+    /// An incomplete or erroneous core.
     Core { core: Decl<'db>, why: CoreReason },
-    /// An instance may be missing in the architecture, which has a syntax error.
+    /// A syntax error in the architecture may hide an instance.
     SyntaxErrorIn(Decl<'db>),
     /// The project is too large.
     TooLarge,
-    /// The architecture imports one that is not found.
+    /// The architecture has an unresolved import.
     UnknownImport { architecture: Decl<'db>, import: TypeRef },
 }
 
 /// Why a core is not analysed.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub enum CoreReason {
-    /// The codel that it calls is not found, and may be declared all the same.
+    /// A call is unresolved, and an error may hide the codel's declaration.
     CodelNotFound(Name, MayHide),
     /// An operation may be missing in its shell.
     IncompleteShell(Incomplete),
-    /// The variable may be declared where there is an error.
+    /// A name is unresolved, and a syntax error may hide the variable's declaration.
     MayBeDeclared(Name),
-    /// What it calls may be an operation of its shell, which has an error.
+    /// A call is unresolved, and may call an operation of the shell, which is incomplete.
     MayBeOperation(Name),
-    /// The codel that it calls is declared twice.
+    /// A called codel is declared twice.
     RepeatedCodel(Name),
     /// It has a syntax error.
     SyntaxError(CorePart),
-    /// It calls the operation and does not define it.
+    /// A called operation is not defined.
     UndefinedOperation(Name),
     /// Its shell is unknown.
     UnknownShell,
 }
 
-/// The part of a core that a syntax error stands in.
+/// The element of a core that contains a syntax error.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, salsa::SalsaValue)]
 #[allow(missing_docs)]
 pub enum CorePart {
@@ -432,7 +432,7 @@ pub enum CorePart {
     Program,
 }
 
-/// Returns a fact for each name in `of` that an earlier one of `names` has as well.
+/// Returns a fact for each of `names`, all in `of`, that equals an earlier one.
 pub(crate) fn repeated<'db, 'a>(
     of: Decl<'db>,
     names: impl Iterator<Item = (&'a NameRef, Defined)>,
@@ -453,8 +453,8 @@ pub(crate) fn repeated<'db, 'a>(
     found
 }
 
-/// Returns the fact that a name of a shell, core, component or architecture is not resolved; none where the reason is
-/// reported already.
+/// Returns the fact for an unresolved name of a shell, core, component or architecture; `None` if another fact reports the
+/// reason.
 pub fn unresolved_type<'db>(
     of: Decl<'db>,
     kind: Kind,

@@ -56,6 +56,11 @@ pub struct Features<'db> {
 }
 
 impl<'db> Features<'db> {
+    /// Returns the features of an unknown shell: it may provide any operation.
+    pub(crate) fn unknown() -> Features<'db> {
+        Features { completeness: Completeness::Incomplete, ..Features::default() }
+    }
+
     /// Returns the feature of that name.
     pub fn get(&self, name: &str) -> Option<&FeatureOf<'db>> {
         self.by_name.get(name).and_then(|found| found.first())

@@ -1,16 +1,16 @@
-//! How values flow through a core: what is read before anything is assigned to it, what is overwritten before it is read,
-//! what is never executed, and from where a machine never gets back.
+//! Data flow through a core: variables read before assignment, unused variables, lost writes, unreachable code, and states
+//! without a path back to the initial state.
 //!
-//! The paths are those of the machine (`behaviour.rs`): each period runs `run`, the guards, then `exit`, the program and the
-//! `entry` of a transition, or `handle`. What a path may assign counts as assigned, since guards tell which branch was
-//! taken; what it must write counts as written.
+//! The paths are those of the state machine (`behaviour.rs`): each period executes `run` and the guards, then either `exit`,
+//! the effect of a transition and `entry`, or `handle`. A variable that a path may assign counts as assigned, because guards
+//! may know which branch was taken; a port counts as written only if every path writes it.
 
 use std::cell::LazyCell;
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
-use crate::behaviour::{behaviour_of, leads_to};
+use crate::behaviour::{behaviour_of, successors};
 use crate::body::statements;
 use crate::builtin::Builtin;
 use crate::fact::{Fact, FactKind, Unreachable};
@@ -28,7 +28,7 @@ use crate::resolve::{Callee, VariableId};
 use crate::source::{Decl, Location, architecture, core};
 use crate::types::Type;
 
-/// What is wrong with the flow of values in a core.
+/// Returns the facts about the data flow in a core.
 #[salsa::tracked(returns(ref))]
 pub(crate) fn flow_facts<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<Fact<'db>> {
     let Some(data) = core(db, of) else { return Vec::new() };
@@ -40,27 +40,27 @@ pub(crate) fn flow_facts<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: D
         inference,
         variables: inference.variables().collect(),
         operations: Vec::new(),
-        ever: Variables::default(),
+        assigned_anywhere: Variables::default(),
         conditions: 0,
-        given: FxHashSet::default(),
+        outputs: FxHashSet::default(),
         read: FxHashSet::default(),
-        late: FxHashMap::default(),
+        unassigned_reads: FxHashMap::default(),
         found: Vec::new(),
     };
-    flow.unreachable();
-    // The missing part of an incomplete program may assign or read, and so may an unresolved name.
+    flow.unreachable_code();
+    // The missing statements of an incomplete program, or an unresolved name, may assign or read.
     if data.total_completeness().is_complete() {
         if !inference.is_unresolved() {
-            flow.assignments();
-            flow.unused();
+            flow.reads_before_assignment();
+            flow.unused_variables();
         }
         flow.lost_writes(buffered_ports(db, project));
-        flow.no_way_back(project);
+        flow.no_path_back(project);
     }
     flow.found
 }
 
-/// The output ports, by the core that writes them, from which a connection with a buffer leads.
+/// Returns the output ports that are the source of a connection with a buffer, by the core that writes them.
 #[salsa::tracked(returns(ref))]
 fn buffered_ports<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> FxHashSet<(Decl<'db>, Name)> {
     let mut buffered = FxHashSet::default();
@@ -76,7 +76,7 @@ fn buffered_ports<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> FxHashSet
     buffered
 }
 
-/// Indices of variables, a bit each.
+/// A bit set of indices of variables.
 #[derive(Clone, PartialEq, Eq, Default)]
 struct Variables(Vec<u64>);
 
@@ -99,8 +99,7 @@ impl Variables {
         self.0.iter_mut().zip(&others.0).for_each(|(word, other)| *word |= other);
     }
 
-    /// Drops what is not among `others`.
-    fn keep(&mut self, others: &Variables) {
+    fn intersect(&mut self, others: &Variables) {
         self.0.truncate(others.0.len());
         self.0.iter_mut().zip(&others.0).for_each(|(word, other)| *word &= other);
     }
@@ -114,20 +113,20 @@ struct Flow<'a, 'db> {
     of: Decl<'db>,
     core: &'db Core,
     inference: &'a CoreInference<'db>,
-    /// By number.
+    /// By index.
     variables: Vec<(VariableId, &'db VariableOf)>,
-    /// What each operation may assign.
+    /// The variables that each operation may assign.
     operations: Vec<Variables>,
-    /// What any program may assign.
-    ever: Variables,
-    /// How many conditions decide whether the statement that is looked at is executed.
+    /// The variables that any program may assign.
+    assigned_anywhere: Variables,
+    /// The number of conditions around the current statement.
     conditions: usize,
-    /// The variables that take the results of calls: a call needs one even if no program reads it.
-    given: FxHashSet<usize>,
-    /// What any program reads.
+    /// The variables that are output arguments of calls: a call needs them even if no program reads them.
+    outputs: FxHashSet<usize>,
+    /// The variables that any program reads.
     read: FxHashSet<usize>,
-    /// Where a variable is first read before it is assigned.
-    late: FxHashMap<usize, SourceId>,
+    /// For each variable that may be read before its assignment, the first such read.
+    unassigned_reads: FxHashMap<usize, SourceId>,
     found: Vec<Fact<'db>>,
 }
 
@@ -144,9 +143,7 @@ impl<'db> Flow<'_, 'db> {
         self.core.hooks.iter().find(|hook| hook.kind == kind).map(|hook| &hook.program)
     }
 
-    // What is never executed
-
-    fn unreachable(&mut self) {
+    fn unreachable_code(&mut self) {
         for block in self.core.blocks() {
             let end = block.iter().position(|it| returns(std::slice::from_ref(it)));
             if let Some(id) = end.and_then(|end| block.get(end + 1)?.id()) {
@@ -155,10 +152,9 @@ impl<'db> Flow<'_, 'db> {
         }
     }
 
-    // What is read before it is assigned
-
-    fn assignments(&mut self) {
+    fn reads_before_assignment(&mut self) {
         self.operations();
+        // Assigned at the start; and, later, by any program: core variables then count as assigned.
         let (mut assigned, mut later) = (Variables::default(), Variables::default());
         for (index, (_, variable)) in self.variables.iter().enumerate() {
             let is_of_core = matches!(variable.kind, VariableKind::Core | VariableKind::Machine);
@@ -169,12 +165,15 @@ impl<'db> Flow<'_, 'db> {
                 later.insert(index);
             }
         }
-        let mut ever = Variables::default();
-        self.quietly(|this| {
-            this.core.programs().into_iter().for_each(|program| this.block(&program.statements, &mut ever));
+        let mut anywhere = Variables::default();
+        self.without_reads(|this| {
+            this.core
+                .programs()
+                .into_iter()
+                .for_each(|program| this.block(&program.statements, &mut anywhere));
         });
-        self.ever = ever;
-        // Each may rest on those before it.
+        self.assigned_anywhere = anywhere;
+        // An initial value may depend on the variables before it.
         let variables = self.variables.iter().enumerate();
         let index: FxHashMap<SourceId, usize> =
             variables.map(|(index, (_, it))| (it.name.id, index)).collect();
@@ -195,15 +194,15 @@ impl<'db> Flow<'_, 'db> {
         for kind in [HookKind::Configure, HookKind::Start] {
             self.optional(self.hook(kind), &mut assigned);
         }
-        // They may have been called before the first period: guards know.
+        // Other components may have called the operations before the first period, and guards may know that.
         self.operations.iter().for_each(|operation| assigned.add(operation));
         self.optional(self.hook(HookKind::Update), &mut assigned.clone());
         if let [machine] = self.core.machines.as_slice() {
             self.machine(machine, &later, &assigned);
         }
-        let mut late: Vec<(usize, SourceId)> = self.late.drain().collect();
-        late.sort_by_key(|(_, id)| *id);
-        for (index, id) in late {
+        let mut reads: Vec<(usize, SourceId)> = self.unassigned_reads.drain().collect();
+        reads.sort_by_key(|(_, id)| *id);
+        for (index, id) in reads {
             let Some((_, variable)) = self.variables.get(index) else { continue };
             let declared = self.at(variable.name.id);
             let name = variable.name.name.clone();
@@ -211,43 +210,45 @@ impl<'db> Flow<'_, 'db> {
         }
     }
 
-    /// What is surely assigned before the `entry` of each state, then all of its programs.
+    /// Checks the programs of a state machine, each with the variables that are assigned before the `entry` of its state: a
+    /// forward data flow analysis with intersection at states. `all`: all variables of the core and the machine. `start`: those
+    /// assigned before the first period.
     fn machine(&mut self, machine: &'db Machine, all: &Variables, start: &Variables) {
         let states: FxHashMap<&Name, usize> =
             machine.states.iter().enumerate().rev().map(|(index, state)| (&state.name.name, index)).collect();
-        // For each state, where its transitions lead and what may be assigned on the way.
-        let mut ways: Vec<Vec<(usize, Variables)>> = Vec::new();
+        // For each state, the target of each transition and the variables that may be assigned up to there.
+        let mut transfers: Vec<Vec<(usize, Variables)>> = Vec::new();
         for state in &machine.states {
             let mut own = Variables::default();
             let guards = state.transitions.iter().filter_map(|transition| transition.guard.as_ref());
-            self.quietly(|this| {
+            self.without_reads(|this| {
                 state.methods.iter().for_each(|method| this.block(&method.program.statements, &mut own));
                 guards.for_each(|guard| this.expr(&guard.condition, &mut own));
             });
-            let mut way = |transition: &Transition| {
+            let mut transfer = |transition: &Transition| {
                 let target = *states.get(&transition.target.as_ref()?.name)?;
                 let mut assigned = own.clone();
-                self.quietly(|this| this.optional(transition.effect.as_ref(), &mut assigned));
+                self.without_reads(|this| this.optional(transition.effect.as_ref(), &mut assigned));
                 Some((target, assigned))
             };
-            ways.push(state.transitions.iter().filter_map(&mut way).collect());
+            transfers.push(state.transitions.iter().filter_map(&mut transfer).collect());
         }
         let mut before: Vec<Variables> = vec![all.clone(); machine.states.len()];
         let initial = machine.states.iter().position(|state| state.initial);
         if let Some(before) = initial.and_then(|initial| before.get_mut(initial)) {
-            before.keep(start);
+            before.intersect(start);
         }
         // A variable that may be unassigned in a state may be unassigned in its successors.
         let mut open: Vec<usize> = (0..machine.states.len()).collect();
         while let Some(source) = open.pop() {
-            for (target, assigned) in ways.get(source).into_iter().flatten() {
+            for (target, assigned) in transfers.get(source).into_iter().flatten() {
                 let (Some(mut from), Some(to)) = (before.get(source).cloned(), before.get_mut(*target))
                 else {
                     continue;
                 };
                 let old = to.clone();
                 from.add(assigned);
-                to.keep(&from);
+                to.intersect(&from);
                 if *to != old {
                     open.push(*target);
                 }
@@ -258,7 +259,7 @@ impl<'db> Flow<'_, 'db> {
         }
     }
 
-    /// The programs of a state, in the order in which they may first be executed.
+    /// Checks the programs of a state, in the order of their first possible execution.
     fn state(&mut self, state: &'db State, assigned: &mut Variables) {
         self.optional(state.method(MethodKind::Entry), assigned);
         self.optional(state.method(MethodKind::Run), assigned);
@@ -280,11 +281,11 @@ impl<'db> Flow<'_, 'db> {
         }
     }
 
-    /// Looks at what is assigned without noting what is read.
-    fn quietly(&mut self, look: impl FnOnce(&mut Self)) {
-        let (read, late) = (std::mem::take(&mut self.read), std::mem::take(&mut self.late));
-        look(self);
-        (self.read, self.late) = (read, late);
+    /// Runs `collect`, which collects assignments, and discards the reads that it records.
+    fn without_reads(&mut self, collect: impl FnOnce(&mut Self)) {
+        let saved = (std::mem::take(&mut self.read), std::mem::take(&mut self.unassigned_reads));
+        collect(self);
+        (self.read, self.unassigned_reads) = saved;
     }
 
     fn block(&mut self, statements: &[Statement], assigned: &mut Variables) {
@@ -297,7 +298,7 @@ impl<'db> Flow<'_, 'db> {
                 }
                 Statement::If { condition, then, otherwise, .. } => {
                     self.expr(condition, assigned);
-                    // What either branch may assign counts behind them; each begins with what was before.
+                    // Both branches start with the same variables; after them, the variables that either assigns count.
                     let mut other = assigned.clone();
                     self.conditions += 1;
                     self.block(then, assigned);
@@ -316,7 +317,7 @@ impl<'db> Flow<'_, 'db> {
         }
     }
 
-    /// Returns the variable that a name refers to.
+    /// Returns the index of the variable that a name refers to.
     fn variable(&self, id: SourceId) -> Option<usize> {
         self.inference.variable_at(id).map(|id| self.inference.number(id))
     }
@@ -328,14 +329,13 @@ impl<'db> Flow<'_, 'db> {
                 let Some(index) = self.variable(name.id) else { return };
                 self.read.insert(index);
                 let ty = self.variables.get(index).map(|(_, variable)| &variable.ty);
-                // The initial value of an unknown type is unknown: a handle, a pointer.
-                // A condition may know of an earlier period.
-                let may_be = assigned.contains(index) || self.conditions > 0 && self.ever.contains(index);
-                if !may_be && !matches!(ty, None | Some(Type::External(_) | Type::Unknown)) {
-                    self.late
-                        .entry(index)
-                        .and_modify(|first| *first = (*first).min(name.id))
-                        .or_insert(name.id);
+                // A condition may know of an assignment in an earlier period.
+                let may_be_assigned =
+                    assigned.contains(index) || self.conditions > 0 && self.assigned_anywhere.contains(index);
+                // Whether an unknown type, such as a pointer, has an initial value is unknown.
+                if !may_be_assigned && !matches!(ty, None | Some(Type::External(_) | Type::Unknown)) {
+                    let first = self.unassigned_reads.entry(index).or_insert(name.id);
+                    *first = (*first).min(name.id);
                 }
             }
             Expr::Incomplete(inner) | Expr::Unary(_, inner, _) => self.expr(inner, assigned),
@@ -355,10 +355,10 @@ impl<'db> Flow<'_, 'db> {
         let count = arguments.len();
         let directions = match callee {
             Some(callee) => self.inference.directions(self.db, self.core, callee, count),
-            // What it does with its arguments is unknown.
+            // An unresolved callee may read and assign its arguments.
             None => vec![Direction::InOut; count],
         };
-        let mut back = Vec::new();
+        let mut outputs = Vec::new();
         for (argument, direction) in arguments.iter().zip(directions) {
             match (direction, argument) {
                 (Direction::In, argument) => self.expr(argument, assigned),
@@ -367,13 +367,13 @@ impl<'db> Flow<'_, 'db> {
                     if direction == Direction::InOut {
                         self.read.extend(variable);
                     }
-                    back.extend(variable);
+                    outputs.extend(variable);
                 }
                 (_, argument) => self.expr(argument, assigned),
             }
         }
-        self.given.extend(&back);
-        back.into_iter().for_each(|index| assigned.insert(index));
+        self.outputs.extend(&outputs);
+        outputs.into_iter().for_each(|index| assigned.insert(index));
         if let Some(Callee::Operation(index)) = callee
             && let Some(operation) = self.operations.get(index)
         {
@@ -381,7 +381,7 @@ impl<'db> Flow<'_, 'db> {
         }
     }
 
-    /// What each operation may assign, itself or by what it calls: callees first.
+    /// Computes the variables that each operation may assign, directly or through its callees.
     fn operations(&mut self) {
         let own: Vec<(Vec<usize>, Variables)> =
             self.core.operations.iter().map(|operation| self.calls_and_assigns(operation)).collect();
@@ -406,7 +406,7 @@ impl<'db> Flow<'_, 'db> {
             }
             for expr in statement.expression().into_iter().flat_map(Expr::descendants) {
                 let Expr::Call { callee, arguments, .. } = expr else { continue };
-                // An argument may be one that something comes back to.
+                // Each argument may be an output argument.
                 for argument in arguments {
                     if let Expr::Name(name) = argument {
                         assign(name.id);
@@ -420,10 +420,9 @@ impl<'db> Flow<'_, 'db> {
         (called, assigned)
     }
 
-    /// What no program reads.
-    fn unused(&mut self) {
+    fn unused_variables(&mut self) {
         let mut found = Vec::new();
-        // Few variables are unused.
+        // Lazy, because most cores have no unused variables.
         let named = LazyCell::new(|| {
             let ids = self.inference.bindings().map(|(id, _)| id);
             ids.filter_map(|id| self.variable(id)).collect::<FxHashSet<usize>>()
@@ -437,7 +436,7 @@ impl<'db> Flow<'_, 'db> {
             if matches!(variable.kind, VariableKind::Parameter(_)) {
                 continue;
             }
-            let is_used = self.read.contains(&index) || self.given.contains(&index);
+            let is_used = self.read.contains(&index) || self.outputs.contains(&index);
             if !is_used && !variable.name.name.is_empty() {
                 let NameRef { name, id } = &variable.name;
                 let is_removable = !named.contains(&index) && !calls.contains(id);
@@ -449,8 +448,6 @@ impl<'db> Flow<'_, 'db> {
         self.found.extend(found);
     }
 
-    // What is written and lost
-
     fn lost_writes(&mut self, buffered: &FxHashSet<(Decl<'db>, Name)>) {
         let mut lost = Vec::new();
         let nothing = Ports::default();
@@ -461,7 +458,7 @@ impl<'db> Flow<'_, 'db> {
             self.written(&hook.program, &nothing, &mut lost);
         }
         if let [machine] = self.core.machines.as_slice() {
-            self.lost_in(machine, &mut lost);
+            self.lost_writes_in_machine(machine, &mut lost);
         }
         lost.sort();
         lost.dedup();
@@ -472,7 +469,7 @@ impl<'db> Flow<'_, 'db> {
         }
     }
 
-    fn lost_in(&self, machine: &'db Machine, lost: &mut Vec<(SourceId, &'db Name)>) {
+    fn lost_writes_in_machine(&self, machine: &'db Machine, lost: &mut Vec<(SourceId, &'db Name)>) {
         let nothing = Ports::default();
         let states: FxHashMap<&Name, &'db State> =
             machine.states.iter().rev().map(|state| (&state.name.name, &**state)).collect();
@@ -484,32 +481,32 @@ impl<'db> Flow<'_, 'db> {
             states.iter().map(|(name, state)| (*name, all(state.method(MethodKind::Entry)))).collect();
         for state in &machine.states {
             let at_exit = all(state.method(MethodKind::Exit));
-            // What each way to end the period writes, behind `run`; and behind `exit`.
-            let mut ways: Vec<Ports<'db>> = Vec::new();
-            let mut exits: Vec<Ports<'db>> = Vec::new();
-            let mut stays = true;
+            // For each end of the period, the ports written after `run`, and those written after `exit`.
+            let mut after_run: Vec<Ports<'db>> = Vec::new();
+            let mut after_exit: Vec<Ports<'db>> = Vec::new();
+            let mut may_stay = true;
             for transition in &state.transitions {
                 let target = transition.target.as_ref().and_then(|target| entries.get(&target.name));
                 let entry = target.cloned().unwrap_or_default();
-                let mut behind = all(transition.effect.as_ref());
-                behind.extend(&entry);
+                let mut after = all(transition.effect.as_ref());
+                after.extend(&entry);
                 if let Some(effect) = &transition.effect {
                     self.written(effect, &entry, lost);
                 }
-                exits.push(behind.clone());
-                behind.extend(&at_exit);
-                ways.push(behind);
+                after_exit.push(after.clone());
+                after.extend(&at_exit);
+                after_run.push(after);
                 if transition.guard.is_none() {
-                    stays = false;
+                    may_stay = false;
                     break;
                 }
             }
-            if stays {
-                ways.push(all(state.method(MethodKind::Handle)));
+            if may_stay {
+                after_run.push(all(state.method(MethodKind::Handle)));
             }
-            for (kind, ways) in [(MethodKind::Run, ways), (MethodKind::Exit, exits)] {
+            for (kind, paths) in [(MethodKind::Run, after_run), (MethodKind::Exit, after_exit)] {
                 if let Some(program) = state.method(kind) {
-                    self.written(program, &of_all(ways), lost);
+                    self.written(program, &on_all_paths(paths), lost);
                 }
             }
             for kind in [MethodKind::Entry, MethodKind::Handle] {
@@ -520,8 +517,8 @@ impl<'db> Flow<'_, 'db> {
         }
     }
 
-    /// The ports that every path from the beginning of `program` writes, where those in `end` are written behind it; with
-    /// the writes that another one follows on every path.
+    /// Returns the ports that every path from the start of `program` writes; the ports in `end` are written after it. Adds to
+    /// `lost` the writes that every path overwrites.
     fn written(
         &self,
         program: &'db Program,
@@ -535,65 +532,64 @@ impl<'db> Flow<'_, 'db> {
         &self,
         statements: &'db [Statement],
         end: &Ports<'db>,
-        mut behind: Ports<'db>,
+        mut after: Ports<'db>,
         lost: &mut Vec<(SourceId, &'db Name)>,
     ) -> Ports<'db> {
         for statement in statements.iter().rev() {
             match statement {
-                Statement::Block(inner) => behind = self.written_in(inner, end, behind, lost),
+                Statement::Block(inner) => after = self.written_in(inner, end, after, lost),
                 Statement::If { then, otherwise, .. } => {
                     let otherwise = otherwise.as_deref().unwrap_or_default();
-                    let other = self.written_in(otherwise, end, behind.clone(), lost);
-                    behind = self.written_in(then, end, behind, lost);
-                    behind.retain(|port| other.contains(port));
+                    let other = self.written_in(otherwise, end, after.clone(), lost);
+                    after = self.written_in(then, end, after, lost);
+                    after.retain(|port| other.contains(port));
                 }
-                Statement::Return(..) => behind = end.clone(),
-                Statement::Variable(variable) => self.call_writes(variable.value.as_ref(), &mut behind, lost),
+                Statement::Return(..) => after = end.clone(),
+                Statement::Variable(variable) => self.call_writes(variable.value.as_ref(), &mut after, lost),
                 Statement::Assign(_, value) | Statement::Expr(value) => {
-                    self.call_writes(Some(value), &mut behind, lost);
+                    self.call_writes(Some(value), &mut after, lost);
                 }
             }
         }
-        behind
+        after
     }
 
-    /// What a call writes that stands for itself: one in a condition may not happen.
+    /// Adds the ports that `value` writes if it is a call; nested calls are ignored, because they may not be executed.
     fn call_writes(
         &self,
         value: Option<&'db Expr>,
-        behind: &mut Ports<'db>,
+        after: &mut Ports<'db>,
         lost: &mut Vec<(SourceId, &'db Name)>,
     ) {
         let Some(Expr::Call { callee, arguments, .. }) = value else { return };
         match (self.inference.callee(callee.id), arguments.first()) {
-            (Some(Callee::Builtin(Builtin::Write)), Some(Expr::Name(port))) if !behind.insert(&port.name) => {
+            (Some(Callee::Builtin(Builtin::Write)), Some(Expr::Name(port))) if !after.insert(&port.name) => {
                 lost.push((callee.id, &port.name));
             }
-            // An operation that calls itself is an error: its own writes are not followed further.
+            // The callees of the operation are ignored: an operation may be recursive, which is an error.
             (Some(Callee::Operation(index)), _) => {
                 if let Some(operation) = self.core.operations.get(index) {
-                    behind.extend(top_level_writes(&operation.program.statements, self.inference));
+                    after.extend(top_level_writes(&operation.program.statements, self.inference));
                 }
             }
             _ => {}
         }
     }
 
-    // From where there is no way back
-
-    fn no_way_back(&mut self, project: Project<'db>) {
+    /// Reports the states from which no path leads back to the initial state.
+    fn no_path_back(&mut self, project: Project<'db>) {
         let behaviour = behaviour_of(self.db, project, self.of);
         let [machine] = self.core.machines.as_slice() else { return };
         let Some(initial) = machine.states.iter().position(|state| state.initial) else { return };
         if !behaviour.refusals.is_empty() {
             return;
         }
-        let mut sources = vec![Vec::new(); machine.states.len()];
-        for (source, targets) in leads_to(machine).into_iter().enumerate() {
-            targets.into_iter().for_each(|target| sources[target].push(source));
+        let mut predecessors = vec![Vec::new(); machine.states.len()];
+        for (source, targets) in successors(machine).into_iter().enumerate() {
+            targets.into_iter().for_each(|target| predecessors[target].push(source));
         }
-        let back = reachable(&sources, initial);
-        // Those that are never entered are reported as that.
+        let back = reachable(&predecessors, initial);
+        // Another fact reports the unreachable states.
         let entered: FxHashSet<&Name> = behaviour.states.iter().collect();
         let states: Vec<(Name, Location<'db>)> = machine
             .states
@@ -609,14 +605,14 @@ impl<'db> Flow<'_, 'db> {
     }
 }
 
-/// What is in all of these.
-fn of_all<'a>(mut ways: Vec<Ports<'a>>) -> Ports<'a> {
-    let Some(mut all) = ways.pop() else { return Ports::default() };
-    all.retain(|port| ways.iter().all(|way| way.contains(port)));
+/// Returns the intersection.
+fn on_all_paths<'a>(mut paths: Vec<Ports<'a>>) -> Ports<'a> {
+    let Some(mut all) = paths.pop() else { return Ports::default() };
+    all.retain(|port| paths.iter().all(|path| path.contains(port)));
     all
 }
 
-/// The ports that a program writes in its first row of statements, up to a `return`.
+/// Returns the ports that the outermost statements of a program write, up to the first `return`.
 fn top_level_writes<'a>(statements: &'a [Statement], inference: &CoreInference<'_>) -> Ports<'a> {
     let mut ports = Ports::default();
     for statement in statements {
@@ -628,7 +624,7 @@ fn top_level_writes<'a>(statements: &'a [Statement], inference: &CoreInference<'
                     ports.insert(&port.name);
                 }
             }
-            // A branch may leave the program.
+            // A branch may return.
             statement if has_return(statement) => break,
             _ => {}
         }

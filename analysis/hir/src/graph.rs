@@ -1,44 +1,63 @@
-//! Graphs of numbered nodes: what is reached, and in which order.
+//! Reachability and topological order of graphs.
 
-/// Which nodes are reached from `start`.
-pub(crate) fn reachable(leads_to: &[Vec<usize>], start: usize) -> Vec<bool> {
-    let mut reached = vec![false; leads_to.len()];
+use std::hash::Hash;
+
+use rustc_hash::FxHashSet;
+
+/// Returns `start` and the nodes reachable from it, in breadth-first order.
+pub(crate) fn closure<T: Copy + Eq + Hash, I: IntoIterator<Item = T>>(
+    start: T,
+    mut successors: impl FnMut(T) -> I,
+) -> Vec<T> {
+    let mut reached = vec![start];
+    let mut seen = FxHashSet::from_iter([start]);
+    let mut next = 0;
+    while let Some(&node) = reached.get(next) {
+        next += 1;
+        reached.extend(successors(node).into_iter().filter(|&successor| seen.insert(successor)));
+    }
+    reached
+}
+
+/// Returns, for each node, whether it is reachable from `start`.
+pub(crate) fn reachable(successors: &[Vec<usize>], start: usize) -> Vec<bool> {
+    let mut reached = vec![false; successors.len()];
     let mut open = vec![start];
     while let Some(node) = open.pop() {
         if !std::mem::replace(&mut reached[node], true) {
-            open.extend(&leads_to[node]);
+            open.extend(&successors[node]);
         }
     }
     reached
 }
 
-/// Of nodes that lead to others: each after all that it leads to, but those that lead to a ring; and which are part of one,
-/// or between two.
-pub(crate) fn topological_order(leads_to: &[Vec<usize>]) -> (Vec<usize>, Vec<bool>) {
-    let mut comes_from = vec![Vec::new(); leads_to.len()];
-    for (node, others) in leads_to.iter().enumerate() {
+/// Returns the nodes that reach no cycle, each after all its successors; and, for each node, whether it is in a cycle or on
+/// a path between two cycles.
+pub(crate) fn topological_order(successors: &[Vec<usize>]) -> (Vec<usize>, Vec<bool>) {
+    let mut predecessors = vec![Vec::new(); successors.len()];
+    for (node, others) in successors.iter().enumerate() {
         for &other in others {
-            comes_from[other].push(node);
+            predecessors[other].push(node);
         }
     }
-    let order = without_rings(leads_to, &comes_from);
-    let mut in_ring = vec![order.len() < leads_to.len(); leads_to.len()];
-    // Of what leads to a ring, some only lead to it.
-    order.iter().chain(&without_rings(&comes_from, leads_to)).for_each(|&node| in_ring[node] = false);
-    (order, in_ring)
+    let order = without_cycles(successors, &predecessors);
+    let mut in_cycle = vec![order.len() < successors.len(); successors.len()];
+    // The nodes that no cycle reaches are not in a cycle either.
+    order.iter().chain(&without_cycles(&predecessors, successors)).for_each(|&node| in_cycle[node] = false);
+    (order, in_cycle)
 }
 
-/// The nodes that no ring can be reached from, each after all that it leads to.
-fn without_rings(leads_to: &[Vec<usize>], comes_from: &[Vec<usize>]) -> Vec<usize> {
-    let mut left: Vec<usize> = leads_to.iter().map(Vec::len).collect();
-    let mut order: Vec<usize> = (0..left.len()).filter(|&node| left[node] == 0).collect();
+/// Returns the nodes that reach no cycle, each after all its successors (Kahn's algorithm).
+fn without_cycles(successors: &[Vec<usize>], predecessors: &[Vec<usize>]) -> Vec<usize> {
+    let mut remaining: Vec<usize> = successors.iter().map(Vec::len).collect();
+    let mut order: Vec<usize> = (0..remaining.len()).filter(|&node| remaining[node] == 0).collect();
     let mut next = 0;
     while let Some(&node) = order.get(next) {
         next += 1;
-        for &before in &comes_from[node] {
-            left[before] -= 1;
-            if left[before] == 0 {
-                order.push(before);
+        for &predecessor in &predecessors[node] {
+            remaining[predecessor] -= 1;
+            if remaining[predecessor] == 0 {
+                order.push(predecessor);
             }
         }
     }

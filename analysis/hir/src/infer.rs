@@ -1,8 +1,8 @@
-//! What each name in a core's programs refers to, what each call calls, and the types of all expressions: body by body, so
-//! that an edit of one body reads no other again.
+//! Resolves the names and calls in the programs of a core, and infers the types of all expressions, for each group of
+//! bodies: an edit of one group does not invalidate the others.
 //!
-//! A name or a call that refers to nothing keeps the core from being analysed: that is a [`NameProblem`], which `behaviour.rs`
-//! turns into a refusal. Such a name is of unknown type, which fits everywhere, so that one mistake is one diagnostic.
+//! A core with an unresolved name or call is not analysed: `behaviour.rs` turns its [`NameProblem`] into a refusal. An
+//! unresolved name has the unknown type, which is compatible with all types, so that a mistake gives one diagnostic.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -27,37 +27,37 @@ use crate::resolve::{Binding, CallError, Callee, Resolver, Scope, VariableId};
 use crate::source::{Decl, Location, codel, core};
 use crate::types::{Signature, Type, Typed, Wrong, type_of, type_of_value};
 
-/// What is known of a group of bodies.
+/// The bindings, callees and types of a group of bodies.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
 pub struct Inference<'db> {
-    /// The parameters and local variables, in the order in which they are met.
+    /// The parameters and local variables, in the order of the text.
     pub variables: Vec<VariableOf>,
-    /// What names of values refer to, sorted by their ids: half the memory of a hash map.
+    /// The bindings of the names of values, sorted by source: half the memory of a hash map.
     bindings: Box<[(SourceId, Binding<'db>)]>,
-    /// What is called, sorted by the id of its name.
+    /// The callees of the calls, sorted by the source of the name.
     callees: Box<[(SourceId, Callee<'db>)]>,
     /// Whether the name of a value or of a callee is unresolved.
     pub unresolved: bool,
-    /// What keeps the core from being analysed, by program, in the order of execution.
+    /// The reasons not to analyse the core, by program, in the order of execution.
     pub problems: FxHashMap<(BodyId, ProgramIn), Vec<NameProblem<'db>>>,
-    /// What is wrong with types.
+    /// The type errors.
     pub facts: Vec<Fact<'db>>,
-    /// Of the only group of a core: what its bodies share.
+    /// The shared variables, if the core has only one group.
     shared: Option<Box<Shared<'db>>>,
 }
 
-/// Something that a program may assign to.
+/// A variable, parameter or handler.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct VariableOf {
     /// Its name.
     pub name: NameRef,
-    /// What it is.
+    /// Its kind.
     pub kind: VariableKind,
-    /// The type of what it holds.
+    /// The type of its value.
     pub ty: Type,
-    /// Its type as it is written; of a handler, its operation.
+    /// Its type as written; for a handler, its operation.
     pub written: Option<TypeRef>,
-    /// Whether it has an initial value, or one from a caller.
+    /// Whether it has an initial value, or a value from a caller.
     pub has_value: bool,
 }
 
@@ -72,18 +72,18 @@ pub enum VariableKind {
     Handler,
 }
 
-/// An unresolved name in a program, so that what the program executes is unknown.
+/// An unresolved name in a program: the demand of the program is unknown.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub enum NameProblem<'db> {
     /// An error.
     Error(Fact<'db>),
-    /// An error that is reported elsewhere.
+    /// An error that another fact reports.
     Reported(CoreReason),
-    /// A name whose declaration an error elsewhere may hide.
+    /// A name whose declaration another error may hide.
     Hidden(CoreReason),
 }
 
-/// The signature that is written in `of`.
+/// Returns the signature with these parameters and result, written in `of`.
 pub(crate) fn signature<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -96,16 +96,16 @@ pub(crate) fn signature<'db>(
     Signature { parameters: parameters.iter().map(parameter).collect(), result: ty(result) }
 }
 
-/// What all bodies of a core share.
+/// The variables that all bodies of a core share.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
 pub struct Shared<'db> {
     /// The variables and handlers of the core, then the variables of its state machines.
     pub variables: Vec<VariableOf>,
-    /// What is wrong with them.
+    /// The errors of handlers.
     pub facts: Vec<Fact<'db>>,
 }
 
-/// The variables that all bodies of a core of several groups share; those of a core of one group are in its inference.
+/// Returns the shared variables of a core with several groups; [`Inference`] holds those of a core with one group.
 #[salsa::tracked(returns(ref))]
 fn shared_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Shared<'db> {
     core_scope(db, of).as_ref().map_or_else(Shared::default, |scope| shared(db, project, of, scope))
@@ -124,7 +124,7 @@ fn shared<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, scope
     let shell = names_of(db, project).resolve_type(db, of, Kind::Shell, scope.shell.as_ref()).ok();
     for handler in &scope.handlers {
         let ty = shell.zip(handler.operation.as_ref()).map(|(shell, operation)| {
-            handled(db, project, of, shell, operation).unwrap_or_else(|fact| {
+            handler_type(db, project, of, shell, operation).unwrap_or_else(|fact| {
                 shared.facts.extend(fact.map(|fact| *fact));
                 Type::Unknown
             })
@@ -141,8 +141,8 @@ fn shared<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, scope
     shared
 }
 
-/// Returns the type of a handler for `operation`; otherwise the error, unless it is reported elsewhere.
-fn handled<'db>(
+/// Returns the type of a handler for `operation`; otherwise the error, unless another fact reports it.
+fn handler_type<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
@@ -169,7 +169,7 @@ fn handled<'db>(
     unresolved(name.clone(), similar(name, required.map(|(name, _)| name)))
 }
 
-/// Resolves and types a group of bodies.
+/// Resolves the names and infers the types of a group of bodies.
 #[salsa::tracked(returns(ref))]
 pub(crate) fn inference_of<'db>(
     db: &'db dyn ModelDb,
@@ -177,10 +177,11 @@ pub(crate) fn inference_of<'db>(
     of: Decl<'db>,
     group: u32,
 ) -> Inference<'db> {
-    inferred(db, project, of, group, None)
+    infer(db, project, of, group, None)
 }
 
-/// The types of the expressions of a group of bodies, by their locations: only refactorings ask for all of them.
+/// Returns the types of the expressions of a group of bodies, by source. A query of its own, because only refactorings
+/// need all types.
 #[salsa::tracked(returns(ref))]
 pub(crate) fn expression_types<'db>(
     db: &'db dyn ModelDb,
@@ -189,11 +190,11 @@ pub(crate) fn expression_types<'db>(
     group: u32,
 ) -> FxHashMap<SourceId, Type> {
     let mut types = FxHashMap::default();
-    inferred(db, project, of, group, Some(&mut types));
+    infer(db, project, of, group, Some(&mut types));
     types
 }
 
-fn inferred<'db>(
+fn infer<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
@@ -202,9 +203,8 @@ fn inferred<'db>(
 ) -> Inference<'db> {
     let Some(scope) = core_scope(db, of) else { return Inference::default() };
     let shell = names_of(db, project).resolve_type(db, of, Kind::Shell, scope.shell.as_ref()).ok();
-    // What an unknown shell provides may be called.
-    let none = Features { completeness: Completeness::Incomplete, ..Features::default() };
-    let features = shell.map_or(&none, |shell| features_of(db, project, shell));
+    let unknown = Features::unknown();
+    let features = shell.map_or(&unknown, |shell| features_of(db, project, shell));
     let own = (scope.groups().len() == 1).then(|| Box::new(shared(db, project, of, scope)));
     let shared = &own.as_deref().unwrap_or_else(|| shared_of(db, project, of)).variables;
     let mut resolver = Resolver {
@@ -237,6 +237,8 @@ fn inferred<'db>(
         resolver,
         completeness: Completeness::Complete,
         program: ProgramIn::Whole,
+        program_name: ProgramName::Effect,
+        result: Type::Void,
         bindings: FxHashMap::default(),
         callees: FxHashMap::default(),
         found: Inference::default(),
@@ -245,7 +247,7 @@ fn inferred<'db>(
     for (id, body) in bodies_of(db, of, scope, group).iter() {
         context.resolver.scope.truncate(depth);
         context.body = *id;
-        context.read(body);
+        context.infer(body);
     }
     let InferenceContext { bindings, callees, found, .. } = context;
     Inference { shared: own, bindings: sorted(bindings), callees: sorted(callees), ..found }
@@ -263,18 +265,10 @@ fn get<T: Copy>(sorted: &[(SourceId, T)], id: SourceId) -> Option<T> {
 }
 
 impl<'db> Inference<'db> {
-    /// What a call calls, by the id of its name.
+    /// Returns the callee of a call, by the source of its name.
     pub(crate) fn callee(&self, id: SourceId) -> Option<Callee<'db>> {
         get(&self.callees, id)
     }
-}
-
-/// What a program gives back.
-enum Gives {
-    Nothing,
-    /// A bool, and true without any `return`.
-    Bool,
-    Value(Type),
 }
 
 struct InferenceContext<'a, 'db> {
@@ -282,35 +276,39 @@ struct InferenceContext<'a, 'db> {
     project: Project<'db>,
     of: Decl<'db>,
     group: u32,
-    /// The body that is read.
+    /// The current body.
     body: BodyId,
     core: &'db CoreScope,
     /// The variables that all bodies share.
     shared: &'a [VariableOf],
     resolver: Resolver<'a, 'db>,
-    /// Whether nothing was lost in the program that is read.
+    /// Whether the current program has no syntax error.
     completeness: Completeness,
-    /// The program that is read.
+    /// The current program.
     program: ProgramIn,
+    /// The name of the current program, for its `return` statements.
+    program_name: ProgramName,
+    /// The type that the current program must return.
+    result: Type,
     bindings: FxHashMap<SourceId, Binding<'db>>,
     callees: FxHashMap<SourceId, Callee<'db>>,
     found: Inference<'db>,
-    /// The types of expressions, where they are asked for.
+    /// The types of all expressions, if requested.
     types: Option<&'a mut FxHashMap<SourceId, Type>>,
 }
 
 impl<'db> InferenceContext<'_, 'db> {
-    fn read(&mut self, body: &Body) {
+    fn infer(&mut self, body: &Body) {
         match body {
             Body::InitialValues(values) => self.initial_values(values),
             Body::Operation(operation) => self.operation(operation),
             Body::Hook(hook) => {
-                let gives = match hook.kind {
-                    HookKind::Configure | HookKind::Start => Gives::Bool,
-                    HookKind::Update | HookKind::Stop | HookKind::Cleanup => Gives::Nothing,
+                let result = match hook.kind {
+                    HookKind::Configure | HookKind::Start => Type::Bool,
+                    HookKind::Update | HookKind::Stop | HookKind::Cleanup => Type::Void,
                 };
                 let (code, name) = (Code::Program(&hook.program), ProgramName::Hook(hook.kind));
-                self.code(ProgramIn::Whole, code, &name, &gives);
+                self.code(ProgramIn::Whole, code, name, result);
             }
             Body::State(state) => self.state(state),
         }
@@ -334,7 +332,7 @@ impl<'db> InferenceContext<'_, 'db> {
         self.problem(NameProblem::Error(Fact::new(at, kind)));
     }
 
-    /// The number of errors in the program so far, without names that an error elsewhere may hide.
+    /// Returns the number of errors in the program so far, without names that another error may hide.
     fn errors(&self) -> usize {
         let problems = self.found.problems.get(&(self.body, self.program)).into_iter().flatten();
         problems.filter(|problem| !matches!(problem, NameProblem::Hidden(_))).count()
@@ -355,16 +353,15 @@ impl<'db> InferenceContext<'_, 'db> {
         all.get(id.index as usize)
     }
 
-    /// Programs of the state machine see its variables before those of the core, and call nothing that these hide.
-    fn enter_machine(&mut self) {
-        self.resolver.enter_machine();
+    fn signature(&self, of: Decl<'db>, parameters: &[Parameter], result: Option<&TypeRef>) -> Signature {
+        signature(self.db, self.project, of, parameters, result)
     }
 
     fn initial_values(&mut self, values: &InitialValues) {
         self.completeness = values.completeness;
         self.program = ProgramIn::Whole;
         if self.body == BodyId::MachineValues {
-            self.enter_machine();
+            self.resolver.enter_machine();
         }
         values.variables.iter().for_each(|variable| self.initial_value(variable));
     }
@@ -378,12 +375,12 @@ impl<'db> InferenceContext<'_, 'db> {
 
     fn operation(&mut self, operation: &Operation) {
         let name = &operation.name.name;
-        let own = signature(self.db, self.project, self.of, &operation.parameters, operation.result.as_ref());
+        let own = self.signature(self.of, &operation.parameters, operation.result.as_ref());
         let declared = self.declared(name, FeatureKind::Provided);
         let result = match (&operation.result, &declared) {
             (Some(_), _) => own.result.clone(),
             (None, Some((declared, _))) => declared.result.clone(),
-            // That it is not declared is reported; the type of its result is unknown.
+            // Another fact reports the missing declaration.
             (None, None) => Type::Unknown,
         };
         if let Some((declared, declared_at)) = declared
@@ -411,18 +408,20 @@ impl<'db> InferenceContext<'_, 'db> {
                 has_value: direction != Direction::Out,
             });
         }
-        let must = result != Type::Void && result != Type::Unknown;
-        if must && operation.program.completeness.is_complete() && !returns(&operation.program.statements) {
+        let needs_return = result != Type::Void && result != Type::Unknown;
+        if needs_return
+            && operation.program.completeness.is_complete()
+            && !returns(&operation.program.statements)
+        {
             let kind = FactKind::MissingReturn { name: name.clone(), expected: result.clone() };
             self.report(operation.name.id, kind);
         }
-        let gives = if result == Type::Void { Gives::Nothing } else { Gives::Value(result) };
         let of = ProgramName::Operation(name.clone());
-        self.code(ProgramIn::Whole, Code::Program(&operation.program), &of, &gives);
+        self.code(ProgramIn::Whole, Code::Program(&operation.program), of, result);
     }
 
     fn state(&mut self, state: &State) {
-        self.enter_machine();
+        self.resolver.enter_machine();
         for (program, code) in state.code() {
             let name = match program {
                 ProgramIn::Method(index) => {
@@ -430,18 +429,18 @@ impl<'db> InferenceContext<'_, 'db> {
                 }
                 _ => None,
             };
-            self.code(program, code, &name.unwrap_or(ProgramName::Effect), &Gives::Nothing);
+            self.code(program, code, name.unwrap_or(ProgramName::Effect), Type::Void);
         }
     }
 
-    fn code(&mut self, program: ProgramIn, code: Code<'_>, name: &ProgramName, gives: &Gives) {
-        self.program = program;
+    fn code(&mut self, program: ProgramIn, code: Code<'_>, name: ProgramName, result: Type) {
+        (self.program, self.program_name, self.result) = (program, name, result);
         match code {
             Code::Program(code) => {
                 self.completeness = code.completeness;
                 let variables = self.resolver.variables;
                 self.resolver.variables &= code.completeness;
-                self.block(&code.statements, name, gives);
+                self.block(&code.statements);
                 self.resolver.variables = variables;
             }
             Code::Guard(guard) => {
@@ -451,12 +450,12 @@ impl<'db> InferenceContext<'_, 'db> {
         }
     }
 
-    /// `(in far: double): bool`, as the shell declares it, where it means the same in this core; its own parameters keep
-    /// their names, which its program has.
+    /// Returns the signature that the shell declares, such as `(in far: double): bool`, if its types resolve to the same
+    /// types in this core. The parameters keep the names of `operation`, which its program uses.
     fn as_declared(&self, operation: &Operation) -> Option<String> {
         let feature = self.resolver.features.get(&operation.name.name)?;
         let data = feature.data(self.db)?;
-        let of = |decl| signature(self.db, self.project, decl, &data.parameters, data.ty.as_ref());
+        let of = |decl| self.signature(decl, &data.parameters, data.ty.as_ref());
         let missing = data.parameters.len().checked_sub(operation.parameters.len())?;
         if !of(self.of).is(&of(feature.shell))
             || operation.parameters.iter().any(|it| it.name.name.is_empty())
@@ -477,18 +476,18 @@ impl<'db> InferenceContext<'_, 'db> {
         Some(format!("({}): {}", parameters?.join(", "), data.ty.as_ref()?))
     }
 
-    /// What the shell declares of an operation, and where.
+    /// Returns the signature that the shell declares for an operation, and the location of the declaration.
     fn declared(&self, name: &str, kind: FeatureKind) -> Option<(Signature, Location<'db>)> {
         let feature = self.resolver.features.get(name).filter(|feature| feature.kind == kind)?;
         let data = feature.data(self.db)?;
-        let signature = signature(self.db, self.project, feature.shell, &data.parameters, data.ty.as_ref());
+        let signature = self.signature(feature.shell, &data.parameters, data.ty.as_ref());
         Some((signature, Location::Source(feature.shell, data.name.id)))
     }
 
-    fn block(&mut self, statements: &[Statement], of: &ProgramName, gives: &Gives) {
+    fn block(&mut self, statements: &[Statement]) {
         let depth = self.resolver.scope.len();
         for statement in statements {
-            self.statement(statement, of, gives);
+            self.statement(statement);
         }
         let own: Vec<NameRef> =
             self.resolver.scope.from(depth).filter_map(|id| Some(self.variable(id)?.name.clone())).collect();
@@ -496,7 +495,7 @@ impl<'db> InferenceContext<'_, 'db> {
         self.found.facts.extend(repeated(self.of, own.iter().map(|name| (name, Defined::Variable))));
     }
 
-    fn statement(&mut self, statement: &Statement, of: &ProgramName, gives: &Gives) {
+    fn statement(&mut self, statement: &Statement) {
         match statement {
             Statement::Variable(variable) => {
                 self.initial_value(variable);
@@ -510,17 +509,17 @@ impl<'db> InferenceContext<'_, 'db> {
             }
             Statement::If { id, condition, then, end, otherwise } => {
                 self.condition(condition);
-                self.block(then, of, gives);
+                self.block(then);
                 match otherwise {
-                    Some(otherwise) => self.block(otherwise, of, gives),
+                    Some(otherwise) => self.block(otherwise),
                     None if self.completeness.is_complete() => {
                         self.report(*id, FactKind::MissingElse { end: *end })
                     }
                     None => {}
                 }
             }
-            Statement::Block(statements) => self.block(statements, of, gives),
-            Statement::Return(id, value) => self.returned(*id, value.as_ref(), of, gives),
+            Statement::Block(statements) => self.block(statements),
+            Statement::Return(id, value) => self.return_statement(*id, value.as_ref()),
             Statement::Assign(target, value) => {
                 let expected = self.target(target);
                 self.assigned(&target.name, &expected, value);
@@ -541,7 +540,7 @@ impl<'db> InferenceContext<'_, 'db> {
             }
             value => _ = self.expr(value),
         }
-        // A call without a name or without brackets. (The name of a codel is reported already.)
+        // A call without a name or without parentheses. (Another fact reports the name of a codel.)
         if let Some(id) =
             without_call(value).filter(|_| self.errors() == errors && self.completeness.is_complete())
         {
@@ -558,28 +557,23 @@ impl<'db> InferenceContext<'_, 'db> {
         }
     }
 
-    fn returned(&mut self, keyword: SourceId, value: Option<&Expr>, of: &ProgramName, gives: &Gives) {
-        let expected = match gives {
-            Gives::Nothing => &Type::Void,
-            Gives::Bool => &Type::Bool,
-            Gives::Value(ty) => ty,
-        };
+    fn return_statement(&mut self, keyword: SourceId, value: Option<&Expr>) {
         let (found, id) = match value {
             Some(value) => (self.expr(value), value.id().unwrap_or(keyword)),
             None => (Typed::of(Type::Void), keyword),
         };
-        let fits = match (value, gives) {
-            // A value of no type is one all the same.
-            (Some(_), Gives::Nothing) => found.ty == Type::Unknown,
-            _ => found.ty.fits(found.value.as_ref(), expected),
+        let fits = match (value, &self.result) {
+            // A call without a result is not allowed either.
+            (Some(_), Type::Void) => found.ty == Type::Unknown,
+            (_, expected) => found.ty.fits(found.value.as_ref(), expected),
         };
         if !fits && self.completeness.is_complete() {
-            let (of, expected) = (of.clone(), expected.clone());
+            let (of, expected) = (self.program_name.clone(), self.result.clone());
             self.report(id, FactKind::ReturnType { of, expected, found: found.ty });
         }
     }
 
-    /// The type of what is assigned to.
+    /// Returns the type of the target of an assignment.
     fn target(&mut self, target: &NameRef) -> Type {
         let is = match self.value(target) {
             Some(Binding::Variable(id)) => {
@@ -594,7 +588,7 @@ impl<'db> InferenceContext<'_, 'db> {
                 Some(FeatureKind::Constant) => NotAssignable::Constant,
                 Some(FeatureKind::Output) => NotAssignable::OutputPort,
                 Some(FeatureKind::Input) => NotAssignable::InputPort,
-                // An operation is reported as one that is not called.
+                // Another fact reports that the operation is not called.
                 _ => return Type::Unknown,
             },
             None => return Type::Unknown,
@@ -604,16 +598,24 @@ impl<'db> InferenceContext<'_, 'db> {
     }
 
     fn assigned(&mut self, name: &Name, expected: &Type, value: &Expr) {
+        self.check(value, expected, |expected, found| FactKind::AssignmentType {
+            name: name.clone(),
+            expected,
+            found,
+        });
+    }
+
+    /// Infers the type of `value`, and reports `mismatch`, of the expected and the actual type, unless the value fits.
+    fn check(&mut self, value: &Expr, expected: &Type, mismatch: impl FnOnce(Type, Type) -> FactKind<'db>) {
         let found = self.expr(value);
         if !found.ty.fits(found.value.as_ref(), expected)
             && let Some(id) = value.id()
         {
-            let (name, expected) = (name.clone(), expected.clone());
-            self.report(id, FactKind::AssignmentType { name, expected, found: found.ty });
+            self.report(id, mismatch(expected.clone(), found.ty));
         }
     }
 
-    /// What the name of a value refers to. A name that is no value may be a call without brackets.
+    /// Resolves the name of a value. Reports an unresolved name, and a call without parentheses.
     fn value(&mut self, name: &NameRef) -> Option<Binding<'db>> {
         let binding = self.bind(name);
         if name.name.is_empty() {
@@ -637,19 +639,19 @@ impl<'db> InferenceContext<'_, 'db> {
             Ok(_) | Err(Unresolved::Ambiguous | Unresolved::Repeated) => {
                 self.error(*id, FactKind::NotCalled { name: name.clone(), is_operation: false });
             }
-            // One mistake: the error that may hide its declaration is reported.
+            // Another fact reports the error that may hide the declaration.
             Err(_) if (self.resolver.features.completeness & self.resolver.variables).is_incomplete() => {
                 self.problem(NameProblem::Hidden(CoreReason::MayBeDeclared(name.clone())));
             }
             Err(_) => {
-                let known = self.resolver.scope.names().chain(self.resolver.features.by_name.keys());
-                let near = similar(name, known);
+                let names = self.resolver.scope.names().chain(self.resolver.features.by_name.keys());
+                let near = similar(name, names);
                 self.error(*id, FactKind::UnresolvedVariable { name: name.clone(), near });
             }
         }
     }
 
-    /// Notes what a name refers to, whether a value is meant or not.
+    /// Resolves a name and records its binding, without reports.
     fn bind(&mut self, name: &NameRef) -> Option<Binding<'db>> {
         let binding = self.resolver.resolve_name(&name.name);
         match binding {
@@ -665,7 +667,7 @@ impl<'db> InferenceContext<'_, 'db> {
                 self.variable(id).map_or(Type::Unknown, |variable| variable.ty.clone())
             }
             Some(Binding::Feature(of, index)) => {
-                // A port is read with `read`, an operation is called.
+                // Another fact reports that an operation is not called.
                 let data = feature(self.db, of, index).filter(|it| !it.kind.is_operation());
                 let Some(data) = data else { return Type::Unknown };
                 if data.kind.is_port() {
@@ -680,17 +682,17 @@ impl<'db> InferenceContext<'_, 'db> {
     }
 
     fn expr(&mut self, expr: &Expr) -> Typed {
-        let typed = self.typed(expr);
+        let typed = self.infer_expr(expr);
         if let (Some(types), Some(id)) = (&mut self.types, expr.id()) {
             types.insert(id, typed.ty.clone());
         }
         typed
     }
 
-    fn typed(&mut self, expr: &Expr) -> Typed {
+    fn infer_expr(&mut self, expr: &Expr) -> Typed {
         match expr {
             Expr::Missing => Typed::UNKNOWN,
-            // That something is wrong in it is reported.
+            // The syntax error is reported; type errors may follow from it.
             Expr::Incomplete(inner) => {
                 let reported = self.found.facts.len();
                 self.expr(inner);
@@ -711,7 +713,7 @@ impl<'db> InferenceContext<'_, 'db> {
         }
     }
 
-    /// Returns the result; where there is none, the reason is reported.
+    /// Returns the result, or reports the error.
     fn computed(&mut self, found: Result<Typed, Wrong>, id: SourceId) -> Typed {
         found.unwrap_or_else(|wrong| {
             self.report(id, wrong.into());
@@ -719,7 +721,8 @@ impl<'db> InferenceContext<'_, 'db> {
         })
     }
 
-    /// Resolves and checks a call; gives the type of its result. `statement` where it is a statement, whose result is dropped.
+    /// Resolves and checks a call, and returns the type of its result. `statement`: the call is a statement, whose result is
+    /// ignored.
     fn call(&mut self, callee: &NameRef, arguments: &[Expr], statement: Option<SendableCall>) -> Type {
         let first = match arguments.first() {
             Some(Expr::Name(first)) => Some(first),
@@ -736,7 +739,7 @@ impl<'db> InferenceContext<'_, 'db> {
                 for (index, argument) in arguments.iter().enumerate() {
                     match argument {
                         Expr::Name(name) if index == 0 && resolved.has_operand => _ = self.bind(name),
-                        // A port is right where `read` is misspelt.
+                        // If `read` is misspelt, a port is correct here.
                         Expr::Name(name) => _ = self.value(name),
                         argument => _ = self.expr(argument),
                     }
@@ -757,20 +760,14 @@ impl<'db> InferenceContext<'_, 'db> {
         match found {
             Callee::Codel(of) => {
                 let Some(data) = codel(self.db, of) else { return Type::Unknown };
-                let signature = signature(self.db, self.project, of, &data.parameters, data.result.as_ref());
-                self.arguments(callee, &signature.parameters, arguments, has_operand);
+                let signature = self.signature(of, &data.parameters, data.result.as_ref());
+                self.call_arguments(callee, signature.parameters, arguments, has_operand);
                 signature.result
             }
             Callee::Operation(index) => {
                 let Some(operation) = self.core.operations.get(index) else { return Type::Unknown };
-                let own = signature(
-                    self.db,
-                    self.project,
-                    self.of,
-                    &operation.parameters,
-                    operation.result.as_ref(),
-                );
-                self.arguments(callee, &own.parameters, arguments, has_operand);
+                let own = self.signature(self.of, &operation.parameters, operation.result.as_ref());
+                self.call_arguments(callee, own.parameters, arguments, has_operand);
                 match (&operation.result, self.declared(&callee.name, FeatureKind::Provided)) {
                     (None, Some((declared, _))) => declared.result,
                     (None, None) => Type::Void,
@@ -825,7 +822,7 @@ impl<'db> InferenceContext<'_, 'db> {
                 let not_found = CoreReason::CodelNotFound(name.clone(), self.resolver.names.may_hide());
                 return self.problem(NameProblem::Hidden(not_found));
             }
-            // One mistake: the shell that may declare it is reported.
+            // Another fact reports the shell that may declare the operation.
             CallError::Unresolved(_) if self.resolver.features.completeness.is_incomplete() => {
                 return self.problem(NameProblem::Hidden(CoreReason::MayBeOperation(name.clone())));
             }
@@ -837,7 +834,7 @@ impl<'db> InferenceContext<'_, 'db> {
         self.error(*id, kind);
     }
 
-    /// What has the name of something that cannot be called.
+    /// Returns the definition that a name shadows although the name cannot be called.
     fn hidden_by(&self, name: &Name) -> Option<Hidden> {
         match self.resolver.resolve_codel(name) {
             Err(Unresolved::Unknown) => Builtin::of_name(name).map(|_| Hidden::Builtin),
@@ -845,7 +842,7 @@ impl<'db> InferenceContext<'_, 'db> {
         }
     }
 
-    /// The first argument of a built-in function is no port, operation or handler, nor anything else.
+    /// Reports the unresolved first argument of a built-in function.
     fn unresolved_operand(&mut self, function: Builtin, first: Option<&NameRef>) {
         let Some(NameRef { name, id }) = first else { return };
         let features = self.resolver.features.by_name.iter();
@@ -856,57 +853,60 @@ impl<'db> InferenceContext<'_, 'db> {
         self.error(*id, FactKind::UnresolvedOperand { function, name: name.clone(), near });
     }
 
-    /// Reports a wrong number of arguments.
-    fn count(&mut self, callee: &NameRef, takes: Takes, is_right: bool, found: usize) -> bool {
-        if !is_right && self.completeness.is_complete() {
+    /// Reports a wrong number of arguments; returns `is_correct`.
+    fn check_count(&mut self, callee: &NameRef, takes: Takes, is_correct: bool, found: usize) -> bool {
+        if !is_correct && self.completeness.is_complete() {
             let kind = FactKind::ArgumentCount { callee: callee.name.clone(), takes, found };
             self.report(callee.id, kind);
         }
-        is_right
+        is_correct
     }
 
-    fn arguments(
+    /// Checks the arguments of a call of a codel or an operation.
+    fn call_arguments(
         &mut self,
         callee: &NameRef,
-        parameters: &[(Direction, Name, Type)],
+        parameters: Vec<(Direction, Name, Type)>,
         arguments: &[Expr],
         has_operand: bool,
     ) {
         let takes = Takes::Arguments(parameters.len());
-        let is_right = self.count(callee, takes, parameters.len() == arguments.len(), arguments.len());
+        let is_correct =
+            self.check_count(callee, takes, parameters.len() == arguments.len(), arguments.len());
+        let parameters = parameters.into_iter().filter(|_| is_correct);
+        let parameters: Vec<ParameterOf> =
+            parameters.map(|(direction, name, ty)| (direction, ParameterName::Named(name), ty)).collect();
+        let operands = usize::from(has_operand).min(arguments.len());
+        let (operand, arguments) = arguments.split_at(operands);
+        let (of_operand, parameters) = parameters.split_at(operands.min(parameters.len()));
+        // The operand of a built-in function is not a call without parentheses.
+        let program = (self.body, self.program);
+        let problems = self.found.problems.get(&program).map_or(0, Vec::len);
+        self.arguments(&callee.name, of_operand, operand);
+        if let Some(all) = self.found.problems.get_mut(&program) {
+            all.truncate(problems);
+        }
+        self.arguments(&callee.name, parameters, arguments);
+    }
+
+    /// Checks arguments against the parameters, as far as these are known.
+    fn arguments(&mut self, callee: &Name, parameters: &[ParameterOf], arguments: &[Expr]) {
         for (index, argument) in arguments.iter().enumerate() {
-            let problems = self.found.problems.get(&(self.body, self.program)).map_or(0, Vec::len);
-            match parameters.get(index).filter(|_| is_right) {
+            match parameters.get(index) {
                 Some((Direction::In, name, ty)) => {
-                    self.input(&callee.name, ParameterName::Named(name.clone()), ty, argument);
+                    self.check(argument, ty, |expected, found| FactKind::ArgumentType {
+                        callee: callee.clone(),
+                        parameter: name.clone(),
+                        expected,
+                        found,
+                    })
                 }
-                Some((_, name, ty)) => {
-                    self.output(&callee.name, ParameterName::Named(name.clone()), ty, argument);
-                }
+                Some((_, name, ty)) => self.output(callee, name.clone(), ty, argument),
                 None => _ = self.expr(argument),
             }
-            // What a built-in function would take is no value that lacks its brackets.
-            if index == 0
-                && has_operand
-                && let Some(all) = self.found.problems.get_mut(&(self.body, self.program))
-            {
-                all.truncate(problems);
-            }
         }
     }
 
-    /// An argument that goes in.
-    fn input(&mut self, callee: &Name, parameter: ParameterName, expected: &Type, argument: &Expr) {
-        let found = self.expr(argument);
-        if !found.ty.fits(found.value.as_ref(), expected)
-            && let Some(id) = argument.id()
-        {
-            let (callee, expected) = (callee.clone(), expected.clone());
-            self.report(id, FactKind::ArgumentType { callee, parameter, expected, found: found.ty });
-        }
-    }
-
-    /// An argument that something comes back to.
     fn output(&mut self, callee: &Name, parameter: ParameterName, expected: &Type, argument: &Expr) {
         let Some(id) = argument.id() else {
             _ = self.expr(argument);
@@ -930,7 +930,7 @@ impl<'db> InferenceContext<'_, 'db> {
             }
             Some(Binding::Feature(of, index)) => {
                 let kind = feature(self.db, of, index).map(|it| it.kind);
-                // An operation is reported as one that is not called.
+                // Another fact reports that the operation is not called.
                 if kind.is_some_and(|kind| !kind.is_operation()) {
                     self.report(id, no_variable);
                 }
@@ -955,13 +955,14 @@ impl<'db> InferenceContext<'_, 'db> {
             }
         }
         let count = if function == Builtin::Status { 1 } else { 2 };
-        let is_right = self.count(callee, Takes::Port(function), arguments.len() == count, arguments.len());
+        let is_correct =
+            self.check_count(callee, Takes::Port(function), arguments.len() == count, arguments.len());
         for argument in arguments.iter().skip(1) {
             match function {
-                Builtin::Read if is_right => {
+                Builtin::Read if is_correct => {
                     self.output(&callee.name, ParameterName::Named(port.name.clone()), &ty, argument);
                 }
-                Builtin::Write if is_right => self.assigned(&port.name, &ty, argument),
+                Builtin::Write if is_correct => self.assigned(&port.name, &ty, argument),
                 _ => _ = self.expr(argument),
             }
         }
@@ -977,18 +978,12 @@ impl<'db> InferenceContext<'_, 'db> {
         if let Some(feature) = self.resolver.features.get(&operation.name) {
             self.bindings.insert(operation.id, Binding::Feature(feature.shell, feature.index));
         }
-        let inputs: Vec<_> =
-            signature.parameters.iter().filter(|(direction, ..)| *direction != Direction::Out).collect();
+        let inputs = signature.parameters.into_iter().filter(|(direction, ..)| *direction != Direction::Out);
+        let inputs: Vec<ParameterOf> =
+            inputs.map(|(_, name, ty)| (Direction::In, ParameterName::Named(name), ty)).collect();
         let takes = Takes::Send { operation: operation.name.clone(), values: inputs.len() };
-        let is_right = self.count(callee, takes, rest.len() == inputs.len(), rest.len());
-        for (index, argument) in rest.iter().enumerate() {
-            match inputs.get(index).filter(|_| is_right) {
-                Some((_, name, ty)) => {
-                    self.input(&operation.name, ParameterName::Named(name.clone()), ty, argument);
-                }
-                None => _ = self.expr(argument),
-            }
-        }
+        let is_correct = self.check_count(callee, takes, rest.len() == inputs.len(), rest.len());
+        self.arguments(&operation.name, if is_correct { &inputs } else { &[] }, rest);
         Type::Handle(operation.name.clone())
     }
 
@@ -1003,39 +998,38 @@ impl<'db> InferenceContext<'_, 'db> {
             rest.iter().for_each(|argument| _ = self.expr(argument));
             return Type::CallStatus;
         };
-        let result =
-            (signature.result != Type::Void).then(|| (ParameterName::Result, signature.result.clone()));
-        let outputs = signature.parameters.iter().filter(|(direction, ..)| *direction != Direction::In);
-        let outputs = outputs.map(|(_, name, ty)| (ParameterName::Named(name.clone()), ty.clone()));
-        let outputs: Vec<(ParameterName, Type)> = result.into_iter().chain(outputs).collect();
-        let is_right = rest.is_empty() || rest.len() == outputs.len();
-        let is_right = self.count(callee, Takes::Collect { values: outputs.len() }, is_right, rest.len());
-        for (index, argument) in rest.iter().enumerate() {
-            match outputs.get(index).filter(|_| is_right) {
-                Some((name, ty)) => self.output(&callee.name, name.clone(), ty, argument),
-                None => _ = self.expr(argument),
-            }
-        }
+        let result = Some(signature.result).filter(|result| *result != Type::Void);
+        let result = result.map(|ty| (Direction::Out, ParameterName::Result, ty));
+        let outputs = signature.parameters.into_iter().filter(|(direction, ..)| *direction != Direction::In);
+        let outputs = outputs.map(|(_, name, ty)| (Direction::Out, ParameterName::Named(name), ty));
+        let outputs: Vec<ParameterOf> = result.into_iter().chain(outputs).collect();
+        let takes = Takes::Collect { values: outputs.len() };
+        let is_correct = rest.is_empty() || rest.len() == outputs.len();
+        let is_correct = self.check_count(callee, takes, is_correct, rest.len());
+        self.arguments(&callee.name, if is_correct { &outputs } else { &[] }, rest);
         Type::CallStatus
     }
 }
 
+/// The direction in which an argument is passed, its parameter, and the type of the parameter.
+type ParameterOf = (Direction, ParameterName, Type);
+
 /// A call that is a statement.
 #[derive(Clone, Copy)]
 struct SendableCall {
-    /// All of it.
+    /// The call.
     id: SourceId,
     /// Its first argument.
     first: Option<SourceId>,
 }
 
-/// Returns the location of the first value in an expression without any call. (A missing one is a syntax error.)
+/// Returns the source of the first value in an expression without calls. (A missing expression is a syntax error.)
 fn without_call(expr: &Expr) -> Option<SourceId> {
     let mut values = expr.descendants().filter(|it| matches!(it, Expr::Literal(..) | Expr::Name(_)));
     if expr.may_call() { None } else { values.next()?.id() }
 }
 
-/// Whether every path ends with a `return`.
+/// Returns whether every path ends with a `return`.
 pub fn returns(statements: &[Statement]) -> bool {
     statements.iter().any(|statement| match statement {
         Statement::Return(..) => true,
@@ -1047,18 +1041,18 @@ pub fn returns(statements: &[Statement]) -> bool {
     })
 }
 
-/// What is known of all bodies of a core.
+/// The bindings, callees and types of all bodies of a core.
 pub struct CoreInference<'db> {
     shared: &'db Shared<'db>,
-    /// The groups of bodies, each with how many variables come before its own.
+    /// The groups of bodies, each with the number of variables in the shared variables and the previous groups.
     groups: Vec<(&'db Inference<'db>, usize)>,
-    /// Where there are several groups: the first parts of the bodies that stand apart, with their groups.
+    /// For several groups: the first source of each body except initial values, with its group.
     by_source: Vec<(SourceId, u32)>,
-    /// The groups of the initial values, which stand between the other bodies.
+    /// The groups of the initial values, whose sources are between those of other bodies.
     values: [u32; 2],
 }
 
-/// Resolves and types all bodies of a core.
+/// Resolves the names and infers the types of all bodies of a core.
 pub fn inference_of_core<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -1086,17 +1080,17 @@ pub fn inference_of_core<'db>(
 }
 
 impl<'db> CoreInference<'db> {
-    /// Every variable, parameter and handler: those that all bodies share, then body by body.
+    /// Returns all variables, parameters and handlers: the shared ones, then those of each group.
     pub fn variables(&self) -> impl Iterator<Item = (VariableId, &'db VariableOf)> {
         let shared = [(None, &self.shared.variables)].into_iter();
         let groups = self.groups.iter().zip(0..).map(|((it, _), group)| (Some(group), &it.variables));
         shared.chain(groups).flat_map(|(group, all)| {
-            let number = move |(index, it)| (VariableId { group, index: index as u32 }, it);
-            all.iter().enumerate().map(number)
+            let with_id = move |(index, it)| (VariableId { group, index: index as u32 }, it);
+            all.iter().enumerate().map(with_id)
         })
     }
 
-    /// A variable.
+    /// Returns a variable.
     pub fn variable(&self, id: VariableId) -> Option<&'db VariableOf> {
         let all = match id.group {
             None => &self.shared.variables,
@@ -1105,19 +1099,19 @@ impl<'db> CoreInference<'db> {
         all.get(id.index as usize)
     }
 
-    /// The number of a variable among [`CoreInference::variables`].
+    /// Returns the index of a variable in [`CoreInference::variables`].
     pub fn number(&self, id: VariableId) -> usize {
         let before =
             id.group.and_then(|group| self.groups.get(group as usize)).map_or(0, |(_, before)| *before);
         before + id.index as usize
     }
 
-    /// What the name of a value refers to, by its location.
+    /// Returns the binding of the name of a value, by its source.
     pub fn binding(&self, id: SourceId) -> Option<Binding<'db>> {
         self.at(id).find_map(|it| get(&it.bindings, id))
     }
 
-    /// The variable that a name refers to, by its location.
+    /// Returns the variable that a name refers to, by its source.
     pub fn variable_at(&self, id: SourceId) -> Option<VariableId> {
         match self.binding(id)? {
             Binding::Variable(id) => Some(id),
@@ -1125,12 +1119,12 @@ impl<'db> CoreInference<'db> {
         }
     }
 
-    /// What a call calls, by the location of its name.
+    /// Returns the callee of a call, by the source of its name.
     pub fn callee(&self, id: SourceId) -> Option<Callee<'db>> {
         self.at(id).find_map(|it| it.callee(id))
     }
 
-    /// The groups that a part may stand in.
+    /// Returns the groups that may contain a source.
     pub(crate) fn groups_at(&self, id: SourceId) -> impl Iterator<Item = u32> + use<> {
         let before = self.by_source.partition_point(|(first, _)| *first <= id);
         let own = before.checked_sub(1).and_then(|index| self.by_source.get(index)).map(|(_, group)| *group);
@@ -1141,27 +1135,27 @@ impl<'db> CoreInference<'db> {
         self.groups_at(id).filter_map(|group| self.groups.get(group as usize)).map(|(it, _)| *it)
     }
 
-    /// What every name of a value refers to, with its location.
+    /// Returns the bindings of all names of values, with their sources.
     pub fn bindings(&self) -> impl Iterator<Item = (SourceId, Binding<'db>)> {
         self.groups.iter().flat_map(|(it, _)| it.bindings.iter().copied())
     }
 
-    /// What every call calls.
+    /// Returns the callees of all calls.
     pub fn callees(&self) -> impl Iterator<Item = Callee<'db>> {
         self.groups.iter().flat_map(|(it, _)| it.callees.iter().map(|(_, callee)| *callee))
     }
 
-    /// Whether some name of a value or of a callee is unresolved.
+    /// Returns whether the name of a value or of a callee is unresolved.
     pub fn is_unresolved(&self) -> bool {
         self.groups.iter().any(|(it, _)| it.unresolved)
     }
 
-    /// What is wrong with types.
+    /// Returns the type errors.
     pub fn facts(&self) -> impl Iterator<Item = &'db Fact<'db>> {
         self.shared.facts.iter().chain(self.groups.iter().flat_map(|(it, _)| &it.facts))
     }
 
-    /// What a call does with each of so many arguments: what goes in, what comes back.
+    /// Returns the direction of each of the `count` arguments of a call.
     pub fn directions(
         &self,
         db: &'db dyn ModelDb,
@@ -1186,18 +1180,18 @@ impl<'db> CoreInference<'db> {
     }
 }
 
-/// What the programs of a core use of other declarations: only a change in it affects those.
+/// The definitions of other declarations that the programs of a core use.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
 pub struct Uses<'db> {
-    /// Whether all uses are known: an incomplete program or an unresolved name may use anything.
+    /// Whether all uses are known: an incomplete program or an unresolved name may use any definition.
     pub completeness: Completeness,
     /// The codels that they call.
     pub codels: FxHashSet<Decl<'db>>,
-    /// The features of shells that they name, by shell and number.
+    /// The features of shells that they name, by shell and index.
     pub features: FxHashSet<(Decl<'db>, usize)>,
 }
 
-/// What the programs of a core use.
+/// Returns the definitions that the programs of a core use.
 #[salsa::tracked(returns(ref))]
 pub fn uses_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Uses<'db> {
     let inference = inference_of_core(db, project, of);

@@ -1,4 +1,4 @@
-//! Which files belong together: the roots of a workspace, and what each includes.
+//! Projects: the roots of a workspace, and the files that each includes.
 
 #![allow(missing_docs, reason = "salsa writes constructors without any")]
 
@@ -9,30 +9,31 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::completeness::Completeness;
 use crate::config::{self, Config, ExternalType};
+use crate::graph::closure;
 use crate::item_tree::Name;
 use crate::source::item_tree_of;
 use crate::{File, ModelDb, Workspace, normalised};
 
-/// A root file and all that it includes, directly or not.
+/// A root file and the files that it includes, directly or indirectly.
 #[salsa::interned(debug)]
 pub struct Project<'db> {
-    /// Where it was found.
+    /// The workspace that contains it.
     #[returns(copy)]
     pub workspace: Workspace,
-    /// The root.
+    /// The root file.
     #[returns(copy)]
     pub root: File,
 }
 
-/// The name of the configuration's file.
+/// The name of the configuration file.
 pub const CONFIG_FILE: &str = "mauve.toml";
 
-/// The workspace's `mauve.toml`, where it has one.
+/// Returns the workspace's `mauve.toml`, if it exists.
 pub fn config_file(db: &dyn ModelDb, workspace: Workspace) -> Option<File> {
     workspace.files(db).get(&workspace.folder(db).join(CONFIG_FILE)).copied()
 }
 
-/// What the workspace's `mauve.toml` says.
+/// Returns the configuration in the workspace's `mauve.toml`.
 #[salsa::tracked(returns(ref))]
 pub fn config_of(db: &dyn ModelDb, workspace: Workspace) -> Config {
     let Some(file) = config_file(db, workspace) else { return Config::default() };
@@ -45,13 +46,13 @@ pub fn config_of(db: &dyn ModelDb, workspace: Workspace) -> Config {
     config
 }
 
-/// The types that `mauve.toml` declares, without places.
+/// Returns the types that `mauve.toml` declares, without ranges: a comment does not change the result.
 #[salsa::tracked(returns(ref))]
 pub fn external_types(db: &dyn ModelDb, workspace: Workspace) -> BTreeMap<Name, ExternalType> {
     config_of(db, workspace).types.clone()
 }
 
-/// What `mauve.toml` says that response times rest on, without places: a comment in it changes nothing.
+/// The configuration that response times depend on, without ranges: a comment does not change it.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Platform {
     pub cpus: Option<u32>,
@@ -69,39 +70,39 @@ pub fn platform_of(db: &dyn ModelDb, workspace: Workspace) -> Platform {
     }
 }
 
-/// Where an include of `file` may be: beside it, then along the model path.
+/// Returns the candidate paths of an include of `file`: in its own folder, then in the folders of the model path.
 pub fn include_candidates(db: &dyn ModelDb, workspace: Workspace, file: File, include: &str) -> Vec<PathBuf> {
     let beside = file.path(db).parent().unwrap_or(Path::new("/"));
     let folders = std::iter::once(beside).chain(workspace.model_path(db).iter().map(PathBuf::as_path));
     folders.map(|folder| normalised(&folder.join(include))).collect()
 }
 
-/// The files that `file` includes, in the order of its lines; none where nothing is found.
+/// Returns the files that `file` includes, in the order of its lines; `None` for an unresolved include.
 #[salsa::tracked(returns(ref))]
 pub fn includes(db: &dyn ModelDb, workspace: Workspace, file: File) -> Vec<Option<File>> {
-    let known = workspace.files(db);
+    let files = workspace.files(db);
     let find = |include: &String| {
         let candidates = include_candidates(db, workspace, file, include);
-        candidates.iter().find_map(|path| known.get(path)).copied()
+        candidates.iter().find_map(|path| files.get(path)).copied()
     };
     item_tree_of(db, file).includes.iter().map(|include| include.as_ref().and_then(find)).collect()
 }
 
-/// Is this a model, by its name?
+/// Returns whether the path has the extension of a model.
 pub fn is_model(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension == "mal")
 }
 
-/// The projects of a workspace: one for each root.
+/// Returns the projects of a workspace: one for each root.
 ///
-/// The roots are those of `mauve.toml`; without any, each model of the folder that no other includes, and of models
-/// that include one another in a ring, the one with the first path.
+/// The roots are those of `mauve.toml`. Without any, the roots are the models of the folder that no other model includes and,
+/// for each include cycle that no root reaches, the model with the first path.
 #[salsa::tracked(returns(ref))]
 pub fn projects<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Project<'db>> {
     let mut roots = all_roots(db, workspace).clone();
     let only = workspace.only(db);
     if !only.is_empty() {
-        // A part of a project means what it means there; a file of none is one by itself.
+        // A file of several projects belongs to all of them; a file of no project is a root.
         let files: Vec<Vec<File>> = roots.iter().map(|&root| files_from(db, workspace, root)).collect();
         let alone = only.iter().filter(|file| !files.iter().any(|files| files.contains(file)));
         let alone: Vec<File> = alone.copied().collect();
@@ -113,12 +114,12 @@ pub fn projects<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Project<
     roots.into_iter().map(|root| Project::new(db, workspace, root)).collect()
 }
 
-/// The file that a root of `mauve.toml` names.
+/// Returns the file of a root in `mauve.toml`.
 pub fn root_file(db: &dyn ModelDb, workspace: Workspace, path: &str) -> Option<File> {
     workspace.file(db, &normalised(&workspace.folder(db).join(path)))
 }
 
-/// The roots of a workspace, whichever of them are looked at.
+/// Returns all roots of a workspace, without the restriction to [`Workspace::only`].
 #[salsa::tracked(returns(ref))]
 pub fn all_roots(db: &dyn ModelDb, workspace: Workspace) -> Vec<File> {
     let config = config_of(db, workspace);
@@ -128,7 +129,7 @@ pub fn all_roots(db: &dyn ModelDb, workspace: Workspace) -> Vec<File> {
         return roots.filter(|root| seen.insert(*root)).collect();
     }
     let folder = workspace.folder(db);
-    // By the path in this folder: a link that leads elsewhere stands here.
+    // By the path in this folder, which may be a symbolic link to another folder.
     let files = workspace.files(db).iter();
     let mut seen = FxHashSet::default();
     let models: Vec<File> = files
@@ -155,37 +156,26 @@ pub fn all_roots(db: &dyn ModelDb, workspace: Workspace) -> Vec<File> {
     roots
 }
 
-/// `root` and all that it includes, each once, in the order in which they are met.
+/// Returns `root` and the files that it includes, directly or indirectly.
 fn files_from(db: &dyn ModelDb, workspace: Workspace, root: File) -> Vec<File> {
-    let mut files = vec![root];
-    let mut seen: FxHashSet<File> = files.iter().copied().collect();
-    let mut next = 0;
-    while let Some(&file) = files.get(next) {
-        next += 1;
-        for &included in includes(db, workspace, file).iter().flatten() {
-            if seen.insert(included) {
-                files.push(included);
-            }
-        }
-    }
-    files
+    closure(root, |file| includes(db, workspace, file).iter().flatten().copied())
 }
 
-/// The files of a project.
+/// Returns the files of a project, the root first.
 #[salsa::tracked(returns(ref))]
 pub fn project_files<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<File> {
     files_from(db, project.workspace(db), project.root(db))
 }
 
-/// The files that include one another in a ring, each with the number of its ring.
+/// Returns the files in include cycles, each with the number of its strongly connected component.
 #[salsa::tracked(returns(ref))]
 pub fn include_rings(db: &dyn ModelDb, workspace: Workspace) -> FxHashMap<File, usize> {
-    // Kosaraju's two walks: files in the order in which they are left; then, in the reverse order, what leads to each.
+    // Kosaraju's algorithm: the files in post-order; then, in reverse post-order, the files that reach each.
     let files: BTreeMap<&Path, File> =
         workspace.files(db).values().map(|&file| (file.path(db).as_path(), file)).collect();
     let files: Vec<File> = files.into_values().filter(|file| is_model(file.path(db))).collect();
     let mut includers: FxHashMap<File, Vec<File>> = FxHashMap::default();
-    let mut left = Vec::new();
+    let mut post_order = Vec::new();
     let mut seen: FxHashSet<File> = FxHashSet::default();
     for &start in &files {
         if !seen.insert(start) {
@@ -205,26 +195,22 @@ pub fn include_rings(db: &dyn ModelDb, workspace: Workspace) -> FxHashMap<File, 
                     }
                 }
                 None => {
-                    left.push(file);
+                    post_order.push(file);
                     open.pop();
                 }
             }
         }
     }
     let mut rings = FxHashMap::default();
-    let mut placed: FxHashSet<File> = FxHashSet::default();
-    for (number, &start) in left.iter().rev().enumerate() {
-        if !placed.insert(start) {
+    let mut assigned: FxHashSet<File> = FxHashSet::default();
+    for (number, &start) in post_order.iter().rev().enumerate() {
+        if assigned.contains(&start) {
             continue;
         }
-        let mut ring = vec![start];
-        let mut next = 0;
-        while let Some(file) = ring.get(next) {
-            next += 1;
-            let new = includers.get(file).into_iter().flatten().filter(|includer| placed.insert(**includer));
-            let new: Vec<File> = new.copied().collect();
-            ring.extend(new);
-        }
+        let unassigned = |file: &&File| !assigned.contains(file);
+        let ring =
+            closure(start, |file| includers.get(&file).into_iter().flatten().filter(unassigned).copied());
+        assigned.extend(&ring);
         if ring.len() > 1 || includes(db, workspace, start).contains(&Some(start)) {
             rings.extend(ring.into_iter().map(|file| (file, number)));
         }

@@ -1,5 +1,5 @@
-//! What the names in programs refer to. This is the only place that decides it: types, costs, data flow, occurrences,
-//! completion, signature help and generated code ask here, or read what was found here.
+//! Resolution of the names in programs. No other module resolves them: types, costs, data flow, occurrences, completion,
+//! signature help and generated code use the [`Resolver`] or its results.
 
 use rustc_hash::FxHashMap;
 
@@ -16,52 +16,52 @@ use crate::source::Decl;
 /// A variable, parameter or handler of a core.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, salsa::SalsaValue)]
 pub struct VariableId {
-    /// The group of bodies that declares it; none where all bodies share it.
+    /// The group of bodies that declares it; `None` if all bodies share it.
     pub group: Option<u32>,
-    /// Its number among the variables of that group, or among those that are shared.
+    /// Its index among the variables of the group, or among the shared variables.
     pub index: u32,
 }
 
-/// What the name of a value refers to.
+/// The definition that the name of a value refers to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, salsa::SalsaValue)]
 pub enum Binding<'db> {
     /// A variable, parameter or handler.
     Variable(VariableId),
-    /// A feature of a shell, by its number there.
+    /// A feature, by its shell and its index there.
     Feature(Decl<'db>, usize),
 }
 
-/// What a call calls.
+/// The callee of a call.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, salsa::SalsaValue)]
 pub enum Callee<'db> {
     /// A codel.
     Codel(Decl<'db>),
-    /// An operation that the core itself defines, by its number there.
+    /// An operation that the core defines, by its index there.
     Operation(usize),
     /// A built-in function.
     Builtin(Builtin),
 }
 
-/// Why a call calls nothing.
+/// Why a call has no callee.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum CallError {
     /// The shell provides an operation of this name, and the core does not define it.
     Undefined,
-    /// The shell requires an operation of this name: calling it would block.
+    /// The shell requires an operation of this name: a call would block.
     Required,
-    /// Something has the name that cannot be called.
+    /// The name refers to a definition that cannot be called.
     NotCallable(NotCallable),
-    /// Nothing has the name of the first argument of a built-in function.
+    /// The first argument of a built-in function is unresolved.
     UnresolvedOperand(Builtin),
-    /// No codel has the name.
+    /// No codel has the name, or several have.
     Unresolved(Unresolved),
 }
 
 /// A resolved call.
 pub struct ResolvedCall<'db> {
-    /// What it calls.
+    /// The callee, or why the call has none.
     pub callee: Result<Callee<'db>, CallError>,
-    /// Whether its first argument is, or should be, the operand of a built-in function, and no value.
+    /// Whether its first argument is, or should be, the operand of a built-in function instead of a value.
     pub has_operand: bool,
 }
 
@@ -73,23 +73,23 @@ pub struct Scope {
 }
 
 impl Scope {
-    /// Enters a variable, which hides those of its name.
+    /// Adds a variable, which shadows those of its name.
     pub fn push(&mut self, name: &Name, id: VariableId) {
         self.all.push((name.clone(), id));
         self.by_name.entry(name.clone()).or_default().push(id);
     }
 
-    /// How many variables there are.
+    /// Returns the number of variables.
     pub fn len(&self) -> usize {
         self.all.len()
     }
 
-    /// Whether there is none.
+    /// Returns whether there is no variable.
     pub fn is_empty(&self) -> bool {
         self.all.is_empty()
     }
 
-    /// Leaves all scopes with more than `depth` variables.
+    /// Removes all variables after the first `depth` ones.
     pub fn truncate(&mut self, depth: usize) {
         for (name, _) in self.all.drain(depth.min(self.all.len())..) {
             if let Some(all) = self.by_name.get_mut(&name) {
@@ -98,12 +98,12 @@ impl Scope {
         }
     }
 
-    /// The variables entered behind the first `depth` ones.
+    /// Returns the variables after the first `depth` ones.
     pub fn from(&self, depth: usize) -> impl Iterator<Item = VariableId> {
         self.all.iter().skip(depth).map(|(_, id)| *id)
     }
 
-    /// Their names, outermost first.
+    /// Returns the names of the variables, outermost first.
     pub fn names(&self) -> impl Iterator<Item = &Name> {
         self.all.iter().map(|(name, _)| name)
     }
@@ -113,7 +113,7 @@ impl Scope {
     }
 }
 
-/// Resolves names as they are seen at one point of a core's programs.
+/// Resolves names at a position in the programs of a core.
 pub struct Resolver<'a, 'db> {
     pub(crate) db: &'db dyn ModelDb,
     /// The core.
@@ -122,24 +122,24 @@ pub struct Resolver<'a, 'db> {
     /// The features of its shell.
     pub(crate) features: &'a Features<'db>,
     pub(crate) core: &'db CoreScope,
-    /// The variables that hide what is called.
+    /// The variables in scope, which also shadow callees.
     pub scope: Scope,
-    /// Those of the state machines: all programs see them, behind those in scope.
+    /// The variables of the state machines: all programs see them, after those in scope; they do not shadow callees.
     pub machine: Scope,
-    /// Whether all variables are known: an unresolved name may be a missing one.
+    /// Whether all variables are known: otherwise an unresolved name may be a missing variable.
     pub variables: Completeness,
 }
 
 impl<'db> Resolver<'_, 'db> {
-    /// Enters the programs of the state machine: its variables hide those of the core, and what is called.
+    /// Enters the programs of the state machine, whose variables shadow those of the core, and callees.
     pub(crate) fn enter_machine(&mut self) {
         for (name, id) in &self.machine.all {
             self.scope.push(name, *id);
         }
     }
 
-    /// What the name of a value refers to: a variable, innermost first, a variable of the state machine, a feature of the
-    /// shell.
+    /// Resolves the name of a value: to a variable in scope, innermost first, a variable of the state machine, or a feature of
+    /// the shell.
     pub(crate) fn resolve_name(&self, name: &str) -> Option<Binding<'db>> {
         if name.is_empty() {
             return None;
@@ -150,15 +150,15 @@ impl<'db> Resolver<'_, 'db> {
             .or_else(|| self.features.get(name).map(|feature| Binding::Feature(feature.shell, feature.index)))
     }
 
-    /// The codel of that name, as the core sees it.
+    /// Resolves the name of a codel in the library of the core.
     pub(crate) fn resolve_codel(&self, name: &Name) -> Result<Decl<'db>, Unresolved> {
         let library = self.of.library(self.db).as_ref();
         self.names.resolve(self.db, library, Kind::Codel, std::slice::from_ref(name))
     }
 
-    /// What `name` calls, with `first` for its first argument where that is a name. In this order: a built-in function
-    /// that `first` fits, unless a codel or an operation of the core has its name; what a variable hides; the features of
-    /// the shell; codels.
+    /// Resolves a call of `name`; `first` is its first argument if that is a name. The order of the lookup: a built-in
+    /// function with the operand `first`, unless a codel or a provided operation has its name; variables, which shadow
+    /// callees; features of the shell; codels.
     pub fn resolve_call(&self, name: &Name, first: Option<&Name>) -> ResolvedCall<'db> {
         let feature = self.features.get(name).map(|feature| feature.kind);
         let builtin = Builtin::of_name(name).zip(first);
@@ -188,8 +188,8 @@ impl<'db> Resolver<'_, 'db> {
         ResolvedCall { callee, has_operand }
     }
 
-    /// Whether `first` names what a built-in function takes. Ports and operations are no values: a variable of the same
-    /// name is not meant, unless a codel of the function's name may be missing.
+    /// Returns whether `first` is an operand of a built-in function. A port or operation takes precedence over a variable
+    /// of the same name, unless a codel with the function's name may be missing.
     fn is_operand(&self, builtin: Builtin, first: &Name) -> bool {
         if builtin.operand() == Operand::Handler {
             return self.core.handlers.iter().any(|handler| handler.name.name == *first);
@@ -198,13 +198,15 @@ impl<'db> Resolver<'_, 'db> {
         !is_value && self.features.get(first).is_some_and(|feature| builtin.takes(feature.kind))
     }
 
-    /// Whether `name` can only be the built-in function, and `first` is nothing at all.
+    /// Returns whether `name` can only be the built-in function, and `first` is unresolved.
     fn is_unresolved_operand(&self, name: &Name, first: &Name) -> bool {
-        let is_known = |name: &Name| {
+        let is_declared = |name: &Name| {
             self.scope.get(name).is_some()
                 || self.features.get(name).is_some()
                 || !matches!(self.resolve_codel(name), Err(Unresolved::Unknown))
         };
-        (self.features.completeness & self.variables).is_complete() && !is_known(name) && !is_known(first)
+        (self.features.completeness & self.variables).is_complete()
+            && !is_declared(name)
+            && !is_declared(first)
     }
 }

@@ -1,74 +1,69 @@
-//! How much a project becomes when shells have what they extend, architectures what they import, and deployments an activity
-//! for each instance: a few lines may say a product of many. What is too large is not expanded.
+//! The size of an expanded project: shells with inherited features, architectures with imports, deployments with an activity
+//! for each instance. A short text may expand to a huge project; such a project is not expanded.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
-use crate::item_tree::{Kind, TypeRef};
+use crate::item_tree::{Data, Kind, TypeRef};
 use crate::names::names_of;
 use crate::project::Project;
-use crate::source::{Decl, architecture, component, deployment, shell};
+use crate::source::{Decl, data};
 
-/// So many features, instances and connections a project may have in all its shells, architectures and deployments,
-/// with what each takes from others.
-const MOST: usize = 1 << 19;
+/// The maximum number of features, instances and connections in all shells, architectures and deployments of a project,
+/// including inherited and imported ones.
+const MAX_SIZE: usize = 1 << 19;
 
-/// What two activities of a deployment may tell of each other is a part of that.
-const PAIRS_TO_ONE: usize = 16;
+/// The number of pairs of activities that count as one: the facts about pairs are part of the size.
+const PAIRS_PER_UNIT: usize = 16;
 
-/// The declaration with which a project becomes too large to be analysed.
+/// Returns the declaration with which the project exceeds the size limit.
 ///
-/// Values, comments and places change nothing here.
+/// Edits of values and comments do not change the result.
 #[salsa::tracked(returns(copy))]
 pub fn too_large<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Option<Decl<'db>> {
-    let mut sizes = Sizes { db, project, left: MOST, features: FxHashMap::default() };
+    let mut sizes = Sizes { db, project, remaining: MAX_SIZE, features: FxHashMap::default() };
     names_of(db, project).all.iter().copied().find(|&decl| sizes.add(decl).is_none())
 }
 
-/// What a declaration has, and what it takes over or instantiates.
+/// The number of a declaration's own items, and the declarations that it includes or instantiates.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 struct Shape {
     own: usize,
-    taken: Vec<TypeRef>,
+    included: Vec<TypeRef>,
     instances: Vec<TypeRef>,
 }
 
 #[salsa::tracked(returns(ref))]
 fn shape_of<'db>(db: &'db dyn ModelDb, decl: Decl<'db>) -> Shape {
-    let shape = match decl.kind(db) {
-        Kind::Shell => shell(db, decl).map(|it| Shape {
-            own: it.features.len(),
-            taken: it.bases.clone(),
-            ..Shape::default()
-        }),
-        Kind::Architecture => architecture(db, decl).map(|it| Shape {
-            own: it.connections.len() + it.operations.len() + it.settings.len(),
-            taken: it.imports.iter().flatten().cloned().collect(),
-            instances: it.instances.iter().filter_map(|it| it.component.clone()).collect(),
-        }),
-        Kind::Component => component(db, decl)
-            .map(|it| Shape { taken: it.shell.iter().cloned().collect(), ..Shape::default() }),
-        Kind::Deployment => deployment(db, decl).map(|it| Shape {
-            own: it.activities.len(),
-            taken: it.targets.clone(),
-            ..Shape::default()
-        }),
-        _ => None,
+    let Some(data) = data(db, decl).as_deref() else { return Shape::default() };
+    let (own, included) = match data {
+        Data::Shell(it) => (it.features.len(), it.bases.clone()),
+        Data::Architecture(it) => {
+            let own = it.connections.len() + it.operations.len() + it.settings.len();
+            (own, it.imports.iter().flatten().cloned().collect())
+        }
+        Data::Component(it) => (0, it.shell.iter().cloned().collect()),
+        Data::Deployment(it) => (it.activities.len(), it.targets.clone()),
+        Data::Use | Data::Codel(_) | Data::Core(_) => return Shape::default(),
     };
-    shape.unwrap_or_default()
+    let instances = match data {
+        Data::Architecture(it) => it.instances.iter().filter_map(|it| it.component.clone()).collect(),
+        _ => Vec::new(),
+    };
+    Shape { own, included, instances }
 }
 
 struct Sizes<'db> {
     db: &'db dyn ModelDb,
     project: Project<'db>,
-    /// How much more there may be.
-    left: usize,
+    /// The size that remains until the limit.
+    remaining: usize,
     /// The features of components.
     features: FxHashMap<Decl<'db>, usize>,
 }
 
 impl<'db> Sizes<'db> {
-    /// Adds a declaration; nothing where that is too much.
+    /// Adds the size of a declaration; `None` if it exceeds the limit.
     fn add(&mut self, decl: Decl<'db>) -> Option<()> {
         match decl.kind(self.db) {
             Kind::Shell | Kind::Architecture => {
@@ -88,7 +83,7 @@ impl<'db> Sizes<'db> {
                     }
                 }
                 let activities = shape_of(self.db, decl).own.max(instances);
-                self.take(activities.saturating_mul(activities) / PAIRS_TO_ONE)?;
+                self.take(activities.saturating_mul(activities) / PAIRS_PER_UNIT)?;
             }
             _ => {}
         }
@@ -96,11 +91,11 @@ impl<'db> Sizes<'db> {
     }
 
     fn take(&mut self, size: usize) -> Option<()> {
-        self.left = self.left.checked_sub(size)?;
+        self.remaining = self.remaining.checked_sub(size)?;
         Some(())
     }
 
-    /// A shell with all that it extends, or an architecture with all that it imports.
+    /// Returns a shell with its direct and indirect bases, or an architecture with its direct and indirect imports.
     fn all_of(&mut self, decl: Decl<'db>, kind: Kind) -> Option<Vec<Decl<'db>>> {
         let mut all = vec![decl];
         let mut seen: FxHashSet<Decl<'db>> = FxHashSet::from_iter([decl]);
@@ -115,17 +110,17 @@ impl<'db> Sizes<'db> {
 
     fn resolved(&self, of: Decl<'db>, kind: Kind) -> impl Iterator<Item = Decl<'db>> + use<'db> {
         let (db, names) = (self.db, names_of(self.db, self.project));
-        shape_of(db, of).taken.iter().filter_map(move |it| names.resolve_type(db, of, kind, Some(it)).ok())
+        shape_of(db, of).included.iter().filter_map(move |it| names.resolve_type(db, of, kind, Some(it)).ok())
     }
 
-    /// How many features the component has that `of` instantiates.
+    /// Returns the number of features of a component that `of` instantiates.
     fn features(&mut self, of: Decl<'db>, component: &TypeRef) -> Option<usize> {
         let names = names_of(self.db, self.project);
         let Ok(component) = names.resolve_type(self.db, of, Kind::Component, Some(component)) else {
             return Some(0);
         };
-        if let Some(&known) = self.features.get(&component) {
-            return Some(known);
+        if let Some(&features) = self.features.get(&component) {
+            return Some(features);
         }
         let mut features = 0;
         if let Some(shell) = self.resolved(component, Kind::Shell).next() {

@@ -1,4 +1,4 @@
-//! Types: what a name of one means, what operators take and give, and which value fits where.
+//! Types: resolution of their names, types of operators, and assignability.
 
 use std::borrow::Cow;
 
@@ -15,31 +15,31 @@ use crate::values::{NoValue, Value};
 pub enum Type {
     /// `true` and `false`.
     Bool,
-    /// A number without decimals.
+    /// An integer.
     Integer(Integer),
-    /// A number with decimals, of 32 bits.
+    /// A floating-point number of 32 bits.
     Float,
-    /// A number with decimals, of 64 bits.
+    /// A floating-point number of 64 bits.
     Double,
-    /// A text.
+    /// A string.
     String,
-    /// No value at all: what a codel gives that gives nothing.
+    /// No value: the result of a codel without a result.
     Void,
     /// `no_data`, `old_data`, `new_data`.
     PortStatus,
     /// `failure`, `not_ready`, `success`.
     CallStatus,
-    /// A call of an operation that is under way: what `send` gives and a handler holds.
+    /// A call of an operation that was sent: the result of `send` and the value of a handler.
     Handle(Name),
-    /// A message of a ROS package: the package, and its name there.
+    /// A message of a ROS package: the names of the package and the message.
     Message(Name, Name),
     /// A type that `mauve.toml` declares.
     External(Name),
-    /// Nobody knows it, or why it is wrong is reported already: it fits everywhere.
+    /// An unknown type, or one with a reported error: compatible with all types.
     Unknown,
 }
 
-/// A kind of whole number.
+/// The kinds of integers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[allow(missing_docs)]
 pub enum Integer {
@@ -57,7 +57,7 @@ pub enum Integer {
 }
 
 impl Integer {
-    /// Returns its least and its greatest value.
+    /// Returns its minimum and its maximum.
     pub fn ends(self) -> (i128, i128) {
         match self {
             Integer::Char | Integer::Int8 => (i8::MIN.into(), i8::MAX.into()),
@@ -71,27 +71,26 @@ impl Integer {
         }
     }
 
-    /// Returns whether it has every value of `other`.
+    /// Returns whether it can represent every value of `other`.
     pub fn has_all_of(self, other: Integer) -> bool {
         let ((low, high), (least, greatest)) = (self.ends(), other.ends());
         low <= least && greatest <= high
     }
 
-    /// What a calculation with two kinds gives: the one that has the values of both, `int` or wider.
-    fn beside(self, other: Integer) -> Integer {
+    /// Returns the type of an arithmetic operation on both: the type that can represent the values of both, at least `int`.
+    fn common(self, other: Integer) -> Integer {
         let wider = [Integer::Int, Integer::Int64, self, other];
         let fits = wider.into_iter().find(|it| it.has_all_of(self) && it.has_all_of(other));
         fits.unwrap_or(Integer::Uint64)
     }
 
-    /// Does it have this value?
-    fn holds(self, value: i32) -> bool {
+    fn can_represent(self, value: i32) -> bool {
         let (low, high) = self.ends();
         (low..=high).contains(&value.into())
     }
 }
 
-/// What a codel or an operation takes and gives back.
+/// The signature of a codel or an operation.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub struct Signature {
     /// Its parameters.
@@ -101,7 +100,7 @@ pub struct Signature {
 }
 
 impl Signature {
-    /// Whether both take and give back the same.
+    /// Returns whether both have the same directions and types; names do not count, and unknown types equal all types.
     pub(crate) fn is(&self, other: &Signature) -> bool {
         let same = |((one, _, a), (two, _, b)): (&(Direction, Name, Type), &(Direction, Name, Type))| {
             one == two && a.is(b)
@@ -112,7 +111,7 @@ impl Signature {
     }
 }
 
-/// The type that every model knows by this name: those of the language, and the scalars of C (`ctypes`).
+/// Returns the built-in type of this name: a type of the language, or a scalar of C (`ctypes`).
 ///
 /// ```
 /// use mauve_hir::{Type, built_in_type};
@@ -122,10 +121,10 @@ impl Signature {
 /// ```
 pub fn built_in_type(name: &str) -> Option<Type> {
     let mut all = LANGUAGE_TYPES.iter().chain(&C_TYPES);
-    all.find(|(known, _)| *known == name).map(|(_, ty)| ty.clone())
+    all.find(|(built_in, _)| *built_in == name).map(|(_, ty)| ty.clone())
 }
 
-/// The names of [`built_in_type`] that are the language's own, and what they mean.
+/// The built-in types of the language, by name.
 pub static LANGUAGE_TYPES: [(&str, Type); 8] = [
     ("bool", Type::Bool),
     ("int", Type::INT),
@@ -137,7 +136,7 @@ pub static LANGUAGE_TYPES: [(&str, Type); 8] = [
     ("call_status", Type::CallStatus),
 ];
 
-/// The others: the scalars of C.
+/// The built-in scalars of C, by name.
 pub static C_TYPES: [(&str, Type); 28] = [
     ("int8", Type::Integer(Integer::Int8)),
     ("int16", Type::Integer(Integer::Short)),
@@ -173,64 +172,49 @@ impl Type {
     /// `int`
     pub const INT: Type = Type::Integer(Integer::Int);
 
-    /// Returns how a model writes the type; none where it has no name there.
+    /// Returns the name of the type in a model; `None` for a type without a name.
     pub fn written(&self) -> Option<Cow<'_, str>> {
-        Some(Cow::Borrowed(match self {
-            Type::Bool => "bool",
-            Type::Integer(integer) => match integer {
-                Integer::Int => "int",
-                Integer::Char => "char",
-                Integer::Short => "short",
-                Integer::Long => "long",
-                Integer::Int8 => "int8",
-                Integer::Int64 => "int64",
-                Integer::Uint8 => "uint8",
-                Integer::Uint16 => "uint16",
-                Integer::Uint32 => "uint32",
-                Integer::Uint64 => "uint64",
-                Integer::Size => "size_t",
-            },
-            Type::Float => "float",
-            Type::Double => "double",
-            Type::String => "string",
-            Type::Void => "void",
-            Type::Message(package, name) => return Some(Cow::Owned(format!("{package}.{name}"))),
-            Type::External(name) => name,
-            Type::PortStatus => "port_status",
-            Type::CallStatus => "call_status",
-            Type::Handle(_) | Type::Unknown => return None,
-        }))
+        match self {
+            Type::Message(package, name) => Some(Cow::Owned(format!("{package}.{name}"))),
+            Type::External(name) => Some(Cow::Borrowed(name)),
+            // Its first name in the table is `int16`.
+            Type::Integer(Integer::Short) => Some(Cow::Borrowed("short")),
+            _ => {
+                let mut all = LANGUAGE_TYPES.iter().chain(&C_TYPES);
+                all.find(|(_, ty)| ty == self).map(|(name, _)| Cow::Borrowed(*name))
+            }
+        }
     }
 
-    /// Is it a number?
+    /// Returns whether it is a numeric type.
     pub fn is_number(&self) -> bool {
         matches!(self, Type::Integer(_) | Type::Float | Type::Double)
     }
 
-    /// Returns whether it is what no operator takes: a call that is under way, or no value at all.
+    /// Returns whether no operator takes the type: a handle, or `void`.
     pub fn is_no_operand(&self) -> bool {
         matches!(self, Type::Handle(_) | Type::Void)
     }
 
-    /// Are the two the same, as far as anybody knows?
+    /// Returns whether both types are equal; an unknown type equals all types.
     pub fn is(&self, other: &Type) -> bool {
         self == other || matches!(self, Type::Unknown) || matches!(other, Type::Unknown)
     }
 
-    /// Does a value of this type, which is `constant` where that is known, fit where `wanted` is asked for? `int` becomes
-    /// decimal, and a number becomes one of a type that has all of its values; nothing else changes silently, but for
-    /// constants that the other type has as well.
-    pub fn fits(&self, constant: Option<&Value>, wanted: &Type) -> bool {
-        match (self, wanted, constant) {
+    /// Returns whether a value of this type, with the value `constant` if that is known, is assignable to `expected`. The
+    /// implicit conversions are: `int` to a floating-point type, a number to a type that can represent all its values, and a
+    /// constant to a type that can represent it.
+    pub fn fits(&self, constant: Option<&Value>, expected: &Type) -> bool {
+        match (self, expected, constant) {
             (&Type::INT, Type::Double | Type::Float, _) | (Type::Float, Type::Double, _) => true,
             (Type::Integer(one), Type::Integer(other), _) if other.has_all_of(*one) => true,
             (Type::Double, Type::Float, Some(_)) => true,
-            (&Type::INT, Type::Integer(integer), Some(Value::Int(value))) => integer.holds(*value),
-            _ => self.is(wanted),
+            (&Type::INT, Type::Integer(integer), Some(Value::Int(value))) => integer.can_represent(*value),
+            _ => self.is(expected),
         }
     }
 
-    /// What a binary operator gives; none where it does not take these.
+    /// Returns the type of a binary operation; `None` if the operator does not take the types.
     pub fn binary(&self, operator: BinaryOperator, other: &Type) -> Option<Type> {
         use BinaryOperator as Op;
         let unknown = [self, other].contains(&&Type::Unknown);
@@ -248,24 +232,24 @@ impl Type {
             Op::Add if are(|it| *it == Type::String) => {
                 Some(if unknown { Type::Unknown } else { Type::String })
             }
-            Op::Remainder => are(|it| matches!(it, Type::Integer(_))).then(|| self.joined(other)),
-            _ => are(Type::is_number).then(|| self.joined(other)),
+            Op::Remainder => are(|it| matches!(it, Type::Integer(_))).then(|| self.common(other)),
+            _ => are(Type::is_number).then(|| self.common(other)),
         }
     }
 
-    /// What a calculation with two kinds of number gives.
-    fn joined(&self, other: &Type) -> Type {
+    /// Returns the type of an arithmetic operation on two numeric types.
+    fn common(&self, other: &Type) -> Type {
         match (self, other) {
             (Type::Unknown, _) | (_, Type::Unknown) => Type::Unknown,
             (Type::Double, _) | (_, Type::Double) => Type::Double,
             (Type::Float, _) | (_, Type::Float) => Type::Float,
             (one, two) if one == two => one.clone(),
-            (Type::Integer(one), Type::Integer(two)) => Type::Integer(one.beside(*two)),
+            (Type::Integer(one), Type::Integer(two)) => Type::Integer(one.common(*two)),
             _ => Type::INT,
         }
     }
 
-    /// What a unary operator gives; none where it does not take this.
+    /// Returns the type of a unary operation; `None` if the operator does not take the type.
     pub fn unary(&self, operator: UnaryOperator) -> Option<Type> {
         match (operator, self) {
             (UnaryOperator::Not, Type::Bool | Type::Unknown) => Some(Type::Bool),
@@ -275,20 +259,20 @@ impl Type {
     }
 }
 
-/// The type of an expression, and its value where that is constant.
+/// The type of an expression, and its value if it is constant.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Typed {
     pub(crate) ty: Type,
     pub(crate) value: Option<Value>,
 }
 
-/// Why an operation gives nothing.
+/// Why an operation has no type or no value.
 pub(crate) enum Wrong {
     /// The operator does not take the operand.
     Unary(UnaryOperator, Type),
     /// The operator does not take the operands.
     Binary(BinaryOperator, [Type; 2]),
-    /// It has no value.
+    /// The constant result is undefined.
     NoValue(NoValue),
 }
 
@@ -299,7 +283,6 @@ impl Typed {
         Typed { ty, value: None }
     }
 
-    /// A literal.
     pub(crate) fn literal(literal: &Literal) -> Result<Typed, Wrong> {
         let value = Value::of_literal(literal).map_err(Wrong::NoValue)?;
         let ty = match literal {
@@ -313,7 +296,7 @@ impl Typed {
         Ok(Typed { ty, value })
     }
 
-    /// The least whole number, which has one digit more than the greatest: `operator` before `inner`, if it is that.
+    /// Returns the minimum of `int` for `-2147483648`, whose operand exceeds the maximum of `int`.
     pub(crate) fn least(operator: UnaryOperator, inner: &Expr) -> Option<Typed> {
         match (operator, inner) {
             (UnaryOperator::Minus, Expr::Literal(Literal::Int(text), _)) if *text == "2147483648" => {
@@ -323,7 +306,6 @@ impl Typed {
         }
     }
 
-    /// What a unary operator gives.
     pub(crate) fn unary(&self, operator: UnaryOperator) -> Result<Typed, Wrong> {
         let ty = self.ty.unary(operator).ok_or_else(|| Wrong::Unary(operator, self.ty.clone()))?;
         let value =
@@ -331,9 +313,8 @@ impl Typed {
         Ok(Typed { ty, value: value.flatten() })
     }
 
-    /// What a binary operator gives.
     pub(crate) fn binary(&self, operator: BinaryOperator, other: &Typed) -> Result<Typed, Wrong> {
-        let ty = self.beside(other).binary(operator, &other.beside(self));
+        let ty = self.converted_to(other).binary(operator, &other.converted_to(self));
         let ty = ty.ok_or_else(|| Wrong::Binary(operator, [self.ty.clone(), other.ty.clone()]))?;
         let divides = matches!(operator, BinaryOperator::Divide | BinaryOperator::Remainder);
         let value = match (&self.value, &other.value) {
@@ -344,8 +325,9 @@ impl Typed {
         Ok(Typed { ty, value })
     }
 
-    /// A constant beside a variable that it fits is of that variable's type: `0.5 * x` is as exact as `x`.
-    fn beside(&self, other: &Typed) -> Type {
+    /// Returns the type of `self` as an operand beside `other`. A constant beside a variable has the variable's type, if that
+    /// can represent it: the result of `0.5 * x` has the precision of `x`.
+    fn converted_to(&self, other: &Typed) -> Type {
         let is_constant = self.value.is_some() && other.value.is_none() && other.ty.is_number();
         if is_constant && self.ty.fits(self.value.as_ref(), &other.ty) {
             other.ty.clone()
@@ -355,7 +337,7 @@ impl Typed {
     }
 }
 
-/// What the name of a type, written in `of`, means.
+/// Resolves the name of a type, written in `of`; unknown if missing or unresolved.
 pub fn type_of<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -366,7 +348,7 @@ pub fn type_of<'db>(
     resolved(db, project, of.library(db).as_ref(), &ty.path).unwrap_or(Type::Unknown)
 }
 
-/// [`type_of`] for what holds a value. That none is of type `void` is reported where it is declared.
+/// Resolves the type of a variable or parameter like [`type_of`]. `void` gives the unknown type; another fact reports it.
 pub(crate) fn type_of_value<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -379,7 +361,7 @@ pub(crate) fn type_of_value<'db>(
     }
 }
 
-/// What the name of a type means in a library; nothing, where nobody knows it.
+/// Resolves the name of a type in a library.
 pub(crate) fn resolved<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -389,7 +371,7 @@ pub(crate) fn resolved<'db>(
     let workspace = project.workspace(db);
     if let [name] = path {
         if let Some(external) = external_types(db, workspace).get(name) {
-            // A type that is a number in C++ is that number here too.
+            // An external type that is a C++ scalar is the built-in type.
             let scalar =
                 built_in_type(external.cpp.trim_start_matches("std::")).filter(|ty| *ty != Type::Void);
             return Some(scalar.unwrap_or_else(|| Type::External(name.clone())));
@@ -407,7 +389,7 @@ pub(crate) fn resolved<'db>(
     Some(Type::Message(package.name.clone(), path.last()?.clone()))
 }
 
-/// Is this the name of a library of the project, of a message package, or `ctypes`?
+/// Returns whether `name` is a library of the project, a message package, or `ctypes`.
 pub(crate) fn is_known_package<'db>(db: &'db dyn ModelDb, project: Project<'db>, name: &Name) -> bool {
     name.is_empty()
         || name == "ctypes"

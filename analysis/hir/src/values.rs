@@ -1,4 +1,4 @@
-//! Constant values: what an expression without variables gives, computed as the generated C++ would.
+//! Constant values, evaluated with the semantics of the generated C++.
 
 use std::fmt;
 
@@ -15,7 +15,7 @@ pub enum Value {
     String(String),
 }
 
-// Bits rather than numbers, so that a value that is no number equals itself.
+// Compares bits, so that NaN equals itself.
 impl PartialEq for Value {
     fn eq(&self, other: &Value) -> bool {
         match (self, other) {
@@ -41,8 +41,8 @@ impl fmt::Display for Value {
     }
 }
 
-/// In bytes.
-const LONGEST_TEXT: usize = 1 << 16;
+/// The maximum length of a constant string, in bytes.
+const MAX_STRING: usize = 1 << 16;
 
 /// Why a constant expression has no value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, salsa::SalsaValue)]
@@ -50,7 +50,7 @@ const LONGEST_TEXT: usize = 1 << 16;
 pub enum NoValue {
     DivisionByZero,
     TooLarge,
-    /// An integer that is greater than the greatest.
+    /// An integer above the maximum of `int`.
     GreaterThanGreatest,
     /// A literal that is too large for a double.
     DoubleLiteralTooLarge,
@@ -59,7 +59,7 @@ pub enum NoValue {
 }
 
 impl Value {
-    /// As a number.
+    /// Returns the value as a number; `None` for other types.
     pub fn number(&self) -> Option<f64> {
         match self {
             Value::Int(value) => Some(f64::from(*value)),
@@ -68,11 +68,11 @@ impl Value {
         }
     }
 
-    /// The value of a literal; nothing for a status.
+    /// Returns the value of a literal; `None` for a status.
     ///
     /// # Errors
     ///
-    /// It is a number that is too great.
+    /// The number is out of range.
     pub fn of_literal(literal: &Literal) -> Result<Option<Value>, NoValue> {
         Ok(Some(match literal {
             Literal::Bool(value) => Value::Bool(*value),
@@ -86,11 +86,11 @@ impl Value {
         }))
     }
 
-    /// What a unary operator gives; nothing where it does not take this.
+    /// Returns the result of a unary operator; `None` if the operator does not take the type.
     ///
     /// # Errors
     ///
-    /// It has no value.
+    /// The result is undefined or out of range.
     pub fn unary(&self, operator: UnaryOperator) -> Result<Option<Value>, NoValue> {
         Ok(match (operator, self) {
             (UnaryOperator::Not, Value::Bool(value)) => Some(Value::Bool(!value)),
@@ -102,11 +102,11 @@ impl Value {
         })
     }
 
-    /// What a binary operator gives; nothing where it does not take these.
+    /// Returns the result of a binary operator; `None` if the operator does not take the types.
     ///
     /// # Errors
     ///
-    /// It has no value.
+    /// The result is undefined or out of range.
     pub fn binary(&self, operator: BinaryOperator, other: &Value) -> Result<Option<Value>, NoValue> {
         use BinaryOperator as Op;
         Ok(Some(match (self, other) {
@@ -118,22 +118,25 @@ impl Value {
                 _ => return Ok(None),
             }),
             (Value::String(a), Value::String(b)) => match operator {
-                // One that is joined with itself again and again has no end.
-                Op::Add if a.len() + b.len() > LONGEST_TEXT => return Err(NoValue::StringTooLong),
+                // Repeated concatenation grows exponentially.
+                Op::Add if a.len() + b.len() > MAX_STRING => return Err(NoValue::StringTooLong),
                 Op::Add => Value::String(format!("{a}{b}")),
                 Op::Equal => Value::Bool(a == b),
                 Op::NotEqual => Value::Bool(a != b),
                 _ => return Ok(None),
             },
-            (Value::Int(a), Value::Int(b)) => match operator {
-                Op::Divide | Op::Remainder if *b == 0 => return Err(NoValue::DivisionByZero),
-                Op::Add => Value::Int(a.checked_add(*b).ok_or(NoValue::TooLarge)?),
-                Op::Subtract => Value::Int(a.checked_sub(*b).ok_or(NoValue::TooLarge)?),
-                Op::Multiply => Value::Int(a.checked_mul(*b).ok_or(NoValue::TooLarge)?),
-                Op::Divide => Value::Int(a.checked_div(*b).ok_or(NoValue::TooLarge)?),
-                Op::Remainder => Value::Int(a.checked_rem(*b).ok_or(NoValue::TooLarge)?),
-                _ => return Ok(compared(operator, f64::from(*a), f64::from(*b))),
-            },
+            (Value::Int(a), Value::Int(b)) => {
+                let value = match operator {
+                    Op::Divide | Op::Remainder if *b == 0 => return Err(NoValue::DivisionByZero),
+                    Op::Add => a.checked_add(*b),
+                    Op::Subtract => a.checked_sub(*b),
+                    Op::Multiply => a.checked_mul(*b),
+                    Op::Divide => a.checked_div(*b),
+                    Op::Remainder => a.checked_rem(*b),
+                    _ => return Ok(compared(operator, f64::from(*a), f64::from(*b))),
+                };
+                Value::Int(value.ok_or(NoValue::TooLarge)?)
+            }
             _ => {
                 let (Some(a), Some(b)) = (self.number(), other.number()) else { return Ok(None) };
                 let value = match operator {
@@ -151,10 +154,8 @@ impl Value {
             }
         }))
     }
-}
 
-impl Value {
-    /// As it is written in a model.
+    /// Returns the value as written in a model.
     pub fn text(&self) -> String {
         match self {
             Value::Double(value) => format!("{value:?}"),
@@ -175,7 +176,7 @@ fn compared(operator: BinaryOperator, a: f64, b: f64) -> Option<Value> {
     }))
 }
 
-/// INT, decimal or `0x…`, of 32 bits.
+/// Parses an integer, decimal or `0x…`; `None` if it exceeds 32 bits.
 pub fn whole_number(text: &str) -> Option<i32> {
     let number = match text.strip_prefix("0x").or(text.strip_prefix("0X")) {
         Some(digits) => i64::from_str_radix(digits, 16),
@@ -190,7 +191,7 @@ mod tests {
     use BinaryOperator as Op;
 
     #[test]
-    fn whole_numbers_are_those_of_cpp() {
+    fn integers_have_the_semantics_of_cpp() {
         let int = Value::Int;
         assert_eq!(int(7).binary(Op::Divide, &int(-2)), Ok(Some(int(-3))));
         assert_eq!(int(7).binary(Op::Remainder, &int(-2)), Ok(Some(int(1))));
@@ -205,11 +206,11 @@ mod tests {
     }
 
     #[test]
-    fn texts_are_joined_up_to_a_limit() {
+    fn strings_are_concatenated_up_to_a_limit() {
         let text = |text: &str| Value::String(text.to_owned());
         assert_eq!(text("/dev").binary(Op::Add, &text("/tty0")), Ok(Some(text("/dev/tty0"))));
-        let half = text(&"a".repeat(LONGEST_TEXT / 2));
-        let whole = half.binary(Op::Add, &half).unwrap().unwrap();
-        assert_eq!(whole.binary(Op::Add, &text("a")), Err(NoValue::StringTooLong));
+        let half = text(&"a".repeat(MAX_STRING / 2));
+        let longest = half.binary(Op::Add, &half).unwrap().unwrap();
+        assert_eq!(longest.binary(Op::Add, &text("a")), Err(NoValue::StringTooLong));
     }
 }
