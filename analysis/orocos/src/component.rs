@@ -26,7 +26,8 @@ mod source;
 use std::cell::Cell;
 
 use mauve_hir::item_tree::{
-    Core, Direction, Expr, Feature, FeatureKind, HookKind, Parameter, Program, SourceId, Statement, Variable,
+    Core, Direction, Expr, Feature, FeatureKind, HookKind, Name, Parameter, Program, SourceId, Statement,
+    Variable,
 };
 use mauve_hir::{
     Binding, Builtin, Callee, CoreInference, Decl, Integer, Location, ModelDb, ProgramId, Project, Type,
@@ -36,11 +37,11 @@ use mauve_hir::{
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::cpp_name::CppNames;
-use crate::cpp_type::{cpp_type, operation_parameter_type};
+use crate::cpp_type::{cpp_type, is_large, operation_parameter_type};
 use crate::escape::comment;
-use crate::library::{Libraries, Library};
+use crate::library::{Libraries, Library, in_order};
 use crate::origin::origin;
-use crate::package::{GeneratedFile, Owner};
+use crate::package::GeneratedFile;
 
 pub(crate) use source::ports_of_introspection;
 
@@ -55,17 +56,13 @@ pub(crate) fn component_files<'db>(
         Class::new(Model { db, project, libraries }, library, *component, name)
     });
     let files = classes.flat_map(|class| {
-        let file = |end: &str, text| GeneratedFile {
-            path: format!("{0}/{0}-component.{end}", class.name),
-            text,
-            owner: Owner::Generator,
-        };
-        [file("hpp", header::text(&class)), file("cpp", source::text(&class))]
+        [("hpp", header::text(&class)), ("cpp", source::text(&class))].map(|(extension, text)| {
+            GeneratedFile::generated(format!("{0}/{0}-component.{extension}", class.name), text)
+        })
     });
     files.collect()
 }
 
-/// Where all of this is read.
 #[derive(Clone, Copy)]
 struct Model<'a, 'db> {
     db: &'db dyn ModelDb,
@@ -73,7 +70,14 @@ struct Model<'a, 'db> {
     libraries: &'a Libraries<'db>,
 }
 
-/// A component as a class: what it has, and how that is called in C++.
+impl<'db> Model<'_, 'db> {
+    /// Returns the directions and types of parameters that are declared in `of`.
+    fn parameters(&self, of: Decl<'db>, all: &[Parameter]) -> Vec<(Direction, Type)> {
+        all.iter().map(|it| (it.direction, type_of(self.db, self.project, of, it.ty.as_ref()))).collect()
+    }
+}
+
+/// A component as a class, with the names that its features and variables have in C++.
 struct Class<'a, 'db> {
     model: Model<'a, 'db>,
     library: &'a Library<'db>,
@@ -81,36 +85,29 @@ struct Class<'a, 'db> {
     core: Decl<'db>,
     data: &'db Core,
     inference: CoreInference<'db>,
-    /// Its name.
     name: String,
-    /// The shells, those that others extend first, each with its features in the order of the text.
-    shells: Vec<(Decl<'db>, Vec<Member<'db>>)>,
-    /// The variables and handlers of the core, and those of its machine, by their names in C++.
+    /// The features, those of extended shells first.
+    members: Vec<Member<'db>>,
+    /// The names of the variables and handlers of the core and of its machine.
     variables: FxHashMap<VariableId, String>,
-    /// What the components that execute required operations write their `out` and `inout` parameters to.
-    slots: Vec<Slot<'db>>,
-    /// The last calls of required operations with `inout` parameters.
-    last_calls: Vec<LastCall<'db>>,
-    /// What it executes.
+    sent: Vec<SentOperation<'db>>,
     programs: Vec<Routine<'db>>,
     by_id: FxHashMap<ProgramId, usize>,
-    /// The state machine, if it has one.
     machine: Option<Machine>,
-    /// Has it ports that show its state and its execution times?
+    /// Whether ports show its state and its execution times.
     introspection: bool,
     /// The output ports whose values vary in size, each with a variable of the core that is written to it.
     samples: Vec<(String, VariableId)>,
     /// The parameter of the constructor.
     instance: String,
-    /// Variables that something reads, or gets a reference to.
+    /// Variables that a program reads, or passes by reference.
     read: FxHashSet<VariableId>,
-    /// Variables that are named at all.
+    /// Variables that a program names.
     named: FxHashSet<VariableId>,
-    /// Variables by where they are declared.
     by_source: FxHashMap<SourceId, VariableId>,
     /// All names that are taken in the class.
     names: CppNames,
-    /// Is there a condition in it that is always true, or never?
+    /// Whether a condition is always true, or never.
     is_obvious: Cell<bool>,
 }
 
@@ -119,45 +116,48 @@ struct Member<'db> {
     shell: Decl<'db>,
     index: usize,
     data: &'db Feature,
-    /// Its name in C++: that of what programs read.
     name: String,
-    /// What is read there; of an operation, what it gives.
+    /// The type of its value; of an operation, that of the result.
     ty: Type,
     /// Of a constant: the property that it is frozen from.
     property: Option<String>,
-    /// Of an input port: what its last `read` gave, where a program asks for that.
+    /// Of an input port: the variable for the result of its last `read`, where a program asks for that.
     status: Option<String>,
-    /// Of an operation: which way its parameters go, and what they are.
+    /// Of an operation.
     parameters: Vec<(Direction, Type)>,
-    /// Of a property or a constant: the value that it has unless it is given another.
+    /// Of a property or a constant: its default.
     value: Option<Value>,
 }
 
-/// Where the values of an operation that is executed elsewhere come back to: as long as it may be under way, it is there.
-///
-/// Of two calls with the same slots, the owner writes those of the second one after all of the first one: it executes what it
-/// is sent in order. Nothing reads them before the second one has ended, as its handle has taken the place of the first one's.
-/// What goes in by an `inout` parameter is written here: see [`LastCall`].
-struct Slot<'db> {
-    /// The handler of the call, by its number in the typing; nothing where its result is dropped.
-    handler: Option<VariableId>,
-    shell: Decl<'db>,
-    index: usize,
-    parameter: usize,
-    ty: Type,
-    name: String,
+impl Member<'_> {
+    /// Returns the name of the property that scripts set.
+    fn property(&self) -> &str {
+        self.property.as_ref().unwrap_or(&self.name)
+    }
 }
 
-/// The last call that has the slots of an `inout` parameter. While it is under way, its owner may read and write them, so
-/// that nothing else is sent with them. No handler tells that: it may be set anew, and there may be none.
-struct LastCall<'db> {
-    /// As of a [`Slot`].
+/// A required operation that a program sends, with one handler or without any.
+struct SentOperation<'db> {
+    /// `None` where the result is dropped.
     handler: Option<VariableId>,
     shell: Decl<'db>,
     index: usize,
-    /// Its handle.
-    name: String,
-    /// Tells whether it is under way.
+    /// The variables that the owner of the operation writes its `out` and `inout` parameters to, with the numbers of these
+    /// parameters. They live as long as a call may be under way.
+    ///
+    /// Of two calls with the same slots, the owner writes those of the second one after all of the first one, since it
+    /// executes calls in order. Nothing reads them before the second one has ended, as its handle has replaced the first
+    /// one's.
+    slots: Vec<(usize, Type, String)>,
+    /// Where there are `inout` parameters.
+    last_call: Option<LastCall>,
+}
+
+/// The last call with the slots of an `inout` parameter. While it is under way, its owner may read and write them, so
+/// that no other call is sent with them. No handler shows that: it may be set anew, and there may be none.
+struct LastCall {
+    handle: String,
+    /// The function that returns whether it is under way.
     is_under_way: String,
 }
 
@@ -167,39 +167,34 @@ struct Machine {
     states: String,
     /// Its values, in the order of the states.
     values: Vec<String>,
-    /// The state that the machine is in.
+    /// The variable that holds the current state.
     current: String,
-    /// The function that shows it, where there is a port for it.
+    /// The function that writes it to its port, where there is one.
     show: Option<String>,
     initial: usize,
 }
 
 /// A program as a member function.
 struct Routine<'db> {
-    /// Its name in C++.
     function: String,
-    /// Of an operation of the shell: the function that others call it by.
+    /// Of an operation of the shell: the function that others call.
     called: Option<String>,
-    /// What it is in the model.
     program: ProgramId,
-    /// Where it stands there.
     at: SourceId,
-    /// What it gives.
-    gives: Type,
+    result: Type,
     parameters: &'db [Parameter],
     body: Body<'db>,
 }
 
-/// A parameter of an operation of one's own.
 struct CppParameter {
-    /// The variable, where something uses it.
+    /// `None` where no program uses it.
     index: Option<VariableId>,
     name: String,
-    /// With its type.
+    /// Its type and, where a program uses it, its name.
     declared: String,
-    /// The same, also where nothing uses it.
+    /// Its type and its name.
     named: String,
-    /// Is it a text, a message, or a type of the user's?
+    /// Whether a copy of it may be expensive.
     is_large: bool,
 }
 
@@ -236,10 +231,9 @@ impl<'a, 'db> Class<'a, 'db> {
             data,
             inference: inference_of_core(db, project, of),
             name: name.to_owned(),
-            shells: Vec::new(),
+            members: Vec::new(),
             variables: FxHashMap::default(),
-            slots: Vec::new(),
-            last_calls: Vec::new(),
+            sent: Vec::new(),
             programs: Vec::new(),
             by_id: FxHashMap::default(),
             machine: None,
@@ -262,33 +256,22 @@ impl<'a, 'db> Class<'a, 'db> {
 
     fn features(&mut self, shell: Decl<'db>) {
         let Model { db, project, .. } = self.model;
-        let features = features_of(db, project, shell);
         let values = values_of_shell(db, project, shell);
-        for &shell in features.shells.iter().rev() {
-            let own = features.by_name.values().flatten().filter(|feature| feature.shell == shell);
-            let mut own: Vec<_> = own.filter_map(|feature| Some((feature, feature.data(db)?))).collect();
-            own.sort_by_key(|(feature, _)| feature.index);
-            let members = own.into_iter().map(|(feature, data)| {
-                let ty = |ty| type_of(db, project, shell, ty);
-                let name = self.names.declare(&data.name.name);
-                let parameters =
-                    data.parameters.iter().map(|it| (it.direction, ty(it.ty.as_ref()))).collect();
-                Member {
-                    shell,
-                    index: feature.index,
-                    data,
-                    name,
-                    ty: ty(data.ty.as_ref()),
-                    property: None,
-                    status: None,
-                    parameters,
-                    value: values.get(&data.name.name).cloned(),
-                }
+        for feature in in_order(features_of(db, project, shell)) {
+            let Some(data) = feature.data(db) else { continue };
+            self.members.push(Member {
+                shell: feature.shell,
+                index: feature.index,
+                data,
+                name: self.names.declare(&data.name.name),
+                ty: type_of(db, project, feature.shell, data.ty.as_ref()),
+                property: None,
+                status: None,
+                parameters: self.model.parameters(feature.shell, &data.parameters),
+                value: values.get(&data.name.name).cloned(),
             });
-            let members = members.collect();
-            self.shells.push((shell, members));
         }
-        for member in self.shells.iter_mut().flat_map(|(_, members)| members) {
+        for member in &mut self.members {
             if member.data.kind == FeatureKind::Constant {
                 member.property = Some(self.names.declare(&format!("{}_property", member.data.name.name)));
             }
@@ -304,142 +287,136 @@ impl<'a, 'db> Class<'a, 'db> {
         }
     }
 
-    /// What programs ask for: names, the statuses of ports, places for what operations give.
+    /// Collects what programs use: variables, the statuses of ports, values that vary in size, required operations.
     fn uses(&mut self) {
-        let mut targets: FxHashSet<SourceId> = FxHashSet::default();
-        let mut statuses: FxHashSet<(Decl<'db>, usize)> = FxHashSet::default();
-        let mut sent: FxHashSet<VariableId> = FxHashSet::default();
-        let mut dropped: Vec<(Decl<'db>, usize)> = Vec::new();
-        let (data, inference) = (self.data, &self.inference);
-        let feature = |id: &SourceId| match inference.binding(*id) {
-            Some(Binding::Feature(shell, index)) => Some((shell, index)),
+        let assigned = self.data.statements().filter_map(|statement| match statement {
+            Statement::Assign(target, _) => Some(target.id),
             _ => None,
-        };
-        for statement in data.statements() {
-            match statement {
-                Statement::Assign(target, value) => {
-                    targets.insert(target.id);
-                    if let Expr::Call { callee, .. } = value
-                        && inference.callee(callee.id) == Some(Callee::Builtin(Builtin::Send))
-                        && let Some(handler) = inference.variable_at(target.id)
-                    {
-                        sent.insert(handler);
-                    }
-                }
-                Statement::Expr(Expr::Call { callee, arguments, .. })
-                    if inference.callee(callee.id) == Some(Callee::Builtin(Builtin::Send)) =>
-                {
-                    dropped.extend(arguments.first().and_then(Expr::id).as_ref().and_then(feature));
-                }
-                _ => {}
-            }
-        }
-        for expr in data.expressions().flat_map(Expr::descendants) {
-            if let Expr::Call { callee, arguments, .. } = expr
-                && inference.callee(callee.id) == Some(Callee::Builtin(Builtin::Status))
-            {
-                statuses.extend(arguments.first().and_then(Expr::id).as_ref().and_then(feature));
-            }
-        }
-        for (id, binding) in inference.bindings() {
+        });
+        let assigned: FxHashSet<SourceId> = assigned.collect();
+        for (id, binding) in self.inference.bindings() {
             if let Binding::Variable(variable) = binding {
                 self.named.insert(variable);
-                if !targets.contains(&id) {
+                if !assigned.contains(&id) {
                     self.read.insert(variable);
                 }
             }
         }
-        for member in self.shells.iter_mut().flat_map(|(_, members)| members) {
+        let statuses = self.calls_of(Builtin::Status).filter_map(|it| self.feature_in(it));
+        let statuses: FxHashSet<(Decl<'db>, usize)> = statuses.collect();
+        for member in &mut self.members {
             if statuses.contains(&(member.shell, member.index)) {
                 member.status = Some(self.names.declare(&format!("{}_status", member.data.name.name)));
             }
         }
-        let mut samples: Vec<(String, VariableId)> = Vec::new();
-        for expr in data.expressions().flat_map(Expr::descendants) {
-            if let Expr::Call { callee, arguments, .. } = expr
-                && inference.callee(callee.id) == Some(Callee::Builtin(Builtin::Write))
-                && let [port, value] = arguments.as_slice()
-                && let Some((shell, index)) = port.id().as_ref().and_then(feature)
-                && let Some(member) = self.member(shell, index)
-                && matches!(member.ty, Type::String | Type::Message(..))
-                && let Some(variable) = value.id().and_then(|it| inference.variable_at(it))
-                && inference.variable(variable).is_some_and(|it| it.kind == VariableKind::Core)
-            {
-                samples.push((member.name.clone(), variable));
+        self.samples = self.calls_of(Builtin::Write).filter_map(|it| self.sample(it)).collect();
+        self.samples.sort();
+        self.samples.dedup_by(|second, first| second.0 == first.0);
+        self.sent_operations();
+    }
+
+    /// Returns the arguments of every call of a built-in function.
+    fn calls_of(&self, function: Builtin) -> impl Iterator<Item = &'db [Expr]> {
+        let expressions = self.data.expressions().flat_map(Expr::descendants);
+        expressions.filter_map(move |expr| self.arguments_of(function, expr))
+    }
+
+    /// Returns the arguments of a call of a built-in function.
+    fn arguments_of(&self, function: Builtin, expr: &'db Expr) -> Option<&'db [Expr]> {
+        match expr {
+            Expr::Call { callee, arguments, .. } => {
+                let is_called = self.inference.callee(callee.id) == Some(Callee::Builtin(function));
+                is_called.then_some(arguments.as_slice())
+            }
+            _ => None,
+        }
+    }
+
+    /// Returns the feature that the first argument of a built-in function names.
+    fn feature_in(&self, arguments: &[Expr]) -> Option<(Decl<'db>, usize)> {
+        match self.inference.binding(arguments.first()?.id()?)? {
+            Binding::Feature(shell, index) => Some((shell, index)),
+            Binding::Variable(_) => None,
+        }
+    }
+
+    /// Likewise, as a member.
+    fn member_in(&self, arguments: &[Expr]) -> Option<&Member<'db>> {
+        let (shell, index) = self.feature_in(arguments)?;
+        self.member(shell, index)
+    }
+
+    /// Returns the port and the variable of the core of `write(port, variable)`, where its values vary in size.
+    fn sample(&self, arguments: &[Expr]) -> Option<(String, VariableId)> {
+        let [_, value] = arguments else { return None };
+        let member = self.member_in(arguments)?;
+        let variable = self.inference.variable_at(value.id()?)?;
+        let is_core = self.inference.variable(variable)?.kind == VariableKind::Core;
+        let varies = matches!(member.ty, Type::String | Type::Message(..));
+        (is_core && varies).then(|| (member.name.clone(), variable))
+    }
+
+    fn sent_operations(&mut self) {
+        let mut handlers: FxHashSet<VariableId> = FxHashSet::default();
+        let mut dropped: Vec<&Member<'db>> = Vec::new();
+        for statement in self.data.statements() {
+            match statement {
+                Statement::Assign(target, value) if self.arguments_of(Builtin::Send, value).is_some() => {
+                    handlers.extend(self.inference.variable_at(target.id));
+                }
+                Statement::Expr(value) => {
+                    let arguments = self.arguments_of(Builtin::Send, value);
+                    let member = arguments.and_then(|it| self.member_in(it));
+                    let is_new = |it: &&Member<'db>| !dropped.iter().any(|other| std::ptr::eq(*it, *other));
+                    dropped.extend(member.filter(is_new));
+                }
+                _ => {}
             }
         }
-        samples.sort();
-        samples.dedup_by(|second, first| second.0 == first.0);
-        self.samples = samples;
-        let mut slots = Vec::new();
-        for (id, variable) in inference.variables() {
-            let Type::Handle(operation) = &variable.ty else { continue };
-            if !sent.contains(&id) {
-                continue;
-            }
-            let member = self.members().find(|it| it.data.name.name == *operation);
-            slots.extend(member.map(|member| (Some(id), member, &variable.name.name)));
-        }
-        for (shell, index) in dropped {
-            let is_there = slots
-                .iter()
-                .any(|(handler, it, _)| handler.is_none() && (it.shell, it.index) == (shell, index));
-            let member = self.member(shell, index).filter(|_| !is_there);
-            slots.extend(member.map(|member| (None, member, &member.data.name.name)));
-        }
+        let handled = self.inference.variables().filter(|(id, _)| handlers.contains(id));
+        let handled = handled.filter_map(|(id, variable)| {
+            Some((Some(id), self.member_of_handle(&variable.ty)?, &variable.name.name))
+        });
+        let dropped = dropped.into_iter().map(|member| (None, member, &member.data.name.name));
         let mut names = self.names.clone();
-        let goes_both_ways = |member: &Member<'db>| {
-            member.parameters.iter().any(|(direction, _)| *direction == Direction::InOut)
-        };
-        let last_calls = slots.iter().filter(|(_, member, _)| goes_both_ways(member));
-        let last_calls = last_calls.map(|(handler, member, name)| LastCall {
-            handler: *handler,
-            shell: member.shell,
-            index: member.index,
-            name: names.declare(&format!("{name}_last_call")),
-            is_under_way: names.declare(&format!("is_{name}_under_way")),
-        });
-        let last_calls: Vec<_> = last_calls.collect();
-        let slots = slots.into_iter().flat_map(|(handler, member, name)| {
+        let mut sent = Vec::new();
+        for (handler, member, name) in handled.chain(dropped) {
+            let goes_both_ways =
+                member.parameters.iter().any(|(direction, _)| *direction == Direction::InOut);
+            let last_call = goes_both_ways.then(|| LastCall {
+                handle: names.declare(&format!("{name}_last_call")),
+                is_under_way: names.declare(&format!("is_{name}_under_way")),
+            });
+            let (shell, index) = (member.shell, member.index);
+            let operation = SentOperation { handler, shell, index, slots: Vec::new(), last_call };
+            sent.push((operation, member, name));
+        }
+        for (operation, member, name) in &mut sent {
             let parameters = member.parameters.iter().zip(&member.data.parameters).enumerate();
-            let back = parameters.filter(|(_, ((direction, _), _))| *direction != Direction::In);
-            back.map(move |(parameter, ((_, ty), data))| {
-                let wanted = format!("{name}_{}", data.name.name);
-                (
-                    Slot {
-                        handler,
-                        shell: member.shell,
-                        index: member.index,
-                        parameter,
-                        ty: ty.clone(),
-                        name: String::new(),
-                    },
-                    wanted,
-                )
-            })
-        });
-        let slots: Vec<_> = slots.collect();
-        let slots = slots.into_iter().map(|(slot, wanted)| Slot { name: names.declare(&wanted), ..slot });
-        self.slots = slots.collect();
-        self.last_calls = last_calls;
+            let results = parameters.filter(|(_, ((direction, _), _))| *direction != Direction::In);
+            operation.slots.extend(results.map(|(number, ((_, ty), data))| {
+                (number, ty.clone(), names.declare(&format!("{name}_{}", data.name.name)))
+            }));
+        }
+        self.sent = sent.into_iter().map(|(operation, ..)| operation).collect();
         self.names = names;
     }
 
     fn programs(&mut self) {
         let data = self.data;
         for hook in &data.hooks {
-            let gives = match hook.kind {
+            let result = match hook.kind {
                 HookKind::Configure | HookKind::Start => Type::Bool,
                 HookKind::Update | HookKind::Stop | HookKind::Cleanup => Type::Void,
             };
-            self.routine(ProgramId::Hook(hook.kind), hook.id, gives, Body::Program(&hook.program));
+            self.routine(ProgramId::Hook(hook.kind), hook.id, result, Body::Program(&hook.program));
         }
         for operation in &data.operations {
             let name = &operation.name.name;
-            let declared = self.members().find(|it| it.data.name.name == *name);
+            let declared = self.named_member(name);
             // It has the name of the feature.
             let function = declared.map(|member| member.name.clone());
-            let gives = match (&operation.result, declared) {
+            let result = match (&operation.result, declared) {
                 (None, Some(member)) => member.ty.clone(),
                 (result, _) => type_of(self.model.db, self.model.project, self.core, result.as_ref()),
             };
@@ -450,7 +427,7 @@ impl<'a, 'db> Class<'a, 'db> {
                 called,
                 program: ProgramId::Operation(name.clone()),
                 at: operation.name.id,
-                gives,
+                result,
                 parameters: &operation.parameters,
                 body: Body::Program(&operation.program),
             });
@@ -484,7 +461,7 @@ impl<'a, 'db> Class<'a, 'db> {
         });
     }
 
-    fn routine(&mut self, program: ProgramId, at: SourceId, gives: Type, body: Body<'db>) {
+    fn routine(&mut self, program: ProgramId, at: SourceId, result: Type, body: Body<'db>) {
         let function = self.names.declare(&match &program {
             ProgramId::Hook(kind) => format!("{}_program", kind.keyword()),
             ProgramId::Operation(name) => name.to_string(),
@@ -492,7 +469,7 @@ impl<'a, 'db> Class<'a, 'db> {
             ProgramId::Guard { state, transition } => format!("guard_{state}_{transition}"),
             ProgramId::Effect { state, transition } => format!("effect_{state}_{transition}"),
         });
-        self.add(Routine { function, called: None, program, at, gives, parameters: &[], body });
+        self.add(Routine { function, called: None, program, at, result, parameters: &[], body });
     }
 
     fn add(&mut self, routine: Routine<'db>) {
@@ -500,15 +477,20 @@ impl<'a, 'db> Class<'a, 'db> {
         self.programs.push(routine);
     }
 
-    // What is asked of it.
-
-    /// All features.
-    fn members(&self) -> impl Iterator<Item = &Member<'db>> {
-        self.shells.iter().flat_map(|(_, members)| members)
+    fn member(&self, shell: Decl<'db>, index: usize) -> Option<&Member<'db>> {
+        self.members.iter().find(|member| member.shell == shell && member.index == index)
     }
 
-    fn member(&self, shell: Decl<'db>, index: usize) -> Option<&Member<'db>> {
-        self.members().find(|member| member.shell == shell && member.index == index)
+    fn named_member(&self, name: &Name) -> Option<&Member<'db>> {
+        self.members.iter().find(|member| member.data.name.name == *name)
+    }
+
+    /// Returns the operation that handles of this type are for.
+    fn member_of_handle(&self, ty: &Type) -> Option<&Member<'db>> {
+        match ty {
+            Type::Handle(operation) => self.named_member(operation),
+            _ => None,
+        }
     }
 
     /// Notes that a condition may be always true, or never.
@@ -516,17 +498,11 @@ impl<'a, 'db> Class<'a, 'db> {
         self.is_obvious.set(self.is_obvious.get() || is_obvious);
     }
 
-    /// What a property is called in C++ where scripts set it: that which a constant is frozen from.
-    fn property<'m>(&self, member: &'m Member<'db>) -> &'m str {
-        member.property.as_ref().unwrap_or(&member.name)
-    }
-
     /// The properties and constants that scripts can only set from a text.
     fn set_from_text(&self) -> Vec<&Member<'db>> {
-        self.members().filter(|it| it.data.kind.is_value() && is_set_from_text(&it.ty)).collect()
+        self.members.iter().filter(|it| it.data.kind.is_value() && is_set_from_text(&it.ty)).collect()
     }
 
-    /// A program, if it is there.
     fn program(&self, id: &ProgramId) -> Option<&Routine<'db>> {
         self.by_id.get(id).and_then(|index| self.programs.get(*index))
     }
@@ -535,9 +511,9 @@ impl<'a, 'db> Class<'a, 'db> {
     fn cpp(&self, ty: &Type) -> String {
         let Model { db, project, .. } = self.model;
         match ty {
-            Type::Handle(operation) => {
-                let member = self.members().find(|it| it.data.name.name == *operation);
-                format!("RTT::SendHandle<{}>", member.map_or_else(String::new, |it| self.signature(it)))
+            Type::Handle(_) => {
+                let signature = self.member_of_handle(ty).map(|it| self.signature(it));
+                format!("RTT::SendHandle<{}>", signature.unwrap_or_default())
             }
             ty => cpp_type(db, project.workspace(db), ty).unwrap_or_else(|| "void*".to_owned()),
         }
@@ -551,40 +527,32 @@ impl<'a, 'db> Class<'a, 'db> {
         format!("{}({})", self.cpp(&operation.ty), parameters.join(", "))
     }
 
-    /// A program's parameters, whose names are then taken.
+    /// Returns the parameters of a program, and declares their names.
     fn parameters(&self, of: &Routine<'db>, names: &mut CppNames) -> Vec<CppParameter> {
-        let Model { db, project, .. } = self.model;
-        let mut parameter = |it: &Parameter| {
-            let ty = type_of(db, project, self.core, it.ty.as_ref());
-            let cpp = operation_parameter_type(&self.cpp(&ty), it.direction);
+        let types = self.model.parameters(self.core, of.parameters);
+        let parameter = |(it, (direction, ty)): (&Parameter, (Direction, Type))| {
+            let cpp = operation_parameter_type(&self.cpp(&ty), direction);
             let index = self.variable_at(it.name.id).filter(|index| self.named.contains(index));
             let name = names.declare(&it.name.name);
-            // Compilers warn of those that nothing uses.
             let named = format!("{cpp} {name}");
+            // Compilers warn of those that nothing uses.
             let declared = if index.is_some() { named.clone() } else { format!("{cpp} /*{name}*/") };
-            let is_large = matches!(ty, Type::String | Type::Message(..) | Type::External(_));
-            CppParameter { index, name, declared, named, is_large }
+            CppParameter { index, name, declared, named, is_large: is_large(&ty) }
         };
-        of.parameters.iter().map(&mut parameter).collect()
+        of.parameters.iter().zip(types).map(parameter).collect()
     }
 
-    /// The variable that is declared there.
     fn variable_at(&self, id: SourceId) -> Option<VariableId> {
         self.by_source.get(&id).copied()
     }
 
-    /// Its name in tables and traces: `motion.Guidance`.
-    fn qualified(&self) -> String {
-        self.component.qualified(self.model.db)
-    }
-
-    /// Where something stands: `components/guidance.mal:25`.
+    /// Returns a location as comments show it: `components/guidance.mal:25`.
     fn at(&self, of: Decl<'db>, id: SourceId) -> String {
         let Model { db, project, .. } = self.model;
         origin(db, project.workspace(db), &Location::Source(of, id))
     }
 
-    /// What stands there in the model.
+    /// Returns the text of the model at a location.
     fn source(&self, of: Decl<'db>, id: SourceId) -> String {
         let db = self.model.db;
         let range = Location::Source(of, id).range(db);
@@ -611,7 +579,7 @@ impl<'a, 'db> Class<'a, 'db> {
     }
 }
 
-/// Do RTT's scripts not know how to set a property of this type? They know no other whole numbers than `int` and `uint`.
+/// Returns whether RTT's scripts cannot set a property of this type: the only integers they know are `int` and `uint`.
 pub(crate) fn is_set_from_text(ty: &Type) -> bool {
     matches!(ty, Type::Integer(integer) if !matches!(integer, Integer::Int | Integer::Uint32))
 }

@@ -42,20 +42,16 @@ pub(crate) fn integer_type(integer: Integer) -> &'static str {
     }
 }
 
-/// Does C++ copy it without a thought? Others go by reference.
-fn is_small(ty: &Type) -> bool {
-    matches!(
-        ty,
-        Type::Bool | Type::Integer(_) | Type::Float | Type::Double | Type::PortStatus | Type::CallStatus
-    )
+/// Returns whether copies of such a value may be expensive.
+pub(crate) fn is_large(ty: &Type) -> bool {
+    matches!(ty, Type::String | Type::Message(..) | Type::External(_))
 }
 
-/// The type of a parameter: `in` by value, or as a reference to what nobody changes; `out` and `inout` as a reference.
+/// The type of a parameter: `in` by value, or as a constant reference where it is large; `out` and `inout` as a reference.
 pub(crate) fn parameter_type(cpp: &str, ty: &Type, direction: Direction) -> String {
     match direction {
-        Direction::In if is_small(ty) || cpp.ends_with('*') => cpp.to_owned(),
-        Direction::In => format!("const {cpp}&"),
-        Direction::Out | Direction::InOut => format!("{cpp}&"),
+        Direction::In if is_large(ty) && !cpp.ends_with('*') => format!("const {cpp}&"),
+        _ => operation_parameter_type(cpp, direction),
     }
 }
 
@@ -80,21 +76,22 @@ pub(crate) struct Headers {
 impl Headers {
     /// Adds those of a type.
     pub(crate) fn add(&mut self, db: &dyn ModelDb, workspace: Workspace, ty: &Type) {
-        match ty {
-            Type::Integer(Integer::Size) => drop(self.paths.insert("cstddef".to_owned())),
-            Type::Integer(_) => drop(self.paths.insert("cstdint".to_owned())),
-            Type::String => drop(self.paths.insert("string".to_owned())),
-            Type::PortStatus => drop(self.paths.insert("rtt/FlowStatus.hpp".to_owned())),
-            Type::CallStatus => drop(self.paths.insert("rtt/SendStatus.hpp".to_owned())),
+        let path = match ty {
+            Type::Integer(Integer::Size) => "cstddef".to_owned(),
+            Type::Integer(_) => "cstdint".to_owned(),
+            Type::String => "string".to_owned(),
+            Type::PortStatus => "rtt/FlowStatus.hpp".to_owned(),
+            Type::CallStatus => "rtt/SendStatus.hpp".to_owned(),
             Type::Message(package, name) => {
-                self.paths.insert(format!("{package}/{name}.h"));
                 self.packages.insert(package.clone());
+                format!("{package}/{name}.h")
             }
             Type::External(name) => {
                 let external = external_types(db, workspace).get(name);
-                self.paths.extend(external.and_then(|it| it.header.clone()));
+                return self.paths.extend(external.and_then(|it| it.header.clone()));
             }
-            Type::Bool | Type::Float | Type::Double | Type::Void | Type::Handle(_) | Type::Unknown => {}
-        }
+            Type::Bool | Type::Float | Type::Double | Type::Void | Type::Handle(_) | Type::Unknown => return,
+        };
+        self.paths.insert(path);
     }
 }

@@ -5,9 +5,9 @@ use std::collections::BTreeSet;
 use mauve_diagnostics::{Severity, cpu_names, diagnostics_of_file, project_diagnostics};
 use mauve_hir::item_tree::{FeatureKind, Kind, Name, TypeRef};
 use mauve_hir::{
-    Callee, Decl, Location, ModelDb, Project, Type, catalogue, codel, component, config_file, config_of,
-    core, core_of, deployment, external_types, features_of, flat_of, inference_of_core, names_of, shell_of,
-    type_of,
+    Callee, Decl, FeatureOf, Features, Location, ModelDb, Project, Type, catalogue, codel, component,
+    config_file, config_of, core, core_of, deployment, external_types, features_of, flat_of,
+    inference_of_core, names_of, shell_of, type_of,
 };
 use mauve_syntax::keywords::ActivityField;
 use mauve_wcrt::mask;
@@ -384,6 +384,13 @@ impl<'db> Reader<'db> {
             self.report(message, at);
         }
     }
+}
+
+/// Returns the features of a shell in the order of the text, those of the shells that it extends first.
+pub(crate) fn in_order<'f, 'db>(features: &'f Features<'db>) -> Vec<&'f FeatureOf<'db>> {
+    let mut all: Vec<&FeatureOf<'db>> = features.by_name.values().flatten().collect();
+    all.sort_by_cached_key(|it| (features.shells.iter().rev().position(|of| *of == it.shell), it.index));
+    all
 }
 
 fn component_is_broken(db: &dyn ModelDb, of: Decl<'_>) -> bool {

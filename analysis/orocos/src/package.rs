@@ -31,6 +31,13 @@ pub struct GeneratedFile {
     pub owner: Owner,
 }
 
+impl GeneratedFile {
+    /// A file of the generator.
+    pub(crate) fn generated(path: String, text: String) -> GeneratedFile {
+        GeneratedFile { path, text, owner: Owner::Generator }
+    }
+}
+
 /// Whose a file is.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Owner {

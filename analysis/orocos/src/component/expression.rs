@@ -10,8 +10,7 @@
 //! ```
 
 use mauve_hir::item_tree::{
-    BinaryOperator, CallStatus, Direction, Expr, Literal, NameRef, PortStatus, SourceId, TypeRef,
-    UnaryOperator,
+    BinaryOperator, CallStatus, Direction, Expr, Literal, NameRef, PortStatus, SourceId, UnaryOperator,
 };
 use mauve_hir::{
     Binding, Builtin, Callee, Decl, Integer, ProgramId, Type, Value, VariableId, VariableKind, codel, type_of,
@@ -19,8 +18,9 @@ use mauve_hir::{
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::obvious::{Comparison, are_obvious, comparison, is_obvious};
-use super::{Class, LastCall, Member};
+use super::{Class, LastCall, Member, Model, SentOperation};
 use crate::cpp_name::{CppNames, as_identifier};
+use crate::cpp_type::{integer_type, is_large};
 use crate::escape::cpp_string;
 
 /// How tight an expression binds, loosest first.
@@ -42,13 +42,12 @@ pub(super) enum Level {
 pub(super) struct Code {
     pub(super) text: String,
     pub(super) level: Level,
-    /// What it gives, here and there.
     pub(super) ty: Type,
-    /// What it is, where that is known beforehand.
+    /// Its value, where that is constant.
     pub(super) value: Option<Value>,
-    /// Is it nothing but a literal, perhaps with a sign?
+    /// Whether it is a literal, perhaps with a sign.
     is_literal: bool,
-    /// Of a comparison with what is known beforehand: what is compared, how, and with what.
+    /// Of a comparison with a constant.
     pub(super) compared: Option<Comparison>,
 }
 
@@ -59,6 +58,10 @@ impl Code {
 
     fn primary(text: impl Into<String>, ty: Type) -> Code {
         Code::new(text, Level::Primary, ty)
+    }
+
+    fn unknown() -> Code {
+        Code::primary("{}", Type::Unknown)
     }
 
     fn literal(value: Value, ty: Type) -> Code {
@@ -75,19 +78,6 @@ impl Code {
     /// As a `std::string`: two literals are joined and compared as arrays otherwise.
     fn into_string(self) -> Code {
         if self.is_literal { Code::primary(format!("std::string({})", self.text), self.ty) } else { self }
-    }
-
-    /// Is it known beforehand?
-    pub(super) fn is_constant(&self) -> bool {
-        self.value.is_some()
-    }
-
-    /// The whole number that it is, where that is known.
-    pub(super) fn whole(&self) -> Option<i128> {
-        match self.value {
-            Some(Value::Int(value)) => Some(value.into()),
-            _ => None,
-        }
     }
 
     /// As an operand of a comparison.
@@ -113,13 +103,11 @@ impl Code {
     }
 }
 
-/// Does C++ turn each value of the one type into the same one of the other?
+/// Returns whether C++ converts each value of the one type to the same value of the other.
 fn loses_nothing(from: &Type, to: &Type) -> bool {
     match (from, to) {
-        (Type::Integer(Integer::Int64 | Integer::Uint64 | Integer::Long | Integer::Size), Type::Double) => {
-            false
-        }
-        (Type::Integer(_) | Type::Float, Type::Double) => true,
+        (Type::Integer(from), Type::Double) => from.ends().1 <= u32::MAX.into(),
+        (Type::Float, Type::Double) => true,
         (Type::Integer(from), Type::Integer(to)) => to.has_all_of(*from),
         _ => from == to,
     }
@@ -129,15 +117,14 @@ fn number_type(ty: &Type) -> &'static str {
     match ty {
         Type::Double => "double",
         Type::Float => "float",
-        Type::Integer(integer) => crate::cpp_type::integer_type(*integer),
+        Type::Integer(integer) => integer_type(*integer),
         _ => "bool",
     }
 }
 
-/// Narrower than `int`: C++ calculates with them as `int`.
+/// Returns whether the type is narrower than `int`: C++ calculates with such values as `int`.
 fn is_narrow(ty: &Type) -> bool {
-    use Integer::{Char, Int8, Short, Uint8, Uint16};
-    matches!(ty, Type::Integer(Char | Int8 | Short | Uint8 | Uint16))
+    matches!(ty, Type::Integer(integer) if integer.ends().1 < i32::MAX.into())
 }
 
 fn is_unsigned_64(ty: &Type) -> bool {
@@ -145,7 +132,7 @@ fn is_unsigned_64(ty: &Type) -> bool {
 }
 
 fn is_unsigned(ty: &Type) -> bool {
-    matches!(ty, Type::Integer(Integer::Uint8 | Integer::Uint16 | Integer::Uint32)) || is_unsigned_64(ty)
+    matches!(ty, Type::Integer(integer) if integer.ends().0 == 0)
 }
 
 /// The type in which C++ itself would calculate with these two.
@@ -153,17 +140,15 @@ fn usual(one: &Type, other: &Type) -> Type {
     let promoted = |ty: &Type| if is_narrow(ty) { Type::INT } else { ty.clone() };
     let (one, other) = (promoted(one), promoted(other));
     let rank = |ty: &Type| match ty {
-        Type::Double => 6,
-        Type::Float => 5,
-        Type::Integer(Integer::Uint64 | Integer::Size) => 4,
-        Type::Integer(Integer::Int64 | Integer::Long) => 3,
-        Type::Integer(Integer::Uint32) => 2,
-        _ => 1,
+        Type::Double => i128::MAX,
+        Type::Float => i128::MAX - 1,
+        Type::Integer(integer) => integer.ends().1,
+        _ => 0,
     };
     if rank(&one) >= rank(&other) { one } else { other }
 }
 
-/// Are both the same to C++?
+/// Returns whether C++ has one type for both.
 fn is_same_in_cpp(one: &Type, other: &Type) -> bool {
     let kind = |ty: &Type| match ty {
         Type::Integer(Integer::Long) => Type::Integer(Integer::Int64),
@@ -199,22 +184,16 @@ pub(super) fn literal_text(value: &Value, ty: &Type) -> String {
     }
 }
 
-/// A line of a program, and how deep it stands.
+/// A line of a program.
 #[derive(Debug, Clone)]
 pub(super) struct Line {
     pub(super) depth: usize,
     pub(super) text: String,
-    /// Does it only make place for something?
-    is_place: bool,
+    /// Whether it only declares a variable.
+    is_declaration: bool,
 }
 
-impl Line {
-    pub(super) fn new(depth: usize, text: impl Into<String>) -> Line {
-        Line { depth, text: text.into(), is_place: false }
-    }
-}
-
-/// What an expression may do beside giving a value.
+/// The side effects of an expression.
 #[derive(Debug, Clone, Default)]
 struct Effects<'db> {
     calls: bool,
@@ -233,28 +212,28 @@ impl<'db> Effects<'db> {
     }
 }
 
-/// What is declared in a block.
+/// The names that are declared in a block.
 #[derive(Clone, Default)]
 pub(super) struct Scope {
     pub(super) names: CppNames,
     /// Names of values that never change.
     kept: FxHashSet<String>,
-    /// Variables for the values of `&&` and `||`, which the next operator of the chain goes on with.
+    /// Variables for the values of `&&` and `||`, which the next operator of the chain uses again.
     chained: FxHashMap<String, BinaryOperator>,
-    /// For each name of a temporary, what the next one ends with.
+    /// The next number for each name of a temporary.
     numbers: FxHashMap<String, usize>,
 }
 
 /// Writes a program.
 pub(super) struct Writer<'c, 'a, 'db> {
     pub(super) class: &'c Class<'a, 'db>,
-    /// What is declared in the block that is being written, and in those around it.
+    /// Includes the names of the enclosing blocks.
     pub(super) scope: Scope,
     /// Local variables and parameters.
     pub(super) locals: FxHashMap<VariableId, String>,
     pub(super) lines: Vec<Line>,
     pub(super) depth: usize,
-    /// Does it write values of a shell, which name its properties?
+    /// Whether names are those of properties of the shell.
     of_shell: bool,
 }
 
@@ -265,23 +244,23 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
         Writer { class, scope, locals, lines: Vec::new(), depth: 1, of_shell: false }
     }
 
-    /// For what stands in a shell.
+    /// For expressions of a shell.
     pub(super) fn of_shell(class: &'c Class<'a, 'db>) -> Writer<'c, 'a, 'db> {
         Writer { of_shell: true, ..Writer::new(class) }
     }
 
     pub(super) fn line(&mut self, text: impl Into<String>) {
-        self.lines.push(Line::new(self.depth, text));
+        self.lines.push(Line { depth: self.depth, text: text.into(), is_declaration: false });
     }
 
-    /// An expression, as it stands in `ty`'s place. What has to be computed before is written.
+    /// Returns an expression where a value of type `ty` is expected, and writes the statements that it needs.
     pub(super) fn value(&mut self, expr: &'db Expr, ty: &Type) -> Code {
         self.expr(expr).converted(ty)
     }
 
     pub(super) fn expr(&mut self, expr: &'db Expr) -> Code {
         match expr {
-            Expr::Missing => Code::primary("{}", Type::Unknown),
+            Expr::Missing => Code::unknown(),
             Expr::Incomplete(inner) => self.expr(inner),
             Expr::Literal(literal, _) => self.literal(literal),
             Expr::Name(name) => self.name(name),
@@ -293,49 +272,52 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
                 let mut operands = self.operands(&[lhs, rhs], false).into_iter();
                 match (operands.next(), operands.next()) {
                     (Some(lhs), Some(rhs)) => self.binary(*operator, lhs, rhs),
-                    _ => Code::primary("{}", Type::Unknown),
+                    _ => Code::unknown(),
                 }
             }
-            Expr::Call { callee, arguments, .. } => self.call(callee, arguments),
+            Expr::Call { callee, arguments, .. } => {
+                self.call(callee, arguments).unwrap_or_else(Code::unknown)
+            }
         }
+    }
+
+    /// Returns an expression, and the statements that it needs, one level deeper than the current block.
+    pub(super) fn expr_apart(&mut self, expr: &'db Expr) -> (Code, Vec<Line>) {
+        let before = std::mem::take(&mut self.lines);
+        self.depth += 1;
+        let code = self.expr(expr);
+        self.depth -= 1;
+        (code, std::mem::replace(&mut self.lines, before))
     }
 
     fn literal(&self, literal: &Literal) -> Code {
-        let status = match literal {
-            Literal::PortStatus(PortStatus::NoData) => Some(("RTT::NoData", Type::PortStatus)),
-            Literal::PortStatus(PortStatus::OldData) => Some(("RTT::OldData", Type::PortStatus)),
-            Literal::PortStatus(PortStatus::NewData) => Some(("RTT::NewData", Type::PortStatus)),
-            Literal::CallStatus(CallStatus::Failure) => Some(("RTT::SendFailure", Type::CallStatus)),
-            Literal::CallStatus(CallStatus::NotReady) => Some(("RTT::SendNotReady", Type::CallStatus)),
-            Literal::CallStatus(CallStatus::Success) => Some(("RTT::SendSuccess", Type::CallStatus)),
-            Literal::Int(_) | Literal::Float(_) | Literal::String(_) | Literal::Bool(_) => None,
+        let (text, ty) = match literal {
+            Literal::PortStatus(PortStatus::NoData) => ("RTT::NoData", Type::PortStatus),
+            Literal::PortStatus(PortStatus::OldData) => ("RTT::OldData", Type::PortStatus),
+            Literal::PortStatus(PortStatus::NewData) => ("RTT::NewData", Type::PortStatus),
+            Literal::CallStatus(CallStatus::Failure) => ("RTT::SendFailure", Type::CallStatus),
+            Literal::CallStatus(CallStatus::NotReady) => ("RTT::SendNotReady", Type::CallStatus),
+            Literal::CallStatus(CallStatus::Success) => ("RTT::SendSuccess", Type::CallStatus),
+            Literal::Int(_) | Literal::Float(_) | Literal::String(_) | Literal::Bool(_) => {
+                let value = Value::of_literal(literal).ok().flatten().unwrap_or(Value::Bool(false));
+                let ty = match &value {
+                    Value::Bool(_) => Type::Bool,
+                    Value::Int(_) => Type::INT,
+                    Value::Double(_) => Type::Double,
+                    Value::String(_) => Type::String,
+                };
+                return Code::literal(value, ty);
+            }
         };
-        if let Some((text, ty)) = status {
-            return Code { is_literal: true, ..Code::primary(text, ty) };
-        }
-        let value = Value::of_literal(literal).ok().flatten().unwrap_or(Value::Bool(false));
-        let ty = match &value {
-            Value::Bool(_) => Type::Bool,
-            Value::Int(_) => Type::INT,
-            Value::Double(_) => Type::Double,
-            Value::String(_) => Type::String,
-        };
-        Code::literal(value, ty)
+        Code { is_literal: true, ..Code::primary(text, ty) }
     }
 
-    fn member(&self, id: SourceId) -> Option<&'c Member<'db>> {
-        match self.class.inference.binding(id)? {
-            Binding::Feature(shell, index) => self.class.member(shell, index),
-            Binding::Variable(_) => None,
-        }
-    }
-
-    /// The variable that a name stands for.
+    /// Returns the variable that a name refers to.
     pub(super) fn variable(&self, id: SourceId) -> Option<VariableId> {
         self.class.inference.variable_at(id)
     }
 
-    /// What a variable is called.
+    /// Returns the name of a variable in C++.
     pub(super) fn variable_name(&self, id: VariableId) -> String {
         let name = self.locals.get(&id).or_else(|| self.class.variables.get(&id));
         name.cloned().unwrap_or_default()
@@ -343,19 +325,18 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
 
     fn name(&self, name: &NameRef) -> Code {
         if self.of_shell {
-            let member = self.class.members().find(|member| member.data.name.name == name.name);
-            return member.map_or_else(
-                || Code::primary("{}", Type::Unknown),
-                |member| {
-                    let name = member.property.as_ref().unwrap_or(&member.name);
-                    Code::primary(name, member.ty.clone())
-                },
-            );
+            let member = self.class.named_member(&name.name);
+            return member.map_or_else(Code::unknown, |it| Code::primary(it.property(), it.ty.clone()));
         }
-        match (self.variable(name.id), self.member(name.id)) {
-            (Some(index), _) => Code::primary(self.variable_name(index), self.class.type_of_variable(index)),
-            (None, Some(member)) => Code::primary(&member.name, member.ty.clone()),
-            (None, None) => Code::primary("{}", Type::Unknown),
+        match self.class.inference.binding(name.id) {
+            Some(Binding::Variable(id)) => {
+                Code::primary(self.variable_name(id), self.class.type_of_variable(id))
+            }
+            Some(Binding::Feature(shell, index)) => {
+                let member = self.class.member(shell, index);
+                member.map_or_else(Code::unknown, |it| Code::primary(&it.name, it.ty.clone()))
+            }
+            None => Code::unknown(),
         }
     }
 
@@ -383,10 +364,7 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
 
     fn binary(&mut self, operator: BinaryOperator, lhs: Code, rhs: Code) -> Code {
         use BinaryOperator as Op;
-        let value = match (&lhs.value, &rhs.value) {
-            (Some(lhs), Some(rhs)) => lhs.binary(operator, rhs).ok().flatten(),
-            _ => None,
-        };
+        let value = constant(operator, &lhs, &rhs);
         let level = match operator {
             Op::Or => Level::Or,
             Op::And => Level::And,
@@ -437,16 +415,13 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
         if is_narrow(&ty) { code.cast(&ty) } else { code }
     }
 
-    /// A call that fails in either way has failed.
+    /// Compares statuses of calls: RTT has two of calls that failed, and MAUVE has one.
     fn compare_calls(&mut self, operator: BinaryOperator, lhs: Code, rhs: Code) -> Code {
         let (lhs, rhs) = if lhs.is_literal { (rhs, lhs) } else { (lhs, rhs) };
         if rhs.is_literal && rhs.text == "RTT::SendFailure" && !lhs.is_literal {
-            let (sign, level) = match operator {
-                BinaryOperator::Equal => ("<=", Level::Relation),
-                _ => (">", Level::Relation),
-            };
+            let sign = if operator == BinaryOperator::Equal { "<=" } else { ">" };
             let text = format!("{} {sign} {}", lhs.at_least(Level::Sum), rhs.text);
-            return Code::new(text, level, Type::Bool);
+            return Code::new(text, Level::Relation, Type::Bool);
         }
         let failed = |code: Code| {
             if code.is_literal || rhs.is_literal {
@@ -462,7 +437,7 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
     fn compare_unsigned(&mut self, operator: BinaryOperator, lhs: Code, rhs: Code, ty: &Type) -> Code {
         use BinaryOperator as Op;
         let is_left = !is_unsigned(&lhs.ty);
-        // One of them is asked twice.
+        // The signed operand stands twice in the result.
         let is_name = |code: &Code| code.text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
         let lhs = if is_name(&lhs) && is_name(&rhs) { lhs } else { self.keep(lhs, "left") };
         let rhs = if is_name(&rhs) { rhs } else { self.keep(rhs, "right") };
@@ -478,24 +453,16 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
         Code::new(text, level, Type::Bool)
     }
 
-    /// `&&` and `||`: what the second operand needs is computed only where the first one leaves it open.
+    /// `&&` and `||`: the statements that the second operand needs are executed only where the first one does not decide.
     fn logical(&mut self, operator: BinaryOperator, lhs: &'db Expr, rhs: &'db Expr) -> Code {
         let is_and = operator == BinaryOperator::And;
         let (level, name) = if is_and { (Level::And, "both") } else { (Level::Or, "either") };
         let lhs = self.expr(lhs);
-        let before = std::mem::take(&mut self.lines);
-        self.depth += 1;
-        let right = self.expr(rhs);
-        self.depth -= 1;
-        let mut inner = std::mem::replace(&mut self.lines, before);
-        if inner.iter().all(|line| line.is_place) {
-            inner.iter_mut().for_each(|line| line.depth -= 1);
-            self.lines.extend(inner);
+        let (right, inner) = self.expr_apart(rhs);
+        if inner.iter().all(|line| line.is_declaration) {
+            self.lines.extend(inner.into_iter().map(|line| Line { depth: self.depth, ..line }));
             self.class.note(are_obvious(operator, &lhs, &right));
-            let value = match (&lhs.value, &right.value) {
-                (Some(lhs), Some(rhs)) => lhs.binary(operator, rhs).ok().flatten(),
-                _ => None,
-            };
+            let value = constant(operator, &lhs, &right);
             return Code { value, ..joined(operator, level, &lhs, &right, Type::Bool) };
         }
         let name = if self.scope.chained.get(&lhs.text) == Some(&operator) {
@@ -516,7 +483,8 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
         Code::primary(name, Type::Bool)
     }
 
-    /// Operands or arguments, each evaluated after those before it. With `all_calls`, calls among them are computed before.
+    /// Returns operands or arguments, each evaluated after those before it. With `all_calls`, calls among them are computed
+    /// before.
     fn operands(&mut self, all: &[&'db Expr], all_calls: bool) -> Vec<Code> {
         let effects: Vec<Effects<'db>> = all.iter().map(|expr| self.effects(expr)).collect();
         let mut found = Vec::new();
@@ -536,7 +504,7 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
         found
     }
 
-    /// Keeps a value as it is now.
+    /// Stores a value in a constant.
     fn keep(&mut self, code: Code, name: &str) -> Code {
         if code.is_literal || self.scope.kept.contains(&code.text) {
             return code;
@@ -547,9 +515,9 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
         Code { text: name, level: Level::Primary, ..code }
     }
 
-    /// A name that is new: `name`, `name_2`, …
+    /// Declares a new name: `name`, `name_2`, …
     fn temporary(&mut self, name: &str) -> String {
-        // As it can be in C++, or no number would make a name of it that can.
+        // A name that C++ does not accept stays one with a number behind it.
         let name = as_identifier(name);
         let name = name.trim_end_matches('_');
         let numbers = self.scope.numbers.get(name).copied().unwrap_or(1)..;
@@ -572,101 +540,85 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
             match found {
                 Some(Callee::Builtin(Builtin::Status)) => continue,
                 Some(Callee::Builtin(Builtin::Read)) => {
-                    let port = arguments.first().and_then(Expr::id).and_then(|id| self.member(id));
-                    effects.statuses.extend(port.map(|port| (port.shell, port.index)));
+                    effects.statuses.extend(self.class.feature_in(arguments));
                 }
                 Some(Callee::Operation(_)) => effects.all = true,
                 _ => {}
             }
             effects.calls = true;
-            let changed = self.changed_arguments(found, arguments);
-            effects.variables.extend(changed.into_iter().filter_map(|id| self.variable(id)));
+            if let Some(callee) = found {
+                effects.variables.extend(self.changed_arguments(callee, arguments));
+            }
         }
         effects
     }
 
-    /// The arguments that a call may change.
-    fn changed_arguments(&self, callee: Option<Callee<'db>>, arguments: &[Expr]) -> Vec<SourceId> {
-        let Some(callee) = callee else { return Vec::new() };
+    /// Returns the variables that a call may change through its parameters.
+    fn changed_arguments(&self, callee: Callee<'db>, arguments: &[Expr]) -> Vec<VariableId> {
         let (db, core) = (self.class.model.db, self.class.data);
         let directions = self.class.inference.directions(db, core, callee, arguments.len());
         let changed = arguments.iter().zip(directions).filter(|(_, it)| *it != Direction::In);
-        changed.filter_map(|(argument, _)| argument.id()).collect()
+        changed.filter_map(|(argument, _)| self.variable(argument.id()?)).collect()
     }
 
-    /// May an expression that calls nothing give another value after these effects?
+    /// Returns whether these effects may change the value of an expression without calls.
     fn may_change(&self, expr: &Expr, effects: &Effects<'db>) -> bool {
         let changes = |id: VariableId| effects.variables.contains(&id) || effects.all && self.is_shared(id);
         expr.descendants().any(|expr| match expr {
             // The argument of `status` is a port, no variable.
             Expr::Name(name) => self.variable(name.id).is_some_and(changes),
             Expr::Call { callee, arguments, .. } => {
-                let port = arguments.first().and_then(Expr::id).and_then(|id| self.member(id));
-                let changes = |port: &Member<'db>| effects.statuses.contains(&(port.shell, port.index));
+                let mut port = self.class.feature_in(arguments).into_iter();
                 self.class.inference.callee(callee.id) == Some(Callee::Builtin(Builtin::Status))
-                    && (effects.all || port.is_some_and(changes))
+                    && (effects.all || port.any(|port| effects.statuses.contains(&port)))
             }
             _ => false,
         })
     }
 
-    /// May one's own operations change a variable? A parameter of theirs may be one of the core.
+    /// Returns whether operations of this component may change a variable. A parameter may refer to a variable of the core.
     fn is_shared(&self, id: VariableId) -> bool {
-        let kind = self.class.inference.variable(id).map(|variable| variable.kind);
-        matches!(
-            kind,
-            Some(
-                VariableKind::Core
-                    | VariableKind::Machine
-                    | VariableKind::Parameter(Direction::Out | Direction::InOut)
-            )
-        )
+        use VariableKind::{Core, Machine, Parameter};
+        let variable = self.class.inference.variable(id);
+        variable.is_some_and(|it| match it.kind {
+            Core | Machine | Parameter(Direction::Out | Direction::InOut) => true,
+            _ => false,
+        })
     }
 
-    // Calls.
-
-    fn call(&mut self, callee: &NameRef, arguments: &'db [Expr]) -> Code {
-        let Some(found) = self.class.inference.callee(callee.id) else {
-            return Code::primary("{}", Type::Unknown);
-        };
-        let db = self.class.model.db;
+    fn call(&mut self, callee: &NameRef, arguments: &'db [Expr]) -> Option<Code> {
+        let class = self.class;
+        let Model { db, project, libraries } = class.model;
+        let found = class.inference.callee(callee.id)?;
         match found {
             Callee::Codel(of) => {
-                let Some(data) = codel(db, of) else { return Code::primary("{}", Type::Unknown) };
-                let ty = |ty: Option<&TypeRef>| type_of(db, self.class.model.project, of, ty);
-                let parameters = data.parameters.iter();
-                let parameters: Vec<(Direction, Type)> =
-                    parameters.map(|it| (it.direction, ty(it.ty.as_ref()))).collect();
-                let result = ty(data.result.as_ref());
+                let data = codel(db, of)?;
+                let parameters = class.model.parameters(of, &data.parameters);
                 let arguments = self.arguments(found, &parameters, arguments);
-                let function = self.class.model.libraries.qualified(of).unwrap_or_default();
+                let function = libraries.qualified(of).unwrap_or_default();
                 let call = format!("{function}({})", arguments.join(", "));
                 let key = cpp_string(&of.qualified(db));
-                Code::primary(format!("MAUVE_TRACE_CODEL(getName(), {key}, {call})"), result)
+                let result = type_of(db, project, of, data.result.as_ref());
+                Some(Code::primary(format!("MAUVE_TRACE_CODEL(getName(), {key}, {call})"), result))
             }
             Callee::Operation(index) => {
-                let operation = self.class.data.operations.get(index);
-                let id = operation.map(|it| ProgramId::Operation(it.name.name.clone()));
-                let routine = id.and_then(|id| self.class.program(&id));
-                let Some(routine) = routine else { return Code::primary("{}", Type::Unknown) };
-                let (db, project, core) = (db, self.class.model.project, self.class.core);
-                let parameters = routine.parameters.iter();
-                let parameters: Vec<(Direction, Type)> =
-                    parameters.map(|it| (it.direction, type_of(db, project, core, it.ty.as_ref()))).collect();
+                let name = class.data.operations.get(index)?.name.name.clone();
+                let routine = class.program(&ProgramId::Operation(name))?;
+                let parameters = class.model.parameters(class.core, routine.parameters);
                 let arguments = self.arguments(found, &parameters, arguments);
                 let text = format!("{}({})", routine.function, arguments.join(", "));
-                Code::primary(text, routine.gives.clone())
+                Some(Code::primary(text, routine.result.clone()))
             }
             Callee::Builtin(function @ (Builtin::Read | Builtin::Write | Builtin::Status)) => {
                 self.port(function, arguments)
             }
             // It is a statement, or the value of one.
-            Callee::Builtin(Builtin::Send) => Code::primary("{}", Type::Unknown),
+            Callee::Builtin(Builtin::Send) => None,
             Callee::Builtin(Builtin::Collect) => self.collect(arguments),
         }
     }
 
-    /// The arguments of a codel, or of one's own operation.
+    /// Returns the arguments of a codel, or of an operation of this component.
     fn arguments(
         &mut self,
         callee: Callee<'db>,
@@ -677,8 +629,7 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
         let inputs: Vec<&'db Expr> =
             arguments.iter().zip(parameters).filter(is_input).map(|(argument, _)| argument).collect();
         let mut effects = Effects { all: matches!(callee, Callee::Operation(_)), ..Effects::default() };
-        let changed = self.changed_arguments(Some(callee), arguments);
-        effects.variables.extend(changed.into_iter().filter_map(|id| self.variable(id)));
+        effects.variables = self.changed_arguments(callee, arguments);
         let mut values = self.operands(&inputs, true).into_iter();
         let mut found = Vec::new();
         for (argument, (direction, ty)) in arguments.iter().zip(parameters) {
@@ -687,10 +638,9 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
                 continue;
             }
             let Some(value) = values.next() else { continue };
-            // What goes in is a value: what the call changes meanwhile is another variable.
-            let is_reference = matches!(ty, Type::String | Type::Message(..) | Type::External(_));
+            // In C++, such an argument is a reference. The call must not see its own changes of the variable.
             let is_copied =
-                is_reference && matches!(argument, Expr::Name(_)) && self.may_change(argument, &effects);
+                is_large(ty) && matches!(argument, Expr::Name(_)) && self.may_change(argument, &effects);
             let value = if is_copied { self.keep(value, &base_of(argument)) } else { value };
             found.push(value.converted(ty).text);
         }
@@ -698,10 +648,9 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
     }
 
     /// `read(port, variable)`, `write(port, value)`, `status(port)`
-    fn port(&mut self, function: Builtin, arguments: &'db [Expr]) -> Code {
-        let port = arguments.first().and_then(Expr::id).and_then(|id| self.member(id));
-        let Some(port) = port else { return Code::primary("{}", Type::Unknown) };
-        match (function, arguments.get(1)) {
+    fn port(&mut self, function: Builtin, arguments: &'db [Expr]) -> Option<Code> {
+        let port = self.class.member_in(arguments)?;
+        Some(match (function, arguments.get(1)) {
             (Builtin::Write, Some(value)) => {
                 let value = self.value(value, &port.ty);
                 Code::primary(format!("{}.write({})", port.name, value.text), Type::Void)
@@ -716,16 +665,17 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
                 }
             }
             _ => Code::primary(port.status.clone().unwrap_or_default(), Type::PortStatus),
-        }
+        })
     }
 
     /// `handler = send(operation, in and inout arguments…);`, or without a handler.
     pub(super) fn send(&mut self, handler: Option<VariableId>, arguments: &'db [Expr]) {
-        let operation = arguments.first().and_then(Expr::id).and_then(|id| self.member(id));
-        let Some(operation) = operation else { return };
-        let last = self.class.last_calls.iter().find(|last| {
-            (last.handler, last.shell, last.index) == (handler, operation.shell, operation.index)
-        });
+        let class = self.class;
+        let Some(operation) = class.member_in(arguments) else { return };
+        let id = (handler, operation.shell, operation.index);
+        let is_sent = |it: &&SentOperation<'db>| (it.handler, it.shell, it.index) == id;
+        let sent = class.sent.iter().find(is_sent);
+        let last = sent.and_then(|sent| sent.last_call.as_ref());
         let given: Vec<&'db Expr> = arguments.iter().skip(1).collect();
         // They are evaluated also where nothing is sent.
         let mut given = self.operands(&given, last.is_some()).into_iter();
@@ -733,32 +683,25 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
             self.line(format!("if (!{}()) {{", last.is_under_way));
             self.depth += 1;
         }
-        let mut texts = Vec::new();
+        let mut texts = vec![operation.name.clone()];
         for (number, (direction, ty)) in operation.parameters.iter().enumerate() {
-            let value = match direction {
-                Direction::Out => None,
-                Direction::In | Direction::InOut => given.next().map(|value| value.converted(ty)),
-            };
+            let value = if *direction == Direction::Out { None } else { given.next() };
+            let value = value.map(|value| value.converted(ty));
             if *direction == Direction::In {
-                let value =
-                    value.map(|value| if value.ty == Type::String { value.into_string() } else { value });
+                let value = value.map(|it| if it.ty == Type::String { it.into_string() } else { it });
                 texts.extend(value.map(|value| value.text));
                 continue;
             }
-            let slot = self.class.slots.iter().find(|slot| {
-                let of = (slot.handler, slot.shell, slot.index, slot.parameter);
-                of == (handler, operation.shell, operation.index, number)
-            });
-            let Some(slot) = slot else { continue };
+            let mut slots = sent.into_iter().flat_map(|sent| &sent.slots);
+            let Some((_, _, slot)) = slots.find(|(parameter, ..)| *parameter == number) else { continue };
             if let Some(value) = value {
-                self.line(format!("{} = {};", slot.name, value.text));
+                self.line(format!("{slot} = {};", value.text));
             }
-            texts.push(slot.name.clone());
+            texts.push(slot.clone());
         }
-        let handles = last.map(|last| last.name.clone()).into_iter();
+        let handles = last.map(|last| last.handle.clone()).into_iter();
         let handles = handles.chain(handler.map(|handler| self.variable_name(handler)));
         let targets: String = handles.map(|name| format!("{name} = ")).collect();
-        texts.insert(0, operation.name.clone());
         self.line(format!("{targets}mauve_send({});", texts.join(", ")));
         if last.is_some() {
             self.depth -= 1;
@@ -766,47 +709,48 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
         }
     }
 
-    /// The body of the function that tells whether a call is under way.
-    pub(super) fn ask_for_last_call(mut self, call: &LastCall<'db>, operation: &Member<'db>) -> Vec<Line> {
-        let mut given = vec![call.name.clone()];
-        given.extend(self.nowhere(operation));
+    /// Returns the body of the function that tells whether a call is under way.
+    pub(super) fn ask_for_last_call(mut self, call: &LastCall, operation: &Member<'db>) -> Vec<Line> {
+        let mut given = vec![call.handle.clone()];
+        given.extend(self.dropped_results(operation));
         self.line(format!("return mauve_collect({}) == RTT::SendNotReady;", given.join(", ")));
         self.lines
     }
 
     /// `collect(handler)`, `collect(handler, result and out variables…)`
-    fn collect(&mut self, arguments: &'db [Expr]) -> Code {
-        let handler = arguments.first().and_then(Expr::id).and_then(|id| self.variable(id));
-        let Some(handler) = handler else { return Code::primary("{}", Type::Unknown) };
-        let mut texts: Vec<String> =
-            arguments.iter().skip(1).map(|argument| self.expr(argument).text).collect();
-        if texts.is_empty()
-            && let Type::Handle(operation) = self.class.type_of_variable(handler)
-            && let Some(member) = self.class.members().find(|it| it.data.name.name == operation)
-        {
-            texts = self.nowhere(member);
+    fn collect(&mut self, arguments: &'db [Expr]) -> Option<Code> {
+        let (handler, results) = arguments.split_first()?;
+        let handler = self.variable(handler.id()?)?;
+        let mut texts = vec![self.variable_name(handler)];
+        if results.is_empty() {
+            let operation = self.class.member_of_handle(&self.class.type_of_variable(handler));
+            texts.extend(operation.into_iter().flat_map(|it| self.dropped_results(it)));
         }
-        texts.insert(0, self.variable_name(handler));
-        Code::primary(format!("mauve_collect({})", texts.join(", ")), Type::CallStatus)
+        texts.extend(results.iter().map(|result| self.expr(result).text));
+        Some(Code::primary(format!("mauve_collect({})", texts.join(", ")), Type::CallStatus))
     }
 
-    /// Variables for what a call gives and nobody wants.
-    fn nowhere(&mut self, member: &Member<'db>) -> Vec<String> {
+    /// Declares variables for results of a call that no program uses.
+    fn dropped_results(&mut self, member: &Member<'db>) -> Vec<String> {
         let result = (member.ty != Type::Void).then_some(&member.ty);
         let back = member.parameters.iter().filter(|(direction, _)| *direction != Direction::In);
-        let types: Vec<&Type> = result.into_iter().chain(back.map(|(_, ty)| ty)).collect();
-        let mut texts = Vec::new();
-        for ty in types {
+        let types = result.into_iter().chain(back.map(|(_, ty)| ty));
+        let declare = |ty: &Type| {
             let name = self.temporary("dropped");
             let text = format!("{} {name}{{}};", self.class.cpp(ty));
-            self.lines.push(Line { depth: self.depth, text, is_place: true });
-            texts.push(name);
-        }
-        texts
+            self.lines.push(Line { depth: self.depth, text, is_declaration: true });
+            name
+        };
+        types.map(declare).collect()
     }
 }
 
-/// The name of a value that is kept.
+/// Returns the value of an operation on two constants.
+fn constant(operator: BinaryOperator, lhs: &Code, rhs: &Code) -> Option<Value> {
+    lhs.value.as_ref()?.binary(operator, rhs.value.as_ref()?).ok().flatten()
+}
+
+/// Returns a name for the value of an expression.
 fn base_of(expr: &Expr) -> String {
     match expr {
         Expr::Call { callee, .. } => format!("{}_result", callee.name),
@@ -815,7 +759,7 @@ fn base_of(expr: &Expr) -> String {
     }
 }
 
-/// In this type, and cast where C++ would take it for another one.
+/// Converts to a type, with a cast where C++ would use another type.
 fn in_type(code: Code, ty: &Type) -> Code {
     match &code.value {
         _ if code.ty == *ty => code,
@@ -825,10 +769,10 @@ fn in_type(code: Code, ty: &Type) -> Code {
     }
 }
 
-/// Two operands, with the parentheses that they need, and those that compilers ask for.
+/// Joins two operands, with the parentheses that they need, and those that compilers ask for.
 fn joined(operator: BinaryOperator, level: Level, lhs: &Code, rhs: &Code, ty: Type) -> Code {
     let (left, right) = match level {
-        // `a && b || c`, `a == b == c`, `a < b == c` and `!a == b` are right, and look wrong.
+        // Compilers warn of `a && b || c`, `a == b == c`, `a < b == c` and `!a == b`.
         Level::Or => (Level::Or, Level::Equality),
         Level::And => (Level::And, Level::Equality),
         Level::Equality | Level::Relation => (Level::Sum, Level::Sum),

@@ -7,7 +7,7 @@ use mauve_hir::{ProgramId, Type, VariableId};
 
 use super::expression::{Writer, literal_text};
 use super::layout::Text;
-use super::{Class, Member};
+use super::{Class, LastCall, Member};
 use crate::origin::generated_from;
 
 /// `<Component>-component.hpp`
@@ -17,7 +17,7 @@ pub(super) fn text(class: &Class<'_, '_>) -> String {
     core(class, &mut body);
     programs(class, &mut body);
     let mut text = Text::default();
-    text.line(0, &class.written_by());
+    text.line(0, class.written_by());
     text.gap();
     text.line(0, "#pragma once");
     text.gap();
@@ -27,36 +27,36 @@ pub(super) fn text(class: &Class<'_, '_>) -> String {
     text.line(0, "#include <string>");
     text.gap();
     for header in rtt_headers(class) {
-        text.line(0, &format!("#include <rtt/{header}.hpp>"));
+        text.line(0, format!("#include <rtt/{header}.hpp>"));
     }
     text.gap();
     let (package, name) = (&class.library.package, &class.name);
-    text.line(0, &format!("#include <{package}/{package}-task.hpp>"));
-    text.line(0, &format!("#include <{package}/{package}-types.hpp>"));
+    text.line(0, format!("#include <{package}/{package}-task.hpp>"));
+    text.line(0, format!("#include <{package}/{package}-types.hpp>"));
     text.gap();
-    text.line(0, &format!("namespace {package} {{"));
+    text.line(0, format!("namespace {package} {{"));
     text.gap();
-    text.line(0, &format!("// {}", class.declared(class.component)));
-    text.line(0, &format!("class {name} : public MauveTask {{"));
+    text.line(0, format!("// {}", class.declared(class.component)));
+    text.line(0, format!("class {name} : public MauveTask {{"));
     text.line(0, " public:");
-    text.line(1, &format!("explicit {name}(const std::string& {});", class.instance));
+    text.line(1, format!("explicit {name}(const std::string& {});", class.instance));
     text.gap();
     text.line(0, " protected:");
     for (result, hook) in class.hooks() {
-        text.line(1, &format!("{result} {hook}() override;"));
+        text.line(1, format!("{result} {hook}() override;"));
     }
     text.gap();
     text.line(0, " private:");
     text.out += &body.out;
     text.line(0, "};");
     text.gap();
-    text.line(0, &format!("}}  // namespace {package}"));
+    text.line(0, format!("}}  // namespace {package}"));
     text.out
 }
 
 fn rtt_headers(class: &Class<'_, '_>) -> BTreeSet<&'static str> {
     let mut headers = BTreeSet::new();
-    for member in class.members() {
+    for member in &class.members {
         match member.data.kind {
             FeatureKind::Input => headers.insert("InputPort"),
             FeatureKind::Output => headers.insert("OutputPort"),
@@ -68,56 +68,50 @@ fn rtt_headers(class: &Class<'_, '_>) -> BTreeSet<&'static str> {
             headers.insert("FlowStatus");
         }
     }
-    if !class.data.handlers.is_empty() || !class.last_calls.is_empty() {
+    if !class.data.handlers.is_empty() || class.last_calls().next().is_some() {
         headers.extend(["SendHandle", "SendStatus"]);
     }
     headers
 }
 
 fn shells(class: &Class<'_, '_>, text: &mut Text) {
-    for (shell, members) in &class.shells {
-        let shown: Vec<&Member<'_>> =
-            members.iter().filter(|it| it.data.kind != FeatureKind::Provided).collect();
-        if shown.is_empty() {
-            continue;
-        }
-        text.line(1, &format!("// {}", class.declared(*shell)));
-        for member in shown {
-            feature(class, member, text);
-        }
+    for members in class.members.chunk_by(|one, other| one.shell == other.shell) {
+        let mut shown = members.iter().filter(|it| it.data.kind != FeatureKind::Provided).peekable();
+        let Some(first) = shown.peek() else { continue };
+        text.line(1, format!("// {}", class.declared(first.shell)));
+        shown.for_each(|member| feature(class, member, text));
         text.gap();
     }
 }
 
 fn feature(class: &Class<'_, '_>, member: &Member<'_>, text: &mut Text) {
-    text.line(1, &format!("// {}: {}", class.shown(member), class.at(member.shell, member.data.name.id)));
+    text.line(1, format!("// {}: {}", class.shown(member), class.at(member.shell, member.data.name.id)));
     let (cpp, name) = (class.cpp(&member.ty), &member.name);
     match member.data.kind {
         FeatureKind::Property | FeatureKind::Constant => {
             let value = member.value.as_ref().map(|value| literal_text(value, &member.ty));
             let value = value.map_or_else(|| "{}".to_owned(), |value| format!(" = {value}"));
-            let property = member.property.as_ref().unwrap_or(name);
-            text.line(1, &format!("{cpp} {property}{value};"));
+            text.line(1, format!("{cpp} {}{value};", member.property()));
             if member.property.is_some() {
-                text.line(1, &format!("{cpp} {name}{value};  // as configureHook() found it"));
+                text.line(1, format!("{cpp} {name}{value};  // as configureHook() found it"));
             }
         }
         FeatureKind::Input => {
-            text.line(1, &format!("RTT::InputPort<{cpp}> {name};"));
+            text.line(1, format!("RTT::InputPort<{cpp}> {name};"));
             if let Some(status) = &member.status {
-                text.line(1, &format!("RTT::FlowStatus {status} = RTT::NoData;  // of the last read"));
+                text.line(1, format!("RTT::FlowStatus {status} = RTT::NoData;  // of the last read"));
             }
         }
-        FeatureKind::Output => text.line(1, &format!("RTT::OutputPort<{cpp}> {name};")),
+        FeatureKind::Output => text.line(1, format!("RTT::OutputPort<{cpp}> {name};")),
         FeatureKind::Required => {
-            text.line(1, &format!("RTT::OperationCaller<{}> {name};", class.signature(member)));
+            text.line(1, format!("RTT::OperationCaller<{}> {name};", class.signature(member)));
         }
         FeatureKind::Provided => {}
     }
 }
 
 fn core<'db>(class: &Class<'_, 'db>, text: &mut Text) {
-    text.line(1, &format!("// {}", class.declared(class.core)));
+    text.line(1, format!("// {}", class.declared(class.core)));
     let mut lines = variables(class, &class.data.variables);
     for handler in &class.data.handlers {
         let Some(index) = class.variable_at(handler.name.id) else { continue };
@@ -129,33 +123,31 @@ fn core<'db>(class: &Class<'_, 'db>, text: &mut Text) {
     if !lines.is_empty() {
         text.gap();
     }
-    if !class.slots.is_empty() {
+    if class.sent.iter().any(|operation| !operation.slots.is_empty()) {
         text.line(
             1,
             "// What the operations that are sent write their results to, as long as they are under way.",
         );
-        for slot in &class.slots {
-            text.line(1, &format!("{} {}{{}};", class.cpp(&slot.ty), slot.name));
+        for (_, ty, name) in class.sent.iter().flat_map(|operation| &operation.slots) {
+            text.line(1, format!("{} {name}{{}};", class.cpp(ty)));
         }
         text.gap();
     }
-    if !class.last_calls.is_empty() {
+    if class.last_calls().next().is_some() {
         text.line(
             1,
             "// Calls that read what they write: nothing else is sent there before they have ended.",
         );
-        for call in &class.last_calls {
-            let operation = class.member(call.shell, call.index);
-            let signature = operation.map_or_else(String::new, |it| class.signature(it));
-            text.line(1, &format!("RTT::SendHandle<{signature}> {};", call.name));
+        for (call, operation) in class.last_calls() {
+            text.line(1, format!("RTT::SendHandle<{}> {};", class.signature(operation), call.handle));
         }
         text.gap();
     }
     let (Some(machine), Some(data)) = (&class.machine, class.data.machines.first()) else { return };
-    text.line(1, &format!("// statemachine: {}", class.at(class.core, data.id)));
-    text.line(1, &format!("enum class {} {{ {} }};", machine.states, machine.values.join(", ")));
+    text.line(1, format!("// statemachine: {}", class.at(class.core, data.id)));
+    text.line(1, format!("enum class {} {{ {} }};", machine.states, machine.values.join(", ")));
     if let Some(initial) = machine.values.get(machine.initial) {
-        text.line(1, &format!("{0} {1} = {0}::{initial};", machine.states, machine.current));
+        text.line(1, format!("{0} {1} = {0}::{initial};", machine.states, machine.current));
     }
     text.commented(1, &variables(class, &data.variables));
     text.gap();
@@ -179,7 +171,7 @@ fn variables<'db>(class: &Class<'_, 'db>, all: &'db [Variable]) -> Vec<(String, 
 /// A first value that is known beforehand.
 fn known<'db>(class: &Class<'_, 'db>, value: &'db Expr, ty: &Type) -> Option<String> {
     let code = Writer::new(class).value(value, ty);
-    code.is_constant().then_some(code.text)
+    code.value.is_some().then_some(code.text)
 }
 
 fn programs(class: &Class<'_, '_>, text: &mut Text) {
@@ -187,17 +179,17 @@ fn programs(class: &Class<'_, '_>, text: &mut Text) {
         text.line(1, "bool mauve_set(const std::string& property, const std::string& text);");
     }
     if let Some(show) = class.machine.as_ref().and_then(|machine| machine.show.as_ref()) {
-        text.line(1, &format!("void {show}();"));
+        text.line(1, format!("void {show}();"));
     }
-    for call in &class.last_calls {
-        text.line(1, &format!("bool {}();", call.is_under_way));
+    for (call, _) in class.last_calls() {
+        text.line(1, format!("bool {}();", call.is_under_way));
     }
     for routine in &class.programs {
         let mut names = class.names.clone();
         let parameters = class.parameters(routine, &mut names);
-        let gives = class.cpp(&routine.gives);
+        let result = class.cpp(&routine.result);
         let mut declare = |function: &str, parameters: Vec<&str>| {
-            text.line(1, &format!("{gives} {function}({});", parameters.join(", ")));
+            text.line(1, format!("{result} {function}({});", parameters.join(", ")));
         };
         declare(&routine.function, parameters.iter().map(|it| it.declared.as_str()).collect());
         if let Some(called) = &routine.called {
@@ -210,28 +202,23 @@ impl<'db> Class<'_, 'db> {
     /// The hooks of RTT that it has, with what they give.
     pub(super) fn hooks(&self) -> Vec<(&'static str, &'static str)> {
         let has = |kind| self.program(&ProgramId::Hook(kind)).is_some();
-        let has_value = !self
-            .variables_of(&self.data.variables)
-            .iter()
-            .all(|(index, variable, _)| variable.value.is_none() && !self.named.contains(index));
-        let checks = self
-            .members()
-            .any(|it| it.data.interval.is_some() || it.property.is_some() || it.status.is_some());
-        let all = [
-            (
-                has(HookKind::Configure)
-                    || has_value
-                    || !self.data.handlers.is_empty()
-                    || checks
-                    || !self.samples.is_empty(),
-                ("bool", "configureHook"),
-            ),
-            (true, ("bool", "startHook")),
-            (true, ("void", "updateHook")),
-            (true, ("void", "stopHook")),
-            (has(HookKind::Cleanup), ("void", "cleanupHook")),
-        ];
-        all.into_iter().filter(|(is_there, _)| *is_there).map(|(_, hook)| hook).collect()
+        let mut variables = self.variables_of(&self.data.variables).into_iter();
+        let mut members = self.members.iter();
+        let configures = has(HookKind::Configure)
+            || variables.any(|(index, variable, _)| variable.value.is_some() || self.named.contains(&index))
+            || members.any(|it| it.data.interval.is_some() || it.property.is_some() || it.status.is_some())
+            || !self.data.handlers.is_empty()
+            || !self.samples.is_empty();
+        let configure = configures.then_some(("bool", "configureHook"));
+        let always = [("bool", "startHook"), ("void", "updateHook"), ("void", "stopHook")];
+        let cleanup = has(HookKind::Cleanup).then_some(("void", "cleanupHook"));
+        configure.into_iter().chain(always).chain(cleanup).collect()
+    }
+
+    /// The last calls of required operations, and these operations.
+    pub(super) fn last_calls(&self) -> impl Iterator<Item = (&LastCall, &Member<'db>)> {
+        let calls = self.sent.iter();
+        calls.filter_map(|it| Some((it.last_call.as_ref()?, self.member(it.shell, it.index)?)))
     }
 
     /// The first line of each file.

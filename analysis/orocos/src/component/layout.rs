@@ -5,6 +5,7 @@
 //!                           ::navigation::astar(here, destination, grid, resolution, route));
 //! ```
 
+use super::expression::Line;
 use crate::origin::{WIDTH, wrapped};
 
 /// A line may end behind these.
@@ -18,13 +19,8 @@ pub(super) struct Text {
 }
 
 impl Text {
-    /// A line, as deep as it stands.
-    pub(super) fn line(&mut self, depth: usize, line: &str) {
-        let indent = 2 * depth;
-        if line.is_empty() {
-            self.out.push('\n');
-            return;
-        }
+    pub(super) fn line(&mut self, depth: usize, line: impl AsRef<str>) {
+        let (line, indent) = (line.as_ref(), 2 * depth);
         let mut lines = Lines { out: String::new(), column: 0 };
         lines.pad(indent);
         match line.strip_prefix("// ") {
@@ -38,26 +34,38 @@ impl Text {
         self.out.push('\n');
     }
 
+    pub(super) fn lines(&mut self, lines: &[Line]) {
+        lines.iter().for_each(|line| self.line(line.depth, &line.text));
+    }
+
     /// Lines with a comment behind each, one below the other.
     pub(super) fn commented(&mut self, depth: usize, lines: &[(String, String)]) {
         let width = |line: &str| line.chars().count();
         let widest = lines.iter().map(|(line, _)| width(line)).max().unwrap_or_default();
         for (line, comment) in lines {
             if line.is_empty() {
-                self.line(depth, &format!("// {comment}"));
+                self.line(depth, format!("// {comment}"));
                 continue;
             }
             let full = format!("{line:widest$}  // {comment}");
             if 2 * depth + width(&full) <= WIDTH {
-                self.line(depth, &full);
+                self.line(depth, full);
             } else {
-                self.line(depth, &format!("// {comment}"));
+                self.line(depth, format!("// {comment}"));
                 self.line(depth, line);
             }
         }
     }
 
-    /// An empty line.
+    /// Writes a function, and an empty line.
+    pub(super) fn function(&mut self, head: &str, body: impl FnOnce(&mut Text)) {
+        self.line(0, format!("{head} {{"));
+        body(self);
+        self.line(0, "}");
+        self.gap();
+    }
+
+    /// Writes an empty line.
     pub(super) fn gap(&mut self) {
         self.out.push('\n');
     }

@@ -1,23 +1,23 @@
 //! Conditions that are the same for all values: `n < n`, `n > 3 && n < 2`, `small < 256`.
 //!
-//! Models may hold them, and the C++ compilers warn of them. Where one is found, the file says that it is meant.
+//! Models may have them, and the C++ compilers warn of them. A file with such a condition suppresses these warnings.
 
 use mauve_hir::item_tree::BinaryOperator;
 use mauve_hir::{Type, Value};
 
 use super::expression::Code;
 
-/// What is compared, how, and with what number.
+/// The expression that is compared, the operator, and the constant.
 pub(super) type Comparison = (String, BinaryOperator, f64);
 
-/// What a file says that has such conditions.
+/// The lines that suppress the warnings.
 pub(super) const MEANT: [&str; 3] = [
     "// Conditions that are always true, or never, are meant so: MAUVE speaks of them in the model.",
     "#pragma GCC diagnostic ignored \"-Wtautological-compare\"",
     "#pragma GCC diagnostic ignored \"-Wtype-limits\"",
 ];
 
-/// A comparison with a number that is known beforehand.
+/// Returns a comparison with a constant.
 pub(super) fn comparison(operator: BinaryOperator, lhs: &Code, rhs: &Code) -> Option<Comparison> {
     use BinaryOperator as Op;
     let mirrored = match operator {
@@ -47,9 +47,9 @@ fn number(code: &Code) -> Option<f64> {
     }
 }
 
-/// Is a comparison the same for all values of its operands?
+/// Returns whether a comparison gives the same for all values of its operands.
 pub(super) fn is_obvious(operator: BinaryOperator, lhs: &Code, rhs: &Code) -> bool {
-    // Compilers know that sums and products may be turned round.
+    // Compilers know that sums and products are commutative.
     let words = |code: &Code| {
         let mut words: Vec<String> =
             code.text.split([' ', '(', ')']).filter(|word| !word.is_empty()).map(str::to_owned).collect();
@@ -69,7 +69,7 @@ pub(super) fn is_obvious(operator: BinaryOperator, lhs: &Code, rhs: &Code) -> bo
     })
 }
 
-/// Do the operands of `&&` or `||` leave nothing open?
+/// Returns whether `&&` or `||` gives the same for all values of the operands.
 pub(super) fn are_obvious(operator: BinaryOperator, lhs: &Code, rhs: &Code) -> bool {
     let negated = |one: &Code, other: &Code| {
         let inner = one.text.strip_prefix('!').map(|it| it.trim_matches(['(', ')']));
@@ -82,8 +82,12 @@ pub(super) fn are_obvious(operator: BinaryOperator, lhs: &Code, rhs: &Code) -> b
     if what != other {
         return false;
     }
-    // Between these, neither changes.
+    // Between these values, neither comparison changes.
     let values = [*a, *b].into_iter().flat_map(|end| [end - 1.0, end - 0.5, end, end + 0.5, end + 1.0]);
+    let holds = |operator, value, number| {
+        let result = Value::Double(value).binary(operator, &Value::Double(number));
+        matches!(result, Ok(Some(Value::Bool(true))))
+    };
     let gives = |value: f64| {
         let (one, two) = (holds(*one, value, *a), holds(*two, value, *b));
         if operator == BinaryOperator::And { one && two } else { one || two }
@@ -91,16 +95,4 @@ pub(super) fn are_obvious(operator: BinaryOperator, lhs: &Code, rhs: &Code) -> b
     let mut all = values.map(gives);
     let first = all.next();
     all.all(|it| Some(it) == first)
-}
-
-fn holds(operator: BinaryOperator, value: f64, number: f64) -> bool {
-    match operator {
-        BinaryOperator::Equal => value == number,
-        BinaryOperator::NotEqual => value != number,
-        BinaryOperator::Less => value < number,
-        BinaryOperator::LessOrEqual => value <= number,
-        BinaryOperator::Greater => value > number,
-        BinaryOperator::GreaterOrEqual => value >= number,
-        _ => false,
-    }
 }

@@ -8,7 +8,7 @@ use super::{Body, Class, Routine};
 use crate::escape::cpp_string;
 use crate::trace::span_of;
 
-/// The definition of a program: its head, and the lines between the braces.
+/// Returns the head of a program, and the lines between the braces.
 pub(super) fn definition<'db>(class: &Class<'_, 'db>, routine: &Routine<'db>) -> (String, Vec<Line>) {
     let mut writer = Writer::new(class);
     let parameters = class.parameters(routine, &mut writer.scope.names);
@@ -18,9 +18,9 @@ pub(super) fn definition<'db>(class: &Class<'_, 'db>, routine: &Routine<'db>) ->
         writer.locals.extend(parameter.index.map(|index| (index, parameter.name)));
     }
     let head =
-        format!("{} {}::{}({})", class.cpp(&routine.gives), class.name, routine.function, texts.join(", "));
+        format!("{} {}::{}({})", class.cpp(&routine.result), class.name, routine.function, texts.join(", "));
     let [state, transition, program] = span_of(&routine.program).map(cpp_string);
-    let component = cpp_string(&class.qualified());
+    let component = cpp_string(&class.component.qualified(class.model.db));
     writer.line(format!("MAUVE_TRACE_PROGRAM(getName(), {component}, {state}, {transition}, {program});"));
     match &routine.body {
         Body::Guard(condition) => {
@@ -28,8 +28,8 @@ pub(super) fn definition<'db>(class: &Class<'_, 'db>, routine: &Routine<'db>) ->
             writer.line(format!("return {};", value.text));
         }
         Body::Program(program) => {
-            writer.statements(&program.statements, &routine.gives);
-            if routine.gives == Type::Bool && !returns(&program.statements) {
+            writer.statements(&program.statements, &routine.result);
+            if routine.result == Type::Bool && !returns(&program.statements) {
                 writer.line("return true;");
             }
         }
@@ -38,37 +38,36 @@ pub(super) fn definition<'db>(class: &Class<'_, 'db>, routine: &Routine<'db>) ->
 }
 
 impl<'db> Writer<'_, '_, 'db> {
-    /// Statements of one block.
-    pub(super) fn statements(&mut self, statements: &'db [Statement], gives: &Type) {
+    fn statements(&mut self, statements: &'db [Statement], result: &Type) {
         for statement in statements {
-            self.statement(statement, gives);
+            self.statement(statement, result);
         }
     }
 
-    /// The statements of a block, one deeper. What they declare is not seen behind it.
-    fn block(&mut self, statements: &'db [Statement], gives: &Type) {
+    /// Writes the statements of a block, one level deeper. Their declarations end with the block.
+    fn block(&mut self, statements: &'db [Statement], result: &Type) {
         let scope = self.scope.clone();
         self.depth += 1;
-        self.statements(statements, gives);
+        self.statements(statements, result);
         self.depth -= 1;
         self.scope = scope;
     }
 
-    fn statement(&mut self, statement: &'db Statement, gives: &Type) {
+    fn statement(&mut self, statement: &'db Statement, result: &Type) {
         match statement {
             Statement::Variable(variable) => self.local(variable),
             Statement::If { condition, then, otherwise, .. } => {
                 let condition = self.expr(condition);
-                self.branches("", condition.text, then, otherwise.as_deref(), gives);
+                self.branches("", condition.text, then, otherwise.as_deref(), result);
             }
             Statement::Block(statements) => {
                 self.line("{");
-                self.block(statements, gives);
+                self.block(statements, result);
                 self.line("}");
             }
             Statement::Return(_, None) => self.line("return;"),
             Statement::Return(_, Some(value)) => {
-                let value = self.value(value, gives);
+                let value = self.value(value, result);
                 self.line(format!("return {};", value.text));
             }
             Statement::Assign(target, value) => self.assign(target.id, value),
@@ -86,33 +85,29 @@ impl<'db> Writer<'_, '_, 'db> {
         }
     }
 
-    /// `if`, and `else if` as long as nothing must be computed between the two.
+    /// Writes `if`, and `else if` where no statement has to stand between the two.
     fn branches(
         &mut self,
         before: &str,
         condition: String,
         then: &'db [Statement],
         otherwise: Option<&'db [Statement]>,
-        gives: &Type,
+        result: &Type,
     ) {
         self.line(format!("{before}if ({condition}) {{"));
-        self.block(then, gives);
+        self.block(then, result);
         match otherwise {
             None | Some([]) => self.line("}"),
             Some([Statement::If { condition, then, otherwise, .. }]) => {
                 let scope = self.scope.clone();
-                let lines = std::mem::take(&mut self.lines);
-                self.depth += 1;
-                let condition = self.expr(condition);
-                self.depth -= 1;
-                let needed = std::mem::replace(&mut self.lines, lines);
+                let (condition, needed) = self.expr_apart(condition);
                 if needed.is_empty() {
-                    self.branches("} else ", condition.text, then, otherwise.as_deref(), gives);
+                    self.branches("} else ", condition.text, then, otherwise.as_deref(), result);
                 } else {
                     self.line("} else {");
                     self.lines.extend(needed);
                     self.depth += 1;
-                    self.branches("", condition.text, then, otherwise.as_deref(), gives);
+                    self.branches("", condition.text, then, otherwise.as_deref(), result);
                     self.depth -= 1;
                     self.line("}");
                 }
@@ -120,7 +115,7 @@ impl<'db> Writer<'_, '_, 'db> {
             }
             Some(otherwise) => {
                 self.line("} else {");
-                self.block(otherwise, gives);
+                self.block(otherwise, result);
                 self.line("}");
             }
         }
@@ -130,7 +125,7 @@ impl<'db> Writer<'_, '_, 'db> {
         let Some(index) = self.class.variable_at(variable.name.id) else { return };
         let ty = self.class.type_of_variable(index);
         let value = variable.value.as_ref().map(|value| self.value(value, &ty));
-        // Its own value may name what it hides.
+        // Its own value may name a variable that it hides.
         let name = self.scope.names.declare(&variable.name.name);
         let cpp = self.class.cpp(&ty);
         match value {
@@ -157,7 +152,7 @@ impl<'db> Writer<'_, '_, 'db> {
         let name = self.variable_name(index);
         let value = self.value(value, &self.class.type_of_variable(index));
         if value.text == name {
-            // Compilers ask whether something else was meant.
+            // Compilers warn of an assignment of a variable to itself.
             self.line(format!("static_cast<void>({name});"));
         } else {
             self.line(format!("{name} = {};", value.text));
