@@ -11,15 +11,15 @@
 use std::collections::BTreeSet;
 
 use mauve_hir::item_tree::Name;
-use mauve_hir::{ModelDb, Project, config_of, features_of, shell_of, type_of};
+use mauve_hir::{ModelDb, Project, config_of, type_of};
 
 use crate::codels::headers_of;
 use crate::cpp_type::Headers;
 use crate::deployment::topic_package;
 use crate::escape::xml;
-use crate::library::{Libraries, Library};
+use crate::library::{Libraries, Library, features_in_order};
 use crate::origin::{MARK, generated_from};
-use crate::package::{GeneratedFile, Owner};
+use crate::package::GeneratedFile;
 
 /// What builds a package that has these other files.
 pub(crate) fn build_files<'db>(
@@ -40,8 +40,7 @@ pub(crate) fn build_files<'db>(
         let package = &library.package;
         texts.push((format!("src/{package}-components.cpp"), component_library(package)));
     }
-    let file = |(path, text)| GeneratedFile { path, text, owner: Owner::Generator };
-    texts.into_iter().map(file).collect()
+    texts.into_iter().map(|(path, text)| GeneratedFile::generated(path, text)).collect()
 }
 
 fn names_of<'a>(libraries: &'a Libraries<'_>, numbers: &BTreeSet<usize>) -> Vec<&'a str> {
@@ -131,9 +130,7 @@ fn packages_of_ports<'db>(
 ) -> BTreeSet<Name> {
     let mut found = BTreeSet::new();
     for &(component, _) in &library.components {
-        let shell = shell_of(db, project, component);
-        let features = shell.map(|shell| features_of(db, project, shell).by_name.values().flatten());
-        for feature in features.into_iter().flatten().filter(|it| it.kind.is_port()) {
+        for feature in features_in_order(db, project, component).into_iter().filter(|it| it.kind.is_port()) {
             let ty = feature.data(db).and_then(|it| it.ty.as_ref());
             found.extend(topic_package(&type_of(db, project, feature.shell, ty)).map(Name::from));
         }

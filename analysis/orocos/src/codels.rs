@@ -6,15 +6,12 @@
 //! src/codels/clearance.cpp           the user's: a stub that compiles, until there is more
 //! ```
 
-use mauve_hir::item_tree::{Direction, Parameter, TypeRef};
-use mauve_hir::{
-    Decl, Location, ModelDb, Project, Type, codel, core, core_of, external_types, features_of, shell_of,
-    type_of,
-};
+use mauve_hir::item_tree::Direction;
+use mauve_hir::{Decl, Location, ModelDb, Project, Type, codel, external_types, type_of};
 
 use crate::cpp_name::CppNames;
 use crate::cpp_type::{Headers, cpp_type, parameter_type};
-use crate::library::Library;
+use crate::library::{Library, types_of_codel, types_of_component};
 use crate::origin::{WIDTH, generated_from, origin, origin_file, words_of, wrapped};
 use crate::package::{GeneratedFile, Owner};
 
@@ -29,14 +26,14 @@ pub(crate) fn codel_files<'db>(
     if !library.codels.is_empty() || !library.components.is_empty() {
         let path = format!("include/{package}/{package}-types.hpp");
         let text = types_header(&headers_of(db, project, library), package);
-        files.push(GeneratedFile { path, text, owner: Owner::Generator });
+        files.push(GeneratedFile::generated(path, text));
     }
     let signatures = library.codels.iter().filter_map(|(decl, name)| Signature::of(db, project, *decl, name));
     let signatures: Vec<Signature<'db>> = signatures.collect();
     if !signatures.is_empty() {
         let path = format!("include/{package}/{package}-codels.hpp");
         let text = codels_header(db, project, &signatures, package);
-        files.push(GeneratedFile { path, text, owner: Owner::Generator });
+        files.push(GeneratedFile::generated(path, text));
     }
     for signature in &signatures {
         let path = format!("src/codels/{}.cpp", signature.name);
@@ -54,29 +51,10 @@ pub(crate) fn headers_of<'db>(
 ) -> Headers {
     let workspace = project.workspace(db);
     let mut headers = Headers::default();
-    let mut add = |of: Decl<'db>, ty: Option<&TypeRef>, parameters: &[Parameter]| {
-        for ty in parameters.iter().filter_map(|it| it.ty.as_ref()).chain(ty) {
-            headers.add(db, workspace, &type_of(db, project, of, Some(ty)));
-        }
-    };
-    for &(of, _) in &library.codels {
-        if let Some(data) = codel(db, of) {
-            add(of, data.result.as_ref(), &data.parameters);
-        }
-    }
-    for &(component, _) in &library.components {
-        let shell = shell_of(db, project, component);
-        let features = shell.map(|shell| features_of(db, project, shell).by_name.values().flatten());
-        for feature in features.into_iter().flatten() {
-            if let Some(data) = feature.data(db) {
-                add(feature.shell, data.ty.as_ref(), &data.parameters);
-            }
-        }
-        let core = core_of(db, project, component).and_then(|of| Some((of, core(db, of)?)));
-        if let Some((of, data)) = core {
-            data.all_variables().for_each(|variable| add(of, variable.ty.as_ref(), &[]));
-            data.operations.iter().for_each(|it| add(of, it.result.as_ref(), &it.parameters));
-        }
+    let codels = library.codels.iter().flat_map(|(of, _)| types_of_codel(db, *of));
+    let components = library.components.iter().flat_map(|(of, _)| types_of_component(db, project, *of));
+    for (of, ty) in codels.chain(components) {
+        headers.add(db, workspace, &type_of(db, project, of, Some(ty)));
     }
     headers
 }

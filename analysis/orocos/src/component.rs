@@ -31,15 +31,15 @@ use mauve_hir::item_tree::{
 };
 use mauve_hir::{
     Binding, Builtin, Callee, CoreInference, Decl, Integer, Location, ModelDb, ProgramId, Project, Type,
-    Value, VariableId, VariableKind, config_of, core, core_of, external_types, features_of,
-    inference_of_core, shell_of, type_of, values_of_shell,
+    Value, VariableId, VariableKind, config_of, core, core_of, external_types, inference_of_core, shell_of,
+    type_of, values_of_shell,
 };
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::cpp_name::CppNames;
 use crate::cpp_type::{cpp_type, is_large, operation_parameter_type};
 use crate::escape::comment;
-use crate::library::{Libraries, Library, in_order};
+use crate::library::{Libraries, Library, features_in_order};
 use crate::origin::origin;
 use crate::package::GeneratedFile;
 
@@ -257,7 +257,7 @@ impl<'a, 'db> Class<'a, 'db> {
     fn features(&mut self, shell: Decl<'db>) {
         let Model { db, project, .. } = self.model;
         let values = values_of_shell(db, project, shell);
-        for feature in in_order(features_of(db, project, shell)) {
+        for feature in features_in_order(db, project, self.component) {
             let Some(data) = feature.data(db) else { continue };
             self.members.push(Member {
                 shell: feature.shell,

@@ -2,21 +2,20 @@
 
 use std::collections::BTreeSet;
 
-use mauve_hir::item_tree::{Expr, Name};
+use mauve_hir::item_tree::Name;
 use mauve_hir::{
-    Decl, Features, Flat, FlatInstance, Integer, Location, ModelDb, Project, Type, Value, ValueInEffect,
-    config_of, core as core_data, core_of, deployment, features_of, file_and_line, flat_of, names_of,
-    shell_of, type_of, values_in_effect,
+    Decl, Flat, FlatInstance, Integer, Location, ModelDb, Project, Type, Value, ValueInEffect, config_of,
+    core as core_data, core_of, deployment, file_and_line, type_of, values_in_effect,
 };
 use mauve_syntax::keywords::ActivityField;
 use mauve_timing::Time;
 use mauve_wcrt::{Priority, ResolvedActivity, mask, system_of};
-use rustc_hash::{FxHashMap, FxHashSet};
+use rustc_hash::FxHashSet;
 
 use crate::component::{is_set_from_text, ports_of_introspection};
 use crate::cpp_name::{file_name, script_name, task_name};
-use crate::library::{Libraries, Library};
-use crate::package::{GeneratedFile, Owner};
+use crate::library::{Libraries, Library, features_in_order};
+use crate::package::GeneratedFile;
 use crate::{launch, lua, ops};
 
 /// How often an instance runs in the background where its model does not say.
@@ -47,7 +46,7 @@ pub(crate) fn deployment_files<'db>(
             (format!("scripts/{name}.lua"), lua::script(&deployed)),
             (format!("launch/{name}.launch"), launch::launch_file(&deployed, &library.package)),
         ];
-        files.extend(texts.map(|(path, text)| GeneratedFile { path, text, owner: Owner::Generator }));
+        files.extend(texts.map(|(path, text)| GeneratedFile::generated(path, text)));
     }
     files
 }
@@ -191,12 +190,9 @@ fn deployed<'db>(
     package: &str,
     of: Decl<'db>,
 ) -> Option<Deployed> {
-    let target = deployment(db, of)?.targets.first()?;
-    let kind = mauve_hir::item_tree::Kind::Architecture;
-    let target = names_of(db, project).resolve_type(db, of, kind, Some(target)).ok()?;
-    let flat = flat_of(db, project, target);
+    let (flat, target) = mauve_hir::deployed(db, project, of)?;
     let tasks: Vec<Task> =
-        flat.instances.iter().filter_map(|it| task(db, project, libraries, of, it)).collect();
+        flat.instances.iter().filter_map(|it| task(db, project, libraries, of, flat, it)).collect();
     let end =
         |(instance, feature): &(Name, Name)| format!("{}.{}", task_name(instance), script_name(feature));
     let connections = flat.links.iter().filter(|link| !link.operation);
@@ -232,16 +228,15 @@ fn task<'db>(
     project: Project<'db>,
     libraries: &Libraries<'db>,
     of: Decl<'db>,
+    flat: &Flat<'db>,
     instance: &FlatInstance<'db>,
 ) -> Option<Task> {
     let component = instance.component?;
     let class = libraries.qualified(component)?.trim_start_matches("::").to_owned();
-    let features = features_of(db, project, shell_of(db, project, component)?);
     let in_effect = values_in_effect(db, project, of).get(&instance.name)?;
-    let set = set_values(db, project, of, &instance.name, in_effect);
-    let mut values: Vec<&ValueInEffect<'db>> = in_effect.iter().filter(|it| set.contains(&it.name)).collect();
-    values.sort_by_key(|it| place_in(features, it.declared.shell, it.declared.index));
-    let values = values.into_iter();
+    let set = set_values(db, of, flat, instance, in_effect);
+    let features = features_in_order(db, project, component).into_iter();
+    let values = features.filter_map(|feature| in_effect.iter().find(|it| it.declared == *feature));
     let value = |it: &ValueInEffect<'db>| {
         let data = it.declared.data(db)?;
         let ty = type_of(db, project, it.declared.shell, data.ty.as_ref());
@@ -252,59 +247,39 @@ fn task<'db>(
     Some(Task {
         name: task_name(&instance.name),
         class,
-        values: values.filter_map(value).collect(),
+        values: values.filter(|it| set.contains(&it.name)).filter_map(value).collect(),
         has_values: !in_effect.is_empty(),
         activity: activity(db, of, resolved),
     })
 }
 
-/// The order of the text among the features of a shell, those of the shells that it extends first.
-fn place_in<'db>(features: &Features<'db>, shell: Decl<'db>, index: usize) -> (usize, usize) {
-    let number = features.shells.iter().rev().position(|it| *it == shell);
-    (number.unwrap_or(usize::MAX), index)
-}
-
-/// The properties and constants of an instance that are set, and those whose default rests on one of them: the class has
-/// worked these out before anything was set.
+/// Returns the properties and constants of an instance that are set, and those whose default depends on one of them: the
+/// constructor of the class has computed that default before.
 fn set_values<'db>(
     db: &'db dyn ModelDb,
-    project: Project<'db>,
     of: Decl<'db>,
-    instance: &Name,
-    values: &[ValueInEffect<'db>],
-) -> FxHashSet<Name> {
-    let mut set: FxHashSet<Name> = FxHashSet::default();
-    let data = deployment(db, of);
-    let own = data.into_iter().flat_map(|data| &data.settings).filter_map(|it| it.endpoint.as_ref());
-    set.extend(
-        own.filter(|it| it.instance.name == *instance)
-            .filter_map(|it| Some(it.feature.as_ref()?.name.clone())),
-    );
-    let kind = mauve_hir::item_tree::Kind::Architecture;
-    let target = data.and_then(|data| data.targets.first());
-    if let Ok(target) = names_of(db, project).resolve_type(db, of, kind, target) {
-        let settings = flat_of(db, project, target).settings.iter();
-        set.extend(settings.filter(|(of, _)| of == instance).map(|(_, name)| name.clone()));
-    }
-    let names: FxHashMap<&Name, Vec<&Name>> = values
-        .iter()
-        .map(|it| {
-            (
-                &it.name,
-                it.declared.data(db).and_then(|data| data.value.as_ref()).map_or(Vec::new(), Expr::names),
-            )
-        })
-        .collect();
+    flat: &Flat<'db>,
+    instance: &FlatInstance<'db>,
+    values: &'db [ValueInEffect<'db>],
+) -> FxHashSet<&'db Name> {
+    let own = deployment(db, of).into_iter().flat_map(|data| &data.settings);
+    let own = own.filter_map(|it| it.endpoint.as_ref()).filter(|it| it.instance.name == instance.name);
+    let own = own.filter_map(|it| Some(&it.feature.as_ref()?.name));
+    let flat = flat.settings.iter().filter(|(of, _)| *of == instance.name).map(|(_, name)| name);
+    let settings: FxHashSet<&Name> = own.chain(flat).collect();
+    let mut set: FxHashSet<&Name> =
+        values.iter().map(|it| &it.name).filter(|it| settings.contains(it)).collect();
     loop {
-        let rests = |it: &&ValueInEffect<'db>| {
-            !set.contains(&it.name)
-                && names.get(&it.name).is_some_and(|names| names.iter().any(|it| set.contains(*it)))
+        let depends = |it: &&ValueInEffect<'db>| {
+            let default = it.declared.data(db).and_then(|data| data.value.as_ref());
+            default.is_some_and(|it| it.names().iter().any(|name| set.contains(name)))
         };
-        let new: Vec<Name> = values.iter().filter(rests).map(|it| it.name.clone()).collect();
-        if new.is_empty() {
+        let new: Vec<&Name> = values.iter().filter(depends).map(|it| &it.name).collect();
+        let known = set.len();
+        set.extend(new);
+        if set.len() == known {
             return set;
         }
-        set.extend(new);
     }
 }
 
@@ -355,29 +330,28 @@ fn streams<'db>(db: &'db dyn ModelDb, project: Project<'db>, flat: &Flat<'db>) -
     let connected: FxHashSet<_> = connections.map(|link| (&link.target.0, &link.target.1)).collect();
     let mut streams = Streams::default();
     for instance in &flat.instances {
-        let shell = instance.component.and_then(|component| shell_of(db, project, component));
-        let Some(features) = shell.map(|shell| features_of(db, project, shell)) else { continue };
-        let ports = features.by_name.iter().filter_map(|(name, found)| Some((name, found.first()?)));
-        let ports =
-            ports.filter(|(name, port)| port.kind.is_port() && !connected.contains(&(&instance.name, *name)));
-        let mut ports: Vec<_> = ports.collect();
-        ports.sort_by_key(|(_, port)| place_in(features, port.shell, port.index));
+        let Some(component) = instance.component else { continue };
+        let features = features_in_order(db, project, component);
+        let features: Vec<_> = features.iter().filter_map(|it| Some((it, it.data(db)?))).collect();
         if introspection {
-            let names: Vec<String> = features.by_name.keys().map(|name| script_name(name)).collect();
+            let names: Vec<String> = features.iter().map(|(_, it)| script_name(&it.name.name)).collect();
             let [state, period] = ports_of_introspection(&names);
-            let core = instance.component.and_then(|component| core_of(db, project, component));
-            let has_machine =
-                core.and_then(|of| core_data(db, of)).is_some_and(|core| !core.machines.is_empty());
+            let core = core_of(db, project, component).and_then(|of| core_data(db, of));
+            let has_machine = core.is_some_and(|core| !core.machines.is_empty());
             for port in has_machine.then_some(state).into_iter().chain([period]) {
                 let [task, topic] = [task_name(&instance.name), instance.name.to_string()];
                 streams.shown.push([format!("{task}.{port}"), format!("{topic}/{port}")]);
                 streams.packages.insert("rtt_std_msgs".to_owned());
             }
         }
-        for (name, port) in ports {
-            let ty = port.data(db).map(|data| type_of(db, project, port.shell, data.ty.as_ref()));
+        for (port, data) in features.into_iter().filter(|(port, _)| port.kind.is_port()) {
+            let name = &data.name.name;
+            if connected.contains(&(&instance.name, name)) {
+                continue;
+            }
+            let ty = type_of(db, project, port.shell, data.ty.as_ref());
             let end = format!("{}.{}", task_name(&instance.name), script_name(name));
-            let Some(package) = ty.as_ref().and_then(topic_package) else {
+            let Some(package) = topic_package(&ty) else {
                 streams.left_out.push(end);
                 continue;
             };

@@ -9,7 +9,7 @@ use mauve_wcrt::{exported_component, task_set_of};
 
 use crate::cpp_name::file_name;
 use crate::library::Library;
-use crate::package::{GeneratedFile, Owner};
+use crate::package::GeneratedFile;
 
 /// The files of a package that tell what was analysed, at all levels of the timing tables.
 pub(crate) fn export_files<'db>(
@@ -25,12 +25,8 @@ pub(crate) fn export_files<'db>(
         let content = Exported::Deployment(task_set_of(db, project, deployment, &PROSE));
         (format!("models/{}.json", file_name(deployment.name(db))), content)
     });
-    let file = |(path, content): (String, Exported)| GeneratedFile {
-        path,
-        text: content.to_json(),
-        owner: Owner::Generator,
-    };
-    components.chain(deployments).map(file).collect()
+    let contents = components.chain(deployments);
+    contents.map(|(path, content)| GeneratedFile::generated(path, content.to_json())).collect()
 }
 
 #[cfg(test)]

@@ -3,11 +3,11 @@
 use std::collections::BTreeSet;
 
 use mauve_diagnostics::{Severity, cpu_names, diagnostics_of_file, project_diagnostics};
-use mauve_hir::item_tree::{FeatureKind, Kind, Name, TypeRef};
+use mauve_hir::item_tree::{FeatureKind, Kind, Name, Parameter, TypeRef};
 use mauve_hir::{
-    Callee, Decl, FeatureOf, Features, Location, ModelDb, Project, Type, catalogue, codel, component,
-    config_file, config_of, core, core_of, deployment, external_types, features_of, flat_of,
-    inference_of_core, names_of, shell_of, type_of,
+    Callee, Decl, FeatureOf, Location, ModelDb, Project, Type, catalogue, codel, component, config_file,
+    config_of, core, core_of, deployed, deployment, external_types, features_of, inference_of_core, names_of,
+    shell_of, type_of,
 };
 use mauve_syntax::keywords::ActivityField;
 use mauve_wcrt::mask;
@@ -190,21 +190,14 @@ impl<'db> Reader<'db> {
     /// The codels that a component may call.
     fn codels_of(&self, component: Decl<'db>) -> Vec<Decl<'db>> {
         let core = core_of(self.db, self.project, component);
-        let callees =
-            core.map(|core| inference_of_core(self.db, self.project, core).callees().collect::<Vec<_>>());
-        callees
-            .into_iter()
-            .flatten()
-            .filter_map(|callee| if let Callee::Codel(codel) = callee { Some(codel) } else { None })
-            .collect()
+        let Some(core) = core else { return Vec::new() };
+        let codel = |callee| if let Callee::Codel(codel) = callee { Some(codel) } else { None };
+        inference_of_core(self.db, self.project, core).callees().filter_map(codel).collect()
     }
 
     fn components_of(&self, of: Decl<'db>) -> Vec<Decl<'db>> {
-        let (db, project) = (self.db, self.project);
-        let target = deployment(db, of).and_then(|data| data.targets.first());
-        let target = names_of(db, project).resolve_type(db, of, Kind::Architecture, target).ok();
-        let instances = target.into_iter().flat_map(|target| &flat_of(db, project, target).instances);
-        instances.filter_map(|instance| instance.component).collect()
+        let flat = deployed(self.db, self.project, of).map(|(flat, _)| &flat.instances);
+        flat.into_iter().flatten().filter_map(|instance| instance.component).collect()
     }
 
     /// Reports names that C++ tells apart, while a file system that ignores case does not.
@@ -253,32 +246,12 @@ impl<'db> Reader<'db> {
     /// Reports the types that C++ does not know.
     fn check_types(&mut self, library: &Library<'db>) {
         let (db, project) = (self.db, self.project);
-        for &(of, _) in &library.codels {
-            if let Some(data) = codel(db, of) {
-                let parameters = data.parameters.iter().filter_map(|it| it.ty.as_ref());
-                parameters.chain(&data.result).for_each(|ty| self.check_type(of, ty));
-            }
+        for &(codel, _) in &library.codels {
+            types_of_codel(db, codel).into_iter().for_each(|(of, ty)| self.check_type(of, ty));
         }
         for &(component, _) in &library.components {
-            let shell = shell_of(db, project, component);
-            let features = shell
-                .into_iter()
-                .flat_map(|shell| features_of(db, project, shell).by_name.values().flatten());
-            for feature in features {
-                if let Some(data) = feature.data(db) {
-                    let parameters = data.parameters.iter().filter_map(|it| it.ty.as_ref());
-                    parameters.chain(&data.ty).for_each(|ty| self.check_type(feature.shell, ty));
-                }
-            }
-            if let Some((of, data)) = core_of(db, project, component).and_then(|of| Some((of, core(db, of)?)))
-            {
-                let variables = data.all_variables().filter_map(|it| it.ty.as_ref());
-                variables.for_each(|ty| self.check_type(of, ty));
-                for operation in &data.operations {
-                    let parameters = operation.parameters.iter().filter_map(|it| it.ty.as_ref());
-                    parameters.chain(&operation.result).for_each(|ty| self.check_type(of, ty));
-                }
-            }
+            let types = types_of_component(db, project, component);
+            types.into_iter().for_each(|(of, ty)| self.check_type(of, ty));
             self.check_operations(component);
             if component_is_broken(db, component) {
                 self.report("this component is not complete".to_owned(), Location::name_of(component));
@@ -386,11 +359,48 @@ impl<'db> Reader<'db> {
     }
 }
 
-/// Returns the features of a shell in the order of the text, those of the shells that it extends first.
-pub(crate) fn in_order<'f, 'db>(features: &'f Features<'db>) -> Vec<&'f FeatureOf<'db>> {
+/// Returns the features of a component in the order of the text, those of the shells that its shell extends first.
+pub(crate) fn features_in_order<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    component: Decl<'db>,
+) -> Vec<&'db FeatureOf<'db>> {
+    let Some(shell) = shell_of(db, project, component) else { return Vec::new() };
+    let features = features_of(db, project, shell);
     let mut all: Vec<&FeatureOf<'db>> = features.by_name.values().flatten().collect();
     all.sort_by_cached_key(|it| (features.shells.iter().rev().position(|of| *of == it.shell), it.index));
     all
+}
+
+/// Returns the types that the declaration of a codel names, with the codel.
+pub(crate) fn types_of_codel<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Vec<(Decl<'db>, &'db TypeRef)> {
+    let data = codel(db, of).into_iter();
+    data.flat_map(|it| types(of, &it.parameters, it.result.as_ref())).collect()
+}
+
+/// Returns the types that a component names in its shells and in its core, each with its declaration.
+pub(crate) fn types_of_component<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    component: Decl<'db>,
+) -> Vec<(Decl<'db>, &'db TypeRef)> {
+    let shell = shell_of(db, project, component).into_iter();
+    let features = shell.flat_map(|shell| features_of(db, project, shell).by_name.values().flatten());
+    let features = features.filter_map(|it| Some((it.shell, it.data(db)?)));
+    let mut all: Vec<_> = features.flat_map(|(of, it)| types(of, &it.parameters, it.ty.as_ref())).collect();
+    if let Some((of, data)) = core_of(db, project, component).and_then(|of| Some((of, core(db, of)?))) {
+        all.extend(data.all_variables().flat_map(|it| types(of, &[], it.ty.as_ref())));
+        all.extend(data.operations.iter().flat_map(|it| types(of, &it.parameters, it.result.as_ref())));
+    }
+    all
+}
+
+fn types<'db>(
+    of: Decl<'db>,
+    parameters: &'db [Parameter],
+    ty: Option<&'db TypeRef>,
+) -> impl Iterator<Item = (Decl<'db>, &'db TypeRef)> {
+    parameters.iter().filter_map(|it| it.ty.as_ref()).chain(ty).map(move |ty| (of, ty))
 }
 
 fn component_is_broken(db: &dyn ModelDb, of: Decl<'_>) -> bool {

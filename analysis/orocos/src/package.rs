@@ -8,6 +8,7 @@ use crate::component::component_files;
 use crate::deployment::deployment_files;
 use crate::export::export_files;
 use crate::library::{Libraries, Library, Problem, libraries, problems};
+use crate::origin::generated_from;
 use crate::task::task_files;
 use crate::trace::trace_files;
 
@@ -35,6 +36,13 @@ impl GeneratedFile {
     /// A file of the generator.
     pub(crate) fn generated(path: String, text: String) -> GeneratedFile {
         GeneratedFile { path, text, owner: Owner::Generator }
+    }
+
+    /// A file of the generator from a template, with the name of the library in place of `{lib}`.
+    pub(crate) fn from_template(library: &Library<'_>, path: &str, template: &str) -> GeneratedFile {
+        let package = &library.package;
+        let text = template.replace("{generated}", &generated_from(package));
+        GeneratedFile::generated(path.replace("{lib}", package), text.replace("{lib}", package))
     }
 }
 

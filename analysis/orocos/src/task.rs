@@ -12,20 +12,14 @@
 //! Each package has its own: two packages that were generated at different times are loaded into one deployer.
 
 use crate::library::Library;
-use crate::origin::generated_from;
-use crate::package::{GeneratedFile, Owner};
+use crate::package::GeneratedFile;
 
 /// The header. A library without components has none.
 pub(crate) fn task_files(library: &Library<'_>) -> Vec<GeneratedFile> {
     if library.components.is_empty() {
         return Vec::new();
     }
-    let package = &library.package;
-    vec![GeneratedFile {
-        path: format!("include/{package}/{package}-task.hpp"),
-        text: HEADER.replace("{generated}", &generated_from(package)).replace("{lib}", package),
-        owner: Owner::Generator,
-    }]
+    vec![GeneratedFile::from_template(library, "include/{lib}/{lib}-task.hpp", HEADER)]
 }
 
 const HEADER: &str = r#"// {generated}

@@ -31,8 +31,7 @@
 use mauve_hir::ProgramId;
 
 use crate::library::Library;
-use crate::origin::generated_from;
-use crate::package::{GeneratedFile, Owner};
+use crate::package::GeneratedFile;
 
 /// The header, the events and their provider. A library without components executes nothing, and has none.
 pub(crate) fn trace_files(library: &Library<'_>) -> Vec<GeneratedFile> {
@@ -44,14 +43,7 @@ pub(crate) fn trace_files(library: &Library<'_>) -> Vec<GeneratedFile> {
         ("tracing/{lib}-tp.h", EVENTS),
         ("tracing/{lib}-tp.c", PROVIDER),
     ];
-    let generated = generated_from(&library.package);
-    let of_library = |text: &str| text.replace("{generated}", &generated).replace("{lib}", &library.package);
-    let file = |(path, text)| GeneratedFile {
-        path: of_library(path),
-        text: of_library(text),
-        owner: Owner::Generator,
-    };
-    files.map(file).into()
+    files.map(|(path, template)| GeneratedFile::from_template(library, path, template)).into()
 }
 
 /// Returns the state, the transition and the program that a trace records for `program`.
