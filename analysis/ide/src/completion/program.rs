@@ -1,6 +1,6 @@
 //! Statements, and the operands of expressions.
 
-use mauve_hir::item_tree::{Direction, FeatureKind, Kind};
+use mauve_hir::item_tree::{Direction, FeatureKind, Kind, Name};
 use mauve_hir::{Builtin, Operand, Type, VariableKind, VariableOf};
 use mauve_syntax::SyntaxKind::{self, *};
 
@@ -120,7 +120,14 @@ impl<'db> Completer<'_, 'db> {
                 continue;
             }
             let item = self.of_variable(variable);
-            self.add(item.rank(rank_of(&variable.ty)));
+            let rank = match variable.kind {
+                // A handler fits no other type, even if its operation is unknown.
+                VariableKind::Handler if variable.ty == Type::Unknown => {
+                    rank_of(&Type::Handle(Name::default()))
+                }
+                _ => rank_of(&variable.ty),
+            };
+            self.add(item.rank(rank));
         }
         if expected.is_output {
             return;
@@ -272,6 +279,14 @@ library b {{ codel distant(): bool }}
 
     fn check(statements: &str, most: u8, expected: Expect) {
         expected.assert_eq(&offered(&in_program(statements), most));
+    }
+
+    #[test]
+    fn a_handler_of_an_unknown_operation_fits_no_value() {
+        let text = "shell S { constantx most: int  require ask(): int }
+core C(S) { var far: double; handler asking: ask  update = { far = $0; } }";
+        let handler = offered(text, 9).lines().find(|line| line.contains("asking")).map(str::to_owned);
+        assert_eq!(handler.as_deref(), Some("3 asking: ask (handler)"));
     }
 
     #[test]
