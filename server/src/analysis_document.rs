@@ -216,7 +216,7 @@ pub(crate) fn levels(db: &Database, project: Project<'_>, asked: Option<&Signifi
     match asked {
         Some(Significance::These(levels)) => levels.clone(),
         Some(Significance::All) => {
-            let levels = timetable_of(db, project).levels().to_vec();
+            let levels = timetable_of(db, project).levels.clone();
             // Times that hold at every level need one column.
             if levels.is_empty() { vec![shown] } else { levels }
         }

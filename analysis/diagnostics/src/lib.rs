@@ -436,13 +436,14 @@ pub fn declaration_diagnostics<'db>(
     decl: Decl<'db>,
 ) -> Box<[Diagnostic<'db>]> {
     let mut found = Vec::new();
-    let is_deployment = decl.kind(db) == Kind::Deployment;
-    if is_deployment {
-        found.extend(timing_diagnostics(db, project, &system_of(db, project, decl).facts));
+    let system = (decl.kind(db) == Kind::Deployment).then(|| system_of(db, project, decl));
+    if let Some(system) = system {
+        found.extend(timing_diagnostics(db, project, &system.facts));
     }
     found.extend(declaration_facts(db, project, decl).iter().map(|fact| render(db, project, fact)));
-    if is_deployment {
-        found.extend(timing_diagnostics(db, project, &priority_facts(db, project, decl)));
+    if let Some(system) = system {
+        let facts = priority_facts(db, project, decl, &system.activities);
+        found.extend(timing_diagnostics(db, project, &facts));
         let facts = timing_facts(db, project, decl, Query::shown(db, project));
         found.extend(timing_diagnostics(db, project, &facts));
     }

@@ -83,7 +83,7 @@ fn check(db: &Database, workspace: Workspace, what: &str, counted: &mut Counted)
         let set = task_set_of(db, project, deployment, &PROSE);
         let read = written(set.clone());
         assert_eq!(read, set, "{what}");
-        let known = timetable_of(db, project).levels();
+        let known = timetable_of(db, project).levels.as_slice();
         assert_eq!(read.levels, if known.is_empty() { vec![read.significance] } else { known.to_vec() });
         for &level in &read.levels {
             for (method, horizon) in [

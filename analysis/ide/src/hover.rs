@@ -169,7 +169,7 @@ pub(crate) fn shown(declaration: &SyntaxNode) -> String {
 fn times<'db>(db: &'db dyn ModelDb, project: Project<'db>, codel: Decl<'db>) -> String {
     let table = timetable_of(db, project);
     let shown = Query::shown(db, project).level;
-    let mut levels = table.levels().to_vec();
+    let mut levels = table.levels.clone();
     if !levels.contains(&shown) {
         levels.push(shown);
     }

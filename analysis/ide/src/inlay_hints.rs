@@ -17,7 +17,8 @@ use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxKind, SyntaxNode, TextRange, TextSize};
 use mauve_timing::{Status, Time};
 use mauve_wcrt::{
-    ActivityReport, CpuReport, Deadlines, Query, Report, Verdict, budgets, psm_of, response_times, system_of,
+    ActivityReport, CpuReport, Deadlines, Query, Reason, Refusal, Report, Verdict, budgets, psm_of,
+    response_times, system_of,
 };
 
 use crate::project::{name_of_root, projects_with};
@@ -236,9 +237,8 @@ fn missing_codel<'db>(
     query: Query,
 ) -> Option<Decl<'db>> {
     let component = activity.component.filter(|_| activity.reasons.len() == 1)?;
-    let refused = psm_of(db, project, component, query.level).as_ref().err()?;
-    match (refused.refusals.as_slice(), refused.missing.as_slice()) {
-        ([_], [(codel, None)]) => Some(*codel),
+    match psm_of(db, project, component, query.level).as_ref().err()?.as_slice() {
+        [Refusal { reason: Reason::NoTime(codel), .. }] => Some(*codel),
         _ => None,
     }
 }

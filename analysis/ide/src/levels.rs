@@ -24,7 +24,7 @@ pub fn known_levels(db: &dyn ModelDb, workspaces: &[Workspace]) -> Vec<Level> {
     let projects = workspaces.iter().flat_map(|&workspace| projects(db, workspace));
     let mut levels: Vec<Level> = Vec::new();
     for &project in projects {
-        levels.extend(timetable_of(db, project).levels());
+        levels.extend(&timetable_of(db, project).levels);
     }
     levels.sort_unstable_by(|a, b| b.cmp(a));
     levels.dedup();

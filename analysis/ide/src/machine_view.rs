@@ -80,8 +80,8 @@ pub fn state_machine<'db>(
     let behaviour = behaviour_of(db, project, of);
     match psm_of(db, project, component, level) {
         Ok(psm) => view.psm = Some(psm),
-        Err(refused) => {
-            view.reasons = refused.refusals.iter().map(|it| timing_reason(db, &it.reason)).collect();
+        Err(refusals) => {
+            view.reasons = refusals.iter().map(|it| timing_reason(db, &it.reason)).collect();
         }
     }
     if !behaviour.refusals.is_empty() {

@@ -141,13 +141,14 @@ pub struct Activity {
 }
 
 /// How urgent an activity is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Priority {
     /// Greater is more urgent, 1 to 99.
     RealTime(u32),
     /// Not real-time.
     Background,
     /// It has none, or none that can be used: it may be the most urgent.
+    #[default]
     Unknown,
 }
 

@@ -6,7 +6,7 @@ use mauve_timing::{Level, Time};
 use crate::psm::{Psm, PsmEdge, psm_of};
 use crate::reason::{Prose, Reason, Refusal};
 use crate::system::{ResolvedActivity, system_of};
-use crate::task_set::{Executed, not_analysed_in, psms_of};
+use crate::task_set::{Executed, psms_of};
 use crate::timetable::timetable_of;
 use mauve_hir::{Decl, ModelDb, ProgramId, Project, config_of, platform_of};
 
@@ -48,7 +48,7 @@ pub fn task_set_of<'db>(
         significance: config_of(db, workspace).level(),
         cpus: system.cpus,
         rt_throttling: platform_of(db, workspace).rt_throttling,
-        not_analysed: not_analysed_in(db, project, deployment).iter().map(|it| say(&it.reason)).collect(),
+        not_analysed: system.not_analysed.iter().map(|it| say(&it.reason)).collect(),
         activities: system.activities.iter().enumerate().map(activity).collect(),
         levels,
     }
@@ -85,7 +85,7 @@ type Psms<'db> = Vec<Executed<'db, 'db>>;
 
 /// Those of its tables; where no time depends on a level, that of `mauve.toml`. What an editor shows has no part in it.
 fn levels_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<Level> {
-    match timetable_of(db, project).levels() {
+    match timetable_of(db, project).levels.as_slice() {
         [] => vec![config_of(db, project.workspace(db)).level()],
         levels => levels.to_vec(),
     }
@@ -103,8 +103,8 @@ fn refusals_of<'db>(
     say: &dyn Fn(&Reason<'db>) -> String,
 ) -> Vec<NotAnalysed> {
     let refused = |psm: &Executed<'_, 'db>| -> Vec<String> {
-        let Some(Err(refused)) = psm else { return Vec::new() };
-        refused.refusals.iter().map(|refusal| say(&refusal.reason)).collect()
+        let Some(Err(refusals)) = psm else { return Vec::new() };
+        refusals.iter().map(|refusal| say(&refusal.reason)).collect()
     };
     let component_time = |psm: &Executed<'_, 'db>| -> Vec<String> {
         let Some(Ok(Psm { unusable_component_time: Some(why), .. })) = psm else { return Vec::new() };

@@ -1,6 +1,7 @@
 //! What is wrong with a deployment, its priorities, its timing tables and its response times, as facts: names, figures
-//! and locations. The messages, severities and fixes are in
-//! `mauve-diagnostics`.
+//! and locations. The messages, severities and fixes are in `mauve-diagnostics`.
+
+#![allow(missing_docs, reason = "the documentation of an item says what its fields are")]
 
 use mauve_timing::{Level, Time, TimeError};
 
@@ -11,9 +12,7 @@ use mauve_hir::{Decl, File, Location, Unresolved};
 /// Something wrong, at a location.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub struct TimingFact<'db> {
-    /// Where.
     pub at: Location<'db>,
-    /// What.
     pub kind: TimingFactKind<'db>,
 }
 
@@ -25,7 +24,6 @@ impl<'db> TimingFact<'db> {
 
 /// What is wrong. Each variant belongs to one code.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
-#[allow(missing_docs, reason = "each variant says what its fields are")]
 pub enum TimingFactKind<'db> {
     /// A deployment has no `architecture`.
     NoTarget,
@@ -83,14 +81,11 @@ pub enum TimingFactKind<'db> {
     NotAnalysed { instance: Name, reasons: Vec<Refusal<'db>> },
 }
 
-/// An activity with its priority and its deadline.
+/// The instance of an activity, its priority and its deadline.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DeadlineAndPriority {
-    /// Its instance.
     pub instance: Name,
-    /// Its priority.
     pub priority: u32,
-    /// D.
     pub deadline: Time,
 }
 
@@ -125,27 +120,18 @@ pub enum NoTime {
 /// Why a deadline is not proved.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub enum Missed<'db> {
-    /// The response time exceeds it.
-    Late {
-        /// R.
-        response: Time,
-        /// The greatest interference.
-        heaviest: Option<InterferenceReport>,
-        /// Where a later job of a busy window responds last: its number, and the end of that job.
-        window: Option<(u64, Time)>,
-    },
+    /// The response time exceeds it. With the greatest interference, and, where a later job of a busy window responds last,
+    /// the number and the end of that job.
+    Late { response: Time, heaviest: Option<InterferenceReport>, window: Option<(u64, Time)> },
     /// There is no response time.
     NoBound(Vec<Refusal<'db>>),
 }
 
-/// What one activity executes in another's window.
+/// What one activity executes in another's window: how many jobs it releases there, and their demand.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct InterferenceReport {
-    /// The instance.
     pub instance: Name,
-    /// How many jobs it releases in the window.
     pub jobs: u64,
-    /// Their demand.
     pub time: Time,
 }
 
@@ -153,21 +139,18 @@ pub struct InterferenceReport {
 /// deployment, when the other codels without a time take nothing. A large deployment may get none.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub struct Budget<'db> {
-    /// The codel.
     pub codel: Decl<'db>,
     /// `None` where a deadline is missed already when it takes nothing.
     pub time: Option<Time>,
-    /// Do others lack a time too, so that this is the most, not a promise?
+    /// Whether no other codel lacks a time: otherwise the time is an upper limit, and no promise.
     pub alone: bool,
 }
 
-/// A codel without a time, and the activities that execute it.
+/// A codel without a time, whether a table has one at other levels, and the activities that execute the codel, by their
+/// instances.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub struct MissingTime<'db> {
-    /// The codel.
     pub codel: Decl<'db>,
-    /// Does a table have it at other levels?
     pub at_other_levels: bool,
-    /// The activities that execute it, by their instances.
     pub users: Vec<(Name, Location<'db>)>,
 }

@@ -3,22 +3,13 @@
 use rustc_hash::FxHashSet;
 
 use crate::fact::{DeadlineAndPriority, TimingFact, TimingFactKind};
-use crate::system::{Priority, ResolvedActivity, system_of, written_field};
+use crate::system::{Priority, ResolvedActivity, written_field};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Decl, Location, ModelDb, Project, deployed};
 use mauve_syntax::keywords::ActivityField;
 
-/// Returns what may be wrong with the priorities of a deployment.
-pub fn priority_facts<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    of: Decl<'db>,
-) -> Vec<TimingFact<'db>> {
-    check_priorities(db, project, of, &system_of(db, project, of).activities)
-}
-
 /// Returns what may be wrong with the priorities of `activities`, those of the deployment or of a what-if question.
-pub(crate) fn check_priorities<'db>(
+pub fn priority_facts<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,

@@ -46,23 +46,14 @@ pub struct PsmEdge {
     pub programs: Vec<usize>,
 }
 
-/// Why a component has no periodic state machine.
-#[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
-pub struct Refused<'db> {
-    /// The reasons.
-    pub refusals: Vec<Refusal<'db>>,
-    /// The codels without a time, among them; with a reason where a table has one at other levels.
-    pub missing: Vec<(Decl<'db>, Option<UnusableTime<'db>>)>,
-}
-
-/// The periodic state machine of a component.
+/// The periodic state machine of a component, or why it has none.
 #[salsa::tracked(returns(ref))]
 pub fn psm_of<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     component: Decl<'db>,
     level: Level,
-) -> Result<Psm<'db>, Refused<'db>> {
+) -> Result<Psm<'db>, Vec<Refusal<'db>>> {
     psm_with(db, project, component, level, &|_| None)
 }
 
@@ -73,8 +64,8 @@ pub(crate) fn psm_with<'db>(
     of: Decl<'db>,
     level: Level,
     what_if: &dyn Fn(Decl<'db>) -> Option<Time>,
-) -> Result<Psm<'db>, Refused<'db>> {
-    let refuse = |reason, at| Err(Refused { refusals: vec![Refusal::new(reason, at)], missing: Vec::new() });
+) -> Result<Psm<'db>, Vec<Refusal<'db>>> {
+    let refuse = |reason, at| Err(vec![Refusal::new(reason, at)]);
     let at = Location::name_of(of);
     if component(db, of).is_some_and(|data| data.completeness.is_incomplete()) {
         return refuse(Reason::Damaged(of), at);
@@ -91,8 +82,7 @@ pub(crate) fn psm_with<'db>(
     let behaviour = behaviour_of(db, project, core);
     if !behaviour.refusals.is_empty() {
         // A few are enough, and every activity that executes the component repeats them.
-        let refusals = behaviour.refusals.iter().take(MOST_REASONS).map(Refusal::of_model).collect();
-        return Err(Refused { refusals, missing: Vec::new() });
+        return Err(behaviour.refusals.iter().take(MOST_REASONS).map(Refusal::of_model).collect());
     }
     let features = features_of(db, project, shell);
     if features.completeness.is_incomplete() || features.cycle {
@@ -100,13 +90,13 @@ pub(crate) fn psm_with<'db>(
     }
     let errors = errors_behind(db, project, of, shell, core);
     if !errors.is_empty() {
-        return Err(Refused { refusals: errors, missing: Vec::new() });
+        return Err(errors);
     }
     let times = timetable_of(db, project);
     if let Some(unusable) = times.unusable_component(of) {
         return refuse(Reason::Table(unusable), at);
     }
-    let mut reader = Evaluator {
+    let evaluator = Evaluator {
         db,
         component: of,
         behaviour,
@@ -114,11 +104,11 @@ pub(crate) fn psm_with<'db>(
         level,
         what_if,
         operations: vec![None; behaviour.operations.len()],
-        refused: Refused::default(),
+        refusals: Vec::new(),
         missing: BTreeMap::new(),
         assumed: BTreeMap::new(),
     };
-    reader.psm()
+    evaluator.psm()
 }
 
 /// The errors in all that a component executes: a call may have been lost where one stands.
@@ -149,13 +139,14 @@ struct Evaluator<'a, 'db> {
     what_if: &'a dyn Fn(Decl<'db>) -> Option<Time>,
     /// The times of the operations that are called, callees first.
     operations: Vec<Option<Time>>,
-    refused: Refused<'db>,
-    missing: BTreeMap<String, (Decl<'db>, Option<UnusableTime<'db>>)>,
+    refusals: Vec<Refusal<'db>>,
+    /// The refusals of codels without a time, by the names of the codels.
+    missing: BTreeMap<String, Refusal<'db>>,
     assumed: BTreeMap<String, Time>,
 }
 
 impl<'db> Evaluator<'_, 'db> {
-    fn psm(&mut self) -> Result<Psm<'db>, Refused<'db>> {
+    fn psm(mut self) -> Result<Psm<'db>, Vec<Refusal<'db>>> {
         let behaviour = self.behaviour;
         // Only what some edge executes needs a time: states that are never reached, and transitions behind one without
         // a guard, never happen.
@@ -172,51 +163,33 @@ impl<'db> Evaluator<'_, 'db> {
         if overhead.is_none() {
             match self.times.without_level(self.level) {
                 // That is one warning, where the level is asked for.
-                Some(table) => {
-                    let none = Reason::NoOverhead { level: self.level, table: table.clone() };
-                    self.refused.refusals.push(Refusal::new(none, Location::name_of(self.component)));
-                }
+                Some(table) => self.refuse(Reason::NoOverhead { level: self.level, table: table.clone() }),
                 None => self.refuse(Reason::TooLong(TooLong::Overhead)),
             }
         }
         let mut edges = Vec::new();
         let mut described = Vec::new();
         for edge in &behaviour.edges {
-            let mut cost = overhead;
-            for &index in &edge.programs {
-                let Some((program, time)) =
-                    behaviour.programs.get(index).zip(programs.get(index).copied().flatten())
-                else {
-                    cost = None;
-                    continue;
-                };
-                let sum = cost.and_then(|cost| cost.checked_add(time));
-                if cost.is_some() && sum.is_none() {
+            let mut add = |cost: Time, &index: &usize| {
+                let (program, time) = behaviour.programs.get(index).zip(*programs.get(index)?)?;
+                let sum = cost.checked_add(time);
+                if sum.is_none() {
                     self.refuse(Reason::TooLong(TooLong::Edge(program.id.clone())));
                 }
-                cost = sum;
-            }
+                sum
+            };
+            let cost = overhead.and_then(|overhead| edge.programs.iter().try_fold(overhead, &mut add));
             let Some(cost) = cost else { continue };
             edges.push(Edge { source: edge.source as u32, target: edge.target as u32, cost });
             described.push(PsmEdge { transition: edge.transition.clone(), programs: edge.programs.clone() });
         }
-        let missing = std::mem::take(&mut self.missing);
-        for (decl, other_levels) in missing.into_values() {
-            let reason = other_levels.clone().map_or(Reason::NoTime(decl), Reason::Table);
-            self.refused.refusals.push(Refusal::new(reason, Location::name_of(decl)));
-            self.refused.missing.push((decl, other_levels));
+        self.refusals.extend(std::mem::take(&mut self.missing).into_values());
+        if !self.refusals.is_empty() {
+            return Err(self.refusals);
         }
-        if !self.refused.refusals.is_empty() {
-            return Err(std::mem::take(&mut self.refused));
-        }
-        let states = behaviour.states.len() as u32;
-        let machine = match StateMachine::new(states, edges) {
-            Ok(machine) => machine,
-            Err(error) => {
-                self.refuse(Reason::NoMachine(error));
-                return Err(std::mem::take(&mut self.refused));
-            }
-        };
+        let machine = StateMachine::new(behaviour.states.len() as u32, edges).map_err(|error| {
+            vec![Refusal::new(Reason::NoMachine(error), Location::name_of(self.component))]
+        })?;
         let (component_time, unusable_component_time) =
             match self.times.component_time(self.component, self.level) {
                 Lookup::Known(time) | Lookup::Assumed(time) => (Some(time), None),
@@ -226,18 +199,17 @@ impl<'db> Evaluator<'_, 'db> {
         let id = |program: &TimedProgram<'db>| program.id.clone();
         let programs =
             behaviour.programs.iter().map(id).zip(programs.into_iter().map(Option::unwrap_or_default));
-        let operations = std::mem::take(&mut self.operations);
         Ok(Psm {
             states: behaviour.states.clone(),
             initial: behaviour.initial,
             machine,
             edges: described,
             programs: programs.collect(),
-            operations: behaviour.operations.iter().map(id).zip(operations).collect(),
+            operations: behaviour.operations.iter().map(id).zip(self.operations).collect(),
             overhead: overhead.unwrap_or_default(),
             component_time,
             unusable_component_time,
-            assumed: std::mem::take(&mut self.assumed).into_iter().collect(),
+            assumed: self.assumed.into_iter().collect(),
         })
     }
 
@@ -262,7 +234,7 @@ impl<'db> Evaluator<'_, 'db> {
     }
 
     fn refuse(&mut self, reason: Reason<'db>) {
-        self.refused.refusals.push(Refusal::new(reason, Location::name_of(self.component)));
+        self.refusals.push(Refusal::new(reason, Location::name_of(self.component)));
     }
 
     /// The time of a program: the table's, as a whole, or the sum of its codels.
@@ -271,8 +243,7 @@ impl<'db> Evaluator<'_, 'db> {
             Lookup::Known(time) | Lookup::Assumed(time) => Some(time),
             Lookup::Absent => self.cost(&program.cost),
             Lookup::OtherLevels(why) | Lookup::Unusable(why) => {
-                let refusal = Refusal::new(Reason::Table(why), Location::name_of(self.component));
-                self.refused.refusals.push(refusal);
+                self.refuse(Reason::Table(why));
                 None
             }
         }
@@ -307,28 +278,23 @@ impl<'db> Evaluator<'_, 'db> {
         if let Some(time) = (self.what_if)(codel) {
             return Some(time);
         }
+        let refusal = |reason| Refusal::new(reason, Location::name_of(codel));
         match self.times.codel_time(self.db, codel, self.level) {
-            Lookup::Known(time) => Some(time),
+            Lookup::Known(time) => return Some(time),
             Lookup::Assumed(time) => {
                 self.assumed.insert(name, time);
-                Some(time)
+                return Some(time);
             }
-            Lookup::Absent => {
-                self.missing.insert(name, (codel, None));
-                None
-            }
-            Lookup::OtherLevels(why) => {
-                self.missing.insert(name, (codel, Some(why)));
-                None
-            }
+            Lookup::Absent => _ = self.missing.insert(name, refusal(Reason::NoTime(codel))),
+            Lookup::OtherLevels(why) => _ = self.missing.insert(name, refusal(Reason::Table(why))),
             Lookup::Unusable(why) => {
-                let refusal = Refusal::new(Reason::Table(why), Location::name_of(codel));
-                if !self.refused.refusals.contains(&refusal) {
-                    self.refused.refusals.push(refusal);
+                let refusal = refusal(Reason::Table(why));
+                if !self.refusals.contains(&refusal) {
+                    self.refusals.push(refusal);
                 }
-                None
             }
         }
+        None
     }
 }
 

@@ -1,5 +1,6 @@
-//! Why something is not analysed, or has no response time: names and figures. The messages are in
-//! `mauve-diagnostics`.
+//! Why something is not analysed, or has no response time: names and figures. The messages are in `mauve-diagnostics`.
+
+#![allow(missing_docs, reason = "the documentation of an item says what its fields are")]
 
 pub use mauve_syntax::keywords::ActivityField;
 use mauve_timing::{Level, MachineError, NoBoundReason};
@@ -11,12 +12,10 @@ use mauve_hir::{Decl, File, Location, MistakeKind, ModelDb, ProgramId, Project};
 /// So many errors are named as reasons; the diagnostics have all.
 pub(crate) const MOST_REASONS: usize = 8;
 
-/// Why something is not analysed, or has no response time.
+/// Why something is not analysed, or has no response time, and the location of the reason; none in an exported file.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub struct Refusal<'db> {
-    /// The reason.
     pub reason: Reason<'db>,
-    /// The location of the reason; none in an exported file.
     pub at: Option<Location<'db>>,
 }
 
@@ -33,7 +32,6 @@ impl<'db> Refusal<'db> {
 
 /// A reason.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
-#[allow(missing_docs, reason = "the documentation of a variant says what its fields are")]
 pub enum Reason<'db> {
     /// The model has an error, or what it refers to is incomplete.
     Model(fact::Reason<'db>),
@@ -153,12 +151,10 @@ pub enum Unknown<'db> {
     ComponentOf(Name),
 }
 
-/// An affinity that names a CPU that `mauve.toml` does not have.
+/// The CPUs that an affinity names, and those that `mauve.toml` has, a bit each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct NoSuchCpu {
-    /// The CPUs that the affinity names, a bit each.
     pub named: u64,
-    /// The CPUs that there are.
     pub available: u64,
 }
 
@@ -224,41 +220,32 @@ pub enum UnusableTime<'db> {
     OtherLevels(Timed<'db>, Level, TableLevels),
 }
 
-/// An entry whose key is unknown or ambiguous.
+/// An entry of a table whose key is unknown or ambiguous.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub struct StrayEntry {
-    /// Its key.
     pub key: String,
-    /// Its table.
     pub table: File,
 }
 
-/// The key of a program that a component does not have, or has several times.
+/// The key of a program, behind `Component/`, that the component does not have or, where `is_repeated`, has several times.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub struct WrongProgram<'db> {
-    /// The component.
     pub component: Decl<'db>,
-    /// The key behind `Component/`.
     pub program: ProgramId,
-    /// Whether it has several programs of that key.
     pub is_repeated: bool,
 }
 
-/// A table in which some time depends on the level.
+/// A table in which some time depends on the level, and its levels.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TableLevels {
-    /// The table.
     pub table: File,
-    /// Its levels.
     pub levels: Vec<Level>,
 }
 
-/// Why the timing tables are incomplete.
+/// Why the timing tables are incomplete: the error of a table, or of `mauve.toml`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct IncompleteTable {
-    /// The file with the error: a table, or `mauve.toml`.
     pub file: File,
-    /// The error.
     pub error: TableFault,
 }
 

@@ -49,7 +49,7 @@ pub struct Report<'db> {
 }
 
 /// The response time of one activity, and where it comes from.
-#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
 pub struct ActivityReport<'db> {
     /// The instance.
     pub instance: Name,
@@ -91,22 +91,11 @@ impl ActivityReport<'_> {
     pub(crate) fn without_figures(activity: &Activity) -> Self {
         ActivityReport {
             instance: activity.name.as_str().into(),
-            component_name: Name::default(),
-            component: None,
-            at: None,
             priority: activity.priority,
             cpus: activity.cpus,
             period: activity.period,
             deadline: activity.deadline,
-            unknown_priority: None,
-            own: None,
-            first_job: None,
-            response: None,
-            verdict: Verdict::Background,
-            interference: Vec::new(),
-            window: None,
-            reasons: Vec::new(),
-            assumed: Vec::new(),
+            ..ActivityReport::default()
         }
     }
 
@@ -121,11 +110,12 @@ impl ActivityReport<'_> {
 }
 
 /// The result of the analysis of an activity.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Verdict {
     /// The activity is real-time.
     RealTime(Status),
     /// The activity is not real-time.
+    #[default]
     Background,
 }
 

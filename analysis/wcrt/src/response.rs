@@ -5,11 +5,11 @@ use mauve_timing::{Bound, Response, SetAnalysis, Status};
 use rustc_hash::FxHashSet;
 
 use crate::fact::{InterferenceReport, TimingFact};
-use crate::priorities::check_priorities;
+use crate::priorities::priority_facts;
 use crate::reason::{Reason, Refusal, Share, UnknownPriority};
 use crate::report::{ActivityReport, CpuReport, Query, Report, Verdict};
 use crate::system::{Priority, read, system_of};
-use crate::task_set::{Deployed, not_analysed_in, not_analysed_of};
+use crate::task_set::Deployed;
 use crate::what_if::{WhatIfField, with_fields};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Decl, ModelDb, Project, deployment as declared_deployment};
@@ -24,9 +24,7 @@ pub fn response_times<'db>(
     deployment: Decl<'db>,
     query: Query,
 ) -> Report<'db> {
-    let system = system_of(db, project, deployment);
-    let not_analysed = not_analysed_in(db, project, deployment).clone();
-    let deployed = Deployed::of_model(db, project, system, not_analysed, query);
+    let deployed = Deployed::of_model(db, project, system_of(db, project, deployment), query);
     report(&deployed, query, &|| db.unwind_if_revision_cancelled())
 }
 
@@ -44,8 +42,7 @@ pub fn response_times_if<'db>(
     };
     db.unwind_if_revision_cancelled();
     let system = read(db, project, deployment, &with_fields(data, what_if));
-    let not_analysed = not_analysed_of(db, project, &system);
-    let deployed = Deployed::of_model(db, project, &system, not_analysed, query);
+    let deployed = Deployed::of_model(db, project, &system, query);
     report(&deployed, query, &|| db.unwind_if_revision_cancelled())
 }
 
@@ -58,7 +55,7 @@ pub fn facts_if<'db>(
 ) -> Vec<TimingFact<'db>> {
     let Some(data) = declared_deployment(db, deployment) else { return Vec::new() };
     let system = read(db, project, deployment, &with_fields(data, what_if));
-    let of_priorities = check_priorities(db, project, deployment, &system.activities);
+    let of_priorities = priority_facts(db, project, deployment, &system.activities);
     system.facts.into_iter().chain(of_priorities).collect()
 }
 

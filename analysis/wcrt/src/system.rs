@@ -7,6 +7,7 @@ use mauve_timing::{Rounding, Time, Unit};
 
 use crate::fact::{Expected, NoTime, TimingFact, TimingFactKind};
 use crate::reason::{ActivityField, MOST_REASONS, NoSuchCpu, Reason, Refusal, Unknown, UnknownPriority};
+use crate::timetable::incomplete_tables;
 use mauve_hir::item_tree::{
     Activity, Deployment, Endpoint, Expr, FeatureKind, Field, Kind, Literal, Name, NameRef, SourceId,
     UnaryOperator,
@@ -24,7 +25,7 @@ pub struct System<'db> {
     pub activities: Vec<ResolvedActivity<'db>>,
     /// The CPUs, a bit each: those of `mauve.toml`, otherwise those that an activity names.
     pub cpus: u64,
-    /// Why nothing is analysed: an activity may be missing.
+    /// Why nothing is analysed: an activity may be missing, or a time that makes every bound longer.
     pub not_analysed: Vec<Refusal<'db>>,
     /// What is wrong in the deployment.
     pub facts: Vec<TimingFact<'db>>,
@@ -90,48 +91,15 @@ pub(crate) fn read<'db>(
     data: &Deployment,
 ) -> System<'db> {
     let mut reader = Reader { db, project, of, found: System::default(), affinities: FxHashMap::default() };
-    if data.completeness.is_incomplete() {
-        reader.not_analysed(Reason::DamagedDeployment(of), Location::name_of(of));
+    reader.deployment(data);
+    if let Some(tables) = incomplete_tables(db, project) {
+        let at = Location::Range(tables.file, 0, 0);
+        reader.not_analysed(Reason::IncompleteTables(tables.clone()), at);
     }
-    if let Some(at) = too_large(db, project) {
-        reader.not_analysed(Reason::ProjectTooLarge, Location::name_of(at));
-        return reader.found;
+    if let Some(file) = names_of(db, project).incomplete_file {
+        let problem = file.problem(db).as_ref().map(|problem| problem.message().to_owned());
+        reader.not_analysed(Reason::DamagedFile { file, problem }, Location::Range(file, 0, 0));
     }
-    let names = names_of(db, project);
-    if names.in_library(of.library(db).as_ref(), Kind::Deployment, of.name(db)).len() > 1 {
-        reader.not_analysed(Reason::DeclaredTwice(of), Location::name_of(of));
-    }
-    let target = match data.targets.as_slice() {
-        [target] => match names.resolve_type(db, of, Kind::Architecture, Some(target)) {
-            Ok(architecture) => Some(architecture),
-            Err(why) => {
-                let at = Location::Source(of, target.id);
-                reader.report(at, TimingFactKind::UnresolvedArchitecture { of, ty: target.clone(), why });
-                None
-            }
-        },
-        targets => {
-            match targets.get(1) {
-                _ if data.completeness.is_incomplete() => {}
-                Some(second) => reader.report(Location::Source(of, second.id), TimingFactKind::SecondTarget),
-                None => reader.report(Location::name_of(of), TimingFactKind::NoTarget),
-            }
-            None
-        }
-    };
-    match target {
-        Some(target) => {
-            reader.activities(target, &data.activities);
-            reader.errors(target);
-        }
-        None => {
-            reader.not_analysed(Reason::NoArchitecture(of), Location::name_of(of));
-            for activity in data.activities.iter().filter(|activity| !activity.instance.name.is_empty()) {
-                reader.activity(None, activity);
-            }
-        }
-    }
-    reader.cpus();
     reader.found
 }
 
@@ -145,6 +113,50 @@ struct Reader<'db> {
 }
 
 impl<'db> Reader<'db> {
+    fn deployment(&mut self, data: &Deployment) {
+        let (db, project, of) = (self.db, self.project, self.of);
+        if data.completeness.is_incomplete() {
+            self.not_analysed(Reason::DamagedDeployment(of), Location::name_of(of));
+        }
+        if let Some(at) = too_large(db, project) {
+            self.not_analysed(Reason::ProjectTooLarge, Location::name_of(at));
+            return;
+        }
+        let names = names_of(db, project);
+        if names.in_library(of.library(db).as_ref(), Kind::Deployment, of.name(db)).len() > 1 {
+            self.not_analysed(Reason::DeclaredTwice(of), Location::name_of(of));
+        }
+        let target = match data.targets.as_slice() {
+            [target] => {
+                let found = names.resolve_type(db, of, Kind::Architecture, Some(target));
+                let unresolved = |why| TimingFactKind::UnresolvedArchitecture { of, ty: target.clone(), why };
+                found.map_err(|why| self.report(Location::Source(of, target.id), unresolved(why))).ok()
+            }
+            _ if data.completeness.is_incomplete() => None,
+            [_, second, ..] => {
+                self.report(Location::Source(of, second.id), TimingFactKind::SecondTarget);
+                None
+            }
+            [] => {
+                self.report(Location::name_of(of), TimingFactKind::NoTarget);
+                None
+            }
+        };
+        match target {
+            Some(target) => {
+                self.activities(target, &data.activities);
+                self.errors(target);
+            }
+            None => {
+                self.not_analysed(Reason::NoArchitecture(of), Location::name_of(of));
+                for activity in data.activities.iter().filter(|activity| !activity.instance.name.is_empty()) {
+                    self.activity(None, activity);
+                }
+            }
+        }
+        self.cpus();
+    }
+
     fn report(&mut self, at: Location<'db>, kind: TimingFactKind<'db>) {
         self.found.facts.push(TimingFact::new(at, kind));
     }
@@ -374,15 +386,13 @@ impl<'db> Reader<'db> {
         {
             let written_period = number(&of_period.value).cloned().unwrap_or_default();
             let period_at = Location::Source(self.of, of_period.value_id);
-            self.report(
-                Location::Source(self.of, written.value_id),
-                TimingFactKind::DeadlineExceedsPeriod {
-                    deadline,
-                    period,
-                    written: written_period,
-                    period_at,
-                },
-            );
+            let kind = TimingFactKind::DeadlineExceedsPeriod {
+                deadline,
+                period,
+                written: written_period,
+                period_at,
+            };
+            self.report(Location::Source(self.of, written.value_id), kind);
             // Which of the two is wrong is unknown.
             found.deadline = Some(period);
             found.has_late_deadline = true;
@@ -455,12 +465,10 @@ impl<'db> Reader<'db> {
             }
         }
         // The kind of a feature; none where it is unknown. Where the shell is incomplete, its component is refused.
-        let kind =
-            |(instance, feature): &(Name, Name)| match shells.get(instance)?.by_name.get(feature)?.as_slice()
-            {
-                [feature] => Some(feature.kind),
-                _ => None,
-            };
+        let kind = |(instance, feature): &(Name, Name)| {
+            let [feature] = shells.get(instance)?.by_name.get(feature)?.as_slice() else { return None };
+            Some(feature.kind)
+        };
         let mut serves: FxHashMap<&Name, &Name> = FxHashMap::default();
         // A connection with an error may call any activity that provides operations.
         let has_wrong_operation = |decl: &Decl<'db>| {
@@ -501,11 +509,9 @@ impl<'db> Reader<'db> {
 
     fn synchronised(&mut self) {
         let platform = platform_of(self.db, self.project.workspace(self.db));
-        for resolved in
-            self.found.activities.iter_mut().filter(|resolved| resolved.priority != Priority::Background)
-        {
-            if platform.synchronised.iter().any(|name| *name == resolved.instance.as_str()) {
-                resolved.refuse(Reason::SynchronisedClock, resolved.at.clone());
+        for it in self.found.activities.iter_mut().filter(|it| it.priority != Priority::Background) {
+            if platform.synchronised.iter().any(|name| *name == it.instance.as_str()) {
+                it.refuse(Reason::SynchronisedClock, it.at.clone());
             }
         }
     }
@@ -513,8 +519,7 @@ impl<'db> Reader<'db> {
     /// Enters the CPUs of each activity, and refuses the activities of unknown or several CPUs.
     fn cpus(&mut self) {
         let platform = platform_of(self.db, self.project.workspace(self.db));
-        let named =
-            self.found.activities.iter().filter_map(|resolved| resolved.cpus).fold(0, |all, cpus| all | cpus);
+        let named = self.found.activities.iter().filter_map(|it| it.cpus).fold(0, |all, cpus| all | cpus);
         // An unreadable affinity may name one more CPU. An activity that may run there too is not delayed more than without it.
         let all = match platform.cpus {
             Some(64..) => u64::MAX,

@@ -3,12 +3,12 @@
 use mauve_timing::task_set::TaskSet;
 use mauve_timing::{Activity, ActivitySet, Demand, Level, Method};
 
-use crate::psm::{Psm, Refused, psm_of};
+use crate::psm::{Psm, psm_of};
 use crate::reason::{Reason, Refusal, UnknownPriority};
 use crate::report::{ActivityReport, Query};
-use crate::system::{ResolvedActivity, System, system_of};
-use crate::timetable::{is_timed, timetable_of};
-use mauve_hir::{Decl, Location, ModelDb, Project, names_of, platform_of};
+use crate::system::{ResolvedActivity, System};
+use crate::timetable::incomplete_tables;
+use mauve_hir::{ModelDb, Project, platform_of};
 
 /// The activities of a deployment at one level.
 pub(crate) struct Deployed<'db> {
@@ -24,7 +24,6 @@ impl<'db> Deployed<'db> {
         db: &'db dyn ModelDb,
         project: Project<'db>,
         system: &System<'db>,
-        not_analysed: Vec<Refusal<'db>>,
         query: Query,
     ) -> Deployed<'db> {
         let psms = psms_of(db, project, system, query.level);
@@ -39,7 +38,7 @@ impl<'db> Deployed<'db> {
             assumed: psm.and_then(|psm| psm.as_ref().ok()).map_or_else(Vec::new, |psm| psm.assumed.clone()),
             ..ActivityReport::without_figures(activity)
         });
-        Deployed { reports: reports.collect(), set, not_analysed }
+        Deployed { reports: reports.collect(), set, not_analysed: system.not_analysed.clone() }
     }
 
     /// Returns none where the file has no times at the level.
@@ -68,7 +67,7 @@ impl<'db> Deployed<'db> {
 }
 
 /// What an activity executes; none in the background, and where the component is unknown.
-pub(crate) type Executed<'a, 'db> = Option<&'a Result<Psm<'db>, Refused<'db>>>;
+pub(crate) type Executed<'a, 'db> = Option<&'a Result<Psm<'db>, Vec<Refusal<'db>>>>;
 
 /// Returns what each activity of a deployment executes.
 pub(crate) fn psms_of<'db>(
@@ -78,7 +77,7 @@ pub(crate) fn psms_of<'db>(
     level: Level,
 ) -> Vec<Executed<'db, 'db>> {
     // Where the tables are incomplete, every time may be longer.
-    let timed = is_timed(db, project);
+    let timed = incomplete_tables(db, project).is_none();
     let executed = |it: &ResolvedActivity<'db>| it.executed().filter(|_| timed);
     system.activities.iter().map(|it| Some(psm_of(db, project, executed(it)?, level))).collect()
 }
@@ -116,38 +115,11 @@ fn refusals_of<'db>(
 ) -> Vec<Refusal<'db>> {
     let mut refusals = activity.refusals.clone();
     match psm {
-        Some(Err(refused)) => refusals.extend_from_slice(&refused.refusals),
+        Some(Err(of_component)) => refusals.extend_from_slice(of_component),
         Some(Ok(Psm { unusable_component_time: Some(why), .. })) if method == Method::Classic => {
             refusals.push(Refusal::new(Reason::ComponentTime(why.clone()), activity.at.clone()));
         }
         _ => {}
-    }
-    refusals
-}
-
-/// Returns why nothing of a deployment is analysed: an activity may be missing, or a time that makes every bound longer.
-#[salsa::tracked(returns(ref))]
-pub(crate) fn not_analysed_in<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    deployment: Decl<'db>,
-) -> Vec<Refusal<'db>> {
-    not_analysed_of(db, project, system_of(db, project, deployment))
-}
-
-pub(crate) fn not_analysed_of<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    system: &System<'db>,
-) -> Vec<Refusal<'db>> {
-    let mut refusals = system.not_analysed.clone();
-    if let Some(tables) = &timetable_of(db, project).incomplete {
-        let reason = Reason::IncompleteTables(tables.clone());
-        refusals.push(Refusal::new(reason, Location::Range(tables.file, 0, 0)));
-    }
-    if let Some(file) = names_of(db, project).incomplete_file {
-        let problem = file.problem(db).as_ref().map(|problem| problem.message().to_owned());
-        refusals.push(Refusal::new(Reason::DamagedFile { file, problem }, Location::Range(file, 0, 0)));
     }
     refusals
 }

@@ -131,9 +131,9 @@ struct Slot {
 pub struct Timetable<'db> {
     slots: FxHashMap<Timed<'db>, Vec<Slot>>,
     /// The entries of ambiguous keys: they may be for something that has no other entry.
-    ambiguous: FxHashMap<Timed<'db>, StrayEntry>,
-    /// Components that have an entry for a program that they do not have: it may be for any of their programs.
-    wrong_programs: FxHashMap<Decl<'db>, (File, WrongProgram<'db>)>,
+    ambiguous: FxHashMap<Timed<'db>, UnusableTime<'db>>,
+    /// The entries of components for programs that they do not have: such an entry may be for any of their programs.
+    wrong_programs: FxHashMap<Decl<'db>, UnusableTime<'db>>,
     /// An entry of an unknown key: it may be for any codel that has no other time.
     stray_codel: Option<StrayEntry>,
     /// Those entries by the name of the codel: they may be for one of that name in another library, whatever its time.
@@ -141,10 +141,10 @@ pub struct Timetable<'db> {
     /// An entry that may be for any component without a time of its own.
     stray_component: Option<StrayEntry>,
     overhead: Option<(File, Arc<[Level]>, Overhead)>,
-    /// The levels at which all times hold, from the most probable down.
-    levels: Vec<Level>,
-    /// Levels that only some tables have, each with a table that does not.
-    partial: Vec<(Level, String)>,
+    /// The levels of all tables, from the most probable down; none where no time depends on a level.
+    pub levels: Vec<Level>,
+    /// The levels that only some tables have, each with the name of a table that does not.
+    pub partial_levels: Vec<(Level, String)>,
     /// The tables in which some time depends on the level.
     with_levels: Vec<TableLevels>,
     assume: Option<Time>,
@@ -178,10 +178,10 @@ pub fn table_facts<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> &'db [Ti
     &joined(db, project).1
 }
 
-/// Returns whether no table is incomplete. A query that reads only this is not run again for every other change of a table.
-#[salsa::tracked(returns(copy))]
-pub(crate) fn is_timed<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> bool {
-    timetable_of(db, project).incomplete.is_none()
+/// Returns why the tables are incomplete. A query that reads only this is not run again for every other change of a table.
+#[salsa::tracked(returns(ref))]
+pub(crate) fn incomplete_tables<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Option<IncompleteTable> {
+    timetable_of(db, project).incomplete.clone()
 }
 
 #[salsa::tracked(returns(ref), no_eq)]
@@ -218,7 +218,7 @@ fn joined<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> (Timetable<'db>, 
     for level in all.into_iter().rev() {
         match tables.iter().position(|table| !table.covers(level)).and_then(|index| found.files.get(index)) {
             None => builder.times.levels.push(level),
-            Some(without) => builder.times.partial.push((level, file_name(db, *without))),
+            Some(without) => builder.times.partial_levels.push((level, file_name(db, *without))),
         }
     }
     (builder.times, builder.facts)
@@ -308,10 +308,8 @@ impl<'db> TimetableBuilder<'db> {
                     let (key, first) = (key.to_owned(), *first);
                     self.report(at, TimingFactKind::AmbiguousTimingKey { key, first });
                 }
-                let entry = StrayEntry { key: key.to_owned(), table: file };
-                for &decl in found {
-                    self.times.ambiguous.insert(of(decl), entry.clone());
-                }
+                let ambiguous = UnusableTime::AmbiguousKey(StrayEntry { key: key.to_owned(), table: file });
+                self.times.ambiguous.extend(found.iter().map(|&decl| (of(decl), ambiguous.clone())));
             }
         }
         None
@@ -395,7 +393,7 @@ impl<'db> TimetableBuilder<'db> {
         }
         // The entry may be that of another component of this name.
         for namesake in namesakes {
-            self.times.wrong_programs.insert(namesake, (file, wrong.clone()));
+            self.times.wrong_programs.insert(namesake, UnusableTime::WrongProgram(file, wrong.clone()));
         }
     }
 
@@ -476,8 +474,7 @@ impl<'db> Timetable<'db> {
 
     /// Returns an entry for which a component is not analysed, whatever the times of its codels.
     pub(crate) fn unusable_component(&self, component: Decl<'db>) -> Option<UnusableTime<'db>> {
-        let (table, program) = self.wrong_programs.get(&component)?;
-        Some(UnusableTime::WrongProgram(*table, program.clone()))
+        self.wrong_programs.get(&component).cloned()
     }
 
     /// Returns the time of dispatch and two context switches, for each job; none where they have no time at this level.
@@ -489,18 +486,8 @@ impl<'db> Timetable<'db> {
     }
 
     /// Returns whether no codel or program has a time.
-    pub fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.slots.is_empty() && self.assume.is_none()
-    }
-
-    /// Returns the levels of all tables, from the most probable down; none where no time depends on a level.
-    pub fn levels(&self) -> &[Level] {
-        &self.levels
-    }
-
-    /// Returns the levels that only some tables have, each with the name of a table that does not.
-    pub fn partial_levels(&self) -> &[(Level, String)] {
-        &self.partial
     }
 
     /// Returns a table without times at this level.
@@ -510,10 +497,7 @@ impl<'db> Timetable<'db> {
 
     fn time(&self, of: &Timed<'db>, level: Level) -> Lookup<'db> {
         let slot = match self.slots.get(of).map_or(&[] as &[Slot], Vec::as_slice) {
-            [] => {
-                let ambiguous = self.ambiguous.get(of).cloned().map(UnusableTime::AmbiguousKey);
-                return ambiguous.map_or(Lookup::Absent, Lookup::Unusable);
-            }
+            [] => return self.ambiguous.get(of).cloned().map_or(Lookup::Absent, Lookup::Unusable),
             [slot] => slot,
             [first, second, ..] => {
                 return Lookup::Unusable(UnusableTime::TwoTimes(of.clone(), [first.file, second.file]));

@@ -7,13 +7,13 @@ use mauve_timing::{Level, Response, Status, Time};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::fact::{Budget, Missed, MissingTime, TimingFact, TimingFactKind};
-use crate::psm::{Psm, Refused, psm_of, psm_with};
-use crate::reason::Refusal;
+use crate::psm::{Psm, psm_of, psm_with};
+use crate::reason::{Reason, Refusal, Timed, UnusableTime};
 use crate::report::{ActivityReport, Query, Verdict};
 use crate::response::response_times;
 use crate::system::{ResolvedActivity, System, system_of};
-use crate::task_set::{activity_set, not_analysed_in};
-use crate::timetable::{is_timed, timetable_of};
+use crate::task_set::activity_set;
+use crate::timetable::{incomplete_tables, timetable_of};
 use mauve_hir::{Decl, Location, ModelDb, Project, config_file, config_of};
 
 /// With more codels without a time than this, what one may take if all others take nothing says little, and each costs
@@ -33,10 +33,10 @@ pub fn budgets<'db>(
     query: Query,
 ) -> Vec<Budget<'db>> {
     let missing = missing_times(db, project, deployment, query.level);
-    if missing.len() > MOST_BUDGETS || !not_analysed_in(db, project, deployment).is_empty() {
+    let system: &System<'db> = system_of(db, project, deployment);
+    if missing.len() > MOST_BUDGETS || !system.not_analysed.is_empty() {
         return Vec::new();
     }
-    let system: &System<'db> = system_of(db, project, deployment);
     let untimed: FxHashSet<Decl<'db>> = system
         .activities
         .iter()
@@ -52,7 +52,8 @@ pub fn budgets<'db>(
             is_missing.then_some(if of == codel { time } else { Time::ZERO })
         };
         let psm = |&component| (component, psm_with(db, project, component, query.level, &what_if));
-        let changed: FxHashMap<Decl<'db>, Result<Psm<'db>, Refused<'db>>> = untimed.iter().map(psm).collect();
+        let changed: FxHashMap<Decl<'db>, Result<Psm<'db>, Vec<Refusal<'db>>>> =
+            untimed.iter().map(psm).collect();
         let psms = system.activities.iter().map(|activity| {
             let component = activity.executed()?;
             changed.get(&component).or_else(|| Some(psm_of(db, project, component, query.level)))
@@ -111,17 +112,18 @@ fn missing_times<'db>(
     let mut index: FxHashMap<Decl<'db>, usize> = FxHashMap::default();
     for activity in &system_of(db, project, deployment).activities {
         let Some(component) = activity.executed() else { continue };
-        let Err(refused) = psm_of(db, project, component, level) else { continue };
-        for (codel, why) in &refused.missing {
+        let Err(refusals) = psm_of(db, project, component, level) else { continue };
+        for refusal in refusals {
+            let (codel, at_other_levels) = match &refusal.reason {
+                Reason::NoTime(codel) => (*codel, false),
+                Reason::Table(UnusableTime::OtherLevels(Timed::Codel(codel), ..)) => (*codel, true),
+                _ => continue,
+            };
             let user = (activity.instance.clone(), activity.at.clone());
-            let at = *index.entry(*codel).or_insert(missing.len());
+            let at = *index.entry(codel).or_insert(missing.len());
             match missing.get_mut(at) {
                 Some(known) => known.users.push(user),
-                None => missing.push(MissingTime {
-                    codel: *codel,
-                    at_other_levels: why.is_some(),
-                    users: vec![user],
-                }),
+                None => missing.push(MissingTime { codel, at_other_levels, users: vec![user] }),
             }
         }
     }
@@ -136,9 +138,9 @@ pub fn timing_facts<'db>(
     query: Query,
 ) -> Vec<TimingFact<'db>> {
     // An incomplete table may have the times that seem to be missing.
-    let mut found = match is_timed(db, project) {
-        true => missing_time_facts(db, project, deployment, query),
-        false => Vec::new(),
+    let mut found = match incomplete_tables(db, project) {
+        None => missing_time_facts(db, project, deployment, query),
+        Some(_) => Vec::new(),
     };
     let reports = &response_times(db, project, deployment, query).activities;
     for (activity, report) in system_of(db, project, deployment).activities.iter().zip(reports) {

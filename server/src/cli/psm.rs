@@ -85,9 +85,9 @@ fn show<'db>(
     let name = component.name(db);
     let psm = match psm_of(db, project, component, level) {
         Ok(psm) => psm,
-        Err(refused) => {
+        Err(refusals) => {
             let reasons: Vec<String> =
-                refused.refusals.iter().map(|refusal| timing_reason(db, &refusal.reason)).collect();
+                refusals.iter().map(|refusal| timing_reason(db, &refusal.reason)).collect();
             super::say(&format!(
                 "no times for the state machine of {name} at {level}: {}",
                 reasons.join("; ")

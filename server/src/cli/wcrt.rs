@@ -91,9 +91,8 @@ impl Wcrt {
             return Err(if errors == 0 { nothing } else { format!("{nothing}; {}", with_errors(errors)) });
         }
         if matches!(self.significance, Some(Significance::All)) {
-            let partial = |(project, _): &(Project<'_>, Decl<'_>)| {
-                timetable_of(&db, *project).partial_levels().to_vec()
-            };
+            let partial =
+                |(project, _): &(Project<'_>, Decl<'_>)| timetable_of(&db, *project).partial_levels.clone();
             let left_out: BTreeSet<(Level, String)> = found.iter().flat_map(partial).collect();
             for (level, without) in left_out.iter().rev() {
                 say(&format!("{level} is left out: {without} does not have it"));

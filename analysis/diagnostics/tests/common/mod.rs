@@ -60,8 +60,8 @@ pub(crate) fn machine(fixture: &str, component: &str) -> String {
                 let _ = writeln!(out, "{} {name} {}: {}", state(edge.source), state(edge.target), edge.cost);
             }
         }
-        Err(refused) => {
-            for refusal in &refused.refusals {
+        Err(refusals) => {
+            for refusal in refusals {
                 let _ = writeln!(out, "refused: {}", timing_reason(&db, &refusal.reason));
             }
         }

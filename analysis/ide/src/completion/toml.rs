@@ -253,7 +253,7 @@ impl Toml<'_, '_> {
             Some(ValueKind::Tables(_)) => self.files(false),
             Some(ValueKind::Instances(_)) => self.instances(false),
             Some(ValueKind::Level(_)) => {
-                let levels = self.projects.iter().flat_map(|&it| timetable_of(self.db, it).levels());
+                let levels = self.projects.iter().flat_map(|&it| &timetable_of(self.db, it).levels);
                 let levels: BTreeSet<String> = levels.map(ToString::to_string).collect();
                 levels.into_iter().map(|level| Completion::new(CompletionKind::Value, level)).collect()
             }

@@ -193,8 +193,8 @@ fn programs<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, id:
         let name = component.name(db);
         let psm = match psm_of(db, project, component, level) {
             Ok(psm) => psm,
-            Err(refused) => {
-                let why = refused.refusals.first();
+            Err(refusals) => {
+                let why = refusals.first();
                 let why = why.map_or_else(String::new, |first| timing_reason(db, &first.reason));
                 lines.push(format!("{name} at {level}: no times, since {why}"));
                 continue;
