@@ -8,8 +8,8 @@ use mauve_diagnostics::{errors_of, reasons_of, timing_reason};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Database, Decl, ModelDb, Project, Workspace, config_of, names_of, projects};
 use mauve_timing::task_set::TaskSet;
-use mauve_timing::{Level, Time, Unit};
-use mauve_wcrt::{ActivityReport, CpuReport, Priority, Query, Report, response_times, timetable_of};
+use mauve_timing::{CpuLoad, Level, Time, Unit};
+use mauve_wcrt::{ActivityReport, Priority, Query, Report, response_times, timetable_of};
 use serde::Serialize;
 use serde_json::Value;
 
@@ -145,8 +145,8 @@ pub(crate) fn analysis_document(it: &Deployed<'_>) -> impl Serialize + use<> {
     }
 }
 
-pub(crate) fn cpu_document(cpu: &CpuReport) -> impl Serialize + use<> {
-    object! { mask: cpu.mask, utilisation: cpu.utilisation.as_f64(), complete: cpu.complete }
+pub(crate) fn cpu_document(cpu: &CpuLoad) -> impl Serialize + use<> {
+    object! { mask: cpu.mask(), utilisation: cpu.utilisation.as_f64(), complete: cpu.complete }
 }
 
 fn activity_document(db: &Database, query: Query, activity: &ActivityReport<'_>) -> impl Serialize + use<> {

@@ -8,8 +8,7 @@ use mauve_hir::item_tree::Name;
 use mauve_hir::{File, ModelDb, features_of, names_of};
 use mauve_wcrt::{
     ActivityReport, IncompleteTable, LONGEST_PATTERN, NoSuchCpu, PatternError, Prose, Reason, TableFault,
-    TableFilesError, TableLevels, Timed, TooLong, Unknown, UnknownPriority, UnusableTime, WrongProgram,
-    file_name,
+    TableFilesError, TableLevels, Timed, TooLong, UnknownPriority, UnusableTime, WrongProgram, file_name,
 };
 
 /// The messages of reasons in exported files.
@@ -54,13 +53,15 @@ pub fn timing_reason<'db>(db: &'db dyn ModelDb, reason: &Reason<'db>) -> String 
         Reason::NoActivity => "it has no activity".to_owned(),
         Reason::UnknownInstance => "its instance is unknown".to_owned(),
         Reason::SeveralInstances => "several instances have its name".to_owned(),
-        Reason::Unknown { project, what } => {
-            let what = match what {
-                Unknown::ShellOf(of) => format!("the shell of component {}", of.name(db)),
-                Unknown::CoreOf(of) => format!("the core of component {}", of.name(db)),
-                Unknown::ComponentOf(instance) => format!("the component of instance {instance}"),
-            };
-            reasons::unknown(names_of(db, *project), &what)
+        Reason::UnknownShell { project, component } => reasons::unknown(
+            names_of(db, *project),
+            &format!("the shell of component {}", component.name(db)),
+        ),
+        Reason::UnknownCore { project, component } => {
+            reasons::unknown(names_of(db, *project), &format!("the core of component {}", component.name(db)))
+        }
+        Reason::UnknownComponent { project, instance } => {
+            reasons::unknown(names_of(db, *project), &format!("the component of instance {instance}"))
         }
         Reason::DamagedActivity => "its activity has a syntax error".to_owned(),
         Reason::UnknownField(name) => super::unknown_field::message(name),

@@ -179,7 +179,7 @@ fn times<'db>(db: &'db dyn ModelDb, project: Project<'db>, codel: Decl<'db>) -> 
             Lookup::Known(time) => time.to_string(),
             Lookup::Assumed(time) => format!("{time} (assumed: no table has it)"),
             Lookup::Absent => "no time".to_owned(),
-            Lookup::OtherLevels(why) | Lookup::Unusable(why) => unusable_time(db, &why),
+            Lookup::Unusable(why) => unusable_time(db, &why),
         };
         let mark = if level == shown { ", the level that is shown" } else { "" };
         let _ = writeln!(out, "{time} at {level}{mark}");

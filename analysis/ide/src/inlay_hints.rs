@@ -15,10 +15,10 @@ use mauve_hir::{
 };
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxKind, SyntaxNode, TextRange, TextSize};
-use mauve_timing::{Status, Time};
+use mauve_timing::{CpuLoad, Status, Time};
 use mauve_wcrt::{
-    ActivityReport, CpuReport, Deadlines, Query, Reason, Refusal, Report, Verdict, budgets, psm_of,
-    response_times, system_of,
+    ActivityReport, Deadlines, Query, Reason, Refusal, Report, Verdict, budgets, psm_of, response_times,
+    system_of,
 };
 
 use crate::project::{name_of_root, projects_with};
@@ -257,10 +257,10 @@ fn of_all(report: &Report<'_>, query: Query) -> String {
 
 /// How much of each CPU is asked for.
 fn loads(report: &Report<'_>) -> Vec<String> {
-    let load = |cpu: &CpuReport| {
+    let load = |cpu: &CpuLoad| {
         // What is not analysed is not counted: there is more.
         let at_least = if cpu.complete { "" } else { "≥ " };
-        format!("{} {at_least}{:.1} %", cpu_names(cpu.mask), cpu.utilisation.as_f64() * 100.0)
+        format!("{} {at_least}{:.1} %", cpu_names(cpu.mask()), cpu.utilisation.as_f64() * 100.0)
     };
     report.cpus.iter().map(load).collect()
 }

@@ -107,6 +107,13 @@ pub struct CpuLoad {
     pub complete: bool,
 }
 
+impl CpuLoad {
+    /// Returns the bit of the CPU in [`Task::cpus`].
+    pub fn mask(&self) -> u64 {
+        1 << self.cpu
+    }
+}
+
 /// The response time of one task, and where it comes from.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub struct Response {

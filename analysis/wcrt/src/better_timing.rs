@@ -34,10 +34,8 @@ use mauve_syntax::keywords::ActivityField;
 /// robot itself 0.2 ms.
 const MOST_STEPS: usize = 2048;
 
-/// So many other CPUs are found.
 const MOST_MOVES: usize = 4;
 
-/// A period is at most so many times longer than it is now.
 const MOST_LONGER: u64 = 64;
 
 /// The greatest number that a field takes, in nanoseconds.
@@ -123,7 +121,6 @@ struct Search<'db> {
     query: Query,
     now: &'db Report<'db>,
     system: &'db System<'db>,
-    /// How many more activities may be analysed.
     steps: usize,
 }
 
@@ -132,18 +129,12 @@ impl<'db> Search<'db> {
     fn new(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, query: Query) -> Option<Search<'db>> {
         let now = response_times(db, project, of, query);
         let system = system_of(db, project, of);
-        now.not_analysed.is_empty().then_some(Search {
-            db,
-            project,
-            of,
-            query,
-            now,
-            system,
-            steps: MOST_STEPS,
-        })
+        if !now.not_analysed.is_empty() {
+            return None;
+        }
+        Some(Search { db, project, of, query, now, system, steps: MOST_STEPS })
     }
 
-    /// Analyses the deployment with these values; `None` where that takes too many steps.
     fn ask(&mut self, fields: &[WhatIfField]) -> Option<Report<'db>> {
         self.steps = self.steps.checked_sub(self.system.activities.len().max(1))?;
         self.db.unwind_if_revision_cancelled();
@@ -159,7 +150,6 @@ impl<'db> Search<'db> {
         Some(BetterTiming::Change(swap, fields))
     }
 
-    /// Makes a deadline that is later than the period the period.
     fn late_deadline(&self, activity: &ResolvedActivity<'db>) -> Option<BetterTiming> {
         let written = self.written_deadline(activity).filter(|_| activity.has_late_deadline)?;
         let text = number(&written.value)?;
@@ -171,7 +161,6 @@ impl<'db> Search<'db> {
         written_field(self.db, self.of, &activity.instance, ActivityField::Deadline)
     }
 
-    /// Searches for better priorities.
     fn priorities(&mut self) -> Vec<BetterTiming> {
         let Some(groups) = groups(self.system) else { return Vec::new() };
         let mut found = Vec::new();
@@ -205,7 +194,6 @@ impl<'db> Search<'db> {
         Some(BetterTiming::Change(TimingChange::OptimalPriorities, fields))
     }
 
-    /// Returns the priorities of a group, or the activities of it that cannot be ordered.
     fn optimal_of(&mut self, group: &Group<'_, 'db>) -> Option<Result<Vec<WhatIfField>, Vec<Name>>> {
         let mut numbers = group.numbers.clone();
         // The activities with the latest deadlines are last, so that they are tried first.
@@ -232,7 +220,6 @@ impl<'db> Search<'db> {
         Some(Ok(fields))
     }
 
-    /// Returns the other CPUs on which no verdict becomes worse, the best first.
     fn moves(&mut self, activity: &ResolvedActivity<'db>) -> Vec<BetterTiming> {
         let mut found = Vec::new();
         for cpu in (0..64).map(|bit| 1_u64 << bit).filter(|cpu| self.system.cpus & cpu != 0) {
@@ -251,7 +238,6 @@ impl<'db> Search<'db> {
         found.into_iter().map(|(change, _)| change).take(MOST_MOVES).collect()
     }
 
-    /// Returns the shortest period where every deadline is proved; otherwise the shortest longer one that helps.
     fn period(&mut self, activity: &ResolvedActivity<'db>) -> Option<BetterTiming> {
         let period = activity.period?.as_nanos();
         // The greatest power of ten that is a hundredth of it at most, up to a millisecond.
@@ -261,12 +247,20 @@ impl<'db> Search<'db> {
         }
         let fields =
             |search: &Self, number: u64| search.with_period(activity, Time::from_nanos(number * step));
+        let change = |is_longer, number: u64, fields: Vec<WhatIfField>| {
+            let (period, step) = (Time::from_nanos(number * step), Time::from_nanos(step));
+            let with_deadline = fields.len() > 1;
+            Some(BetterTiming::Change(
+                TimingChange::Period { is_longer, with_deadline, period, step },
+                fields,
+            ))
+        };
         let now = period / step;
         if self.now.schedulable() {
             let greatest = if now * step == period { now.checked_sub(1)? } else { now };
             self.ask(&fields(self, greatest)).filter(|it| greatest > 0 && it.schedulable())?;
             let number = self.least(0, greatest, &fields, &|report| report.schedulable())?;
-            return Some(self.with(activity, false, number * step, step));
+            return change(false, number, fields(self, number));
         }
         let goals: [&dyn Fn(&Report<'db>) -> bool; 2] =
             [&|report| report.schedulable(), &|report| is_met(report, activity)];
@@ -278,7 +272,7 @@ impl<'db> Search<'db> {
                 let Some(number) = number else { break };
                 if goal(&self.ask(&fields(self, number))?) {
                     let number = self.least(bad, number, &fields, goal)?;
-                    return Some(self.with(activity, true, number * step, step));
+                    return change(true, number, fields(self, number));
                 }
                 bad = number;
                 factor *= 2;
@@ -307,19 +301,6 @@ impl<'db> Search<'db> {
         Some(good)
     }
 
-    fn with(
-        &self,
-        activity: &ResolvedActivity<'db>,
-        is_longer: bool,
-        period: u64,
-        step: u64,
-    ) -> BetterTiming {
-        let (period, step) = (Time::from_nanos(period), Time::from_nanos(step));
-        let fields = self.with_period(activity, period);
-        let with_deadline = fields.len() > 1;
-        BetterTiming::Change(TimingChange::Period { is_longer, with_deadline, period, step }, fields)
-    }
-
     /// Returns a period, and the deadline with it where one is written and is the period now, or would be later.
     fn with_period(&self, activity: &ResolvedActivity<'db>, period: Time) -> Vec<WhatIfField> {
         let mut fields = vec![field(activity, ActivityField::Period, period.number())];
@@ -332,7 +313,6 @@ impl<'db> Search<'db> {
     }
 }
 
-/// Makes the period the deadline, which is the latest one.
 fn deadline(activity: &ResolvedActivity<'_>) -> Option<BetterTiming> {
     let period = activity.period.filter(|period| activity.deadline < Some(*period))?;
     let fields = vec![field(activity, ActivityField::Deadline, period.number())];
@@ -382,12 +362,10 @@ impl<'a, 'db> Group<'a, 'db> {
         activities
     }
 
-    /// Returns whether the priorities are deadline-monotonic, no two alike.
     fn is_ordered(&self) -> bool {
         self.by_deadline().is_sorted_by(|one, other| priority(one) > priority(other))
     }
 
-    /// Returns the changes that make the priorities deadline-monotonic.
     fn deadline_monotonic(&self) -> Vec<WhatIfField> {
         let activities = self.by_deadline();
         let changed = activities.iter().zip(&self.numbers).filter(|(it, number)| priority(it) != **number);
@@ -411,7 +389,6 @@ fn is_analysed(activity: &ActivityReport<'_>) -> bool {
     activity.verdict != Verdict::RealTime(Status::NotAnalysed)
 }
 
-/// Returns whether the deadline of the first activity of this instance is proved.
 fn is_met(report: &Report<'_>, activity: &ResolvedActivity<'_>) -> bool {
     let found = report.activities.iter().find(|it| it.instance == activity.instance);
     found.is_some_and(|it| it.verdict.is_met())

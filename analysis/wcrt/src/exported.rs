@@ -4,7 +4,7 @@ use mauve_timing::task_set::{Activity, Assumed, Component, Edge, Machine, NotAna
 use mauve_timing::{Level, Time};
 
 use crate::psm::{Psm, PsmEdge, psm_of};
-use crate::reason::{Prose, Reason, Refusal};
+use crate::reason::{Prose, Reason};
 use crate::system::{ResolvedActivity, system_of};
 use crate::task_set::{Executed, psms_of};
 use crate::timetable::timetable_of;
@@ -23,13 +23,7 @@ pub fn task_set_of<'db>(
     let psms: Vec<Psms<'db>> = levels.iter().map(|&level| psms_of(db, project, system, level)).collect();
     let activity = |(index, resolved): (usize, &ResolvedActivity<'db>)| {
         let psms: Psms<'db> = psms.iter().map(|psms| psms.get(index).copied().flatten()).collect();
-        let always = |refusal: &Refusal<'db>| NotAnalysed {
-            reason: say(&refusal.reason),
-            levels: None,
-            classic_only: false,
-        };
-        let mut not_analysed: Vec<NotAnalysed> = resolved.refusals.iter().map(always).collect();
-        not_analysed.extend(refusals_of(&levels, &psms, &say));
+        let always = resolved.refusals.iter().map(|it| always(say(&it.reason)));
         Activity {
             instance: resolved.instance.to_string(),
             component: resolved.component_name.to_string(),
@@ -37,7 +31,7 @@ pub fn task_set_of<'db>(
             priority: resolved.priority,
             period: resolved.period,
             deadline: resolved.deadline,
-            not_analysed,
+            not_analysed: always.chain(refusals_of(&levels, &psms, &say)).collect(),
             doubt: resolved.unknown_priority.as_ref().map(prose.unknown_priority),
             machine: machine_of(&psms),
         }
@@ -64,14 +58,9 @@ pub fn exported_component<'db>(
     let say = |reason: &Reason<'db>| one_line(&(prose.reason)(db, reason));
     let levels = levels_of(db, project);
     let incomplete = timetable_of(db, project).incomplete.as_ref();
-    let is_timed = incomplete.is_none();
-    let psm = |&level: &Level| is_timed.then(|| psm_of(db, project, component, level));
+    let psm = |&level: &Level| incomplete.is_none().then(|| psm_of(db, project, component, level));
     let psms: Psms<'db> = levels.iter().map(psm).collect();
-    let incomplete = incomplete.cloned().map(|tables| NotAnalysed {
-        reason: say(&Reason::IncompleteTables(tables)),
-        levels: None,
-        classic_only: false,
-    });
+    let incomplete = incomplete.map(|tables| always(say(&Reason::IncompleteTables(tables.clone()))));
     Component {
         name: component.qualified(db),
         not_analysed: incomplete.into_iter().chain(refusals_of(&levels, &psms, &say)).collect(),
@@ -80,7 +69,6 @@ pub fn exported_component<'db>(
     }
 }
 
-/// What one component executes at each level.
 type Psms<'db> = Vec<Executed<'db, 'db>>;
 
 /// Those of its tables; where no time depends on a level, that of `mauve.toml`. What an editor shows has no part in it.
@@ -96,7 +84,10 @@ fn one_line(text: &str) -> String {
     text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
 }
 
-/// Why a component is not analysed, level by level.
+fn always(reason: String) -> NotAnalysed {
+    NotAnalysed { reason, levels: None, classic_only: false }
+}
+
 fn refusals_of<'db>(
     levels: &[Level],
     psms: &Psms<'db>,
@@ -115,7 +106,6 @@ fn refusals_of<'db>(
     found
 }
 
-/// The reasons of each level, once for all that have the same.
 fn grouped(levels: &[Level], reasons: Vec<Vec<String>>, classic_only: bool) -> Vec<NotAnalysed> {
     let mut groups: Vec<(Vec<String>, Vec<Level>)> = Vec::new();
     for (reasons, level) in reasons.into_iter().zip(levels).filter(|(reasons, _)| !reasons.is_empty()) {

@@ -48,10 +48,9 @@ pub use priorities::priority_facts;
 pub use psm::{Psm, PsmEdge, psm_of, worst_path};
 pub use reason::{
     ActivityField, IncompleteTable, NoSuchCpu, PatternError, Prose, Reason, Refusal, Share, StrayEntry,
-    TableFault, TableFilesError, TableLevels, Timed, TooLong, Unknown, UnknownPriority, UnusableTime,
-    WrongProgram,
+    TableFault, TableFilesError, TableLevels, Timed, TooLong, UnknownPriority, UnusableTime, WrongProgram,
 };
-pub use report::{ActivityReport, CpuReport, Deadlines, Query, Report, Verdict, level_shown};
+pub use report::{ActivityReport, Deadlines, Query, Report, Verdict, level_shown};
 pub use response::{facts_if, response_times, response_times_if, response_times_of};
 pub use system::{Priority, ResolvedActivity, System, field_of, mask, system_of};
 pub use timetable::{

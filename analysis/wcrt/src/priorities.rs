@@ -57,7 +57,6 @@ pub fn priority_facts<'db>(
     found
 }
 
-/// A real-time activity and its priority.
 type Ranked<'a, 'db> = (u32, &'a ResolvedActivity<'db>);
 
 /// Returns the activity on the same CPU that has a later deadline and a higher priority: of several, the one with the
@@ -79,7 +78,6 @@ fn share_cpu(one: &ResolvedActivity<'_>, other: &ResolvedActivity<'_>) -> bool {
     one.cpus.zip(other.cpus).is_some_and(|(one, other)| one & other != 0)
 }
 
-/// Returns the activities that run before the activity of the same period whose values they read.
 fn stale<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,

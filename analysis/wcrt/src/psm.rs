@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use mauve_timing::{Edge, Level, StateMachine, Time};
 
-use crate::reason::{MOST_REASONS, Reason, Refusal, TooLong, Unknown, UnusableTime};
+use crate::reason::{MOST_REASONS, Reason, Refusal, TooLong, UnusableTime};
 use crate::timetable::{Lookup, Timetable, timetable_of};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{
@@ -71,10 +71,10 @@ pub(crate) fn psm_with<'db>(
         return refuse(Reason::Damaged(of), at);
     }
     let Some(shell) = shell_of(db, project, of) else {
-        return refuse(Reason::Unknown { project, what: Unknown::ShellOf(of) }, at);
+        return refuse(Reason::UnknownShell { project, component: of }, at);
     };
     let Some(core) = core_of(db, project, of) else {
-        return refuse(Reason::Unknown { project, what: Unknown::CoreOf(of) }, at);
+        return refuse(Reason::UnknownCore { project, component: of }, at);
     };
     if !is_core_for(db, project, core, shell) {
         return refuse(Reason::CoreOfOtherShell(of), at);
@@ -137,10 +137,8 @@ struct Evaluator<'a, 'db> {
     times: &'db Timetable<'db>,
     level: Level,
     what_if: &'a dyn Fn(Decl<'db>) -> Option<Time>,
-    /// The times of the operations that are called, callees first.
     operations: Vec<Option<Time>>,
     refusals: Vec<Refusal<'db>>,
-    /// The refusals of codels without a time, by the names of the codels.
     missing: BTreeMap<String, Refusal<'db>>,
     assumed: BTreeMap<String, Time>,
 }
@@ -194,7 +192,7 @@ impl<'db> Evaluator<'_, 'db> {
             match self.times.component_time(self.component, self.level) {
                 Lookup::Known(time) | Lookup::Assumed(time) => (Some(time), None),
                 Lookup::Absent => (None, None),
-                Lookup::OtherLevels(why) | Lookup::Unusable(why) => (None, Some(why)),
+                Lookup::Unusable(why) => (None, Some(why)),
             };
         let id = |program: &TimedProgram<'db>| program.id.clone();
         let programs =
@@ -237,12 +235,11 @@ impl<'db> Evaluator<'_, 'db> {
         self.refusals.push(Refusal::new(reason, Location::name_of(self.component)));
     }
 
-    /// The time of a program: the table's, as a whole, or the sum of its codels.
     fn program(&mut self, program: &TimedProgram<'db>) -> Option<Time> {
         match self.times.program_time(self.component, &program.id, self.level) {
             Lookup::Known(time) | Lookup::Assumed(time) => Some(time),
             Lookup::Absent => self.cost(&program.cost),
-            Lookup::OtherLevels(why) | Lookup::Unusable(why) => {
+            Lookup::Unusable(why) => {
                 self.refuse(Reason::Table(why));
                 None
             }
@@ -286,7 +283,9 @@ impl<'db> Evaluator<'_, 'db> {
                 return Some(time);
             }
             Lookup::Absent => _ = self.missing.insert(name, refusal(Reason::NoTime(codel))),
-            Lookup::OtherLevels(why) => _ = self.missing.insert(name, refusal(Reason::Table(why))),
+            Lookup::Unusable(why @ UnusableTime::OtherLevels(..)) => {
+                self.missing.insert(name, refusal(Reason::Table(why)));
+            }
             Lookup::Unusable(why) => {
                 let refusal = refusal(Reason::Table(why));
                 if !self.refusals.contains(&refusal) {

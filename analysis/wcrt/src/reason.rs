@@ -65,8 +65,12 @@ pub enum Reason<'db> {
     UnknownInstance,
     /// Several instances have the name of this one.
     SeveralInstances,
-    /// A declaration is unknown in this project.
-    Unknown { project: Project<'db>, what: Unknown<'db> },
+    /// The shell of a component is unknown in this project.
+    UnknownShell { project: Project<'db>, component: Decl<'db> },
+    /// The core of a component is unknown in this project.
+    UnknownCore { project: Project<'db>, component: Decl<'db> },
+    /// The component of an instance is unknown in this project.
+    UnknownComponent { project: Project<'db>, instance: Name },
     /// An activity has a syntax error.
     DamagedActivity,
     /// An activity has a field that no activity has: it may be a misspelt one.
@@ -139,17 +143,6 @@ pub struct Share(pub f64);
 
 /// A share is computed, and never NaN.
 impl Eq for Share {}
-
-/// What is unknown.
-#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
-pub enum Unknown<'db> {
-    /// The shell of a component.
-    ShellOf(Decl<'db>),
-    /// The core of a component.
-    CoreOf(Decl<'db>),
-    /// The component of an instance.
-    ComponentOf(Name),
-}
 
 /// The CPUs that an affinity names, and those that `mauve.toml` has, a bit each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

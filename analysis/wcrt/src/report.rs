@@ -3,7 +3,7 @@
 use std::cmp::Reverse;
 
 use mauve_timing::task_set::Priority;
-use mauve_timing::{Activity, Level, Method, Options, Status, Time, Utilisation, Window};
+use mauve_timing::{Activity, CpuLoad, Level, Method, Options, Status, Time, Window};
 
 use crate::fact::InterferenceReport;
 use crate::reason::{Refusal, UnknownPriority};
@@ -43,7 +43,7 @@ pub struct Report<'db> {
     /// In the order of the deployment.
     pub activities: Vec<ActivityReport<'db>>,
     /// The CPUs that are used.
-    pub cpus: Vec<CpuReport>,
+    pub cpus: Vec<CpuLoad>,
     /// Why nothing is analysed: an activity or a time may be missing.
     pub not_analysed: Vec<Refusal<'db>>,
 }
@@ -132,17 +132,6 @@ impl Verdict {
     pub fn is_met(self) -> bool {
         matches!(self, Verdict::Background | Verdict::RealTime(Status::Met))
     }
-}
-
-/// The load of a CPU.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct CpuReport {
-    /// Its bit.
-    pub mask: u64,
-    /// Its utilisation.
-    pub utilisation: Utilisation,
-    /// Whether the demand of all its activities is known.
-    pub complete: bool,
 }
 
 impl Report<'_> {

@@ -1,13 +1,13 @@
 //! The response times of a deployment, of a model or of an exported file.
 
 use mauve_timing::task_set::TaskSet;
-use mauve_timing::{Bound, Response, SetAnalysis, Status};
+use mauve_timing::{Bound, CpuLoad, Response, SetAnalysis, Status};
 use rustc_hash::FxHashSet;
 
 use crate::fact::{InterferenceReport, TimingFact};
 use crate::priorities::priority_facts;
 use crate::reason::{Reason, Refusal, Share, UnknownPriority};
-use crate::report::{ActivityReport, CpuReport, Query, Report, Verdict};
+use crate::report::{ActivityReport, Query, Report, Verdict};
 use crate::system::{Priority, read, system_of};
 use crate::task_set::Deployed;
 use crate::what_if::{WhatIfField, with_fields};
@@ -64,25 +64,21 @@ pub fn response_times_of<'db>(set: &TaskSet, query: Query) -> Option<Report<'db>
     Some(report(&Deployed::of_file(set, query)?, query, &|| ()))
 }
 
-/// Analyses a deployment, of a model or of a file.
 fn report<'db>(deployed: &Deployed<'db>, query: Query, interrupt: &dyn Fn()) -> Report<'db> {
     let analysis = deployed.set.response_times(&query.options(false), interrupt);
-    let cpus = analysis.cpus.iter().map(|load| CpuReport {
-        mask: 1 << load.cpu,
-        utilisation: load.utilisation.clone(),
-        complete: load.complete && deployed.not_analysed.is_empty(),
-    });
+    let cpus = analysis.cpus.iter().cloned();
     Report {
         activities: (0..deployed.reports.len())
             .filter_map(|it| deployed.activity_report(it, &analysis))
             .collect(),
-        cpus: cpus.collect(),
+        cpus: cpus
+            .map(|it| CpuLoad { complete: it.complete && deployed.not_analysed.is_empty(), ..it })
+            .collect(),
         not_analysed: deployed.not_analysed.clone(),
     }
 }
 
 impl<'db> Deployed<'db> {
-    /// Returns the report of the activity of this index.
     fn activity_report(&self, index: usize, analysis: &SetAnalysis) -> Option<ActivityReport<'db>> {
         let mut report = self.reports.get(index)?.clone();
         let Some(response) = analysis.responses.get(index)? else {

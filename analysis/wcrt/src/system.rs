@@ -6,7 +6,7 @@ pub use mauve_timing::task_set::Priority;
 use mauve_timing::{Rounding, Time, Unit};
 
 use crate::fact::{Expected, NoTime, TimingFact, TimingFactKind};
-use crate::reason::{ActivityField, MOST_REASONS, NoSuchCpu, Reason, Refusal, Unknown, UnknownPriority};
+use crate::reason::{ActivityField, MOST_REASONS, NoSuchCpu, Reason, Refusal, UnknownPriority};
 use crate::timetable::incomplete_tables;
 use mauve_hir::item_tree::{
     Activity, Deployment, Endpoint, Expr, FeatureKind, Field, Kind, Literal, Name, NameRef, SourceId,
@@ -108,7 +108,6 @@ struct Reader<'db> {
     project: Project<'db>,
     of: Decl<'db>,
     found: System<'db>,
-    /// The locations of affinities, by the index of the activity.
     affinities: FxHashMap<usize, Location<'db>>,
 }
 
@@ -130,11 +129,11 @@ impl<'db> Reader<'db> {
             [target] => {
                 let found = names.resolve_type(db, of, Kind::Architecture, Some(target));
                 let unresolved = |why| TimingFactKind::UnresolvedArchitecture { of, ty: target.clone(), why };
-                found.map_err(|why| self.report(Location::Source(of, target.id), unresolved(why))).ok()
+                found.map_err(|why| self.report(self.at(target.id), unresolved(why))).ok()
             }
             _ if data.completeness.is_incomplete() => None,
             [_, second, ..] => {
-                self.report(Location::Source(of, second.id), TimingFactKind::SecondTarget);
+                self.report(self.at(second.id), TimingFactKind::SecondTarget);
                 None
             }
             [] => {
@@ -155,6 +154,10 @@ impl<'db> Reader<'db> {
             }
         }
         self.cpus();
+    }
+
+    fn at(&self, id: SourceId) -> Location<'db> {
+        Location::Source(self.of, id)
     }
 
     fn report(&mut self, at: Location<'db>, kind: TimingFactKind<'db>) {
@@ -183,7 +186,7 @@ impl<'db> Reader<'db> {
             // An instance that the damaged architecture may have is no second mistake.
             if instance.is_none() && flat.refusals.is_empty() {
                 let near = similar(name, flat.instances.iter().map(|instance| &instance.name));
-                let at = Location::Source(self.of, activity.instance.id);
+                let at = self.at(activity.instance.id);
                 misspelt.extend(near.clone());
                 let missing = Reason::NoSuchInstance { architecture: target, instance: name.clone() };
                 strays.push(Refusal::new(missing, at.clone()));
@@ -192,12 +195,10 @@ impl<'db> Reader<'db> {
             }
             self.activity(instance, activity);
             if let Some(first) = first {
-                let at = Location::Source(self.of, activity.instance.id);
-                let first = Location::Source(self.of, first.instance.id);
+                let (at, first) = (self.at(activity.instance.id), self.at(first.instance.id));
                 let instance = name.clone();
                 self.report(at.clone(), TimingFactKind::DuplicateActivity { instance, first });
-                let refusal = Refusal::new(Reason::SecondActivity(name.clone()), at);
-                twice.entry(name).or_insert(refusal);
+                twice.entry(name).or_insert(Refusal::new(Reason::SecondActivity(name.clone()), at));
             }
         }
         // Which of the two counts is unknown.
@@ -218,14 +219,13 @@ impl<'db> Reader<'db> {
                 continue;
             }
             let at = Location::name_of(self.of);
-            let refusal = Refusal::new(Reason::NoActivity, at.clone());
             // Where an activity is unknown, it may be this one.
             if !misspelt.contains(&instance.name) && !is_renamed && self.found.not_analysed.is_empty() {
                 let instance = instance.name.clone();
                 self.report(at.clone(), TimingFactKind::MissingActivity { of: self.of, instance });
             }
-            let mut resolved = self.resolved(&instance.name, at, Some(instance));
-            resolved.refusals.push(refusal);
+            let mut resolved = self.resolved(&instance.name, at.clone(), Some(instance));
+            resolved.refuse(Reason::NoActivity, at);
             self.found.activities.push(resolved);
         }
         // Only now: missing activities are reported in a deployment with such an activity too.
@@ -264,7 +264,6 @@ impl<'db> Reader<'db> {
         self.found.not_analysed.truncate(MOST_REASONS);
     }
 
-    /// Returns an activity of which only the instance is known.
     fn resolved(
         &self,
         name: &Name,
@@ -293,7 +292,7 @@ impl<'db> Reader<'db> {
     }
 
     fn activity(&mut self, instance: Option<&FlatInstance<'db>>, activity: &Activity) {
-        let at = Location::Source(self.of, activity.instance.id);
+        let at = self.at(activity.instance.id);
         let mut found = self.resolved(&activity.instance.name, at.clone(), instance);
         found.cpus = Some(0);
         let is_repeated = instance.is_some_and(|instance| instance.repeated);
@@ -301,9 +300,9 @@ impl<'db> Reader<'db> {
             None => found.refuse(Reason::UnknownInstance, at.clone()),
             Some(_) if is_repeated => found.refuse(Reason::SeveralInstances, at.clone()),
             Some(instance) if instance.component.is_none() => {
-                let what = Unknown::ComponentOf(instance.name.clone());
+                let (project, name) = (self.project, instance.name.clone());
                 let at = Location::name_of(instance.declared.0);
-                found.refuse(Reason::Unknown { project: self.project, what }, at);
+                found.refuse(Reason::UnknownComponent { project, instance: name }, at);
             }
             Some(_) => {}
         }
@@ -357,7 +356,6 @@ impl<'db> Reader<'db> {
         self.found.activities.push(found);
     }
 
-    /// Returns that an activity has no priority, or no period.
     fn missing_field(&self, activity: &Activity, field: ActivityField) -> TimingFactKind<'db> {
         let (of, name) = (self.of, (activity.instance.name.clone(), activity.instance.id));
         if field == ActivityField::Period {
@@ -369,7 +367,6 @@ impl<'db> Reader<'db> {
         TimingFactKind::MissingPriority { of, activity: name, free, period }
     }
 
-    /// Enters the deadline: the period where none is written, or where it is later.
     fn deadline(&mut self, found: &mut ResolvedActivity<'db>, fields: &Fields<'_>) {
         let Some(written) = fields.written.get(&ActivityField::Deadline) else {
             found.deadline = found.period;
@@ -384,15 +381,9 @@ impl<'db> Reader<'db> {
         if let Some((of_period, period)) = fields.written.get(&ActivityField::Period).zip(found.period)
             && deadline > period
         {
-            let written_period = number(&of_period.value).cloned().unwrap_or_default();
-            let period_at = Location::Source(self.of, of_period.value_id);
-            let kind = TimingFactKind::DeadlineExceedsPeriod {
-                deadline,
-                period,
-                written: written_period,
-                period_at,
-            };
-            self.report(Location::Source(self.of, written.value_id), kind);
+            let (at, period_at) = (self.at(written.value_id), self.at(of_period.value_id));
+            let written = number(&of_period.value).cloned().unwrap_or_default();
+            self.report(at, TimingFactKind::DeadlineExceedsPeriod { deadline, period, written, period_at });
             // Which of the two is wrong is unknown.
             found.deadline = Some(period);
             found.has_late_deadline = true;
@@ -400,7 +391,7 @@ impl<'db> Reader<'db> {
     }
 
     fn field<'a>(&mut self, found: &mut ResolvedActivity<'db>, fields: &mut Fields<'a>, written: &'a Field) {
-        let at = Location::Source(self.of, written.name.id);
+        let at = self.at(written.name.id);
         let Some(field) = ActivityField::from_keyword(&written.name.name) else {
             let name = written.name.name.clone();
             found.refuse(Reason::UnknownField(name.clone()), at.clone());
@@ -408,25 +399,24 @@ impl<'db> Reader<'db> {
             fields.has_unknown = true;
             return;
         };
-        if let Some(first) = fields.written.insert(field, written) {
-            let first = Location::Source(self.of, first.name.id);
+        let value = self.at(written.value_id);
+        let refusal = if let Some(first) = fields.written.insert(field, written) {
             let (of, id, instance) = (self.of, written.name.id, found.instance.clone());
-            found.refuse(Reason::SecondField { field, instance: instance.clone() }, at.clone());
-            self.report(at, TimingFactKind::DuplicateField { of, id, field, instance, first });
+            let first = self.at(first.name.id);
+            let kind = TimingFactKind::DuplicateField { of, id, field, instance: instance.clone(), first };
+            self.report(at.clone(), kind);
+            Some((Reason::SecondField { field, instance }, at))
+        } else {
+            // A half-typed value is a syntax error, which another diagnostic reports.
+            (written.value == Expr::Missing).then(|| (Reason::DamagedField(field), value.clone()))
+        };
+        if let Some((reason, at)) = refusal {
+            found.refuse(reason, at);
             match field {
                 ActivityField::Affinity => found.cpus = None,
                 ActivityField::Priority => found.priority = Priority::Unknown,
                 ActivityField::Period => found.period = None,
                 ActivityField::Deadline => found.deadline = None,
-            }
-            return;
-        }
-        let value = Location::Source(self.of, written.value_id);
-        // A half-typed value is a syntax error, which another diagnostic reports.
-        if written.value == Expr::Missing {
-            found.refuse(Reason::DamagedField(field), value);
-            if field == ActivityField::Affinity {
-                found.cpus = None;
             }
             return;
         }
@@ -516,7 +506,6 @@ impl<'db> Reader<'db> {
         }
     }
 
-    /// Enters the CPUs of each activity, and refuses the activities of unknown or several CPUs.
     fn cpus(&mut self) {
         let platform = platform_of(self.db, self.project.workspace(self.db));
         let named = self.found.activities.iter().filter_map(|it| it.cpus).fold(0, |all, cpus| all | cpus);
@@ -551,13 +540,10 @@ impl<'db> Reader<'db> {
     }
 }
 
-/// An item of an architecture or of a deployment.
 struct Item<'db> {
-    /// Its first part.
     first: SourceId,
     /// The instances that it declares, connects, runs or sets a value of.
     instances: Vec<&'db Name>,
-    /// Does it connect operations?
     is_operation: bool,
 }
 
@@ -585,7 +571,6 @@ fn items_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Vec<Item<'db>> {
     items
 }
 
-/// The item of `decl` in which a place is.
 fn item_at<'a, 'db>(items: &'a [Item<'db>], decl: Decl<'db>, at: &Location<'db>) -> Option<&'a Item<'db>> {
     match at {
         Location::Source(of, id) if *of == decl => {
@@ -595,7 +580,6 @@ fn item_at<'a, 'db>(items: &'a [Item<'db>], decl: Decl<'db>, at: &Location<'db>)
     }
 }
 
-/// The fields of an activity.
 #[derive(Default)]
 struct Fields<'a> {
     /// The last field of each name.
@@ -611,7 +595,6 @@ pub fn field_of(activity: &Activity, field: ActivityField) -> Option<&Field> {
     activity.fields.iter().find(|it| it.name.name == field.keyword())
 }
 
-/// Returns a field of the activity of `instance`, as the deployment has it.
 pub(crate) fn written_field<'db>(
     db: &'db dyn ModelDb,
     deployment: Decl<'db>,
@@ -649,7 +632,6 @@ pub fn mask(value: &Expr) -> Option<u64> {
     }
 }
 
-/// Returns the text of a literal of a number.
 pub(crate) fn number(value: &Expr) -> Option<&Name> {
     match value {
         Expr::Literal(Literal::Int(text) | Literal::Float(text), _) => Some(text),

@@ -10,12 +10,10 @@ use crate::system::{ResolvedActivity, System};
 use crate::timetable::incomplete_tables;
 use mauve_hir::{ModelDb, Project, platform_of};
 
-/// The activities of a deployment at one level.
 pub(crate) struct Deployed<'db> {
     pub(crate) set: ActivitySet,
     /// The reports without figures, by the index of the activity. Their reasons are why the activity itself is not analysed.
     pub(crate) reports: Vec<ActivityReport<'db>>,
-    /// Why nothing is analysed.
     pub(crate) not_analysed: Vec<Refusal<'db>>,
 }
 
@@ -69,7 +67,6 @@ impl<'db> Deployed<'db> {
 /// What an activity executes; none in the background, and where the component is unknown.
 pub(crate) type Executed<'a, 'db> = Option<&'a Result<Psm<'db>, Vec<Refusal<'db>>>>;
 
-/// Returns what each activity of a deployment executes.
 pub(crate) fn psms_of<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -82,7 +79,6 @@ pub(crate) fn psms_of<'db>(
     system.activities.iter().map(|it| Some(psm_of(db, project, executed(it)?, level))).collect()
 }
 
-/// Returns the activities of a deployment that execute `psms`.
 pub(crate) fn activity_set<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -107,7 +103,6 @@ pub(crate) fn activity_set<'db>(
     ActivitySet { activities: activities.collect(), throttled }
 }
 
-/// Returns why an activity itself is not analysed.
 fn refusals_of<'db>(
     activity: &ResolvedActivity<'db>,
     psm: Executed<'_, 'db>,

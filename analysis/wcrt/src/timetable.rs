@@ -161,9 +161,7 @@ pub enum Lookup<'db> {
     Assumed(Time),
     /// No table has a time.
     Absent,
-    /// A table has times, but not at this level.
-    OtherLevels(UnusableTime<'db>),
-    /// The entry cannot be used. A diagnostic reports it at its location.
+    /// The entry cannot be used, or has no time at the level.
     Unusable(UnusableTime<'db>),
 }
 
@@ -202,29 +200,21 @@ fn joined<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> (Timetable<'db>, 
             builder.incomplete(file, TableFault::Files(error.clone()));
         }
     }
-    let mut tables = Vec::new();
-    for &file in &found.files {
-        let table = table(db, file);
-        tables.push(table);
+    let tables: Vec<(File, &Table)> = found.files.iter().map(|&file| (file, table(db, file))).collect();
+    for &(file, table) in &tables {
         builder.table(file, table);
     }
     builder.report_repeated();
-    let all: BTreeSet<Level> = tables.iter().flat_map(|table| table.levels.iter().copied()).collect();
-    for (table, &file) in tables.iter().zip(&found.files) {
-        if table.depends_on_level() {
-            builder.times.with_levels.push(TableLevels { table: file, levels: table.levels.clone() });
-        }
-    }
+    let all: BTreeSet<Level> = tables.iter().flat_map(|(_, table)| table.levels.iter().copied()).collect();
     for level in all.into_iter().rev() {
-        match tables.iter().position(|table| !table.covers(level)).and_then(|index| found.files.get(index)) {
+        match tables.iter().find(|(_, table)| !table.covers(level)) {
             None => builder.times.levels.push(level),
-            Some(without) => builder.times.partial_levels.push((level, file_name(db, *without))),
+            Some((without, _)) => builder.times.partial_levels.push((level, file_name(db, *without))),
         }
     }
     (builder.times, builder.facts)
 }
 
-/// Builds a timetable, and keeps the locations of its entries.
 struct TimetableBuilder<'db> {
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -250,6 +240,9 @@ impl<'db> TimetableBuilder<'db> {
 
     fn table(&mut self, file: File, table: &'db Table) {
         let at = |span: &Range<usize>| Location::Range(file, span.start as u32, span.end as u32);
+        if table.depends_on_level() {
+            self.times.with_levels.push(TableLevels { table: file, levels: table.levels.clone() });
+        }
         if let Some(problem) = file.problem(self.db) {
             self.fault(file, at(&(0..0)), TableFault::Unreadable(problem.message().to_owned()));
         }
@@ -397,7 +390,6 @@ impl<'db> TimetableBuilder<'db> {
         }
     }
 
-    /// Returns a component's programs and operations, as tables name them.
     fn programs_of(&self, component: Decl<'db>) -> Vec<ProgramId> {
         let core = core_of(self.db, self.project, component);
         let known = core.map(|core| behaviour_of(self.db, self.project, core));
@@ -418,7 +410,6 @@ impl<'db> TimetableBuilder<'db> {
             && feature.is_none_or(|feature| feature.kind != FeatureKind::Provided)
     }
 
-    /// Reports the second and later times of one thing. The key of either may be a misspelt one.
     fn report_repeated(&mut self) {
         let db = self.db;
         let locations = std::mem::take(&mut self.locations);
@@ -490,7 +481,6 @@ impl<'db> Timetable<'db> {
         self.slots.is_empty() && self.assume.is_none()
     }
 
-    /// Returns a table without times at this level.
     pub(crate) fn without_level(&self, level: Level) -> Option<&TableLevels> {
         self.with_levels.iter().find(|table| !table.levels.contains(&level))
     }
@@ -508,7 +498,7 @@ impl<'db> Timetable<'db> {
         };
         let other_levels = || {
             let table = TableLevels { table: slot.file, levels: slot.levels.to_vec() };
-            Lookup::OtherLevels(UnusableTime::OtherLevels(of.clone(), level, table))
+            Lookup::Unusable(UnusableTime::OtherLevels(of.clone(), level, table))
         };
         at_level(times, &slot.levels, level).map_or_else(other_levels, Lookup::Known)
     }

@@ -101,7 +101,6 @@ pub fn budgets<'db>(
     budgets
 }
 
-/// Returns the codels that the real-time activities of a deployment lack a time for.
 fn missing_times<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -177,7 +176,6 @@ fn missed<'db>(activity: &ActivityReport<'db>) -> Missed<'db> {
     }
 }
 
-/// Returns the times that a deployment lacks.
 fn missing_time_facts<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,

@@ -17,7 +17,6 @@ pub struct WhatIfField {
     pub value: Name,
 }
 
-/// Returns `data` with these values.
 pub(crate) fn with_fields(data: &Deployment, what_if: &[WhatIfField]) -> Deployment {
     let mut data = data.clone();
     for WhatIfField { instance, field, value } in what_if {

@@ -403,9 +403,9 @@ fn several_levels(reports: &[(Query, &Report<'_>)]) -> String {
 }
 
 fn loads(report: &Report<'_>) -> String {
-    let load = |cpu: &mauve_wcrt::CpuReport| {
+    let load = |cpu: &mauve_timing::CpuLoad| {
         let at_least = if cpu.complete { "" } else { "at least " };
-        format!("{}: {at_least}{:.1} %", cpu_names(cpu.mask), cpu.utilisation.as_f64() * 100.0)
+        format!("{}: {at_least}{:.1} %", cpu_names(cpu.mask()), cpu.utilisation.as_f64() * 100.0)
     };
     let loads: Vec<String> = report.cpus.iter().map(load).collect();
     if loads.is_empty() { String::new() } else { format!("  load of {}\n", loads.join(" · ")) }
