@@ -1,7 +1,7 @@
-//! What is wrong in a declaration and in a project, response times aside; and which errors keep from analysing it.
+//! The facts of a declaration and of a project, without response times; and the errors that prevent its analysis.
 
 use crate::db::{File, Workspace};
-use crate::project::{Project, config_of, is_model, project_files, projects, root_file};
+use crate::project::{Project, config_of, is_model, project_files, projects, roots_exist};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
@@ -17,7 +17,7 @@ use crate::size::too_large;
 use crate::source::{Decl, Location, component, shell};
 use crate::{declared, settings, wiring};
 
-/// What is wrong between the declarations of a project.
+/// Returns the facts about the declarations of a project together: duplicates, and the size limit.
 pub fn project_facts<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<Fact<'db>> {
     let mut found = duplicates(db, project);
     found.extend(
@@ -26,8 +26,8 @@ pub fn project_facts<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<Fa
     found
 }
 
-/// What is wrong in one declaration. Of a deployment, its values and what it leaves open: its activities are read for the
-/// analysis.
+/// Returns the facts of a declaration. For a deployment, they exclude the facts of its activities, which the analysis
+/// reports.
 #[salsa::tracked(returns(ref))]
 pub fn declaration_facts<'db>(
     db: &'db dyn ModelDb,
@@ -60,8 +60,8 @@ pub fn declaration_facts<'db>(
     found.into_boxed_slice()
 }
 
-/// The errors in a declaration, as reasons: nothing that depends on it is proved, whatever severity `mauve.toml` gives them.
-/// Of a deployment, those of its values of properties: each of its activities has its own.
+/// Returns the errors in a declaration as refusals: its dependents are not analysed, whatever severity `mauve.toml` sets. For
+/// a deployment, the errors exclude those of its activities.
 #[salsa::tracked(returns(ref))]
 pub fn errors_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, decl: Decl<'db>) -> Vec<Refusal<'db>> {
     let refusals = |found: &[Fact<'db>]| {
@@ -71,7 +71,7 @@ pub fn errors_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, decl: Decl<'d
     if decl.kind(db) != Kind::Core {
         return refusals(declaration_facts(db, project, decl));
     }
-    // Only what can be an error: the rest reads other declarations.
+    // Only checks that report errors: the others depend on other declarations.
     let behaviour = behaviour_of(db, project, decl).facts.iter();
     let inference = inference_of_core(db, project, decl);
     let all: Vec<Fact<'db>> =
@@ -110,8 +110,8 @@ fn component_facts<'db>(db: &'db dyn ModelDb, project: Project<'db>, decl: Decl<
     }
 }
 
-/// The operations that the shell of a component provides and its core does not define. What the core's own shell provides
-/// is looked at in the core.
+/// Returns the facts for operations that the shell of a component provides and its core does not define. The check of the
+/// core reports the operations of the core's own shell.
 fn undefined_operations<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -122,10 +122,10 @@ fn undefined_operations<'db>(
     let own = shell_of(db, project, core).filter(|own| *own != shell);
     let Some(own) = own else { return Vec::new() };
     let of_core = features_of(db, project, own);
-    let more = features_of(db, project, shell).by_name.iter();
-    let more = more.filter(|(name, _)| of_core.get(name).is_none());
-    let provided = more.filter_map(|(name, more)| {
-        let declared = more.first().filter(|it| it.kind == FeatureKind::Provided)?.clone();
+    let others = features_of(db, project, shell).by_name.iter();
+    let others = others.filter(|(name, _)| of_core.get(name).is_none());
+    let provided = others.filter_map(|(name, found)| {
+        let declared = found.first().filter(|it| it.kind == FeatureKind::Provided)?.clone();
         Some(Fact::new(at.clone(), FactKind::UndefinedOperation { core, name: name.clone(), declared }))
     });
     provided.collect()
@@ -149,16 +149,17 @@ fn shell_facts<'db>(db: &'db dyn ModelDb, project: Project<'db>, decl: Decl<'db>
     found
 }
 
-/// Features of one name that a shell gets from different shells.
+/// Returns the facts for features of the same name that a shell inherits from different shells.
 fn clashes<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<Fact<'db>> {
-    let place = |feature: &FeatureOf<'db>| Some(Location::Source(feature.shell, feature.data(db)?.name.id));
+    let location =
+        |feature: &FeatureOf<'db>| Some(Location::Source(feature.shell, feature.data(db)?.name.id));
     let mut found = Vec::new();
     for (name, features) in &features_of(db, project, of).by_name {
         let Some(first) = features.first() else { continue };
         let Some(other) = features.iter().find(|other| other.shell != first.shell) else { continue };
-        // Where one of the two is the shell's own, it is the one to rename.
-        let at = if first.shell == of { place(first) } else { Some(Location::name_of(of)) };
-        if let (Some(at), Some(other)) = (at, place(other)) {
+        // A feature of the shell itself is the one to rename.
+        let at = if first.shell == of { location(first) } else { Some(Location::name_of(of)) };
+        if let (Some(at), Some(other)) = (at, location(other)) {
             let (what, name) = (Defined::Feature, name.clone());
             found.push(Fact::new(at, FactKind::DuplicateDefinition { what, name, first: other }));
         }
@@ -166,7 +167,7 @@ fn clashes<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> V
     found
 }
 
-/// Declarations of one kind and name in one library, over all files.
+/// Returns the facts for declarations with the same library, kind and name, in all files.
 fn duplicates<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<Fact<'db>> {
     let mut first: FxHashMap<(&Option<Name>, Kind, &Name), Decl<'db>> = FxHashMap::default();
     let mut found = Vec::new();
@@ -182,15 +183,13 @@ fn duplicates<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<Fact<'db>
     found
 }
 
-/// The models of a workspace's folder that no root of `mauve.toml` includes: they are not checked.
+/// Returns the models in a workspace's folder that no root of `mauve.toml` includes, and that are therefore not checked.
 pub fn not_checked(db: &dyn ModelDb, workspace: Workspace) -> Vec<File> {
     let projects = projects(db, workspace);
-    // What a missing include or root would include is not missing for a second time.
-    let roots = &config_of(db, workspace).roots;
-    let all_there = roots.iter().all(|(path, _)| root_file(db, workspace, path).is_some());
-    let missing =
-        !all_there || projects.iter().any(|&project| names_of(db, project).completeness.is_incomplete());
-    if roots.is_empty() || missing || !workspace.only(db).is_empty() {
+    // A missing include or root, which is reported, may include them.
+    let has_missing_files = !roots_exist(db, workspace)
+        || projects.iter().any(|&project| names_of(db, project).completeness.is_incomplete());
+    if config_of(db, workspace).roots.is_empty() || has_missing_files || !workspace.only(db).is_empty() {
         return Vec::new();
     }
     let checked: FxHashSet<File> =

@@ -1,4 +1,4 @@
-//! `mauve.toml`: what the user says about a workspace.
+//! `mauve.toml`: the configuration of a workspace.
 
 mod cpp;
 pub mod keys;
@@ -15,55 +15,55 @@ use crate::completeness::Completeness;
 use crate::item_tree::Name;
 use crate::severity::Severity;
 
-/// What `mauve.toml` says.
+/// The content of a `mauve.toml`.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Config {
     /// `[project] root` or `roots`: paths from the configuration's folder.
     pub roots: Vec<(String, Range<usize>)>,
     /// `[timing] tables`: globs from the configuration's folder.
     pub tables: Vec<(String, Range<usize>)>,
-    /// `[timing] significance`: the level that is shown and checked.
+    /// `[timing] significance`: the displayed and checked level.
     pub significance: Option<Level>,
-    /// Where that stands.
+    /// The range of the significance.
     pub significance_span: Option<Range<usize>>,
-    /// `[assume] codel`: the time of a codel that no table has.
+    /// `[assume] codel`: the execution time of a codel without an entry in the tables.
     pub assume: Option<Time>,
     /// `[platform] cpus`.
     pub cpus: Option<u32>,
-    /// `[platform] rt_throttling`: Linux keeps 50 ms of each second from real-time tasks. Where it is
-    /// absent, it does not, and that is shown as an assumption.
+    /// `[platform] rt_throttling`: whether Linux reserves 50 ms of each second for other tasks. If absent, it does not, and
+    /// reports show this assumption.
     pub rt_throttling: Option<bool>,
-    /// `[clocks] synchronised`: instances that are released together, with the location of the list.
+    /// `[clocks] synchronised`: instances with simultaneous releases, with their ranges.
     pub synchronised: Vec<(String, Range<usize>)>,
     /// `[types.…]`: types that no message package declares.
     pub types: BTreeMap<Name, ExternalType>,
     /// `[generate] out`: the folder of the generated packages, from the configuration's folder.
     pub out: Option<(String, Range<usize>)>,
-    /// `[generate] ros_streams`: are outputs, and inputs that nothing is connected to, ROS topics too? By default, they are.
+    /// `[generate] ros_streams`: whether outputs, and unconnected inputs, are also ROS topics. By default, they are.
     pub ros_streams: Option<bool>,
-    /// `[generate] introspection`: have generated components ports that show their state and their execution times? Where it is
-    /// absent, they have.
+    /// `[generate] introspection`: whether generated components have ports with their state and execution times. By default,
+    /// they have.
     pub introspection: Option<bool>,
-    /// `[generate] maintainer`: whom the generated packages name, and how to reach them.
+    /// `[generate] maintainer` of the generated packages.
     pub maintainer: Option<Maintainer>,
     /// `[generate] license` of the generated packages.
     pub license: Option<String>,
-    /// `[lints]`: how severe a diagnostic is here, and where its name stands; nothing where it is not shown.
+    /// `[lints]`: the severity of each diagnostic, `None` to hide it, with the range of its code.
     pub lints: BTreeMap<String, (Option<Severity>, Range<usize>)>,
-    /// `[chains]`: named, and not analysed yet.
+    /// `[chains]`: read, and not analysed.
     pub chains: Vec<Chain>,
-    /// What is wrong.
+    /// The errors.
     pub errors: Vec<Mistake>,
-    /// Whether all that response times depend on is known: a misplaced key may belong to a missing header.
+    /// Whether the values that response times depend on are known: a misplaced key may belong to a missing header.
     pub completeness: Completeness,
 }
 
-/// A type of C++ that no message package declares.
+/// A C++ type that no message package declares.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct ExternalType {
-    /// Its name in C++, such as `ArRobot*`; empty where it is missing or invalid.
+    /// Its name in C++, such as `ArRobot*`; empty if missing or invalid.
     pub cpp: String,
-    /// The header that declares it, as an `#include` names it.
+    /// The header that declares it, as in an `#include`.
     pub header: Option<String>,
 }
 
@@ -75,18 +75,18 @@ pub struct Maintainer {
     pub email: String,
 }
 
-/// Something wrong in a `mauve.toml`.
+/// An error in a `mauve.toml`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Mistake {
-    /// What is wrong.
+    /// The kind.
     pub kind: MistakeKind,
-    /// Where.
+    /// The range, in bytes.
     pub span: Range<usize>,
-    /// What may have been meant there.
+    /// A similar name that is valid there.
     pub near: Option<Name>,
 }
 
-/// What is wrong in a `mauve.toml`.
+/// The kinds of errors in a `mauve.toml`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum MistakeKind {
     /// The file cannot be read, for this reason.
@@ -109,20 +109,20 @@ pub enum MistakeKind {
         /// The known keys of that section.
         expected: Vec<&'static str>,
     },
-    /// A key stands in no section.
+    /// A key is outside all sections.
     OutsideSections(String),
-    /// The value of this key has a text over several lines.
+    /// The value of this key contains a string over several lines.
     SeveralLines(String),
-    /// The value of a key is not one of those that the key takes.
+    /// The value of a key is invalid.
     WrongValue {
         /// The key.
         key: String,
-        /// The values that it takes.
+        /// The valid values.
         expected: ExpectedValue,
     },
 }
 
-/// Which values a key of `mauve.toml` takes.
+/// The valid values of a key of `mauve.toml`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ExpectedValue {
     /// A path, or a list of paths.
@@ -133,19 +133,19 @@ pub enum ExpectedValue {
     Instances,
     /// A significance level.
     Level,
-    /// A time with its unit; the error of an invalid one.
+    /// A time with its unit; with the error of an invalid time.
     Time(Option<TimeError>),
-    /// An integer between two others, which are included.
+    /// An integer between two bounds, inclusive.
     Integer(u32, u32),
     /// `true` or `false`.
     Boolean,
     /// The path of a folder.
     Folder,
-    /// A text.
+    /// A string.
     Text,
     /// A type in C++.
     CppType,
-    /// A header as an `#include` names it.
+    /// A header, as in an `#include`.
     Header,
     /// The name and the address of a maintainer.
     Maintainer,
@@ -164,20 +164,20 @@ pub enum ExpectedValue {
 pub struct Chain {
     /// Its name.
     pub name: String,
-    /// Where that stands.
+    /// The range of its name.
     pub span: Range<usize>,
-    /// `instance.port`, each with its location.
+    /// `instance.port`, each with its range.
     pub ends: Vec<(String, Range<usize>)>,
 }
 
 impl Config {
-    /// The level that is shown: `[timing] significance`, otherwise 10⁻⁴.
+    /// Returns the displayed level: `[timing] significance`, otherwise 10⁻⁴.
     pub fn level(&self) -> Level {
         self.significance.unwrap_or(Level::TEN_TO_MINUS_FOUR)
     }
 }
 
-/// Reads a `mauve.toml`. Every error is reported at its location, and the rest is read all the same.
+/// Reads a `mauve.toml`. An error does not affect the other keys.
 pub(crate) fn read(text: &str) -> Config {
     let mut config = Config::default();
     let mut reader = Reader { text, errors: Vec::new(), completeness: Completeness::Complete };
@@ -201,7 +201,7 @@ type TomlKey<'a> = Spanned<std::borrow::Cow<'a, str>>;
 type Value<'a> = Spanned<DeValue<'a>>;
 
 impl Reader<'_> {
-    /// An error in a value that no response time depends on; but a value over several lines may contain other keys.
+    /// Reports an error in a value that no response time depends on. A value over several lines may contain other keys.
     fn error(&mut self, kind: MistakeKind, at: Range<usize>) {
         self.completeness &= Completeness::of(!self.spans_lines(&at));
         self.errors.push(Mistake { kind, span: at, near: None });
@@ -211,28 +211,28 @@ impl Reader<'_> {
         self.text.get(at.clone()).is_some_and(|text| text.contains('\n'))
     }
 
-    /// Where a value has a text over several lines.
-    fn long_text(&self, value: &Value<'_>) -> Option<Range<usize>> {
+    /// Returns the range of a string over several lines in a value.
+    fn multiline_string(&self, value: &Value<'_>) -> Option<Range<usize>> {
         match value.get_ref() {
             DeValue::String(_) => Some(value.span()).filter(|span| self.spans_lines(span)),
-            DeValue::Array(values) => values.iter().find_map(|value| self.long_text(value)),
-            DeValue::Table(table) => table.iter().find_map(|(_, value)| self.long_text(value)),
+            DeValue::Array(values) => values.iter().find_map(|value| self.multiline_string(value)),
+            DeValue::Table(table) => table.iter().find_map(|(_, value)| self.multiline_string(value)),
             _ => None,
         }
     }
 
-    /// An error that may hide something that makes response times longer.
+    /// Reports an error that may hide a value that increases response times.
     fn incomplete(&mut self, kind: MistakeKind, at: Range<usize>) {
         self.completeness = Completeness::Incomplete;
         self.error(kind, at);
     }
 
-    /// An invalid value of a key that response times may depend on.
+    /// Reports an invalid value of a key that response times may depend on.
     fn wrong_value(&mut self, key: &TomlKey<'_>, value: &Value<'_>, expected: ExpectedValue) {
         self.incomplete(MistakeKind::WrongValue { key: key.get_ref().to_string(), expected }, value.span());
     }
 
-    /// An unknown key or section: not among those `expected`.
+    /// Reports an unknown key or section, not in `expected`.
     fn unknown(
         &mut self,
         key: &TomlKey<'_>,
@@ -266,7 +266,7 @@ impl Reader<'_> {
     }
 
     fn entry(&mut self, config: &mut Config, section: &Section, key: &TomlKey<'_>, value: &Value<'_>) {
-        if let Some(at) = self.long_text(value) {
+        if let Some(at) = self.multiline_string(value) {
             return self.incomplete(MistakeKind::SeveralLines(key.get_ref().to_string()), at);
         }
         match &section.entries {
@@ -277,11 +277,11 @@ impl Reader<'_> {
         }
     }
 
-    /// Reads the value of one of `keys`, those of `section`.
+    /// Reads the value of a key of `section`, which has `keys`.
     fn key<T>(&mut self, into: &mut T, section: &str, keys: &[Key<T>], key: &TomlKey<'_>, value: &Value<'_>) {
         let name = key.get_ref();
-        let Some(known) = keys.iter().find(|known| known.name == name) else {
-            let expected = keys.iter().map(|known| known.name).collect();
+        let Some(found) = keys.iter().find(|key| key.name == name) else {
+            let expected = keys.iter().map(|key| key.name).collect();
             let section = section.to_owned();
             return self.unknown(key, expected, |key, expected| MistakeKind::UnknownKey {
                 key,
@@ -289,9 +289,9 @@ impl Reader<'_> {
                 expected,
             });
         };
-        if let Err(expected) = known.kind.read(into, value) {
-            // No response time depends on a text in a wrong format, nor on a missing root.
-            self.completeness &= Completeness::of(match known.kind {
+        if let Err(expected) = found.kind.read(into, value) {
+            // No response time depends on a string in a wrong format, nor on a missing root.
+            self.completeness &= Completeness::of(match found.kind {
                 Kind::Models(_) => true,
                 Kind::Text { .. } => value.get_ref().is_str(),
                 _ => false,
@@ -304,11 +304,11 @@ impl Reader<'_> {
     fn chain(&mut self, config: &mut Config, key: &TomlKey<'_>, value: &Value<'_>) {
         let name = key.get_ref();
         let is_end = |(end, _): &(String, Range<usize>)| {
-            let mut parts = end.split('.');
-            parts.by_ref().take(2).all(|id| !id.is_empty()) && end.contains('.') && parts.next().is_none()
+            let mut names = end.split('.');
+            names.by_ref().take(2).all(|name| !name.is_empty()) && end.contains('.') && names.next().is_none()
         };
-        // `tables = ["t.toml"]` looks like one.
-        let may_be_chain = value.get_ref().is_array() && keys::list_keys().all(|known| known != name);
+        // `tables = ["t.toml"]` has the form of a chain.
+        let may_be_chain = value.get_ref().is_array() && keys::list_keys().all(|key| key != name);
         let ends = strings(value).filter(|ends| may_be_chain && ends.iter().all(is_end));
         match ends {
             Some(ends) => config.chains.push(Chain { name: name.to_string(), span: key.span(), ends }),
@@ -331,8 +331,8 @@ impl Reader<'_> {
     /// `lost-write = "warn"`
     fn lint(&mut self, config: &mut Config, key: &TomlKey<'_>, value: &Value<'_>) {
         let name = key.get_ref();
-        let known = value.get_ref().as_str().and_then(|text| SEVERITIES.iter().find(|it| it.0 == text));
-        let Some((_, severity)) = known else {
+        let severity = value.get_ref().as_str().and_then(|text| SEVERITIES.iter().find(|it| it.0 == text));
+        let Some((_, severity)) = severity else {
             return self.wrong_value(key, value, ExpectedValue::Severity);
         };
         config.lints.insert(name.to_string(), (*severity, key.span()));
@@ -340,7 +340,7 @@ impl Reader<'_> {
 }
 
 impl<T> Kind<T> {
-    /// Stores a value, or returns the values that the key takes.
+    /// Stores a value, or returns the valid values.
     fn read(&self, into: &mut T, value: &Value<'_>) -> Result<(), ExpectedValue> {
         let found = value.get_ref();
         let text = found.as_str();
@@ -375,7 +375,7 @@ impl<T> Kind<T> {
     }
 }
 
-/// A string, or a list of strings, with their locations.
+/// Returns the strings of a string or a list of strings, with their ranges.
 fn strings(value: &Value<'_>) -> Option<Vec<(String, Range<usize>)>> {
     let one = |value: &Value<'_>| Some((value.get_ref().as_str()?.to_owned(), value.span()));
     match value.get_ref() {
@@ -393,42 +393,42 @@ fn number(value: &DeValue<'_>) -> Option<f64> {
     text.replace('_', "").parse().ok()
 }
 
-/// May this stand between the brackets of an `#include`, and name a file that the compiler looks for in its own folders?
+/// Returns whether the text is a valid path in an `#include <…>`, relative to the compiler's include folders.
 fn is_header(text: &str) -> bool {
     let is_sign = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '+' | '.');
-    let is_part = |id: &str| !id.is_empty() && !id.starts_with(['.', '-']) && id.chars().all(is_sign);
-    text.split('/').all(is_part)
+    let is_segment = |id: &str| !id.is_empty() && !id.starts_with(['.', '-']) && id.chars().all(is_sign);
+    text.split('/').all(is_segment)
 }
 
-/// `Ada Lovelace <ada@example.org>`
+/// Parses `Ada Lovelace <ada@example.org>`.
 fn maintainer_of(text: &str) -> Option<Maintainer> {
     let (name, rest) = text.trim().split_once('<')?;
     let (name, email) = (name.trim(), rest.strip_suffix('>')?.trim());
     let (user, host) = email.split_once('@')?;
-    // As the tools of catkin want it.
-    let are_parts = |text: &str, signs: &str| {
+    // The format that catkin requires.
+    let are_labels = |text: &str, signs: &str| {
         let is_sign = |c: char| c.is_ascii_alphanumeric() || signs.contains(c);
         text.split('.').all(|id| !id.is_empty() && id.chars().all(is_sign))
     };
-    let (_, end) = host.rsplit_once('.')?;
-    let is_end = end.len() > 1 && end.chars().all(|c| c.is_ascii_alphabetic());
-    let is_address = are_parts(user, "-_%+") && are_parts(host, "-") && is_end;
-    let is_good = is_address && !name.is_empty() && !name.contains(char::is_control);
-    is_good.then(|| Maintainer { name: name.to_owned(), email: email.to_owned() })
+    let (_, domain) = host.rsplit_once('.')?;
+    let is_domain = domain.len() > 1 && domain.chars().all(|c| c.is_ascii_alphabetic());
+    let is_address = are_labels(user, "-_%+") && are_labels(host, "-") && is_domain;
+    let is_valid = is_address && !name.is_empty() && !name.contains(char::is_control);
+    is_valid.then(|| Maintainer { name: name.to_owned(), email: email.to_owned() })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// The errors in a text, and whether the configuration is incomplete.
+    /// Returns the errors in a text, and whether the configuration is incomplete.
     fn mistakes(text: &str) -> (Vec<MistakeKind>, bool) {
         let config = read(text);
         (config.errors.into_iter().map(|mistake| mistake.kind).collect(), config.completeness.is_incomplete())
     }
 
     #[test]
-    fn everything_that_is_known() {
+    fn reads_all_keys() {
         let config = read(
             "[project]\nroot = \"a.mal\"\n[timing]\ntables = [\"t/*.toml\"]\nsignificance = 1e-6\n\
              [types.X]\ncpp = \"X*\"\nheader = \"x/X.h\"\n[generate]\nout = \"g\"\nros_streams = false\nlicense = \"BSD\"\n\
@@ -452,7 +452,7 @@ mod tests {
     }
 
     #[test]
-    fn what_goes_into_generated_code_is_what_it_says_it_is() {
+    fn values_for_generated_code_are_valid() {
         for cpp in ["int; } evil", "X\n#include", "std::vector<int", "a>b<", "", "*", "x(\"y\")", "int x, y"]
         {
             let text = format!("[types.X]\ncpp = {cpp:?}\n");

@@ -1,4 +1,4 @@
-//! Names and types as they are declared: which are reserved, which nobody knows, which cannot be; and what nothing uses.
+//! Checks of declared names and types: reserved names, unknown and invalid types, unused declarations.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -16,7 +16,7 @@ use crate::settings::names_in_values;
 use crate::source::{Decl, Location, data, shell};
 use crate::types::{self, Type};
 
-/// Types and names of a declaration that cannot be.
+/// Returns the errors in the types and names of a declaration: `void` values and repeated parameters.
 pub(crate) fn errors<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<Fact<'db>> {
     let Some(data) = data(db, of).as_deref() else { return Vec::new() };
     let void =
@@ -36,7 +36,7 @@ pub(crate) fn errors<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<
     found
 }
 
-/// What is wrong, or can be better, about the names and types of a declaration.
+/// Returns the facts about the names and types of a declaration.
 pub(crate) fn check<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<Fact<'db>> {
     let Some(data) = data(db, of).as_deref() else { return Vec::new() };
     let mut found = errors(db, project, of);
@@ -74,7 +74,7 @@ pub(crate) fn check<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'
     found
 }
 
-/// Names that the original generator used itself, and what for.
+/// Names that generated code uses, and their purpose.
 type ReservedNames = Option<(&'static [&'static str], Reserved)>;
 
 const PORTS: ReservedNames = Some((&["state", "tick"], Reserved::GeneratedPort));
@@ -83,7 +83,7 @@ const PROPERTIES: ReservedNames = Some((
     Reserved::GeneratedProperty,
 ));
 
-/// Returns whether this is a word of C++, and not of MAUVE's own types.
+/// Returns whether the name is a keyword of C++.
 fn is_cpp(name: &str) -> bool {
     #[rustfmt::skip]
     const WORDS: &[&str] = &[
@@ -99,7 +99,7 @@ fn is_cpp(name: &str) -> bool {
     WORDS.binary_search(&name).is_ok()
 }
 
-/// The names in a declaration that become names in C++.
+/// Returns the names in a declaration that generated C++ contains, with the reserved names for their kind.
 fn names_in(data: &Data) -> Vec<(&NameRef, ReservedNames)> {
     let mut names: Vec<(&NameRef, ReservedNames)> = Vec::new();
     match data {
@@ -132,7 +132,7 @@ fn has_types<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> bool {
     matches!(of.kind(db), Kind::Codel | Kind::Shell | Kind::Core)
 }
 
-/// The types in a declaration that nobody knows, each where it is first named.
+/// Returns the unresolved types in a declaration, each at its first occurrence.
 #[salsa::tracked(returns(ref))]
 fn unknown_types<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<TypeRef> {
     let Some(data) = data(db, of).as_deref() else { return Vec::new() };
@@ -145,7 +145,7 @@ fn unknown_types<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>
     types.into_iter().cloned().collect()
 }
 
-/// Where in the project each type that nobody knows is first named: a forgotten `use` is one mistake.
+/// Returns, for each unresolved type, the first declaration of the project that names it: a missing `use` is reported once.
 #[salsa::tracked(returns(ref))]
 fn first_unknown<'db>(
     db: &'db dyn ModelDb,
@@ -160,15 +160,15 @@ fn first_unknown<'db>(
     first
 }
 
-/// Returns whether a type that is not known is a mistake of its own. What is missing may declare it; and a name that is
-/// missing is no type.
+/// Returns whether an unresolved type is an error of its own: not if a missing file may declare it, or if its name is
+/// incomplete.
 fn is_mistake<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, ty: &TypeRef) -> bool {
     if names_of(db, project).completeness.is_incomplete() || ty.path.iter().any(|id| id.is_empty()) {
         return false;
     }
     match ty.path.as_slice() {
         [] => false,
-        // The package that may declare it is reported.
+        // An unknown package, which is reported, may declare it.
         [_] => {
             let mut used = used_packages(db, project).get(of.library(db)).into_iter().flatten();
             used.all(|name| types::is_known_package(db, project, name))
@@ -177,7 +177,7 @@ fn is_mistake<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, t
     }
 }
 
-/// A `use` of what nobody knows.
+/// Checks the package of a `use`.
 pub(crate) fn check_use<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -190,14 +190,14 @@ pub(crate) fn check_use<'db>(
     Some(Fact::new(Location::name_of(of), FactKind::UnknownPackage { name: name.clone() }))
 }
 
-/// What the programs and deployments of a project use.
+/// The definitions that the programs and deployments of a project use.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
 struct Usage<'db> {
     codels: FxHashSet<Decl<'db>>,
     features: FxHashSet<(Decl<'db>, usize)>,
-    /// The shells that a core is for.
+    /// The shells that a core implements.
     with_core: FxHashSet<Decl<'db>>,
-    /// What a deployment leads to; nothing where there is none.
+    /// The declarations that a deployment uses, directly or indirectly; `None` without deployments.
     deployed: Option<FxHashSet<Decl<'db>>>,
     /// Whether all uses are known.
     completeness: Completeness,
@@ -246,7 +246,8 @@ fn usage_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Usage<'db> {
     usage
 }
 
-/// Does nothing use a declaration? Asked for each by itself, so that a use somewhere touches nothing but what it is of.
+/// Returns whether a declaration is unused. A query for each declaration, so that a new use invalidates only the facts of the
+/// used declaration.
 #[salsa::tracked(returns(copy))]
 fn is_unused<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> bool {
     let usage = usage_of(db, project);
@@ -272,7 +273,7 @@ fn unused<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Op
     Some(Fact::new(Location::name_of(of), kind))
 }
 
-/// The properties and constants of a shell that no core for it reads, by their numbers there.
+/// Returns the properties and constants of a shell that no core reads, by their indices.
 #[salsa::tracked(returns(ref))]
 fn unread<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<usize> {
     let usage = usage_of(db, project);

@@ -1,4 +1,4 @@
-//! An architecture with all that it imports, and what is wrong with the names in it.
+//! Architectures flattened with their imports, and the checks of the names in them.
 
 use crate::link::Link;
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -7,6 +7,7 @@ use crate::ModelDb;
 use crate::completeness::Completeness;
 use crate::fact::{Defined, EndKind, Fact, FactKind, Reason, Refusal, unresolved_type};
 use crate::features::{FeatureOf, Features, features_of, shell_of};
+use crate::graph::closure;
 use crate::item_tree::{Endpoint, FeatureKind, Instance, Kind, Name};
 use crate::names::{names_of, similar};
 use crate::project::Project;
@@ -14,34 +15,44 @@ use crate::size::too_large;
 use crate::source::{Decl, Location, architecture, deployment};
 use crate::values::whole_number;
 
-/// An architecture with what it imports.
+/// An architecture with its direct and indirect imports.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
 pub struct Flat<'db> {
     /// The instances, those of imported architectures first.
     pub instances: Vec<FlatInstance<'db>>,
-    /// The connections between ports and between operations, those whose ends are complete.
+    /// The connections between ports and between operations, without incomplete ones.
     pub links: Vec<Link<'db>>,
-    /// The properties and constants that get a value: instance and feature.
+    /// The properties and constants that are set: instance and feature.
     pub settings: Vec<(Name, Name)>,
-    /// The architecture itself and all that it imports.
+    /// The architecture itself and its direct and indirect imports.
     pub architectures: Vec<Decl<'db>>,
-    /// The number of the first instance of each name.
+    /// The index of the first instance of each name.
     by_name: FxHashMap<Name, usize>,
     /// Why an instance may be unknown.
     pub refusals: Vec<Refusal<'db>>,
-    /// Whether all connections are known, with their ends.
+    /// Whether all connections are known, with their endpoints.
     pub link_completeness: Completeness,
-    /// Does it import itself, over others or directly?
+    /// Whether it imports itself, directly or indirectly.
     pub cycle: bool,
 }
 
 impl<'db> Flat<'db> {
-    /// The instance of that name, the first where there are several.
+    /// Returns the first instance of that name.
     pub fn instance(&self, name: &str) -> Option<&FlatInstance<'db>> {
         self.by_name.get(name).and_then(|&index| self.instances.get(index))
     }
 
-    /// The features of that instance; none where its shell is not known.
+    /// Returns the shell of that instance, if it resolves.
+    pub(crate) fn shell(
+        &self,
+        db: &'db dyn ModelDb,
+        project: Project<'db>,
+        instance: &str,
+    ) -> Option<Decl<'db>> {
+        shell_of(db, project, self.instance(instance)?.component?)
+    }
+
+    /// Returns the features of that instance, if its shell resolves.
     pub(crate) fn features(
         &self,
         db: &'db dyn ModelDb,
@@ -50,6 +61,16 @@ impl<'db> Flat<'db> {
     ) -> Option<&'db Features<'db>> {
         self.instance(instance)?.features(db, project)
     }
+
+    /// Returns the feature of an instance, if it resolves.
+    pub(crate) fn feature(
+        &self,
+        db: &'db dyn ModelDb,
+        project: Project<'db>,
+        (instance, name): &(Name, Name),
+    ) -> Option<&'db FeatureOf<'db>> {
+        self.features(db, project, instance)?.get(name)
+    }
 }
 
 /// An instance of a component.
@@ -57,28 +78,28 @@ impl<'db> Flat<'db> {
 pub struct FlatInstance<'db> {
     /// Its name.
     pub name: Name,
-    /// The architecture that declares it, and its number there.
+    /// The architecture that declares it, and its index there.
     pub declared: (Decl<'db>, usize),
-    /// Its component, where that is known.
+    /// Its component, if it resolves.
     pub component: Option<Decl<'db>>,
-    /// Does another instance have the same name? That is reported at its location.
+    /// Whether another instance has the same name; another fact reports that.
     pub repeated: bool,
 }
 
 impl<'db> FlatInstance<'db> {
-    /// Returns its features, where its shell is known.
+    /// Returns its features, if its shell resolves.
     pub fn features(&self, db: &'db dyn ModelDb, project: Project<'db>) -> Option<&'db Features<'db>> {
         Some(features_of(db, project, shell_of(db, project, self.component?)?))
     }
 
-    /// Returns the location of its name where it is declared.
+    /// Returns the location of its name.
     pub fn declaration(&self, db: &'db dyn ModelDb) -> Option<Location<'db>> {
         let (of, index) = self.declared;
         Some(Location::Source(of, architecture(db, of)?.instances.get(index)?.name.id))
     }
 }
 
-/// The instances and operations of an architecture and of all that it imports.
+/// Flattens an architecture.
 #[salsa::tracked(returns(ref))]
 pub fn flat_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Flat<'db> {
     let names = names_of(db, project);
@@ -114,26 +135,20 @@ pub fn flat_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) 
         flat.link_completeness &= data.connection_completeness;
         for (operation, links) in [(false, &data.connections), (true, &data.operations)] {
             for link in links {
-                let [source, target] = [&link.source, &link.target].map(|end| {
-                    let end = end.as_ref()?;
-                    let feature = end.feature.as_ref()?;
-                    Some(((end.instance.name.clone(), feature.name.clone()), feature.id))
-                });
-                match source.zip(target) {
-                    Some(((source, _), (target, id))) => {
-                        let buffer = link.buffer.as_ref().and_then(|(size, _)| whole_number(size));
-                        let buffer = buffer.and_then(|size| u32::try_from(size).ok());
-                        let at = Location::Source(current, id);
-                        flat.links.push(Link { operation, source, target, buffer, at });
-                    }
-                    None => flat.link_completeness = Completeness::Incomplete,
-                }
+                let [source, target] = [&link.source, &link.target].map(|end| end.as_ref()?.names());
+                let feature = link.target.as_ref().and_then(|end| end.feature.as_ref());
+                let (Some(source), Some(target), Some(feature)) = (source, target, feature) else {
+                    flat.link_completeness = Completeness::Incomplete;
+                    continue;
+                };
+                let buffer = link.buffer.as_ref().and_then(|(size, _)| whole_number(size));
+                let buffer = buffer.and_then(|size| u32::try_from(size).ok());
+                let at = Location::Source(current, feature.id);
+                flat.links.push(Link { operation, source, target, buffer, at });
             }
         }
         let set = data.settings.iter().filter_map(|setting| setting.endpoint.as_ref());
-        flat.settings.extend(
-            set.filter_map(|end| Some((end.instance.name.clone(), end.feature.as_ref()?.name.clone()))),
-        );
+        flat.settings.extend(set.filter_map(Endpoint::names));
     }
     flat.architectures = all.clone();
     for &current in all.iter().rev() {
@@ -147,9 +162,7 @@ pub fn flat_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) 
             let repeated = earlier.is_some();
             match earlier {
                 Some(earlier) => earlier.repeated = true,
-                None => {
-                    flat.by_name.insert(name.name.clone(), flat.instances.len());
-                }
+                None => _ = flat.by_name.insert(name.name.clone(), flat.instances.len()),
             }
             let declared = (current, index);
             flat.instances.push(FlatInstance { name: name.name.clone(), declared, component, repeated });
@@ -158,7 +171,7 @@ pub fn flat_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) 
     flat
 }
 
-/// Returns the errors in the names of an architecture: those of instances and features.
+/// Returns the errors in the names in an architecture: of imports, components, instances and features.
 pub(crate) fn check_architecture<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -170,7 +183,7 @@ pub(crate) fn check_architecture<'db>(
     let mut found = Vec::new();
     for import in data.imports.iter().flatten() {
         match names.resolve_type(db, of, Kind::Architecture, Some(import)) {
-            Ok(target) if flat.cycle && reaches(db, project, target, of) => {
+            Ok(target) if flat.cycle && closure(target, |it| imports_of(db, project, it)).contains(&of) => {
                 let kind = FactKind::ImportCycle { architecture: of.name(db).clone() };
                 found.push(Fact::new(Location::Source(of, import.id), kind));
             }
@@ -185,12 +198,12 @@ pub(crate) fn check_architecture<'db>(
             found.extend(unresolved_type(of, Kind::Component, instance.component.as_ref(), &unresolved));
         }
     }
-    // An instance of an imported architecture, or an earlier one, has the name already.
+    // An instance of an imported architecture, or an earlier one, has the same name.
     for (index, instance) in data.instances.iter().enumerate().filter(|(_, it)| !it.name.name.is_empty()) {
         let same = flat.instance(&instance.name.name).filter(|first| first.declared != (of, index));
         let first = same.and_then(|same| {
-            let (declared, number) = same.declared;
-            let first = architecture(db, declared)?.instances.get(number)?;
+            let (declared, index) = same.declared;
+            let first = architecture(db, declared)?.instances.get(index)?;
             Some(Location::Source(declared, first.name.id))
         });
         if let Some(first) = first {
@@ -211,7 +224,7 @@ pub(crate) fn check_architecture<'db>(
             (true, Some(source), Some(target)) => {
                 found.extend(direction(db, project, of, flat, [source, target], kind));
             }
-            // The keyword is one mistake, at both ends.
+            // A wrong keyword is reported once, not at both endpoints.
             (false, Some(source), Some(target))
                 if [source, target].into_iter().all(|end| {
                     let found = feature_of(db, project, flat, end).map(|feature| feature.kind);
@@ -230,7 +243,18 @@ pub(crate) fn check_architecture<'db>(
     found
 }
 
-/// The feature that the end of a connection names, where all that its shell has is known.
+/// Returns the direct imports of an architecture that resolve.
+pub(crate) fn imports_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+) -> impl Iterator<Item = Decl<'db>> {
+    let imports = architecture(db, of).into_iter().flat_map(|data| data.imports.iter().flatten());
+    let resolve = move |it| names_of(db, project).resolve_type(db, of, Kind::Architecture, Some(it)).ok();
+    imports.filter_map(resolve)
+}
+
+/// Returns the feature at an endpoint, if it resolves and its shell is complete.
 fn feature_of<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -241,7 +265,7 @@ fn feature_of<'db>(
     features.get(&end.feature.as_ref()?.name).filter(|_| features.completeness.is_complete())
 }
 
-/// Whether a connection, both ends of which are ports, or operations, goes the right way.
+/// Checks the direction of a connection whose endpoints are both ports or both operations.
 fn direction<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -271,7 +295,7 @@ fn direction<'db>(
     Some(Fact::new(at, FactKind::WrongEnd { kind, is_source: !starts, instance, name }))
 }
 
-/// Returns the errors in the names of the settings of a deployment: those of instances and features.
+/// Returns the errors in the names in the settings of a deployment: of instances and features.
 pub(crate) fn check_settings<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -321,26 +345,7 @@ fn endpoint<'db>(
     Some(Fact::new(at, FactKind::UnresolvedFeature { expected, name, instance, shell, near }))
 }
 
-fn reaches<'db>(db: &'db dyn ModelDb, project: Project<'db>, from: Decl<'db>, to: Decl<'db>) -> bool {
-    let names = names_of(db, project);
-    let mut seen: FxHashSet<Decl<'db>> = FxHashSet::from_iter([from]);
-    let mut open = vec![from];
-    while let Some(current) = open.pop() {
-        if current == to {
-            return true;
-        }
-        for import in architecture(db, current).into_iter().flat_map(|data| data.imports.iter().flatten()) {
-            if let Ok(import) = names.resolve_type(db, current, Kind::Architecture, Some(import))
-                && seen.insert(import)
-            {
-                open.push(import);
-            }
-        }
-    }
-    false
-}
-
-/// Returns the flattened architecture of a deployment; `None` where it is unknown or incomplete.
+/// Returns the flattened architecture of a deployment; `None` if it is unresolved or incomplete.
 pub fn deployed<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -351,13 +356,13 @@ pub fn deployed<'db>(
     (flat.refusals.is_empty() && !flat.cycle).then_some((flat, target))
 }
 
-/// Returns the architecture that a deployment runs, where it names one only.
+/// Returns the architecture of a deployment, if it is the only one and resolves.
 #[salsa::tracked(returns(copy))]
 pub fn target_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Option<Decl<'db>> {
     if deployment(db, of)?.targets.len() == 1 { first_target_of(db, project, of) } else { None }
 }
 
-/// Returns the first of the architectures that a deployment names, where it is known.
+/// Returns the first architecture of a deployment, if it resolves.
 pub fn first_target_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Option<Decl<'db>> {
     let target = deployment(db, of)?.targets.first();
     names_of(db, project).resolve_type(db, of, Kind::Architecture, target).ok()

@@ -687,6 +687,13 @@ pub struct Endpoint {
     pub feature: Option<NameRef>,
 }
 
+impl Endpoint {
+    /// Returns the names of its instance and its feature, if it is complete.
+    pub(crate) fn names(&self) -> Option<(Name, Name)> {
+        Some((self.instance.name.clone(), self.feature.as_ref()?.name.clone()))
+    }
+}
+
 /// `property a.b = …`, `constant a.b = …`
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Setting {

@@ -1,25 +1,25 @@
-//! A connection between two instances.
+//! Connections between instances.
 
 use crate::item_tree::Name;
 use crate::source::{Decl, Location};
 
-/// A connection.
+/// A connection between ports or operations.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
 pub struct Link<'db> {
-    /// Is it between operations, and not between ports?
+    /// Whether it connects operations instead of ports.
     pub operation: bool,
-    /// From where: instance and feature.
+    /// Its source: instance and feature.
     pub source: (Name, Name),
-    /// To where.
+    /// Its target: instance and feature.
     pub target: (Name, Name),
-    /// How many values its circular buffer holds; none where it holds the last one.
+    /// The size of its circular buffer; `None` if the connection keeps only the last value.
     pub buffer: Option<u32>,
-    /// Where the feature that it leads to stands.
+    /// The location of the feature in its target.
     pub at: Location<'db>,
 }
 
 impl<'db> Link<'db> {
-    /// Returns whether it stands in `of`.
+    /// Returns whether `of` contains it.
     pub fn is_in(&self, of: Decl<'db>) -> bool {
         matches!(self.at, Location::Source(decl, _) if decl == of)
     }

@@ -1,7 +1,7 @@
-//! Message packages: what types a `use` that names no library brings, and which fields they have.
+//! Message packages: the types of a `use` that names no library.
 //!
-//! A package that is installed on this machine is read from its `.msg` files, those of ROS 1 and of ROS 2 alike; the common
-//! ones are built in (`messages/catalogue.txt`), so that a model means the same where nothing is installed.
+//! Installed packages are read from their `.msg` files, of ROS 1 or ROS 2. The common packages are built in
+//! (`messages/catalogue.txt`), so that models can be analysed without an installation of ROS.
 
 use crate::msg::{Message, Package, read_message};
 use std::collections::{BTreeMap, BTreeSet};
@@ -14,14 +14,14 @@ use crate::project::{Project, is_model, project_files};
 use crate::source::{declarations, item_tree_of};
 use crate::{File, ModelDb, Workspace};
 
-/// The packages that are built in, by name. Those that are installed win: ask [`package`].
+/// Returns the built-in packages, by name. Installed packages take precedence: see [`package`].
 pub fn catalogue() -> &'static BTreeMap<Name, Package> {
     static CATALOGUE: LazyLock<BTreeMap<Name, Package>> =
         LazyLock::new(|| read_catalogue(include_str!("messages/catalogue.txt")));
     &CATALOGUE
 }
 
-/// `package P` begins a package, and `Message: field; field` is a message of it.
+/// Reads a catalogue: `package P` begins a package, and `Message: field; field` is a message.
 fn read_catalogue(text: &str) -> BTreeMap<Name, Package> {
     let mut packages = BTreeMap::new();
     let mut name = Name::default();
@@ -38,7 +38,7 @@ fn read_catalogue(text: &str) -> BTreeMap<Name, Package> {
     packages
 }
 
-/// The message package of that name: the one that is installed; otherwise the one that is built in.
+/// Returns the message package of that name: the installed one, otherwise the built-in one.
 pub fn package<'db>(db: &'db dyn ModelDb, workspace: Workspace, name: &Name) -> Option<&'db Package> {
     match installed(db, workspace, name.clone()) {
         Some(package) => Some(package.as_ref()),
@@ -46,14 +46,14 @@ pub fn package<'db>(db: &'db dyn ModelDb, workspace: Workspace, name: &Name) -> 
     }
 }
 
-/// Asked by name, so that a package that comes or changes touches nothing but what asks for it.
+/// Returns an installed package. A query by name, so that a changed package invalidates only the queries that use it.
 #[salsa::tracked(returns(ref))]
 fn installed(db: &dyn ModelDb, workspace: Workspace, name: Name) -> Option<Arc<Package>> {
     workspace.packages(db).get(&name).cloned()
 }
 
-/// The message that `path`, written in `library`, means, and its package: `package.Message`, or a message of the first
-/// package with such a one that the library uses. What stands outside any library sees all that the project uses.
+/// Resolves `path`, written in `library`, to a message and its package: `package.Message`, or a message of the first package
+/// that the library uses and that has it. Outside libraries, all packages that the project uses are visible.
 pub fn message_of<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -70,14 +70,14 @@ pub fn message_of<'db>(
             used_packages(db, project).get(&library.cloned())?.iter().find_map(|of| in_package(of, name))
         }
         [of, name] => in_package(of, name),
-        // As C++ and the tools of ROS 2 write it.
+        // The form of C++ and of the tools of ROS 2.
         [of, msg, name] if msg == "msg" => in_package(of, name),
         _ => None,
     }
 }
 
-/// For each library, the message packages that it uses, in the order of the project's files and their texts; for none,
-/// all that the project uses.
+/// Returns, for each library, the message packages that it uses, in the order of the project's files and their texts; for
+/// `None`, all packages that the project uses.
 #[salsa::tracked(returns(ref))]
 pub fn used_packages<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> FxHashMap<Option<Name>, Vec<Name>> {
     let all = || project_files(db, project).iter().flat_map(|&file| &declarations(db, file).all).copied();
@@ -96,7 +96,7 @@ pub fn used_packages<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> FxHash
     used
 }
 
-/// What the models of a workspace name where a message package may be meant: `use package`, `package.Message`.
+/// Returns the names in the models of a workspace that may be message packages: `use package`, `package.Message`.
 #[salsa::tracked(returns(ref))]
 pub fn named_packages(db: &dyn ModelDb, workspace: Workspace) -> BTreeSet<Name> {
     let models = workspace.files(db).values().filter(|file| is_model(file.path(db)));
@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_line_of_a_message_is_passed_over() {
+    fn skips_invalid_lines() {
         check(
             "\u{feff}int32 a\n---\n=\n= =\nint32\nint32 =5\nint32 5\n5 x\nint32[ x\nint32] x\nint32[x] x\na/b/c x\n/b x\na/ x\n\
              int32 é\nint32 a-b\nint32[2] X=1\na/B X=1\nint8 Y=\nstring<=x s\nint32<=5 s\n<html>\n\0\n@optional x",
@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn a_type_without_its_array() {
+    fn element_types_of_arrays() {
         let message = read_message("a/B[3] x\nstring<=3[] y\nint8 z");
         let elements: Vec<_> = message.fields.iter().map(|it| (it.element(), it.is_array())).collect();
         assert_eq!(elements, [("a/B", true), ("string", true), ("int8", false)]);
@@ -197,15 +197,15 @@ mod tests {
         assert_eq!(catalogue().keys().map(Name::as_str).collect::<Vec<_>>(), packages);
         for package in catalogue().values() {
             for (name, message) in &package.messages {
-                // Nothing was passed over.
+                // The reader skipped nothing.
                 let line = format!("{name}: {}", line_of(message));
                 assert!(text.lines().any(|it| it == line.trim_end()), "{line}");
                 for field in &message.fields {
                     let ty = field.element();
                     let (of, ty) = ty.split_once('/').unwrap_or((&package.name, ty));
-                    let is_known = BUILT_IN_TYPES.contains(&field.element())
+                    let is_declared = BUILT_IN_TYPES.contains(&field.element())
                         || catalogue().get(of).is_some_and(|of| of.messages.contains_key(ty));
-                    assert!(is_known, "{}/{name}: {field}", package.name);
+                    assert!(is_declared, "{}/{name}: {field}", package.name);
                 }
             }
         }
@@ -214,10 +214,10 @@ mod tests {
         assert_eq!(catalogue().values().map(|it| it.messages.len()).sum::<usize>(), messages);
     }
 
-    /// The catalogue is made by what this prints where the packages named at its head are installed. Where none is, only
-    /// [`every_type_in_the_catalogue_is_built_in_or_in_the_catalogue`] speaks for it.
+    /// The output of this test is the catalogue, if the packages named at the start of the catalogue are installed. Without
+    /// them, only [`every_type_in_the_catalogue_is_built_in_or_in_the_catalogue`] checks the catalogue.
     #[test]
-    fn the_catalogue_has_what_debian_has_installed() {
+    fn the_catalogue_equals_the_installed_packages_of_debian() {
         let mut wrong = String::new();
         for package in catalogue().values() {
             let folder = Path::new("/usr/share").join(&*package.name).join("msg");
@@ -274,7 +274,7 @@ mod tests {
                  geometry_msgs/Point[] cells"
             )
         );
-        // What library `b` uses, `a` does not see; what is qualified needs no `use`.
+        // Library `a` does not see the packages that `b` uses; a qualified name needs no `use`.
         assert_eq!(found(Some("a"), &["Pose"]), None);
         assert_eq!(
             found(Some("a"), &["geometry_msgs", "Pose"]).as_deref(),
@@ -293,7 +293,7 @@ mod tests {
     }
 
     #[test]
-    fn a_package_that_is_installed_wins_as_a_whole() {
+    fn an_installed_package_replaces_the_built_in_one() {
         let mut db = Database::default();
         let workspace = workspace(&db, &[("/a.mal", MODEL)]);
         install(&mut db, workspace, &[("std_msgs", "Mine"), ("nothing", "Thing")]);
@@ -303,25 +303,25 @@ mod tests {
         assert!(found(&db, workspace, None, &["Joy"]).is_some());
     }
 
-    /// Stands for what will ask.
+    /// A query that uses a package.
     #[salsa::tracked(returns(copy))]
-    fn asks(db: &dyn ModelDb, workspace: Workspace) -> usize {
+    fn user(db: &dyn ModelDb, workspace: Workspace) -> usize {
         package(db, workspace, &"std_msgs".into()).map_or(0, |package| package.messages.len())
     }
 
     #[test]
-    fn a_package_that_comes_touches_only_who_asks_for_it() {
+    fn a_changed_package_invalidates_only_its_users() {
         let mut db = Database::with_log();
         let workspace = workspace(&db, &[("/a.mal", MODEL)]);
         install(&mut db, workspace, &[("std_msgs", "Mine")]);
-        assert_eq!(asks(&db, workspace), 1);
+        assert_eq!(user(&db, workspace), 1);
         db.take_log();
         install(&mut db, workspace, &[("std_msgs", "Mine"), ("other_msgs", "Other")]);
-        assert_eq!(asks(&db, workspace), 1);
+        assert_eq!(user(&db, workspace), 1);
         assert_eq!(db.take_log(), ["installed"]);
         install(&mut db, workspace, &[("std_msgs", "Another")]);
-        assert_eq!(asks(&db, workspace), 1);
-        assert_eq!(db.take_log(), ["installed", "asks"]);
+        assert_eq!(user(&db, workspace), 1);
+        assert_eq!(db.take_log(), ["installed", "user"]);
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Message packages as their `.msg` files say them.
+//! Message packages and the format of `.msg` files.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use crate::item_tree::Name;
 
-/// The types that `.msg` files know without a package.
+/// The built-in types of `.msg` files.
 pub const BUILT_IN_TYPES: [&str; 17] = [
     "bool", "byte", "char", "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64",
     "float32", "float64", "string", "wstring", "time", "duration",
@@ -21,14 +21,14 @@ pub struct Package {
     pub messages: BTreeMap<Name, Message>,
 }
 
-/// What stands in a `.msg` file.
+/// A message: the content of a `.msg` file.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Message {
-    /// In the order of the text.
+    /// The fields, in the order of the text.
     pub fields: Vec<MessageField>,
-    /// In the order of the text.
+    /// The constants, in the order of the text.
     pub constants: Vec<MessageConstant>,
-    /// The file that it was read from; none: it is built in.
+    /// The file; `None` for a built-in message.
     pub path: Option<PathBuf>,
 }
 
@@ -37,10 +37,10 @@ pub struct Message {
 pub struct MessageField {
     /// Its name.
     pub name: Name,
-    /// Its type as it stands: `string<=10`, `uint8[]`, `Point[<=4]`, `geometry_msgs/Pose`. Without a package it is
-    /// built in, or of the same package; the `Header` of ROS 1 is `std_msgs/Header`.
+    /// Its type as written: `string<=10`, `uint8[]`, `Point[<=4]`, `geometry_msgs/Pose`. A type without a package is built in
+    /// or of the same package; the `Header` of ROS 1 is `std_msgs/Header`.
     pub ty: Name,
-    /// Its default value, as it is written.
+    /// Its default value, as written.
     pub default: Option<Name>,
 }
 
@@ -49,19 +49,19 @@ pub struct MessageField {
 pub struct MessageConstant {
     /// Its name.
     pub name: Name,
-    /// Its type as it stands.
+    /// Its type, as written.
     pub ty: Name,
-    /// Its value as it stands.
+    /// Its value, as written.
     pub value: Name,
 }
 
 impl MessageField {
-    /// The type without what makes it an array or bounds a string: `geometry_msgs/Point` of `geometry_msgs/Point[4]`.
+    /// Returns the type without array dimensions or bounds: `geometry_msgs/Point` for `geometry_msgs/Point[4]`.
     pub fn element(&self) -> &str {
         self.ty.split(['[', '<']).next().unwrap_or_default()
     }
 
-    /// Does it hold several elements?
+    /// Returns whether it is an array.
     pub fn is_array(&self) -> bool {
         self.ty.ends_with(']')
     }
@@ -96,7 +96,7 @@ pub fn read_message(text: &str) -> Message {
     message
 }
 
-/// Reads `type name`, `type name default` or `type name = value`, and nothing from anything else.
+/// Reads `type name`, `type name default` or `type name = value`; `None` for any other line.
 fn read_line(message: &mut Message, line: &str) -> Option<()> {
     let (ty, rest) = line.split_once(char::is_whitespace)?;
     let rest = rest.trim_start();
@@ -109,14 +109,14 @@ fn read_line(message: &mut Message, line: &str) -> Option<()> {
     match rest.trim_start().strip_prefix('=') {
         Some(value) if !ty.ends_with(']') && !ty.contains('/') => {
             let value = value_of(value, is_string);
-            let is_whole = is_string || !value.is_empty();
-            is_whole
+            let is_complete = is_string || !value.is_empty();
+            is_complete
                 .then(|| message.constants.push(MessageConstant { name, ty: ty.into(), value: value.into() }))
         }
         Some(_) => None,
         None if !rest.is_empty() && !rest.starts_with(char::is_whitespace) && !rest.starts_with('#') => None,
         None => {
-            // A default is quoted where it is a text: a comment follows here as anywhere.
+            // A default string is quoted; a comment may follow.
             let value = value_of(rest, is_string && rest.trim_start().starts_with(['"', '\'']));
             let default = (!value.is_empty()).then(|| value.into());
             let ty = if ty == "Header" { "std_msgs/Header" } else { ty };
@@ -126,7 +126,7 @@ fn read_line(message: &mut Message, line: &str) -> Option<()> {
     }
 }
 
-/// A value without the comment behind it. A text is all of the line in ROS 1, and quoted in ROS 2.
+/// Returns a value without the comment after it. A string extends to the end of the line in ROS 1, and is quoted in ROS 2.
 fn value_of(text: &str, is_string: bool) -> &str {
     let text = text.trim();
     let Some(quote) = text.chars().next().filter(|_| is_string) else {
@@ -149,7 +149,7 @@ fn is_name(text: &str) -> bool {
         && text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
 }
 
-/// Is this `T`, `package/T`, a bounded string, or an array of one of these?
+/// Returns whether the text is `T`, `package/T`, a bounded string, or an array of these.
 fn is_type(text: &str) -> bool {
     let is_number = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
     let (element, is_array) = match text.strip_suffix(']').and_then(|text| text.rsplit_once('[')) {

@@ -4,12 +4,12 @@ use std::fmt;
 
 use crate::item_tree::{HookKind, MethodKind, Name};
 
-/// A program that a timing table can give a time of its own.
+/// A program that a timing table can give an execution time.
 ///
-/// `Display` writes the key behind `Component/`, and `From` reads it. `From` accepts every text: a text of no other form, such
-/// as `Idle.leave`, becomes an [`Operation`](ProgramId::Operation) that no core can define, so that `Display` gives it back.
+/// `Display` writes the key after `Component/`, and `From` reads it. `From` accepts any text: a text in no other form, such as
+/// `Idle.leave`, becomes an [`Operation`](ProgramId::Operation) that no core can define, so that `Display` restores the text.
 ///
-/// Names can be keywords. So an operation `update` has the key of the hook, and `From` reads that key as the hook.
+/// Names can be keywords: an operation `update` has the key of the hook, and `From` reads that key as the hook.
 ///
 /// ```
 /// use mauve_hir::ProgramId;
@@ -28,7 +28,7 @@ use crate::item_tree::{HookKind, MethodKind, Name};
 pub enum ProgramId {
     /// `update`; or `configure`, `start`, `stop` or `cleanup`, which no period executes.
     Hook(HookKind),
-    /// `operation`: an operation that the core provides.
+    /// `operation`: an operation that the core defines.
     Operation(Name),
     /// `state.run`, `state.entry`, `state.handle` or `state.exit`.
     Method {
@@ -57,7 +57,7 @@ impl ProgramId {
     /// The program of a core without a state machine.
     pub const UPDATE: ProgramId = ProgramId::Hook(HookKind::Update);
 
-    /// Returns how a timing table names the program: an operation with the name of a hook by that hook.
+    /// Returns the program that a timing table names with this key: the hook, for an operation with the name of a hook.
     pub fn in_table(&self) -> ProgramId {
         match self {
             ProgramId::Operation(name) => ProgramId::from(name.as_str()),
@@ -135,7 +135,7 @@ pub struct ProgramKey<'a> {
 }
 
 impl<'a> ProgramKey<'a> {
-    /// Splits a key at its first `/`. Returns `None` where the key has none.
+    /// Splits a key at its first `/`. Returns `None` without a `/`.
     pub fn parse(key: &'a str) -> Option<ProgramKey<'a>> {
         let (component, program) = key.split_once('/')?;
         Some(ProgramKey { component, program: program.into() })
@@ -154,7 +154,7 @@ mod tests {
 
     use super::*;
 
-    /// A name, which can be a keyword; or no text, which a half-typed declaration has for a name.
+    /// A name, which can be a keyword; or an empty text, the name of an incomplete declaration.
     fn name() -> impl Strategy<Value = Name> {
         "([a-zA-Z_][a-zA-Z0-9_]{0,6}|update|stop|run|exit|guard|effect)?".prop_map(Name::from)
     }

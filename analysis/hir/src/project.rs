@@ -119,6 +119,11 @@ pub fn root_file(db: &dyn ModelDb, workspace: Workspace, path: &str) -> Option<F
     workspace.file(db, &normalised(&workspace.folder(db).join(path)))
 }
 
+/// Returns whether all roots in `mauve.toml` exist.
+pub(crate) fn roots_exist(db: &dyn ModelDb, workspace: Workspace) -> bool {
+    config_of(db, workspace).roots.iter().all(|(path, _)| root_file(db, workspace, path).is_some())
+}
+
 /// Returns all roots of a workspace, without the restriction to [`Workspace::only`].
 #[salsa::tracked(returns(ref))]
 pub fn all_roots(db: &dyn ModelDb, workspace: Workspace) -> Vec<File> {

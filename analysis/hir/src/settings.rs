@@ -1,4 +1,4 @@
-//! The values of properties and constants: those of shells, and those that architectures and deployments set.
+//! The values of properties and constants: the defaults in shells, and the settings of architectures and deployments.
 
 use crate::flat::{Flat, deployed, flat_of};
 use std::cell::LazyCell;
@@ -17,27 +17,27 @@ use crate::source::{Decl, Location, architecture, deployment, shell};
 use crate::types::{Type, Typed, Wrong, type_of, type_of_value};
 use crate::values::Value;
 
-/// What is wrong with the values in a shell.
+/// Returns the errors in the values and intervals of a shell.
 pub(crate) fn check_shell<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<Fact<'db>> {
     let Some(data) = shell(db, of) else { return Vec::new() };
     let constants = Some(constants_of(db, project, of));
     let mut found = Vec::new();
     for feature in &data.features {
-        let own = Some(&feature.name.name);
-        let mut constants = Evaluator { of, constants, own, found: &mut found };
+        let mut evaluator = Evaluator { own: Some(&feature.name.name), ..Evaluator::new(of, constants) };
         let ty = type_of_value(db, project, of, feature.ty.as_ref());
-        let interval = constants.interval(feature, &ty);
+        let interval = evaluator.interval(feature, &ty);
         if let Some(value) = &feature.value {
-            let value = constants.value_for(&feature.name.name, &ty, value);
+            let value = evaluator.value_for(&feature.name.name, &ty, value);
             if let (Some((value, id)), Some((low, high))) = (value, interval) {
-                constants.inside(&feature.name.name, (&value, id), [&low, &high], None);
+                evaluator.inside(&feature.name.name, (&value, id), [&low, &high], None);
             }
         }
+        found.extend(evaluator.found);
     }
     found
 }
 
-/// What is wrong with the values that an architecture or a deployment sets.
+/// Returns the errors in the values that an architecture or a deployment sets.
 pub(crate) fn check_settings<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -51,7 +51,7 @@ pub(crate) fn check_settings<'db>(
         },
         (None, None) => return Vec::new(),
     };
-    // Few intervals name a constant.
+    // Lazy, because few intervals name a constant.
     let given = LazyCell::new(|| given(db, of, flat));
     let mut found = Vec::new();
     let mut seen: FxHashMap<(&Name, &Name), SourceId> = FxHashMap::default();
@@ -63,61 +63,56 @@ pub(crate) fn check_settings<'db>(
             let (instance, name) = (instance.name.clone(), name.name.clone());
             found.push(Fact::new(at, FactKind::DuplicateValue { instance, name, first }));
         }
-        setting_value(db, project, of, (flat, &given), setting, &mut found);
+        found.extend(check_value(db, project, of, (flat, &given), setting));
     }
     found
 }
 
-fn setting_value<'db>(
+fn check_value<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
     (flat, given): (&Flat<'db>, &LazyCell<Given<'db>, impl FnOnce() -> Given<'db>>),
     setting: &Setting,
-    found: &mut Vec<Fact<'db>>,
-) {
-    let Some(Endpoint { instance, feature: Some(name) }) = &setting.endpoint else { return };
-    let declared = flat.instance(&instance.name).and_then(|it| shell_of(db, project, it.component?));
-    let feature = declared.and_then(|shell| features_of(db, project, shell).get(&name.name));
+) -> Vec<Fact<'db>> {
+    let Some(Endpoint { instance, feature: Some(name) }) = &setting.endpoint else { return Vec::new() };
+    let shell = flat.shell(db, project, &instance.name);
+    let feature = shell.and_then(|shell| features_of(db, project, shell).get(&name.name));
     let data = feature.and_then(|it| Some((it.shell, it.data(db)?)));
-    let mut constants = Evaluator { of, constants: None, own: None, found };
+    let mut evaluator = Evaluator::new(of, None);
     let Some((declared_in, data)) = data.filter(|(_, data)| data.kind.is_value()) else {
-        // What it is set to may be wrong all the same.
-        constants.evaluate(&setting.value);
-        return;
+        // The value of an unresolved setting is checked too.
+        evaluator.evaluate(&setting.value);
+        return evaluator.found;
     };
     let ty = type_of(db, project, declared_in, data.ty.as_ref());
-    let value = constants.value_for(&name.name, &ty, &setting.value);
-    // What is wrong in the interval is reported where it stands.
-    let mut elsewhere = Vec::new();
-    // Its ends may name constants that have other values here.
+    let value = evaluator.value_for(&name.name, &ty, &setting.value);
+    // The bounds of the interval may name constants that the instance sets.
     let ends = data.interval.iter().flat_map(|it| [&it.low, &it.high]);
-    let of_instance = declared.filter(|_| ends.clone().any(|end| !end.names().is_empty()));
+    let of_instance = shell.filter(|_| ends.clone().any(|end| !end.names().is_empty()));
     let of_instance = of_instance.and_then(|shell| Some((shell, given.get(&instance.name)?)));
-    let here = of_instance.map(|(shell, given)| constants_with(db, project, shell, given));
-    let known = Some(here.as_ref().unwrap_or_else(|| constants_of(db, project, declared_in)));
-    let mut there = Evaluator { of: declared_in, constants: known, own: None, found: &mut elsewhere };
-    let interval = there.interval(data, &ty);
+    let of_instance = of_instance.map(|(shell, given)| constants_with(db, project, shell, given));
+    let constants = of_instance.as_ref().unwrap_or_else(|| constants_of(db, project, declared_in));
+    // The check of the shell reports the errors in the interval.
+    let interval = Evaluator::new(declared_in, Some(constants)).interval(data, &ty);
     if let (Some((value, id)), Some((low, high))) = (value, interval) {
-        let place = data.interval.as_ref().map(|it| Location::Source(declared_in, it.id));
-        let mut constants = Evaluator { of, constants: None, own: None, found };
-        constants.inside(&name.name, (&value, id), [&low, &high], place);
+        let declared = data.interval.as_ref().map(|it| Location::Source(declared_in, it.id));
+        evaluator.inside(&name.name, (&value, id), [&low, &high], declared);
     }
+    evaluator.found
 }
 
-/// The values that are given to properties and constants, by instance and name.
+/// The values that settings give to properties and constants, by instance and name.
 type Given<'db> = FxHashMap<&'db Name, FxHashMap<&'db Name, Typed>>;
 
-/// What an architecture or a deployment gives, or what it imports or deploys: its own word counts first.
+/// Returns the values that an architecture or a deployment and its imports set; its own settings take precedence.
 fn given<'db>(db: &'db dyn ModelDb, of: Decl<'db>, flat: &Flat<'db>) -> Given<'db> {
     let mut given = Given::default();
     for &of in std::iter::once(&of).chain(&flat.architectures) {
         let own = deployment(db, of).map(|data| &data.settings);
         for setting in own.or(architecture(db, of).map(|data| &data.settings)).into_iter().flatten() {
             let Some(Endpoint { instance, feature: Some(name) }) = &setting.endpoint else { continue };
-            let mut elsewhere = Vec::new();
-            let mut evaluator = Evaluator { of, constants: None, own: None, found: &mut elsewhere };
-            let value = evaluator.evaluate(&setting.value).unwrap_or(Typed::UNKNOWN);
+            let value = Evaluator::new(of, None).evaluate(&setting.value).unwrap_or(Typed::UNKNOWN);
             given.entry(&instance.name).or_default().entry(&name.name).or_insert(value);
         }
     }
@@ -129,15 +124,15 @@ fn given<'db>(db: &'db dyn ModelDb, of: Decl<'db>, flat: &Flat<'db>) -> Given<'d
 pub struct ValueInEffect<'db> {
     /// Its name.
     pub name: Name,
-    /// What the shell says of it.
+    /// Its declaration.
     pub declared: FeatureOf<'db>,
-    /// The value that it has; none where nothing gives it one, or a wrong one.
+    /// Its value; `None` if it is not set, or invalid.
     pub value: Option<Value>,
 }
 
-/// The properties and constants of the instances of an architecture, or of what a deployment runs, with the values that they
-/// have there, by instance and name. What an architecture sets counts before the shell's own value, and what a deployment sets
-/// before that.
+/// Returns the properties and constants of the instances of an architecture, or of the architecture of a deployment, with
+/// their values, by instance and name. Settings of a deployment take precedence over settings of an architecture, and these
+/// over the defaults of the shell.
 #[salsa::tracked(returns(ref))]
 pub fn values_in_effect<'db>(
     db: &'db dyn ModelDb,
@@ -150,12 +145,12 @@ pub fn values_in_effect<'db>(
         (None, None) => return BTreeMap::new(),
     };
     let given = given(db, of, flat);
-    let nothing = FxHashMap::default();
+    let none = FxHashMap::default();
     let mut found = BTreeMap::new();
     for instance in flat.instances.iter().filter(|instance| !instance.repeated) {
         let shell = instance.component.and_then(|component| shell_of(db, project, component));
         let Some(shell) = shell else { continue };
-        let constants = constants_with(db, project, shell, given.get(&instance.name).unwrap_or(&nothing));
+        let constants = constants_with(db, project, shell, given.get(&instance.name).unwrap_or(&none));
         let features = features_of(db, project, shell).by_name.iter();
         let features = features.filter_map(|(name, of)| Some((name, of.first()?)));
         let values = features.filter(|(_, of)| of.kind.is_value()).map(|(name, of)| {
@@ -167,8 +162,7 @@ pub fn values_in_effect<'db>(
     found
 }
 
-/// The values that the properties and constants of a shell have by themselves, its own and those of the shells that it
-/// extends; none for those that whoever deploys it must give one.
+/// Returns the default values of the own and inherited properties and constants of a shell, without those that have none.
 pub fn values_of_shell<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -178,14 +172,14 @@ pub fn values_of_shell<'db>(
     constants.filter_map(|(name, found)| Some((name.clone(), found.as_ref()?.value.clone()?))).collect()
 }
 
-/// The constants and properties of a shell, its own and those of the shells that it extends, with their values.
+/// The own and inherited constants and properties of a shell, with their values.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 struct Constants {
-    /// By name; nothing where the value is wrong, which is reported where it stands.
+    /// By name; `None` for an invalid value, which another fact reports.
     values: FxHashMap<Name, Option<Typed>>,
-    /// Those whose value rests on itself.
-    rings: FxHashSet<Name>,
-    /// May a name that is not among them be one?
+    /// The names whose value depends on itself.
+    cyclic: FxHashSet<Name>,
+    /// Whether all constants and properties are known.
     completeness: Completeness,
 }
 
@@ -194,7 +188,7 @@ fn constants_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>)
     constants_with(db, project, of, &FxHashMap::default())
 }
 
-/// [`constants_of`], where some are given other values than the shell's.
+/// [`constants_of`], with the values in `given` instead of the defaults.
 fn constants_with<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -215,63 +209,62 @@ fn constants_with<'db>(
         names.into_iter().filter_map(|name| index.get(name).copied()).collect()
     });
     let named: Vec<Vec<usize>> = named.collect();
-    let (order, in_ring) = topological_order(&named);
-    let rings =
-        all.iter().zip(in_ring).filter(|(_, in_ring)| *in_ring).map(|((name, ..), _)| (*name).clone());
+    let (order, in_cycle) = topological_order(&named);
+    let cyclic = all.iter().zip(in_cycle).filter(|(_, in_cycle)| *in_cycle);
     let mut constants = Constants {
-        values: FxHashMap::default(),
-        rings: rings.collect(),
+        values: all.iter().map(|(name, ..)| ((*name).clone(), None)).collect(),
+        cyclic: cyclic.map(|((name, ..), _)| (*name).clone()).collect(),
         completeness: features.completeness,
     };
-    constants.values.extend(all.iter().map(|(name, ..)| ((*name).clone(), None)));
     for index in order {
         let Some((name, declared, data)) = all.get(index) else { continue };
-        let mut elsewhere = Vec::new();
-        let mut evaluator =
-            Evaluator { of: *declared, constants: Some(&constants), own: None, found: &mut elsewhere };
         let ty = type_of(db, project, *declared, data.ty.as_ref());
         let found = match (given.get(*name), &data.value) {
             (Some(given), _) => Some(given.clone()),
-            (None, Some(value)) => evaluator.evaluate(value),
-            // Whoever deploys it gives it one.
+            (None, Some(value)) => Evaluator::new(*declared, Some(&constants)).evaluate(value),
+            // A deployment sets the value.
             (None, None) => Some(Typed::of(ty.clone())),
         };
         let found = found.filter(|found| found.ty.fits(found.value.as_ref(), &ty));
-        // As it is kept there.
-        let kept = found.map(|found| match (&ty, found.value) {
+        // An integer for a floating-point constant is converted.
+        let converted = found.map(|found| match (&ty, found.value) {
             (Type::Double | Type::Float, Some(Value::Int(value))) => {
                 Typed { ty, value: Some(Value::Double(f64::from(value))) }
             }
             (_, value) => Typed { ty, value },
         });
-        constants.values.insert((*name).clone(), kept);
+        constants.values.insert((*name).clone(), converted);
     }
     constants
 }
 
-/// The names in the values and intervals of a shell.
+/// Returns the names in the values and intervals of a shell.
 pub(crate) fn names_in_values(data: &Shell) -> Vec<&Name> {
     let values = data.features.iter().flat_map(|it| &it.value);
     let ends = data.features.iter().flat_map(|it| &it.interval).flat_map(|it| [&it.low, &it.high]);
     values.chain(ends).flat_map(Expr::names).collect()
 }
 
-/// Evaluates constant expressions in a declaration, and reports what is wrong in them.
+/// Evaluates constant expressions in a declaration, and collects their errors.
 struct Evaluator<'a, 'db> {
     of: Decl<'db>,
-    /// The constants that may be named.
+    /// The constants that expressions may name; `None` if they may name none.
     constants: Option<&'a Constants>,
-    /// The feature whose value it is.
+    /// The feature whose value is evaluated.
     own: Option<&'a Name>,
-    found: &'a mut Vec<Fact<'db>>,
+    found: Vec<Fact<'db>>,
 }
 
-impl<'db> Evaluator<'_, 'db> {
+impl<'a, 'db> Evaluator<'a, 'db> {
+    fn new(of: Decl<'db>, constants: Option<&'a Constants>) -> Evaluator<'a, 'db> {
+        Evaluator { of, constants, own: None, found: Vec::new() }
+    }
+
     fn report(&mut self, id: SourceId, kind: FactKind<'db>) {
         self.found.push(Fact::new(Location::Source(self.of, id), kind));
     }
 
-    /// The ends of a feature's interval, where it has one that is right.
+    /// Returns the bounds of a feature's interval, if it has a valid one.
     fn interval(&mut self, feature: &Feature, ty: &Type) -> Option<(Value, Value)> {
         let interval = feature.interval.as_ref()?;
         if !ty.is_number() && *ty != Type::Unknown {
@@ -289,7 +282,7 @@ impl<'db> Evaluator<'_, 'db> {
         Some((low, high))
     }
 
-    /// The value of an expression that is for a feature of this type, and where it stands.
+    /// Returns the value of an expression that is assigned to a feature of this type, and its source.
     fn value_for(&mut self, name: &Name, ty: &Type, expr: &Expr) -> Option<(Value, SourceId)> {
         let found = self.evaluate(expr)?;
         let id = expr.id()?;
@@ -319,23 +312,23 @@ impl<'db> Evaluator<'_, 'db> {
         }
     }
 
-    /// The type of an expression, and its value where it has one; nothing where something in it is wrong, which is reported.
+    /// Returns the type of an expression, and its value if it is known; reports an error and returns `None` if invalid.
     fn evaluate(&mut self, expr: &Expr) -> Option<Typed> {
         match expr {
             Expr::Missing | Expr::Incomplete(_) => None,
-            Expr::Literal(literal, id) => self.given(Typed::literal(literal), *id),
+            Expr::Literal(literal, id) => self.reported(Typed::literal(literal), *id),
             Expr::Name(name) => self.constant(&name.name, name.id),
             Expr::Unary(operator, inner, id) => match Typed::least(*operator, inner) {
                 Some(least) => Some(least),
                 None => {
                     let inner = self.evaluate(inner)?;
-                    self.given(inner.unary(*operator), *id)
+                    self.reported(inner.unary(*operator), *id)
                 }
             },
             Expr::Binary(operator, lhs, rhs, id) => {
                 let (lhs, rhs) = (self.evaluate(lhs), self.evaluate(rhs));
                 let (lhs, rhs) = (lhs?, rhs?);
-                self.given(lhs.binary(*operator, &rhs), *id)
+                self.reported(lhs.binary(*operator, &rhs), *id)
             }
             Expr::Call { callee, .. } => {
                 let kind = FactKind::NotConstant(NotConstant::Call(callee.name.clone()));
@@ -345,21 +338,21 @@ impl<'db> Evaluator<'_, 'db> {
         }
     }
 
-    fn given(&mut self, given: Result<Typed, Wrong>, id: SourceId) -> Option<Typed> {
-        given.map_err(|wrong| self.report(id, wrong.into())).ok()
+    fn reported(&mut self, found: Result<Typed, Wrong>, id: SourceId) -> Option<Typed> {
+        found.map_err(|wrong| self.report(id, wrong.into())).ok()
     }
 
-    /// The value of a constant that a value names.
+    /// Returns the value of a named constant.
     fn constant(&mut self, name: &Name, id: SourceId) -> Option<Typed> {
         let Some(constants) = self.constants else {
             self.report(id, FactKind::NotConstant(NotConstant::NotNameable(name.clone())));
             return None;
         };
-        let rests_on_itself = |name: &Name| constants.rings.contains(name);
+        let is_cyclic = |name: &Name| constants.cyclic.contains(name);
         match constants.values.get(name) {
             Some(Some(found)) => return Some(found.clone()),
-            // Said of each that is part of the ring, and of none that only names one of them.
-            Some(None) if self.own.is_some_and(rests_on_itself) && rests_on_itself(name) => {
+            // Reported for the members of the cycle, not for other constants that name them.
+            Some(None) if self.own.is_some_and(is_cyclic) && is_cyclic(name) => {
                 let own = self.own.cloned().unwrap_or_default();
                 self.report(id, FactKind::NotConstant(NotConstant::Cycle(own)));
             }

@@ -1,18 +1,18 @@
-//! How severe a diagnostic is.
+//! The severity of a diagnostic.
 
-/// How severe something wrong is.
+/// The severities of diagnostics.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Severity {
-    /// The model cannot be used so.
+    /// The model is invalid.
     Error,
-    /// It can, and perhaps it should not.
+    /// The model is valid, but may not behave as intended.
     Warning,
-    /// It can be better.
+    /// The model can be improved.
     Hint,
 }
 
 impl Severity {
-    /// `error`, `warning` or `hint`.
+    /// Returns `error`, `warning` or `hint`.
     pub fn name(self) -> &'static str {
         match self {
             Severity::Error => "error",

@@ -1,10 +1,10 @@
-//! What is still to be written, with nothing in it.
+//! Skeletons of missing definitions.
 
 use crate::item_tree::{Direction, Feature, Parameter};
 use crate::types::{Type, built_in_type};
 
-/// The definition of an operation that a shell declares, with nothing in it but a value to return; none while something in
-/// the declaration is missing.
+/// Returns a definition of an operation that a shell declares, with a `return` as its only statement; `None` if the
+/// declaration is incomplete.
 pub fn operation_skeleton(name: &str, data: &Feature) -> Option<String> {
     let parameter = |it: &Parameter| {
         let direction = match it.direction {

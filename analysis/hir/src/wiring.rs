@@ -1,19 +1,18 @@
-//! What connections carry, and what a deployed system leaves open.
+//! Checks of connections, and of unset values and unconnected features in deployments.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
 use crate::fact::{Fact, FactKind};
-use crate::flat::{Flat, deployed, flat_of};
+use crate::flat::{Flat, deployed, flat_of, imports_of};
 use crate::infer::signature;
-use crate::item_tree::{Connection, Endpoint, Feature, FeatureKind, Kind, Name};
+use crate::item_tree::{Connection, Endpoint, Feature, FeatureKind, Name};
 use crate::link::Link;
-use crate::names::names_of;
 use crate::project::Project;
 use crate::source::{Decl, Location, architecture, deployment};
 use crate::types::type_of;
 
-/// What is wrong with the connections of an architecture, whose ends are right.
+/// Returns the errors of the connections of an architecture with valid endpoints.
 pub(crate) fn check_architecture<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -33,14 +32,14 @@ pub(crate) fn check_architecture<'db>(
         if (source.data.kind, target.data.kind) != (FeatureKind::Output, FeatureKind::Input) {
             continue;
         }
-        let [gives, takes] =
+        let [output, input] =
             [&source, &target].map(|end| type_of(db, project, end.shell, end.data.ty.as_ref()));
-        if !gives.is(&takes) {
+        if !output.is(&input) {
             let side = |end: &End<'db>| {
                 Location::Source(end.shell, end.data.ty.as_ref().map_or(end.data.name.id, |it| it.id))
             };
             let (from, to) = (side(&source), side(&target));
-            let ends = [(source.name, gives, from), (target.name, takes, to)];
+            let ends = [(source.name, output, from), (target.name, input, to)];
             found.push(Fact::new(at, FactKind::ConnectionType { ends }));
         }
     }
@@ -60,17 +59,17 @@ pub(crate) fn check_architecture<'db>(
     found
 }
 
-/// One end of a connection.
+/// A resolved endpoint of a connection.
 struct End<'db> {
     /// `instance.feature`
     name: String,
     feature: Name,
-    /// Where the feature is declared.
+    /// The shell that declares the feature.
     shell: Decl<'db>,
     data: &'db Feature,
 }
 
-/// The ends of a connection, where they are known, and where its target stands.
+/// Returns the endpoints of a connection, if they resolve, and the location of its target.
 fn ends<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -79,18 +78,17 @@ fn ends<'db>(
     connection: &Connection,
 ) -> Option<([End<'db>; 2], Location<'db>)> {
     let end = |end: &Option<Endpoint>| {
-        let Endpoint { instance, feature } = end.as_ref()?;
-        let feature = feature.as_ref()?;
-        let found = flat.features(db, project, &instance.name)?.get(&feature.name)?;
-        let data = found.data(db)?;
-        let name = format!("{}.{}", instance.name, feature.name);
-        Some(End { name, feature: feature.name.clone(), shell: found.shell, data })
+        let names = end.as_ref()?.names()?;
+        let found = flat.feature(db, project, &names)?;
+        let (instance, feature) = names;
+        let name = format!("{instance}.{feature}");
+        Some(End { name, feature, shell: found.shell, data: found.data(db)? })
     };
     let at = Location::Source(of, connection.target.as_ref()?.feature.as_ref()?.id);
     Some(([end(&connection.source)?, end(&connection.target)?], at))
 }
 
-/// Connections of an architecture to an input that one of its own, or of what it imports, leads to already.
+/// Returns the connections of an architecture and its imports to an input port that has another connection.
 fn two_writers<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -99,27 +97,23 @@ fn two_writers<'db>(
 ) -> Vec<Fact<'db>> {
     let mut first: FxHashMap<&(Name, Name), &Link<'db>> = FxHashMap::default();
     let mut found = Vec::new();
-    let is_input = |(instance, port): &(Name, Name)| {
-        let feature = flat.features(db, project, instance).and_then(|features| features.get(port));
-        feature.is_some_and(|feature| feature.kind == FeatureKind::Input)
+    let is_input = |end: &(Name, Name)| {
+        flat.feature(db, project, end).is_some_and(|feature| feature.kind == FeatureKind::Input)
     };
-    // Those of imported architectures come first: they are there already.
+    // Connections of imported architectures come first: the own ones are reported.
     let links = flat.links.iter().filter(|link| !link.operation);
     let (mine, others): (Vec<_>, Vec<_>) = links.partition(|link| link.is_in(of));
-    // What one import has already is reported there.
-    let imports = architecture(db, of).into_iter().flat_map(|data| data.imports.iter().flatten());
-    let imports: Vec<&Flat<'db>> = imports
-        .filter_map(|it| names_of(db, project).resolve_type(db, of, Kind::Architecture, Some(it)).ok())
-        .map(|import| flat_of(db, project, import))
-        .collect();
+    // If one import contains both connections, its own check reports them.
+    let imports: Vec<&Flat<'db>> =
+        imports_of(db, project, of).map(|import| flat_of(db, project, import)).collect();
     let has = |flat: &Flat<'db>, at: &Location<'db>| flat.links.iter().any(|link| link.at == *at);
     for link in others.into_iter().chain(mine) {
         let Some(earlier) = first.get(&link.target).copied() else {
             first.insert(&link.target, link);
             continue;
         };
-        let is_known = imports.iter().any(|import| has(import, &earlier.at) && has(import, &link.at));
-        if !is_known && is_input(&link.target) {
+        let is_reported = imports.iter().any(|import| has(import, &earlier.at) && has(import, &link.at));
+        if !is_reported && is_input(&link.target) {
             let at = if link.is_in(of) { link.at.clone() } else { Location::name_of(of) };
             let (first, second) = (Box::new(earlier.clone()), Box::new(link.clone()));
             found.push(Fact::new(at, FactKind::TwoWriters { of, first, second }));
@@ -128,18 +122,17 @@ fn two_writers<'db>(
     found
 }
 
-/// Does a connection lead from an output to an input, or from a provided operation to a required one?
-fn is_right<'db>(db: &'db dyn ModelDb, project: Project<'db>, flat: &Flat<'db>, link: &Link<'db>) -> bool {
-    let kind =
-        |(instance, feature): &(Name, Name)| Some(flat.features(db, project, instance)?.get(feature)?.kind);
-    let right = match link.operation {
+/// Returns whether a connection leads from an output to an input port, or from a provided to a required operation.
+fn is_valid<'db>(db: &'db dyn ModelDb, project: Project<'db>, flat: &Flat<'db>, link: &Link<'db>) -> bool {
+    let kind = |end| Some(flat.feature(db, project, end)?.kind);
+    let expected = match link.operation {
         true => (FeatureKind::Provided, FeatureKind::Required),
         false => (FeatureKind::Output, FeatureKind::Input),
     };
-    kind(&link.source).zip(kind(&link.target)) == Some(right)
+    kind(&link.source).zip(kind(&link.target)) == Some(expected)
 }
 
-/// What a deployed system leaves open: values, operations, inputs.
+/// Returns the facts for values that are not set, and for unconnected operations and inputs.
 pub(crate) fn check_deployment<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -148,21 +141,19 @@ pub(crate) fn check_deployment<'db>(
     let (Some(data), Some((flat, _))) = (deployment(db, of), deployed(db, project, of)) else {
         return Vec::new();
     };
-    let own = data.settings.iter().filter_map(|it| it.endpoint.as_ref());
-    let own = own.filter_map(|it| Some((it.instance.name.clone(), it.feature.as_ref()?.name.clone())));
+    let own = data.settings.iter().filter_map(|it| it.endpoint.as_ref()?.names());
     let set: FxHashSet<(Name, Name)> = own.chain(flat.settings.iter().cloned()).collect();
-    // A value that is for nothing may be the one that is missing, where either part of its name is right.
-    let is_value = |(instance, name): &&(Name, Name)| {
-        let feature = flat.features(db, project, instance).and_then(|features| features.get(name));
-        feature.is_some_and(|feature| feature.kind.is_value())
+    // An unresolved setting may be the missing one, if its instance or its feature is correct.
+    let is_value =
+        |end: &&(Name, Name)| flat.feature(db, project, end).is_some_and(|feature| feature.kind.is_value());
+    let unresolved: Vec<&(Name, Name)> = set.iter().filter(|it| !is_value(it)).collect();
+    let may_be_set = |(instance, name): &(Name, Name)| {
+        unresolved.iter().any(|(of, other)| of == instance || other == name)
     };
-    let strays: Vec<&(Name, Name)> = set.iter().filter(|it| !is_value(it)).collect();
-    let may_be_set =
-        |(instance, name): &(Name, Name)| strays.iter().any(|(of, stray)| of == instance || stray == name);
     let connected: FxHashSet<&(Name, Name)> = flat.links.iter().map(|link| &link.target).collect();
-    // A connection that is half typed, or leads to the wrong place, may be the one that is missing.
-    let all_known = flat.link_completeness.is_complete()
-        && flat.links.iter().all(|link| is_right(db, project, flat, link));
+    // An incomplete or invalid connection may be the missing one.
+    let links_are_valid = flat.link_completeness.is_complete()
+        && flat.links.iter().all(|link| is_valid(db, project, flat, link));
     let mut found = Vec::new();
     for instance in flat.instances.iter().filter(|instance| !instance.repeated) {
         let Some(features) = flat.features(db, project, &instance.name) else { continue };
@@ -172,33 +163,35 @@ pub(crate) fn check_deployment<'db>(
         let activity = data.activities.iter().find(|activity| activity.instance.name == instance.name);
         let at =
             activity.map_or(Location::name_of(of), |activity| Location::Source(of, activity.instance.id));
-        let mut open = Vec::new();
+        let mut unconnected = Vec::new();
         for (name, feature) in &features.by_name {
             let Some(feature) = feature.first() else { continue };
             let Some(declared) = feature.data(db) else { continue };
             let end = (instance.name.clone(), name.clone());
-            let place = Location::Source(feature.shell, declared.name.id);
+            let declared_at = Location::Source(feature.shell, declared.name.id);
             let instance = instance.name.clone();
             match feature.kind {
                 FeatureKind::Property | FeatureKind::Constant
                     if declared.value.is_none() && !set.contains(&end) && !may_be_set(&end) =>
                 {
-                    let (kind, name, declared) = (feature.kind, name.clone(), place);
+                    let (kind, name, declared) = (feature.kind, name.clone(), declared_at);
                     let kind = FactKind::MissingValue { instance, kind, name, declared };
                     found.push(Fact::new(at.clone(), kind));
                 }
-                FeatureKind::Required if !connected.contains(&end) && all_known => {
-                    let (name, declared) = (name.clone(), place);
+                FeatureKind::Required if !connected.contains(&end) && links_are_valid => {
+                    let (name, declared) = (name.clone(), declared_at);
                     let kind = FactKind::UnconnectedOperation { instance, name, declared };
                     found.push(Fact::new(at.clone(), kind));
                 }
-                FeatureKind::Input if !connected.contains(&end) && all_known => open.push(name.clone()),
+                FeatureKind::Input if !connected.contains(&end) && links_are_valid => {
+                    unconnected.push(name.clone());
+                }
                 _ => {}
             }
         }
-        if !open.is_empty() {
+        if !unconnected.is_empty() {
             let instance = instance.name.clone();
-            found.push(Fact::new(at, FactKind::UnconnectedInput { instance, ports: open }));
+            found.push(Fact::new(at, FactKind::UnconnectedInput { instance, ports: unconnected }));
         }
     }
     found

@@ -1,29 +1,29 @@
-//! Types of C++, as `[types.NAME] cpp` in `mauve.toml` names them. They go into generated code as they are, so that a text is
-//! one type and nothing else:
+//! The syntax of C++ types in `[types.NAME] cpp` of `mauve.toml`. Generated code contains the text unchanged, so that it must
+//! be exactly one type:
 //!
 //! ```text
-//! type      = ["const"] (word+ | ["::"] part ("::" part)*) "*"*
-//! part      = name ["<" [argument ("," argument)*] ">"]
+//! type      = ["const"] (word+ | ["::"] segment ("::" segment)*) "*"*
+//! segment   = name ["<" [argument ("," argument)*] ">"]
 //! argument  = type | number
 //! ```
 
-/// The words of the types that C++ has by itself.
+/// The keywords of the built-in C++ types.
 const WORDS: [&str; 13] = [
     "bool", "char", "char16_t", "char32_t", "double", "float", "int", "long", "short", "signed", "unsigned",
     "void", "wchar_t",
 ];
 
-/// So deep are types in types at most: reading them is recursive.
-const DEEPEST: usize = 16;
+/// The maximum nesting of template arguments: the parser is recursive.
+const MAX_DEPTH: usize = 16;
 
-/// Is it a type of C++, and nothing else?
+/// Returns whether the text is exactly one C++ type.
 pub(super) fn is_cpp_type(text: &str) -> bool {
     let Some(tokens) = tokens(text).filter(|_| text.trim() == text) else { return false };
-    let mut reader = Reader { rest: &tokens };
-    reader.is_type(0) && reader.rest.is_empty()
+    let mut parser = Parser { rest: &tokens };
+    parser.ty(0) && parser.rest.is_empty()
 }
 
-/// Names, numbers and signs; nothing where there is anything else.
+/// Splits the text into names, numbers and symbols; `None` if it contains other characters.
 fn tokens(text: &str) -> Option<Vec<&str>> {
     let is_letter = |c: char| c.is_ascii_alphanumeric() || c == '_';
     let mut found = Vec::new();
@@ -42,13 +42,13 @@ fn tokens(text: &str) -> Option<Vec<&str>> {
     Some(found)
 }
 
-/// Reads what it finds; each function says whether it has found what it is called after.
-struct Reader<'t> {
+/// A recursive descent parser: each function consumes the construct that it is named after, or returns `false`.
+struct Parser<'t> {
     rest: &'t [&'t str],
 }
 
-impl Reader<'_> {
-    fn is(&mut self, fits: impl Fn(&str) -> bool) -> bool {
+impl Parser<'_> {
+    fn token(&mut self, fits: impl Fn(&str) -> bool) -> bool {
         match self.rest.split_first() {
             Some((first, rest)) if fits(first) => {
                 self.rest = rest;
@@ -58,66 +58,66 @@ impl Reader<'_> {
         }
     }
 
-    fn is_sign(&mut self, sign: &str) -> bool {
-        self.is(|token| token == sign)
+    fn symbol(&mut self, symbol: &str) -> bool {
+        self.token(|token| token == symbol)
     }
 
-    fn is_type(&mut self, depth: usize) -> bool {
-        self.is_sign("const");
+    fn ty(&mut self, depth: usize) -> bool {
+        self.symbol("const");
         let count = self.rest.iter().take_while(|token| WORDS.contains(*token)).count();
         let (words, rest) = self.rest.split_at(count);
         let is_type = match count {
-            0 => self.is_qualified(depth),
+            0 => self.qualified_name(depth),
             _ => {
                 self.rest = rest;
                 is_built_in(words)
             }
         };
-        while self.is_sign("*") {}
+        while self.symbol("*") {}
         is_type
     }
 
     /// `std::map<int, ns::T*>::iterator`
-    fn is_qualified(&mut self, depth: usize) -> bool {
-        self.is_sign("::");
+    fn qualified_name(&mut self, depth: usize) -> bool {
+        self.symbol("::");
         loop {
             let is_name = |token: &str| {
                 let begins = token.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_');
                 begins && token != "const" && !WORDS.contains(&token)
             };
-            if !self.is(is_name) || self.is_sign("<") && !self.are_arguments(depth + 1) {
+            if !self.token(is_name) || self.symbol("<") && !self.arguments(depth + 1) {
                 return false;
             }
-            if !self.is_sign("::") {
+            if !self.symbol("::") {
                 return true;
             }
         }
     }
 
-    /// What stands behind a `<`, with the `>` at its end.
-    fn are_arguments(&mut self, depth: usize) -> bool {
-        if depth > DEEPEST {
+    /// Parses template arguments after a `<`, with the closing `>`.
+    fn arguments(&mut self, depth: usize) -> bool {
+        if depth > MAX_DEPTH {
             return false;
         }
-        if self.is_sign(">") {
+        if self.symbol(">") {
             return true;
         }
         loop {
-            let is_argument = self.is(|token| token.bytes().all(|byte| byte.is_ascii_digit()));
-            if !is_argument && !self.is_type(depth) {
+            let is_number = self.token(|token| token.bytes().all(|byte| byte.is_ascii_digit()));
+            if !is_number && !self.ty(depth) {
                 return false;
             }
-            if self.is_sign(">") {
+            if self.symbol(">") {
                 return true;
             }
-            if !self.is_sign(",") {
+            if !self.symbol(",") {
                 return false;
             }
         }
     }
 }
 
-/// Do these words make a type, in the order in which everybody writes them?
+/// Returns whether the words are a built-in type, in the usual order.
 fn is_built_in(words: &[&str]) -> bool {
     let is_number = |words: &[&str]| {
         matches!(
@@ -142,7 +142,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn types_are_types() {
+    fn accepts_types() {
         for text in [
             "X",
             "ArRobot*",
@@ -166,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_else_is_one() {
+    fn refuses_other_texts() {
         for text in [
             "",
             " ",
@@ -213,9 +213,9 @@ mod tests {
     }
 
     #[test]
-    fn types_are_not_too_deep() {
+    fn limits_the_nesting() {
         let nested = |depth: usize| format!("{}X{}", "X<".repeat(depth), ">".repeat(depth));
-        assert!(is_cpp_type(&nested(DEEPEST)));
-        assert!(!is_cpp_type(&nested(DEEPEST + 1)) && !is_cpp_type(&nested(100_000)));
+        assert!(is_cpp_type(&nested(MAX_DEPTH)));
+        assert!(!is_cpp_type(&nested(MAX_DEPTH + 1)) && !is_cpp_type(&nested(100_000)));
     }
 }

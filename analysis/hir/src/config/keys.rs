@@ -1,5 +1,5 @@
-//! The keys of `mauve.toml`: what each is for, which values it takes, and where [`Config`] has them. The reader, completion and
-//! the JSON schema (written by `tests/schemas.rs`) follow this table: a new key is one entry here.
+//! The keys of `mauve.toml`: their documentation, valid values, and fields of [`Config`]. The reader, completion and the JSON
+//! schema (written by `tests/schemas.rs`) follow this table: a new key is one entry here.
 
 use std::ops::Range;
 
@@ -9,7 +9,7 @@ use super::cpp::is_cpp_type;
 use super::{Config, ExpectedValue, ExternalType, is_header, maintainer_of};
 use crate::severity::Severity;
 
-/// A section of `mauve.toml`: `summary` is shown by completion, `documentation` by the schema.
+/// A section of `mauve.toml`. Completion shows `summary`, the schema `documentation`.
 #[allow(missing_docs)]
 pub struct Section {
     pub name: &'static str,
@@ -18,7 +18,7 @@ pub struct Section {
     pub documentation: &'static str,
 }
 
-/// What stands in a section.
+/// The entries of a section.
 pub enum Entries {
     /// Keys with fixed names.
     Keys(&'static [Key<Config>]),
@@ -26,11 +26,11 @@ pub enum Entries {
     Types(&'static [Key<ExternalType>]),
     /// A list of ports for each chain.
     Chains,
-    /// One of [`SEVERITIES`] for each diagnostic code.
+    /// A severity ([`SEVERITIES`]) for each diagnostic code.
     Lints,
 }
 
-/// A key, whose value is stored in a `T`. `default` and `examples` are written in JSON.
+/// A key, whose value is stored in a `T`. `default` and `examples` are JSON.
 #[allow(missing_docs)]
 pub struct Key<T: 'static> {
     pub name: &'static str,
@@ -40,13 +40,13 @@ pub struct Key<T: 'static> {
     pub documentation: &'static str,
 }
 
-/// The field of the configuration that a value is stored in.
+/// The field of the configuration that stores a value.
 pub type Field<T, V> = fn(&mut T) -> &mut V;
 
-/// A text, and where it stands.
+/// A string, and its range in bytes.
 pub type Located = (String, Range<usize>);
 
-/// Which values a key takes, and the field that stores them.
+/// The valid values of a key, and the field that stores them.
 pub enum Kind<T> {
     /// The path of a model, or a list of them.
     Models(Field<T, Vec<Located>>),
@@ -58,26 +58,26 @@ pub enum Kind<T> {
     Level(fn(&mut T, Level, Range<usize>)),
     /// A time with its unit.
     Time(fn(&mut T) -> &mut Option<Time>),
-    /// An integer between two others, which are included.
+    /// An integer between two bounds, inclusive.
     Integer(u32, u32, fn(&mut T) -> &mut Option<u32>),
     /// `true` or `false`.
     Boolean(fn(&mut T) -> &mut Option<bool>),
     /// The path of a folder.
     Folder(Field<T, Option<Located>>),
-    /// A text in a format of its own.
+    /// A string in a particular format.
     Text {
-        /// Stores a text; `None` if it does not have the format.
+        /// Stores a string; `None` if it does not have the format.
         store: fn(&mut T, &str) -> Option<()>,
-        /// What is expected then.
+        /// The expected value, for the error.
         expected: ExpectedValue,
         /// A regular expression for the schema, which may match more.
         pattern: &'static str,
-        /// What completion offers.
+        /// The suggestions of completion.
         usual: &'static [&'static str],
     },
 }
 
-/// The severities of `[lints]`; `None`: the diagnostic is not shown.
+/// The severities of `[lints]`; `None` hides the diagnostic.
 pub const SEVERITIES: [(&str, Option<Severity>); 4] = [
     ("allow", None),
     ("hint", Some(Severity::Hint)),
@@ -86,7 +86,7 @@ pub const SEVERITIES: [(&str, Option<Severity>); 4] = [
 ];
 
 /// The sections, in the order of messages and completion.
-#[rustfmt::skip] // rustfmt would give each field a line of its own.
+#[rustfmt::skip] // rustfmt would put each field on its own line.
 pub static SECTIONS: [Section; 9] = [
     Section { name: "project", summary: "the roots of the models", entries: Entries::Keys(&[
         Key { name: "root", kind: Kind::Models(|it| &mut it.roots), default: None, examples: r#"["robot.mal"]"#,
@@ -161,12 +161,12 @@ pub static SECTIONS: [Section; 9] = [
         documentation: "Chains of ports from a cause to its effect, each under a name. Read, and reported as not analysed." },
 ];
 
-/// The section of that name.
+/// Returns the section of that name.
 pub fn section_named(name: &str) -> Option<&'static Section> {
     SECTIONS.iter().find(|section| section.name == name)
 }
 
-/// The keys whose values are lists of texts, as chains are.
+/// Returns the keys whose values are lists of strings, like those of chains.
 pub fn list_keys() -> impl Iterator<Item = &'static str> {
     let keys = SECTIONS.iter().filter_map(|section| match &section.entries {
         Entries::Keys(keys) => Some(keys.iter()),
