@@ -16,7 +16,7 @@ code!(AMBIGUOUS_NAME, Error, "ambiguous-name");
 
 pub(super) fn report<'db>(at: Location<'db>, kind: Kind, name: &str) -> Diagnostic<'db> {
     let advice = match kind {
-        // A program has no way to write it.
+        // Programs have no qualified names.
         Kind::Codel => "rename one, or `use` the library of the one that is meant alone",
         _ => "write the library before it, or rename one",
     };

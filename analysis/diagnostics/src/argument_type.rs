@@ -28,7 +28,7 @@ pub(super) fn report<'db>(at: Location<'db>, of: &str, parameter: &ParameterName
     Diagnostic::new(&ARGUMENT_TYPE, at, message)
 }
 
-/// How a parameter is called.
+/// Returns the name of a parameter in messages.
 pub(super) fn shown(parameter: &ParameterName) -> &str {
     match parameter {
         ParameterName::Named(name) => name,

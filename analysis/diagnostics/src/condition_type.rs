@@ -39,7 +39,7 @@ pub(super) fn report<'db>(at: Location<'db>, found: &Type) -> Diagnostic<'db> {
     let advice = comparison.map_or_else(String::new, |it| format!(": compare it, as in `{it}`"));
     let message = format!("a condition is true or false, and {is}{advice}");
     let report = Diagnostic::new(&CONDITION_TYPE, at.clone(), message);
-    // Operators that give a number or a status bind closer than a comparison.
+    // Operators with a number or a status as result bind closer than a comparison.
     match (comparison, at) {
         (Some(comparison), Location::Source(of, id)) => {
             report.fix(format!("Write `{comparison}`"), Location::Behind(of, id), format!(" {comparison}"))

@@ -23,7 +23,7 @@ pub(super) fn mistake(kind: &MistakeKind) -> String {
     }
 }
 
-/// Returns which values a key takes, in words that follow the key.
+/// Returns the valid values of a key, as a predicate of the key.
 fn expected_value(key: &str, expected: ExpectedValue) -> String {
     let text = match expected {
         ExpectedValue::Paths => "is a path, or a list of paths",

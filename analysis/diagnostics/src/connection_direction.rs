@@ -36,7 +36,7 @@ pub(super) fn swapped<'db>(
     Diagnostic { fixes: vec![fix], ..Diagnostic::new(&CONNECTION_DIRECTION, at, message) }
 }
 
-/// Only one of the two ends is wrong.
+/// Reports a connection with one wrong endpoint.
 pub(super) fn one_end<'db>(
     at: Location<'db>,
     kind: EndKind,
@@ -52,7 +52,7 @@ pub(super) fn one_end<'db>(
     Diagnostic::new(&CONNECTION_DIRECTION, at, message)
 }
 
-/// What a connection starts and ends at.
+/// Returns the expected source and target of a connection.
 fn ends(kind: EndKind) -> [&'static str; 2] {
     match kind {
         EndKind::Port => ["an output port", "an input port"],

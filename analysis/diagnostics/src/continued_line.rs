@@ -20,7 +20,7 @@ use super::*;
 
 code!(CONTINUED_LINE, Hint, "continued-line");
 
-/// `white` stands before it, and nothing else between the two parts of the value.
+/// `white`: the white space before the line, unless there is a comment.
 pub(super) fn report<'db>(at: Location<'db>, white: Option<SourceId>, name: &str) -> Diagnostic<'db> {
     let message = format!("this line is part of the value of `{name}`: end that with `;` if it is not meant to be");
     let join = white.map(|white| beside(&at, white));

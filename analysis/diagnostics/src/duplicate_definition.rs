@@ -25,7 +25,7 @@ pub(super) fn report<'db>(at: Location<'db>, what: Defined, name: &str, first: &
     Diagnostic::new(&DUPLICATE_DEFINITION, at, message).related(first, "the first is here")
 }
 
-/// A second value for one property or constant in one declaration.
+/// Reports a second value for a property or constant in a declaration.
 pub(super) fn value<'db>(at: Location<'db>, instance: &str, name: &str, first: &Location<'db>) -> Diagnostic<'db> {
     let message = format!("a second value of `{instance}.{name}`: remove one of them");
     Diagnostic::new(&DUPLICATE_DEFINITION, at, message).related(first, "the first is here")

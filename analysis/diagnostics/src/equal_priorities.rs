@@ -19,7 +19,7 @@ use super::*;
 
 code!(EQUAL_PRIORITIES, Warning, "equal-priorities");
 
-/// One diagnostic for all that have the priority.
+/// One diagnostic for all activities with the priority.
 pub(super) fn report<'db>(
     at: Location<'db>,
     instance: &str,

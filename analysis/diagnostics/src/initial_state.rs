@@ -35,7 +35,7 @@ pub(super) fn none<'db>(at: Location<'db>, first: Option<&(Name, SourceId)>) -> 
 
 const MOST_FIXES: usize = 16;
 
-/// `initial` are the states that are, two or more.
+/// `initial`: the initial states, two or more.
 pub(super) fn several<'db>(
     at: Location<'db>,
     (one, id): &(Name, SourceId),
@@ -45,7 +45,7 @@ pub(super) fn several<'db>(
     let message = format!("`{other}` is initial, and so is `{one}`: a machine starts in one state");
     let found = Diagnostic::new(&INITIAL_STATE, at.clone(), message);
     let mut found = found.related(&beside(&at, *id), "the first is here");
-    // A menu of more fixes is too long to choose from.
+    // More fixes make the menu too long.
     let offered = if initial.len() <= MOST_FIXES { initial } else { &[] };
     for (name, start) in offered {
         let others = initial.iter().filter(|(_, other)| other != start);

@@ -1,7 +1,7 @@
-//! What is wrong in a model: a file for each code, with its page, its messages and its fixes.
+//! The diagnostics of models: one file per code, with its page, its messages and its fixes.
 //!
-//! The header of such a file is the page of `mauve explain CODE`, and the models in it are tests: a line that ends with
-//! `// error` (or `warning`, `hint`) has that diagnostic, and no other line has.
+//! The header of such a file is the page of `mauve explain CODE`, and the models in it are tests: exactly the lines that end
+//! with `// error` (or `warning`, `hint`) have that diagnostic.
 
 use std::path::{Component, Path};
 
@@ -30,40 +30,40 @@ pub use syntax_error::{message as syntax_error_message, tree_of};
 pub struct Code {
     /// Its stable name, such as `deadline-missed`.
     pub name: &'static str,
-    /// How bad it is, unless `mauve.toml` says otherwise.
+    /// Its default severity, which `mauve.toml` may change.
     pub severity: Severity,
-    /// Is what it marks there for nothing, so that an editor may show it faded?
+    /// Whether the marked text is unnecessary, so that an editor may fade it.
     pub unused: bool,
 }
 
 impl Code {
-    /// Is it an error in a text, and not in what its figures are?
+    /// Returns whether it is an error in a text, instead of a missed deadline.
     pub fn is_of_text(&self) -> bool {
         self.severity == Severity::Error && *self != deadline_missed::DEADLINE_MISSED
     }
 }
 
-/// Something wrong, at a place.
+/// A diagnostic: an error, a warning or a hint at a location.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub struct Diagnostic<'db> {
-    /// What kind of thing.
+    /// Its code.
     pub code: &'static Code,
-    /// Where.
+    /// The marked location.
     pub at: Location<'db>,
-    /// What was found, what was expected, what to do.
+    /// The finding, its reason, and how to correct it.
     pub message: String,
-    /// Other places that matter.
+    /// Related locations, each with a message.
     pub related: Vec<(Location<'db>, String)>,
-    /// What would mend it.
+    /// The quick fixes.
     pub fixes: Vec<Fix<'db>>,
 }
 
-/// An edit that mends something.
+/// A quick fix.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub struct Fix<'db> {
-    /// For the user to choose by.
+    /// Its title in a menu.
     pub title: String,
-    /// What is replaced, and by what.
+    /// The locations to replace, each with the new text.
     pub edits: Vec<(Location<'db>, String)>,
 }
 
@@ -72,7 +72,6 @@ impl<'db> Diagnostic<'db> {
         Diagnostic { code, at, message: message.into(), related: Vec::new(), fixes: Vec::new() }
     }
 
-    /// Adds a related location.
     fn related(mut self, at: &Location<'db>, message: impl Into<String>) -> Diagnostic<'db> {
         self.related.push((at.clone(), message.into()));
         self
@@ -83,8 +82,7 @@ impl<'db> Diagnostic<'db> {
         self
     }
 
-    /// Says where `path`, written in `of`, may be found: in a library that is not used, in a file that is not included,
-    /// under a similar name.
+    /// Adds a suggestion for the unresolved `path`, written in `of`: a library to use, a file to include, or a similar name.
     fn look_elsewhere(
         mut self,
         db: &'db dyn ModelDb,
@@ -114,12 +112,12 @@ impl<'db> Diagnostic<'db> {
         self.did_you_mean(names.similar(db, library, kind, path))
     }
 
-    /// Offers to write that the library of `of` uses another one, or a message package.
+    /// Adds a fix that adds a `use` of a library or a message package.
     fn add_use(self, of: Decl<'db>, name: &str) -> Diagnostic<'db> {
         self.fix(format!("Add `use {name}`"), Location::Above(of), format!("use {name}\n  "))
     }
 
-    /// Offers to include `file` in `into`.
+    /// Adds a fix that includes `file` in `into`.
     fn add_include(self, db: &'db dyn ModelDb, into: File, file: File) -> Diagnostic<'db> {
         let Some(path) = path_from(into.path(db), file.path(db)).filter(|path| !path.contains(['"', '\\']))
         else {
@@ -133,7 +131,7 @@ impl<'db> Diagnostic<'db> {
         self.fix(format!("Add `{line}`"), Location::Includes(into), text)
     }
 
-    /// Offers to put an item at the end of `of`, on a line of its own.
+    /// Adds a fix that adds an item at the end of `of`, on its own line.
     fn add_item(
         self,
         db: &'db dyn ModelDb,
@@ -146,12 +144,12 @@ impl<'db> Diagnostic<'db> {
         self.fix(title, Location::End(of), lines.concat())
     }
 
-    /// Offers to remove what `part` of `of` is part of.
+    /// Adds a fix that removes the item of `of` that contains `id`.
     fn remove(self, title: impl Into<String>, of: Decl<'db>, id: SourceId) -> Diagnostic<'db> {
         self.fix(title, Location::Item(of, id), String::new())
     }
 
-    /// Suggests `near` instead of the marked name, and offers to write it.
+    /// Suggests `near` instead of the marked name, with a fix.
     fn did_you_mean(mut self, near: Option<Name>) -> Diagnostic<'db> {
         let Some(near) = near else { return self };
         self.message += &format!("; did you mean `{near}`?");
@@ -160,8 +158,8 @@ impl<'db> Diagnostic<'db> {
     }
 }
 
-/// What to do about `path`, written in `library`, that is not found: a library to use, with its name, or one that is
-/// misspelt.
+/// Returns the advice for an unresolved `path`, written in `library`: a library to use, with its name, or the correction of
+/// a misspelt library.
 fn advice<'db>(
     db: &'db dyn ModelDb,
     names: &Names<'db>,
@@ -183,7 +181,7 @@ fn advice<'db>(
     }
 }
 
-/// Another part of the declaration in which `at` is.
+/// Returns the location of another source in the declaration that contains `at`.
 fn beside<'db>(at: &Location<'db>, id: SourceId) -> Location<'db> {
     match at {
         Location::Source(of, _) => Location::Source(*of, id),
@@ -191,15 +189,15 @@ fn beside<'db>(at: &Location<'db>, id: SourceId) -> Location<'db> {
     }
 }
 
-/// The path of a file as the file `from` writes it.
+/// Returns the path of a file relative to the folder of the file `from`.
 fn path_from(from: &Path, to: &Path) -> Option<String> {
     let (from, to): (Vec<Component<'_>>, Vec<Component<'_>>) =
         (from.parent()?.components().collect(), to.components().collect());
     let same = from.iter().zip(&to).take_while(|(from, to)| from == to).count();
     let up = from.iter().skip(same).map(|_| Some(".."));
-    let down = to.iter().skip(same).map(|part| part.as_os_str().to_str());
-    let parts: Option<Vec<&str>> = up.chain(down).collect();
-    Some(parts?.join("/"))
+    let down = to.iter().skip(same).map(|component| component.as_os_str().to_str());
+    let components: Option<Vec<&str>> = up.chain(down).collect();
+    Some(components?.join("/"))
 }
 
 macro_rules! code {
@@ -215,7 +213,7 @@ macro_rules! codes {
     ($($module:ident::$name:ident;)*) => {
         $(pub(crate) mod $module;)*
 
-        /// All kinds of diagnostic, with the sources of their pages.
+        /// All codes, with the sources of their pages.
         static CODES: &[(&Code, &str)] =
             &[$((&$module::$name, include_str!(concat!(stringify!($module), ".rs")))),*];
     };
@@ -318,12 +316,12 @@ use timing_reasons::enumerated;
 pub use timing_reasons::{PROSE, cpu_names, reasons_of, timing_reason, unusable_time};
 pub use types::type_name;
 
-/// All kinds of diagnostic.
+/// Returns all codes.
 pub fn codes() -> impl Iterator<Item = &'static Code> {
     CODES.iter().map(|(code, _)| *code)
 }
 
-/// The page of a diagnostic, in Markdown: what `mauve explain` shows.
+/// Returns the page of a diagnostic for `mauve explain`, in Markdown.
 ///
 /// ```
 /// assert!(mauve_diagnostics::page("deadline-missed").is_some_and(|page| page.starts_with("# deadline-missed")));
@@ -338,7 +336,7 @@ pub fn page(name: &str) -> Option<String> {
     )
 }
 
-/// Everything that is wrong in a project, its timing included, in no particular order.
+/// Returns all diagnostics of a project, including those of its timing, in no particular order.
 #[salsa::tracked(returns(ref))]
 pub fn project_diagnostics<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Box<[Diagnostic<'db>]> {
     let mut found: Vec<Diagnostic<'db>> = Vec::new();
@@ -351,7 +349,7 @@ pub fn project_diagnostics<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> 
     let names = names_of(db, project);
     found.extend(project_facts(db, project).iter().map(|fact| render(db, project, fact)));
     for &decl in &names.all {
-        // Where nothing is wrong, nothing is kept.
+        // Without facts, there is no need for a query result.
         if decl.kind(db) == Kind::Deployment || !declaration_facts(db, project, decl).is_empty() {
             found.extend(declaration_diagnostics(db, project, decl).iter().cloned());
         }
@@ -365,7 +363,7 @@ pub fn project_diagnostics<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> 
     found.into_boxed_slice()
 }
 
-/// What is wrong in a file by itself: its text, its syntax, its includes.
+/// Returns the diagnostics of a file: of its text, its syntax and its includes.
 #[salsa::tracked(returns(ref))]
 pub fn file_diagnostics<'db>(
     db: &'db dyn ModelDb,
@@ -373,20 +371,20 @@ pub fn file_diagnostics<'db>(
     file: File,
 ) -> Box<[Diagnostic<'db>]> {
     let mut found = Vec::new();
-    // What is none of the project's is wrong where it is included.
+    // An unreadable file outside the project is reported at its include.
     let is_elsewhere = |file: File| file.is_outside(db) && workspace.included(db).contains(file.path(db));
     if let Some(problem) = file.problem(db).as_ref().filter(|_| !is_elsewhere(file)) {
         let end = file.text(db).len() as u32;
         found.push(unreadable_file::report(Location::Range(file, end, end), problem.message()));
     }
-    // What a file lacks because its text ends too early is no mistake of its own.
+    // Syntax errors at the end of a truncated text are not the user's.
     for error in parse(db, file).errors().iter().filter(|_| file.problem(db).is_none()) {
         let at = Location::Range(file, error.range.start().into(), error.range.end().into());
         found.push(syntax_error::report(parse(db, file), file, error, at));
     }
     let tree = item_tree_of(db, file);
-    let rings = include_rings(db, workspace);
-    let in_ring = |target: File| rings.get(&file).is_some_and(|ring| rings.get(&target) == Some(ring));
+    let cycles = include_rings(db, workspace);
+    let in_cycle = |target: File| cycles.get(&file).is_some_and(|cycle| cycles.get(&target) == Some(cycle));
     let mut cycle = false;
     let errors = parse(db, file).errors();
     for (index, (path, target)) in tree.includes.iter().zip(includes(db, workspace, file)).enumerate() {
@@ -397,11 +395,11 @@ pub fn file_diagnostics<'db>(
             continue;
         }
         match (path, target) {
-            // A path with a syntax error in it is one mistake.
+            // The syntax error in the path is reported.
             (Some(_), None) if errors.iter().any(|it| it.range.intersect(at.range(db)).is_some()) => {}
             (Some(path), None) => found.push(missing_include(db, workspace, file, at, path)),
-            // One warning for a file, however many of its includes are part of the ring.
-            (Some(path), Some(target)) if in_ring(*target) && !std::mem::replace(&mut cycle, true) => {
+            // One warning per file, even if several of its includes are in the cycle.
+            (Some(path), Some(target)) if in_cycle(*target) && !std::mem::replace(&mut cycle, true) => {
                 found.push(include_cycle::report(at, path));
             }
             _ => {}
@@ -418,17 +416,17 @@ fn missing_include<'db>(
     path: &str,
 ) -> Diagnostic<'db> {
     let candidates = include_candidates(db, workspace, file, path);
-    let looked: Vec<String> = candidates.iter().map(|path| path.display().to_string()).collect();
+    let searched: Vec<String> = candidates.iter().map(|path| path.display().to_string()).collect();
     let beside = candidates.first().and_then(|path| path.parent());
-    let here = workspace.files(db).keys().filter(|known| known.parent() == beside && *known != file.path(db));
-    let here: Vec<Name> = here.filter_map(|known| Some(known.file_name()?.to_str()?.into())).collect();
+    let here = workspace.files(db).keys().filter(|path| path.parent() == beside && *path != file.path(db));
+    let here: Vec<Name> = here.filter_map(|path| Some(path.file_name()?.to_str()?.into())).collect();
     let (folder, name) = path.rsplit_once('/').map_or(("", path), |(folder, name)| (folder, name));
     let near = similar(name, &here);
     let near = near.map(|near| if folder.is_empty() { near } else { format!("{folder}/{near}").into() });
-    unresolved_include::report(at, path, &looked, near)
+    unresolved_include::report(at, path, &searched, near)
 }
 
-/// What is wrong in one declaration.
+/// Returns the diagnostics of a declaration.
 #[salsa::tracked(returns(ref))]
 pub fn declaration_diagnostics<'db>(
     db: &'db dyn ModelDb,
@@ -450,7 +448,7 @@ pub fn declaration_diagnostics<'db>(
     found.into_boxed_slice()
 }
 
-/// Returns what is wrong with the activities of a deployment that has these values in them.
+/// Returns the timing diagnostics of a deployment with the field values in `what_if`.
 pub fn diagnostics_if<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -460,7 +458,6 @@ pub fn diagnostics_if<'db>(
     timing_diagnostics(db, project, &facts_if(db, project, deployment, what_if))
 }
 
-/// The diagnostics of facts of the timing side.
 fn timing_diagnostics<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -469,37 +466,37 @@ fn timing_diagnostics<'db>(
     facts.iter().filter_map(|fact| timing_diagnostic(db, project, fact)).collect()
 }
 
-/// How many errors the models, the tables and the configuration of a project have, missed deadlines aside, whatever severity
-/// `mauve.toml` gives them. No deployment of the project is proved while there is one.
+/// Returns the number of errors in the models, the tables and the configuration of a project, without missed deadlines and
+/// with their default severity. With an error, no deployment of the project is proved.
 pub fn errors_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> usize {
     let config = config_diagnostics(db, project.workspace(db));
     let all = project_diagnostics(db, project).iter().chain(&config);
     all.filter(|diagnostic| diagnostic.code.is_of_text()).count()
 }
 
-/// [`errors_of`] over all projects of a workspace, each error once.
+/// Returns the sum of [`errors_of`] all projects of a workspace, counting each error once.
 pub fn errors_of_text(db: &dyn ModelDb, workspace: Workspace) -> usize {
     let found = all_findings(db, workspace, |_| true);
     found.iter().filter(|(diagnostic, _)| diagnostic.code.is_of_text()).count()
 }
 
-/// A diagnostic, and the root of the project that has it where the projects of the workspace differ.
+/// A diagnostic with its severity, and its project if the projects of the workspace differ.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub struct Finding<'db> {
-    /// What is wrong.
+    /// The diagnostic.
     pub diagnostic: Diagnostic<'db>,
-    /// How bad it is here: `mauve.toml` may say.
+    /// Its severity according to `mauve.toml`.
     pub severity: Severity,
-    /// The project that has it; none where every project that has the file has it.
+    /// The first project that has it; `None` if all projects with the file have it.
     pub only_in: Option<Project<'db>>,
 }
 
-/// Everything that is wrong in a workspace, each thing once, by file and place.
+/// Returns the findings of a workspace, each once, sorted by file and location.
 pub fn workspace_diagnostics<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Finding<'db>> {
     findings(db, workspace, |_| true)
 }
 
-/// What of that stands in one file. What every project found is known from the last check; nothing is made of the rest.
+/// Returns the findings of a workspace in one file. Renders only these; the diagnostics of the projects are cached.
 pub fn diagnostics_of_file<'db>(db: &'db dyn ModelDb, workspace: Workspace, file: File) -> Vec<Finding<'db>> {
     findings(db, workspace, |of| of == file)
 }
@@ -525,7 +522,7 @@ fn findings<'db>(
     findings
 }
 
-/// What is wrong in files that are wanted, whatever severity it has here; with the project that has it, see
+/// Returns the diagnostics in the files that `is_wanted` selects, whatever severity `mauve.toml` gives them; with
 /// [`Finding::only_in`].
 fn all_findings<'db>(
     db: &'db dyn ModelDb,
@@ -560,7 +557,7 @@ fn all_findings<'db>(
         let file = diagnostic.at.file(db);
         let everywhere = projects.iter().filter(|project| has_file(project, file)).count() <= having.len();
         let only_in = having.first().copied().filter(|_| !everywhere);
-        // What one project does not use is there for another.
+        // A declaration that one project does not use may be used by another.
         let is_used =
             diagnostic.code.unused && diagnostic.code.severity == Severity::Hint && only_in.is_some();
         if !is_used {
@@ -574,7 +571,7 @@ fn all_findings<'db>(
     findings
 }
 
-/// What is wrong in `mauve.toml`.
+/// Returns the diagnostics of `mauve.toml`.
 fn config_diagnostics<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Diagnostic<'db>> {
     let Some(file) = config_file(db, workspace) else { return Vec::new() };
     let config = config_of(db, workspace);

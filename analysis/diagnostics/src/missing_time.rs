@@ -54,7 +54,7 @@ pub(super) fn report<'db>(
     users.iter().fold(diagnostic, |it, (name, at)| it.related(at, format!("{name} executes it")))
 }
 
-/// The level that is asked for is missing in a table: one warning, however many times it has.
+/// Reports that a table lacks the requested level: one warning per table.
 pub(super) fn no_level<'db>(
     db: &'db dyn ModelDb,
     at: Location<'db>,
@@ -65,7 +65,7 @@ pub(super) fn no_level<'db>(
     Diagnostic::new(&MISSING_TIME, at, message)
 }
 
-/// One warning for a deployment without any timing table: a warning for each codel would say no more.
+/// One warning for a deployment without timing tables, instead of one for each codel.
 pub(super) fn no_table<'db>(at: Location<'db>, codels: usize) -> Diagnostic<'db> {
     let message = format!(
         "no execution times: {} lacks one, so nothing is analysed. Name timing tables in mauve.toml \

@@ -5,7 +5,7 @@ use mauve_hir::{ModelDb, Names};
 
 use super::render;
 
-/// Returns the reason as a user reads it.
+/// Returns the message of a reason.
 pub fn reason<'db>(db: &'db dyn ModelDb, reason: &Reason<'db>) -> String {
     match reason {
         Reason::Error(project, fact) => render(db, *project, fact).message,
@@ -49,7 +49,7 @@ fn core_reason(why: &CoreReason) -> String {
     }
 }
 
-/// Returns why an operation may be missing, in words that follow `shell X` or `its shell`.
+/// Returns why an operation may be missing, as a predicate of `shell X` or `its shell`.
 pub(crate) fn incomplete(why: Incomplete) -> String {
     match why {
         Incomplete::UnknownBase(hides) => format!("extends a shell that is not found: {}", may_hide(hides)),
@@ -57,7 +57,7 @@ pub(crate) fn incomplete(why: Incomplete) -> String {
     }
 }
 
-/// Returns that `what` is unknown, and whether that may be for a missing file.
+/// Returns the message that `what` is unknown, with the possible reason if it is a missing file.
 pub(crate) fn unknown(names: &Names<'_>, what: &str) -> String {
     match names.may_hide() {
         hides @ MayHide::MissingFile => format!("{what} is unknown: {}", may_hide(hides)),

@@ -1,9 +1,9 @@
-//! From facts to diagnostics: the arm of a fact calls the module of its code.
+//! Renders facts as diagnostics: the arm of a fact calls the module of its code.
 
 use super::*;
 use mauve_hir::fact::{Fact, FactKind};
 
-/// Returns what a user reads of a fact that was found in `project`: its message, severity, other locations and fixes.
+/// Returns the diagnostic of a fact in `project`: its code, message, related locations and fixes.
 pub fn render<'db>(db: &'db dyn ModelDb, project: Project<'db>, fact: &Fact<'db>) -> Diagnostic<'db> {
     use FactKind as K;
     let at = fact.at.clone();
@@ -115,12 +115,12 @@ pub fn render<'db>(db: &'db dyn ModelDb, project: Project<'db>, fact: &Fact<'db>
         }
         K::WrongShell { core, shell } => wrong_shell::report(at, core.name(db), &shell.qualified(db)),
     };
-    // The analysis refuses what has errors, and reads only the fact.
+    // The analysis decides by the fact which errors refuse it.
     debug_assert_eq!(fact.is_error(), found.code.severity == Severity::Error, "{}", found.code.name);
     found
 }
 
-/// The name of a shell, core, component or architecture that is not found.
+/// Reports an unresolved name of a shell, core, component or architecture.
 fn unresolved_type<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,

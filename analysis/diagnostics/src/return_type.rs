@@ -39,7 +39,7 @@ pub(super) fn report<'db>(at: Location<'db>, of: &ProgramName, expected: &Type, 
     Diagnostic::new(&RETURN_TYPE, at, format!("{gives}, and {found}"))
 }
 
-/// An operation that may end without a `return`.
+/// Reports an operation that may end without a `return`.
 pub(super) fn missing<'db>(at: Location<'db>, name: &str, expected: &Type) -> Diagnostic<'db> {
     let expected = type_name(expected);
     let message = format!("`{name}` gives {expected}, and not every path of it ends with a `return`");

@@ -43,7 +43,7 @@ pub(super) fn report<'db>(parse: &Parse, file: File, error: &SyntaxError, at: Lo
             let place = Location::Range(file, sign.start().into(), sign.end().into());
             found.fix("Write `==`", place, "==".to_owned())
         }
-        None => match forgotten(parse, error) {
+        None => match missing_token(parse, error) {
             Some((end, sign)) => {
                 let place = Location::Range(file, end.into(), end.into());
                 found.fix(format!("Write `{}`", sign.trim()), place, sign)
@@ -53,7 +53,7 @@ pub(super) fn report<'db>(parse: &Parse, file: File, error: &SyntaxError, at: Lo
     }
 }
 
-/// Says what is wrong: the message of the diagnostic.
+/// Returns the message of the diagnostic.
 ///
 /// ```
 /// let parse = mauve_syntax::parse("codel f(): int { }");
@@ -150,7 +150,7 @@ fn what(expected: Expected) -> String {
     what.to_owned()
 }
 
-/// The token at an error: as it stands, where it is a short word or a number.
+/// Returns the token at an error: its text if it is a short word or a number, otherwise its kind.
 fn token(parse: &Parse, error: &SyntaxError, kind: SyntaxKind) -> String {
     let is_shown = kind.is_word() || matches!(kind, SyntaxKind::INT_NUMBER | SyntaxKind::FLOAT_NUMBER);
     let token = token_at(&parse.syntax(), error.range.start());
@@ -173,10 +173,10 @@ fn token_kind(kind: SyntaxKind) -> String {
     class.to_owned()
 }
 
-/// The sign or keyword that is missing, and where it belongs: right behind what stands before it.
+/// Returns a missing symbol or keyword to insert, with its offset after the previous token.
 ///
-/// With it the parser goes on as if it had been there, since it is what it was about to take.
-fn forgotten(parse: &Parse, error: &SyntaxError) -> Option<(TextSize, String)> {
+/// The parser continues as if the token existed, so that the insertion corrects the error.
+fn missing_token(parse: &Parse, error: &SyntaxError) -> Option<(TextSize, String)> {
     let SyntaxErrorKind::Expected { expected: Expected::Token(kind), found, .. } = error.kind else {
         return None;
     };
@@ -193,11 +193,11 @@ fn forgotten(parse: &Parse, error: &SyntaxError) -> Option<(TextSize, String)> {
         false => error.range.end(),
     };
     let text = match sign {
-        // Before a value, it is rather an operator or a comma that is missing.
+        // Before a value, an operator or a comma is more likely missing.
         ")" | "]" if is_found && next.as_ref().is_some_and(begins_value) => return None,
         ";" | ")" | "]" => sign.to_owned(),
         "}" => {
-            // The brace goes where the line begins that opened it.
+            // The brace has the indentation of the line of the opening brace.
             let offset = mauve_syntax::token_before(&root, before)?;
             let mut lists = offset.parent_ancestors();
             let list = lists.find(|node| {
@@ -207,7 +207,7 @@ fn forgotten(parse: &Parse, error: &SyntaxError) -> Option<(TextSize, String)> {
             })?;
             format!("\n{}}}", indentation(&list))
         }
-        // What follows has to be there too, or there will be another mistake.
+        // Without the token that must follow, the insertion would cause another error.
         ":" | "=" | "->" | "." | "then" | "to" => {
             let next = next.filter(|token| is_found || token.kind() == SyntaxKind::L_CURLY)?;
             let fits = match sign {
@@ -226,7 +226,7 @@ fn forgotten(parse: &Parse, error: &SyntaxError) -> Option<(TextSize, String)> {
     Some((before, text))
 }
 
-/// The `=` in a condition, where `==` is meant.
+/// Returns the `=` in a condition, to replace by `==`.
 fn single_equals(parse: &Parse, error: &SyntaxError) -> Option<TextRange> {
     let SyntaxErrorKind::Expected { found: Some(SyntaxKind::EQ), .. } = error.kind else { return None };
     let root = parse.syntax();
@@ -236,15 +236,15 @@ fn single_equals(parse: &Parse, error: &SyntaxError) -> Option<TextRange> {
     (sign.kind() == SyntaxKind::EQ && end.kind() == SyntaxKind::IF_KW).then(|| sign.text_range())
 }
 
-/// A condition has no more tokens: for a longer one nothing is offered.
-const MOST_TOKENS: usize = 1000;
+/// The maximum number of tokens that a search for a fix visits.
+const MAX_TOKENS: usize = 1000;
 
-/// The tokens before `token`, backwards, the nearest of them.
+/// Returns the nearest tokens before `token`, backwards.
 fn tokens_before(token: &SyntaxToken) -> impl Iterator<Item = SyntaxToken> {
-    std::iter::successors(previous_token(token), previous_token).take(MOST_TOKENS)
+    std::iter::successors(previous_token(token), previous_token).take(MAX_TOKENS)
 }
 
-/// May a value begin with it?
+/// Returns whether a value may begin with the token.
 fn begins_value(token: &SyntaxToken) -> bool {
     use SyntaxKind::*;
     match token.kind() {
@@ -254,28 +254,28 @@ fn begins_value(token: &SyntaxToken) -> bool {
     }
 }
 
-fn following(token: SyntaxToken, is_it: impl Fn(&SyntaxToken) -> bool) -> Option<SyntaxToken> {
+fn following(token: SyntaxToken, fits: impl Fn(&SyntaxToken) -> bool) -> Option<SyntaxToken> {
     let all = std::iter::successors(Some(token), SyntaxToken::next_token);
-    all.take(MOST_TOKENS).find(|token| is_it(token))
+    all.take(MAX_TOKENS).find(|token| fits(token))
 }
 
-/// The white space with which the line of `node` begins.
+/// Returns the indentation of the line on which `node` begins.
 fn indentation(node: &SyntaxNode) -> String {
     let token = node.first_token();
-    let mut before = std::iter::successors(token, SyntaxToken::prev_token).take(MOST_TOKENS);
+    let mut before = std::iter::successors(token, SyntaxToken::prev_token).take(MAX_TOKENS);
     let line = before.find(|token| token.text().contains('\n'));
     let line = line.map(|token| token.text().rsplit('\n').next().unwrap_or_default().to_owned());
     line.filter(|line| line.trim().is_empty()).unwrap_or_default()
 }
 
-/// Of `a < b < c`, where `a < b` ends, and `b`.
+/// Returns, for `a < b < c`, the end of `a < b`, and `b`.
 fn chained(parse: &Parse, error: &SyntaxError) -> Option<(TextSize, String)> {
     if error.kind != SyntaxErrorKind::ChainedComparison {
         return None;
     }
     let operator = token_at(&parse.syntax(), error.range.start())?;
-    let whole = operator.parent_ancestors().find_map(BinaryExpr::cast)?;
-    let Some(Expr::BinaryExpr(inner)) = whole.lhs() else { return None };
+    let outer = operator.parent_ancestors().find_map(BinaryExpr::cast)?;
+    let Some(Expr::BinaryExpr(inner)) = outer.lhs() else { return None };
     let middle = inner.rhs()?;
     Some((inner.syntax().text_range().end(), middle.syntax().text().to_string()))
 }

@@ -1,9 +1,9 @@
-//! The diagnostic of each fact of the timing side.
+//! Renders timing facts as diagnostics.
 
 use super::*;
 use mauve_wcrt::{TimingFact, TimingFactKind as Fact};
 
-/// The diagnostic of a fact; none where another diagnostic reports what it comes from.
+/// Returns the diagnostic of a fact; `None` if another diagnostic reports its cause.
 pub(super) fn timing_diagnostic<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,

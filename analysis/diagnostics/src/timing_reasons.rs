@@ -1,4 +1,4 @@
-//! The messages of the reasons why something is not analysed, or has no response time.
+//! The messages of the reasons why a system is not analysed, or an activity has no response time.
 
 use mauve_timing::Level;
 
@@ -110,7 +110,7 @@ pub fn timing_reason<'db>(db: &'db dyn ModelDb, reason: &Reason<'db>) -> String 
         }
         Reason::Overloaded { cpu, utilisation } => {
             let asked = utilisation.0 * 100.0;
-            // A slight overload would be rounded to 100.0.
+            // A slight overload would round to 100.0.
             let asked = if asked < 100.05 { "more than 100".to_owned() } else { format!("{asked:.1}") };
             format!("{} is asked for {asked} % by it and what is at least as urgent", cpu_names(*cpu))
         }
@@ -118,7 +118,7 @@ pub fn timing_reason<'db>(db: &'db dyn ModelDb, reason: &Reason<'db>) -> String 
     }
 }
 
-/// Returns why an activity has no response time: each message once, since one mistake may have several locations.
+/// Returns the reasons why an activity has no response time, each once: an error may have several locations.
 pub fn reasons_of<'db>(db: &'db dyn ModelDb, activity: &ActivityReport<'db>) -> Vec<String> {
     let mut reasons: Vec<String> = Vec::new();
     for reason in activity.reasons.iter().map(|it| timing_reason(db, &it.reason)) {
@@ -129,7 +129,7 @@ pub fn reasons_of<'db>(db: &'db dyn ModelDb, activity: &ActivityReport<'db>) -> 
     reasons
 }
 
-/// Returns why a priority is unknown, in words that follow a name.
+/// Returns why a priority is unknown, as a clause after a name.
 fn unknown_priority(why: &UnknownPriority) -> String {
     match why {
         UnknownPriority::TwoActivities => "which has two activities",
@@ -145,7 +145,7 @@ fn unknown_priority(why: &UnknownPriority) -> String {
     .to_owned()
 }
 
-/// Returns which CPUs an affinity names, and which exist.
+/// Returns the message for an affinity with missing CPUs.
 pub(super) fn no_such_cpu(missing: NoSuchCpu) -> String {
     format!(
         "affinity names {}, and mauve.toml has {}",
@@ -154,7 +154,7 @@ pub(super) fn no_such_cpu(missing: NoSuchCpu) -> String {
     )
 }
 
-/// Returns why the entry of a time cannot be used.
+/// Returns why an entry of a timing table is unusable.
 pub fn unusable_time<'db>(db: &'db dyn ModelDb, unusable: &UnusableTime<'db>) -> String {
     match unusable {
         UnusableTime::Stray(entry, of) => {
@@ -187,13 +187,13 @@ fn timed<'db>(db: &'db dyn ModelDb, of: &Timed<'db>) -> String {
     }
 }
 
-/// Returns that a component does not have a program, or has several of that key.
+/// Returns the message for a component without a program, or with several programs, of a key.
 pub(super) fn wrong_program<'db>(db: &'db dyn ModelDb, wrong: &WrongProgram<'db>) -> String {
     let what = if wrong.is_repeated { "several programs" } else { "no program" };
     format!("{} has {what} `{}`", wrong.component.name(db), wrong.program)
 }
 
-/// Returns which levels a table has.
+/// Returns the message with the levels of a table.
 pub(super) fn table_levels(db: &dyn ModelDb, table: &TableLevels) -> String {
     let levels: Vec<String> = table.levels.iter().map(Level::to_string).collect();
     format!("{} has the levels {}", file_name(db, table.table), levels.join(", "))
@@ -216,7 +216,7 @@ pub(super) fn table_fault(db: &dyn ModelDb, fault: &TableFault) -> String {
     }
 }
 
-/// Returns that a key has a time in another table.
+/// Returns the message for a key that another table has too.
 pub(super) fn repeated(db: &dyn ModelDb, key: &str, first: File) -> String {
     format!("`{key}` has a time in {} already: keep one", file_name(db, first))
 }
@@ -233,7 +233,7 @@ pub(super) fn table_files_error(error: &TableFilesError) -> String {
                 PatternError::TooLong => format!("a pattern has at most {LONGEST_PATTERN} bytes"),
                 PatternError::Invalid(error) => format!("this is not a pattern of paths: {error}"),
             };
-            // All of a long pattern would be too long for a message.
+            // A long pattern is truncated.
             match pattern.char_indices().nth(80) {
                 Some((end, _)) => format!("`{}…`: {why}", pattern.get(..end).unwrap_or_default()),
                 None => format!("`{pattern}`: {why}"),
@@ -245,7 +245,7 @@ pub(super) fn table_files_error(error: &TableFilesError) -> String {
     }
 }
 
-/// How CPUs are named to a user: by number from 1, bit 0 of the mask first.
+/// Returns the CPUs in a mask for a user, numbered from 1 (bit 0).
 ///
 /// ```
 /// assert_eq!(mauve_diagnostics::cpu_names(0b1), "CPU 1");
@@ -261,7 +261,7 @@ pub fn cpu_names(mask: u64) -> String {
     }
 }
 
-/// `a`, `a and b`, `a, b and c`; of many the first few.
+/// `a`, `a and b`, `a, b and c`; long lists are truncated.
 pub(super) fn enumerated(names: &[&str]) -> String {
     const SHOWN: usize = 5;
     match names {

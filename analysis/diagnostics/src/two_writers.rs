@@ -24,7 +24,7 @@ use mauve_hir::Link;
 
 code!(TWO_WRITERS, Error, "two-writers");
 
-/// `second` stands in `of`, or in what it imports.
+/// `of` or its imports contain `second`.
 pub(super) fn report<'db>(at: Location<'db>, of: Decl<'db>, first: &Link<'db>, second: &Link<'db>) -> Diagnostic<'db> {
     let (instance, port) = &second.target;
     let message = format!("a second connection to `{instance}.{port}`: an input port has one writer");
@@ -33,7 +33,7 @@ pub(super) fn report<'db>(at: Location<'db>, of: Decl<'db>, first: &Link<'db>, s
         found = found.related(&second.at, "the second is here");
     }
     for link in [first, second] {
-        // Others may import what is not its own.
+        // Other architectures may import a connection that is not in `of`.
         if let (true, Location::Source(of, id)) = (link.is_in(of), &link.at) {
             let (instance, port) = &link.source;
             found = found.remove(format!("Remove the connection from `{instance}.{port}`"), *of, *id);

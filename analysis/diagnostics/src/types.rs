@@ -1,11 +1,11 @@
-//! How types and signatures are named in messages.
+//! Types and signatures in messages.
 
 use std::borrow::Cow;
 
 use mauve_hir::item_tree::Direction;
 use mauve_hir::{Signature, Type};
 
-/// Returns how a message names a type: as a model writes it, or in words.
+/// Returns a type for messages: its name in models, or a description.
 pub fn type_name(ty: &Type) -> Cow<'_, str> {
     let words = match ty {
         Type::Void => "nothing",
@@ -17,7 +17,7 @@ pub fn type_name(ty: &Type) -> Cow<'_, str> {
     Cow::Borrowed(words)
 }
 
-/// Returns how a message shows the signature of the operation `name`: `f(a: int, out b: bool): void`.
+/// Returns the signature of the operation `name` for messages: `f(a: int, out b: bool): void`.
 pub(super) fn signature(name: &str, signature: &Signature) -> String {
     let word = |direction| match direction {
         Direction::In => "",

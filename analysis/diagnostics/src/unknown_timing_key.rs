@@ -27,7 +27,7 @@ use mauve_wcrt::WrongProgram;
 
 code!(UNKNOWN_TIMING_KEY, Warning, "unknown-timing-key");
 
-/// `fixed` is the whole key as it may be meant, where it can be written in place of this one.
+/// `fixed`: the corrected key, for a fix that replaces this one.
 pub(super) fn report<'db>(
     at: Location<'db>,
     kind: Kind,

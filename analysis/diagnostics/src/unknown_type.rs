@@ -40,7 +40,7 @@ pub(super) fn report<'db>(
     }
 }
 
-/// Adds which package has a type of this name, or which type has a similar name.
+/// Suggests a package with a type of this name, or a type with a similar name.
 fn of_name<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -50,7 +50,7 @@ fn of_name<'db>(
 ) -> Diagnostic<'db> {
     let workspace = project.workspace(db);
     let is_language = |(known, _): &&(&str, Type)| name.eq_ignore_ascii_case(known);
-    // `String` is rather the language's own than a message of that name.
+    // `String` is more likely the language's `string` than a message of that name.
     if let Some((built_in, _)) = LANGUAGE_TYPES.iter().find(is_language) {
         return found.did_you_mean(Some((*built_in).into()));
     }

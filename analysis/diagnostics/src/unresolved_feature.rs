@@ -36,7 +36,7 @@ pub(super) fn report<'db>(
     Diagnostic::new(&UNRESOLVED_FEATURE, at, message).did_you_mean(near)
 }
 
-/// A connection to an operation, say.
+/// Reports a feature of a wrong kind, such as an operation in a connection of ports.
 pub(super) fn another_kind<'db>(
     at: Location<'db>,
     expected: EndKind,

@@ -41,7 +41,7 @@ pub(super) fn report<'db>(at: Location<'db>, name: &str, architecture: &str, nea
     Diagnostic::new(&UNRESOLVED_INSTANCE, at, message).did_you_mean(near)
 }
 
-/// For a name in `mauve.toml`.
+/// Reports a name in `mauve.toml`.
 pub(super) fn not_deployed<'db>(at: Location<'db>, name: &str, near: Option<Name>) -> Diagnostic<'db> {
     let message = format!("no deployment has an instance `{name}`");
     Diagnostic::new(&UNRESOLVED_INSTANCE, at, message).did_you_mean(near)

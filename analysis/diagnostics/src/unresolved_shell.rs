@@ -25,7 +25,7 @@ use super::*;
 
 code!(UNRESOLVED_SHELL, Error, "unresolved-shell");
 
-/// `component C(core, shell)`.
+/// Reports `component C(core, shell)`.
 pub(super) fn swapped<'db>(at: Location<'db>, first: &TypeRef) -> Diagnostic<'db> {
     let message = format!("`{first}` is a core: the shell comes first, then the core");
     Diagnostic::new(&UNRESOLVED_SHELL, at, message)

@@ -29,7 +29,7 @@ pub(super) fn report<'db>(at: Location<'db>, name: &str, near: Option<Name>) -> 
     Diagnostic::new(&UNRESOLVED_VARIABLE, at, message).did_you_mean(near)
 }
 
-/// What `read`, `send` or `collect` is called with.
+/// Reports the first argument of `read`, `send` or `collect`.
 pub(super) fn operand<'db>(at: Location<'db>, function: Builtin, name: &str, near: Option<Name>) -> Diagnostic<'db> {
     let what = match function.operand() {
         Operand::Port(_) => "port",
@@ -39,7 +39,7 @@ pub(super) fn operand<'db>(at: Location<'db>, function: Builtin, name: &str, nea
     Diagnostic::new(&UNRESOLVED_VARIABLE, at, format!("no {what} `{name}`")).did_you_mean(near)
 }
 
-/// A port, whose value is read with `read`.
+/// Reports a port that is used as a value.
 pub(super) fn port<'db>(at: Location<'db>, name: &str, kind: FeatureKind) -> Diagnostic<'db> {
     let message = match kind {
         FeatureKind::Input => format!("`{name}` is a port: `read({name}, variable)` takes its value"),
@@ -48,7 +48,7 @@ pub(super) fn port<'db>(at: Location<'db>, name: &str, kind: FeatureKind) -> Dia
     Diagnostic::new(&UNRESOLVED_VARIABLE, at, message)
 }
 
-/// A codel or an operation, of which no value can be taken.
+/// Reports a codel or an operation that is used as a value.
 pub(super) fn not_called<'db>(at: Location<'db>, name: &str, is_operation: bool) -> Diagnostic<'db> {
     let what = if is_operation { "an operation" } else { "a codel" };
     let message = format!("`{name}` is {what}: call it, as in `{name}(…)`");
