@@ -89,10 +89,12 @@ impl Core {
             BodyId::CoreValues | BodyId::MachineValues => None,
             BodyId::Operation(index) => self.operations.get(index as usize).map(|it| it.name.id),
             BodyId::Hook(index) => self.hooks.get(index as usize).map(|it| it.id),
-            BodyId::State(machine, state) => {
-                Some(self.machines.get(machine as usize)?.states.get(state as usize)?.start)
-            }
+            BodyId::State(machine, state) => self.state(machine, state).map(|it| it.start),
         }
+    }
+
+    fn state(&self, machine: u32, state: u32) -> Option<&Arc<State>> {
+        self.machines.get(machine as usize)?.states.get(state as usize)
     }
 }
 
@@ -247,20 +249,16 @@ fn bodies_in(core: &Core, group: u32) -> Vec<(BodyId, Body)> {
     let values =
         |variables| Body::InitialValues(InitialValues { variables, completeness: core.completeness });
     let body = |id: BodyId| {
-        Some((
-            id,
-            match id {
-                BodyId::CoreValues => values(core.variables.clone()),
-                BodyId::MachineValues => {
-                    values(core.machines.iter().flat_map(|machine| &machine.variables).cloned().collect())
-                }
-                BodyId::Operation(index) => Body::Operation(core.operations.get(index as usize)?.clone()),
-                BodyId::Hook(index) => Body::Hook(core.hooks.get(index as usize)?.clone()),
-                BodyId::State(machine, state) => {
-                    Body::State(core.machines.get(machine as usize)?.states.get(state as usize)?.clone())
-                }
-            },
-        ))
+        let body = match id {
+            BodyId::CoreValues => values(core.variables.clone()),
+            BodyId::MachineValues => {
+                values(core.machines.iter().flat_map(|machine| &machine.variables).cloned().collect())
+            }
+            BodyId::Operation(index) => Body::Operation(core.operations.get(index as usize)?.clone()),
+            BodyId::Hook(index) => Body::Hook(core.hooks.get(index as usize)?.clone()),
+            BodyId::State(machine, state) => Body::State(core.state(machine, state)?.clone()),
+        };
+        Some((id, body))
     };
     core.bodies().skip(group as usize * GROUP_SIZE).take(GROUP_SIZE).filter_map(body).collect()
 }

@@ -88,38 +88,22 @@ pub struct Mistake {
 
 /// The kinds of errors in a `mauve.toml`.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[allow(missing_docs, reason = "the documentation of a variant says what its fields are")]
 pub enum MistakeKind {
     /// The file cannot be read, for this reason.
     Unreadable(String),
     /// The text is not TOML: the error of the parser.
     NotToml(String),
-    /// A section has an unknown name.
-    UnknownSection {
-        /// Its name.
-        section: String,
-        /// The known sections.
-        expected: Vec<&'static str>,
-    },
-    /// A key of a section has an unknown name.
-    UnknownKey {
-        /// Its name.
-        key: String,
-        /// Its section, such as `types.ArRobotPtr`.
-        section: String,
-        /// The known keys of that section.
-        expected: Vec<&'static str>,
-    },
+    /// A section has an unknown name; with the valid names.
+    UnknownSection { section: String, expected: Vec<&'static str> },
+    /// A key has an unknown name; with its section, such as `types.ArRobotPtr`, and the valid names there.
+    UnknownKey { key: String, section: String, expected: Vec<&'static str> },
     /// A key is outside all sections.
     OutsideSections(String),
     /// The value of this key contains a string over several lines.
     SeveralLines(String),
-    /// The value of a key is invalid.
-    WrongValue {
-        /// The key.
-        key: String,
-        /// The valid values.
-        expected: ExpectedValue,
-    },
+    /// The value of a key is invalid; with the valid values.
+    WrongValue { key: String, expected: ExpectedValue },
 }
 
 /// The valid values of a key of `mauve.toml`.

@@ -3,6 +3,8 @@
 //! An item tree has no ranges, so a comment or a blank line does not change it. Each element that a diagnostic may point
 //! at has a [`SourceId`], numbered in the order of the declaration's text; `source_map` maps it to its current range.
 
+#![allow(missing_docs, reason = "most fields and variants have the names of the language's terms")]
+
 use std::borrow::Borrow;
 use std::fmt;
 use std::ops::Deref;
@@ -105,15 +107,12 @@ pub struct Declaration {
     pub library: Option<Name>,
     /// Its name; empty if missing.
     pub name: Name,
-    /// The kind.
     pub kind: Kind,
-    /// The content.
     pub data: Arc<Data>,
 }
 
 /// The kinds of declaration; each is a namespace.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, salsa::SalsaValue)]
-#[allow(missing_docs)]
 pub enum Kind {
     Use,
     Codel,
@@ -140,7 +139,6 @@ impl fmt::Display for Kind {
 
 /// The content of a declaration.
 #[derive(Debug, Clone, PartialEq, Eq)]
-#[allow(missing_docs)]
 pub enum Data {
     Use,
     Codel(Codel),
@@ -203,7 +201,6 @@ impl fmt::Display for TypeRef {
 /// A name that refers to something.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NameRef {
-    /// The name.
     pub name: Name,
     /// Its source.
     pub id: SourceId,
@@ -212,9 +209,7 @@ pub struct NameRef {
 /// `codel f(…): T`
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Codel {
-    /// Its parameters.
     pub parameters: Vec<Parameter>,
-    /// The type of its result.
     pub result: Option<TypeRef>,
     /// Whether it has no syntax error.
     pub completeness: Completeness,
@@ -225,9 +220,7 @@ pub struct Codel {
 pub struct Parameter {
     /// The direction of the value.
     pub direction: Direction,
-    /// Its name.
     pub name: NameRef,
-    /// Its type.
     pub ty: Option<TypeRef>,
 }
 
@@ -245,9 +238,7 @@ pub struct Shell {
 /// A property, constant, port or operation of a shell.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Feature {
-    /// The kind.
     pub kind: FeatureKind,
-    /// Its name.
     pub name: NameRef,
     /// Its type, or the result type of an operation.
     pub ty: Option<TypeRef>,
@@ -261,7 +252,6 @@ pub struct Feature {
 
 /// `[low; high]`, both ends included.
 #[derive(Debug, Clone, PartialEq, Eq)]
-#[allow(missing_docs)]
 pub struct Interval {
     pub low: Expr,
     pub high: Expr,
@@ -271,7 +261,6 @@ pub struct Interval {
 
 /// The kinds of feature of a shell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[allow(missing_docs)]
 pub enum FeatureKind {
     Constant,
     Property,
@@ -303,9 +292,7 @@ impl FeatureKind {
 pub struct Core {
     /// The shell that it implements.
     pub shell: Option<TypeRef>,
-    /// Its variables.
     pub variables: Vec<Variable>,
-    /// Its handlers.
     pub handlers: Vec<Handler>,
     /// The operations that it defines; lowering shares the unchanged ones.
     pub operations: Vec<Arc<Operation>>,
@@ -322,7 +309,6 @@ pub struct Core {
 /// `handler h: operation`
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Handler {
-    /// Its name.
     pub name: NameRef,
     /// The required operation whose results it collects.
     pub operation: Option<TypeRef>,
@@ -370,11 +356,8 @@ impl Core {
 /// `var n: T = …`
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Variable {
-    /// Its name.
     pub name: NameRef,
-    /// Its type.
     pub ty: Option<TypeRef>,
-    /// Its initial value.
     pub value: Option<Expr>,
     /// A token at the beginning of a line that continues the value, although the user may have intended a new statement; and
     /// the white space before the token, unless there is a comment.
@@ -384,26 +367,20 @@ pub struct Variable {
 /// `provide f(…): T = { … }`
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Operation {
-    /// Its name.
     pub name: NameRef,
-    /// Its parameters.
     pub parameters: Vec<Parameter>,
-    /// The type of its result.
     pub result: Option<TypeRef>,
     /// The signature: the text between its name and the `=`.
     pub signature: SourceId,
-    /// Its program.
     pub program: Program,
 }
 
 /// `update = { … }` and the like.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Hook {
-    /// Its kind.
     pub kind: HookKind,
     /// The keyword.
     pub id: SourceId,
-    /// Its program.
     pub program: Program,
 }
 
@@ -412,7 +389,6 @@ pub struct Hook {
 pub struct Machine {
     /// The keyword.
     pub id: SourceId,
-    /// Its variables.
     pub variables: Vec<Variable>,
     /// Its states; lowering shares the unchanged ones.
     pub states: Vec<Arc<State>>,
@@ -447,24 +423,19 @@ impl State {
 /// `run = { … }` and the like.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Method {
-    /// Its kind.
     pub kind: MethodKind,
     /// The keyword.
     pub id: SourceId,
-    /// Its program.
     pub program: Program,
 }
 
 /// `transition t if … to S { … }`
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Transition {
-    /// Its name.
     pub name: NameRef,
     /// Its guard; `None` if it always fires.
     pub guard: Option<Guard>,
-    /// Its target state.
     pub target: Option<NameRef>,
-    /// Its program.
     pub effect: Option<Program>,
     /// Whether it has no syntax error outside its guard and effect.
     pub completeness: Completeness,
@@ -473,7 +444,6 @@ pub struct Transition {
 /// `if …` of a transition.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Guard {
-    /// The condition.
     pub condition: Expr,
     /// Whether it has no syntax error.
     pub completeness: Completeness,
@@ -482,7 +452,6 @@ pub struct Guard {
 /// `{ … }`
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Program {
-    /// Its statements.
     pub statements: Vec<Statement>,
     /// Whether it has no syntax error.
     pub completeness: Completeness,
@@ -490,7 +459,6 @@ pub struct Program {
 
 /// A statement.
 #[derive(Debug, Clone, PartialEq, Eq)]
-#[allow(missing_docs)]
 pub enum Statement {
     Variable(Variable),
     If {
@@ -524,7 +492,6 @@ impl Statement {
 
 /// An expression.
 #[derive(Debug, Clone, PartialEq, Eq)]
-#[allow(missing_docs)]
 pub enum Expr {
     /// The expression is missing or not recognised.
     Missing,
@@ -557,7 +524,6 @@ impl Expr {
 
 /// A literal; numbers as written.
 #[derive(Debug, Clone, PartialEq, Eq)]
-#[allow(missing_docs)]
 pub enum Literal {
     Int(Name),
     Float(Name),
@@ -567,9 +533,7 @@ pub enum Literal {
     CallStatus(CallStatus),
 }
 
-/// The unary operators.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[allow(missing_docs)]
 pub enum UnaryOperator {
     Not,
     Minus,
@@ -587,9 +551,7 @@ impl UnaryOperator {
 
 macro_rules! binary_operators {
 ($($name:ident $kind:ident $text:literal,)*) => {
-/// The binary operators.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[allow(missing_docs)]
 pub enum BinaryOperator {
 $($name,)*
 }
@@ -631,9 +593,7 @@ Remainder PERCENT "%",
 /// `component C(S, K)`
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Component {
-    /// Its shell.
     pub shell: Option<TypeRef>,
-    /// Its core.
     pub core: Option<TypeRef>,
     /// Whether it has no syntax error; otherwise the first type may be the shell or the core.
     pub completeness: Completeness,
@@ -661,9 +621,7 @@ pub struct Architecture {
 /// `instance i: C`
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Instance {
-    /// Its name.
     pub name: NameRef,
-    /// Its component.
     pub component: Option<TypeRef>,
 }
 
@@ -681,7 +639,6 @@ pub struct Connection {
 /// `instance.feature`
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Endpoint {
-    /// The instance.
     pub instance: NameRef,
     /// The port, property or operation of the instance.
     pub feature: Option<NameRef>,
@@ -699,7 +656,6 @@ impl Endpoint {
 pub struct Setting {
     /// The property or constant.
     pub endpoint: Option<Endpoint>,
-    /// The value.
     pub value: Expr,
 }
 
@@ -708,7 +664,6 @@ pub struct Setting {
 pub struct Deployment {
     /// The deployed architectures: exactly one, otherwise an error.
     pub targets: Vec<TypeRef>,
-    /// The activities of its instances.
     pub activities: Vec<Activity>,
     /// Values of properties and constants.
     pub settings: Vec<Setting>,
@@ -732,7 +687,6 @@ pub struct Activity {
 pub struct Field {
     /// Its name: any word; later queries check it.
     pub name: NameRef,
-    /// Its value.
     pub value: Expr,
     /// The source of the value.
     pub value_id: SourceId,

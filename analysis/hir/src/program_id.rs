@@ -25,32 +25,18 @@ use crate::item_tree::{HookKind, MethodKind, Name};
 /// assert_eq!(ProgramId::from("reset"), ProgramId::Operation("reset".into()));
 /// ```
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
+#[allow(missing_docs, reason = "the documentation of a variant says what its fields are")]
 pub enum ProgramId {
     /// `update`; or `configure`, `start`, `stop` or `cleanup`, which no period executes.
     Hook(HookKind),
     /// `operation`: an operation that the core defines.
     Operation(Name),
     /// `state.run`, `state.entry`, `state.handle` or `state.exit`.
-    Method {
-        /// The state that declares the method.
-        state: Name,
-        /// Which method.
-        kind: MethodKind,
-    },
-    /// `state.transition.guard`.
-    Guard {
-        /// The source state of the transition.
-        state: Name,
-        /// The transition.
-        transition: Name,
-    },
-    /// `state.transition.effect`.
-    Effect {
-        /// The source state of the transition.
-        state: Name,
-        /// The transition.
-        transition: Name,
-    },
+    Method { state: Name, kind: MethodKind },
+    /// `state.transition.guard`: `state` is the source of the transition.
+    Guard { state: Name, transition: Name },
+    /// `state.transition.effect`: `state` is the source of the transition.
+    Effect { state: Name, transition: Name },
 }
 
 impl ProgramId {

@@ -11,7 +11,7 @@ use crate::completeness::Completeness;
 use crate::fact::{Fact, FactKind, NotConstant};
 use crate::features::{FeatureOf, features_of, shell_of};
 use crate::graph::topological_order;
-use crate::item_tree::{Endpoint, Expr, Feature, Name, Setting, Shell, SourceId};
+use crate::item_tree::{Endpoint, Expr, Feature, Kind, Name, Setting, Shell, SourceId};
 use crate::project::Project;
 use crate::source::{Decl, Location, architecture, deployment, shell};
 use crate::types::{Type, Typed, Wrong, type_of, type_of_value};
@@ -43,19 +43,12 @@ pub(crate) fn check_settings<'db>(
     project: Project<'db>,
     of: Decl<'db>,
 ) -> Vec<Fact<'db>> {
-    let (flat, settings) = match (architecture(db, of), deployed(db, project, of)) {
-        (Some(data), _) => (flat_of(db, project, of), &data.settings),
-        (None, Some((flat, _))) => match deployment(db, of) {
-            Some(data) => (flat, &data.settings),
-            None => return Vec::new(),
-        },
-        (None, None) => return Vec::new(),
-    };
+    let Some(flat) = flat_with_settings(db, project, of) else { return Vec::new() };
     // Lazy, because few intervals name a constant.
     let given = LazyCell::new(|| given(db, of, flat));
     let mut found = Vec::new();
     let mut seen: FxHashMap<(&Name, &Name), SourceId> = FxHashMap::default();
-    for setting in settings {
+    for setting in settings_of(db, of) {
         let Some(Endpoint { instance, feature: Some(name) }) = &setting.endpoint else { continue };
         let first = *seen.entry((&instance.name, &name.name)).or_insert(name.id);
         if first != name.id {
@@ -102,6 +95,26 @@ fn check_value<'db>(
     evaluator.found
 }
 
+/// Returns the flattened architecture that `of`, an architecture or a deployment, sets values of.
+fn flat_with_settings<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+) -> Option<&'db Flat<'db>> {
+    match of.kind(db) {
+        Kind::Architecture => Some(flat_of(db, project, of)),
+        _ => deployed(db, project, of).map(|(flat, _)| flat),
+    }
+}
+
+fn settings_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> &'db [Setting] {
+    match (architecture(db, of), deployment(db, of)) {
+        (Some(data), _) => &data.settings,
+        (None, Some(data)) => &data.settings,
+        (None, None) => &[],
+    }
+}
+
 /// The values that settings give to properties and constants, by instance and name.
 type Given<'db> = FxHashMap<&'db Name, FxHashMap<&'db Name, Typed>>;
 
@@ -109,8 +122,7 @@ type Given<'db> = FxHashMap<&'db Name, FxHashMap<&'db Name, Typed>>;
 fn given<'db>(db: &'db dyn ModelDb, of: Decl<'db>, flat: &Flat<'db>) -> Given<'db> {
     let mut given = Given::default();
     for &of in std::iter::once(&of).chain(&flat.architectures) {
-        let own = deployment(db, of).map(|data| &data.settings);
-        for setting in own.or(architecture(db, of).map(|data| &data.settings)).into_iter().flatten() {
+        for setting in settings_of(db, of) {
             let Some(Endpoint { instance, feature: Some(name) }) = &setting.endpoint else { continue };
             let value = Evaluator::new(of, None).evaluate(&setting.value).unwrap_or(Typed::UNKNOWN);
             given.entry(&instance.name).or_default().entry(&name.name).or_insert(value);
@@ -139,11 +151,7 @@ pub fn values_in_effect<'db>(
     project: Project<'db>,
     of: Decl<'db>,
 ) -> BTreeMap<Name, Vec<ValueInEffect<'db>>> {
-    let flat = match (architecture(db, of), deployed(db, project, of)) {
-        (Some(_), _) => flat_of(db, project, of),
-        (None, Some((flat, _))) => flat,
-        (None, None) => return BTreeMap::new(),
-    };
+    let Some(flat) = flat_with_settings(db, project, of) else { return BTreeMap::new() };
     let given = given(db, of, flat);
     let none = FxHashMap::default();
     let mut found = BTreeMap::new();
