@@ -120,10 +120,6 @@ struct BehaviourContext<'a, 'db> {
 }
 
 impl<'db> BehaviourContext<'_, 'db> {
-    fn at(&self, id: SourceId) -> Location<'db> {
-        Location::Source(self.of, id)
-    }
-
     /// Refuses the core for a reason that another fact reports.
     fn refuse_once(&mut self, why: CoreReason) {
         let refusal = Refusal { reason: Reason::Core { core: self.of, why }, at: Location::name_of(self.of) };
@@ -147,13 +143,11 @@ impl<'db> BehaviourContext<'_, 'db> {
     }
 
     fn refuse_at(&mut self, id: SourceId, kind: FactKind<'db>) {
-        let at = self.at(id);
-        self.refuse(Fact::new(at, kind));
+        self.refuse(Fact::new(Location::Source(self.of, id), kind));
     }
 
     fn report(&mut self, id: SourceId, kind: FactKind<'db>) {
-        let at = self.at(id);
-        self.found.facts.push(Fact::new(at, kind));
+        self.found.facts.push(Fact::new(Location::Source(self.of, id), kind));
     }
 
     fn duplicates<'a>(&self, names: impl Iterator<Item = &'a NameRef>, what: Defined) -> Vec<Fact<'db>> {
@@ -431,7 +425,7 @@ impl<'db> BehaviourContext<'_, 'db> {
         {
             return;
         }
-        let first_at = self.at(first.id);
+        let first_at = Location::Source(self.of, first.id);
         self.report(
             name.id,
             match always.guard {

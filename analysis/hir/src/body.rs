@@ -265,10 +265,10 @@ fn bodies_in(core: &Core, group: u32) -> Vec<(BodyId, Body)> {
 
 /// Returns the statements and the statements nested in them, in the order of the text.
 pub fn statements(statements: &[Statement]) -> impl Iterator<Item = &Statement> {
-    let mut open: Vec<&Statement> = statements.iter().rev().collect();
+    let mut stack: Vec<&Statement> = statements.iter().rev().collect();
     std::iter::from_fn(move || {
-        let next = open.pop()?;
-        open.extend(next.blocks().into_iter().flatten().rev());
+        let next = stack.pop()?;
+        stack.extend(next.blocks().into_iter().flatten().rev());
         Some(next)
     })
 }
@@ -306,31 +306,27 @@ impl Statement {
 impl Expr {
     /// Returns the expression and those nested in it: a call before its arguments, the left operand before the right one.
     pub fn descendants(&self) -> impl Iterator<Item = &Expr> {
-        let mut open = vec![self];
-        std::iter::from_fn(move || {
-            let next = open.pop()?;
-            match next {
-                Expr::Missing | Expr::Literal(..) | Expr::Name(_) => {}
-                Expr::Incomplete(inner) | Expr::Unary(_, inner, _) => open.push(inner),
-                Expr::Binary(_, lhs, rhs, _) => open.extend([rhs.as_ref(), lhs.as_ref()]),
-                Expr::Call { arguments, .. } => open.extend(arguments.iter().rev()),
-            }
-            Some(next)
-        })
+        self.walk(true)
     }
 
     /// Returns the names of values in the expression, without those in arguments of calls.
     pub fn names(&self) -> Vec<&Name> {
-        let (mut names, mut open) = (Vec::new(), vec![self]);
-        while let Some(expr) = open.pop() {
-            match expr {
-                Expr::Name(name) => names.push(&name.name),
-                Expr::Incomplete(inner) | Expr::Unary(_, inner, _) => open.push(inner),
-                Expr::Binary(_, lhs, rhs, _) => open.extend([lhs.as_ref(), rhs.as_ref()]),
-                Expr::Missing | Expr::Literal(..) | Expr::Call { .. } => {}
+        let all = self.walk(false);
+        all.filter_map(|expr| if let Expr::Name(name) = expr { Some(&name.name) } else { None }).collect()
+    }
+
+    fn walk(&self, with_arguments: bool) -> impl Iterator<Item = &Expr> {
+        let mut stack = vec![self];
+        std::iter::from_fn(move || {
+            let next = stack.pop()?;
+            match next {
+                Expr::Incomplete(inner) | Expr::Unary(_, inner, _) => stack.push(inner),
+                Expr::Binary(_, lhs, rhs, _) => stack.extend([rhs.as_ref(), lhs.as_ref()]),
+                Expr::Call { arguments, .. } if with_arguments => stack.extend(arguments.iter().rev()),
+                Expr::Missing | Expr::Literal(..) | Expr::Name(_) | Expr::Call { .. } => {}
             }
-        }
-        names
+            Some(next)
+        })
     }
 
     /// Returns whether the expression may contain a call: an incomplete expression may.

@@ -14,7 +14,7 @@ use crate::item_tree::{
 use crate::link::Link;
 use crate::project::Project;
 use crate::source::{Decl, Location};
-use crate::types::{Signature, Type, Wrong};
+use crate::types::{OperatorError, Signature, Type};
 pub use crate::values::NoValue;
 use crate::values::Value;
 
@@ -470,12 +470,12 @@ pub fn unresolved_type<'db>(
     Some(Fact::new(Location::Source(of, ty.id), fact))
 }
 
-impl From<Wrong> for FactKind<'_> {
-    fn from(wrong: Wrong) -> Self {
-        match wrong {
-            Wrong::Unary(operator, operand) => FactKind::UnaryOperator { operator, operand },
-            Wrong::Binary(operator, operands) => FactKind::BinaryOperator { operator, operands },
-            Wrong::NoValue(why) => FactKind::NoValue(why),
+impl From<OperatorError> for FactKind<'_> {
+    fn from(error: OperatorError) -> Self {
+        match error {
+            OperatorError::Unary(operator, operand) => FactKind::UnaryOperator { operator, operand },
+            OperatorError::Binary(operator, operands) => FactKind::BinaryOperator { operator, operands },
+            OperatorError::NoValue(why) => FactKind::NoValue(why),
         }
     }
 }

@@ -87,8 +87,8 @@ pub fn features_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'d
         return features;
     }
     let mut seen: FxHashSet<Decl<'db>> = FxHashSet::from_iter([of]);
-    let mut open = vec![of];
-    while let Some(current) = open.pop() {
+    let mut worklist = vec![of];
+    while let Some(current) = worklist.pop() {
         features.shells.push(current);
         let Some(data) = shell(db, current) else { continue };
         features.completeness &= data.completeness;
@@ -104,7 +104,7 @@ pub fn features_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'d
                 Ok(base) if base == of => features.cycle = true,
                 Ok(base) => {
                     if seen.insert(base) {
-                        open.push(base);
+                        worklist.push(base);
                     }
                 }
                 Err(unresolved) => {

@@ -218,9 +218,9 @@ pub(crate) fn check_architecture<'db>(
     let connections = data.connections.iter().map(|it| (it, EndKind::Port));
     for (link, kind) in connections.chain(data.operations.iter().map(|it| (it, EndKind::Operation))) {
         let ends = [&link.source, &link.target].into_iter().flatten();
-        let wrong: Vec<_> =
+        let errors: Vec<_> =
             ends.filter_map(|end| endpoint(db, project, of, flat, of.name(db), end, kind)).collect();
-        match (wrong.is_empty(), &link.source, &link.target) {
+        match (errors.is_empty(), &link.source, &link.target) {
             (true, Some(source), Some(target)) => {
                 found.extend(direction(db, project, of, flat, [source, target], kind));
             }
@@ -232,9 +232,9 @@ pub(crate) fn check_architecture<'db>(
                     found.is_some_and(|found| other.takes(found))
                 }) =>
             {
-                found.extend(wrong.into_iter().take(1));
+                found.extend(errors.into_iter().take(1));
             }
-            _ => found.extend(wrong),
+            _ => found.extend(errors),
         }
     }
     let settings = data.settings.iter().filter_map(|it| it.endpoint.as_ref());

@@ -239,8 +239,8 @@ impl<'db> Flow<'_, 'db> {
             before.intersect(start);
         }
         // A variable that may be unassigned in a state may be unassigned in its successors.
-        let mut open: Vec<usize> = (0..machine.states.len()).collect();
-        while let Some(source) = open.pop() {
+        let mut worklist: Vec<usize> = (0..machine.states.len()).collect();
+        while let Some(source) = worklist.pop() {
             for (target, assigned) in transfers.get(source).into_iter().flatten() {
                 let (Some(mut from), Some(to)) = (before.get(source).cloned(), before.get_mut(*target))
                 else {
@@ -250,7 +250,7 @@ impl<'db> Flow<'_, 'db> {
                 from.add(assigned);
                 to.intersect(&from);
                 if *to != old {
-                    open.push(*target);
+                    worklist.push(*target);
                 }
             }
         }

@@ -22,10 +22,10 @@ pub(crate) fn closure<T: Copy + Eq + Hash, I: IntoIterator<Item = T>>(
 /// Returns, for each node, whether it is reachable from `start`.
 pub(crate) fn reachable(successors: &[Vec<usize>], start: usize) -> Vec<bool> {
     let mut reached = vec![false; successors.len()];
-    let mut open = vec![start];
-    while let Some(node) = open.pop() {
+    let mut worklist = vec![start];
+    while let Some(node) = worklist.pop() {
         if !std::mem::replace(&mut reached[node], true) {
-            open.extend(&successors[node]);
+            worklist.extend(&successors[node]);
         }
     }
     reached

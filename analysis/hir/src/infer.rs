@@ -25,7 +25,7 @@ use crate::names::{Unresolved, names_of, similar};
 use crate::project::Project;
 use crate::resolve::{Binding, CallError, Callee, Resolver, Scope, VariableId};
 use crate::source::{Decl, Location, codel, core};
-use crate::types::{Signature, Type, Typed, Wrong, type_of, type_of_value};
+use crate::types::{OperatorError, Signature, Type, Typed, type_of, type_of_value};
 
 /// The bindings, callees and types of a group of bodies.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
@@ -232,7 +232,6 @@ fn infer<'db>(
         of,
         group,
         body: BodyId::CoreValues,
-        core: scope,
         shared,
         resolver,
         completeness: Completeness::Complete,
@@ -278,7 +277,6 @@ struct InferenceContext<'a, 'db> {
     group: u32,
     /// The current body.
     body: BodyId,
-    core: &'db CoreScope,
     /// The variables that all bodies share.
     shared: &'a [VariableOf],
     resolver: Resolver<'a, 'db>,
@@ -314,13 +312,8 @@ impl<'db> InferenceContext<'_, 'db> {
         }
     }
 
-    fn at(&self, id: SourceId) -> Location<'db> {
-        Location::Source(self.of, id)
-    }
-
     fn report(&mut self, id: SourceId, kind: FactKind<'db>) {
-        let at = self.at(id);
-        self.found.facts.push(Fact::new(at, kind));
+        self.found.facts.push(Fact::new(Location::Source(self.of, id), kind));
     }
 
     fn problem(&mut self, problem: NameProblem<'db>) {
@@ -328,8 +321,7 @@ impl<'db> InferenceContext<'_, 'db> {
     }
 
     fn error(&mut self, id: SourceId, kind: FactKind<'db>) {
-        let at = self.at(id);
-        self.problem(NameProblem::Error(Fact::new(at, kind)));
+        self.problem(NameProblem::Error(Fact::new(Location::Source(self.of, id), kind)));
     }
 
     /// Returns the number of errors in the program so far, without names that another error may hide.
@@ -463,8 +455,8 @@ impl<'db> InferenceContext<'_, 'db> {
             return None;
         }
         let own = operation.parameters.iter().map(|it| &it.name.name);
-        let more = data.parameters.iter().skip(data.parameters.len() - missing).map(|it| &it.name.name);
-        let names: Vec<&Name> = own.chain(more).collect();
+        let added = data.parameters.iter().skip(data.parameters.len() - missing).map(|it| &it.name.name);
+        let names: Vec<&Name> = own.chain(added).collect();
         let mut seen = FxHashSet::default();
         if !names.iter().all(|name| seen.insert(*name)) {
             return None;
@@ -714,9 +706,9 @@ impl<'db> InferenceContext<'_, 'db> {
     }
 
     /// Returns the result, or reports the error.
-    fn computed(&mut self, found: Result<Typed, Wrong>, id: SourceId) -> Typed {
-        found.unwrap_or_else(|wrong| {
-            self.report(id, wrong.into());
+    fn computed(&mut self, found: Result<Typed, OperatorError>, id: SourceId) -> Typed {
+        found.unwrap_or_else(|error| {
+            self.report(id, error.into());
             Typed::UNKNOWN
         })
     }
@@ -765,7 +757,7 @@ impl<'db> InferenceContext<'_, 'db> {
                 signature.result
             }
             Callee::Operation(index) => {
-                let Some(operation) = self.core.operations.get(index) else { return Type::Unknown };
+                let Some(operation) = self.resolver.core.operations.get(index) else { return Type::Unknown };
                 let own = self.signature(self.of, &operation.parameters, operation.result.as_ref());
                 self.call_arguments(callee, own.parameters, arguments, has_operand);
                 match (&operation.result, self.declared(&callee.name, FeatureKind::Provided)) {
@@ -796,7 +788,7 @@ impl<'db> InferenceContext<'_, 'db> {
                 return self.problem(NameProblem::Reported(undefined));
             }
             CallError::Required => {
-                let handlers = &self.core.handlers;
+                let handlers = &self.resolver.core.handlers;
                 let handler = handlers
                     .iter()
                     .find(|handler| handler.operation.as_ref().and_then(|it| it.path.last()) == Some(name));
@@ -848,7 +840,7 @@ impl<'db> InferenceContext<'_, 'db> {
         let features = self.resolver.features.by_name.iter();
         let fitting = features.filter(|(_, found)| found.iter().any(|it| function.takes(it.kind)));
         let is_handler = function.operand() == Operand::Handler;
-        let handlers = self.core.handlers.iter().map(|it| &it.name.name).filter(|_| is_handler);
+        let handlers = self.resolver.core.handlers.iter().map(|it| &it.name.name).filter(|_| is_handler);
         let near = similar(name, fitting.map(|(name, _)| name).chain(handlers));
         self.error(*id, FactKind::UnresolvedOperand { function, name: name.clone(), near });
     }
@@ -991,7 +983,7 @@ impl<'db> InferenceContext<'_, 'db> {
     fn collect(&mut self, callee: &NameRef, arguments: &[Expr]) -> Type {
         let Some((Expr::Name(handler), rest)) = arguments.split_first() else { return Type::Unknown };
         self.bind(handler);
-        let of = self.core.handlers.iter().find(|it| it.name.name == handler.name);
+        let of = self.resolver.core.handlers.iter().find(|it| it.name.name == handler.name);
         let operation = of.and_then(|it| it.operation.as_ref()?.path.last());
         let declared = operation.and_then(|name| self.declared(name, FeatureKind::Required));
         let Some((signature, _)) = declared else {

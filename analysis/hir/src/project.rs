@@ -186,8 +186,8 @@ pub fn include_rings(db: &dyn ModelDb, workspace: Workspace) -> FxHashMap<File, 
         if !seen.insert(start) {
             continue;
         }
-        let mut open = vec![(start, 0)];
-        while let Some((file, next)) = open.last_mut() {
+        let mut stack = vec![(start, 0)];
+        while let Some((file, next)) = stack.last_mut() {
             let file = *file;
             match includes(db, workspace, file).get(*next) {
                 Some(included) => {
@@ -195,30 +195,30 @@ pub fn include_rings(db: &dyn ModelDb, workspace: Workspace) -> FxHashMap<File, 
                     if let Some(included) = *included {
                         includers.entry(included).or_default().push(file);
                         if seen.insert(included) {
-                            open.push((included, 0));
+                            stack.push((included, 0));
                         }
                     }
                 }
                 None => {
                     post_order.push(file);
-                    open.pop();
+                    stack.pop();
                 }
             }
         }
     }
-    let mut rings = FxHashMap::default();
+    let mut cycles = FxHashMap::default();
     let mut assigned: FxHashSet<File> = FxHashSet::default();
     for (number, &start) in post_order.iter().rev().enumerate() {
         if assigned.contains(&start) {
             continue;
         }
         let unassigned = |file: &&File| !assigned.contains(file);
-        let ring =
+        let cycle =
             closure(start, |file| includers.get(&file).into_iter().flatten().filter(unassigned).copied());
-        assigned.extend(&ring);
-        if ring.len() > 1 || includes(db, workspace, start).contains(&Some(start)) {
-            rings.extend(ring.into_iter().map(|file| (file, number)));
+        assigned.extend(&cycle);
+        if cycle.len() > 1 || includes(db, workspace, start).contains(&Some(start)) {
+            cycles.extend(cycle.into_iter().map(|file| (file, number)));
         }
     }
-    rings
+    cycles
 }

@@ -14,7 +14,7 @@ use crate::graph::topological_order;
 use crate::item_tree::{Endpoint, Expr, Feature, Kind, Name, Setting, Shell, SourceId};
 use crate::project::Project;
 use crate::source::{Decl, Location, architecture, deployment, shell};
-use crate::types::{Type, Typed, Wrong, type_of, type_of_value};
+use crate::types::{OperatorError, Type, Typed, type_of, type_of_value};
 use crate::values::Value;
 
 /// Returns the errors in the values and intervals of a shell.
@@ -346,8 +346,8 @@ impl<'a, 'db> Evaluator<'a, 'db> {
         }
     }
 
-    fn reported(&mut self, found: Result<Typed, Wrong>, id: SourceId) -> Option<Typed> {
-        found.map_err(|wrong| self.report(id, wrong.into())).ok()
+    fn reported(&mut self, found: Result<Typed, OperatorError>, id: SourceId) -> Option<Typed> {
+        found.map_err(|error| self.report(id, error.into())).ok()
     }
 
     /// Returns the value of a named constant.

@@ -208,9 +208,9 @@ impl<'db> Location<'db> {
             }),
             Location::Inside(decl, it) => id(decl, it).map(|range| {
                 let root = parse(db, decl.file(db)).syntax();
-                let behind = token_at(&root, range.end());
-                let brace = std::iter::successors(behind, next_token)
-                    .find(|token| token.kind() == SyntaxKind::L_CURLY);
+                let next = token_at(&root, range.end());
+                let brace =
+                    std::iter::successors(next, next_token).find(|token| token.kind() == SyntaxKind::L_CURLY);
                 TextRange::empty(brace.map_or(range.end(), |brace| brace.text_range().end()))
             }),
             Location::Item(decl, it) => {
@@ -251,13 +251,13 @@ fn deletion_range(root: &SyntaxNode, source: TextRange) -> TextRange {
 
     // The `;` belongs to the list around the item.
     let mut end = last.text_range().end();
-    let mut behind = next_token(&last);
+    let mut next = next_token(&last);
     if let Some(sign) = next_significant(&last).filter(|sign| sign.kind() == SyntaxKind::SEMICOLON) {
         end = sign.text_range().end();
-        behind = next_token(&sign);
+        next = next_token(&sign);
     }
     // The rest of its line: empty, or a comment.
-    let rest = std::iter::successors(behind, next_token)
+    let rest = std::iter::successors(next, next_token)
         .take_while(|token| token.kind().is_trivia() && !(is_white(token) && ends_line(token)));
     let rest: Vec<SyntaxToken> = rest.collect();
     let line_end = rest.last().map_or(end, |token| token.text_range().end());

@@ -267,7 +267,7 @@ pub(crate) struct Typed {
 }
 
 /// Why an operation has no type or no value.
-pub(crate) enum Wrong {
+pub(crate) enum OperatorError {
     /// The operator does not take the operand.
     Unary(UnaryOperator, Type),
     /// The operator does not take the operands.
@@ -283,8 +283,8 @@ impl Typed {
         Typed { ty, value: None }
     }
 
-    pub(crate) fn literal(literal: &Literal) -> Result<Typed, Wrong> {
-        let value = Value::of_literal(literal).map_err(Wrong::NoValue)?;
+    pub(crate) fn literal(literal: &Literal) -> Result<Typed, OperatorError> {
+        let value = Value::of_literal(literal).map_err(OperatorError::NoValue)?;
         let ty = match literal {
             Literal::Int(_) => Type::INT,
             Literal::Float(_) => Type::Double,
@@ -306,20 +306,26 @@ impl Typed {
         }
     }
 
-    pub(crate) fn unary(&self, operator: UnaryOperator) -> Result<Typed, Wrong> {
-        let ty = self.ty.unary(operator).ok_or_else(|| Wrong::Unary(operator, self.ty.clone()))?;
-        let value =
-            self.value.as_ref().map(|value| value.unary(operator)).transpose().map_err(Wrong::NoValue)?;
+    pub(crate) fn unary(&self, operator: UnaryOperator) -> Result<Typed, OperatorError> {
+        let ty = self.ty.unary(operator).ok_or_else(|| OperatorError::Unary(operator, self.ty.clone()))?;
+        let value = self
+            .value
+            .as_ref()
+            .map(|value| value.unary(operator))
+            .transpose()
+            .map_err(OperatorError::NoValue)?;
         Ok(Typed { ty, value: value.flatten() })
     }
 
-    pub(crate) fn binary(&self, operator: BinaryOperator, other: &Typed) -> Result<Typed, Wrong> {
+    pub(crate) fn binary(&self, operator: BinaryOperator, other: &Typed) -> Result<Typed, OperatorError> {
         let ty = self.converted_to(other).binary(operator, &other.converted_to(self));
-        let ty = ty.ok_or_else(|| Wrong::Binary(operator, [self.ty.clone(), other.ty.clone()]))?;
+        let ty = ty.ok_or_else(|| OperatorError::Binary(operator, [self.ty.clone(), other.ty.clone()]))?;
         let divides = matches!(operator, BinaryOperator::Divide | BinaryOperator::Remainder);
         let value = match (&self.value, &other.value) {
-            (Some(left), Some(right)) => left.binary(operator, right).map_err(Wrong::NoValue)?,
-            (None, Some(Value::Int(0))) if divides => return Err(Wrong::NoValue(NoValue::DivisionByZero)),
+            (Some(left), Some(right)) => left.binary(operator, right).map_err(OperatorError::NoValue)?,
+            (None, Some(Value::Int(0))) if divides => {
+                return Err(OperatorError::NoValue(NoValue::DivisionByZero));
+            }
             _ => None,
         };
         Ok(Typed { ty, value })

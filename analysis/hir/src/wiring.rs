@@ -102,12 +102,12 @@ fn two_writers<'db>(
     };
     // Connections of imported architectures come first: the own ones are reported.
     let links = flat.links.iter().filter(|link| !link.operation);
-    let (mine, others): (Vec<_>, Vec<_>) = links.partition(|link| link.is_in(of));
+    let (own, imported): (Vec<_>, Vec<_>) = links.partition(|link| link.is_in(of));
     // If one import contains both connections, its own check reports them.
     let imports: Vec<&Flat<'db>> =
         imports_of(db, project, of).map(|import| flat_of(db, project, import)).collect();
     let has = |flat: &Flat<'db>, at: &Location<'db>| flat.links.iter().any(|link| link.at == *at);
-    for link in others.into_iter().chain(mine) {
+    for link in imported.into_iter().chain(own) {
         let Some(earlier) = first.get(&link.target).copied() else {
             first.insert(&link.target, link);
             continue;
