@@ -305,9 +305,7 @@ impl<'db> BehaviourContext<'_, 'db> {
         let states = self.duplicates(machine.states.iter().map(|it| &it.name), Defined::State);
         states.into_iter().for_each(|fact| self.refuse(fact));
         let Some(start) = self.initial(machine) else { return };
-        for (index, state) in machine.states.iter().enumerate() {
-            self.states.entry(&state.name.name).or_insert(index);
-        }
+        self.states = machine.state_indices();
         let mut edges = Vec::new();
         for index in 0..machine.states.len() {
             self.state(machine, index, &mut edges);
@@ -487,12 +485,10 @@ impl<'db> BehaviourContext<'_, 'db> {
 
 /// Returns the target states of each state's transitions, including those that never fire.
 pub(crate) fn successors(machine: &Machine) -> Vec<Vec<usize>> {
-    // In reverse order: the first state of a name takes precedence.
-    let states = machine.states.iter().enumerate().rev();
-    let number: FxHashMap<&Name, usize> = states.map(|(number, it)| (&it.name.name, number)).collect();
+    let indices = machine.state_indices();
     let targets = |state: &State| {
         let targets = state.transitions.iter().filter_map(|it| it.target.as_ref());
-        targets.filter_map(|target| number.get(&target.name).copied()).collect()
+        targets.filter_map(|target| indices.get(&target.name).copied()).collect()
     };
     machine.states.iter().map(|state| targets(state)).collect()
 }

@@ -216,19 +216,17 @@ impl<'db> CostContext<'db> {
                 return paths.after(&own);
             }
             Statement::Block(statements) => return self.block(statements, splits),
-            Statement::Return(_, value) => {
-                if let Some(value) = value {
-                    self.expr(value, &mut own);
-                }
-                return Paths { returned: Some(Cost::Sum(own)), finished: None };
-            }
-            Statement::Variable(_) | Statement::Assign(..) | Statement::Expr(_) => {
+            Statement::Variable(_) | Statement::Return(..) | Statement::Assign(..) | Statement::Expr(_) => {
                 if let Some(value) = statement.expression() {
                     self.expr(value, &mut own);
                 }
             }
         }
-        Paths { returned: None, finished: Some(Cost::Sum(own)) }
+        let cost = Some(Cost::Sum(own));
+        match statement {
+            Statement::Return(..) => Paths { returned: cost, finished: None },
+            _ => Paths { returned: None, finished: cost },
+        }
     }
 
     /// Adds the cost of an expression, and returns its value if it is constant. Names, calls and floating-point numbers, which

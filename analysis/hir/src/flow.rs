@@ -167,10 +167,9 @@ impl<'db> Flow<'_, 'db> {
         }
         let mut anywhere = Variables::default();
         self.without_reads(|this| {
-            this.core
-                .programs()
-                .into_iter()
-                .for_each(|program| this.block(&program.statements, &mut anywhere));
+            for program in this.core.programs() {
+                this.block(&program.statements, &mut anywhere);
+            }
         });
         self.assigned_anywhere = anywhere;
         // An initial value may depend on the variables before it.
@@ -214,8 +213,7 @@ impl<'db> Flow<'_, 'db> {
     /// forward data flow analysis with intersection at states. `all`: all variables of the core and the machine. `start`: those
     /// assigned before the first period.
     fn machine(&mut self, machine: &'db Machine, all: &Variables, start: &Variables) {
-        let states: FxHashMap<&Name, usize> =
-            machine.states.iter().enumerate().rev().map(|(index, state)| (&state.name.name, index)).collect();
+        let states = machine.state_indices();
         // For each state, the target of each transition and the variables that may be assigned up to there.
         let mut transfers: Vec<Vec<(usize, Variables)>> = Vec::new();
         for state in &machine.states {
@@ -291,11 +289,6 @@ impl<'db> Flow<'_, 'db> {
     fn block(&mut self, statements: &[Statement], assigned: &mut Variables) {
         for statement in statements {
             match statement {
-                Statement::Variable(variable) => {
-                    if let Some(value) = &variable.value {
-                        self.expr(value, assigned);
-                    }
-                }
                 Statement::If { condition, then, otherwise, .. } => {
                     self.expr(condition, assigned);
                     // Both branches start with the same variables; after them, the variables that either assigns count.
@@ -307,12 +300,13 @@ impl<'db> Flow<'_, 'db> {
                     assigned.add(&other);
                 }
                 Statement::Block(inner) => self.block(inner, assigned),
-                Statement::Return(_, value) => value.iter().for_each(|value| self.expr(value, assigned)),
                 Statement::Assign(target, value) => {
                     self.expr(value, assigned);
                     self.variable(target.id).into_iter().for_each(|index| assigned.insert(index));
                 }
-                Statement::Expr(value) => self.expr(value, assigned),
+                Statement::Variable(_) | Statement::Return(..) | Statement::Expr(_) => {
+                    statement.expression().into_iter().for_each(|value| self.expr(value, assigned));
+                }
             }
         }
     }
@@ -471,14 +465,13 @@ impl<'db> Flow<'_, 'db> {
 
     fn lost_writes_in_machine(&self, machine: &'db Machine, lost: &mut Vec<(SourceId, &'db Name)>) {
         let nothing = Ports::default();
-        let states: FxHashMap<&Name, &'db State> =
-            machine.states.iter().rev().map(|state| (&state.name.name, &**state)).collect();
+        let states = machine.state_indices();
         let all = |program: Option<&'db Program>| match program {
             Some(program) => self.written(program, &nothing, &mut Vec::new()),
             None => Ports::default(),
         };
-        let entries: FxHashMap<&Name, Ports<'db>> =
-            states.iter().map(|(name, state)| (*name, all(state.method(MethodKind::Entry)))).collect();
+        let entries: Vec<Ports<'db>> =
+            machine.states.iter().map(|state| all(state.method(MethodKind::Entry))).collect();
         for state in &machine.states {
             let at_exit = all(state.method(MethodKind::Exit));
             // For each end of the period, the ports written after `run`, and those written after `exit`.
@@ -486,8 +479,8 @@ impl<'db> Flow<'_, 'db> {
             let mut after_exit: Vec<Ports<'db>> = Vec::new();
             let mut may_stay = true;
             for transition in &state.transitions {
-                let target = transition.target.as_ref().and_then(|target| entries.get(&target.name));
-                let entry = target.cloned().unwrap_or_default();
+                let target = transition.target.as_ref().and_then(|target| states.get(&target.name));
+                let entry = target.and_then(|&target| entries.get(target)).cloned().unwrap_or_default();
                 let mut after = all(transition.effect.as_ref());
                 after.extend(&entry);
                 if let Some(effect) = &transition.effect {
@@ -545,9 +538,8 @@ impl<'db> Flow<'_, 'db> {
                     after.retain(|port| other.contains(port));
                 }
                 Statement::Return(..) => after = end.clone(),
-                Statement::Variable(variable) => self.call_writes(variable.value.as_ref(), &mut after, lost),
-                Statement::Assign(_, value) | Statement::Expr(value) => {
-                    self.call_writes(Some(value), &mut after, lost);
+                Statement::Variable(_) | Statement::Assign(..) | Statement::Expr(_) => {
+                    self.call_writes(statement.expression(), &mut after, lost);
                 }
             }
         }

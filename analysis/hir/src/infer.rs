@@ -375,23 +375,17 @@ impl<'db> InferenceContext<'_, 'db> {
             // Another fact reports the missing declaration.
             (None, None) => Type::Unknown,
         };
+        let defined = Signature { result: result.clone(), ..own };
         if let Some((declared, declared_at)) = declared
             && operation.program.completeness.is_complete()
+            && !defined.is(&declared)
         {
-            let defined = Signature { result: result.clone(), ..own.clone() };
-            if !defined.is(&declared) {
-                let fixed = self.as_declared(operation).map(|text| (operation.signature, text));
-                let kind = FactKind::OperationDefinition {
-                    name: name.clone(),
-                    declared,
-                    defined,
-                    declared_at,
-                    fixed,
-                };
-                self.report(operation.name.id, kind);
-            }
+            let fixed = self.as_declared(operation).map(|text| (operation.signature, text));
+            let (name, defined) = (name.clone(), defined.clone());
+            let kind = FactKind::OperationDefinition { name, declared, defined, declared_at, fixed };
+            self.report(operation.name.id, kind);
         }
-        for (parameter, (direction, _, ty)) in operation.parameters.iter().zip(own.parameters) {
+        for (parameter, (direction, _, ty)) in operation.parameters.iter().zip(defined.parameters) {
             self.declare(VariableOf {
                 name: parameter.name.clone(),
                 kind: VariableKind::Parameter(direction),

@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 use mauve_syntax::SyntaxKind;
 pub use mauve_syntax::keywords::{CallStatus, Direction, HookKind, MethodKind, PortStatus};
-use rustc_hash::FxHashSet;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::completeness::Completeness;
 
@@ -394,6 +394,14 @@ pub struct Machine {
     pub states: Vec<Arc<State>>,
     /// Whether no error hides an item of it.
     pub completeness: Completeness,
+}
+
+impl Machine {
+    /// Returns the index of the first state of each name.
+    pub(crate) fn state_indices(&self) -> FxHashMap<&Name, usize> {
+        let states = self.states.iter().enumerate().rev();
+        states.map(|(index, state)| (&state.name.name, index)).collect()
+    }
 }
 
 /// `state S { … }`
