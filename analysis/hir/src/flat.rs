@@ -1,7 +1,7 @@
 //! Architectures flattened with their imports, and the checks of the names in them.
 
 use crate::link::Link;
-use rustc_hash::{FxHashMap, FxHashSet};
+use rustc_hash::FxHashMap;
 
 use crate::ModelDb;
 use crate::completeness::Completeness;
@@ -108,11 +108,8 @@ pub fn flat_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) 
         flat.refusals.push(Refusal { reason: Reason::TooLarge, at: Location::name_of(at) });
         return flat;
     }
-    let mut all = vec![of];
-    let mut seen: FxHashSet<Decl<'db>> = all.iter().copied().collect();
-    let mut next = 0;
-    while let Some(&current) = all.get(next) {
-        next += 1;
+    flat.architectures = closure(of, |it| imports_of(db, project, it));
+    for &current in &flat.architectures {
         let Some(data) = architecture(db, current) else { continue };
         if data.completeness.is_incomplete() {
             let reason = Reason::SyntaxErrorIn(current);
@@ -120,12 +117,7 @@ pub fn flat_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) 
         }
         for import in data.imports.iter().flatten() {
             match names.resolve_type(db, current, Kind::Architecture, Some(import)) {
-                Ok(import) if import == of => flat.cycle = true,
-                Ok(import) => {
-                    if seen.insert(import) {
-                        all.push(import);
-                    }
-                }
+                Ok(import) => flat.cycle |= import == of,
                 Err(_) => {
                     let reason = Reason::UnknownImport { architecture: current, import: import.clone() };
                     flat.refusals.push(Refusal { reason, at: Location::Source(current, import.id) });
@@ -150,8 +142,8 @@ pub fn flat_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) 
         let set = data.settings.iter().filter_map(|setting| setting.endpoint.as_ref());
         flat.settings.extend(set.filter_map(Endpoint::names));
     }
-    flat.architectures = all.clone();
-    for &current in all.iter().rev() {
+    // Instances of imported architectures come first.
+    for &current in flat.architectures.iter().rev() {
         let Some(data) = architecture(db, current) else { continue };
         for (index, Instance { name, component }) in data.instances.iter().enumerate() {
             if name.name.is_empty() {
@@ -201,12 +193,7 @@ pub(crate) fn check_architecture<'db>(
     // An instance of an imported architecture, or an earlier one, has the same name.
     for (index, instance) in data.instances.iter().enumerate().filter(|(_, it)| !it.name.name.is_empty()) {
         let same = flat.instance(&instance.name.name).filter(|first| first.declared != (of, index));
-        let first = same.and_then(|same| {
-            let (declared, index) = same.declared;
-            let first = architecture(db, declared)?.instances.get(index)?;
-            Some(Location::Source(declared, first.name.id))
-        });
-        if let Some(first) = first {
+        if let Some(first) = same.and_then(|same| same.declaration(db)) {
             let (what, name) = (Defined::Instance, instance.name.name.clone());
             let kind = FactKind::DuplicateDefinition { what, name, first };
             found.push(Fact::new(Location::Source(of, instance.name.id), kind));
