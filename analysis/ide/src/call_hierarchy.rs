@@ -234,8 +234,9 @@ fn definitions_in<'db>(
     defined.map(|it| (it.definition.clone(), it.id)).collect()
 }
 
+/// Returns the names of the programs that define operations, by the operations.
 #[salsa::tracked(returns(ref))]
-fn definitions<'db>(
+pub(crate) fn definitions<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
 ) -> FxHashMap<Definition<'db>, Vec<Location<'db>>> {

@@ -264,17 +264,20 @@ impl<'db> Actions<'_, 'db> {
         parse(self.db, self.question.file).syntax()
     }
 
+    /// Returns the innermost node of a kind around `range`.
+    pub(crate) fn around<N: AstNode>(&self, range: TextRange) -> Option<N> {
+        self.root().covering_element(range).ancestors().find_map(N::cast)
+    }
+
     /// The innermost node of a kind round what is selected, or at the cursor.
     pub(crate) fn node<N: AstNode>(&self) -> Option<N> {
-        let root = self.root();
         let range = self.selected();
-        if range.is_empty() {
-            let tokens = root.token_at_offset(range.start());
-            let of = |token: SyntaxToken| token.parent_ancestors().find_map(N::cast);
-            return tokens.clone().right_biased().and_then(of).or_else(|| tokens.left_biased().and_then(of));
+        if !range.is_empty() {
+            return self.around(range);
         }
-        let covering = root.covering_element(range);
-        covering.ancestors().find_map(N::cast)
+        let tokens = self.root().token_at_offset(range.start());
+        let of = |token: SyntaxToken| token.parent_ancestors().find_map(N::cast);
+        tokens.clone().right_biased().and_then(of).or_else(|| tokens.left_biased().and_then(of))
     }
 
     pub(crate) fn selected_name(&self) -> Option<SyntaxToken> {

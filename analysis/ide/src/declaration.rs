@@ -24,5 +24,6 @@ pub fn declaration(
     file: File,
     offset: TextSize,
 ) -> Option<Navigation> {
-    destination(&names(db, workspaces, file, offset), |project, name| targets(db, project, &name.definition))
+    let names = names(db, workspaces, file, offset);
+    destination(&names, |project, name| targets(db, project, &name.definition), |_, _| None)
 }

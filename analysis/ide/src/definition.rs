@@ -42,11 +42,8 @@ pub fn definition(
 }
 
 /// Where these are declared; of an operation that a core calls, what is executed comes first.
-pub(crate) fn definition_of<'db>(
-    db: &'db dyn ModelDb,
-    names: &[(Project<'db>, Found<'db>)],
-) -> Option<Navigation> {
-    destination(names, |project, name| {
+pub(crate) fn definition_of(db: &dyn ModelDb, names: &[(Project<'_>, Found<'_>)]) -> Option<Navigation> {
+    let targets = |project, name: &Found<'_>| {
         let of_call = name.of.filter(|_| name.role == Role::Call);
         let executed = of_call.and_then(|of| {
             let mut names = in_declaration(db, project, of).into_iter();
@@ -56,32 +53,20 @@ pub(crate) fn definition_of<'db>(
             Some(it) => vec![Target { file: it.file, range: it.range, name: it.range }],
             None => targets(db, project, &name.definition),
         }
-    })
+    };
+    destination(names, targets, |_, _| None)
 }
 
 pub(crate) fn destination<'db>(
     names: &[(Project<'db>, Found<'db>)],
-    mut targets: impl FnMut(Project<'db>, &Found<'db>) -> Vec<Target>,
+    targets: impl Fn(Project<'db>, &Found<'db>) -> Vec<Target>,
+    file: impl Fn(Project<'db>, &Found<'db>) -> Option<PathBuf>,
 ) -> Option<Navigation> {
     let (_, first) = names.first()?;
     let targets = each_once(names.iter().flat_map(|(project, name)| targets(*project, name)));
-    (!targets.is_empty()).then(|| Navigation { origin: first.range, targets, files: Vec::new() })
-}
-
-pub(crate) fn with_files<'db>(
-    mut found: Option<Navigation>,
-    names: &[(Project<'db>, Found<'db>)],
-    file_of: impl Fn(Project<'db>, &Found<'db>) -> Option<PathBuf>,
-) -> Option<Navigation> {
-    for (project, name) in names {
-        let Some(file) = file_of(*project, name) else { continue };
-        let empty = Navigation { origin: name.range, targets: Vec::new(), files: Vec::new() };
-        let files = &mut found.get_or_insert(empty).files;
-        if !files.contains(&file) {
-            files.push(file);
-        }
-    }
-    found
+    let files = each_once(names.iter().filter_map(|(project, name)| file(*project, name)));
+    let is_empty = targets.is_empty() && files.is_empty();
+    (!is_empty).then(|| Navigation { origin: first.range, targets, files })
 }
 
 pub(crate) fn names<'db>(
@@ -96,11 +81,7 @@ pub(crate) fn names<'db>(
         .collect()
 }
 
-pub(crate) fn targets<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    definition: &Definition<'db>,
-) -> Vec<Target> {
+pub(crate) fn targets(db: &dyn ModelDb, project: Project<'_>, definition: &Definition<'_>) -> Vec<Target> {
     match definition {
         Definition::Declaration(decl) => of_declaration(db, *decl).into_iter().collect(),
         Definition::At(place) => {

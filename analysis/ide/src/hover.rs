@@ -12,7 +12,7 @@ use mauve_diagnostics::unusable_time;
 use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{Decl, File, Message, ModelDb, Package, Project, Workspace, message_of, parse};
 use mauve_syntax::ast::{self, AstNode as _};
-use mauve_syntax::{SyntaxKind, SyntaxNode, TextRange, TextSize, comment_above};
+use mauve_syntax::{SyntaxKind, SyntaxNode, SyntaxToken, TextRange, TextSize, comment_above};
 use mauve_wcrt::{Lookup, Query, response_times, timetable_of};
 
 use crate::definition::{definition_of, names};
@@ -49,6 +49,11 @@ pub fn hover(db: &dyn ModelDb, workspaces: &[Workspace], file: File, offset: Tex
     }
 }
 
+fn word_at(db: &dyn ModelDb, file: File, offset: TextSize) -> Option<SyntaxToken> {
+    let root = mauve_hir::is_model(file.path(db)).then(|| parse(db, file).syntax())?;
+    root.token_at_offset(offset).find(|token| token.kind().is_word())
+}
+
 /// The explanations of the activity whose name or keyword is at `offset`: one, or as many as projects differ.
 fn of_activity(
     db: &dyn ModelDb,
@@ -56,10 +61,7 @@ fn of_activity(
     file: File,
     offset: TextSize,
 ) -> Option<(TextRange, Vec<String>)> {
-    if !mauve_hir::is_model(file.path(db)) {
-        return None;
-    }
-    let token = parse(db, file).syntax().token_at_offset(offset).find(|token| token.kind().is_word())?;
+    let token = word_at(db, file, offset)?;
     let activity = token.parent_ancestors().find_map(ast::Activity::cast)?;
     let name = activity.name_ref()?.syntax().text_range();
     let keyword = activity.syntax().text_range().start();
@@ -115,10 +117,7 @@ fn of_name(db: &dyn ModelDb, workspaces: &[Workspace], file: File, offset: TextS
 }
 
 fn of_message(db: &dyn ModelDb, projects: &[Project<'_>], file: File, offset: TextSize) -> Option<Hover> {
-    if !mauve_hir::is_model(file.path(db)) {
-        return None;
-    }
-    let token = parse(db, file).syntax().token_at_offset(offset).find(|token| token.kind().is_word())?;
+    let token = word_at(db, file, offset)?;
     let ty = token.parent_ancestors().find_map(ast::Type::cast)?;
     if !is_of_value(ty.syntax()) {
         return None;

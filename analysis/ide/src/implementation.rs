@@ -9,10 +9,10 @@ use mauve_hir::{
 use mauve_syntax::TextSize;
 use mauve_wcrt::table_files;
 
-use crate::call_hierarchy::providers;
-use crate::definition::{Navigation, Target, destination, names, of_declaration, with_files};
+use crate::call_hierarchy::{definitions, providers};
+use crate::definition::{Navigation, Target, destination, names, of_declaration};
 use crate::document_symbols::SymbolKind;
-use crate::occurrences::{Definition, Role, in_declaration, names_in};
+use crate::occurrences::{Definition, Found, names_in};
 
 /// What implements what is named at `offset`. The file of a codel is named whether it is there or not.
 ///
@@ -32,18 +32,16 @@ pub fn implementation(
     offset: TextSize,
 ) -> Option<Navigation> {
     let names = names(db, workspaces, file, offset);
-    let found = destination(&names, |project, name| match &name.definition {
+    let found = |project, name: &Found<'_>| match &name.definition {
         Definition::Declaration(decl) => of_declared(db, project, *decl),
         Definition::At(_) if name.kind == SymbolKind::Operation => {
-            let mut found = definitions(db, project, &name.definition);
-            for provider in providers(db, project, &name.definition) {
-                found.extend(definitions(db, project, provider));
-            }
-            found
+            let providers = providers(db, project, &name.definition);
+            let operations = std::iter::once(&name.definition).chain(providers);
+            operations.flat_map(|operation| defined(db, project, operation)).collect()
         }
         _ => Vec::new(),
-    });
-    with_files(found, &names, |project, name| match name.definition {
+    };
+    destination(&names, found, |project, name| match name.definition {
         Definition::Declaration(decl) => codel_file(db, project, decl),
         _ => None,
     })
@@ -76,16 +74,13 @@ fn in_tables<'db>(db: &'db dyn ModelDb, project: Project<'db>, codel: Decl<'db>)
     found
 }
 
-pub(crate) fn definitions<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    operation: &Definition<'db>,
-) -> Vec<Target> {
-    let Definition::At(Location::Source(..)) = operation else { return Vec::new() };
-    let cores = names_of(db, project).of_kind(db, Kind::Core);
-    let names = cores.flat_map(|core| in_declaration(db, project, core));
-    let defined = names.filter(|it| it.role == Role::Definition && it.definition == *operation);
-    defined.map(|it| Target { file: it.file, range: it.range, name: it.range }).collect()
+/// Returns what cores do for an operation that their shell provides.
+fn defined(db: &dyn ModelDb, project: Project<'_>, operation: &Definition<'_>) -> Vec<Target> {
+    let Definition::At(Location::Source(of, _)) = operation else { return Vec::new() };
+    let all = definitions(db, project).get(operation).filter(|_| of.kind(db) == Kind::Shell);
+    let target =
+        |name: &Location<'_>| Target { file: name.file(db), range: name.range(db), name: name.range(db) };
+    all.into_iter().flatten().map(target).collect()
 }
 
 /// Where the generator puts the function of a codel, which the user writes: a package for each library.

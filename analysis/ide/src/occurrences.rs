@@ -4,7 +4,7 @@
 
 mod toml;
 
-pub(crate) use toml::range_of;
+pub(crate) use toml::{in_toml, range_of};
 
 use mauve_hir::item_tree::{
     Architecture, Core, Data, Deployment, Direction, Endpoint, Expr, FeatureKind, Kind, Name, NameRef,
@@ -80,18 +80,21 @@ pub(crate) fn names_at<'db>(
     file: File,
     offset: TextSize,
 ) -> Vec<Found<'db>> {
-    let all = match mauve_hir::is_model(file.path(db)) {
+    let is_here = |found: &Found<'db>| found.range.contains_inclusive(offset);
+    let mut found: Vec<Found<'db>> = match mauve_hir::is_model(file.path(db)) {
         true => {
-            let declarations = declarations(db, file).all.iter().zip(&source_map(db, file).declarations);
-            let around = declarations.into_iter().find(|(_, map)| map.range.contains_inclusive(offset));
+            let mut declarations = declarations(db, file).all.iter().zip(&source_map(db, file).declarations);
+            let around = declarations.find(|(_, map)| map.range.contains_inclusive(offset));
             let mut all = around.map_or_else(Vec::new, |(&decl, _)| in_declaration(db, project, decl));
-            all.retain(|found| found.range.contains_inclusive(offset));
-            if all.is_empty() { outside_declarations(db, project, file) } else { all }
+            all.retain(is_here);
+            if all.is_empty() {
+                all = outside_declarations(db, project, file);
+                all.retain(is_here);
+            }
+            all
         }
-        false => toml::in_toml(db, project, file).names_at(offset),
+        false => in_toml(db, project, file).names.iter().filter(|it| is_here(it)).cloned().collect(),
     };
-    let mut found: Vec<Found<'db>> =
-        all.into_iter().filter(|found| found.range.contains_inclusive(offset)).collect();
     // Of two that touch, the one that begins here is meant.
     let start = found.iter().map(|found| found.range.start()).max();
     found.retain(|found| Some(found.range.start()) == start);
@@ -106,23 +109,10 @@ pub(crate) fn names_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, file: F
             found.extend(all.flat_map(|&decl| in_declaration(db, project, decl)));
             found
         }
-        false => toml::in_toml(db, project, file).names.clone(),
+        false => in_toml(db, project, file).names.clone(),
     };
     found.sort_by_key(|found| (found.range.start(), found.range.end()));
     found
-}
-
-/// What a table or `mauve.toml` names, and nobody can write another name for: it stands there with escapes.
-pub(crate) fn escaped_in<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    file: File,
-) -> Vec<(TextRange, Definition<'db>)> {
-    if mauve_hir::is_model(file.path(db)) {
-        return Vec::new();
-    }
-    let escaped = toml::in_toml(db, project, file).escaped.iter();
-    escaped.map(|it| (it.range, it.definition.clone())).collect()
 }
 
 pub(crate) fn in_declaration<'db>(

@@ -8,7 +8,7 @@ use mauve_hir::{
 use mauve_syntax::SyntaxKind::*;
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::keywords::{CallStatus, PortStatus, TruthValue};
-use mauve_syntax::{SyntaxToken, previous_significant};
+use mauve_syntax::{SyntaxToken, TextRange, TextSize, previous_significant};
 
 use crate::completion::Subject;
 use crate::completion::position::{Call, Position, behind, call_around};
@@ -51,24 +51,23 @@ pub(crate) struct CallParameter {
 }
 
 impl Callable<'_> {
-    /// `f(in a: int): bool`, and where in it each parameter stands, in bytes.
-    pub(crate) fn shown(&self) -> (String, Vec<(usize, usize)>) {
+    /// Returns `f(in a: int): bool`, and where in it each parameter stands.
+    pub(crate) fn shown(&self) -> (String, Vec<TextRange>) {
         let mut label = format!("{}(", self.name);
-        let mut places = Vec::new();
+        let mut ranges = Vec::new();
         for (index, parameter) in self.parameters.iter().enumerate() {
             if index > 0 {
                 label += ", ";
             }
-            let start = label.len();
+            ranges.push(TextRange::at(TextSize::of(&label), TextSize::of(&parameter.text)));
             label += &parameter.text;
-            places.push((start, label.len()));
         }
         label += ")";
         if !self.result_text.is_empty() {
             label += ": ";
             label += &self.result_text;
         }
-        (label, places)
+        (label, ranges)
     }
 }
 

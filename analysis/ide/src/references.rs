@@ -1,9 +1,7 @@
 //! Where a name is used, in all models, timing tables and configurations; and where in one file, for an editor that lights
 //! the others up.
 
-use mauve_hir::{
-    File, Location, ModelDb, Project, Workspace, config_file, is_model, project_files, projects,
-};
+use mauve_hir::{File, ModelDb, Project, Workspace, config_file, is_model, project_files, projects};
 use mauve_syntax::{TextRange, TextSize};
 use mauve_wcrt::table_files;
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -170,18 +168,16 @@ pub(crate) fn files_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<
 pub(crate) fn word_of(db: &dyn ModelDb, definition: &Definition<'_>) -> Option<String> {
     match definition {
         Definition::Declaration(decl) => Some(decl.name(db).to_string()),
-        Definition::At(place) => word_at(db, place),
+        Definition::At(place) => {
+            let range = std::ops::Range::<usize>::from(place.range(db));
+            place.file(db).text(db).get(range).map(str::to_owned)
+        }
         Definition::Library(name)
         | Definition::Package(name)
         | Definition::Message(_, name)
         | Definition::Type(name) => Some(name.to_string()),
         Definition::File(_) => None,
     }
-}
-
-fn word_at(db: &dyn ModelDb, place: &Location<'_>) -> Option<String> {
-    let range = std::ops::Range::<usize>::from(place.range(db));
-    place.file(db).text(db).get(range).map(str::to_owned)
 }
 
 #[cfg(test)]

@@ -203,11 +203,11 @@ fn names(
 }
 
 fn modifiers(db: &dyn ModelDb, definition: &Definition<'_>, kind: SymbolKind, role: Role) -> TokenModifiers {
-    let mut modifiers = match role {
-        Role::Declaration => TokenModifiers::default().with(TokenModifier::Declaration),
-        Role::Definition => TokenModifiers::default().with(TokenModifier::Definition),
-        Role::Write | Role::ReadWrite => TokenModifiers::default().with(TokenModifier::Modification),
-        Role::Read | Role::Call | Role::Mention => TokenModifiers::default(),
+    let of_role = match role {
+        Role::Declaration => Some(TokenModifier::Declaration),
+        Role::Definition => Some(TokenModifier::Definition),
+        Role::Write | Role::ReadWrite => Some(TokenModifier::Modification),
+        Role::Read | Role::Call | Role::Mention => None,
     };
     let own = match (kind, definition) {
         (SymbolKind::Constant, _) => Some(TokenModifier::Readonly),
@@ -226,10 +226,7 @@ fn modifiers(db: &dyn ModelDb, definition: &Definition<'_>, kind: SymbolKind, ro
         }
         _ => None,
     };
-    if let Some(own) = own {
-        modifiers = modifiers.with(own);
-    }
-    modifiers
+    of_role.into_iter().chain(own).fold(TokenModifiers::default(), TokenModifiers::with)
 }
 
 fn word(token: &SyntaxToken, found: &mut Vec<SemanticToken>) {

@@ -61,11 +61,10 @@ pub fn signature_help(
     let decl = mauve_hir::declaration_at(db, file, call.callee.text_range());
     each_once(projects_with(db, workspaces, file).into_iter().filter_map(|project| {
         let callable = Scope::at(db, project, decl, &at).called(&call)?;
-        let (label, places) = callable.shown();
-        let range = |(start, end): (usize, usize)| TextRange::new((start as u32).into(), (end as u32).into());
+        let (label, parameters) = callable.shown();
         Some(Signature {
             label,
-            parameters: places.into_iter().map(range).collect(),
+            parameters,
             active: call.index,
             documentation: subject(db, &callable).and_then(|about| documentation(db, workspaces, &about)),
         })

@@ -5,8 +5,8 @@ use mauve_hir::item_tree::{Data, SourceId, TypeRef};
 use mauve_hir::{Decl, File, Location, ModelDb, Project, Workspace, data, package};
 use mauve_syntax::TextSize;
 
-use crate::definition::{Navigation, Target, destination, names, targets, with_files};
-use crate::occurrences::{Definition, occurrences_of};
+use crate::definition::{Navigation, destination, names, targets};
+use crate::occurrences::{Definition, Found, occurrences_of};
 
 /// Where the type of what is named at `offset` is declared. What is built in is declared nowhere.
 ///
@@ -27,19 +27,10 @@ pub fn type_definition(
     offset: TextSize,
 ) -> Option<Navigation> {
     let names = names(db, workspaces, file, offset);
-    let found = destination(&names, |project, name| of_definition(db, project, &name.definition));
-    with_files(found, &names, |project, name| message_file(db, project, &name.definition))
-}
-
-fn of_definition<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    definition: &Definition<'db>,
-) -> Vec<Target> {
-    match type_of(db, project, definition) {
-        Some(Definition::Message(..) | Definition::Type(_)) | None => Vec::new(),
-        Some(ty) => targets(db, project, &ty),
-    }
+    let of_type = |project, name: &Found<'_>| {
+        type_of(db, project, &name.definition).map_or_else(Vec::new, |ty| targets(db, project, &ty))
+    };
+    destination(&names, of_type, |project, name| message_file(db, project, &name.definition))
 }
 
 fn message_file<'db>(

@@ -14,7 +14,7 @@ const MOST: usize = 12;
 pub(super) fn offer<'db>(actions: &mut Actions<'_, 'db>, finding: &Finding<'db>) {
     let (db, file) = (actions.db, actions.question.file);
     let at = finding.diagnostic.at.range(db);
-    let activity = actions.root().covering_element(at).ancestors().find_map(ast::Activity::cast);
+    let activity = actions.around::<ast::Activity>(at);
     let instance = activity.and_then(|it| it.name_ref()).filter(|it| it.syntax().text_range() == at);
     let of = declaration_at(db, file, at);
     let project = finding.only_in.or_else(|| actions.projects.first().copied());

@@ -10,10 +10,8 @@ pub(super) fn offer<'db>(actions: &mut Actions<'_, 'db>, finding: &Finding<'db>)
     let (db, file) = (actions.db, actions.question.file);
     let text = file.text(db);
     let at = finding.diagnostic.at.range(db);
-    let element = actions.root().covering_element(at);
-    let call = element.ancestors().find_map(ast::CallExpr::cast);
-    let core = element.ancestors().find_map(ast::Core::cast);
-    let (Some(call), Some(core)) = (call, core) else { return };
+    let around = (actions.around::<ast::CallExpr>(at), actions.around::<ast::Core>(at));
+    let (Some(call), Some(core)) = around else { return };
     let is_it = call.name_ref().is_some_and(|name| name.syntax().text_range() == at);
     // What stands for something already cannot be called, whatever is declared.
     let is_unknown = finding.diagnostic.message.starts_with("no codel or operation");

@@ -1,7 +1,6 @@
 //! A state that a transition leads to and that its state machine does not have yet, behind the one that it starts from.
 
 use mauve_diagnostics::Finding;
-use mauve_syntax::TextRange;
 use mauve_syntax::ast::{self, AstNode as _};
 
 use super::{Actions, indentation, put};
@@ -9,12 +8,9 @@ use super::{Actions, indentation, put};
 pub(super) fn offer<'db>(actions: &mut Actions<'_, 'db>, finding: &Finding<'db>, all: &[Finding<'db>]) {
     let (db, file) = (actions.db, actions.question.file);
     let text = file.text(db);
-    let root = actions.root();
     let at = finding.diagnostic.at.range(db);
-    let node = |range: TextRange| root.covering_element(range);
-    let state = node(at).ancestors().find_map(ast::State::cast);
-    let machine = node(at).ancestors().find_map(ast::StateMachine::cast);
-    let (Some(state), Some(machine)) = (state, machine) else { return };
+    let around = (actions.around::<ast::State>(at), actions.around::<ast::StateMachine>(at));
+    let (Some(state), Some(machine)) = around else { return };
     let whole = state.syntax().text_range();
     let indent = indentation(text, whole.start());
     let written = |name: &str| format!("\n{indent}state {name} {{\n{indent}}}");

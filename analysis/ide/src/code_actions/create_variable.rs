@@ -11,9 +11,9 @@ pub(super) fn offer<'db>(actions: &mut Actions<'_, 'db>, finding: &Finding<'db>)
     let (db, file) = (actions.db, actions.question.file);
     let text = file.text(db);
     let at = finding.diagnostic.at.range(db);
-    let element = actions.root().covering_element(at);
-    let node = element.ancestors().find(|it| it.text_range() == at && ast::NameRef::can_cast(it.kind()));
-    let (Some(node), Some(of)) = (node, element.ancestors().find_map(ast::Core::cast)) else { return };
+    let node = actions.around::<ast::NameRef>(at).map(|it| it.syntax().clone());
+    let node = node.filter(|it| it.text_range() == at);
+    let (Some(node), Some(of)) = (node, actions.around::<ast::Core>(at)) else { return };
     // Otherwise it stands for something that has no value.
     let is_unknown = finding.diagnostic.message.starts_with("no variable");
     let Some(&project) = actions.projects.first().filter(|_| is_unknown) else { return };

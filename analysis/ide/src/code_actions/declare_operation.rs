@@ -10,8 +10,7 @@ use super::{Actions, put_into};
 pub(super) fn offer<'db>(actions: &mut Actions<'_, 'db>, finding: &Finding<'db>) {
     let (db, file) = (actions.db, actions.question.file);
     let at = finding.diagnostic.at.range(db);
-    let element = actions.root().covering_element(at);
-    let operation = element.ancestors().find_map(ast::OperationDefinition::cast);
+    let operation = actions.around::<ast::OperationDefinition>(at);
     let (Some(operation), Some(&project)) = (operation, actions.projects.first()) else { return };
     let parts = operation.name().zip(operation.param_list()).filter(|(_, it)| is_whole(it.syntax()));
     let of = declaration_at(db, file, at);

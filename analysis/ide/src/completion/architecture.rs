@@ -73,14 +73,12 @@ impl<'db> Completer<'_, 'db> {
         for (name, component, features) in self.instances(of) {
             match path {
                 [] if features.values().any(|(_, feature)| feature.kind == kind) || features.is_empty() => {
-                    let item = self.of_instance(of, &name, component);
-                    self.add(item);
+                    self.add(self.of_instance(of, &name, component));
                 }
                 [instance] if name == *instance => {
                     for (name, (shell, feature)) in features {
                         if feature.kind == kind {
-                            let item = self.of_feature(&name, shell, feature);
-                            self.add(item);
+                            self.add(self.of_feature(&name, shell, feature));
                         }
                     }
                 }
@@ -122,8 +120,7 @@ impl<'db> Completer<'_, 'db> {
                         self.add(whole.rank(u8::from(is_source(name))).subject(subject));
                     }
                     if !fitting.is_empty() || features.is_empty() {
-                        let item = self.of_instance(of, name, *component);
-                        self.add(item.rank(2));
+                        self.add(self.of_instance(of, name, *component).rank(2));
                     }
                 }
                 [instance] if *name == *instance => {
@@ -160,19 +157,10 @@ impl<'db> Completer<'_, 'db> {
             Some(PROPERTY_KW) => FeatureKind::Property,
             _ => FeatureKind::Constant,
         };
-        let all = self.instances(of);
         match (kinds, path) {
-            ([_], []) => {
-                for (name, component, features) in &all {
-                    let has_some = features.values().any(|(_, feature)| feature.kind == kind);
-                    if has_some || features.is_empty() {
-                        let item = self.of_instance(of, name, *component);
-                        self.add(item);
-                    }
-                }
-            }
+            ([_], []) => self.sources(of, kind, path),
             ([_], [instance]) => {
-                let of_instance = all.into_iter().find(|(name, ..)| name == instance);
+                let of_instance = self.instances(of).into_iter().find(|(name, ..)| name == instance);
                 for (name, (shell, feature)) in of_instance.into_iter().flat_map(|(.., features)| features) {
                     if feature.kind == kind {
                         self.value_to_set(of, instance, &name, shell, feature);
@@ -182,12 +170,10 @@ impl<'db> Completer<'_, 'db> {
             ([_, _, DOT, _, EQ], []) => {
                 let words: Vec<&str> = self.at.item.iter().map(|token| token.text()).collect();
                 let [_, instance, _, name, _] = words.as_slice() else { return };
-                let of_instance = all.iter().find(|(known, ..)| known == instance);
-                let Some((shell, feature)) = of_instance.and_then(|(.., features)| features.get(*name))
-                else {
-                    return;
-                };
-                self.value_of(Some(type_of(self.db, self.project, *shell, feature.ty.as_ref())));
+                let of_instance = self.instances(of).into_iter().find(|(known, ..)| known == instance);
+                let feature = of_instance.and_then(|(.., features)| features.get(*name).copied());
+                let Some((shell, feature)) = feature else { return };
+                self.value_of(Some(type_of(self.db, self.project, shell, feature.ty.as_ref())));
             }
             _ => {}
         }

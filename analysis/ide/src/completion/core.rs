@@ -16,9 +16,13 @@ impl Completer<'_, '_> {
         match kinds {
             [] if path.is_empty() => self.core_items(),
             [VAR_KW, ..] => self.variable(kinds, path),
-            [HANDLER_KW, _, COLON] if path.is_empty() => self.operations(FeatureKind::Required),
+            [HANDLER_KW, _, COLON] if path.is_empty() => {
+                for (name, of, feature) in self.scope().features(FeatureKind::Required) {
+                    self.add(self.of_feature(name, of, feature));
+                }
+            }
             [PROVIDE_KW] if path.is_empty() => self.provided(""),
-            [PROVIDE_KW, _, L_PAREN, ..] => self.signature(),
+            [PROVIDE_KW, _, L_PAREN, ..] => self.signature(kinds, path),
             _ if self.at.may_begin => self.core_items(),
             _ => {}
         }
@@ -81,13 +85,6 @@ impl Completer<'_, '_> {
                 true => item,
                 false => item.snippet(format!("{keyword}{name}{parameters}{result} = {{\n\t$0\n}}")),
             };
-            self.add(item);
-        }
-    }
-
-    fn operations(&mut self, kind: FeatureKind) {
-        for (name, of, feature) in self.scope().features(kind) {
-            let item = self.of_feature(name, of, feature);
             self.add(item);
         }
     }

@@ -7,7 +7,6 @@ use mauve_hir::{catalogue, names_of};
 use mauve_syntax::SyntaxKind::{self, *};
 use mauve_syntax::ast::{self, AstNode as _};
 
-use super::position::without_path;
 use super::{Completer, Completion, CompletionKind, may_be};
 
 impl Completer<'_, '_> {
@@ -16,7 +15,7 @@ impl Completer<'_, '_> {
         match kinds {
             [] if path.is_empty() => self.declarations(),
             [USE_KW] => self.use_(),
-            [CODEL_KW, _, L_PAREN, ..] => self.signature(),
+            [CODEL_KW, _, L_PAREN, ..] => self.signature(kinds, path),
             [SHELL_KW, _] => self.keyword("extends"),
             [SHELL_KW, _, EXTENDS_KW] | [SHELL_KW, _, EXTENDS_KW, .., COMMA] => {
                 self.declared(Kind::Shell, path)
@@ -95,17 +94,16 @@ impl Completer<'_, '_> {
         }
     }
 
-    pub(super) fn signature(&mut self) {
-        let (rest, path) = without_path(&self.at.item);
+    pub(super) fn signature(&mut self, kinds: &[SyntaxKind], path: &[&str]) {
         let mut depth = 0_i32;
         let mut parameter = Vec::new();
-        for token in rest {
-            match token.kind() {
+        for kind in kinds {
+            match kind {
                 L_PAREN => depth += 1,
                 R_PAREN => depth -= 1,
                 COMMA => {}
                 kind => {
-                    parameter.push(kind);
+                    parameter.push(*kind);
                     continue;
                 }
             }
@@ -118,7 +116,7 @@ impl Completer<'_, '_> {
                     self.keyword(direction.keyword());
                 }
             }
-            [.., COLON] => self.types(&path, !in_parameters),
+            [.., COLON] => self.types(path, !in_parameters),
             _ => {}
         }
     }

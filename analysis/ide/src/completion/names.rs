@@ -114,8 +114,7 @@ impl<'db> Completer<'_, 'db> {
                     true if kind == Kind::Codel => {}
                     true => {
                         let qualified = decl.qualified(self.db);
-                        let item = self.of_declaration(decl).insert(qualified).rank(2);
-                        self.add(item);
+                        self.add(self.of_declaration(decl).insert(qualified).rank(2));
                     }
                     false => self.add_declared(decl),
                 }

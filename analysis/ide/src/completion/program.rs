@@ -90,8 +90,7 @@ impl<'db> Completer<'_, 'db> {
         }
         if expected.handler {
             for variable in scope.handlers() {
-                let item = self.of_variable(variable);
-                self.add(item.rank(0));
+                self.add(self.of_variable(variable).rank(0));
             }
             return;
         }
@@ -102,8 +101,7 @@ impl<'db> Completer<'_, 'db> {
         }
         if let Some(kind) = expected.feature {
             for (name, of, feature) in scope.features(kind) {
-                let item = self.of_feature(name, of, feature);
-                self.add(item.rank(0));
+                self.add(self.of_feature(name, of, feature).rank(0));
             }
             return;
         }
@@ -119,7 +117,6 @@ impl<'db> Completer<'_, 'db> {
             {
                 continue;
             }
-            let item = self.of_variable(variable);
             let rank = match variable.kind {
                 // A handler fits no other type, even if its operation is unknown.
                 VariableKind::Handler if variable.ty == Type::Unknown => {
@@ -127,7 +124,7 @@ impl<'db> Completer<'_, 'db> {
                 }
                 _ => rank_of(&variable.ty),
             };
-            self.add(item.rank(rank));
+            self.add(self.of_variable(variable).rank(rank));
         }
         if expected.is_output {
             return;
@@ -135,8 +132,7 @@ impl<'db> Completer<'_, 'db> {
         for (name, (of, feature)) in &scope.visible.features {
             if feature.kind.is_value() && scope.visible.variable(name).is_none() {
                 let ty = scope.visible.type_of_name(name).unwrap_or(Type::Unknown);
-                let item = self.of_feature(name, *of, feature);
-                self.add(item.rank(rank_of(&ty)));
+                self.add(self.of_feature(name, *of, feature).rank(rank_of(&ty)));
             }
         }
         self.literals(expected);

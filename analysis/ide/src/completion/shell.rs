@@ -13,7 +13,7 @@ impl Completer<'_, '_> {
         match kinds {
             [] if path.is_empty() => self.shell_items(),
             [INPUT_KW | OUTPUT_KW] => self.keyword("port"),
-            [REQUIRE_KW | PROVIDE_KW, _, L_PAREN, ..] => self.signature(),
+            [REQUIRE_KW | PROVIDE_KW, _, L_PAREN, ..] => self.signature(kinds, path),
             [INPUT_KW | OUTPUT_KW, _, _, COLON] => self.types(path, false),
             [CONSTANT_KW | PROPERTY_KW, _, COLON] => {
                 self.types(path, false);
@@ -56,8 +56,7 @@ impl Completer<'_, '_> {
             if feature.kind == FeatureKind::Constant && own.as_deref() != Some(name.as_str()) {
                 let ty = scope.visible.type_of_name(name);
                 let rank = if ty.is_some_and(|ty| expected.takes(&ty)) { 0 } else { 2 };
-                let item = self.of_feature(name, *of, feature);
-                self.add(item.rank(rank));
+                self.add(self.of_feature(name, *of, feature).rank(rank));
             }
         }
         self.literals(expected);

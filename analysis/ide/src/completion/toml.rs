@@ -289,15 +289,12 @@ impl Toml<'_, '_> {
             let names = names_of(db, project);
             for decl in names.of_kind(db, kind).filter(|decl| !decl.name(db).is_empty()) {
                 let name = decl.name(db);
-                let is_clear = names.by_key(kind, name).len() == 1;
+                let is_clear = kind == Kind::Component && names.by_key(kind, name).len() == 1;
+                let key = if is_clear { name.to_string() } else { decl.qualified(db) };
                 match section {
-                    "codel" => add(decl.qualified(db), CompletionKind::Codel),
+                    "codel" => add(key, CompletionKind::Codel),
+                    "component" => add(key, CompletionKind::Component),
                     _ => {
-                        let key = if is_clear { name.to_string() } else { decl.qualified(db) };
-                        if section == "component" {
-                            add(key, CompletionKind::Component);
-                            continue;
-                        }
                         let core = core_of(db, project, decl);
                         let known = core.map(|core| behaviour_of(db, project, core));
                         for it in known.into_iter().flat_map(|it| it.programs.iter().chain(&it.operations)) {

@@ -4,10 +4,10 @@
 use std::fmt::Write as _;
 
 use mauve_diagnostics::{timing_reason, type_name};
-use mauve_hir::item_tree::{HookKind, Kind, Name, SourceId};
+use mauve_hir::item_tree::{Feature, HookKind, Kind, Name, NameRef, SourceId};
 use mauve_hir::{
-    Decl, Flat, Location, ModelDb, ProgramId, Project, core, flat_of, inference_of_core, line_of, names_of,
-    shell, target_of, type_of, values_in_effect,
+    Decl, FeatureOf, Flat, FlatInstance, Location, ModelDb, ProgramId, Project, core, flat_of,
+    inference_of_core, line_of, names_of, shell, target_of, type_of, values_in_effect,
 };
 use mauve_syntax::TextSize;
 use mauve_timing::Time;
@@ -21,12 +21,7 @@ use crate::occurrences::{Definition, Found};
 const MOST_LINES: usize = 12;
 
 /// What is known of `found`, in Markdown; nothing of most names. `shown` is what is shown already.
-pub(super) fn details<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    found: &Found<'db>,
-    shown: &str,
-) -> String {
+pub(super) fn details(db: &dyn ModelDb, project: Project<'_>, found: &Found<'_>, shown: &str) -> String {
     if let Definition::Declaration(decl) = found.definition
         && decl.kind(db) == Kind::Codel
     {
@@ -78,13 +73,7 @@ fn table_of_codel<'db>(db: &'db dyn ModelDb, project: Project<'db>, codel: Decl<
 }
 
 /// The type of a variable, a property or a constant, where it is written in another way.
-fn resolved_type<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    of: Decl<'db>,
-    id: SourceId,
-    shown: &str,
-) -> String {
+fn resolved_type(db: &dyn ModelDb, project: Project<'_>, of: Decl<'_>, id: SourceId, shown: &str) -> String {
     let ty = if of.kind(db) == Kind::Core {
         let inference = inference_of_core(db, project, of);
         let mut variables = inference.variables();
@@ -111,40 +100,40 @@ fn deployed<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<(Decl<'db>,
     names.of_kind(db, Kind::Architecture).map(|of| (of, flat_of(db, project, of))).collect()
 }
 
+/// Returns the deployed instances that have a feature: what is deployed, the instance, and the feature's name.
 fn having<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
-    flat: &'db Flat<'db>,
     of: Decl<'db>,
     id: SourceId,
-) -> Option<(&'db Name, Vec<&'db Name>)> {
-    let index = shell(db, of)?.features.iter().position(|feature| feature.name.id == id)?;
-    let name = &shell(db, of)?.features.get(index)?.name.name;
-    let instances = flat.instances.iter().filter(|instance| {
-        let feature = instance.features(db, project).and_then(|features| features.get(name));
-        feature.is_some_and(|feature| feature.shell == of && feature.index == index)
-    });
-    Some((name, instances.map(|instance| &instance.name).collect()))
+) -> Vec<(Decl<'db>, &'db Flat<'db>, &'db Name, &'db Name)> {
+    let features = || shell(db, of)?.features.iter().enumerate().find(|(_, it)| it.name.id == id);
+    let Some((index, Feature { name: NameRef { name, .. }, .. })) = features() else { return Vec::new() };
+    let is_it = |it: &FeatureOf<'_>| it.shell == of && it.index == index;
+    let has_it = |it: &FlatInstance<'db>| it.features(db, project)?.get(name).filter(|it| is_it(it));
+    let mut found = Vec::new();
+    for (root, flat) in deployed(db, project) {
+        let instances = flat.instances.iter().filter(|it| has_it(it).is_some());
+        found.extend(instances.map(|instance| (root, flat, &instance.name, name)));
+    }
+    found
 }
 
 /// `laser.scan -> map.scan`
-fn connections<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, id: SourceId) -> Vec<String> {
+fn connections(db: &dyn ModelDb, project: Project<'_>, of: Decl<'_>, id: SourceId) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
-    for (_, flat) in deployed(db, project) {
-        let Some((name, instances)) = having(db, project, flat, of, id) else { continue };
-        for instance in instances {
-            let is_it = |end: &(Name, Name)| end.0 == *instance && end.1 == *name;
-            let mut links =
-                flat.links.iter().filter(|link| is_it(&link.source) || is_it(&link.target)).peekable();
-            if links.peek().is_none() {
-                lines.push(format!("{instance}.{name} is not connected"));
-            }
-            for link in links {
-                let [(from, out), (to, into)] = [&link.source, &link.target];
-                let line = format!("{from}.{out} -> {to}.{into}");
-                if !lines.contains(&line) {
-                    lines.push(line);
-                }
+    for (_, flat, instance, name) in having(db, project, of, id) {
+        let is_it = |end: &(Name, Name)| end.0 == *instance && end.1 == *name;
+        let mut links =
+            flat.links.iter().filter(|link| is_it(&link.source) || is_it(&link.target)).peekable();
+        if links.peek().is_none() {
+            lines.push(format!("{instance}.{name} is not connected"));
+        }
+        for link in links {
+            let [(from, out), (to, into)] = [&link.source, &link.target];
+            let line = format!("{from}.{out} -> {to}.{into}");
+            if !lines.contains(&line) {
+                lines.push(line);
             }
         }
     }
@@ -152,19 +141,14 @@ fn connections<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, 
 }
 
 /// `laser.rate = 5 in D`
-fn values<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, id: SourceId) -> Vec<String> {
-    let mut lines = Vec::new();
-    for (root, flat) in deployed(db, project) {
-        let Some((name, instances)) = having(db, project, flat, of, id) else { continue };
-        let known = values_in_effect(db, project, root);
-        for instance in instances {
-            let Some(found) = known.get(instance) else { continue };
-            let value = found.iter().find(|it| it.name == *name).and_then(|it| it.value.as_ref());
-            let value = value.map_or_else(|| "has no value".to_owned(), |value| format!("= {value}"));
-            lines.push(format!("{instance}.{name} {value} in {}", root.name(db)));
-        }
-    }
-    lines
+fn values(db: &dyn ModelDb, project: Project<'_>, of: Decl<'_>, id: SourceId) -> Vec<String> {
+    let value = |(root, _, instance, name): (Decl<'_>, _, &Name, &Name)| {
+        let known = values_in_effect(db, project, root).get(instance)?;
+        let value = known.iter().find(|it| it.name == *name).and_then(|it| it.value.as_ref());
+        let value = value.map_or_else(|| "has no value".to_owned(), |value| format!("= {value}"));
+        Some(format!("{instance}.{name} {value} in {}", root.name(db)))
+    };
+    having(db, project, of, id).into_iter().filter_map(value).collect()
 }
 
 fn programs<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, id: SourceId) -> Vec<String> {

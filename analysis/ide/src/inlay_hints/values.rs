@@ -10,12 +10,7 @@ use super::InlayHint;
 
 const MOST_VALUES: usize = 3;
 
-pub(super) fn of_values<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    of: Decl<'db>,
-    hints: &mut Vec<InlayHint>,
-) {
+pub(super) fn of_values(db: &dyn ModelDb, project: Project<'_>, of: Decl<'_>, hints: &mut Vec<InlayHint>) {
     let settings = match (architecture(db, of), deployment(db, of)) {
         (Some(data), _) => {
             let values = values_in_effect(db, project, of);

@@ -7,7 +7,7 @@ use mauve_hir::{
     Decl, File, Location, ModelDb, ProgramId, ProgramKey, Project, config_of, core, core_of, features_of,
     first_target_of, names_of, shell_of,
 };
-use mauve_syntax::{TextRange, TextSize};
+use mauve_syntax::TextRange;
 use mauve_wcrt::{table, table_files};
 use rustc_hash::FxHashSet;
 
@@ -16,27 +16,15 @@ use crate::document_symbols::SymbolKind;
 use crate::project::each_once;
 
 #[derive(Debug, Default, Clone, PartialEq, Eq, salsa::SalsaValue)]
-pub(super) struct InToml<'db> {
+pub(crate) struct InToml<'db> {
     /// Each once, in no order.
-    pub(super) names: Vec<Found<'db>>,
-    /// What is named in texts of which the pieces do not stand in the file as they are.
-    pub(super) escaped: Vec<Escaped<'db>>,
-}
-
-#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
-pub(super) struct Escaped<'db> {
-    pub(super) range: TextRange,
-    pub(super) definition: Definition<'db>,
-}
-
-impl<'db> InToml<'db> {
-    pub(super) fn names_at(&self, offset: TextSize) -> Vec<Found<'db>> {
-        self.names.iter().filter(|found| found.range.contains_inclusive(offset)).cloned().collect()
-    }
+    pub(crate) names: Vec<Found<'db>>,
+    /// What is named in texts that are written with escapes, so that nobody can replace a name in them.
+    pub(crate) escaped: Vec<Found<'db>>,
 }
 
 #[salsa::tracked(returns(ref))]
-pub(super) fn in_toml<'db>(db: &'db dyn ModelDb, project: Project<'db>, file: File) -> InToml<'db> {
+pub(crate) fn in_toml<'db>(db: &'db dyn ModelDb, project: Project<'db>, file: File) -> InToml<'db> {
     let workspace = project.workspace(db);
     let mut reader = Reader { file, found: InToml::default(), known: FxHashSet::default() };
     if mauve_hir::config_file(db, workspace) == Some(file) {
@@ -62,14 +50,13 @@ impl<'db> Reader<'db> {
         definition: Definition<'db>,
         kind: SymbolKind,
     ) {
-        match range {
-            Some(range) => {
-                let range = range_of(&range);
-                if self.known.insert((range, definition.clone())) {
-                    self.found.names.push(mention(self.file, range, definition, kind));
-                }
+        let found = |range| mention(self.file, range, definition.clone(), kind);
+        match range.map(|range| range_of(&range)) {
+            Some(range) if self.known.insert((range, definition.clone())) => {
+                self.found.names.push(found(range));
             }
-            None => self.found.escaped.push(Escaped { range: range_of(whole), definition }),
+            Some(_) => {}
+            None => self.found.escaped.push(found(range_of(whole))),
         }
     }
 

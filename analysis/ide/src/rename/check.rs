@@ -18,7 +18,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use super::{Renaming, shown, text_of};
 use crate::change::Change;
 use crate::document_symbols::SymbolKind;
-use crate::occurrences::{Definition, Found, Role, escaped_in, is_of_value, names_in};
+use crate::occurrences::{Definition, Found, Role, in_toml, is_of_value, names_in};
 use crate::project::projects_with;
 use crate::references::files_of;
 
@@ -44,9 +44,9 @@ impl<'db> Renaming<'_, 'db> {
             for file in files_of(db, project) {
                 db.unwind_if_revision_cancelled();
                 // What is written with escapes does not have the word in it.
-                let escaped = escaped_in(db, project, file);
-                if let Some((range, _)) = escaped.iter().find(|(_, it)| *it == self.thing.definition) {
-                    let line = self.line(file, *range);
+                let mut escaped = in_toml(db, project, file).escaped.iter();
+                if let Some(it) = escaped.find(|it| it.definition == self.thing.definition) {
+                    let line = self.line(file, it.range);
                     return Err(format!("{line}: `{old}` is written with escapes, which nobody can replace"));
                 }
                 if file.text(db).contains(old) && seen.insert(file) {
@@ -238,15 +238,11 @@ impl<'db> Renaming<'_, 'db> {
             ((name.range.start(), key, name.role), name.range)
         });
         let after: Vec<(Seen, TextRange)> = after.collect();
-        let of =
-            |all: &[(Seen, TextRange)]| all.iter().map(|(seen, _)| seen.clone()).collect::<FxHashSet<_>>();
-        let (old, new) = (of(&before), of(&after));
-        let says = |db: &dyn ModelDb, file: File, range: TextRange| {
-            let word = text_of(db, file, range).to_owned();
-            format!("{}: `{word}` would stand for something else", self.line(file, range))
-        };
+        let of = |all: &'_ [(Seen, TextRange)]| all.iter().map(|(seen, _)| seen).cloned().collect();
+        let (old, new): (FxHashSet<Seen>, FxHashSet<Seen>) = (of(&before), of(&after));
         if let Some((_, range)) = before.iter().find(|(seen, _)| !new.contains(seen)) {
-            return Err(says(db, file, *range));
+            let (line, word) = (self.line(file, *range), text_of(db, file, *range));
+            return Err(format!("{line}: `{word}` would stand for something else"));
         }
         if let Some((_, range)) = after.iter().find(|(seen, _)| !old.contains(seen)) {
             let line = line_of(scratch, new_file, range.start());
