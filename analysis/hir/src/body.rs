@@ -89,11 +89,11 @@ impl Core {
             BodyId::CoreValues | BodyId::MachineValues => None,
             BodyId::Operation(index) => self.operations.get(index as usize).map(|it| it.name.id),
             BodyId::Hook(index) => self.hooks.get(index as usize).map(|it| it.id),
-            BodyId::State(machine, state) => self.state(machine, state).map(|it| it.start),
+            BodyId::State(machine, state) => self.state_at(machine, state).map(|it| it.start),
         }
     }
 
-    fn state(&self, machine: u32, state: u32) -> Option<&Arc<State>> {
+    fn state_at(&self, machine: u32, state: u32) -> Option<&Arc<State>> {
         self.machines.get(machine as usize)?.states.get(state as usize)
     }
 }
@@ -256,7 +256,7 @@ fn bodies_in(core: &Core, group: u32) -> Vec<(BodyId, Body)> {
             }
             BodyId::Operation(index) => Body::Operation(core.operations.get(index as usize)?.clone()),
             BodyId::Hook(index) => Body::Hook(core.hooks.get(index as usize)?.clone()),
-            BodyId::State(machine, state) => Body::State(core.state(machine, state)?.clone()),
+            BodyId::State(machine, state) => Body::State(core.state_at(machine, state)?.clone()),
         };
         Some((id, body))
     };

@@ -120,7 +120,7 @@ fn names_in(data: &Data) -> Vec<(&NameRef, ReservedNames)> {
             names.extend(parameters.map(|it| (&it.name, None)));
             names.extend(core.all_variables().map(|it| (&it.name, None)));
             names.extend(core.handlers.iter().map(|handler| (&handler.name, None)));
-            let states = core.machines.iter().flat_map(|machine| &machine.states);
+            let states = core.states();
             names.extend(states.map(|state| (&state.name, None)));
         }
         _ => {}

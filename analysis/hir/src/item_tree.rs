@@ -321,11 +321,26 @@ impl Core {
         self.variables.iter().chain(machines).chain(self.statements().filter_map(Statement::variable))
     }
 
+    /// Returns the states of its state machines.
+    pub fn states(&self) -> impl Iterator<Item = &State> {
+        self.machines.iter().flat_map(|machine| &machine.states).map(Arc::as_ref)
+    }
+
+    /// Returns the state that a name refers to: the first.
+    pub fn state(&self, name: &str) -> Option<&State> {
+        self.states().find(|state| *state.name.name == *name)
+    }
+
+    /// Returns the operation of that name that it defines: the first.
+    pub fn operation(&self, name: &str) -> Option<&Operation> {
+        self.operations.iter().map(Arc::as_ref).find(|operation| *operation.name.name == *name)
+    }
+
     /// Returns all programs: of operations, hooks, methods and transitions.
     pub fn programs(&self) -> Vec<&Program> {
         let mut programs: Vec<&Program> = self.operations.iter().map(|it| &it.program).collect();
         programs.extend(self.hooks.iter().map(|hook| &hook.program));
-        for state in self.machines.iter().flat_map(|machine| &machine.states) {
+        for state in self.states() {
             programs.extend(state.methods.iter().map(|method| &method.program));
             programs.extend(state.transitions.iter().filter_map(|transition| transition.effect.as_ref()));
         }
@@ -334,9 +349,9 @@ impl Core {
 
     /// Returns whether the core, its state machines and its programs are complete.
     pub(crate) fn total_completeness(&self) -> Completeness {
-        let states = || self.machines.iter().flat_map(|machine| &machine.states);
-        let transitions = || states().flat_map(|state| &state.transitions);
-        let lists = self.machines.iter().map(|it| it.completeness).chain(states().map(|it| it.completeness));
+        let transitions = || self.states().flat_map(|state| &state.transitions);
+        let lists =
+            self.machines.iter().map(|it| it.completeness).chain(self.states().map(|it| it.completeness));
         let guards = transitions().filter_map(|it| it.guard.as_ref()).map(|it| it.completeness);
         let programs = self.programs().into_iter().map(|it| it.completeness);
         let all = lists.chain(transitions().map(|it| it.completeness)).chain(guards).chain(programs);

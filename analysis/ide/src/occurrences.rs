@@ -11,9 +11,9 @@ use mauve_hir::item_tree::{
     Parameter, Setting, Shell, SourceId, State, Statement, TypeRef, Variable,
 };
 use mauve_hir::{
-    Binding, Builtin, Callee, Code, CoreInference, Decl, File, Location, ModelDb, Project, VariableKind,
-    built_in_type, config_of, data, declarations, features_of, first_target_of, flat_of, includes,
-    inference_of_core, message_of, names_of, parse, shell_of, source_map, statements,
+    Binding, Builtin, Callee, Code, CoreInference, Decl, File, Location, ModelDb, Project, Type,
+    VariableKind, data, declarations, features_of, first_target_of, flat_of, includes, inference_of_core,
+    names_of, parse, shell_of, source_map, statements, type_of,
 };
 use mauve_syntax::SyntaxKind::{CODEL, OPERATION_DECLARATION, PARAM, PORT, PROPERTY, RESULT_TYPE, VAR};
 use mauve_syntax::ast::{self, AstNode as _};
@@ -295,20 +295,13 @@ impl<'db> Finder<'db> {
     fn value_type(&mut self, ty: Option<&TypeRef>) {
         let Some(ty) = ty else { return };
         let Some((name, before)) = ty.path.split_last() else { return };
-        let library = self.of.library(self.db).as_ref();
-        let workspace = self.project.workspace(self.db);
-        // As `type_of` looks for it.
-        let is_built_in = match before {
-            [] => config_of(self.db, workspace).types.contains_key(name) || built_in_type(name).is_some(),
-            [package] => package == "ctypes" && built_in_type(name).is_some(),
-            _ => false,
-        };
         let last = before.len();
-        if is_built_in {
-            self.segment(ty, last, Definition::Type(name.clone()), SymbolKind::Type);
-        } else if let Some((package, _)) = message_of(self.db, self.project, library, &ty.path) {
-            let definition = Definition::Message(package.name.clone(), name.clone());
-            self.segment(ty, last, definition, SymbolKind::Message);
+        match type_of(self.db, self.project, self.of, Some(ty)) {
+            Type::Unknown => {}
+            Type::Message(package, name) => {
+                self.segment(ty, last, Definition::Message(package, name), SymbolKind::Message);
+            }
+            _ => self.segment(ty, last, Definition::Type(name.clone()), SymbolKind::Type),
         }
         if let Some(package) = before.first() {
             let (definition, kind) = self.library(package);
@@ -394,12 +387,9 @@ impl<'db> Finder<'db> {
     fn endpoint(&mut self, of: Decl<'db>, end: &Endpoint, role: Role) {
         self.instance(of, &end.instance);
         let Some(feature) = &end.feature else { return };
-        let component =
-            flat_of(self.db, self.project, of).instance(&end.instance.name).and_then(|it| it.component);
-        let shell = component.and_then(|component| shell_of(self.db, self.project, component));
-        if let Some(shell) = shell {
-            self.feature(shell, feature, role);
-        }
+        let instance = flat_of(self.db, self.project, of).instance(&end.instance.name);
+        let shell = instance.and_then(|it| shell_of(self.db, self.project, it.component?));
+        shell.into_iter().for_each(|shell| self.feature(shell, feature, role));
     }
 
     fn core(&mut self, data: &'db Core) {
@@ -453,9 +443,8 @@ impl<'db> Programs<'_, 'db> {
             self.finder.feature(shell, name, role);
         }
         if self.finder.found.len() == before {
-            let own = self.core.operations.iter().find(|operation| operation.name.name == name.name);
             let role = if role == Role::Definition { Role::Declaration } else { role };
-            if let Some(own) = own {
+            if let Some(own) = self.core.operation(&name.name) {
                 let definition = Definition::At(Location::Source(self.finder.of, own.name.id));
                 self.finder.add(name, definition, SymbolKind::Operation, role);
             }
@@ -477,8 +466,7 @@ impl<'db> Programs<'_, 'db> {
         for transition in &state.transitions {
             self.finder.declares(&transition.name, SymbolKind::Transition);
             if let Some(target) = &transition.target {
-                let mut states = self.core.machines.iter().flat_map(|machine| &machine.states);
-                if let Some(state) = states.find(|state| state.name.name == target.name) {
+                if let Some(state) = self.core.state(&target.name) {
                     let definition = Definition::At(Location::Source(self.finder.of, state.name.id));
                     self.finder.add(target, definition, SymbolKind::State, Role::Mention);
                 }

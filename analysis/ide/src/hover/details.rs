@@ -154,8 +154,7 @@ fn values(db: &dyn ModelDb, project: Project<'_>, of: Decl<'_>, id: SourceId) ->
 fn programs<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, id: SourceId) -> Vec<String> {
     let Some(data) = core(db, of) else { return Vec::new() };
     let level = Query::shown(db, project).level;
-    let states = data.machines.iter().flat_map(|machine| &machine.states);
-    let declared = states.into_iter().find_map(|state| {
+    let declared = data.states().find_map(|state| {
         let name = &state.name.name;
         if state.name.id == id {
             return Some((name.clone(), None));

@@ -40,7 +40,7 @@ pub(super) fn of_core<'db>(
     for hook in data.hooks.iter().filter(|hook| hook.kind == HookKind::Update) {
         add(hook.id, "", &at, &|costs| costs.programs.get(&ProgramId::UPDATE));
     }
-    for state in data.machines.iter().flat_map(|machine| &machine.states) {
+    for state in data.states() {
         let name = &state.name.name;
         add(state.name.id, "takes ≤ ", &format!(" a period{at}"), &|costs| costs.states.get(name));
         for method in &state.methods {

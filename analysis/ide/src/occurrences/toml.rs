@@ -152,15 +152,14 @@ fn in_program<'db>(
     let Some((name, rest)) = key.split_once('.') else {
         let shell = shell_of(db, project, component);
         let declared = shell.and_then(|shell| features_of(db, project, shell).get(&key)?.name(db));
-        let own = || data.operations.iter().find(|operation| *operation.name.name == *key);
-        let operation = declared.map(Definition::At).or_else(|| own().map(|own| id(&own.name)));
+        let own = || data.operation(&key).map(|own| id(&own.name));
+        let operation = declared.map(Definition::At).or_else(own);
         let hook = data.hooks.iter().find(|hook| *program == ProgramId::Hook(hook.kind));
         let hook = hook.map(|hook| (Definition::At(Location::Source(of, hook.id)), SymbolKind::Hook));
         let found = hook.or_else(|| operation.map(|it| (it, SymbolKind::Operation)));
         return found.map(|(definition, kind)| (0..key.len(), definition, kind)).into_iter().collect();
     };
-    let mut states = data.machines.iter().flat_map(|machine| &machine.states);
-    let Some(state) = states.find(|state| *state.name.name == *name) else { return Vec::new() };
+    let Some(state) = data.state(name) else { return Vec::new() };
     let mut found = vec![(0..name.len(), id(&state.name), SymbolKind::State)];
     let start = name.len() + 1;
     if let Some((transition, _)) = rest.split_once('.')
