@@ -153,6 +153,11 @@ impl Completion {
         self
     }
 
+    /// Adds a snippet, unless what it adds follows the cursor already.
+    pub(crate) fn completed(self, is_followed: bool, snippet: String) -> Completion {
+        if is_followed { self } else { self.snippet(snippet) }
+    }
+
     pub(crate) fn subject(mut self, subject: Subject) -> Completion {
         self.subject = Some(subject);
         self
@@ -253,7 +258,10 @@ pub(crate) struct Completer<'a, 'db> {
 
 impl<'a, 'db> Completer<'a, 'db> {
     fn new(db: &'db dyn ModelDb, project: Project<'db>, file: File, at: &'a Position) -> Self {
-        let library = library_at(at);
+        let library = at.around(SyntaxKind::LIBRARY);
+        let name =
+            library.and_then(|library| library.children().find(|node| node.kind() == SyntaxKind::NAME));
+        let library = name.map(|name| name.text().to_string().into());
         let decl = at.left.as_ref().and_then(|left| declaration_at(db, file, left.text_range()));
         Completer { db, project, file, at, decl, library, found: Vec::new(), incomplete: false }
     }
@@ -296,12 +304,6 @@ impl<'a, 'db> Completer<'a, 'db> {
     fn scope(&self) -> Scope<'db> {
         Scope::at(self.db, self.project, self.decl, self.at)
     }
-}
-
-pub(crate) fn library_at(at: &Position) -> Option<Name> {
-    let library = at.around(SyntaxKind::LIBRARY)?;
-    let name = library.children().find(|node| node.kind() == SyntaxKind::NAME)?;
-    Some(name.text().to_string().into())
 }
 
 #[cfg(test)]

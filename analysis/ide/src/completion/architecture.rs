@@ -194,8 +194,7 @@ impl<'db> Completer<'_, 'db> {
             (false, None) => (0, "has no value"),
         };
         let item = self.of_feature(name, shell, feature).rank(rank).note(note);
-        let item = if self.at.right == EQ { item } else { item.snippet(format!("{name} = $0")) };
-        self.add(item);
+        self.add(item.completed(self.at.right == EQ, format!("{name} = $0")));
     }
 
     fn is_set(&self, of: Decl<'db>, instance: &str, name: &str) -> bool {

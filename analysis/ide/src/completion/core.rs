@@ -81,11 +81,8 @@ impl Completer<'_, '_> {
                 .note(of.name(self.db).as_str())
                 .rank(0)
                 .subject(Subject::of(self.db, of, Some(name.clone())));
-            let item = match is_followed {
-                true => item,
-                false => item.snippet(format!("{keyword}{name}{parameters}{result} = {{\n\t$0\n}}")),
-            };
-            self.add(item);
+            let snippet = format!("{keyword}{name}{parameters}{result} = {{\n\t$0\n}}");
+            self.add(item.completed(is_followed, snippet));
         }
     }
 
@@ -117,7 +114,7 @@ impl Completer<'_, '_> {
         for name in missing {
             let item = Completion::new(CompletionKind::State, name.as_str()).note("a transition leads to it");
             let skeleton = format!("{name} {{\n\trun = {{\n\t\t$0\n\t}}\n}}");
-            self.add(if is_followed { item } else { item.snippet(skeleton) });
+            self.add(item.completed(is_followed, skeleton));
         }
     }
 

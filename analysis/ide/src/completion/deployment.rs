@@ -84,11 +84,8 @@ impl<'db> Completer<'_, 'db> {
             let mut item = self.of_instance(target, &name, component).rank(0);
             item.label = format!("{keyword}{name}");
             item.insert.clone_from(&item.label);
-            let item = match self.at.right {
-                L_CURLY => item,
-                _ => item.snippet(format!("{keyword}{name} {{ priority = ${{1:1}} period = ${{2:100}} }}")),
-            };
-            self.add(item);
+            let snippet = format!("{keyword}{name} {{ priority = ${{1:1}} period = ${{2:100}} }}");
+            self.add(item.completed(self.at.right == L_CURLY, snippet));
         }
     }
 
@@ -115,7 +112,7 @@ impl<'db> Completer<'_, 'db> {
             let name = field.keyword();
             if !known.iter().any(|known| known == name) {
                 let item = Completion::new(CompletionKind::Property, name).note(note).rank(rank as u8);
-                self.add(if self.at.right == EQ { item } else { item.snippet(format!("{name} = $1")) });
+                self.add(item.completed(self.at.right == EQ, format!("{name} = $1")));
             }
         }
     }

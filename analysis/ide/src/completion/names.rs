@@ -203,7 +203,10 @@ impl<'db> Completer<'_, 'db> {
                 insertion(brace.text_range().end(), format!("\n{indent}  use {of}\n"))
             }
             None => {
-                let first = block.children().next().map(|node| with_comment(&node));
+                let first = block.children().next().map(|node| {
+                    let comment = comments_above(&node).last();
+                    comment.map_or(node.text_range(), |comment| comment.text_range()).start()
+                });
                 insertion(first.filter(|first| *first <= word).unwrap_or_default(), format!("use {of}\n"))
             }
         }
@@ -212,10 +215,6 @@ impl<'db> Completer<'_, 'db> {
 
 fn insertion(at: TextSize, text: String) -> Replacement {
     Replacement { range: TextRange::empty(at), text }
-}
-
-fn with_comment(node: &SyntaxNode) -> TextSize {
-    comments_above(node).last().map_or(node.text_range().start(), |comment| comment.text_range().start())
 }
 
 fn line_start(node: &SyntaxNode) -> Option<String> {

@@ -23,8 +23,7 @@ pub(super) fn completions(
     file: File,
     offset: TextSize,
 ) -> Completions {
-    let text = file.text(db);
-    let Some(place) = Location::at(text, offset.into()) else { return Completions::default() };
+    let Some(place) = Location::at(file.text(db), offset.into()) else { return Completions::default() };
     let is_config = workspaces.iter().any(|&it| config_file(db, it) == Some(file));
     let is_table = workspaces.iter().any(|&it| table_files(db, it).files.contains(&file));
     if !is_config && !is_table {
@@ -36,7 +35,8 @@ pub(super) fn completions(
         What::Key if is_config => toml.config_keys(&place.section),
         What::Key => toml.table_keys(&place.section),
         What::Value(key) if is_config => toml.config_values(&place.section, key),
-        What::Value(key) => toml.table_values(key),
+        What::Value(key) if key == "unit" => Unit::ALL.map(|unit| text(unit.name())).into(),
+        What::Value(_) => Vec::new(),
     };
     let is_key = matches!(place.what, What::Key);
     items.retain(|item| !is_key || !place.given.contains(&item.label));
@@ -306,13 +306,6 @@ impl Toml<'_, '_> {
             }
         }
         items
-    }
-
-    fn table_values(&self, key: &str) -> Vec<Completion> {
-        match key {
-            "unit" => Unit::ALL.map(|unit| text(unit.name())).into(),
-            _ => Vec::new(),
-        }
     }
 
     /// The models, or the tables, by their paths from the configuration's folder.

@@ -106,9 +106,8 @@ impl<'db> Renaming<'_, 'db> {
 
     fn is_doubtful(&self, file: File, is_lost: bool) -> bool {
         let db = self.db;
-        let of = self.concerned.iter().map(|project| project.workspace(db));
-        let mut of = of.filter(|&workspace| config_file(db, workspace) == Some(file));
-        match of.next() {
+        let mut workspaces = self.concerned.iter().map(|project| project.workspace(db));
+        match workspaces.find(|&workspace| config_file(db, workspace) == Some(file)) {
             Some(workspace) => is_lost || config_of(db, workspace).completeness.is_incomplete(),
             None => is_lost || table(db, file).lost,
         }
