@@ -26,3 +26,16 @@ pub(crate) mod state_machine;
 pub(crate) mod status;
 pub(crate) mod syntax_tree;
 pub(crate) mod workspace_symbols;
+
+use serde::Serialize;
+use serde_json::Value;
+use tower_lsp::jsonrpc::{Error, ErrorCode, Result};
+
+/// Returns a document as JSON; an error for a path that is not UTF-8.
+fn to_value(document: &impl Serialize) -> Result<Value> {
+    serde_json::to_value(document).map_err(|error| Error {
+        code: ErrorCode::InternalError,
+        message: error.to_string().into(),
+        data: None,
+    })
+}

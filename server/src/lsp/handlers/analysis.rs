@@ -12,10 +12,11 @@
 use mauve_timing::{Level, Method};
 use mauve_wcrt::Query;
 use serde::Deserialize;
-use serde_json::{Value, json};
+use serde_json::Value;
 use tower_lsp::jsonrpc::{Error, Result};
 use tower_lsp::lsp_types::TextDocumentIdentifier;
 
+use super::to_value;
 use crate::analysis_document::{Deployed, Significance, analysis_document, deployments, levels};
 use crate::lsp::snapshot::Snapshot;
 
@@ -81,9 +82,9 @@ pub(crate) fn analysis(snapshot: &Snapshot, params: &AnalysisParams) -> Result<V
     let documents = found.into_iter().map(|(project, deployment)| {
         let queries = levels(db, project, significance.as_ref()).into_iter();
         let queries = queries.map(|level| Query { level, method, horizon: None });
-        json!(analysis_document(&Deployed::of_model(db, project, deployment, queries)))
+        to_value(&analysis_document(&Deployed::of_model(db, project, deployment, queries)))
     });
-    Ok(documents.collect())
+    documents.collect()
 }
 
 /// A level that a client names.

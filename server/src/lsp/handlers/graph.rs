@@ -28,6 +28,7 @@ use tower_lsp::lsp_types::{Position, TextDocumentIdentifier};
 
 use super::analysis::read_level;
 use super::state_machine::AskedDrawing;
+use super::to_value;
 use crate::analysis_document::{cpu_document, milliseconds};
 use crate::lsp::snapshot::Snapshot;
 use crate::lsp::to_proto;
@@ -58,8 +59,10 @@ pub(crate) fn graph(snapshot: &Snapshot, params: &GraphParams) -> Result<Vec<Val
     let selected = graphs_meant(db, &snapshot.workspaces, file, selection).map_err(Error::invalid_params)?;
     let documents: Vec<Value> = selected
         .iter()
-        .filter_map(|&(project, of)| document(snapshot, project, of, level, params.drawing.into()))
-        .collect();
+        .filter_map(|&(project, of)| {
+            document(snapshot, project, of, level, params.drawing.into()).transpose()
+        })
+        .collect::<Result<_>>()?;
     match selected.first() {
         Some((_, of)) if documents.is_empty() => {
             Err(Error::invalid_params(format!("the architecture of {} is unknown", of.name(db))))
@@ -74,11 +77,11 @@ fn document(
     of: Decl<'_>,
     level: Option<Level>,
     drawing: Drawing,
-) -> Option<Value> {
+) -> Result<Option<Value>> {
     let db = &snapshot.db;
     let mut query = Query::shown(db, project);
     query.level = level.unwrap_or(query.level);
-    let graph = graph_of(db, project, of, query)?;
+    let Some(graph) = graph_of(db, project, of, query) else { return Ok(None) };
     let node = |node: &GraphNode<'_>| {
         let activity = node.activity;
         json!({
@@ -106,9 +109,9 @@ fn document(
     let cpus = graph.report.into_iter().flat_map(|report| &report.cpus);
     let of_report = graph.report.into_iter().flat_map(|report| &report.not_analysed);
     let missing = graph.lost.iter().cloned();
-    Some(json!({
+    Ok(Some(json!({
         "name": of.name(db).to_string(),
-        "root": project.root(db).path(db),
+        "root": to_value(project.root(db).path(db))?,
         "unit": "ms",
         "significance": graph.report.map(|_| query.level.as_f64()),
         "nodes": graph.nodes.iter().map(node).collect::<Vec<_>>(),
@@ -116,5 +119,5 @@ fn document(
         "cpus": cpus.map(cpu_document).collect::<Vec<_>>(),
         "lost": missing.chain(of_report.map(|lost| timing_reason(db, &lost.reason))).collect::<Vec<_>>(),
         "drawing": draw_graph(&graph, drawing),
-    }))
+    })))
 }
