@@ -64,6 +64,15 @@ impl Folder {
         }
     }
 
+    /// Moves a file to a name that was free just before: some systems cannot do both at once.
+    fn rename_to_free(&self, from: &OsStr, to: &Folder, name: &OsStr) -> io::Result<()> {
+        match to.kind(name) {
+            Err(error) if error.kind() == ErrorKind::NotFound => self.rename(from, to, name),
+            Err(error) => Err(error),
+            Ok(_) => Err(ErrorKind::AlreadyExists.into()),
+        }
+    }
+
     /// Removes a folder with the files in it. Folders in it are nobody's whom this serves, and stop it.
     pub(crate) fn remove_all(&self, name: &OsStr) -> io::Result<()> {
         let folder = self.folder(name)?;
@@ -289,11 +298,7 @@ impl Folder {
                 done => return Ok(done?),
             }
         }
-        match to.kind(name) {
-            Err(error) if error.kind() == ErrorKind::NotFound => self.rename(from, to, name),
-            Err(error) => Err(error),
-            Ok(_) => Err(ErrorKind::AlreadyExists.into()),
-        }
+        self.rename_to_free(from, to, name)
     }
 
     /// Removes a file from it, or a link itself.
@@ -395,11 +400,7 @@ impl Folder {
     }
 
     fn rename_new(&self, from: &OsStr, to: &Folder, name: &OsStr) -> io::Result<()> {
-        match to.kind(name) {
-            Err(error) if error.kind() == ErrorKind::NotFound => self.rename(from, to, name),
-            Err(error) => Err(error),
-            Ok(_) => Err(ErrorKind::AlreadyExists.into()),
-        }
+        self.rename_to_free(from, to, name)
     }
 
     pub(crate) fn remove_file(&self, name: &OsStr) -> io::Result<()> {

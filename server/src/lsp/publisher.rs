@@ -32,10 +32,7 @@ pub(crate) struct Publisher {
 pub(crate) struct Outbox {
     waiting: Mutex<Waiting>,
     more: Notify,
-    diagnostics: Notify,
-    hints: Notify,
-    lenses: Notify,
-    tokens: Notify,
+    refreshes: [Notify; Refresh::ALL.len()],
 }
 
 #[derive(Default)]
@@ -178,7 +175,7 @@ impl Publisher {
     /// Has the client ask for something again.
     pub(crate) fn refresh(&self, what: Refresh) {
         self.outbox.lock().refreshes.insert(what);
-        self.outbox.refresh(what).notify_one();
+        self.outbox.refreshes[what as usize].notify_one();
     }
 
     /// Shows a warning, each once.
@@ -192,20 +189,10 @@ impl Publisher {
 }
 
 impl Outbox {
-    /// Who waits for that.
-    fn refresh(&self, what: Refresh) -> &Notify {
-        match what {
-            Refresh::Diagnostics => &self.diagnostics,
-            Refresh::Hints => &self.hints,
-            Refresh::Lenses => &self.lenses,
-            Refresh::Tokens => &self.tokens,
-        }
-    }
-
     /// Has the client ask for this again, whenever it is to: one question at a time.
     pub(crate) async fn have_asked(&self, what: Refresh, client: Client) {
         loop {
-            self.refresh(what).notified().await;
+            self.refreshes[what as usize].notified().await;
             if !self.is_due(what) {
                 continue;
             }

@@ -1,10 +1,8 @@
 //! `textDocument/completion` and `completionItem/resolve`.
 
-use std::path::PathBuf;
-
-use mauve_hir::item_tree::Kind;
+use mauve_hir::item_tree::{Kind, Name};
 use mauve_ide::{Completion, CompletionKind, Subject};
-use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
 use tower_lsp::jsonrpc::Result;
 use tower_lsp::lsp_types::{
     CompletionItem, CompletionItemKind, CompletionItemLabelDetails, CompletionList, CompletionParams,
@@ -86,7 +84,7 @@ fn item(
         text_edit: Some(edit),
         additional_text_edits: (!found.more.is_empty()).then(|| text_edits(snapshot, file, &found.more)),
         commit_characters: commits.then(|| vec![".".to_owned()]),
-        data: found.subject.and_then(|subject| serde_json::to_value(About::from(subject)).ok()),
+        data: found.subject.as_ref().and_then(data),
         ..CompletionItem::default()
     }
 }
@@ -94,8 +92,7 @@ fn item(
 /// An item with what is said of it. It is known by its names: the user types on while the list is open.
 pub(crate) fn resolve(snapshot: &Snapshot, item: &CompletionItem) -> Result<CompletionItem> {
     let mut item = item.clone();
-    let about = item.data.as_ref().and_then(|data| About::deserialize(data).ok());
-    let subject = about.and_then(About::subject);
+    let subject = item.data.as_ref().and_then(subject);
     let found = subject.and_then(|it| mauve_ide::documentation(&snapshot.db, &snapshot.workspaces, &it));
     item.documentation = found
         .map(|text| documentation(snapshot.capabilities.completion_markdown, text))
@@ -111,49 +108,36 @@ pub(super) fn documentation(markdown: bool, text: String) -> Documentation {
     }
 }
 
-/// What an item stands for, on its way over the client and back.
-#[derive(Serialize, Deserialize)]
-#[serde(untagged)]
-enum About {
-    Message { package: String, message: String },
-    Declaration { path: PathBuf, kind: String, library: Option<String>, name: String, member: Option<String> },
-}
-
-impl From<Subject> for About {
-    fn from(subject: Subject) -> About {
-        let text = |name: mauve_hir::item_tree::Name| name.to_string();
-        match subject {
-            Subject::Message { package, name } => {
-                About::Message { package: text(package), message: text(name) }
-            }
-            Subject::Declaration { path, kind, library, name, member } => About::Declaration {
-                path,
-                kind: kind.to_string(),
-                library: library.map(text),
-                name: text(name),
-                member: member.map(text),
-            },
+/// Returns what an item refers to as data that the client keeps.
+fn data(subject: &Subject) -> Option<Value> {
+    Some(match subject {
+        Subject::Message { package, name } => {
+            json!({ "package": package.as_str(), "message": name.as_str() })
         }
-    }
+        Subject::Declaration { path, kind, library, name, member } => json!({
+            "path": path.to_str()?,
+            "kind": kind.to_string(),
+            "library": library.as_ref().map(Name::as_str),
+            "name": name.as_str(),
+            "member": member.as_ref().map(Name::as_str),
+        }),
+    })
 }
 
-impl About {
-    fn subject(self) -> Option<Subject> {
-        use Kind::*;
-        const KINDS: [Kind; 7] = [Use, Codel, Shell, Core, Component, Architecture, Deployment];
-        Some(match self {
-            About::Message { package, message } => {
-                Subject::Message { package: package.into(), name: message.into() }
-            }
-            About::Declaration { path, kind, library, name, member } => Subject::Declaration {
-                path,
-                kind: KINDS.into_iter().find(|known| known.to_string() == kind)?,
-                library: library.map(Into::into),
-                name: name.into(),
-                member: member.map(Into::into),
-            },
-        })
+fn subject(data: &Value) -> Option<Subject> {
+    use Kind::*;
+    const KINDS: [Kind; 7] = [Use, Codel, Shell, Core, Component, Architecture, Deployment];
+    let name = |key: &str| data[key].as_str().map(Name::from);
+    if let (Some(package), Some(name)) = (name("package"), name("message")) {
+        return Some(Subject::Message { package, name });
     }
+    Some(Subject::Declaration {
+        path: data["path"].as_str()?.into(),
+        kind: KINDS.into_iter().find(|known| data["kind"] == known.to_string())?,
+        library: name("library"),
+        name: name("name")?,
+        member: name("member"),
+    })
 }
 
 /// The kind in the protocol; where the client does not know `all` of them, one of the first version.
