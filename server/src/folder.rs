@@ -169,14 +169,12 @@ pub(crate) fn open_file(real: &Path) -> io::Result<File> {
     folder.open_read(name)
 }
 
-/// The folder of a path, and its last part.
 fn split(path: &Path) -> io::Result<(&Path, &OsStr)> {
     let parts = path.parent().zip(path.file_name());
     let outside = || format!("`{}` is not in the folder", path.display());
     parts.ok_or_else(|| io::Error::new(ErrorKind::InvalidInput, outside()))
 }
 
-/// The top of the file system that a path is in.
 fn top_of(path: &Path) -> PathBuf {
     path.ancestors().last().unwrap_or(path).to_owned()
 }

@@ -158,7 +158,6 @@ fn open(out: &Out, path: &str) -> Result<Option<File>, String> {
     }
 }
 
-/// Where a link in a folder leads to, in there.
 fn inside(out: &Out, link: &Path, shown: &Path) -> Result<PathBuf, String> {
     let real = link.canonicalize().map_err(|error| match error.kind() {
         ErrorKind::NotFound => leads_nowhere(shown),
@@ -348,7 +347,6 @@ fn merged<'db>(db: &'db Database, made: Made<'db>) -> Result<Vec<Package>, Strin
     Ok(all.into_iter().map(|(_, package)| package).collect())
 }
 
-/// A file in which two packages differ.
 fn difference<'a>(a: &'a Package, b: &'a Package) -> Option<&'a str> {
     let only = |a: &'a Package, b: &Package| a.files.iter().find(|file| !b.files.contains(file));
     only(a, b).or_else(|| only(b, a)).map(|file| file.path.as_str())

@@ -47,7 +47,6 @@ macro_rules! set_changed {
 pub(crate) struct Loader {
     /// By the path behind all links, so that two ways to one file give one file.
     files: BTreeMap<PathBuf, File>,
-    /// By their folders.
     workspaces: BTreeMap<PathBuf, Workspace>,
     /// Files whose text is an editor's, whatever the disk has.
     edited: BTreeSet<PathBuf>,
@@ -60,13 +59,10 @@ pub(crate) struct Loader {
     /// The significance level that is shown in all workspaces, those that are yet to come too; see
     /// [`Workspace::significance`].
     significance: Option<Level>,
-    /// What the folders have in them.
     walks: Walks,
     /// May files be read that no project has any business with? See [`Boundary`].
     allows_outside: bool,
-    /// What the user named, behind all links.
     named: Vec<PathBuf>,
-    /// What the workspace may read that is being loaded.
     boundary: Boundary,
     /// What was named elsewhere, and was not read: by the path that leads there.
     outside: BTreeMap<PathBuf, File>,
@@ -710,7 +706,6 @@ pub(crate) fn is_of_another_language(text: &str) -> bool {
     }
 }
 
-/// `MAUVE_MODELS`.
 fn model_path() -> Vec<PathBuf> {
     let Some(folders) = std::env::var_os("MAUVE_MODELS") else { return Vec::new() };
     std::env::split_paths(&folders).filter(|folder| !folder.as_os_str().is_empty()).collect()

@@ -63,7 +63,6 @@ use mirror::{Mirror, Side};
 use publisher::{Outbox, Publisher, Refresh};
 use transport::{Backlog, Outgoing, Streams, serve};
 
-/// So many messages are read ahead.
 const READ_AHEAD: usize = 1024;
 
 /// So many jobs run at once; more than there are processors, since one may wait for what another computes.

@@ -48,7 +48,6 @@ enum Format {
 /// What counts as an error.
 #[derive(Debug, Clone, Copy)]
 enum Denied {
-    /// Every warning.
     Warnings,
     /// What has this code, also where it is a hint.
     One(&'static Code),
@@ -139,7 +138,6 @@ fn lowered(db: &Database, workspaces: &[Workspace], findings: &[Finding<'_>]) ->
     }
 }
 
-/// How many deadlines are proved, in words.
 fn deadlines(deployed: &[Deployed<'_>]) -> String {
     let Proved { all, met, proved } = deployed.iter().map(Deployed::deadlines).sum();
     let assumed: BTreeSet<&str> = deployed.iter().flat_map(Deployed::assumed).collect();

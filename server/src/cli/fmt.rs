@@ -99,7 +99,6 @@ impl Fmt {
     }
 }
 
-/// The text, formatted.
 fn tidy(text: &str, name: &str) -> String {
     let parse = mauve_syntax::parse(text);
     if !parse.errors().is_empty() {

@@ -94,7 +94,6 @@ impl Generate {
         Ok(Output::verbatim(text, u8::from(is_refused || is_stale)))
     }
 
-    /// Returns what the arguments ask for.
     fn request<'db>(
         &self,
         db: &'db Database,
@@ -121,7 +120,6 @@ impl Generate {
         })
     }
 
-    /// The folder of the packages of a workspace.
     fn out(&self, db: &Database, workspace: Workspace) -> Result<Out, String> {
         match &self.out {
             Some(out) if out.as_os_str().is_empty() => Err("--out is the path of a folder".to_owned()),
@@ -133,7 +131,6 @@ impl Generate {
         }
     }
 
-    /// What is wrong in the models, and that nothing was generated from them.
     fn refused(
         &self,
         db: &Database,

@@ -108,7 +108,6 @@ fn moved(text: &str, folder: &std::path::Path) -> Result<String, String> {
     Ok(text.replace(old.trim_end_matches('/'), new.as_str().trim_end_matches('/')))
 }
 
-/// The address of the folder that the first words of a session name.
 fn folder_address(first: &Line) -> Option<&str> {
     let params = first.message.get("params")?;
     params.pointer("/workspaceFolders/0/uri").or_else(|| params.get("rootUri"))?.as_str()
@@ -118,12 +117,10 @@ fn folder_of(first: &Line) -> Option<PathBuf> {
     tower_lsp::lsp_types::Url::parse(folder_address(first)?).ok()?.to_file_path().ok()
 }
 
-/// A server in this process, and what it has said.
 struct Session {
     input: Option<PipeWriter>,
     said: mpsc::Receiver<Value>,
     heard: Vec<Value>,
-    /// What was waited for in vain.
     missing: Vec<String>,
 }
 

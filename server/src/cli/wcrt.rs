@@ -111,7 +111,6 @@ impl Wcrt {
         Ok(Output::verbatim(text, u8::from(!proved || errors > 0)))
     }
 
-    /// The response times of task sets that were written to files.
     fn task_sets(&self, db: &Database, query: &dyn Fn(Level) -> Query) -> Result<Output, String> {
         let mut read = Vec::new();
         for path in &self.paths.paths {
@@ -201,7 +200,6 @@ fn task_set(path: &Path) -> Result<(PathBuf, TaskSet, bool), String> {
     }
 }
 
-/// That a project has errors, and how to see them.
 fn with_errors(errors: usize) -> String {
     let them = if errors == 1 { "it" } else { "them" };
     format!("the project has {} (`mauve check` shows {them})", counted(errors, "error"))
@@ -233,7 +231,6 @@ fn explain(all: &[Deployed<'_>], instance: &str) -> Result<String, String> {
     Ok(texts.join("\n"))
 }
 
-/// The root of a deployment's project, for a user.
 fn root(of: &Deployed<'_>) -> String {
     let here = std::env::current_dir().unwrap_or_default();
     shown(of.root(), &here)
@@ -423,7 +420,6 @@ fn priority(priority: Priority) -> String {
     }
 }
 
-/// A time as a number of milliseconds.
 fn number(time: Option<Time>) -> String {
     time.map_or_else(|| "—".to_owned(), Time::number)
 }

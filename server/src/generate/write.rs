@@ -34,7 +34,6 @@ pub(crate) struct Site {
 
 /// Folders that were made for a site, the outermost first: they go again where nothing is put into them.
 struct Made {
-    /// Below the top of the file system.
     folders: Folders,
     paths: Vec<PathBuf>,
 }
@@ -126,7 +125,6 @@ impl Site {
         Ok(())
     }
 
-    /// A run that has done nothing yet.
     fn begin<'a>(&self, targets: &'a [(&'a Step, PathBuf)]) -> io::Result<Run<'a>> {
         self.discard()?;
         if !self.root.make_folder(OsStr::new(STAGING))? {
@@ -156,7 +154,6 @@ impl Site {
         }
     }
 
-    /// Removes what a run has put aside.
     fn discard(&self) -> io::Result<()> {
         let staging = OsStr::new(STAGING);
         match self.root.kind(staging) {
@@ -166,7 +163,6 @@ impl Site {
     }
 }
 
-/// Somebody else has the lock.
 struct Busy;
 
 /// Keeps others out of a folder, as far as its file system knows how. The folder itself is locked, so that nothing is left.
@@ -247,19 +243,15 @@ pub(crate) fn target(root: &Path, step: &Step) -> Result<PathBuf, String> {
     Ok(at)
 }
 
-/// Says which path an error is about.
 fn failing<T>(path: &Path, result: io::Result<T>) -> Result<T, String> {
     result.map_err(|error| format!("`{}` cannot be written: {error}", path.display()))
 }
 
-/// A run at work.
 struct Run<'a> {
-    /// Below the root.
     folders: Folders,
     /// Where new texts are, each under the number of its step, and what was put aside.
     staging: Folder,
     targets: &'a [(&'a Step, PathBuf)],
-    /// What was done until now.
     done: Vec<Done>,
 }
 
@@ -273,7 +265,6 @@ enum Done {
 }
 
 impl Run<'_> {
-    /// Writes the new texts to the disk.
     fn stage(&mut self) -> Result<(), String> {
         let targets = self.targets;
         for (number, (step, path)) in targets.iter().enumerate() {
@@ -306,7 +297,6 @@ impl Run<'_> {
         folder.writable(name)
     }
 
-    /// Puts everything in its place.
     fn put(&mut self) -> Result<(), String> {
         let targets = self.targets;
         for (number, (step, path)) in targets.iter().enumerate() {

@@ -14,7 +14,6 @@ use mauve_wcrt::table_pattern;
 
 use crate::disk::{Boundary, is_hidden, read};
 
-/// Folders that hold what tools made.
 const MADE_BY_TOOLS: [&str; 4] = ["build", "devel", "install", "log"];
 
 /// So many files and folders are looked at for models, and for all tables.
@@ -176,7 +175,6 @@ impl Rules {
     }
 }
 
-/// A walk for models.
 struct Models<'a> {
     found: Walked,
     left: &'a mut Left,

@@ -151,7 +151,6 @@ impl Backend {
         Some(request)
     }
 
-    /// Sends the event of a notification about a document.
     fn document_notification(&self, request: Request, lost: &Lost) {
         let (method, _, params) = request.into_parts();
         let params = params.unwrap_or_default();
@@ -334,7 +333,6 @@ impl Backend {
     }
 }
 
-/// Shows the messages about an edit.
 async fn tell(client: &Client, messages: Messages) {
     if let Some(warning) = messages.warning {
         client.show_message(MessageType::WARNING, warning).await;
@@ -367,18 +365,15 @@ impl Drop for CancelOnDrop {
 struct Pull {
     main_loop: mpsc::Sender<Event>,
     about: Option<Url>,
-    /// What the client is told, if it is.
     given: Option<BTreeMap<Url, Given>>,
 }
 
 impl Pull {
-    /// About one file, or about all.
     fn new(main_loop: &mpsc::Sender<Event>, about: Option<&Url>) -> Pull {
         let _ = main_loop.send(Event::DiagnosticsRequested(about.cloned()));
         Pull { main_loop: main_loop.clone(), about: about.cloned(), given: None }
     }
 
-    /// Notes what the client is told.
     fn answered<T>(mut self, answer: Result<Diagnosed<T>>) -> Result<T> {
         let (report, given) = answer.map_err(ask_again)?;
         self.given = Some(given);
@@ -397,7 +392,6 @@ impl Drop for Pull {
     }
 }
 
-/// A function that answers a request on a worker.
 type Handler<R> = fn(&Snapshot, &<R as RequestType>::Params) -> Result<<R as RequestType>::Result>;
 
 /// Implements the methods of the protocol: by a handler, by a method of [`Backend`] that does more, or by one that takes a

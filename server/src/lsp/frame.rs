@@ -29,13 +29,10 @@ const CHUNKS: usize = 16;
 /// What was read.
 #[derive(Debug, PartialEq)]
 pub(crate) enum Frame {
-    /// A message.
     Message(Value),
     /// The next message has another length than its header says.
     Miscounted,
-    /// Something else.
     Invalid {
-        /// Why it is no message.
         why: String,
         /// Which texts may be others now.
         lost: Lost,
@@ -64,7 +61,6 @@ pub(crate) struct Frames {
     junk_since: Option<Instant>,
 }
 
-/// How reading on went.
 #[derive(PartialEq)]
 enum More {
     Bytes,
@@ -195,7 +191,6 @@ impl Frames {
             .then_some(Frame::Invalid { why, lost: Lost { all: true, addresses } })
     }
 
-    /// The message that begins here.
     fn body(&mut self, length: usize) -> io::Result<Frame> {
         if length > LONGEST_MESSAGE {
             let why = format!("a message of {length} bytes: at most {LONGEST_MESSAGE} are read");
@@ -352,14 +347,11 @@ fn without_halves(bytes: &[u8]) -> Vec<u8> {
 /// Finds where a JSON object or array ends, without reading what is in it.
 #[derive(Default)]
 struct Json {
-    /// How many bytes were looked at.
     seen: usize,
     depth: usize,
     is_text: bool,
     is_escaped: bool,
-    /// Is this no JSON?
     is_broken: bool,
-    /// How many bytes it has.
     end: Option<usize>,
 }
 

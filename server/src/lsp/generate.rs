@@ -138,7 +138,6 @@ pub(crate) fn only<'db>(
     }
 }
 
-/// Formats why a request is refused.
 fn refusal_text(snapshot: &Snapshot, request: &GenerateRequest<'_>, refusal: Refusal<'_>) -> String {
     let db = &snapshot.db;
     let problems = match refusal {
@@ -251,13 +250,11 @@ fn asked_out(db: &dyn ModelDb, workspace: Workspace) -> PathBuf {
     normalised(&workspace.folder(db).join(out))
 }
 
-/// The same for the user, from the workspace's folder.
 fn shown_out(db: &dyn ModelDb, workspace: Workspace) -> String {
     let shown = shown(db, workspace, &asked_out(db, workspace));
     if shown.is_empty() { ".".to_owned() } else { shown }
 }
 
-/// Returns the folder that the packages of a workspace go to.
 fn out_folder(snapshot: &Snapshot, workspace: Workspace) -> Result<Out, String> {
     let db = &snapshot.db;
     let home = workspace.folder(db);

@@ -33,35 +33,38 @@ use crate::load::{Left, Loaded, Loader, Walk, Walked, place};
 
 /// A message to the main loop.
 pub(crate) enum Event {
-    /// The client sent `initialize`.
-    Initialize { capabilities: Capabilities, folders: Vec<Url> },
+    Initialize {
+        capabilities: Capabilities,
+        folders: Vec<Url>,
+    },
     /// The client sent `initialized`: the server may send messages.
     Initialized,
     /// The client opened a document: its text counts, and no longer that of the disk.
     Opened(TextDocumentItem),
-    /// The client changed a document.
     Changed(DidChangeTextDocumentParams),
     /// A message about this document, open or not, was not understood, so its text is unknown; without one, all texts are.
     TextUnknown(Option<Url>),
     /// Shows a warning to the user, once.
     Warn(String),
-    /// The client saved a document.
     Saved(DidSaveTextDocumentParams),
     /// The client closed a document: the text of the disk counts.
     Closed(Url),
     /// A walk through folders has ended, without a result if it panicked. The flag tells it from others.
     Walked(Arc<AtomicBool>, Option<Vec<(Walk, Walked)>>),
     /// These files were created, removed or changed, and perhaps others whose events were `missed`.
-    Disk { paths: BTreeSet<PathBuf>, missed: bool },
-    /// The client added and removed folders.
-    Folders { added: Vec<Url>, removed: Vec<Url> },
+    Disk {
+        paths: BTreeSet<PathBuf>,
+        missed: bool,
+    },
+    Folders {
+        added: Vec<Url>,
+        removed: Vec<Url>,
+    },
     /// Shows everything at this significance level; without one, at that of each `mauve.toml`.
     Significance(Option<Level>),
     /// The user's settings, and what was wrong with them.
     Configured(Settings, Vec<String>),
-    /// Computes an answer.
     Job(Job),
-    /// The user stopped the analysis that is running.
     Stop,
     /// A handler panicked, and its request was answered with an error: shows that to the user, once.
     Defect(String),
@@ -75,7 +78,6 @@ pub(crate) enum Event {
     HintsGiven(Option<u64>),
     /// An edit cancelled the request for the semantic tokens of this version of a document.
     TokensCancelled(Url, i32),
-    /// A worker checked this generation.
     Checked(u64, Result<Checked, Failure>),
 }
 
@@ -102,7 +104,6 @@ pub(crate) struct MainLoop {
     db: Database,
     loader: Loader,
     documents: Documents,
-    /// The client's folders.
     folders: Vec<PathBuf>,
     settings: Settings,
     capabilities: Capabilities,
@@ -110,7 +111,6 @@ pub(crate) struct MainLoop {
     shared_documents: Arc<BTreeMap<Url, Document>>,
     /// Open texts that no folder of the client has: opening them has changed the workspaces, closing them will.
     strays: BTreeSet<Url>,
-    /// What of all this is outdated.
     staleness: Staleness,
     /// Jobs that wait for the end of a walk through folders.
     waiting: Vec<Job>,
@@ -303,7 +303,6 @@ impl MainLoop {
         self.staleness.bump_generation();
     }
 
-    /// Reads again what may have changed outside the client.
     fn disk(&mut self, paths: &BTreeSet<PathBuf>, missed: bool) {
         if missed {
             // The folders that are watched may be gone.
@@ -337,7 +336,6 @@ impl MainLoop {
         self.start_waiting();
     }
 
-    /// Writes the texts of changed documents to the database.
     fn apply_documents(&mut self) {
         let mut dirty: Vec<(Instant, &Url)> =
             self.documents.0.iter().filter_map(|(uri, open)| Some((open.dirty?, uri))).collect();
@@ -418,7 +416,6 @@ impl MainLoop {
         self.start_waiting();
     }
 
-    /// Starts the jobs that waited for a walk, unless one is still running.
     fn start_waiting(&mut self) {
         if !self.staleness.is_walking() {
             std::mem::take(&mut self.waiting).into_iter().for_each(|job| self.start(job));

@@ -10,12 +10,10 @@ use tower_lsp::lsp_types::{Position, PositionEncodingKind, Range};
 /// What a column counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) enum Encoding {
-    /// Bytes.
     Utf8,
     /// Halves of surrogate pairs, as JavaScript does; what every client must know.
     #[default]
     Utf16,
-    /// Characters.
     Utf32,
 }
 

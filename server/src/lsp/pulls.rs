@@ -14,11 +14,9 @@ pub(crate) type Given = (Option<i32>, Option<ResultId>);
 /// The pulls of a session.
 #[derive(Debug)]
 pub(crate) struct Pulls {
-    /// How many questions wait for an answer.
     waiting: usize,
     /// The versions of the files that were asked about last.
     asked: BTreeMap<Url, Option<i32>>,
-    /// What was given last.
     given: BTreeMap<Url, Given>,
     /// What the last check has found, for the files that the client asks about.
     found: BTreeMap<Url, Given>,

@@ -34,7 +34,6 @@ impl Default for Settings {
     }
 }
 
-/// All keys that are read.
 const KEYS: [&str; 7] = [
     "timing.significance",
     "codeLens.enable",

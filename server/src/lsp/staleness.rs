@@ -24,7 +24,6 @@ pub(super) const MAX_LOADS_FOR_WATCHES: u32 = 3;
 /// Whether the workspaces are those of the disk and of the open documents.
 #[derive(Debug, Default)]
 enum Load {
-    /// The workspaces are loaded.
     #[default]
     Loaded,
     /// Files or folders were created, removed or changed: the workspaces must be loaded again.
@@ -35,7 +34,6 @@ enum Load {
     Failed,
 }
 
-/// What the client was given of inlay hints and code lenses since the last published check.
 #[derive(Debug, Default, PartialEq, Eq)]
 enum Hints {
     /// Nothing, or those of the published generation.
@@ -47,13 +45,10 @@ enum Hints {
     Outdated,
 }
 
-/// What is known of the current generation.
 #[derive(Debug, Default)]
 struct Generation {
     number: u64,
-    /// Whether a check must start.
     is_check_due: bool,
-    /// Whether the user stopped its analysis.
     is_stopped: bool,
 }
 
@@ -64,7 +59,6 @@ pub(super) struct Staleness {
     current: Generation,
     /// Whether checks may start: the client is initialized.
     are_checks_allowed: bool,
-    /// The generation that a worker checks.
     checking: Option<u64>,
     /// The generation of which diagnostics were published last.
     published: Option<u64>,

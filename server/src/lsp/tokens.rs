@@ -10,10 +10,8 @@ use tower_lsp::lsp_types::{SemanticToken, Url};
 #[derive(Debug, Default)]
 pub(crate) struct Tokens(Mutex<BTreeMap<Url, Given>>);
 
-/// What a client was given of a document.
 #[derive(Debug)]
 struct Given {
-    /// For this version of its text.
     version: i32,
     /// What stands for the meaning of its names; none where the question was not answered.
     meanings: Option<u64>,

@@ -243,7 +243,6 @@ fn waiting(streams: &Streams) -> usize {
     streams.backlog.waiting.load(Ordering::SeqCst)
 }
 
-/// Methods that take nothing.
 const WITHOUT_PARAMS: [&str; 2] = ["shutdown", "mauve/status"];
 
 enum Message {

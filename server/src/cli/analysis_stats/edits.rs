@@ -94,7 +94,6 @@ fn show(db: &Database, workspaces: &[Workspace]) -> Result<(), String> {
     Ok(())
 }
 
-/// The models of all projects, by their paths.
 fn models(db: &Database, workspaces: &[Workspace]) -> Vec<File> {
     let projects = workspaces.iter().flat_map(|&workspace| projects(db, workspace));
     let mut files: Vec<File> = projects.flat_map(|&project| project_files(db, project)).copied().collect();
@@ -103,7 +102,6 @@ fn models(db: &Database, workspaces: &[Workspace]) -> Vec<File> {
     files
 }
 
-/// A text, and what becomes of it.
 struct Edit {
     file: File,
     old: Arc<str>,

@@ -13,11 +13,8 @@ use crate::json::object;
 /// What becomes of a plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Doing {
-    /// All of it was done.
     Done,
-    /// Nothing is done: that was only asked.
     Checked,
-    /// Nothing was done because of edits.
     Refused,
 }
 

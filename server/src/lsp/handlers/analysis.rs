@@ -30,7 +30,6 @@ pub(crate) struct AnalysisParams {
     method: Option<AskedMethod>,
 }
 
-/// One level, several, or all.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(untagged)]
 enum Levels {

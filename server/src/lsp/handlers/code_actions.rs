@@ -46,7 +46,6 @@ struct Chosen {
     document: TextDocumentIdentifier,
     version: Option<i32>,
     range: Range,
-    /// What it mends first.
     mends: Option<(Range, String)>,
 }
 

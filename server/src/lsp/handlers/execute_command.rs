@@ -29,7 +29,6 @@ pub(crate) const COMMANDS: &[&str] = &[SET_SIGNIFICANCE, GENERATE];
 pub(crate) enum Command {
     /// The level that is shown from now on; none: that of each `mauve.toml`.
     SetSignificance(Option<Level>),
-    /// What the client is to do.
     Generate(Box<GenerateDocument>),
 }
 
@@ -81,7 +80,6 @@ pub(crate) fn read(snapshot: &Snapshot, params: &ExecuteCommandParams) -> Result
     }
 }
 
-/// The level that the arguments of [`SET_SIGNIFICANCE`] name.
 fn level(arguments: &[Value]) -> Result<Option<Level>> {
     let number = match arguments {
         [Value::Null] => return Ok(None),
@@ -102,7 +100,6 @@ fn level(arguments: &[Value]) -> Result<Option<Level>> {
     }
 }
 
-/// What the arguments of [`GENERATE`] name.
 fn meant(arguments: &[Value]) -> Result<GenerateParams> {
     let (uri, deployment) = match arguments {
         [Value::String(uri)] | [Value::String(uri), Value::Null] => (uri, None),
