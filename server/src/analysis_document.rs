@@ -166,7 +166,7 @@ fn activity_document(db: &Database, query: Query, activity: &ActivityReport<'_>)
         instance: activity.instance.to_string(),
         component: activity.component_name.to_string(),
         affinity: activity.cpus,
-        priority: if let Priority::RealTime(priority) = activity.priority { Some(priority) } else { None },
+        priority: real_time_priority(activity.priority),
         period: activity.period.map(milliseconds),
         deadline: activity.deadline.map(milliseconds),
         method: query.method.to_string(),
@@ -183,7 +183,11 @@ fn activity_document(db: &Database, query: Query, activity: &ActivityReport<'_>)
     }
 }
 
-/// Which significance levels are meant.
+pub(crate) fn real_time_priority(priority: Priority) -> Option<u32> {
+    if let Priority::RealTime(priority) = priority { Some(priority) } else { None }
+}
+
+/// The significance levels of an analysis.
 #[derive(Debug, Clone)]
 pub(crate) enum Significance {
     All,

@@ -86,11 +86,12 @@ pub(crate) fn run(
     mirror: Option<Mirror>,
     allows_outside: bool,
 ) -> Result<u8, String> {
+    let failed = |error: std::io::Error| format!("the server cannot begin: {error}");
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_time()
         .max_blocking_threads(WORKERS)
         .build()
-        .map_err(|error| format!("the server cannot begin: {error}"))?;
+        .map_err(failed)?;
     let (frames, incoming) = channel::channel(READ_AHEAD);
     let (outgoing, messages) = channel::unbounded_channel();
     let (ended, main_loop_ended) = oneshot::channel();
@@ -102,8 +103,7 @@ pub(crate) fn run(
     let publisher = Publisher::new(Arc::clone(&outbox));
     let main_loop = MainLoop::new(events.clone(), runtime.handle().clone(), publisher, busy, allows_outside);
     let spawn = |name: &str, thread: Box<dyn FnOnce() + Send>| {
-        let thread = std::thread::Builder::new().name(name.to_owned()).spawn(thread);
-        thread.map_err(|error| format!("the server cannot begin: {error}"))
+        std::thread::Builder::new().name(name.to_owned()).spawn(thread).map_err(failed)
     };
     spawn(
         "main loop",
@@ -113,7 +113,7 @@ pub(crate) fn run(
         }),
     )?;
     let said = mirror.clone();
-    let input = Frames::new(input).map_err(|error| format!("the server cannot begin: {error}"))?;
+    let input = Frames::new(input).map_err(failed)?;
     spawn("reader", Box::new(move || read(input, &frames, said.as_ref())))?;
     let written = Arc::clone(&backlog);
     let (farewell, last_words) = mpsc::channel();

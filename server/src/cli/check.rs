@@ -102,11 +102,7 @@ impl Check {
                 })?
             }
             Format::Human => {
-                let shown = findings.iter().take(MOST_EXCERPTS);
-                let mut parts: Vec<String> = shown.map(|it| excerpt(&db, &here, it)).collect();
-                if let Some(more) = findings.len().checked_sub(MOST_EXCERPTS).filter(|more| *more > 0) {
-                    parts.push(format!("… and {more} more: `--format json` shows all\n"));
-                }
+                let mut parts = excerpts(&findings, |it| excerpt(&db, &here, it));
                 parts.extend(wcrt::tables(&deployed).iter().map(|table| harmless(table)));
                 let mut found = format!("{}, {}", counted(errors, "error"), counted(warnings, "warning"));
                 if hints > 0 {
@@ -169,8 +165,15 @@ fn deadlines(deployed: &[Deployed<'_>]) -> String {
     }
 }
 
-/// Nobody reads more on a terminal.
-pub(super) const MOST_EXCERPTS: usize = 500;
+/// Maximum number of excerpts in a terminal.
+const MOST_EXCERPTS: usize = 500;
+
+/// Returns the excerpts of the first findings, and the number of the others.
+pub(super) fn excerpts<T>(all: &[T], excerpt: impl Fn(&T) -> String) -> Vec<String> {
+    let more = all.len().saturating_sub(MOST_EXCERPTS);
+    let more = (more > 0).then(|| format!("… and {more} more: `--format json` shows all\n"));
+    all.iter().take(MOST_EXCERPTS).map(excerpt).chain(more).collect()
+}
 
 /// A diagnostic as people read it.
 pub(super) fn excerpt(db: &Database, here: &Path, finding: &Finding<'_>) -> String {

@@ -11,7 +11,7 @@ use mauve_hir::{Database, Decl, Project, Workspace, projects};
 use mauve_orocos::Problem;
 use mauve_wcrt::Query;
 
-use super::check::{Lines, MOST_EXCERPTS, excerpt, located, with_excerpts};
+use super::check::{Lines, excerpt, excerpts, located, with_excerpts};
 use super::{Outside, counted, say};
 use crate::Output;
 use crate::analysis_document::{Deployed, Proved, deployments};
@@ -142,12 +142,7 @@ impl Generate {
                 let here = std::env::current_dir().unwrap_or_default();
                 let findings: Vec<Finding<'_>> =
                     workspaces.iter().flat_map(|&workspace| workspace_diagnostics(db, workspace)).collect();
-                let shown = problems.iter().take(MOST_EXCERPTS);
-                let mut parts: Vec<String> =
-                    shown.map(|problem| problem_excerpt(db, &here, problem, &findings)).collect();
-                if let Some(more) = problems.len().checked_sub(MOST_EXCERPTS).filter(|more| *more > 0) {
-                    parts.push(format!("… and {more} more: `--format json` shows all\n"));
-                }
+                let mut parts = excerpts(problems, |it| problem_excerpt(db, &here, it, &findings));
                 let errors = counted(problems.len(), "error");
                 parts.push(format!("{errors} to be put right first: nothing was generated\n"));
                 parts.join("\n")

@@ -18,7 +18,9 @@ use mauve_wcrt::{
 use super::check::Lines;
 use super::{Method, Outside, Paths, columns, counted, say, shown};
 use crate::Output;
-use crate::analysis_document::{Deployed, Origin, Significance, analysis_document, deployments, levels};
+use crate::analysis_document::{
+    Deployed, Origin, Significance, analysis_document, deployments, levels, real_time_priority,
+};
 use crate::disk::{LONGEST, read};
 use crate::harmless::harmless;
 use crate::json;
@@ -441,33 +443,23 @@ fn csv(all: &[Deployed<'_>]) -> String {
         for (query, report) in &it.reports {
             let of_all = remarks(it, query);
             for activity in &report.activities {
-                let cell = |time: Option<Time>| time.map_or_else(String::new, |time| number(Some(time)));
+                let cell = |time: Option<Time>| time.map(Time::number).unwrap_or_default();
+                let assumed: Vec<&str> = activity.assumed.iter().map(|(codel, _)| codel.as_str()).collect();
                 let cells = [
                     quoted(it.name),
                     query.level.to_string(),
                     query.method.to_string(),
                     quoted(&activity.instance),
                     quoted(&activity.component_name),
-                    activity.cpus.map_or_else(String::new, |cpus| cpus.to_string()),
-                    if let Priority::RealTime(priority) = activity.priority {
-                        priority.to_string()
-                    } else {
-                        String::new()
-                    },
+                    activity.cpus.map(|cpus| cpus.to_string()).unwrap_or_default(),
+                    real_time_priority(activity.priority).map(|it| it.to_string()).unwrap_or_default(),
                     cell(activity.period),
                     cell(activity.deadline),
                     cell(activity.own),
                     cell(activity.first_job),
                     cell(activity.response),
                     activity.verdict.name().to_owned(),
-                    quoted(
-                        &activity
-                            .assumed
-                            .iter()
-                            .map(|(codel, _)| codel.as_str())
-                            .collect::<Vec<_>>()
-                            .join(" "),
-                    ),
+                    quoted(&assumed.join(" ")),
                     root.clone(),
                     quoted(&remark(it.db, &of_all, activity)),
                 ];

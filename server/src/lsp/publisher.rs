@@ -16,6 +16,7 @@ use super::to_proto;
 use crate::harmless::harmless;
 
 /// What was published, and what is to be.
+#[derive(Default)]
 pub(crate) struct Publisher {
     published: Found,
     hints: BTreeMap<Url, u64>,
@@ -60,16 +61,9 @@ impl Refresh {
 }
 
 impl Publisher {
-    /// One that has published nothing; what is in `outbox` is sent by [`Outbox::send_to`].
+    /// Creates a publisher of messages that [`Outbox::send_to`] sends.
     pub(crate) fn new(outbox: Arc<Outbox>) -> Publisher {
-        Publisher {
-            published: BTreeMap::new(),
-            hints: BTreeMap::new(),
-            warnings: BTreeSet::new(),
-            pulls: None,
-            pulls_all: false,
-            outbox,
-        }
+        Publisher { outbox, ..Publisher::default() }
     }
 
     /// Returns what waits to be sent.

@@ -12,7 +12,7 @@ pub(crate) type ResultId = u64;
 pub(crate) type Given = (Option<i32>, Option<ResultId>);
 
 /// The pulls of a session.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Pulls {
     waiting: usize,
     /// The versions of the files that were asked about last.
@@ -29,8 +29,7 @@ pub(crate) struct Pulls {
 impl Pulls {
     /// Nothing was asked yet; `nothing` stands for no diagnostics.
     pub(crate) fn new(nothing: ResultId) -> Pulls {
-        let (asked, given, found, told) = Default::default();
-        Pulls { waiting: 0, asked, given, found, told, nothing: (None, Some(nothing)) }
+        Pulls { nothing: (None, Some(nothing)), ..Pulls::default() }
     }
 
     /// The client asks about this version of a file, or about all.

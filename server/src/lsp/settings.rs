@@ -34,14 +34,16 @@ impl Default for Settings {
     }
 }
 
-const KEYS: [&str; 7] = [
-    "timing.significance",
-    "codeLens.enable",
-    "inlayHints.responseTimes",
-    "inlayHints.loads",
-    "inlayHints.defaults",
-    "inlayHints.programTimes",
-    "inlayHints.values",
+const SIGNIFICANCE: &str = "timing.significance";
+
+/// The keys that are `true` or `false`.
+const SWITCHES: [(&str, fn(&mut Settings) -> &mut bool); 6] = [
+    ("codeLens.enable", |it| &mut it.lenses),
+    ("inlayHints.responseTimes", |it| &mut it.hints.response_times),
+    ("inlayHints.loads", |it| &mut it.hints.loads),
+    ("inlayHints.defaults", |it| &mut it.hints.defaults),
+    ("inlayHints.programTimes", |it| &mut it.hints.program_times),
+    ("inlayHints.values", |it| &mut it.hints.values),
 ];
 
 /// What an editor reads itself: what is below these is none of ours.
@@ -66,34 +68,32 @@ impl Settings {
     }
 
     fn set(&mut self, key: &str, value: &Value) -> Result<(), String> {
-        match key {
-            "timing.significance" if value.is_null() => self.significance = None,
-            "timing.significance" => {
-                let number = value.as_f64().or_else(|| value.as_str()?.trim().parse().ok());
-                let level = number.and_then(Level::from_f64);
-                let wanted =
-                    || format!("is {value}: expected a number between 0 and 1, such as 1e-4, or null");
-                self.significance = Some(level.ok_or_else(wanted)?);
+        if key == SIGNIFICANCE {
+            let number = value.as_f64().or_else(|| value.as_str()?.trim().parse().ok());
+            let level = number.and_then(Level::from_f64);
+            if level.is_none() && !value.is_null() {
+                return Err(format!("is {value}: expected a number between 0 and 1, such as 1e-4, or null"));
             }
-            _ if value.is_null() => {}
-            "codeLens.enable" => self.lenses = switch(value)?,
-            "inlayHints.responseTimes" => self.hints.response_times = switch(value)?,
-            "inlayHints.loads" => self.hints.loads = switch(value)?,
-            "inlayHints.defaults" => self.hints.defaults = switch(value)?,
-            "inlayHints.programTimes" => self.hints.program_times = switch(value)?,
-            "inlayHints.values" => self.hints.values = switch(value)?,
-            _ => {
-                let near = mauve_syntax::similar(key, KEYS);
+            self.significance = level;
+            return Ok(());
+        }
+        let switch = SWITCHES.iter().find(|(known, _)| *known == key);
+        match (switch, value.as_bool()) {
+            _ if value.is_null() => Ok(()),
+            (Some((_, switch)), Some(value)) => {
+                *switch(self) = value;
+                Ok(())
+            }
+            (Some(_), None) => Err(format!("is {value}: expected true or false")),
+            (None, _) => {
+                let keys = [SIGNIFICANCE].into_iter().chain(SWITCHES.map(|(key, _)| key));
+                let known = keys.clone().collect::<Vec<_>>().join(", ");
+                let near = mauve_syntax::similar(key, keys);
                 let near = near.map(|near| format!("; did you mean `{SECTION}.{near}`?")).unwrap_or_default();
-                return Err(format!("is unknown{near} (known: {})", KEYS.join(", ")));
+                Err(format!("is unknown{near} (known: {known})"))
             }
         }
-        Ok(())
     }
-}
-
-fn switch(value: &Value) -> Result<bool, String> {
-    value.as_bool().ok_or_else(|| format!("is {value}: expected true or false"))
 }
 
 fn is_below(key: &str, section: &str) -> bool {
