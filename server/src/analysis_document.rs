@@ -34,13 +34,18 @@ pub(crate) struct Proved {
     pub(crate) proved: usize,
 }
 
-impl std::iter::Sum for Proved {
-    fn sum<I: Iterator<Item = Proved>>(all: I) -> Proved {
-        all.fold(Proved::default(), |sum, it| Proved {
-            all: sum.all + it.all,
-            met: sum.met + it.met,
-            proved: sum.proved + it.proved,
-        })
+impl Proved {
+    /// Counts the deadlines of deployments, over all levels.
+    pub(crate) fn of(deployed: &[Deployed<'_>]) -> Proved {
+        let mut sum = Proved::default();
+        for it in deployed {
+            for deadlines in it.reports.iter().map(|(_, report)| report.deadlines()) {
+                sum.all += deadlines.all;
+                sum.met += deadlines.met;
+                sum.proved += if it.errors == 0 { deadlines.met } else { 0 };
+            }
+        }
+        sum
     }
 }
 
@@ -97,17 +102,6 @@ impl<'db> Deployed<'db> {
     pub(crate) fn assumed(&self) -> impl Iterator<Item = &str> {
         let activities = self.reports.iter().flat_map(|(_, report)| &report.activities);
         activities.flat_map(|it| &it.assumed).map(|(codel, _)| codel.as_str())
-    }
-
-    /// Counts the deadlines, over all levels.
-    pub(crate) fn deadlines(&self) -> Proved {
-        let counted = self.reports.iter().map(|(_, report)| report.deadlines());
-        let counted = counted.map(|it| Proved {
-            all: it.all,
-            met: it.met,
-            proved: if self.errors == 0 { it.met } else { 0 },
-        });
-        counted.sum()
     }
 }
 

@@ -30,20 +30,12 @@ pub(crate) struct Out {
 
 impl Out {
     /// A folder that the user has named: he may have it anywhere.
-    ///
-    /// # Errors
-    ///
-    /// Why nobody knows where it is.
     pub(crate) fn named(path: &Path) -> Result<Out, String> {
         Ok(Out { shown: path.to_owned(), real: behind_links(path)? })
     }
 }
 
 /// The folder that `[generate] out` names; nothing where it does not.
-///
-/// # Errors
-///
-/// Why nothing may be written there.
 pub(crate) fn configured_out(db: &Database, workspace: Workspace) -> Result<Option<Out>, String> {
     let Some((out, _)) = &config_of(db, workspace).out else { return Ok(None) };
     let folder = workspace.folder(db);
@@ -70,10 +62,6 @@ pub(crate) fn configured_out(db: &Database, workspace: Workspace) -> Result<Opti
 /// Refuses `out` of the configuration in a folder where one of the ways that it stands for, each from a folder
 /// to another, goes through a hidden one: nobody looks there, and tools obey what they find, such as
 /// `.git/hooks` and `.github`.
-///
-/// # Errors
-///
-/// That it does, in words for the user.
 pub(crate) fn refuse_hidden(folder: &Path, out: &str, ways: [(&Path, &Path); 2]) -> Result<(), String> {
     let is_hidden_way = |(from, to): (&Path, &Path)| to.strip_prefix(from).is_ok_and(is_hidden);
     if !ways.into_iter().any(is_hidden_way) {
@@ -111,10 +99,6 @@ pub(crate) fn behind_links(path: &Path) -> Result<PathBuf, String> {
 
 /// The text of a file below a folder; nothing where there is none. What is not UTF-8 in it is replaced: the generator writes
 /// no such file, and of the user's it only asks what they define.
-///
-/// # Errors
-///
-/// Why it cannot be read, in words for the user.
 pub(crate) fn read(out: &Out, path: &str) -> Result<Option<String>, String> {
     let shown = out.shown.join(path);
     let Some(file) = open(out, path)? else { return Ok(None) };
@@ -319,10 +303,6 @@ pub(crate) fn generate<'db>(
 type Made<'db> = Vec<(Project<'db>, Vec<Package>)>;
 
 /// Merges the packages of several projects that go to one folder, each once.
-///
-/// # Errors
-///
-/// Two projects have different packages of one name.
 fn merged<'db>(db: &'db Database, made: Made<'db>) -> Result<Vec<Package>, String> {
     let mut all: Vec<(Project<'db>, Package)> = Vec::new();
     for (project, packages) in made {

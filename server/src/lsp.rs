@@ -76,10 +76,6 @@ const FAREWELL: Duration = Duration::from_secs(1);
 
 /// Serves one client on these streams until it is done; gives the exit code, see [`transport::serve`]. Where it
 /// `allows_outside`, projects may read files that are none of theirs.
-///
-/// # Errors
-///
-/// The server cannot begin, in words for the user.
 pub(crate) fn run(
     input: impl std::io::Read + Send + 'static,
     output: impl Write + Send + 'static,

@@ -135,7 +135,7 @@ fn lowered(db: &Database, workspaces: &[Workspace], findings: &[Finding<'_>]) ->
 }
 
 fn deadlines(deployed: &[Deployed<'_>]) -> String {
-    let Proved { all, met, proved } = deployed.iter().map(Deployed::deadlines).sum();
+    let Proved { all, met, proved } = Proved::of(deployed);
     let assumed: BTreeSet<&str> = deployed.iter().flat_map(Deployed::assumed).collect();
     let assuming = match assumed.len() {
         0 => String::new(),

@@ -190,7 +190,7 @@ fn warn_of_deadlines(
         let query = Query::shown(db, project);
         let deployed = Deployed::of_model(db, project, deployment, std::iter::once(query));
         if !deployed.schedulable() {
-            let Proved { proved, all, .. } = deployed.deadlines();
+            let Proved { proved, all, .. } = Proved::of(&[deployed]);
             let name = deployment.qualified(db);
             say(&format!(
                 "warning: {} not proved (`mauve wcrt` says why)",

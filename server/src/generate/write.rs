@@ -46,10 +46,6 @@ impl Drop for Made {
 
 impl Site {
     /// Makes the folder where there is none, and waits until no other run is at work in it.
-    ///
-    /// # Errors
-    ///
-    /// Why there can be no such folder, in words for the user.
     pub(crate) fn open(out: &Out) -> Result<Site, String> {
         if out.real.exists() && !out.real.is_dir() {
             return Err(not_a_folder(&out.shown));
@@ -109,7 +105,7 @@ impl Site {
             ));
         }
         let mut run = failing(&kept, self.begin(&targets)).map_err(|error| self.given_up(&error))?;
-        if let Err(error) = run.stage().and_then(|()| run.put()) {
+        if let Err(error) = run.each(Run::stage).and_then(|()| run.each(Run::put)) {
             let lost: Vec<String> = run.undo().iter().map(|path| format!("`{}`", path.display())).collect();
             if !lost.is_empty() {
                 let kept = kept.display();
@@ -186,10 +182,6 @@ fn remove_empty<'a>(folders: &mut Folders, mut paths: impl Iterator<Item = &'a P
 
 /// Where a step writes: below the root, whatever links there are. Whoever writes follows no link on that path:
 /// it may be a new one.
-///
-/// # Errors
-///
-/// What stands in its way, in words for the user.
 pub(crate) fn target(root: &Path, step: &Step) -> Result<PathBuf, String> {
     let mut at = root.to_owned();
     // A package writes in itself alone: what links to its neighbour is not of it.
@@ -265,15 +257,15 @@ enum Done {
 }
 
 impl Run<'_> {
-    fn stage(&mut self) -> Result<(), String> {
+    /// Does the same for each step.
+    fn each(&mut self, act: fn(&mut Self, &Action, &Path, usize) -> io::Result<()>) -> Result<(), String> {
         let targets = self.targets;
-        for (number, (step, path)) in targets.iter().enumerate() {
-            failing(path, self.stage_one(&step.action, path, number))?;
-        }
-        Ok(())
+        let mut steps = targets.iter().enumerate();
+        steps.try_for_each(|(number, (step, path))| failing(path, act(self, &step.action, path, number)))
     }
 
-    fn stage_one(&mut self, action: &Action, path: &Path, number: usize) -> io::Result<()> {
+    /// Writes the new text of a file to the staging folder.
+    fn stage(&mut self, action: &Action, path: &Path, number: usize) -> io::Result<()> {
         let (text, like) = match action {
             Action::Create(text) => (text, None),
             Action::Change(text) => (text, Some(self.permissions(path)?)),
@@ -297,15 +289,8 @@ impl Run<'_> {
         folder.writable(name)
     }
 
-    fn put(&mut self) -> Result<(), String> {
-        let targets = self.targets;
-        for (number, (step, path)) in targets.iter().enumerate() {
-            failing(path, self.put_one(&step.action, path, number))?;
-        }
-        Ok(())
-    }
-
-    fn put_one(&mut self, action: &Action, path: &Path, number: usize) -> io::Result<()> {
+    /// Moves the new text of a file to its path, and the old one to the staging folder.
+    fn put(&mut self, action: &Action, path: &Path, number: usize) -> io::Result<()> {
         let [new, old] = [number.to_string(), format!("{number}.old")].map(OsString::from);
         match action {
             Action::Create(_) => {
@@ -545,7 +530,7 @@ mod tests {
         let before = everything(&top);
         for one in &targets {
             let mut run = site.begin(std::slice::from_ref(one)).unwrap();
-            let error = run.stage().and_then(|()| run.put()).unwrap_err();
+            let error = run.each(Run::stage).and_then(|()| run.each(Run::put)).unwrap_err();
             assert!(error.contains("is no folder, or has become a link"), "{error}");
             assert_eq!(run.undo(), Vec::<PathBuf>::new());
             site.discard().unwrap();
@@ -558,9 +543,9 @@ mod tests {
         let [new, _, change, _] = &targets;
         let both = [new.clone(), change.clone()];
         let mut run = site.begin(&both).unwrap();
-        run.stage().unwrap();
+        run.each(Run::stage).unwrap();
         exchange();
-        run.put().unwrap();
+        run.each(Run::put).unwrap();
         assert_eq!(fs::read_to_string(top.join("out/q/src/old")).unwrap(), "mine");
         assert_eq!(fs::read_to_string(top.join("out/q/src/new")).unwrap(), "new p/src/new");
         assert_eq!(run.undo(), Vec::<PathBuf>::new());

@@ -70,10 +70,6 @@ enum More {
 
 impl Frames {
     /// Reads `input` from now on.
-    ///
-    /// # Errors
-    ///
-    /// The system gives no thread.
     pub(crate) fn new(mut input: impl Read + Send + 'static) -> io::Result<Frames> {
         let (sender, chunks) = mpsc::sync_channel(CHUNKS);
         std::thread::Builder::new().name("bytes".to_owned()).spawn(move || {
@@ -390,10 +386,6 @@ impl Json {
 }
 
 /// Writes one message, and what is buffered with it.
-///
-/// # Errors
-///
-/// Those of `output`.
 pub(crate) fn write(output: &mut impl Write, message: &str) -> io::Result<()> {
     write!(output, "Content-Length: {}\r\n\r\n{message}", message.len())?;
     output.flush()

@@ -81,10 +81,6 @@ impl Preview {
 }
 
 /// Returns the request for all packages of the projects of a file.
-///
-/// # Errors
-///
-/// The file has no project, in words for the user.
 pub(crate) fn request(snapshot: &Snapshot, file: File) -> Result<GenerateRequest<'_>, String> {
     let db = &snapshot.db;
     let mut projects = projects_with(db, &snapshot.workspaces, file);

@@ -43,10 +43,6 @@ pub(crate) struct Mirror {
 impl Mirror {
     /// A record at `path`, behind what is there already: an editor starts a server again that has ended by a defect, and
     /// that session is the one to be looked at. It has the texts of the models, so only the user may read it.
-    ///
-    /// # Errors
-    ///
-    /// Those of the file system.
     pub(crate) fn create(path: &Path) -> std::io::Result<Mirror> {
         Ok(Mirror {
             begin: Instant::now(),

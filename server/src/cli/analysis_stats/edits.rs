@@ -21,10 +21,6 @@ use crate::load::load;
 const MOST: usize = 25;
 
 /// A row for each kind of edit: how often it was made or taken back, the times, the executed queries.
-///
-/// # Errors
-///
-/// A path that cannot be read.
 pub(super) fn table(paths: &[PathBuf]) -> Result<String, String> {
     // The log is written while the clock runs, a line for each query.
     let mut db = Database::with_log();

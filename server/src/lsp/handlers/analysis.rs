@@ -87,10 +87,6 @@ pub(crate) fn analysis(snapshot: &Snapshot, params: &AnalysisParams) -> Result<V
 }
 
 /// A level that a client names.
-///
-/// # Errors
-///
-/// It is none, in words for the user.
 pub(crate) fn read_level(level: f64) -> Result<Level> {
     Level::from_f64(level).ok_or_else(|| {
         Error::invalid_params(format!(
